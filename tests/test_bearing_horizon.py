@@ -7,7 +7,10 @@ import pytest
 from bearings import motion
 
 from bearing_twin.charts.bearing_cells import errors
-from bearing_twin.kinds.bearing.companion.departures import SETTLING, bouncing, taking_off
+from bearing_twin.kinds.bearing.companion import beside
+from bearing_twin.kinds.bearing.companion.beside import some_beside
+from bearing_twin.kinds.bearing.companion.departures import SETTLING, bouncing, taking_off, together
+from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, PLACE, WINDOW, Window
@@ -18,7 +21,7 @@ from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.stepping.pointing import POINTED, STEPS_IN
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.numerics.lanes import COLUMNS
-from bearing_twin.numerics.statuses import STEPS
+from bearing_twin.numerics.statuses import STALLED, STEPS
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
@@ -110,8 +113,8 @@ def a_part(**what):
         "states": states,
     } | what
     states = given.pop("states")
-    given |= {"begun": [states[0]], "filled": (states[1:],)}
-    return SimpleNamespace(**given, start=lambda output: 0.0 if output < 0 else float(times[output]))
+    given |= {"begun": [states[0]], "filled": (states[1:],), "drive": None, "taken": 0}
+    return Part(**given)
 
 
 def test_balls_meet_where_they_come_together_before_the_next_output():
@@ -141,9 +144,8 @@ def test_a_drift_grows_while_a_ball_coasts_and_is_forgotten_where_it_is_driven()
     exact = part.filled[0][:1].copy()
     exact[0, :, ORBIT_ANGLE] += 1e-6
     exact[0, :, TANGENTIAL_VELOCITY] += 0.014 * 1e-3
-    found = SimpleNamespace(states=exact)
     for ball in (0, 1):
-        drift.see(part, Window(ball, 0, 1), found, ball, 1.0)
+        drift.see(part, Window(ball, 0, 1), SimpleNamespace(states=exact[:, ball : ball + 1]), 1.0)
     drift.go_on(part, set())
     assert drift.angle == pytest.approx([1e-6, 1e-6 + 1e-3 * 2e-3, 0.0])
     assert drift.speed == pytest.approx([0.0, 1e-3, 0.0])
@@ -213,3 +215,63 @@ def test_meetings_that_no_copy_looks_at_do_to_errors_what_was_seen(reached, know
     met[2, 0] = True
     assert companion._parted(a_part(), None, 1e-4, met) == []
     assert companion.adrift != known
+
+
+def test_a_part_is_read_once_for_all_that_is_asked_of_its_outputs(monkeypatch):
+    """Of balls that hop, for whom most is asked."""
+    scene, reads = load_scene("bearing_6203_loose"), []
+    moving = WatchedMotion(scene.parameters, choose(scene))
+
+    class Counted(Rows):
+        def __getitem__(self, name):
+            reads[-1].append(name)
+            return super().__getitem__(name)
+
+    def look(part):
+        reads.append([])
+        part.out = Counted(part.out.layout, part.out.numbers)
+        WatchedMotion._look(moving, part)
+
+    monkeypatch.setattr(moving, "_look", look)
+    for _ in range(3):
+        moving.advance(1e-3 * np.arange(1, 21), 0.02)
+    assert len(reads) >= 3
+    assert all(sorted(part) == ["friction_force", "normal_load"] for part in reads)
+
+
+@pytest.mark.parametrize("acceleration", [0.0, 1e3])
+def test_windows_of_a_part_take_one_call_and_give_the_same_bits_as_each_by_itself(acceleration, monkeypatch):
+    """Of other balls, lengths and beginnings; where the drive accelerates, those that begin together."""
+    scene, parts = load_scene("bearing_6203_loose"), []
+    moving = WatchedMotion(scene.parameters, choose(scene))
+    monkeypatch.setattr(moving, "_look", parts.append)
+    moving.advance(1e-3 * np.arange(1, 21), 0.02)
+    part = parts[0]
+    part.drive = part.drive._replace(acceleration=acceleration)
+    windows = [Window(0, -1, 4), Window(5, 2, 9), Window(5, -1, 2), Window(ALL, 3, 2)]
+    groups = together(part, windows)
+    assert sorted(map(len, groups)) == ([1, 1, 2] if acceleration else [1, 3])
+    calls, stepped = [], beside.rosenbrock_chunk
+
+    def counted(task, coupling, balls, *rest):
+        calls.append(len(balls))
+        return stepped(task, coupling, balls, *rest)
+
+    monkeypatch.setattr(beside, "rosenbrock_chunk", counted)
+    for group in groups:
+        if group[0].ball == ALL:
+            continue
+        calls.clear()
+        found = some_beside(part, group, moving.scales)
+        assert calls == [len(group)]
+        for window, one in zip(group, found, strict=True):
+            (by_itself,) = some_beside(part, [window], moving.scales)
+            assert len(one.states) == window.length
+            assert one.steps == by_itself.steps > 0
+            assert (one.states == by_itself.states).all()
+            assert np.array_equal(one.out["normal_load"], by_itself.out["normal_load"])
+            assert all((mine == his).all() for mine, his in zip(one.last, by_itself.last, strict=True))
+    monkeypatch.setattr(
+        beside, "rosenbrock_chunk", lambda task, *rest: STALLED if len(task.times) > 4 else counted(task, *rest)
+    )
+    assert [one is None for one in some_beside(part, windows[:3], moving.scales)] == [False, True, False]

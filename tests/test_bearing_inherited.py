@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from bearings import motion
 
+from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.companion.inherited import (
     NOTHING,
     carried_on,
@@ -35,7 +36,8 @@ def part_of(bearing, load, friction):
     held = SimpleNamespace(load=np.zeros(6), weight=np.zeros(6), load_rate=np.zeros(6))
     part = {"elapsed": 0.04, "duration": 0.01, "times": np.array([0.005, 0.01]), "partners": held}
     out["inner_ring_force"] = np.zeros((2, 3))
-    return SimpleNamespace(bearing=bearing, out=out, filled=(np.zeros((2, 1, COLUMNS)),), **part)
+    part |= dict.fromkeys(("drive", "near", "begun", "pointer", "taken"))
+    return Part(bearing=bearing, out=out, filled=(np.zeros((2, 1, COLUMNS)),), **part)
 
 
 def on_a_ring(part, force):

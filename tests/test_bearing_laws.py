@@ -10,6 +10,7 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.forces import handing
 from bearing_twin.kinds.bearing.forces.handing import handed, taken
 from bearing_twin.kinds.bearing.forces.layout import MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
@@ -62,6 +63,20 @@ def test_kernels_take_a_bearing_as_it_was_handed_to_them(scene, overrides):
     assert isinstance(found.balls, int)
     moved = bearing._replace(offset=(1e-6, 2e-6, 3e-6))
     assert taken(handed(moved)) == moved
+    assert taken(handed(moved, 1)) == moved._replace(balls=1)
+    assert taken(handed(moved)) == moved
+
+
+def test_bearings_that_take_turns_are_made_ready_for_kernels_once(monkeypatch):
+    """As those of a shaft do, and single balls that a companion follows."""
+    shaft = [motion(scene=scene).bearing for scene in ("bearing_6203", "bearing_6205")]
+    made = []
+    monkeypatch.setattr(
+        handing, "_numbers", lambda fields, whole=handing._numbers: made.append(fields) or whole(fields)
+    )
+    found = [handed(bearing, balls) for _ in range(3) for bearing in shaft for balls in (None, 1)]
+    assert [int(numbers[0]) for numbers, _ in found] == 3 * [8, 1, 9, 1]
+    assert len([fields for fields in made if len(fields) == len(shaft[0]) - 3]) == 2
 
 
 @pytest.mark.parametrize("stepper", ["rk4", "imex", "dopri5", "rodas3"])

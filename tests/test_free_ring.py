@@ -417,3 +417,17 @@ def test_an_even_cage_goes_on_in_longer_stretches_than_pockets():
         for one in ("even", "pockets")
     ]
     assert chunks == [200, 50]
+
+
+def test_loads_that_never_jump_are_put_together_once():
+    """Of chunk after chunk; what is commanded in their place counts at once."""
+    moving = motion(scene=RIG)
+    first = moving._partners()
+    moving.advance(np.array([0.001]), 0.001)
+    assert moving._partners().load is first.load
+    moving.set_load([0.0, -500.0, 0.0], [0.0, 0.0])
+    assert moving._partners().load[:2].tolist() == [0.0, -500.0]
+    jumping = motion("rings.inner.change={time: 0.001, load: [0, -200, 0]}", scene=RIG)
+    before = jumping._partners().load.copy()
+    jumping.advance(np.array([0.001]), 0.001)
+    assert (jumping._partners().load - before)[:3].tolist() == [0.0, -200.0, 0.0]

@@ -39,10 +39,11 @@ from bearing_twin.numerics.rosenbrock import (
 )
 from bearing_twin.numerics.statuses import JACOBIANS, NOT_FINITE, OK, REJECTIONS, STALLED, STEPS, STOPPED
 from bearing_twin.numerics.steppers import RODAS4, ROSENBROCK, five
+from bearing_twin.numerics.stretches import Stretches, alike
 
 DURATION, TIMES = 2.0, np.linspace(0.1, 2.0, 20)
 STIFFNESS = COLUMNS  # the row of a body's own, the first after its state
-Toy = namedtuple("Toy", ["method", "stiffness", "begin", "tolerance", "event", "out", "last", "ends", "wrong"])
+Toy = namedtuple("Toy", ["method", "stiffness", "begin", "tolerance", "event", "out", "last", "ends", "wrong", "after"])
 Results = namedtuple("Results", ["counts", "failure", "stop"])
 Rod = namedtuple("Rod", ["bodies", "room", "accepted"])
 
@@ -114,7 +115,7 @@ def solve_rod(coupling, blocks):
 def cut(toy, coupling, blocks):
     for block in range(len(blocks)):
         for k in range(LANES):
-            cut_to_end(get(blocks[block], STEP, k), DURATION, blocks[block], k)
+            cut_to_end(get(blocks[block], STEP, k), blocks[block], k)
     return 0.0
 
 
@@ -144,7 +145,7 @@ def give_out(toy, held, cursor, blocks):
         take_terms(toy.method.dense, blocks[block])
     for place in range(len(held)):
         lanes, k = blocks[place // LANES], place % LANES
-        while cursor[place] < len(TIMES) and TIMES[cursor[place]] <= get(lanes, UNTIL, k):
+        while cursor[place] < toy.after[held[place]] and TIMES[cursor[place]] <= get(lanes, UNTIL, k):
             share = (TIMES[cursor[place]] - get(lanes, TIME, k)) / get(lanes, STEP, k)
             toy.out[held[place], cursor[place]] = inside(share, lanes, 0, k)
             cursor[place] += 1
@@ -169,25 +170,29 @@ def begin(toy, number, lanes, k):
 
 
 @kernel
-def advanced(toy, coupling, bodies, steps, held, cursor, results, blocks):
-    fill_lanes(begin, toy, coupling, DURATION, bodies, steps, held, blocks)
+def advanced(toy, coupling, stretches, bodies, steps, held, cursor, results, blocks):
+    fill_lanes(begin, toy, coupling, stretches, bodies, steps, held, cursor, blocks)
     return advance_lanes(
         cut, one_step, landing, accept_all, give_out, accept, end, begin,
-        toy, coupling, toy.method, DURATION, bodies, steps, held, cursor, results, blocks,
+        toy, coupling, toy.method, stretches, bodies, steps, held, cursor, results, blocks,
     )  # fmt: skip
 
 
-def run_of(stiffness, start, coupled=False, method=RODAS4, tolerance=1e-8, event=9.0, bodies=None, wrong=-1, stop=0):
+def run_of(
+    stiffness, start, coupled=False, method=RODAS4, tolerance=1e-8, event=9.0, bodies=None, wrong=-1, stop=0, own=None
+):
     count = len(stiffness)
+    own = own or alike(count, DURATION, len(TIMES))
     out = np.full((count, len(TIMES)), np.nan)
     ends = np.zeros(1, np.int64)
-    toy = Toy(method, np.array(stiffness), np.array(start), tolerance, event, out, np.zeros(count), ends, wrong)
+    begun = np.array(stiffness), np.array(start)
+    toy = Toy(method, *begun, tolerance, event, out, np.zeros(count), ends, wrong, own.after)
     coupling = Rod(count, np.zeros((2, count)), np.zeros(1, np.int64)) if coupled else ()
     blocks = new_blocks(count if coupled else 1, AFTER_METHOD)
     held = np.full(LANES * len(blocks), IDLE)
     results = Results(np.zeros(4, np.int64), np.zeros(2), np.array([stop]))
     numbers, steps = np.arange(count) if bodies is None else np.array(bodies), np.full(count, 1e-4)
-    status = advanced(toy, coupling, numbers, steps, held, np.zeros_like(held), results, blocks)
+    status = advanced(toy, coupling, own, numbers, steps, held, np.zeros_like(held), results, blocks)
     return status, toy, coupling, steps, results
 
 
@@ -205,6 +210,25 @@ def test_bodies_alone_take_turns_in_the_lanes_each_with_its_own_step():
     turned = run_of(STIFF, ONES, bodies=range(len(STIFF) - 1, -1, -1))
     assert (turned[1].out == toy.out).all()
     assert (turned[4].counts == results.counts).all()
+
+
+def test_bodies_alone_may_have_instants_and_ends_of_their_own():
+    """Each the same, to the bit and by as many steps, as if all had its own: those of others do not matter."""
+    ends = np.resize([0.25, 2.0, 0.7, 1.1], len(STIFF))
+    first = np.resize([0, 3, 1], len(STIFF))
+    after = np.minimum(np.searchsorted(TIMES, ends, side="right"), 18)
+    given = Stretches(ends, first, after, np.zeros(len(STIFF), np.int64))
+    status, toy, _, steps, results = run_of(STIFF, ONES, own=given)
+    assert status == OK
+    assert given.taken.sum() == results.counts[STEPS]
+    assert np.abs(toy.last - np.cos(ends)).max() < 1e-5
+    for body, stiffness in enumerate(STIFF):
+        alone = alike(1, ends[body], after[body])
+        _, single, _, step, _ = run_of((stiffness,), (1.0,), own=alone)
+        assert (single.out[0, first[body] : after[body]] == toy.out[body, first[body] : after[body]]).all()
+        assert np.isnan(toy.out[body, : first[body]]).all()
+        assert np.isnan(toy.out[body, after[body] :]).all()
+        assert (single.last[0], step[0], alone.taken[0]) == (toy.last[body], steps[body], given.taken[body])
 
 
 def test_a_tighter_tolerance_errs_less():

@@ -33,12 +33,13 @@ LANE_RATES, METHOD_ROWS = np.array([47, 247])
 
 # Rosenbrock methods. A stage's right-hand side and what it solves to; a step's start and end; h times the explicit
 # change of the rates with time; 1 / h in every row; the stages; and of each lane: time, step, h gamma, the error
-# estimated, the share of the step to its first event, the step before its cut, the instant up to which it gives out.
+# estimated, the share of the step to its first event, the step before its cut, the instant up to which it gives out,
+# the one at which it ends.
 RIGHT, SOLUTION, START, END, SLOPE, INVERSE_STEP, _STAGES, TIME = rows(
     METHOD_ROWS, *(COLUMNS,) * 6, MOST_STAGES * COLUMNS
 )
 FIRST_STAGE, SECOND_STAGE, THIRD_STAGE, FOURTH_STAGE, FIFTH_STAGE, _ = _STAGES + COLUMNS * np.arange(MOST_STAGES)
-STEP, GAIN, ERROR, SHARE, WANTED, UNTIL, AFTER_METHOD = rows(TIME + 1, 1, 1, 1, 1, 1, 1)
+STEP, GAIN, ERROR, SHARE, WANTED, UNTIL, DURATION, AFTER_METHOD = rows(TIME + 1, 1, 1, 1, 1, 1, 1, 1)
 THIRD, FOURTH = RIGHT, SOLUTION  # two terms of what lies inside a step, once it is made and nothing is to be solved
 
 

@@ -138,8 +138,9 @@ def interpolate(dense, fraction, out):
 
 
 @inlined
-def cut_to_end(wanted, duration, lanes, k):
-    """Lets a lane step what it wants [s], or to the end of the stretch of that `duration` [s], if that comes first."""
+def cut_to_end(wanted, lanes, k):
+    """Lets a lane step what it wants [s], or to the end of its stretch, if that comes first."""
+    duration = get(lanes, at.DURATION, k)
     left = duration - get(lanes, at.TIME, k)
     put(lanes, at.WANTED, k, wanted)
     put(lanes, at.STEP, k, left if wanted >= left - NOTHING * duration else wanted)
@@ -158,14 +159,14 @@ def _agree(row, least, bodies, blocks):
 
 
 @inlined
-def _put_until(holds, duration, lanes, k):
+def _put_until(holds, lanes, k):
     """Notes up to where a lane's step may be given out: never where it is repeated, for ever at the stretch's end.
 
     So that at the end no instant is lost to rounding.
     """
     accepted = holds and get(lanes, at.ERROR, k) <= 1.0 and get(lanes, at.SHARE, k) >= LANDED
     moment = get(lanes, at.TIME, k) + get(lanes, at.STEP, k)
-    last = math.inf if moment >= duration * (1.0 - NOTHING) else moment
+    last = math.inf if moment >= get(lanes, at.DURATION, k) * (1.0 - NOTHING) else moment
     put(lanes, at.UNTIL, k, last if accepted else -math.inf)
 
 
@@ -173,6 +174,7 @@ def _put_until(holds, duration, lanes, k):
 def _begin_time(step, duration, lanes, k):
     put(lanes, at.TIME, k, 0.0)
     put(lanes, at.STEP, k, min(step, duration))
+    put(lanes, at.DURATION, k, duration)
 
 
 @inlined
@@ -185,23 +187,24 @@ def _move_on(step, lanes, k):
 
 
 @template
-def fill_lanes(begin, scene, coupling, duration, bodies, steps, held, blocks):
+def fill_lanes(begin, scene, coupling, stretches, bodies, steps, held, cursor, blocks):
     """Puts the first of the numbered `bodies` into the lanes by `begin(scene, number, lanes, k)`, which fills START.
 
-    `held` (lanes,) receives their numbers or IDLE.
+    `held` (lanes,) receives their numbers or IDLE, `cursor` the number of the first instant in their `stretches`.
     """
     for place in range(len(held)):
         # A lane without a body repeats the last one's start, as good as any.
         number, lanes, k = bodies[min(place, len(bodies) - 1)], blocks[place // LANES], place % LANES
         begin(scene, number, lanes, k)
-        _begin_time(steps[number], duration, lanes, k)
+        _begin_time(steps[number], stretches.ends[number], lanes, k)
         held[place] = number if place < len(bodies) else IDLE
+        cursor[place] = stretches.first[number]
     if len(coupling) > 0:
         _agree(at.STEP, True, len(bodies), blocks)
 
 
 @template
-def _judge(one_step, landing, accept_all, scene, coupling, method, duration, bodies, held, cursor, counts, blocks):
+def _judge(one_step, landing, accept_all, scene, coupling, method, bodies, held, cursor, counts, blocks):
     """Makes a step of every lane and finds what it is worth: its error, its share to the first event, and UNTIL."""
     one_step(scene, coupling, blocks)
     if len(coupling) > 0:
@@ -220,21 +223,21 @@ def _judge(one_step, landing, accept_all, scene, coupling, method, duration, bod
         if get(blocks[0], at.ERROR, 0) <= 1.0 and get(blocks[0], at.SHARE, 0) >= LANDED:
             accept_all(scene, coupling, cursor[0], blocks)
     for place in range(len(held)):
-        _put_until(held[place] != IDLE, duration, blocks[place // LANES], place % LANES)
+        _put_until(held[place] != IDLE, blocks[place // LANES], place % LANES)
 
 
 @template
 def advance_lanes(
     cut, one_step, landing, accept_all, give_out, accept, end, begin,
-    scene, coupling, method, duration, bodies, steps, held, cursor, results, blocks,
+    scene, coupling, method, stretches, bodies, steps, held, cursor, results, blocks,
 ):  # fmt: skip
-    """Steps the `bodies` over `duration` [s] after `fill_lanes`; returns a status. `steps` (N,) [s] are carried along.
+    """Steps the `bodies` through `stretches` after `fill_lanes`; returns a status. `steps` (N,) [s] are carried along.
 
     `cut(scene, coupling, blocks)` cuts the coming steps, to the end at least (`cut_to_end`), and returns the least [s]
     to go on with; `one_step(scene, coupling, blocks)` makes them and fills at.ERROR, in units of the tolerance;
     `landing(scene, lanes, k)` is the share of a step to its first event; `accept_all(scene, coupling, instant, blocks)`
     comes before the coupled are moved on. `give_out(scene, held, cursor, blocks)` writes what is wanted of each lane up
-    to UNTIL [s] and sets its `cursor`, which begins as zeros, to the next instant. Of a lane that accepts,
+    to UNTIL [s] and sets its `cursor` to the next instant. Of a lane that accepts,
     `accept(scene, lanes, k)` follows when START is moved on, `end(scene, coupling, number, lanes, k)` returns a status
     at the end.
     """
@@ -246,7 +249,7 @@ def advance_lanes(
         resume = cut(scene, coupling, blocks)
         _judge(
             one_step, landing, accept_all,
-            scene, coupling, method, duration, len(bodies), held, cursor, results.counts, blocks,
+            scene, coupling, method, len(bodies), held, cursor, results.counts, blocks,
         )  # fmt: skip
         give_out(scene, held, cursor, blocks)
         for place in range(len(held)):
@@ -265,6 +268,7 @@ def advance_lanes(
                     return STALLED
                 continue
             results.counts[STEPS] += 1
+            stretches.taken[number] += 1
             following = max(proposed, resume)
             _move_on(following, lanes, k)
             accept(scene, lanes, k)
@@ -276,10 +280,11 @@ def advance_lanes(
             if status != OK:
                 return status
             held[place] = bodies[waiting] if waiting < len(bodies) else IDLE
-            cursor[place] = 0
             if waiting < len(bodies):
-                begin(scene, held[place], lanes, k)
-                _begin_time(steps[held[place]], duration, lanes, k)
+                number = bodies[waiting]
+                begin(scene, number, lanes, k)
+                _begin_time(steps[number], stretches.ends[number], lanes, k)
+                cursor[place] = stretches.first[number]
                 waiting += 1
             else:
                 running -= 1

@@ -228,9 +228,8 @@ class BearingMotion:
         """Ring and cage with the loads from now to their next jump."""
         if not self.partners.active:
             return self.partners
-        found = zip(self.loading.at(self.elapsed), self.loading.torque_at(self.elapsed), strict=True)
-        load, rate = (np.append(*one) for one in found)
-        varying = self.partners.varying or bool(np.any(rate))
+        load, rate = self.loading.with_torque(self.elapsed)
+        varying = self.partners.varying or bool(rate.any())
         return self.partners._replace(load=load, load_rate=rate, varying=varying)
 
     def _part(self, times, duration, out, first):
@@ -245,10 +244,10 @@ class BearingMotion:
             self._acceleration = drive.acceleration
         partners = self._partners()
         load, rate = partners.load, partners.load_rate
-        if partners.active:
+        if partners.active and load is not self._load:  # as it is where it never jumps
             if np.any(np.abs(load - self._load) > SAME * np.abs(load)) or np.any(rate != self._load_rate):
                 self.steps = np.minimum(self.steps, FIRST_STEP)
-            self._load, self._load_rate = load + duration * rate, rate
+            self._load, self._load_rate = load + duration * rate if rate.any() else load, rate
         filled = self._instants.empty(len(times), self.bearing.balls)
         moving = [getattr(self, name) for name in MOVING]
         before = [one.copy() for one in moving]

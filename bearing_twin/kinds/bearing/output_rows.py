@@ -173,11 +173,14 @@ def _write(given, moving, times, states, one_by_one, borders, turned, where, nea
 def write_rows(bearing, drive, times, states, orientations, borders, turned, places, out, first) -> None:
     """Fills `out` from row `first` on with the states (count, N, columns), orientations (count, N, 4) at `times` [s].
 
+    They are of N balls, however many the bearing has.
+
     `borders` (count, BORDER) are those of ring and cage, where the bearing's `ring` is not empty. `times`
     count from the instant the drive's angle and speed belong to; where a ring is `turned` by a torque, they are those
     of the border.
     """
     one_by_one = states.reshape(-1), orientations.reshape(-1)
-    near, lanes = np.zeros(bearing.balls, np.bool_), new_lanes(OUTPUT_ROWS)
+    balls = states.shape[1]
+    near, lanes = np.zeros(balls, np.bool_), new_lanes(OUTPUT_ROWS)
     at = times, states, one_by_one, borders, turned
-    _write(handed(bearing), tuple(drive), *at, tuple(places), near, lanes, out, out.reshape(-1), first)
+    _write(handed(bearing, balls), tuple(drive), *at, tuple(places), near, lanes, out, out.reshape(-1), first)

@@ -142,17 +142,14 @@ def _alone() -> Layout:
 
 
 def outputs_alone(bearing, drive, times, states, orientations, borders) -> Columns:
-    """Channels (count, n, ...) of n balls that know nothing of each other, from states (count, n, columns) at `times`.
+    """Channels (count, ...) of balls that know nothing of each other, from states (count, 1, columns) at `times`.
 
-    `borders` (n, BORDER) are ring and cage, which are held. Sums over the balls are those of each.
+    `borders` (count, BORDER) are ring and cage, which are held. Sums over the balls are those of each.
     """
-    (count, balls), layout = states.shape[:2], _alone()
-    numbers = np.empty((count * balls, layout.width))
-    held = np.empty((count, *borders.shape))
-    held[:] = borders
-    alone = states.reshape(-1, 1, states.shape[2]), orientations.reshape(-1, 1, 4), held.reshape(-1, borders.shape[1])
-    write_rows(bearing._replace(balls=1), drive, np.repeat(times, balls), *alone, False, _places(1), numbers, 0)
-    return Columns(layout, numbers.reshape(count, balls, -1))
+    layout = _alone()
+    numbers = np.empty((len(times), layout.width))
+    write_rows(bearing, drive, times, states, orientations, borders, False, _places(1), numbers, 0)
+    return Columns(layout, numbers)
 
 
 def _tilting(partners, borders: np.ndarray) -> np.ndarray:

@@ -55,6 +55,12 @@ class RingLoading(Loading):
         drive = parameters.drive
         self.torque, self.torque_knots = drive.torque, np.array(drive.torque_table).reshape(-1, 2)
         self.torque_commanded = False
+        self._steady = None
+
+    def set(self, force, moment) -> None:
+        """From now on force [N] (3,) and moment [N m] (2 or 3,) act in place of the scene's."""
+        super().set(force, moment)
+        self._steady = None
 
     def loaded(self, parameters: BearingScene, force, moment) -> "RingLoading":
         """The same with other loads, or the scene's own where both are None; a commanded torque stays."""
@@ -68,15 +74,26 @@ class RingLoading(Loading):
     def set_torque(self, torque: float) -> None:
         """From now on `torque` [N m] turns the shaft in place of the scene's."""
         self.torque, self.torque_knots, self.torque_commanded = float(torque), np.empty((0, 2)), True
+        self._steady = None
 
     def until_next(self, elapsed: float) -> float:
         """Seconds until the load or the torque jumps, or grows otherwise."""
         return min(super().until_next(elapsed), next_after(self.torque_knots[:, 0], elapsed) - elapsed)
 
-    def torque_at(self, elapsed: float) -> tuple[float, float]:
-        """Torque [N m] on the shaft at `elapsed` [s] and its rate, which hold until the next jump."""
-        more, rate = between(self.torque_knots, elapsed)
-        return (self.torque, 0.0) if more is None else (self.torque + float(more[0]), float(rate[0]))
+    def with_torque(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
+        """Loads [N], [N m], with the torque on a shaft (6,), at `elapsed` [s], and their rates, until the next jump.
+
+        The same arrays each time where they never jump.
+        """
+        if self._steady is not None:
+            return self._steady
+        more, torque_rate = between(self.torque_knots, elapsed)
+        torque = self.torque if more is None else self.torque + float(more[0])
+        load, rate = self.at(elapsed)
+        found = np.append(load, torque), np.append(rate, torque_rate)
+        if not len(self.times) and not len(self.torque_knots):
+            self._steady = found
+        return found
 
 
 def border_scales(parameters: BearingScene, scales: np.ndarray) -> np.ndarray:

@@ -11,33 +11,42 @@ from bearing_twin.kinds.bearing.stepping.integrate import Chunk, integrated
 from bearing_twin.kinds.bearing.stepping.rosenbrock import ChunkTask, rosenbrock_chunk
 from bearing_twin.numerics.statuses import OK, STEPS
 from bearing_twin.numerics.steppers import ROSENBROCK
+from bearing_twin.numerics.stretches import Stretches
 
 METHOD = "rodas4"  # of the companion, whatever the run's
 TIGHTER = 0.3  # of the run's tolerance: what the companion errs by itself is as great a share, and is added
 
 
-def some_beside(part: Part, group: list[Window], scales, last=None, until: float | None = None) -> Found | None:
-    """Single balls side by side, from the run's states or from the `last` of the companion; None if one fails.
+def some_beside(part: Part, group: list[Window], scales, last=None, until: float | None = None) -> list[Found | None]:
+    """Windows of single balls side by side, from the run's states; None for one that fails.
 
-    `until` [s] in the part they go on, without it to the end of the windows.
+    Where the drive accelerates they begin together. A single one may go on from the `last` of the companion. `until`
+    [s] in the part they go on, without it to the ends of the windows.
     """
-    first, count = group[0], len(group)
-    start, length = part.start(first.begin), first.length
-    times = part.times[first.begin + 1 : first.begin + 1 + length] - start
+    begins = [part.start(one.begin) for one in group]
+    instants = [part.times[one.begin + 1 : one.begin + 1 + one.length] for one in group]
+    instants = [those - begin for those, begin in zip(instants, begins, strict=True)]
+    ends = [float(those[-1]) for those in instants] if until is None else [until - begin for begin in begins]
+    lengths = np.array([one.length for one in group])
+    after, times = np.cumsum(lengths), np.concatenate(instants)
     begun, borders = starts(part, group)
     moving = begun if last is None else tuple(array.copy() for array in last[:4])
-    results = room(length, count, moving[3], borders[0])
-    drive, bearing = part.drive_from(start), part.bearing
-    duration = float(times[-1]) if until is None else until - start
-    task = ChunkTask(ROSENBROCK[METHOD], bearing, drive, times, duration, TIGHTER * scales)
-    if rosenbrock_chunk(task, (), np.arange(count), *moving[:3], results) != OK:
-        return None
-    out = outputs_alone(bearing, drive, times, results.states, results.orientations, borders)
-    return Found(out, results.states, (*moving, borders[0]), int(results.counts[STEPS]))
+    results, drive, bearing = room(len(times), 1, moving[3], borders[0]), part.drive_from(begins[0]), part.bearing
+    task = ChunkTask(ROSENBROCK[METHOD], bearing, drive, times, max(ends), TIGHTER * scales)
+    own = Stretches(np.array(ends), after - lengths, after, np.zeros_like(lengths))
+    if rosenbrock_chunk(task, (), np.arange(len(group)), *moving[:3], results, own) != OK:
+        return [None] if len(group) == 1 else [some_beside(part, [one], scales, None, until)[0] for one in group]
+    held = np.repeat(borders, lengths, axis=0)
+    out, found = outputs_alone(bearing, drive, times, results.states, results.orientations, held), []
+    for place, steps in enumerate(own.taken.tolist()):
+        rows = slice(own.first[place], own.after[place])
+        ended = (*(array[place : place + 1] for array in moving), borders[0])
+        found.append(Found(out.rows(rows), results.states[rows], ended, steps))
+    return found
 
 
 def all_beside(parameters, part: Part, window: Window, scales, last=None, until: float | None = None) -> Found | None:
-    """As `some_beside`, of all balls with ring and cage in one window."""
+    """All balls with ring and cage in one window, as `some_beside`; None if that fails."""
     start, length, balls = part.start(window.begin), window.length, len(part.near)
     times = part.times[window.begin + 1 : window.begin + 1 + length] - start
     moving, borders = starts(part, [Window(ball, window.begin, length) for ball in range(balls)])

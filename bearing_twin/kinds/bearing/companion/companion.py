@@ -26,7 +26,7 @@ from bearing_twin.kinds.bearing.companion.departures import (
     to_the_end,
     together,
 )
-from bearing_twin.kinds.bearing.companion.deviations import Part, deviations, left_over, off_in_flight
+from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, left_over, off_in_flight
 from bearing_twin.kinds.bearing.companion.growth import FLOOR, MET
 from bearing_twin.kinds.bearing.companion.looking import LOOKING, Looking
 from bearing_twin.kinds.bearing.companion.meetings import (
@@ -127,18 +127,17 @@ class Companion(Looking):
             windows += [] if any(within(window, other) for other in windows) else [window]
         for group in together(part, windows):
             whole = group[0].ball < 0
-            found = all_beside(self.parameters, part, group[0], scales) if whole else some_beside(part, group, scales)
-            if found is None:
-                rows += [nowhere(part, window, tolerance) for window in group]
-                continue
-            self.steps += found.steps
-            self.looked += found.steps
-            each = found.steps / (len(part.near) if whole else len(group))
-            for place, window in enumerate(group):
+            each = [all_beside(self.parameters, part, group[0], scales)] if whole else some_beside(part, group, scales)
+            for window, found in zip(group, each, strict=True):
+                if found is None:
+                    rows.append(nowhere(part, window, tolerance))
+                    continue
+                self.steps += found.steps
+                self.looked += found.steps
                 begin = part.elapsed + part.start(window.begin)
-                rows.append(self._row(part, window, begin, each, tolerance, found, None if whole else place))
-                self.drift.see(part, window, found, 0 if whole else place, 1.0 / (1.0 - TIGHTER))
-                left = left_over(part, window, found, place, self._allowed)
+                rows.append(self._row(part, window, begin, tolerance, found))
+                self.drift.see(part, window, found, 1.0 / (1.0 - TIGHTER))
+                left = left_over(part, window, found, self._allowed)
                 if left > BEARABLE or loose(part, window) or self.probing:
                     off.append((left, window, begin, self._off(rows[-1])))
         off.sort(key=lambda one: (one[2],) if self.probing else (-one[0], one[1]))
@@ -162,10 +161,10 @@ class Companion(Looking):
     def _off(self, row: list[float]) -> float:
         return off_by(np.array(row), self.greatest_load or 1.0) / self.parameters.wanted.tolerance
 
-    def _row(self, part, window, begin, each, tolerance, found, place) -> list[float]:
-        end = part.elapsed + part.start(window.begin + window.length)
-        off = deviations(part, window, found, place, self.greatest_load)
-        flight = off_in_flight(part, window, found, place) * (1.0 if begin <= part.elapsed else BUMPING)
+    def _row(self, part: Part, window: Window, begin: float, tolerance: float, found: Found) -> list[float]:
+        end, each = part.elapsed + part.start(window.begin + window.length), found.steps / found.states.shape[1]
+        off = deviations(part, window, found, self.greatest_load)
+        flight = off_in_flight(part, window, found) * (1.0 if begin <= part.elapsed else BUMPING)
         self.apart = max(self.apart, flight / (1.0 - TIGHTER))
         return [end, begin, window.ball, each, tolerance, *(one / (1.0 - TIGHTER) for one in off)]
 
@@ -179,25 +178,22 @@ class Companion(Looking):
         if not group or ALL in ridden:
             return [], []
         until = part.duration if group[0].length == len(part.times) else None
-        found = some_beside(part, group, scales, None, until)
-        if found is None:
-            return group, [nowhere(part, window, tolerance) for window in group]
-        self.steps += found.steps
         rows = []
-        for place, window in enumerate(group):
-            rows.append(self._row(part, window, part.elapsed, found.steps / len(group), tolerance, found, place))
-            self._keep_on(part, window, part.elapsed, found, place, until, np.inf)
+        for window, found in zip(group, some_beside(part, group, scales, None, until), strict=True):
+            if found is None:
+                rows.append(nowhere(part, window, tolerance))
+                continue
+            self.steps += found.steps
+            rows.append(self._row(part, window, part.elapsed, tolerance, found))
+            self._keep_on(part, window, part.elapsed, found, until, np.inf)
         return group, rows
 
-    def _keep_on(self, part: Part, window: Window, begin: float, found, place: int, until, first: float) -> None:
+    def _keep_on(self, part: Part, window: Window, begin: float, found: Found, until, first: float) -> None:
         """Takes in where a ball that was followed got to; it is followed further `until` [s] it is right again."""
-        self.drift.see(part, window, found, place, 1.0 / (1.0 - TIGHTER))
-        left = left_over(part, window, found, place, self._allowed)
+        self.drift.see(part, window, found, 1.0 / (1.0 - TIGHTER))
+        left = left_over(part, window, found, self._allowed)
         if until and (left > BEARABLE or loose(part, window)):
-            *mine, border = found.last
-            mine = mine if window.ball == ALL else [array[place : place + 1] for array in mine]
-            last = (*mine, border)
-            self.followed.append(Followed(window.ball, begin, last, left, first))
+            self.followed.append(Followed(window.ball, begin, found.last, left, first))
 
     def _follow(self, part: Part, those: list, scales, tolerance: float, met: np.ndarray) -> list[list[float]]:
         """Goes on with `those`, as far as steps allow: what they are off, window, begin, what it was first, from where.
@@ -217,14 +213,13 @@ class Companion(Looking):
                 continue
             alone, ends = window.ball != ALL, window.begin + 1 + window.length == len(part.times)
             what = scales, last, (until := part.duration if ends else None)
-            found = some_beside(part, [window], *what) if alone else all_beside(self.parameters, part, window, *what)
+            found = some_beside(part, [window], *what)[0] if alone else all_beside(self.parameters, part, window, *what)
             if found is None:
                 continue
             self.steps += found.steps
-            each = found.steps if alone else found.steps / len(part.near)
-            rows.append(self._row(part, window, begin, each, tolerance, found, 0 if alone else None))
+            rows.append(self._row(part, window, begin, tolerance, found))
             self.diverged |= bumps(self.parameters) and self._off(rows[-1]) > max(1.0, BUMPING * first)
-            self._keep_on(part, window, begin, found, 0, until, first)
+            self._keep_on(part, window, begin, found, until, first)
         return rows
 
     def _parted(self, part: Part, scales, tolerance: float, met: np.ndarray) -> list[list[float]]:
@@ -252,8 +247,8 @@ class Companion(Looking):
             if found is None:
                 return [*rows, nowhere(part, window, tolerance)]
             last, taken = found.last, taken + found.steps
-            rows.append(self._row(part, window, begin, found.steps / len(part.near), tolerance, found, None))
-            self.drift.see(part, window, found, 0, 1.0)
+            rows.append(self._row(part, window, begin, tolerance, found))
+            self.drift.see(part, window, found, 1.0)
             off = max(off_by(np.array(rows[-1]), self.greatest_load or 1.0), FLOOR)
             first = min(first, off)
             self.grew, self.reached = max(self.grew, off / first), max(self.reached, off)

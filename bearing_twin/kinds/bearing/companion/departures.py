@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.companion.deviations import Part, in_flight
+from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.companion.meetings import until_met
 from bearing_twin.kinds.bearing.companion.windows import WINDOW, Window, steps_before, steps_in, window_at
 from bearing_twin.kinds.bearing.forces.layout import BORDER, CARRIED_COLUMNS
@@ -31,7 +31,7 @@ class Followed(NamedTuple):
 
 def loose(part: Part, window: Window) -> bool:
     """Whether the ball of a window touches neither raceway at an output from there on: bounces make errors grow."""
-    return window.ball >= 0 and bool(in_flight(part)[max(window.begin, 0) :, window.ball].any())
+    return window.ball >= 0 and part.flies and bool(part.in_flight[max(window.begin, 0) :, window.ball].any())
 
 
 def bouncing(part: Part, met: np.ndarray, but: set[int], steps: float) -> list[Window]:
@@ -41,9 +41,9 @@ def bouncing(part: Part, met: np.ndarray, but: set[int], steps: float) -> list[W
     that may have met another until then are left out; those that are longest in flight come first, as many as the run
     took so many `steps` with.
     """
-    free, outputs = in_flight(part), len(part.times)
-    if part.partners.active or not free.any() or not len(part.pointer):
+    if part.partners.active or not part.flies or not len(part.pointer):
         return []
+    free, outputs = part.in_flight, len(part.times)
     rest = np.minimum(outputs - np.argmax(free[::-1], axis=0) + SETTLING, outputs)
     taken: list[int] = []
     for ball in np.argsort(-free.sum(axis=0), kind="stable")[: int(free.any(axis=0).sum())].tolist():
@@ -61,9 +61,9 @@ def taking_off(part: Part, met: np.ndarray, but: set[int], steps: float) -> list
     One that is off there may fly where it should roll: nothing drives it then, and it comes late to where it next bears
     load. The shortest, as many as the run took so many `steps` in; none of balls that may have met another.
     """
-    free = in_flight(part)
-    if part.partners.active or not free.any() or not len(part.pointer):
+    if part.partners.active or not part.flies or not len(part.pointer):
         return []
+    free = part.in_flight
     taken, balls = part.pointer[..., STEPS_IN], np.flatnonzero(free.any(axis=0)).tolist()
     ends = np.maximum(free.argmax(axis=0) - 1, 0).tolist()  # windows go on for an output behind their ends
     found = [window_at(ball, ends[ball], steps_before(taken[ball])) for ball in balls]
@@ -78,8 +78,8 @@ def to_the_end(part: Part, window: Window, begin: float) -> tuple[Window, float]
 
     Only there the run's own state is known: outputs lie between its steps, and what they are off bounces make grow.
     """
-    carried = part.out["normal_load"][max(window.begin, 0) :, window.ball].min(axis=1) > 0.0
-    if window.ball >= 0 and not carried.all():
+    carried = part.all_bear or (part.load[max(window.begin, 0) :, window.ball] > 0.0).all()
+    if window.ball >= 0 and not carried:
         return Window(window.ball, -1, len(part.times)), part.elapsed
     return window._replace(length=len(part.times) - 1 - window.begin), begin
 
@@ -99,14 +99,11 @@ def nowhere(part: Part, window: Window, tolerance: float) -> list[float]:
 
 
 def together(part: Part, windows: list[Window]) -> list[list[Window]]:
-    """Windows of single balls that one call can integrate: equally long, from one instant where the drive accelerates.
-
-    Those that begin with the part may have a first output sooner.
-    """
+    """Windows of single balls that one call can integrate, all or, where the drive accelerates, from one instant."""
     groups: dict[tuple, list[Window]] = {}
     for number, window in enumerate(windows):
-        alike = window.begin if part.drive.acceleration else window.begin < 0
-        groups.setdefault((window.length, alike, number if window.ball < 0 else -1), []).append(window)
+        alike = window.begin if part.drive.acceleration else 0
+        groups.setdefault((number if window.ball < 0 else -1, alike), []).append(window)
     return list(groups.values())
 
 

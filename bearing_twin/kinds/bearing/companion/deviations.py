@@ -1,6 +1,7 @@
 """How far a stretch of a bearing run is from what a companion found for it."""
 
 import functools
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -33,12 +34,14 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
     return np.sqrt(squares[..., 0] + squares[..., 1] + squares[..., 2])
 
 
-class Part(NamedTuple):
+@dataclass(eq=False)
+class Part:
     """A stretch of a run that was integrated in one go, with what it began from and what it gave out.
 
     `begun` are the arrays that moved on, as they were: state, orientation, steps, carried, border. `filled` are states,
     orientations and borders at `times` [s] from `elapsed` [s] on, `out` the channels there. `taken` are the steps
-    of all balls since the run began.
+    of all balls since the run began. What is asked of all outputs again and again is read out of `out` once: its rows
+    are wide, and memory that was not read for a while is slow.
     """
 
     bearing: Bearing
@@ -62,17 +65,39 @@ class Part(NamedTuple):
         """The drive `start` [s] later."""
         return drive_later(self.drive, start)
 
+    @functools.cached_property
+    def load(self) -> np.ndarray:
+        """Normal loads [N] (outputs, balls, 2) of the channel of that name."""
+        return self.out["normal_load"].copy()
 
-def in_flight(part: Part) -> np.ndarray:
-    """Which balls (outputs, balls) touch neither raceway."""
-    load = part.out["normal_load"]
-    return (load[..., 0] == 0.0) & (load[..., 1] == 0.0)
+    @functools.cached_property
+    def friction(self) -> np.ndarray:
+        """Lengths [N] (outputs, balls, 2) of the friction forces."""
+        return lengths(self.out["friction_force"].copy())
+
+    @functools.cached_property
+    def all_bear(self) -> bool:
+        """Whether every contact bears load at every output, as nearly always."""
+        return float(self.load.min()) > 0.0
+
+    @functools.cached_property
+    def in_flight(self) -> np.ndarray:
+        """Which balls (outputs, balls) touch neither raceway."""
+        if self.all_bear:
+            return np.zeros(self.load.shape[:2], bool)
+        return (self.load[..., 0] == 0.0) & (self.load[..., 1] == 0.0)
+
+    @functools.cached_property
+    def flies(self) -> bool:
+        """Whether any ball touches neither raceway at an output."""
+        return not self.all_bear and bool(self.in_flight.any())
 
 
 class Found(NamedTuple):
     """What a companion found: channels and states (instants, balls, ...), and the steps it took in all.
 
-    `last` are state, orientation, step sizes and what laws carry at the end, one row a ball, then ring and cage.
+    A ball by itself has channels without an axis of balls, states with one of length 1. `last` are state, orientation,
+    step sizes and what laws carry at the end, one row a ball, then ring and cage.
     """
 
     out: Columns
@@ -94,20 +119,17 @@ def _places(layout: Layout) -> np.ndarray:
     return np.column_stack([one.reshape(len(numbers[-1]), -1) for one in numbers])
 
 
-def _read(out: Columns, rows, ball: int | None) -> np.ndarray:
+def _read(out: Columns, rows: slice, ball: int | None) -> np.ndarray:
     """The channels of `_READ` side by side, (outputs, ROLL + 1) of a ball, (outputs, balls, ROLL + 1) of all."""
     places = _places(out.layout)
     return out.numbers[rows].take(places if ball is None else places[ball], axis=1)
 
 
-def deviations(part: Part, window: Window, found: Found, place: int | None, greatest_load: float) -> list[float]:
-    """The greatest errors of the run in a window: what stands behind `tolerance` in a row of WINDOW.
-
-    `place` is that of the ball among those the companion took, None for all balls at once.
-    """
-    rows, alone = slice(window.begin + 1, window.begin + 1 + window.length), place is not None
+def deviations(part: Part, window: Window, found: Found, greatest_load: float) -> list[float]:
+    """The greatest errors of the run in a window: what stands behind `tolerance` in a row of WINDOW."""
+    rows, alone = slice(window.begin + 1, window.begin + 1 + window.length), window.ball >= 0
     run = _read(part.out, rows, window.ball if alone else None)
-    exact = _read(found.out, (slice(None), place) if alone else slice(None), 0 if alone else None)
+    exact = _read(found.out, slice(None), 0 if alone else None)
     off, bearing, least = run - exact, part.bearing, LEAST_LOAD * greatest_load
     vectors = np.array([one[..., VECTORS] for one in (run, exact, off)])
     long = lengths(vectors.reshape(*vectors.shape[:-1], 3, 3))
@@ -120,7 +142,7 @@ def deviations(part: Part, window: Window, found: Found, place: int | None, grea
         friction = float(max(force.max(), turned.max())) / coefficient
     turns = long[0, ..., TORQUE] - long[1, ..., TORQUE]
     mean = np.add.reduce(turns.reshape(len(turns), -1), axis=0) / len(turns)
-    balls = (window.ball, place) if alone else (slice(None), slice(None))
+    balls = (window.ball, 0) if alone else (slice(None), slice(None))
     mine, theirs = part.filled[0][rows, balls[0]], found.states[:, balls[1]]
     orbit = [one[..., TANGENTIAL_VELOCITY] / one[..., AXIS_DISTANCE] for one in (mine, theirs)]
     before = 0.0 if window.begin < 0 else part.times[window.begin]
@@ -149,28 +171,27 @@ def deviations(part: Part, window: Window, found: Found, place: int | None, grea
     ]
 
 
-def left_over(part: Part, window: Window, found: Found, place: int, allowed: np.ndarray) -> float:
+def left_over(part: Part, window: Window, found: Found, allowed: np.ndarray) -> float:
     """The error of the motion at the end of a window, over what is `allowed` (MOTION,); the orbit angle does not count.
 
     How far a ball has gone round changes its loads little; all else may come back as an error of force.
     """
-    those, own = (slice(None), slice(None)) if window.ball < 0 else (window.ball, place)
+    those, own = (slice(None), slice(None)) if window.ball < 0 else (window.ball, 0)
     mine = part.filled[0][window.begin + window.length, those, :MOTION]
     error = np.abs(mine - found.states[-1, own, :MOTION]) / allowed
     error[..., ORBIT_ANGLE] = 0.0
     return float(error.max())
 
 
-def off_in_flight(part: Part, window: Window, found: Found, place: int | None) -> float:
+def off_in_flight(part: Part, window: Window, found: Found) -> float:
     """How far [m] the ball of a window was off along the radius at outputs where it touched neither raceway.
 
     0 of all balls at once.
     """
-    if place is None:
+    if window.ball < 0:
         return 0.0
     rows = slice(window.begin + 1, window.begin + 1 + window.length)
-    free = in_flight(part)[rows, window.ball]
-    if not free.any():
+    if not part.flies or not (free := part.in_flight[rows, window.ball]).any():
         return 0.0
-    off = part.filled[0][rows, window.ball, AXIS_DISTANCE] - found.states[:, place, AXIS_DISTANCE]
+    off = part.filled[0][rows, window.ball, AXIS_DISTANCE] - found.states[:, 0, AXIS_DISTANCE]
     return float(np.abs(off[free]).max(initial=0.0))

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.contact.elastic import elastic
-from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part, in_flight, lengths
+from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part, lengths
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, WINDOW, carries
 from bearing_twin.kinds.bearing.forces.equations import Bearing
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
@@ -44,7 +44,7 @@ def light_share(part: Part, greatest: float) -> float:
     coefficient = part.bearing.friction_coefficient
     if coefficient <= 0.0 or greatest <= 0.0:
         return 0.0
-    load, law = part.out["normal_load"], part.bearing.inner.law
+    load, law = part.load, part.bearing.inner.law
     bears = load > 0.0
     felt = rubbing(part, greatest, bears) * (greatest / load[bears]) ** (1.0 / law.power)
     return float(felt.max(initial=0.0))
@@ -52,13 +52,13 @@ def light_share(part: Part, greatest: float) -> float:
 
 def rubbing(part: Part, greatest: float, those: np.ndarray) -> np.ndarray:
     """Friction over what it could be, mu N, of `those` contacts, a mask (outputs, balls, 2); mu is not 0."""
-    limit = part.bearing.friction_coefficient * np.maximum(part.out["normal_load"][those], LEAST_LOAD * greatest)
-    return lengths(part.out["friction_force"][those]) / limit
+    limit = part.bearing.friction_coefficient * np.maximum(part.load[those], LEAST_LOAD * greatest)
+    return part.friction[those] / limit
 
 
 def landed(part: Part) -> np.ndarray:
     """Which contacts (outputs, balls, 2) bear load where their ball touched neither raceway at the output before."""
-    free, bears = in_flight(part), part.out["normal_load"] > 0.0
+    free, bears = part.in_flight, part.load > 0.0
     bears[0], bears[1:] = False, bears[1:] & (free[:-1] & ~free[1:])[..., None]
     return bears
 
@@ -69,10 +69,9 @@ def hops(part: Part, greatest: float, off: float) -> tuple[float, float]:
     A contact is off by no more than what it bears: at an output after one at which its ball touched neither raceway, or
     at the height of the blow that a ball comes to with its speed, which outputs may miss.
     """
-    free = in_flight(part)
-    if not free.any() or off <= 0.0:
+    if not part.flies or off <= 0.0:
         return 0.0, 0.0
-    load, bears, law = part.out["normal_load"], landed(part), part.bearing.inner.law
+    free, load, bears, law = part.in_flight, part.load, landed(part), part.bearing.inner.law
     energy = 0.5 * part.bearing.ball_mass * float(np.square(part.filled[0][..., RADIAL_VELOCITY][free]).max())
     blow = law.given * ((law.power + 1.0) * energy / law.given) ** (law.power / (law.power + 1.0))
     friction = 0.0
@@ -94,7 +93,7 @@ def unseen_landings(part: Part, rows: np.ndarray, greatest: float, apart: float)
         balls = slice(None) if row[PLACE["ball"]] < 0 else int(row[PLACE["ball"]])
         bears[times <= row[0], balls] = False
     law = part.bearing.inner.law
-    approach = (part.out["normal_load"][bears] / law.given) ** (1.0 / law.power)
+    approach = (part.load[bears] / law.given) ** (1.0 / law.power)
     share = np.minimum((1.0 + apart / approach) ** law.power - 1.0, 1.0)
     return float((rubbing(part, greatest, bears) * share).max(initial=0.0))
 
@@ -112,7 +111,7 @@ def thrown(part: Part) -> bool:
     A ball may also hop on the outer raceway while the ring lies still, or slides round. So at some output contacts must
     leave more than half of its load unheld: half way from lying still to falling.
     """
-    if not in_flight(part).any():
+    if not part.flies:
         return False
     at, partners = np.asarray(part.times)[:, None], part.partners
     load = (partners.load + partners.weight + at * partners.load_rate)[:, :3]
@@ -154,7 +153,7 @@ def carried_on(
         # Balls forget their slip within a window; what a ring's error does to friction follows from that of load.
         longer[SLIP] = 1.0
         row[ERRORS] = np.maximum(row, longer * np.abs(one))[ERRORS]
-    now = float(row[PLACE["load"]]) + around * float(part.out["normal_load"].max() - part.out["normal_load"].min())
+    now = float(row[PLACE["load"]]) + around * float(part.load.max() - part.load.min())
     if seconds:
         hopping, felt = hops(part, greatest, BUMPING * max(now, off))
     else:

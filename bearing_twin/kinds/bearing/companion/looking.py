@@ -50,13 +50,16 @@ class Looking:
         met, whole, planned = meetings(part), part.partners.active, 0.0
         copied = copied_from(met, self.met) is not None
         fewest = min(LEAST_STEPS, steps.sum(axis=1).min())
+        tops = [float(grid.max()) for grid in grids]
         touched, before = bool(met.any()), {}
         much = self._much(part)
         some_cheap = not whole and self.parts < EARLY and fewest <= CHEAP * part.taken
         for place, grid in enumerate(grids):
             mine: list[Window] = []
-            points = grid.ravel()
-            worth = (points > (LIKE if some_cheap else RAISED) * self.best[place].min()).nonzero()[0]
+            points, least = grid.ravel(), (LIKE if some_cheap else RAISED) * self.best[place].min()
+            if tops[place] <= least:
+                continue
+            worth = (points > least).nonzero()[0]
             for flat in worth[(-points[worth]).argsort(kind="stable")][:CANDIDATES].tolist():
                 row, cell = divmod(flat, grid.shape[1])
                 good = self._worth(place, float(grid[row, cell]), mine, self.looked + planned > much)
@@ -74,7 +77,7 @@ class Looking:
                     if not any(within(window, other) for other in found):
                         found.append(window)
                         planned += self._see(window, row, grids, steps)
-        self.spare = spare(self.best, grids) if len(part.pointer) else 1.0
+        self.spare = spare(self.best, tops) if len(part.pointer) else 1.0
         self.parts += 1
         self.probing = self._probes(part)
         if self.probing:
@@ -108,10 +111,9 @@ class Looking:
 
     def _much(self, part: Part) -> float:
         """Steps of windows in a part and before it, beyond which only that is worth a look which exceeds all by far."""
-        bears = part.out["normal_load"] > 0.0
-        eventful = not part.partners.active and not bears.all() and (bears[..., 0] | bears[..., 1]).all()
+        eventful = not part.partners.active and not part.all_bear and (part.load > 0.0).any(axis=2).all()
         return (EVENTFUL if eventful else LOOKING) * part.taken
 
     def _pointers(self, part: Part) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-        self.greatest_load = max(self.greatest_load, float(part.out["normal_load"].max()))
+        self.greatest_load = max(self.greatest_load, float(part.load.max()))
         return pointers(part, LEAST_LOAD * self.greatest_load)

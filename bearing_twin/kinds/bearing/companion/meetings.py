@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.companion.deviations import Found, Part, in_flight
+from bearing_twin.kinds.bearing.companion.deviations import Found, Part
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, Window
 from bearing_twin.kinds.bearing.error_scales import APPROACH_SCALE
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE, TANGENTIAL_VELOCITY
@@ -109,18 +109,18 @@ class Drift:
         self.lost = np.array(kept[3], bool).reshape(balls)
         self.later, self.limit = [], None
 
-    def see(self, part: Part, window: Window, found: Found, place: int, scale: float) -> None:
-        """Takes in how far the ball of a window, or all, were off at its end, times `scale`; `place` is in `found`.
+    def see(self, part: Part, window: Window, found: Found, scale: float) -> None:
+        """Takes in how far the ball of a window, or all, were off at its end, times `scale`.
 
         No later than at the limit, see `begin`.
         """
         end = window.begin + window.length
         if self.limit is not None and end > self.limit:
-            self.later.append((part, window, found, place, scale))
+            self.later.append((part, window, found, scale))
             end = self.limit
         if end <= window.begin:
             return
-        balls, own = (window.ball, place) if window.ball >= 0 else (slice(None), slice(None))
+        balls, own = (window.ball, 0) if window.ball >= 0 else (slice(None), slice(None))
         mine, exact = part.filled[0][end, balls], found.states[end - window.begin - 1, own]
         speeds = [one[..., TANGENTIAL_VELOCITY] / one[..., AXIS_DISTANCE] for one in (mine, exact)]
         angle = scale * np.abs(mine[..., ORBIT_ANGLE] - exact[..., ORBIT_ANGLE])
@@ -130,16 +130,19 @@ class Drift:
 
     def go_on(self, part: Part, followed: set[int]) -> None:
         """Goes on to the end of a part."""
-        bears = part.out["normal_load"] > 0.0
-        driven, free = bears[..., 0] & bears[..., 1], in_flight(part)
-        late = part.elapsed + part.times[:, None] > self.until
-        between = part.times.copy()
-        between[1:] -= part.times[:-1]
-        self.angle = self.angle + self.speed * (between[:, None] * (late & ~driven)).sum(axis=0)
-        self.speed = np.where((late & driven).any(axis=0), 0.0, self.speed)
+        now = part.elapsed + part.times
+        if part.all_bear:
+            driven_late = now[-1] > self.until
+        else:
+            driven, late = (part.load > 0.0).all(axis=2), now[:, None] > self.until
+            between = part.times.copy()
+            between[1:] -= part.times[:-1]
+            self.angle = self.angle + self.speed * (between[:, None] * (late & ~driven)).sum(axis=0)
+            driven_late = (late & driven).any(axis=0)
+        self.speed = np.where(driven_late, 0.0, self.speed)
         self.until = np.full(len(self.until), part.elapsed + part.duration)
-        if ALL not in followed and free.any():
-            unseen = free.any(axis=0)
+        if ALL not in followed and part.flies:
+            unseen = part.in_flight.any(axis=0)
             unseen[list(followed)] = False
             self.lost = self.lost | unseen
 

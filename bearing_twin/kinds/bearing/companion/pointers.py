@@ -22,7 +22,7 @@ def pointers(part: Part, least: float) -> tuple[tuple[np.ndarray, ...], np.ndarr
     Over no less than the `least` load [N]; balls that are coupled have one row, and in place of the third how much an
     error of force [m/s^2] changes friction, over load [N].
     """
-    load = part.out["normal_load"]
+    load = part.load
     inner, outer = load[..., 0], load[..., 1]
     if len(part.pointer):
         force, torque, steps = (part.pointer[:, :, place] for place in (OF_FORCE, OF_TORQUE, STEPS_IN))
@@ -30,7 +30,7 @@ def pointers(part: Part, least: float) -> tuple[tuple[np.ndarray, ...], np.ndarr
         force, torque, steps = bends(part.out)
     torque = torque / np.maximum(inner + outer, least).T
     bears = np.maximum(load, least)
-    sliding = lengths(part.out["friction_force"]) / bears
+    sliding = part.friction / bears
     if part.partners.active:
         # What an error of force does to friction: most where a contact that slides bears little, as behind a lift-off.
         sliding *= force.T[..., None] / np.where(load > 0.0, load, bears)
@@ -46,10 +46,13 @@ def dearest(row: np.ndarray, balls: int) -> Dearest:
     return Dearest(steps, place_of(row), balls, ALWAYS)
 
 
-def spare(best: np.ndarray, grids: tuple[np.ndarray, ...]) -> float:
-    """How many times greater errors of force and torque would still be less than the `best`, which were looked at."""
-    seen = zip(best[:SLIDING], grids[:SLIDING], strict=True)
-    return min(float(least.min()) / max(float(grid.max()), 1e-300) for least, grid in seen)
+def spare(best: np.ndarray, tops: list[float]) -> float:
+    """How many times greater errors of force and torque would still be less than the `best`, which were looked at.
+
+    `tops` are the greatest that each pointer says.
+    """
+    seen = zip(best[:SLIDING], tops[:SLIDING], strict=True)
+    return min(float(least.min()) / max(top, 1e-300) for least, top in seen)
 
 
 def bends(out: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -10,7 +10,8 @@ from bearing_twin.compiled import inlined
 from bearing_twin.contact.elasticity import Elasticity
 from bearing_twin.kinds.bearing.forces.equations import Bearing, Raceway
 
-_latest: tuple = (None, None)  # a bearing and what it was made into: chunk after chunk has the same
+KEPT = 4  # bearings that are known: those of a shaft take turns, chunk after chunk
+_latest: tuple = ()  # of these: (bearing, what it was made into), the last one first
 
 
 def _numbers(fields):
@@ -21,14 +22,21 @@ def _numbers(fields):
             yield one
 
 
-def handed(bearing: Bearing) -> tuple[np.ndarray, tuple]:
-    """The numbers of a bearing but for its last three fields, in their order, and those three: spot, ring, pockets."""
+def handed(bearing: Bearing, balls: int | None = None) -> tuple[np.ndarray, tuple]:
+    """The numbers of a bearing but for its last three fields, in their order, and those three: spot, ring, pockets.
+
+    With another number of `balls`, if that is given.
+    """
     global _latest
-    known, found = _latest
-    if known is not bearing:
+    found = next((found for known, found in _latest if known is bearing), None)
+    if found is None:
         found = np.array([*_numbers(bearing[:-3])], float), tuple(bearing[-3:])
-        _latest = bearing, found
-    return found
+        _latest = ((bearing, found), *_latest[: KEPT - 1])
+    if balls is None or balls == bearing.balls:
+        return found
+    numbers, rest = found[0].copy(), found[1]
+    numbers[0] = balls
+    return numbers, rest
 
 
 @inlined

@@ -24,8 +24,8 @@ def _flying(bearing, lanes, k):
 
 
 @inlined
-def cut_steps(bearing, duration, alone, blocks):
-    """Cuts what each lane would step in a chunk of that `duration` [s]; what it wants otherwise is WANTED.
+def cut_steps(bearing, alone, blocks):
+    """Cuts what each lane would step in its stretch; what it wants otherwise is WANTED.
 
     Balls that are not `alone` share their steps, the short ones of balls in contact.
     """
@@ -34,4 +34,4 @@ def cut_steps(bearing, duration, alone, blocks):
             wanted = get(lanes, STEP, k)
             if alone and wanted > LONGEST_FLIGHT and _flying(bearing, lanes, k):
                 wanted = LONGEST_FLIGHT
-            cut_to_end(wanted, duration, lanes, k)
+            cut_to_end(wanted, lanes, k)

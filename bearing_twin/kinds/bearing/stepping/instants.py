@@ -72,24 +72,27 @@ def _fill(lanes):
 
 
 @lean_kernel
-def _find_next(times, cursor, first, lanes):
+def _find_next(times, after, held, cursor, first, lanes):
     """Finds each lane's share of its step to its next instant; returns whether any lane has one.
 
-    The block's first place is number `first`.
+    The block's first place is number `first`; instants of a ball end before number `after` its last.
     """
     wanted = False
     for k in range(LANES):
         at, share = cursor[first + k], NONE
-        if at < len(times) and times[at] <= get(lanes, UNTIL, k):
+        if get(lanes, UNTIL, k) > 0.0 and at < after[held[first + k]] and times[at] <= get(lanes, UNTIL, k):
             share, wanted = (times[at] - get(lanes, TIME, k)) / get(lanes, STEP, k), True
         put(lanes, SHARE_THERE, k, share)
     return wanted
 
 
 @lean_kernel
-def give_out(times, weights, held, cursor, first, lanes, states, orientations):
-    """Writes the instants up to UNTIL inside the steps of a block's lanes, and moves `cursor` on to the next ones."""
-    found = _find_next(times, cursor, first, lanes)
+def give_out(times, after, weights, held, cursor, first, lanes, states, orientations):
+    """Writes the instants up to UNTIL inside the steps of a block's lanes, and moves `cursor` on to the next ones.
+
+    A state stands where its instant does; balls whose instants follow one another have one column there together.
+    """
+    found, last = _find_next(times, after, held, cursor, first, lanes), states.shape[1] - 1
     if found:
         take_terms(weights, lanes)
     while found:
@@ -97,10 +100,10 @@ def give_out(times, weights, held, cursor, first, lanes, states, orientations):
         for k in range(LANES):
             if get(lanes, SHARE_THERE, k) == NONE:
                 continue
-            at, ball = cursor[first + k], held[first + k]
+            at, ball = cursor[first + k], min(held[first + k], last)
             for column in range(COLUMNS):
                 states[at, ball, column] = get(lanes, column, k)
             for part in range(4):
                 orientations[at, ball, part] = get(lanes, TURNED_THERE + part, k)
             cursor[first + k] = at + 1
-        found = _find_next(times, cursor, first, lanes)
+        found = _find_next(times, after, held, cursor, first, lanes)

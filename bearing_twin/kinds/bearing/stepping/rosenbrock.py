@@ -33,6 +33,7 @@ from bearing_twin.kinds.bearing.stepping.steps import (
 )
 from bearing_twin.kinds.bearing.stepping.walls import meet_walls, note_closing
 from bearing_twin.numerics.lanes import (
+    DURATION,
     LANES,
     START,
     STEP,
@@ -48,6 +49,7 @@ from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rosenbrock import IDLE, advance_lanes, dense_terms, fill_lanes
 from bearing_twin.numerics.statuses import OK
 from bearing_twin.numerics.steppers import NOTHING, Rosenbrock
+from bearing_twin.numerics.stretches import Stretches, alike
 
 
 class ChunkTask(NamedTuple):
@@ -62,9 +64,10 @@ class ChunkTask(NamedTuple):
 
 
 class Run(NamedTuple):
-    """What a chunk is integrated with: the task, the balls' states and orientations, results, and room."""
+    """What a chunk is integrated with: the task, the balls' stretches, states and orientations, results, and room."""
 
     task: ChunkTask
+    stretches: Stretches
     state: np.ndarray
     orientation: np.ndarray
     results: Results
@@ -88,7 +91,7 @@ def _begin(run, number, lanes, k):
 def _cut(run, coupling, blocks):
     """Cuts the coming steps; returns the least to go on with [s]."""
     task = run.task
-    cut_steps(task.bearing, task.duration, len(coupling) == 0, blocks)
+    cut_steps(task.bearing, len(coupling) == 0, blocks)
     return meet_walls(task.bearing.pockets, task.bearing, coupling, task.scales, blocks)
 
 
@@ -120,7 +123,7 @@ def _give_out(run, held, cursor, blocks):
     for block in range(len(blocks)):
         note_errors(results.pointer, held, cursor, first, blocks[block])
         where = results.states, results.orientations
-        give_out(task.times, task.method.dense, held, cursor, first, blocks[block], *where)
+        give_out(task.times, run.stretches.after, task.method.dense, held, cursor, first, blocks[block], *where)
         first += LANES
 
 
@@ -132,7 +135,7 @@ def _accept(run, lanes, k):
 
 @lean_kernel
 def _checked(bearing, number, state, duration, failure):
-    """Whether the state of a ball at the end of a chunk can be right; `bearing` has its ring where it is then."""
+    """Whether the state of a ball at its end [s] can be right; `bearing` has its ring where it is then."""
     status = check_ball(bearing, state, number)
     if status != OK:
         failure[0], failure[1] = duration, number
@@ -147,7 +150,7 @@ def _end(run, coupling, number, lanes, k):
     from_lane(lanes, ORIENTATION, k, run.orientation[number])
     from_lane(lanes, CARRIED_INNER, k, results.carried[number])
     now = _bearing_now(bearing.ring, coupling, bearing)
-    return _checked(now, number, run.state, run.task.duration, results.failure)
+    return _checked(now, number, run.state, get(lanes, DURATION, k), results.failure)
 
 
 @lean_kernel
@@ -205,14 +208,14 @@ def _blocks_of(coupling, balls):
 
 
 @lean_kernel
-def _advance(task, coupling, balls, state, orientation, steps, results, held, cursor, dense, blocks):
+def _advance(task, stretches, coupling, balls, state, orientation, steps, results, held, cursor, dense, blocks):
     """`rosenbrock_chunk` in the room it has made."""
-    run, method, duration = Run(task, state, orientation, results, dense), task.method, task.duration
-    fill_lanes(_begin, run, coupling, duration, balls, steps, held, blocks)
+    run, method = Run(task, stretches, state, orientation, results, dense), task.method
+    fill_lanes(_begin, run, coupling, stretches, balls, steps, held, cursor, blocks)
     _begin_border(coupling, task, balls, blocks)
     status = advance_lanes(
         _cut, _one_step, _landing, _accept_all, _give_out, _accept, _end, _begin,
-        run, coupling, method, duration, balls, steps, held, cursor, results, blocks,
+        run, coupling, method, stretches, balls, steps, held, cursor, results, blocks,
     )  # fmt: skip
     if status == OK:
         _end_border(coupling, results)
@@ -220,20 +223,24 @@ def _advance(task, coupling, balls, state, orientation, steps, results, held, cu
 
 
 @kernel
-def _chunk(bearing, drive, method, times, duration, scales, coupling, balls, state, orientation, steps, results):
+def _chunk(bearing, drive, method, times, duration, scales, own, coupling, balls, state, orientation, steps, results):
     """`rosenbrock_chunk` of what is handed over without names."""
     task = ChunkTask(Rosenbrock(*method), taken(bearing), RingDrive(*drive), times, duration, scales)
     blocks, dense = _blocks_of(coupling, len(balls)), new_dense_step()
-    held, filled = np.full(LANES * len(blocks), IDLE), Results(*results)
+    held, filled, stretches = np.full(LANES * len(blocks), IDLE), Results(*results), Stretches(*own)
     cursor = np.zeros_like(held)
-    return _advance(task, coupling, balls, state, orientation, steps, filled, held, cursor, dense, blocks)
+    return _advance(task, stretches, coupling, balls, state, orientation, steps, filled, held, cursor, dense, blocks)
 
 
-def rosenbrock_chunk(task: ChunkTask, coupling, balls, state, orientation, steps, results: Results) -> int:
+def rosenbrock_chunk(
+    task: ChunkTask, coupling, balls, state, orientation, steps, results: Results, own: Stretches | None = None
+) -> int:
     """Advances the balls numbered in `balls` over the chunk; `steps` (N,) [s] are the step sizes carried along.
 
-    `coupling` is empty for balls alone, else a `linear_system.Coupling`. Returns a status.
+    `coupling` is empty for balls alone, else a `linear_system.Coupling`. Balls alone may have stretches of their `own`,
+    within the chunk's instants. Returns a status.
     """
     bearing, drive, method = handed(task.bearing), tuple(task.drive), tuple(task.method)
-    what = bearing, drive, method, task.times, task.duration, task.scales
+    own = own or alike(len(state), task.duration, len(task.times))
+    what = bearing, drive, method, task.times, task.duration, task.scales, tuple(own)
     return _chunk(*what, coupling, balls, state, orientation, steps, tuple(results))
