@@ -74,11 +74,13 @@ def quick_diagnostics(monkeypatch):
 def quick_pictures(monkeypatch):
     """Pictures are drawn whole, but once, small, without a search for a layout and with ticks at the ends.
 
-    That is a small part of what they cost. For tests of what is drawn and told; where things stand is looked at by eye.
+    That is a small part of what they cost. Numbers at ticks are drawn where the package says how. For tests of what is
+    drawn and told; where things stand is looked at by eye.
     """
+    from matplotlib import rcParams
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
-    from matplotlib.ticker import FixedLocator
+    from matplotlib.ticker import FixedLocator, LogFormatter, NullFormatter, ScalarFormatter
 
     def saved(figure, path, **_):
         figure.set_layout_engine("none")
@@ -88,8 +90,11 @@ def quick_pictures(monkeypatch):
             for axis in (axes.xaxis, axes.yaxis):
                 if not isinstance(axis.get_major_locator(), FixedLocator):  # whose ticks the picture names
                     axis.set_major_locator(FixedLocator(axis.get_view_interval()))
+                if isinstance(axis.get_major_formatter(), (LogFormatter, ScalarFormatter)):  # Matplotlib's own
+                    axis.set_major_formatter(NullFormatter())
         FigureCanvasAgg(figure).print_png(path)
 
+    monkeypatch.setitem(rcParams, "axes.titley", 1.0)  # which else makes room for ticks above
     monkeypatch.setattr(Figure, "savefig", saved)
 
 

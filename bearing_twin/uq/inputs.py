@@ -53,8 +53,7 @@ class Input:
     def at_score(self, z):
         """Quantile at the normal score z, that is at probability Phi(z), with all digits on both tails to |z| = 37."""
         z = np.asarray(z, float)
-        u = ndtr(-np.abs(z))
-        return np.where(z < 0.0, self.ppf(u), self.isf(u))
+        return np.piecewise(ndtr(-np.abs(z)), [z < 0.0], [self.ppf, self.isf])
 
     def cdf(self, x):
         """Probability of a value not above x."""

@@ -1,5 +1,7 @@
 """How the uncertainty of a study's inputs gets to a quantity: as a function of them, exactly, or at chosen points."""
 
+from contextlib import suppress
+
 import numpy as np
 
 from bearing_twin.errors import StatisticError, StudyError
@@ -13,7 +15,7 @@ from bearing_twin.uq.realise import Task, only_what_is_wanted, realise
 from bearing_twin.uq.scene_keys import numeric_keys, placed, put
 from bearing_twin.uq.statistics import MOMENTS
 from bearing_twin.uq.study import Study
-from bearing_twin.uq.tails import refuse_missing_moments
+from bearing_twin.uq.tails import refuse_missing_moment, tails_along
 
 
 def task_of(study: Study) -> Task:
@@ -107,13 +109,13 @@ def missing_moments(study: Study, task: Task, name: str) -> dict[str, str]:
     if not task.closed:
         return {}
     missing, function = {}, _function(task._replace(quantities=(name,), histories=()))
-    for statistic in MOMENTS:
-        try:
-            refuse_missing_moments(study.joint, function, statistic)
-        except StatisticError as error:
-            missing[statistic] = str(error)
-        except StudyError:  # not finite nearby: failures are counted, tails cannot be followed
-            return missing
+    with suppress(StudyError):  # not finite nearby: failures are counted, tails cannot be followed
+        for source, found in tails_along(study.joint, function):
+            for statistic in [one for one in MOMENTS if one not in missing]:
+                try:
+                    refuse_missing_moment(source, found, statistic)
+                except StatisticError as error:
+                    missing[statistic] = str(error)
     return missing
 
 

@@ -6,6 +6,7 @@ spheres, tau ~ E^(-2/5), the mean is infinite for std/mean of E above 1.58, the 
 """
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -46,7 +47,7 @@ def tails(source: Input, function) -> Tails:
         at = source.at_score(scores)
         values = np.asarray(function(at), float)
         left = ndtr(-np.abs(scores))
-        back = np.where(scores < 0.0, source.cdf(at), source.distribution.sf(at))
+        back = np.piecewise(at, [scores < 0.0], [source.cdf, source.distribution.sf])
     finite = np.isfinite(values) & np.isfinite(at)
     sure = np.abs(scores) <= SURE_SCORE
     if not finite[sure].all():
@@ -63,6 +64,18 @@ def tails(source: Input, function) -> Tails:
     return Tails(scores[first : last + 1], values[first : last + 1], lower, upper)
 
 
+def tails_along(joint: Joint, function) -> Iterator[tuple[Input, Tails]]:
+    """The same along each of several inputs that has a density, with the rest at their medians.
+
+    `function` takes values (n, d) -> (n,). Right for products of powers of the inputs; inputs that only together
+    reach an infinity are not found.
+    """
+    middle = joint.values(np.full((1, joint.dimension), 0.5))
+    for index, source in enumerate(joint.inputs):
+        if source.has_density:
+            yield source, tails(source, _along(function, middle, index))
+
+
 def refuse_missing_moment(source: Input, found: Tails, statistic: str) -> None:
     """Raise StatisticError with the reason where that statistic (a key of ORDERS) does not exist; else return."""
     order = ORDERS[statistic]
@@ -75,18 +88,6 @@ def refuse_missing_moment(source: Input, found: Tails, statistic: str) -> None:
         f"(probability left)^-{max(found.lower, found.upper):.3g}, and{power} that has no finite integral; "
         f"ask for quantiles, or give {source.key} a distribution that keeps away from there"
     )
-
-
-def refuse_missing_moments(joint: Joint, function, statistic: str) -> None:
-    """The same for several inputs, one after the other with the rest at their medians.
-
-    `function` takes values (n, d) -> (n,). Right for products of powers of the inputs; inputs that only together
-    reach an infinity are not found.
-    """
-    middle = joint.values(np.full((1, joint.dimension), 0.5))
-    for index, source in enumerate(joint.inputs):
-        if source.has_density:
-            refuse_missing_moment(source, tails(source, _along(function, middle, index)), statistic)
 
 
 def _along(function, middle, index):
