@@ -20,7 +20,7 @@ from action_msgs.msg import GoalStatus
 from bearing_twin_msgs.action import RunStudy
 from bearing_twin_msgs.msg import BearingState, Contacts
 from bearing_twin_msgs.srv import Step, Stiffness
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterValue
@@ -29,7 +29,7 @@ from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSCompatibility, qos_check_compatible
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
@@ -41,10 +41,10 @@ from bearing_twin.nodes.messages import message_class, qos_profile
 __all__ = [
     "PATIENCE", "ActionClient", "ActionServer", "BearingState",
     "Clock", "Contacts", "DiagnosticArray", "DiagnosticStatus", "Float64", "GoalStatus",
-    "ParameterMessage", "ParameterValue", "PoseStamped", "QoSCompatibility", "Qos", "RunStudy", "SetBool",
+    "KeyValue", "ParameterMessage", "ParameterValue", "PoseStamped", "QoSCompatibility", "Qos", "RunStudy", "SetBool",
     "SetParameters", "Step", "Stiffness", "String", "Trigger", "TwistStamped", "WrenchStamped", "call",
     "deserialize_message", "executable", "heard", "message_class", "padded", "plain_node", "qos_check_compatible",
-    "qos_profile", "rclpy", "ros_executor", "spin_for", "spin_until",
+    "qos_profile", "rclpy", "ros_executor", "serialize_message", "spin_for", "spin_until",
     "spin_until_heard", "started",
 ]  # fmt: skip
 

@@ -7,7 +7,17 @@ import socket
 import threading
 
 import pytest
-from ros import WrenchStamped, plain_node, ros_executor, spin_until, started
+from ros import (
+    DiagnosticArray,
+    DiagnosticStatus,
+    KeyValue,
+    WrenchStamped,
+    plain_node,
+    ros_executor,
+    serialize_message,
+    spin_until,
+    started,
+)
 
 from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.log import cdr
@@ -125,7 +135,19 @@ def test_without_a_node_to_show_it_says_so():
         assert node._watched == "/left_node"
 
 
-def test_a_node_that_says_and_sends_nothing_gets_an_answer_too(monkeypatch):
+def refusals_told(node, *counts):
+    """What a page is told of refusals as a node's diagnostics give these counts, one after the other."""
+    told, send = [], node.feed.send
+    node.feed.send = lambda word, text: told.append(text) if word == "refused" else None
+    for count in counts:
+        values = [KeyValue(key="commands_refused", value=count), KeyValue(key="last_refusal", value=f"the {count}th")]
+        status = DiagnosticStatus(name="mute_node: simulation", values=values)
+        node._on_diagnostics(serialize_message(DiagnosticArray(status=[status])))
+    node.feed.send = send
+    return told
+
+
+def test_a_node_that_sends_nothing_is_answered_for_and_its_refusals_are_told_to_those_who_look(monkeypatch):
     monkeypatch.setattr(watch_node, "COMING", 0.2)
     with ros_executor() as executor:
         other = plain_node(executor, "mute_node")
@@ -138,6 +160,11 @@ def test_a_node_that_says_and_sends_nothing_gets_an_answer_too(monkeypatch):
             status, text = asked(executor, node, "POST", "/command", command)
             assert status == 409
             assert words in text
+        node._on_look()
+        assert refusals_told(node, "2", "2", "3", "0", "1") == ["the 3th", "the 1th"]
+        monkeypatch.setattr(watch_node, "ASKED_FOR", 0.0)  # nobody looks any more
+        node._on_look()
+        assert refusals_told(node, "4", "5") == ["the 5th"], "the 4th was while nobody looked"
 
 
 def test_a_refusal_is_told_whole_and_what_is_longer_ends_with_an_ellipsis():
