@@ -181,8 +181,9 @@ def _refined(inside, polygon):
     for _ in range(REFINEMENTS):
         before, after = polygon[rough], np.roll(polygon, -1, axis=0)[rough]
         length = np.linalg.norm(after - before, axis=1)
-        middle, height = _bulge(inside, before, after, 0.5)
-        quarters = [_bulge(inside, before, after, share)[1] for share in (0.25, 0.75)]
+        shares = np.repeat((0.5, 0.25, 0.75), len(before))[:, None]
+        found, heights = _bulge(inside, np.tile(before, (3, 1)), np.tile(after, (3, 1)), shares)
+        middle, (height, *quarters) = found[: len(before)], heights.reshape(3, -1)
         off = np.max([np.abs(quarter - 0.75 * height) for quarter in quarters], axis=0)
         bent = ((off > FLATNESS * size) | (np.abs(height) > BENT * length)) & (length > 1e-11 * size)
         rough[rough] = bent
