@@ -1,5 +1,6 @@
 """Values of the inputs in, quantities and histories out: one row a realisation, the same numbers in any process."""
 
+import contextlib
 import dataclasses
 import functools
 import json
@@ -12,7 +13,7 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS, kind_of
 from bearing_twin.run.doubt import FAILED
 from bearing_twin.run.scene import parse_scene
-from bearing_twin.run.simulation import simulate
+from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.uq.quantities import errors_of, quantities_of
 from bearing_twin.uq.scene_keys import Reader, replaced
 
@@ -178,6 +179,13 @@ def _by_simulation(task, values):
                 errors = {name: errors_of(known[name], report.figures, by_source) for name in task.quantities}
                 found.worth[row] = Worth(errors, report.errors["errors_unknown"])
     return found
+
+
+def load(task: Task, values: np.ndarray) -> None:
+    """Loads, or compiles, what a realisation at `values` (d,) needs; what cannot be simulated is told by `realise`."""
+    kind_of(task.scene["kind"], task.home)
+    with contextlib.suppress(BearingTwinError, ArithmeticError, ValueError):
+        Simulation(_reader_of(task).at(values, "a realisation")).warm_up()
 
 
 _LATEST: list[tuple[Task, Reader]] = []  # a worker gets one task in many messages
