@@ -26,7 +26,7 @@ class Task(NamedTuple):
 
     `instants` of the histories run from 0 to `duration` [s], `points` of them. `home` is the module that registers the
     scene's kind, imported where the kind is not known. `watched`: a companion goes with each realisation, as the scene
-    says; without it only where that also steers the run.
+    says.
     """
 
     scene: dict
@@ -204,10 +204,10 @@ def _reader_of(task: Task) -> Reader:
 def only_what_is_wanted(task: Task) -> dict:
     """The scene with outputs at the histories' instants, or without any where figures alone are wanted.
 
-    A companion that no one asks is left out.
+    A companion that no one asks is left out: what it finds in a few realisations stands for all (`model_error`).
     """
     run, solver = dict(task.scene["run"]), task.scene.get("solver", {})
-    if "companion" in solver and not (task.watched or KINDS[task.scene["kind"]].steered):
+    if "companion" in solver and not task.watched:
         task = task._replace(scene={**task.scene, "solver": {**solver, "companion": "off"}})
     if task.histories:
         rate = 1e9 / task.step_ns
