@@ -136,20 +136,23 @@ def told(name, found):
 
 
 def main():
-    """Every method from coarse to fine, until a step would take too long."""
+    """Every method from coarse to fine, until a step would take too long; or one run that is named."""
     given = json.load(sys.stdin)
-    told("truth", run(given, "RK44", given["truth"]))
+    only = given.get("only")  # the name of a run that is repeated
+    if not only:
+        told("truth", run(given, "RK44", given["truth"]))
     for name, (method, steps, options) in METHODS.items():
         before = 0.0
         for step in steps:
-            if step > given["period"] or before > 0.5 * SLOWEST:
+            label = f"{name}, {1e6 * step:g} us"
+            if step > given["period"] or before > 0.5 * SLOWEST or only not in (None, label):
                 continue
-            print(f"{name}, {1e6 * step:g} us", file=sys.stderr)
+            print(label, file=sys.stderr)
             start = time.monotonic()
             found = run(given, method, step, options)
             before = time.monotonic() - start
             if found is not None:
-                told(f"{name}, {1e6 * step:g} us", found)
+                told(label, found)
 
 
 if __name__ == "__main__":
