@@ -8,6 +8,7 @@ threads that may hold a lock. Elsewhere each worker is started afresh.
 All end when asked, killed even while they integrate, and by themselves when this process dies.
 """
 
+import atexit
 import contextlib
 import gc
 import multiprocessing
@@ -32,31 +33,24 @@ HANDLED = signal.SIGTERM, signal.SIGHUP  # that this process may handle in a way
 
 
 class Crew:
-    """Workers of one study; `values` (n, d) is the first that they will be asked for, which a worker loads.
+    """Workers of one study, started by the first `submit`, whose values a worker loads what it needs for."""
 
-    Raises StudyError where none can be started.
-    """
-
-    def __init__(self, workers: int, task: Task, values: np.ndarray):
+    def __init__(self, workers: int):
         self._pipes: list[Connection] = []
         self._lifelines: list[Connection] = []
         self._processes: list[multiprocessing.process.BaseProcess] = []
         self._asked = [deque[Future]() for _ in range(workers)]
         self._tasks: list[Task | None] = [None] * workers
-        try:
-            self._start(workers, task, values[:1])
-        except OSError as error:
-            self.end()
-            raise StudyError(f"worker processes cannot be started ({error.strerror})") from error
 
-    def _start(self, workers, task, values):
+    def _start(self, task, values):
         context, theirs = multiprocessing.get_context(start_method()), []
-        for _ in range(workers):
+        atexit.register(self.end)  # for a study in a thread that nobody waits for
+        for _ in self._asked:
             here, there = context.Pipe()
             self._pipes.append(here)
             theirs.append(there)
         crews = [theirs] if FORKS else [[one] for one in theirs]
-        with _interrupts_kept_from_children():
+        with _signals_kept_from_children():
             for ends in crews:
                 there, lifeline = context.Pipe(duplex=False)
                 self._lifelines.append(lifeline)
@@ -68,7 +62,15 @@ class Crew:
             one.close()
 
     def submit(self, task: Task, values: np.ndarray) -> Future:
-        """The realisations at `values`, by the worker that has least to do; call `wait` for them to come."""
+        """The realisations at `values` (n, d), by the worker that has least to do; call `wait` for them to come.
+
+        Raises StudyError where no process can be started, or one has died.
+        """
+        if not self._processes:
+            try:
+                self._start(task, values[0])
+            except OSError as error:
+                raise StudyError(f"worker processes cannot be started ({error.strerror})") from error
         place = min(range(len(self._asked)), key=lambda one: len(self._asked[one]))
         with _worker_died():
             self._pipes[place].send((task if self._tasks[place] is not task else None, values))
@@ -92,6 +94,7 @@ class Crew:
 
     def end(self) -> None:
         """Ends all processes, whatever they are at."""
+        atexit.unregister(self.end)
         for one in (*self._lifelines, *self._pipes):
             with contextlib.suppress(OSError):
                 one.send_bytes(b"end") if one in self._lifelines else one.close()
@@ -118,9 +121,12 @@ def _worker_died():
 
 
 @contextlib.contextmanager
-def _interrupts_kept_from_children():
-    """Processes started inside inherit a mask that blocks Ctrl-C: this process ends them, without their tracebacks."""
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+def _signals_kept_from_children():
+    """Processes started inside inherit a mask that blocks signals; none splits their start here.
+
+    Ctrl-C stays blocked there: this process ends them, without their tracebacks.
+    """
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, *HANDLED})
     try:
         yield
     finally:
@@ -128,15 +134,16 @@ def _interrupts_kept_from_children():
 
 
 def _work(lifeline: Connection, ends: list[Connection], task: Task, values: np.ndarray) -> None:
-    """What is started: answers at its only end, or loads what `values` need and forks as many as there are `ends`."""
+    """What is started: answers at its only end, or loads what `values` (d,) need and forks as many as `ends`."""
+    signal.set_wakeup_fd(-1)
     for number in HANDLED:
         signal.signal(number, signal.SIG_DFL)
-    signal.set_wakeup_fd(-1)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, HANDLED)
     with _Watch(lifeline):
         if len(ends) == 1:
             _answer(ends[0])
             return
-        load(task, values[0])
+        load(task, values)
     gc.freeze()  # what is collected later would be copied into each worker
     context, workers = multiprocessing.get_context("fork"), []
     for place, end in enumerate(ends):

@@ -81,7 +81,7 @@ class Ensemble:
         try:
             while (waiting or asked) and not self._cancelled():
                 while waiting and len(pending) < self._room(len(waiting)):
-                    asked.append(self._started(task, values).submit(task, waiting.popleft()))
+                    asked.append(self._started().submit(task, waiting.popleft()))
                     pending.add(asked[-1])
                 come, pending = self._crew.wait(pending, LOOK)
                 for future in come:
@@ -107,12 +107,10 @@ class Ensemble:
             return DASK_AHEAD
         return AHEAD * self._workers if waiting > self._workers else self._workers
 
-    def _started(self, task, values):
+    def _started(self):
         if self._crew is None:
             self._crew = (
-                Cluster(self._executor.removeprefix(DASK))
-                if self._executor.startswith(DASK)
-                else Crew(self._workers, task, values)
+                Cluster(self._executor.removeprefix(DASK)) if self._executor.startswith(DASK) else Crew(self._workers)
             )
         return self._crew
 
