@@ -4,7 +4,6 @@ Workers (see `crew`) are stopped whatever happens: at the end, on an exception o
 so, and by themselves when this process dies. The numbers do not depend on how many workers there are.
 """
 
-import os
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -14,6 +13,7 @@ import numpy as np
 
 from bearing_twin.errors import StudyError
 from bearing_twin.kinds import KINDS
+from bearing_twin.processors import usable
 from bearing_twin.uq.crew import AHEAD, Crew
 from bearing_twin.uq.realise import Realised, Task, joined, realise
 
@@ -36,7 +36,7 @@ class Ensemble:
 
     def __init__(self, task: Task, workers: int, executor: str, cancelled: Callable[[], bool]):
         self._task, self._cancelled = task, cancelled
-        self._workers, self._executor = workers or processors(), executor
+        self._workers, self._executor = workers or usable(), executor
         self._crew: Crew | Cluster | None = None
 
     def __enter__(self):
@@ -141,11 +141,6 @@ class Cluster:
             future.cancel()
         self._pool.shutdown(wait=False)
         self._client.close()
-
-
-def processors() -> int:
-    """How many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _dask_client(address: str):
