@@ -100,6 +100,8 @@ class Crew:
                 one.send_bytes(b"end") if one in self._lifelines else one.close()
         for process in self._processes:
             process.join()
+            process.close()
+        self._processes.clear()
         for one in self._lifelines:
             one.close()
 
