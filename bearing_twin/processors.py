@@ -4,6 +4,11 @@ import gc
 import os
 
 
+def usable() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def one_processor() -> None:
     """Lets linear algebra use one thread, unless the environment says otherwise; call it before NumPy is imported.
 

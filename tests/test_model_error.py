@@ -10,9 +10,10 @@ from bearing_twin import load_study, run_study
 from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.uq.ensemble import Ensemble
-from bearing_twin.uq.model_error import chosen, model_errors, told_of_model
+from bearing_twin.uq.model_error import SPREAD, _doubted, chosen, model_errors, spread, told_of_model
 from bearing_twin.uq.propagation import task_of
 from bearing_twin.uq.quantities import errors_of, quantities_of
+from bearing_twin.uq.realise import Worth, empty, only_what_is_wanted
 from bearing_twin.uq.study_file import parse_study
 from bearing_twin.view.study_page import document_of_study
 
@@ -51,6 +52,60 @@ def test_realisations_are_chosen_by_the_watched_quantity_first():
     assert chosen(sample, 1, 2) == [4, 1]
     assert chosen(sample, 0, 9) == [0, 3, 1, 4]
     assert chosen(np.full((3, 2), np.nan), 0, 5) == []
+
+
+def test_of_bearings_further_realisations_lie_evenly_among_all():
+    sample = np.arange(2000.0).reshape(1000, 2)
+    sample[::2] = np.nan
+    rows = spread(sample)
+    assert (len(rows), rows[0], rows[-1]) == (SPREAD, 1, 999)
+    assert np.isfinite(sample[rows]).all()
+    assert set(np.diff(rows)) <= {16, 18}
+    assert spread(sample[:20]) == list(range(1, 20, 2))
+    assert spread(sample[:1]) == []
+    # The greatest of so many is above the 0.95 quantile in 95 % of all samples, and no fewer would do.
+    assert 0.95**SPREAD <= 0.05 < 0.95 ** (SPREAD - 1)
+
+
+LOOSE = {
+    "scene": "bearing_6203_loose",
+    "set": ["run.duration=0.012", "run.output_rate=1000", "wanted.tolerance=0.01"],
+    "inputs": {"geometry.radial_clearance": {"distribution": "uniform", "low": 8e-6, "high": 14e-6}},
+    "quantities": ["greatest_ball_load", "cage_speed", "dissipated_energy"],
+    "modality": "no",
+    "workers": 1,
+    "samples": 70,
+}
+
+
+def test_no_companion_goes_with_a_realisation_of_a_bearing_that_no_one_asks():
+    task = task_of(parse_study(LOOSE, "study"))
+    asked = [only_what_is_wanted(one)["solver"]["companion"] for one in (task, task._replace(watched=True))]
+    assert asked == ["off", "on"]
+
+
+def test_what_is_told_of_a_few_bearings_holds_for_all():
+    """Against each realisation at a tolerance of 1e-6; loads are greatest at the start, which is known."""
+    told = run_study(parse_study(LOOSE, "study"))
+    tight = ["set=[run.duration=0.012, run.output_rate=1000, wanted.tolerance=1e-6]", "companions=0"]
+    true = run_study(parse_study(LOOSE, "study", tight))
+    assert np.array_equal(told.values, true.values)
+    assert SPREAD <= told.summary["companions"]["realisations"] <= SPREAD + 5
+    assert "evenly among all" in told.summary["companions"]["where"]
+    for column, name in enumerate(told.study.quantities):
+        error = told.summary["quantities"][name]["errors_by_source"]["method"]
+        off = np.abs(told.quantities - true.quantities)[:, column]
+        assert np.quantile(off, 0.95) <= error < 0.1 * told.summary["quantities"][name]["mean"]
+        assert off.max() > 0.0 or name == "greatest_ball_load"
+
+
+def test_what_companions_alone_doubt_is_told_with_their_number():
+    task = task_of(parse_study(LOOSE, "study"))
+    found = empty(task, 3)._replace(
+        doubts={0: ("loads off by 0.2", "pressure 5 GPa"), 2: ("loads off by 0.3",)},
+        worth=dict.fromkeys(range(3), Worth({}, {})),
+    )
+    assert list(_doubted(found, ["pressure 6 GPa"])) == ["2 of 3 realisations with a companion: loads off by 0.2"]
 
 
 def test_the_error_of_a_law_is_what_another_law_gives():

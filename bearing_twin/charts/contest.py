@@ -14,7 +14,6 @@ import importlib
 import json
 import math
 import multiprocessing
-import os
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from multiprocessing.connection import wait
@@ -25,6 +24,7 @@ import numpy as np
 
 from bearing_twin.charts.table import DONE, FAILED, REFUSED, STOPPED, Row
 from bearing_twin.errors import BearingTwinError, SceneError
+from bearing_twin.processors import usable
 from bearing_twin.run.simulation import COMPILING
 
 LIMIT = 20.0  # CPU seconds that a contestant may take, unless a chart says otherwise
@@ -275,4 +275,4 @@ def rows_of(tasks: list[Job], answers: list, blank: Callable[[Job], Row], limit:
 
 def processors() -> int:
     """How many contests run side by side here."""
-    return min(WORKERS, os.cpu_count() or 1)
+    return min(WORKERS, usable())

@@ -11,7 +11,7 @@ from bearing_twin.kinds.ranges import ON
 from bearing_twin.log.study_log import INPUT, QUANTITY
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NOT_ALLOWED
 from bearing_twin.parameters import echo
-from bearing_twin.uq.ensemble import processors
+from bearing_twin.processors import usable
 from bearing_twin.uq.run import memory_needed, refuse_too_large
 from bearing_twin.uq.study import Study
 
@@ -55,7 +55,7 @@ class Limits(NamedTuple):
                 f"study {study.name} would need {needed:.3g} B, more than the node's parameter memory = "
                 f"{self.memory:.3g} B; ask for fewer samples, histories or history_points"
             )
-        most = self.workers or processors()
+        most = self.workers or usable()
         workers = min(study.settings.workers or most, most)
         return dataclasses.replace(study, settings=dataclasses.replace(study.settings, workers=workers))
 

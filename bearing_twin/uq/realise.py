@@ -1,5 +1,6 @@
 """Values of the inputs in, quantities and histories out: one row a realisation, the same numbers in any process."""
 
+import contextlib
 import dataclasses
 import functools
 import json
@@ -12,7 +13,7 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS, kind_of
 from bearing_twin.run.doubt import FAILED
 from bearing_twin.run.scene import parse_scene
-from bearing_twin.run.simulation import simulate
+from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.uq.quantities import errors_of, quantities_of
 from bearing_twin.uq.scene_keys import Reader, replaced
 
@@ -25,7 +26,7 @@ class Task(NamedTuple):
 
     `instants` of the histories run from 0 to `duration` [s], `points` of them. `home` is the module that registers the
     scene's kind, imported where the kind is not known. `watched`: a companion goes with each realisation, as the scene
-    says; without it only where that also steers the run.
+    says.
     """
 
     scene: dict
@@ -180,6 +181,13 @@ def _by_simulation(task, values):
     return found
 
 
+def load(task: Task, values: np.ndarray) -> None:
+    """Loads, or compiles, what a realisation at `values` (d,) needs; what cannot be simulated is told by `realise`."""
+    kind_of(task.scene["kind"], task.home)
+    with contextlib.suppress(BearingTwinError, ArithmeticError, ValueError):
+        Simulation(_reader_of(task).at(values, "a realisation")).warm_up()
+
+
 _LATEST: list[tuple[Task, Reader]] = []  # a worker gets one task in many messages
 
 
@@ -196,10 +204,10 @@ def _reader_of(task: Task) -> Reader:
 def only_what_is_wanted(task: Task) -> dict:
     """The scene with outputs at the histories' instants, or without any where figures alone are wanted.
 
-    A companion that no one asks is left out.
+    A companion that no one asks is left out: what it finds in a few realisations stands for all (`model_error`).
     """
     run, solver = dict(task.scene["run"]), task.scene.get("solver", {})
-    if "companion" in solver and not (task.watched or KINDS[task.scene["kind"]].steered):
+    if "companion" in solver and not task.watched:
         task = task._replace(scene={**task.scene, "solver": {**solver, "companion": "off"}})
     if task.histories:
         rate = 1e9 / task.step_ns

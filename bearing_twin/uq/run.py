@@ -71,7 +71,7 @@ def run_study(
         worth = no_model_errors("the study ended before a companion had gone with a realisation")
         if not over:
             with contextlib.suppress(Stopped):
-                worth = model_errors(study, task, ensemble, *drawn.arrays()[:2])
+                worth = model_errors(study, task, ensemble, *drawn.arrays()[:2], drawn.doubts.sentences)
     if drawn.because == CANCELLED and not asked():
         drawn.because = f"its time_limit of {limit:g} s was reached"
     values, quantities, histories, status, doubtful = drawn.arrays()

@@ -1,0 +1,208 @@
+"""Worker processes that compute realisations: they are told values by pipes, and answer in the order they were asked.
+
+On Linux one process is started, which loads what a realisation needs and forks the workers: a second one costs some
+hundredths of a second, not the imports and kernels of the first. Where this process has no thread but the one, the
+started process is a fork of it, which spares the imports too; else it is started afresh (spawn), for a fork lacks the
+threads that may hold a lock. Elsewhere each worker is started afresh.
+
+All end when asked, killed even while they integrate, and by themselves when this process dies.
+"""
+
+import atexit
+import contextlib
+import gc
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import traceback
+from collections import deque
+from collections.abc import Iterable
+from concurrent.futures import Future
+from multiprocessing.connection import Connection, wait
+
+import numpy as np
+
+from bearing_twin.errors import StudyError
+from bearing_twin.uq.realise import Task, load, realise
+
+FORKS = sys.platform == "linux"  # elsewhere a fork may lack what libraries of the system have begun
+AHEAD = 2  # messages for each worker: one that it is at, one that waits
+HANDLED = signal.SIGTERM, signal.SIGHUP  # that this process may handle in a way that is not a worker's
+
+
+class Crew:
+    """Workers of one study, started by the first `submit`, whose values a worker loads what it needs for."""
+
+    def __init__(self, workers: int):
+        self._pipes: list[Connection] = []
+        self._lifelines: list[Connection] = []
+        self._processes: list[multiprocessing.process.BaseProcess] = []
+        self._asked = [deque[Future]() for _ in range(workers)]
+        self._tasks: list[Task | None] = [None] * workers
+
+    def _start(self, task, values):
+        context, theirs = multiprocessing.get_context(start_method()), []
+        atexit.register(self.end)  # for a study in a thread that nobody waits for
+        for _ in self._asked:
+            here, there = context.Pipe()
+            self._pipes.append(here)
+            theirs.append(there)
+        crews = [theirs] if FORKS else [[one] for one in theirs]
+        with _signals_kept_from_children():
+            for ends in crews:
+                there, lifeline = context.Pipe(duplex=False)
+                self._lifelines.append(lifeline)
+                process = context.Process(target=_work, args=(there, ends, task, values))
+                process.start()
+                self._processes.append(process)
+                there.close()
+        for one in theirs:  # so that a pipe whose worker has died is at its end
+            one.close()
+
+    def submit(self, task: Task, values: np.ndarray) -> Future:
+        """The realisations at `values` (n, d), by the worker that has least to do; call `wait` for them to come.
+
+        Raises StudyError where no process can be started, or one has died.
+        """
+        if not self._processes:
+            try:
+                self._start(task, values[0])
+            except OSError as error:
+                raise StudyError(f"worker processes cannot be started ({error.strerror})") from error
+        place = min(range(len(self._asked)), key=lambda one: len(self._asked[one]))
+        with _worker_died():
+            self._pipes[place].send((task if self._tasks[place] is not task else None, values))
+        self._tasks[place] = task
+        self._asked[place].append(future := Future())
+        return future
+
+    def wait(self, pending: set[Future], timeout: float) -> tuple[set[Future], set[Future]]:
+        """Those that came within `timeout` [s], and those that did not; raises StudyError when a worker has died."""
+        come = set()
+        for pipe in wait(self._pipes, timeout):
+            with _worker_died():
+                found, error, told = pipe.recv()
+            come.add(future := self._asked[self._pipes.index(pipe)].popleft())
+            if error is None:
+                future.set_result(found)
+            else:
+                error.__cause__ = RuntimeError(f"in a worker process:\n{told}")
+                future.set_exception(error)
+        return come, pending - come
+
+    def end(self) -> None:
+        """Ends all processes, whatever they are at."""
+        atexit.unregister(self.end)
+        for one in (*self._lifelines, *self._pipes):
+            with contextlib.suppress(OSError):
+                one.send_bytes(b"end") if one in self._lifelines else one.close()
+        for process in self._processes:
+            process.join()
+            process.close()
+        self._processes.clear()
+        for one in self._lifelines:
+            one.close()
+
+
+def start_method() -> str:
+    """How the first process of a crew is started here and now: `fork` where no other thread can hold a lock."""
+    return "fork" if FORKS and len(os.listdir("/proc/self/task")) == 1 else "spawn"
+
+
+@contextlib.contextmanager
+def _worker_died():
+    try:
+        yield
+    except (EOFError, OSError) as error:
+        raise StudyError(
+            "a worker process died (no memory left, or killed from outside; a script must keep run_study behind "
+            '`if __name__ == "__main__":`); try fewer workers'
+        ) from error
+
+
+@contextlib.contextmanager
+def _signals_kept_from_children():
+    """Processes started inside inherit a mask that blocks signals; none splits their start here.
+
+    Ctrl-C stays blocked there: this process ends them, without their tracebacks.
+    """
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, *HANDLED})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _work(lifeline: Connection, ends: list[Connection], task: Task, values: np.ndarray) -> None:
+    """What is started: answers at its only end, or loads what `values` (d,) need and forks as many as `ends`."""
+    signal.set_wakeup_fd(-1)
+    for number in HANDLED:
+        signal.signal(number, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, HANDLED)
+    with _Watch(lifeline):
+        if len(ends) == 1:
+            _answer(ends[0])
+            return
+        load(task, values)
+    gc.freeze()  # what is collected later would be copied into each worker
+    context, workers = multiprocessing.get_context("fork"), []
+    for place, end in enumerate(ends):
+        workers.append(context.Process(target=_watched_answer, args=(ends[place:],)))
+        workers[-1].start()
+        end.close()
+    wait(_ends_of_parent(lifeline))
+    for worker in workers:
+        worker.kill()
+    for worker in workers:
+        worker.join()
+
+
+def _watched_answer(ends: list[Connection]) -> None:
+    """In a fork: answers at the first end; the others are of those forked later."""
+    for end in ends[1:]:
+        end.close()
+    with _Watch():
+        _answer(ends[0])
+
+
+def _answer(end: Connection) -> None:
+    """Realisations (or an error with its traceback) for values, until the pipe is at its end."""
+    task = None
+    while True:
+        try:
+            given, values = end.recv()
+        except EOFError:
+            return
+        task = given or task
+        try:
+            answer = realise(task, values), None, ""
+        except Exception as error:  # told where the study runs
+            answer = None, error, traceback.format_exc()
+        end.send(answer)
+
+
+def _ends_of_parent(*lifeline: Connection) -> list:
+    """What is ready when this process shall end: a word of the process that started it, or that one's end."""
+    return [multiprocessing.parent_process().sentinel, *lifeline]
+
+
+class _Watch:
+    """Within it a thread ends this process at once when it shall end, also in the middle of a realisation."""
+
+    def __init__(self, *lifeline: Connection):
+        self._over, self._tell = os.pipe()
+        self._thread = threading.Thread(target=self._run, args=(_ends_of_parent(*lifeline),), daemon=True)
+
+    def _run(self, ends: Iterable):
+        if self._over not in wait([*ends, self._over]):
+            os._exit(1)
+
+    def __enter__(self):
+        self._thread.start()
+
+    def __exit__(self, *_):
+        os.close(self._tell)
+        self._thread.join()
+        os.close(self._over)

@@ -1,0 +1,205 @@
+"""Worker processes: how they are started where, what a second one costs in imports and processes, how they end."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+import toy_kind  # noqa: F401 - a kind that workers know by the name of its module alone
+from test_ensemble import LONG_RUN, LOSSY, ROOT, alive, children, run, wait_for
+
+from bearing_twin.errors import StudyError
+from bearing_twin.kinds import KINDS
+from bearing_twin.uq import crew
+from bearing_twin.uq.ensemble import Ensemble
+from bearing_twin.uq.propagation import task_of
+from bearing_twin.uq.realise import realise
+from bearing_twin.uq.study_file import parse_study
+
+TOY = {
+    "scene": {"kind": "toy"},
+    "inputs": {"start": {"distribution": "uniform", "low": 0.01, "high": 0.02}},
+    "quantities": ["greatest_position"],
+}
+# How the first process is started, and whether it forks the others; who imports what this process has.
+WAYS = {"a fork": ("fork", True, 0), "afresh, then forks": ("spawn", True, 1), "all afresh": ("spawn", False, 2)}
+
+
+@pytest.fixture(params=WAYS)
+def way(request, monkeypatch):
+    method, forks, _ = WAYS[request.param]
+    monkeypatch.setattr(crew, "FORKS", forks)
+    monkeypatch.setattr(crew, "start_method", lambda: method)
+    return request.param
+
+
+def test_the_first_process_is_a_fork_where_there_is_no_other_thread(monkeypatch):
+    """Seen in a fork of the tests, which has one thread whatever they have begun."""
+    told, tells = os.pipe()
+    if not (child := os.fork()):
+        try:
+            alone, over = crew.start_method(), threading.Event()
+            thread = threading.Thread(target=over.wait)
+            thread.start()
+            beside = crew.start_method()
+            over.set()
+            thread.join()
+            crew.FORKS = False
+            os.write(tells, f"{alone} {beside} {crew.start_method()}".encode())
+        finally:
+            os._exit(0)
+    os.waitpid(child, 0)
+    os.close(tells)
+    with os.fdopen(told) as stream:
+        assert stream.read() == ("fork spawn spawn" if sys.platform == "linux" else "spawn spawn spawn")
+
+
+def test_a_second_worker_imports_nothing_where_it_is_a_fork(way, tmp_path, monkeypatch):
+    """A kind's own module is read by each process that is started afresh, and by no other."""
+    name = f"counted_kind_{os.getpid()}"
+    lines = (
+        "import dataclasses, os, toy_kind",
+        "from bearing_twin.kinds import KINDS, register",
+        f"with open({str(tmp_path / 'read')!r}, 'a') as stream: stream.write(f'{{os.getpid()}} ')",
+        f"register(dataclasses.replace(toy_kind.KIND, name='counted', home={name!r}))",
+    )
+    (tmp_path / f"{name}.py").write_text("\n".join(lines), encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    __import__(name)
+    try:
+        task = task_of(parse_study({**TOY, "scene": {"kind": "counted"}}, "s"))
+        with Ensemble(task, 2, "processes", lambda: False) as ensemble:
+            found = ensemble.evaluate(np.linspace(0.01, 0.02, 8)[:, None])
+            ours = children()
+            below = [one for each in ours for one in children(each)]
+    finally:
+        del KINDS["counted"], sys.modules[name]
+    assert np.isfinite(found.quantities).all()
+    assert len((tmp_path / "read").read_text().split()) - 1 == WAYS[way][2]
+    assert (len(ours), len(below)) == ((1, 2) if WAYS[way][1] else (2, 0))
+    assert not any(map(alive, below))
+    assert children() == []
+
+
+def test_kernels_are_loaded_once_by_what_forks_the_workers(tmp_path, monkeypatch):
+    monkeypatch.setattr(crew, "start_method", lambda: "fork")
+    monkeypatch.setattr(crew, "load", lambda task, values: (tmp_path / f"{os.getpid()}").touch())
+    task = task_of(parse_study(TOY, "s"))
+    with Ensemble(task, 2, "processes", lambda: False) as ensemble:
+        ensemble.evaluate(np.linspace(0.01, 0.02, 8)[:, None])
+        assert [int(path.name) for path in tmp_path.iterdir()] == children()
+
+
+def test_the_numbers_are_the_same_however_workers_are_started(way):
+    by_two = run(LOSSY, ["workers=2"])
+    here = realise(task_of(parse_study(LOSSY, "s")), by_two.values)
+    assert np.isfinite(here.quantities).all()
+    assert np.array_equal(by_two.quantities, here.quantities)
+    assert children() == []
+
+
+def test_what_one_worker_meets_and_nobody_foresaw_is_raised_with_where_it_was(monkeypatch):
+    def realise(task, values):
+        raise MemoryError("no room")
+
+    monkeypatch.setattr(crew, "start_method", lambda: "fork")
+    monkeypatch.setattr(crew, "realise", realise)
+    with pytest.raises(MemoryError, match="no room") as met:
+        run(LOSSY, ["workers=2"])
+    assert "in realise" in str(met.value.__cause__)
+    assert children() == []
+
+
+@pytest.mark.parametrize("which", ["what forks", "one of two workers"])
+def test_a_process_that_is_killed_ends_the_study_with_what_is_done(which, monkeypatch):
+    monkeypatch.setattr(crew, "start_method", lambda: "fork")
+    killed, below = [], []
+
+    def watch(one):
+        if one.done >= 8 and not killed:
+            (stem,) = children()
+            below.extend(children(stem))
+            killed.append(stem if which == "what forks" else below[-1])
+            os.kill(killed[0], signal.SIGKILL)
+
+    quick = ["set=[run.duration=0.01, run.output_rate=1000]", "samples=400", "batch=8", "stop.minimum=8", "workers=2"]
+    result = run(LONG_RUN, quick, progress=watch)
+    assert len(below) == 2
+    assert 8 <= result.summary["samples"] < 400
+    assert result.summary["stopped_because"].startswith("failed: a worker process died")
+    assert children() == []
+    wait_for(lambda: not any(map(alive, below)), 60.0)
+
+
+def test_a_cancel_ends_what_still_loads_kernels(tmp_path, monkeypatch):
+    """And does not wait for them."""
+    loading = tmp_path / "loading"
+
+    def load(task, values):
+        loading.touch()
+        threading.Event().wait()
+
+    monkeypatch.setattr(crew, "start_method", lambda: "fork")
+    monkeypatch.setattr(crew, "load", load)
+    result = run(LONG_RUN, ["workers=2"], cancelled=loading.exists)
+    assert (result.summary["samples"], result.summary["stopped_because"]) == (0, "cancelled")
+    assert children() == []
+
+
+def test_where_no_process_can_be_started_it_is_told(monkeypatch):
+    class Refusing:
+        def Pipe(self):
+            raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr(crew.multiprocessing, "get_context", lambda method: Refusing())
+    with pytest.raises(StudyError, match=r"worker processes cannot be started \(Too many open files\)"):
+        run(LOSSY)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path, quick_starts):
+    path = tmp_path / "long.yaml"
+    path.write_text(json.dumps({**LONG_RUN, "workers": 2}), encoding="utf-8")
+    command = [sys.executable, "-m", "bearing_twin", "study", str(path), "--json"]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+    def family():
+        found = [one for each in children(process.pid) for one in (each, *children(each))]
+        return found if len(found) > 2 else []
+
+    workers = wait_for(family, 300.0)
+    process.send_signal(number)
+    _, error = process.communicate(timeout=300)
+    wait_for(lambda: not any(map(alive, workers)), 300.0)
+    expected = {signal.SIGINT: 130, signal.SIGTERM: 128 + signal.SIGTERM, signal.SIGKILL: -signal.SIGKILL}
+    assert process.returncode == expected[number], error
+    assert b"Traceback" not in error
+
+
+def test_a_worker_heeds_no_handler_of_the_process_that_started_it(monkeypatch):
+    """Else a signal to end it would be an exception within a realisation, and its failure."""
+    heard = []
+
+    def realise(task, values):
+        os.kill(os.getpid(), signal.SIGTERM)
+        return
+
+    monkeypatch.setattr(crew, "start_method", lambda: "fork")
+    monkeypatch.setattr(crew, "realise", realise)
+    previous = signal.signal(signal.SIGTERM, lambda *_: heard.append(1))
+    try:
+        with pytest.raises(StudyError, match="a worker process died"):
+            run(LOSSY, ["workers=2"])
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+    assert not heard
+
+
+def test_messages_do_not_wait_for_a_busy_worker_while_others_have_nothing_to_do():
+    task = task_of(parse_study(LOSSY, "s"))
+    ensemble = Ensemble(task, 3, "processes", lambda: False)
+    assert [ensemble._room(waiting) for waiting in (100, 4, 3, 1)] == [6, 6, 3, 3]
