@@ -108,6 +108,8 @@ def new_border(partners, count, state):
         numbers[at.STIFFNESS + i], numbers[at.DAMPING + i] = partners.stiffness[i], partners.damping[i]
         numbers[at.REST + i], numbers[at.WEIGHT + i] = partners.rest[i], partners.weight[i]
         numbers[at.LOAD + i], numbers[at.LOAD_RATE + i] = partners.load[i], partners.load_rate[i]
+        if partners.free[i] > 0.0:
+            numbers[at.INVERSE + i] = 1.0 / partners.mass[i]
     for i in range(2 * PLACES):
         if partners.free[i % PLACES] > 0.0:
             numbers[at.INVERSE_SCALES + i] = 1.0 / partners.scales[i]
@@ -250,16 +252,16 @@ def border_rates(bearing, drive, border, time, blocks):
     for i in range(at.WIDTH):
         numbers[at.RATES + i] = 0.0
     for i in range(at.ring_places(border.ring)):
-        numbers[at.INVERSE + i] = numbers[at.FREE + i] / numbers[at.MASS + i]
         _push_place(numbers, i, blocks)
     numbers[at.INVERSE + CAGE] = numbers[at.FREE + CAGE] / inertia
     _push_place(numbers, CAGE, blocks)
     if len(border.ring) > 0:
-        _load_ring(drive, time, numbers)
+        _load_ring(border.ring, drive, time, numbers)
         if len(border.land) > 0:  # here, because even a call that does nothing takes time
             add_land(border.land, drive.speed + drive.acceleration * time, numbers)
-    for i in range(PLACES):
+    for i in range(at.ring_places(border.ring)):
         numbers[at.RATES + PLACES + i] *= numbers[at.INVERSE + i]
+    numbers[at.RATES + CAGE_SPEED] *= numbers[at.INVERSE + CAGE]
     _turn_shaft(border.shaft, border.land, drive.speed, time, border.count, numbers, blocks)
 
 
@@ -278,13 +280,14 @@ def _turn_shaft(shaft, land, speed, time, count, numbers, blocks):
 
 
 @inlined
-def _load_ring(drive, time, numbers):
+def _load_ring(ring, drive, time, numbers):
     """Adds to the forces on the ring, and fills the rates of work done and lost."""
     speeds, forces = at.NOW + PLACES, at.RATES + PLACES
-    spin = numbers[at.POLAR_INERTIA] * (drive.speed + drive.acceleration * time)
-    numbers[forces + 3] -= spin * numbers[speeds + 4]
-    numbers[forces + 4] += spin * numbers[speeds + 3]
-    for i in range(CAGE):
+    if len(ring) > 1:
+        spin = numbers[at.POLAR_INERTIA] * (drive.speed + drive.acceleration * time)
+        numbers[forces + 3] -= spin * numbers[speeds + 4]
+        numbers[forces + 4] += spin * numbers[speeds + 3]
+    for i in range(at.ring_places(ring)):
         load, speed, free = border_load(numbers, drive, time, i), numbers[speeds + i], numbers[at.FREE + i]
         drag = numbers[at.DAMPING + i] * speed
         spring = numbers[at.STIFFNESS + i] * (numbers[at.NOW + i] - numbers[at.REST + i])

@@ -105,7 +105,7 @@ def _follow_border(g, border, lanes):
 @inlined
 def solve_apart(g, drive, time, border, blocks):
     """Solves W k = right for one stage of ring, cage, and balls that touch no other."""
-    known_places(g, border.numbers)
+    known_places(border.ring, g, border.numbers)
     for block in range(len(blocks)):
         _eliminate_balls(g, border, blocks[block])
     solve_corner(border)

@@ -195,13 +195,20 @@ def mixed(ring, lanes, row, apart, k, weights):
 @inlined
 def solve_corner(border):
     """The border's velocities, once the balls have been eliminated from what they follow from."""
-    ring, numbers, speeds = border.ring, border.numbers, at.SOLUTION + PLACES
+    numbers, speeds = border.numbers, at.SOLUTION + PLACES
     right = chain_solve.six(numbers, speeds)
-    if len(ring) > 0:
-        for i in range(PLACES):
-            tile = at.CORNER + i
-            low = numbers[tile] * right[0] + numbers[tile + 6] * right[1] + numbers[tile + 12] * right[2]
-            high = numbers[tile + 18] * right[3] + numbers[tile + 24] * right[4] + numbers[tile + 30] * right[5]
-            numbers[speeds + i] = low + high
-    else:
-        numbers[speeds + CAGE] = numbers[at.CORNER + 7 * CAGE] * right[5]
+    for i in range(at.ring_places(border.ring)):
+        numbers[speeds + i] = _corner_row(border.ring, numbers, at.CORNER + i, right)
+    numbers[speeds + CAGE] = _corner_row(border.ring, numbers, at.CORNER + CAGE, right)
+
+
+@inlined
+def _corner_row(ring, numbers, tile, right):
+    """A row of the border's inverse, from number `tile` on, times its right-hand side."""
+    last = numbers[tile + 30] * right[5]
+    if len(ring) == 0:
+        return last
+    low = numbers[tile] * right[0] + numbers[tile + 6] * right[1] + numbers[tile + 12] * right[2]
+    if len(ring) == 1:
+        return low + last
+    return low + (numbers[tile + 18] * right[3] + numbers[tile + 24] * right[4] + last)
