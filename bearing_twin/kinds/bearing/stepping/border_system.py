@@ -32,7 +32,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     entry,
 )
 from bearing_twin.kinds.bearing.forces.moving_cage_answers import moving_pocket_answers
-from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, border_load, leave_out_spares
+from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, border_load, leave_out_spares, unbalance_pulls
 from bearing_twin.kinds.bearing.stepping.border_solve import mixed, of_cage
 from bearing_twin.numerics.chain_solve import six
 from bearing_twin.numerics.lanes import (
@@ -215,10 +215,11 @@ def follow_places(g, drive, time, border):
     work, lost = numbers[at.RIGHT + WORK_DONE], numbers[at.RIGHT + LOST]
     numbers[at.SOLUTION + CAGE] += g * numbers[at.SOLUTION + CAGE_SPEED]
     if len(ring) > 0:
+        pulls = unbalance_pulls(numbers[at.UNBALANCE], numbers[at.PHASE], drive, time)
         for i in range(at.ring_places(ring)):
             numbers[at.SOLUTION + i] += g * numbers[at.SOLUTION + PLACES + i]
             change = numbers[at.FREE + i] * numbers[at.SOLUTION + PLACES + i]
-            work += border_load(numbers, drive, time, i) * change
+            work += border_load(pulls, numbers, time, i) * change
             lost += 2.0 * numbers[at.DAMPING + i] * numbers[at.BEGIN + PLACES + i] * change
     numbers[at.SOLUTION + WORK_DONE], numbers[at.SOLUTION + LOST] = g * work, g * lost
     numbers[at.SOLUTION + LAND_WORK] = 0.0  # a step made again, whose numbers were not finite, leaves them here
