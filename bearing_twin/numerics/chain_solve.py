@@ -117,6 +117,12 @@ def invert_tile(numbers, first):
 
 
 @inlined
+def three(numbers, first):
+    """Three numbers from `first` on."""
+    return (numbers[first], numbers[first + 1], numbers[first + 2])
+
+
+@inlined
 def six(numbers, first):
     """Six numbers from `first` on."""
     return (

@@ -11,10 +11,10 @@ from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces.layout import PLACES
 from bearing_twin.numerics.steppers import MOST_STAGES
 
-WIDTH = 20  # numbers kept for BORDER of them
+WIDTH = 24  # numbers kept for BORDER of them
 
 # States: where the rates are taken, at a step's start, at its end. The rates' explicit change with time, the rates; a
-# stage's right-hand side and what it solves to; the terms of the interpolant; 1 / what a step may err by; the stages.
+# stage's right-hand side, and what it solves to; the terms of the interpolant; 1 / what a step may err by; the stages.
 NOW, BEGIN, FINISH, SLOPE, RATES, RIGHT, SOLUTION, THIRD, FOURTH, INVERSE_SCALES, STAGES = WIDTH * np.arange(11)
 
 # Of each place: whether it is free, its mass, its support, weight, load and growth of the load; of the ring, the rest.

@@ -108,6 +108,8 @@ def new_border(partners, count, state):
         numbers[at.STIFFNESS + i], numbers[at.DAMPING + i] = partners.stiffness[i], partners.damping[i]
         numbers[at.REST + i], numbers[at.WEIGHT + i] = partners.rest[i], partners.weight[i]
         numbers[at.LOAD + i], numbers[at.LOAD_RATE + i] = partners.load[i], partners.load_rate[i]
+        if partners.free[i] > 0.0:
+            numbers[at.INVERSE + i] = 1.0 / partners.mass[i]
     for i in range(2 * PLACES):
         if partners.free[i % PLACES] > 0.0:
             numbers[at.INVERSE_SCALES + i] = 1.0 / partners.scales[i]
@@ -200,38 +202,33 @@ def _pulls(ball_mass, lanes):
 
 
 @inlined
-def applied_load(load, load_rate, unbalance, phase, drive, time, i):
-    """What acts on the ring from outside along coordinate i at `time` [s] into the part, weight left out [N, N m]."""
-    found = load + time * load_rate
-    if i < 2 and unbalance != 0.0:
-        angle = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time) + phase
-        speed = drive.speed + drive.acceleration * time
-        found += unbalance * speed * speed * (math.cos(angle) if i == 0 else math.sin(angle))
-    return found
+def unbalance_pulls(unbalance, phase, drive, time):
+    """Force (2,) [N] of an unbalance along x and y at `time` [s] into the part."""
+    if unbalance == 0.0:
+        return 0.0, 0.0
+    angle = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time) + phase
+    speed = drive.speed + drive.acceleration * time
+    force = unbalance * speed * speed
+    return force * math.cos(angle), force * math.sin(angle)
 
 
 @inlined
 def outside_load(partners, drive, time, i):
-    """`applied_load` of these partners, 0 where coordinate i is held."""
+    """What acts on the ring from outside along coordinate i at `time` [s] into the part, weight left out [N, N m].
+
+    It is 0 where coordinate i is held.
+    """
     if partners.free[i] == 0.0:
         return 0.0
-    load, load_rate = partners.load[i], partners.load_rate[i]
-    return applied_load(load, load_rate, partners.unbalance, partners.phase, drive, time, i)
+    load = partners.load[i] + time * partners.load_rate[i]
+    return load + unbalance_pulls(partners.unbalance, partners.phase, drive, time)[i] if i < 2 else load
 
 
 @inlined
-def border_load(numbers, drive, time, i):
-    """`applied_load` of the ring whose numbers these are."""
-    unbalance, phase = numbers[at.UNBALANCE], numbers[at.PHASE]
-    return applied_load(numbers[at.LOAD + i], numbers[at.LOAD_RATE + i], unbalance, phase, drive, time, i)
-
-
-@inlined
-def _push_place(numbers, i, blocks):
-    """Fills the rate of place i, and for that of its velocity what all balls do to it."""
-    numbers[at.RATES + i] = numbers[at.NOW + PLACES + i]
-    for block in range(len(blocks)):
-        numbers[at.RATES + PLACES + i] += sum_of(blocks[block], BORDER_PUSH + i)
+def border_load(pulls, numbers, time, i):
+    """`applied_load` of the ring whose numbers these are; `pulls` is what its unbalance does."""
+    load = numbers[at.LOAD + i] + time * numbers[at.LOAD_RATE + i]
+    return load + pulls[i] if i < 2 else load
 
 
 @inlined
@@ -245,21 +242,26 @@ def border_rates(bearing, drive, border, time, blocks):
     leave_out_spares(border.count, blocks, BORDER_PUSH, PLACES)
     if border.even:
         leave_out_spares(border.count, blocks, SHARES, 1)
-        for block in range(len(blocks)):
-            inertia += sum_of(blocks[block], SHARES)
     for i in range(at.WIDTH):
         numbers[at.RATES + i] = 0.0
     for i in range(at.ring_places(border.ring)):
-        numbers[at.INVERSE + i] = numbers[at.FREE + i] / numbers[at.MASS + i]
-        _push_place(numbers, i, blocks)
+        numbers[at.RATES + i] = numbers[at.NOW + PLACES + i]
+    numbers[at.RATES + CAGE] = numbers[at.NOW + CAGE_SPEED]
+    for block in range(len(blocks)):
+        lanes = blocks[block]
+        for i in range(at.ring_places(border.ring)):
+            numbers[at.RATES + PLACES + i] += sum_of(lanes, BORDER_PUSH + i)
+        numbers[at.RATES + CAGE_SPEED] += sum_of(lanes, BORDER_PUSH + CAGE)
+        if border.even:
+            inertia += sum_of(lanes, SHARES)
     numbers[at.INVERSE + CAGE] = numbers[at.FREE + CAGE] / inertia
-    _push_place(numbers, CAGE, blocks)
     if len(border.ring) > 0:
-        _load_ring(drive, time, numbers)
+        _load_ring(border.ring, drive, time, numbers)
         if len(border.land) > 0:  # here, because even a call that does nothing takes time
             add_land(border.land, drive.speed + drive.acceleration * time, numbers)
-    for i in range(PLACES):
+    for i in range(at.ring_places(border.ring)):
         numbers[at.RATES + PLACES + i] *= numbers[at.INVERSE + i]
+    numbers[at.RATES + CAGE_SPEED] *= numbers[at.INVERSE + CAGE]
     _turn_shaft(border.shaft, border.land, drive.speed, time, border.count, numbers, blocks)
 
 
@@ -278,14 +280,16 @@ def _turn_shaft(shaft, land, speed, time, count, numbers, blocks):
 
 
 @inlined
-def _load_ring(drive, time, numbers):
+def _load_ring(ring, drive, time, numbers):
     """Adds to the forces on the ring, and fills the rates of work done and lost."""
     speeds, forces = at.NOW + PLACES, at.RATES + PLACES
-    spin = numbers[at.POLAR_INERTIA] * (drive.speed + drive.acceleration * time)
-    numbers[forces + 3] -= spin * numbers[speeds + 4]
-    numbers[forces + 4] += spin * numbers[speeds + 3]
-    for i in range(CAGE):
-        load, speed, free = border_load(numbers, drive, time, i), numbers[speeds + i], numbers[at.FREE + i]
+    if len(ring) > 1:
+        spin = numbers[at.POLAR_INERTIA] * (drive.speed + drive.acceleration * time)
+        numbers[forces + 3] -= spin * numbers[speeds + 4]
+        numbers[forces + 4] += spin * numbers[speeds + 3]
+    pulls = unbalance_pulls(numbers[at.UNBALANCE], numbers[at.PHASE], drive, time)
+    for i in range(at.ring_places(ring)):
+        load, speed, free = border_load(pulls, numbers, time, i), numbers[speeds + i], numbers[at.FREE + i]
         drag = numbers[at.DAMPING + i] * speed
         spring = numbers[at.STIFFNESS + i] * (numbers[at.NOW + i] - numbers[at.REST + i])
         numbers[forces + i] += load + numbers[at.WEIGHT + i] - drag - spring

@@ -9,19 +9,33 @@ from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.jacobian import lane_answer, lane_linear
 from bearing_twin.kinds.bearing.forces.layout import (
+    AXIAL_VELOCITY,
     AXIS_DISTANCE,
+    BALL_BY_BORDER,
     BALL_TILE,
+    BORDER_BY_BALL,
+    BORDER_TILE,
     CAGE,
     FACTOR_RADIUS,
     FACTOR_VELOCITY,
+    HEIGHT,
     MOTION,
     PLACES,
+    RADIAL_VELOCITY,
     SHARES,
     SPIN,
     VELOCITY,
+    entry,
 )
 from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED
-from bearing_twin.kinds.bearing.stepping.border_solve import ball_solved, mixed, share, solve_corner
+from bearing_twin.kinds.bearing.stepping.border_solve import (
+    ball_solved,
+    even_solved,
+    mixed,
+    outer_two,
+    share,
+    solve_corner,
+)
 from bearing_twin.kinds.bearing.stepping.border_system import (
     by_places,
     follow_even,
@@ -43,17 +57,15 @@ def _put_share(lanes, r, k, known, velocity, spin):
     put(lanes, SHARES + r, k, known_share(lanes, r, k, known) - share(lanes, r, k, velocity, spin))
 
 
-@lean_kernel
-def _eliminate_balls(g, border, lanes):
-    """Takes what is known of a stage, solves for the balls' velocities and spins, and takes these from the border."""
-    ring, numbers, even = border.ring, border.numbers, border.even
+@inlined
+def _eliminate(ring, g, numbers, lanes):
+    """`_eliminate_balls` that go round by themselves."""
     places = six(numbers, at.SOLUTION)
     for k in range(LANES):
-        linear, right, push = lane_linear(lanes, k), get_vector(lanes, RIGHT, k), get_vector(lanes, RIGHT + VELOCITY, k)
-        turn, along = 0.0 if even else right[1], 0.0 if even else push[1]
+        linear, right = lane_linear(lanes, k), get_vector(lanes, RIGHT, k)
         radius = g * right[0]
-        known = (radius, g * (turn + linear.angle_by_radius * radius), g * right[2])
-        velocity = add((push[0], along, push[2]), times(linear.vp, known))
+        known = (radius, g * (right[1] + linear.angle_by_radius * radius), g * right[2])
+        velocity = add(get_vector(lanes, RIGHT + VELOCITY, k), times(linear.vp, known))
         spin = add(get_vector(lanes, RIGHT + SPIN, k), times(linear.sp, known))
         velocity = add(velocity, by_places(ring, lanes, 0, k, places))
         spin = add(spin, by_places(ring, lanes, 3, k, places))
@@ -64,6 +76,52 @@ def _eliminate_balls(g, border, lanes):
         for r in range(at.ring_places(ring)):
             _put_share(lanes, r, k, known, velocity, spin)
         _put_share(lanes, CAGE, k, known, velocity, spin)
+
+
+@inlined
+def _eliminate_even(ring, g, numbers, lanes):
+    """`_eliminate` for balls that go round with an even cage: without their orbit angles and tangential velocities."""
+    places = six(numbers, at.SOLUTION)
+    for k in range(LANES):
+        known = g * get(lanes, RIGHT + AXIS_DISTANCE, k), g * get(lanes, RIGHT + HEIGHT, k)
+        radial = get(lanes, RIGHT + RADIAL_VELOCITY, k) + outer_two(lanes, entry(RADIAL_VELOCITY, 0), k, known)
+        axial = get(lanes, RIGHT + AXIAL_VELOCITY, k) + outer_two(lanes, entry(AXIAL_VELOCITY, 0), k, known)
+        turned = (
+            outer_two(lanes, entry(SPIN, 0), k, known),
+            outer_two(lanes, entry(SPIN + 1, 0), k, known),
+            outer_two(lanes, entry(SPIN + 2, 0), k, known),
+        )
+        spin = add(get_vector(lanes, RIGHT + SPIN, k), turned)
+        radial += mixed(ring, lanes, BALL_BY_BORDER, 1, k, places)
+        axial += mixed(ring, lanes, BALL_BY_BORDER + 4 * PLACES, 1, k, places)
+        spin = add(spin, by_places(ring, lanes, 3, k, places))
+        velocity, spin = even_solved(lanes, k, (radial, axial), spin)
+        put_vector(lanes, SOLUTION + AXIS_DISTANCE, k, (known[0], 0.0, known[1]))
+        put_vector(lanes, SOLUTION + VELOCITY, k, (velocity[0], 0.0, velocity[1]))
+        put_vector(lanes, SOLUTION + SPIN, k, spin)
+        for r in range(at.ring_places(ring)):
+            put(lanes, SHARES + r, k, _even_share(lanes, r, k, known, velocity, spin))
+        put(lanes, SHARES + CAGE, k, _even_share(lanes, CAGE, k, known, velocity, spin))
+
+
+@inlined
+def _even_share(lanes, r, k, known, velocity, spin):
+    """What `_put_share` writes, of a ball that goes round with an even cage."""
+    tile = BORDER_TILE + r
+    found = get(lanes, tile, k) * velocity[0]
+    found += get(lanes, tile + 12, k) * velocity[1] + get(lanes, tile + 18, k) * spin[0]
+    found += get(lanes, tile + 24, k) * spin[1]
+    return outer_two(lanes, BORDER_BY_BALL + r * MOTION, k, known) - (found + get(lanes, tile + 30, k) * spin[2])
+
+
+@lean_kernel
+def _eliminate_balls(g, border, lanes):
+    """Takes what is known of a stage, solves for the balls' velocities and spins, and takes these from the border."""
+    ring, numbers = border.ring, border.numbers
+    if border.even:
+        _eliminate_even(ring, g, numbers, lanes)
+    else:
+        _eliminate(ring, g, numbers, lanes)
     for r in range(at.ring_places(ring)):
         numbers[at.SOLUTION + PLACES + r] += sum_of(lanes, SHARES + r)
     numbers[at.SOLUTION + PLACES + CAGE] += sum_of(lanes, SHARES + CAGE)
@@ -105,7 +163,7 @@ def _follow_border(g, border, lanes):
 @inlined
 def solve_apart(g, drive, time, border, blocks):
     """Solves W k = right for one stage of ring, cage, and balls that touch no other."""
-    known_places(g, border.numbers)
+    known_places(border.ring, g, border.numbers)
     for block in range(len(blocks)):
         _eliminate_balls(g, border, blocks[block])
     solve_corner(border)

@@ -32,7 +32,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     entry,
 )
 from bearing_twin.kinds.bearing.forces.moving_cage_answers import moving_pocket_answers
-from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, border_load, leave_out_spares
+from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, border_load, leave_out_spares, unbalance_pulls
 from bearing_twin.kinds.bearing.stepping.border_solve import mixed, of_cage
 from bearing_twin.numerics.chain_solve import six
 from bearing_twin.numerics.lanes import (
@@ -150,15 +150,25 @@ def border_jacobian(pockets, bearing, drive, border, time, blocks):
 
 
 @inlined
-def known_places(g, numbers):
+def known_places(ring, g, numbers):
     """What is known of the border before a stage: changes of its places, and the right-hand side of its velocities."""
-    for i in range(PLACES):
+    for i in range(2 * PLACES):
+        numbers[at.SOLUTION + i] = 0.0  # of places that are not met
+    for i in range(at.ring_places(ring)):
         numbers[at.SOLUTION + i] = g * numbers[at.RIGHT + i]
-    for i in range(PLACES):
-        total = numbers[at.RIGHT + PLACES + i]
-        for j in range(PLACES):
-            total += numbers[at.OWN + i * 2 * PLACES + j] * numbers[at.SOLUTION + j]
-        numbers[at.SOLUTION + PLACES + i] = total
+    numbers[at.SOLUTION + CAGE] = g * numbers[at.RIGHT + CAGE]
+    for i in range(at.ring_places(ring)):
+        _know_velocity(ring, numbers, i)
+    _know_velocity(ring, numbers, CAGE)
+
+
+@inlined
+def _know_velocity(ring, numbers, i):
+    """The right-hand side of the velocity of place i."""
+    total, own = numbers[at.RIGHT + PLACES + i], at.OWN + i * 2 * PLACES
+    for j in range(at.ring_places(ring)):
+        total += numbers[own + j] * numbers[at.SOLUTION + j]
+    numbers[at.SOLUTION + PLACES + i] = total + numbers[own + CAGE] * numbers[at.SOLUTION + CAGE]
 
 
 @inlined
@@ -182,7 +192,7 @@ def by_places(ring, lanes, first, k, places):
 def border_known(g, border, blocks):
     """What is known before a stage is solved: of the border, and added to the balls; after the balls' own."""
     numbers, ring = border.numbers, border.ring
-    known_places(g, numbers)
+    known_places(ring, g, numbers)
     places = six(numbers, at.SOLUTION)
     for block in range(len(blocks)):
         lanes = blocks[block]
@@ -203,12 +213,13 @@ def follow_places(g, drive, time, border):
     """The border's places and integrals by its velocities."""
     numbers, ring = border.numbers, border.ring
     work, lost = numbers[at.RIGHT + WORK_DONE], numbers[at.RIGHT + LOST]
-    for i in range(PLACES):
-        numbers[at.SOLUTION + i] += g * numbers[at.SOLUTION + PLACES + i]
+    numbers[at.SOLUTION + CAGE] += g * numbers[at.SOLUTION + CAGE_SPEED]
     if len(ring) > 0:
-        for i in range(CAGE):
+        pulls = unbalance_pulls(numbers[at.UNBALANCE], numbers[at.PHASE], drive, time)
+        for i in range(at.ring_places(ring)):
+            numbers[at.SOLUTION + i] += g * numbers[at.SOLUTION + PLACES + i]
             change = numbers[at.FREE + i] * numbers[at.SOLUTION + PLACES + i]
-            work += border_load(numbers, drive, time, i) * change
+            work += border_load(pulls, numbers, time, i) * change
             lost += 2.0 * numbers[at.DAMPING + i] * numbers[at.BEGIN + PLACES + i] * change
     numbers[at.SOLUTION + WORK_DONE], numbers[at.SOLUTION + LOST] = g * work, g * lost
     numbers[at.SOLUTION + LAND_WORK] = 0.0  # a step made again, whose numbers were not finite, leaves them here

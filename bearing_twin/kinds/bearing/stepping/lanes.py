@@ -93,7 +93,7 @@ def _solve(task, coupling, stage, blocks):
         border_right(method.c[stage], method.d[stage], get(blocks[0], STEP, 0), numbers)
         drive = turning(coupling.border, task.drive, time, at.BEGIN)
         solve_with_shaft(coupling.border.shaft, drive, time, coupling, blocks)
-        border_keep(stage, numbers)
+        border_keep(coupling.border.ring, coupling.border.shaft, stage, numbers)
     else:
         for block in range(len(blocks)):
             solve_alone(blocks[block])
