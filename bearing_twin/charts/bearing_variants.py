@@ -1,12 +1,40 @@
-"""Variants of shipped bearing scenes to which no number was fitted: they show what chooser and companion are worth.
+"""Shipped bearing scenes and variants of them: they show what chooser and companion are worth.
 
-Each is a scene and what differs from it. Those of `FURTHER` have what no table of steppers holds. Those of `LATER` were
-chosen after these, and helped to find faults, as docs/doubt.md says, and so did those of `LAST`, chosen later still;
-those of `HELD` were chosen before what `LAST` showed was mended, and first run after it. So were those of `RINGS`, but
-what they gave was seen while it was. Those of `AFTER` were chosen when what all these showed of balls in flight was
-mended, and run for the first time then: nothing was mended by them.
+Each is a scene and what differs from it. Numbers were chosen with `CASES`, and fitted to no other. Those of `FURTHER`
+have what no table of steppers holds. Those of `LATER` were chosen after these, and helped to find faults, as
+docs/doubt.md says, and so did those of `LAST`, chosen later still; those of `HELD` were chosen before what `LAST`
+showed was mended, and first run after it. So were those of `RINGS`, but what they gave was seen while it was. Those of
+`AFTER` were chosen when what all these showed of balls in flight was mended, and run for the first time then.
 """
 
+CASES = {  # name: scene, what differs; those after the seventh are variants
+    "settled": ("bearing_6203", ("run.duration=0.2",)),
+    "6205": ("bearing_6205", ("run.duration=0.2",)),
+    "fast": ("bearing_6203_fast", ("run.duration=0.1",)),
+    "sticking": ("bearing_6203_sticking", ("run.duration=0.05",)),
+    "lift-off": ("bearing_6203_loose", ("run.duration=0.2",)),
+    "from rest": ("bearing_6203_start", ()),
+    "sudden": ("bearing_6203_sudden", ("run.duration=0.05",)),
+    "slippery, off centre": (
+        "bearing_6203",
+        ("run.duration=0.1", "contact.friction_coefficient=0.02", "drive.offset=[0,-2e-6,2e-5]"),
+    ),
+    "sped up": ("bearing_6203", ("run.duration=0.1", "drive.change.time=0.03", "drive.change.speed=50")),
+    "lift-off, faster": ("bearing_6203_loose", ("run.duration=0.1", "drive.speed=400")),
+    "lift-off, wider": (
+        "bearing_6203_loose",
+        ("run.duration=0.1", "geometry.radial_clearance=20e-6", "drive.offset=[2e-6,-14e-6,0]"),
+    ),
+    "6205, lift-off": (
+        "bearing_6205",
+        ("run.duration=0.1", "geometry.radial_clearance=10e-6", "drive.offset=[0,-8e-6,0]"),
+    ),
+    "from rest, off centre": (
+        "bearing_6203_start",
+        ("run.duration=0.02", "drive.speed=90", "drive.offset=[3e-6,-2e-6,8e-6]"),
+    ),
+    "sudden, harder": ("bearing_6203_sudden", ("run.duration=0.04", "drive.change.offset=[2e-6,-5e-6,1e-6]")),
+}
 VARIANTS = {
     "slow": ("bearing_6203", ("drive.speed=20",)),
     "three times faster": ("bearing_6203", ("drive.speed=550",)),

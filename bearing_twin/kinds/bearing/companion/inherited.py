@@ -14,7 +14,7 @@ import numpy as np
 
 from bearing_twin.contact.elastic import elastic
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part, in_flight, lengths
-from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, WINDOW, carries
+from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, UNKNOWN, WINDOW, carries
 from bearing_twin.kinds.bearing.forces.equations import Bearing
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
 
@@ -102,7 +102,7 @@ def unseen_landings(part: Part, rows: np.ndarray, greatest: float, apart: float)
 def all_of_it(part_began: float, now: float, tolerance: float, greatest: float) -> np.ndarray:
     """A row of WINDOW of a part of which nothing is known: loads off by the `greatest` [N], friction by twice mu N."""
     row = np.zeros((1, len(WINDOW.columns)))
-    row[0, : PLACE["torque"]] = now, part_began, INHERITED, 0.0, tolerance, greatest, 2.0
+    row[0, : PLACE["torque"]] = now, part_began, UNKNOWN, 0.0, tolerance, greatest, 2.0
     return row
 
 
