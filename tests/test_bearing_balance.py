@@ -11,11 +11,15 @@ from bearing_twin.kinds.bearing import watched
 from bearing_twin.kinds.bearing.companion.balance import off_balance
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.inherited import all_of_it
-from bearing_twin.kinds.bearing.companion.windows import ALL, BETWEEN, INHERITED, PLACE, WINDOW
+from bearing_twin.kinds.bearing.companion.meetings import LEAST_APART, Drift
+from bearing_twin.kinds.bearing.companion.windows import ALL, BETWEEN, BUMPING, INHERITED, PLACE, WINDOW
 from bearing_twin.kinds.bearing.companion.worst import MISSED, Worst
+from bearing_twin.kinds.bearing.doubt import BearingDoubt
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.watched import WatchedMotion
+from bearing_twin.numerics.lanes import COLUMNS
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
@@ -142,3 +146,23 @@ def test_a_run_with_a_horizon_is_compared_up_to_it():
     assert first["load_estimate"] == first["friction_estimate"] == 0.5
     run.report.errors["horizon_s"] = 1e-4  # before the first output
     assert compared(run, found, true, true)["load_error"] == 0.0
+
+
+@pytest.mark.parametrize(("scene", "kept"), [("bearing_6203", 1.0), ("bearing_6203_rig_400N", BUMPING)])
+def test_bumps_into_a_cage_make_loads_err_where_the_ring_moves(scene, kept):
+    """They drive balls round: of a held ring they make friction err, and loads by the place of a ball alone."""
+    parameters = load_scene(scene, ("cage.kind=pockets",)).parameters
+    doubt = BearingDoubt(parameters, choose(load_scene(scene, ("cage.kind=pockets",))))
+    doubt.load[:], doubt.least = 50.0, 0.0
+    doubt.worst.add(a_row(0.01, ALL, load=1.0, friction=0.1), False)
+    assert doubt._seen("load") == pytest.approx(max(kept, MISSED))
+    assert doubt._seen("friction") == pytest.approx(BUMPING * 0.1)
+    doubt.worst.add(a_row(0.01, ALL, orbit_angle=0.1), False)
+    assert doubt._seen("load") == pytest.approx(max(kept, MISSED) + 0.1 * BUMPING * 50.0)
+
+
+def test_a_copy_starts_apart_by_a_share_of_what_steps_may_err_where_nothing_was_seen():
+    drift, state = Drift(2), np.zeros((2, COLUMNS))
+    state[:, AXIS_DISTANCE] = 0.014
+    drift.set_apart(state, 0.0, 1e-3)
+    assert state[:, ORBIT_ANGLE] == pytest.approx([-LEAST_APART * 1e-9 / 0.014, LEAST_APART * 1e-9 / 0.014])

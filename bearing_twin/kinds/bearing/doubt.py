@@ -120,6 +120,8 @@ class BearingDoubt:
         seen = worst.seen(name, inherited, self.least <= 0.0)
         if name != "load":
             return seen
+        if dimension_of(self.parameters) != FREE_RING:  # bumps into a cage drive balls round, not against a held ring
+            seen = worst.seen(name, 1.0, self.least <= 0.0)
         # Between the greatest load and the least a ball goes a radian or so: what a jump or a bounce does is no slope.
         return seen + worst.seen("orbit_angle", inherited, False) * (float(self.load.max()) - self.least)
 
