@@ -12,7 +12,7 @@ from bearing_twin.kinds.bearing.companion.balance import off_balance
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.inherited import all_of_it
 from bearing_twin.kinds.bearing.companion.meetings import LEAST_APART, Drift
-from bearing_twin.kinds.bearing.companion.windows import ALL, BETWEEN, BUMPING, INHERITED, PLACE, WINDOW
+from bearing_twin.kinds.bearing.companion.windows import ALL, APART, BETWEEN, BUMPING, INHERITED, PLACE, WINDOW
 from bearing_twin.kinds.bearing.companion.worst import MISSED, Worst
 from bearing_twin.kinds.bearing.doubt import BearingDoubt
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE
@@ -115,11 +115,23 @@ def test_what_rows_told_up_to_a_horizon_is_kept_in_little_room():
 
 def test_meetings_that_nobody_looked_at_end_what_is_known():
     growth = Growth(1e-4)
-    (row,) = all_of_it(0.05, 0.07, 1e-4, 300.0)
+    (row,) = all_of_it(0.05, 0.07, 1e-4, 300.0, False)
     assert not growth.add(row, 300.0)
-    assert growth.kept == 0.05
+    assert not growth.notes  # as far as is known, meetings do no harm
+    (row,) = all_of_it(0.09, 0.1, 1e-4, 300.0, True)
+    growth.add(row, 300.0)
+    assert growth.kept == 0.05  # now it is known that they do, also where nobody looked before
     assert "balls met after 0.05 s where nobody looked" in growth.notes["horizon"]
     assert "only statistics of many runs hold" in growth.notes["horizon"]
+    copied = Growth(1e-4)
+    for row in (
+        *all_of_it(0.05, 0.07, 1e-4, 300.0, False),
+        a_row(0.08, APART, friction=1e-6),
+        a_row(0.09, APART, friction=1.0),
+    ):
+        copied.add(row, 300.0)
+    assert copied.kept == 0.05
+    assert "since balls met: beyond 0.05 s" in copied.notes["horizon"]
 
 
 def test_a_run_with_a_horizon_is_compared_up_to_it():

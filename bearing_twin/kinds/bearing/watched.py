@@ -212,8 +212,8 @@ class WatchedMotion(BearingMotion):
             self._roughest, self._calm = min(self._roughest, redoing.SPARED * before), 0
             self._begin_again(arrays, others, before_it, max(cut * self.setting, VERIFIABLE / self.given))
         rows, self._found = self._found, None
-        if rows is not None and self.companion.adrift:
-            self._rows.append(all_of_it(begun, self.elapsed, self.tolerance, self.companion.greatest_load))
+        if rows is not None and self.companion.unlooked:
+            self._rows.append(all_of_it(begun, self.elapsed, self.tolerance, *self.companion.unknown))
         if rows is not None and len(rows):
             self._rows.append(rows)
             carried = (rows[:, PLACE["begin"]] < begun) | (rows[:, PLACE["ball"]] == APART)

@@ -5,6 +5,8 @@ just before balls meet, and is looked at just after. A ball that rolls forgets w
 another, carries it on and more.
 """
 
+import math
+
 import numpy as np
 
 from bearing_twin.kinds.bearing.companion.windows import APART, PLACE, UNKNOWN, off_by
@@ -26,20 +28,25 @@ class Growth:
         self.tolerance, self.most = tolerance, most  # times that an error may grow beyond the tolerance
         self.first: dict[tuple[int, float], tuple[float, float]] = {}  # error at first, and kept until [s]
         self.grown, self.kept, self.since = 0.0, 0.0, ""
+        self.unlooked = math.inf  # since when [s] balls met where nobody looked, which counts once meetings are bad
 
     def add(self, row, greatest: float) -> bool:
         """Takes a row in; `greatest` load [N] so far. Returns whether the row goes on from one before."""
         off = max(off_by(row, greatest or 1.0), FLOOR)
         key = int(row[PLACE["ball"]]), float(row[PLACE["begin"]])
         if key[0] == UNKNOWN:
-            self._ends(key[1], 1.0, "")
+            self.unlooked = min(self.unlooked, key[1])
+            if off > FLOOR:
+                self._ends(self.unlooked, 1.0, "")
             return False
         goes_on = key in self.first
         first, kept = self.first.pop(key, (off, key[1]))
         if off <= self.tolerance:
             kept = float(row[0])
         elif off > (MET if key[0] == APART else self.most) * first:
-            self._ends(kept, off / first, "balls met" if key[0] == APART else "a companion began to follow a ball")
+            copy = key[0] == APART
+            until = min(kept, self.unlooked) if copy else kept
+            self._ends(until, off / first, "balls met" if copy else "a companion began to follow a ball")
         self.first[key] = first, kept
         if len(self.first) > MOST:
             del self.first[next(iter(self.first))]
