@@ -400,7 +400,7 @@ def test_outputs_without_windows_say_that_the_method_is_not_known():
     scene = made_up_scene()
     doubt, block = BearingDoubt(scene.parameters, a_choice()), made_up_block(scene, 20)
     doubt.add(block)
-    assert not doubt.windows
+    assert not doubt.worst.windows
     assert "no window" in doubt._notes()["method"]
 
 
@@ -525,7 +525,7 @@ def test_what_errors_follow_from_does_not_depend_on_how_outputs_are_cut():
             doubt.growth.add = lambda row, greatest, seen=(seen := []): seen.append((row[0], greatest))
             for piece in cut(block, length):
                 doubt.add(piece)
-            assert len(seen) == doubt.windows == 30
+            assert len(seen) == doubt.worst.windows == 30
             sums = (*doubt.load.flat, *doubt.curvatures.flat, *doubt.rubbed.flat)
             found.append((doubt.outputs, doubt.least, *sums, *seen))
         assert found[0] == found[1]

@@ -71,14 +71,15 @@ def command_of(case: Case, method: str, setting: float, *more: str) -> str:
     return f"bearing_twin simulate {case.scene} {sets} --duration {case.seconds:g}"
 
 
-def errors(motion: BearingMotion, found, exact) -> tuple[float, float]:
+def errors(motion: BearingMotion, found, exact, greatest: float | None = None) -> tuple[float, float]:
     """Greatest errors of `found` outputs: of load, and of friction; infinite where something is not finite.
 
-    That of a load is over the greatest load. That of friction is over what friction could be there and then: of a
-    contact's force over mu N, of the raceways' torque on a ball over mu N R, N the load of the contact or of both.
+    That of a load is over the `greatest` load [N], of the `exact` outputs unless it is given. That of friction is over
+    what friction could be there and then: of a contact's force over mu N, of the raceways' torque on a ball over
+    mu N R, N the load of the contact or of both.
     """
     coefficient, radius = motion.parameters.contact.friction_coefficient, motion.bearing.ball_radius
-    greatest = exact.normal_load.max()
+    greatest = exact.normal_load.max() if greatest is None else greatest
     load = np.abs(found.normal_load - exact.normal_load).max() / greatest
     force = np.linalg.norm(found.friction_force - exact.friction_force, axis=-1)
     torque = np.linalg.norm(found.raceway_torque - exact.raceway_torque, axis=-1) / radius

@@ -1,12 +1,41 @@
-"""Variants of shipped bearing scenes to which no number was fitted: they show what chooser and companion are worth.
+"""Shipped bearing scenes and variants of them: they show what chooser and companion are worth.
 
-Each is a scene and what differs from it. Those of `FURTHER` have what no table of steppers holds. Those of `LATER` were
-chosen after these, and helped to find faults, as docs/doubt.md says, and so did those of `LAST`, chosen later still;
-those of `HELD` were chosen before what `LAST` showed was mended, and first run after it. So were those of `RINGS`, but
-what they gave was seen while it was. Those of `AFTER` were chosen when what all these showed of balls in flight was
-mended, and run for the first time then: nothing was mended by them.
+Each is a scene and what differs from it. Numbers were chosen with `CASES`, and fitted to no other. Those of `FURTHER`
+have what no table of steppers holds. Those of `LATER` were chosen after these, and helped to find faults, as
+docs/doubt.md says, and so did those of `LAST`, chosen later still; those of `HELD` were chosen before what `LAST`
+showed was mended, and first run after it. So were those of `RINGS`, but what they gave was seen while it was. Those of
+`AFTER` were chosen when what all these showed of balls in flight was mended, and run for the first time then; nothing
+was mended by those of `CHOSEN_LAST`.
 """
 
+CASES = {  # name: scene, what differs; those after the seventh are variants
+    "settled": ("bearing_6203", ("run.duration=0.2",)),
+    "6205": ("bearing_6205", ("run.duration=0.2",)),
+    "fast": ("bearing_6203_fast", ("run.duration=0.1",)),
+    "sticking": ("bearing_6203_sticking", ("run.duration=0.05",)),
+    "lift-off": ("bearing_6203_loose", ("run.duration=0.2",)),
+    "from rest": ("bearing_6203_start", ()),
+    "sudden": ("bearing_6203_sudden", ("run.duration=0.05",)),
+    "slippery, off centre": (
+        "bearing_6203",
+        ("run.duration=0.1", "contact.friction_coefficient=0.02", "drive.offset=[0,-2e-6,2e-5]"),
+    ),
+    "sped up": ("bearing_6203", ("run.duration=0.1", "drive.change.time=0.03", "drive.change.speed=50")),
+    "lift-off, faster": ("bearing_6203_loose", ("run.duration=0.1", "drive.speed=400")),
+    "lift-off, wider": (
+        "bearing_6203_loose",
+        ("run.duration=0.1", "geometry.radial_clearance=20e-6", "drive.offset=[2e-6,-14e-6,0]"),
+    ),
+    "6205, lift-off": (
+        "bearing_6205",
+        ("run.duration=0.1", "geometry.radial_clearance=10e-6", "drive.offset=[0,-8e-6,0]"),
+    ),
+    "from rest, off centre": (
+        "bearing_6203_start",
+        ("run.duration=0.02", "drive.speed=90", "drive.offset=[3e-6,-2e-6,8e-6]"),
+    ),
+    "sudden, harder": ("bearing_6203_sudden", ("run.duration=0.04", "drive.change.offset=[2e-6,-5e-6,1e-6]")),
+}
 VARIANTS = {
     "slow": ("bearing_6203", ("drive.speed=20",)),
     "three times faster": ("bearing_6203", ("drive.speed=550",)),
@@ -267,6 +296,35 @@ AFTER = {
     ),
     "pockets, slow": ("bearing_6203", ("cage.kind=pockets", "drive.offset=[0, -2e-6, 1e-5]", "drive.speed=120")),
 }
+CHOSEN_LAST = {
+    "6205, off centre": ("bearing_6205", ("drive.offset=[2e-6, -3e-6, 1e-5]", "drive.speed=350")),
+    "ceramic, off centre": (
+        "bearing_6203",
+        (
+            "materials.ball.young_modulus=3.1e11",
+            "materials.ball.density=3200",
+            "drive.offset=[0, -3e-6, 0]",
+            "drive.speed=240",
+        ),
+    ),
+    "loose, 320 rad/s": ("bearing_6203_loose", ("drive.offset=[2e-6, -10e-6, 0]", "drive.speed=320")),
+    "jump aside": ("bearing_6203", ("drive.change={time: 8e-3, offset: [3e-6, 1e-6, 0]}", "drive.speed=160")),
+    "rest, pressed": ("bearing_6203_start", ("drive.speed=300", "drive.offset=[0, 0, 2e-5]")),
+    "ring, 550 N, 150 rad/s": ("bearing_6203_rig_400N", ("rings.inner.load=[0, -550, 0]", "drive.speed=150")),
+    "ring, load rises": (
+        "bearing_6203_rig_400N",
+        ("rings.inner.load=[0, -300, 0]", "rings.inner.change={time: 0.03, load: [0, -700, 0]}"),
+    ),
+    "even cage, off centre": (
+        "bearing_6203",
+        ("cage.kind=even", "drive.offset=[0, -2.5e-6, 5e-6]", "drive.speed=200"),
+    ),
+    "tilted, fast": ("bearing_6203_tilted", ("drive.tilt=[5e-4, 9e-4]", "drive.speed=350")),
+    "slows, off centre": (
+        "bearing_6203",
+        ("drive.offset=[0, -2e-6, 0]", "drive.acceleration=3000", "drive.change={time: 0.03, speed: -70}"),
+    ),
+}
 SPANS = {  # s of those whose balls hit each other again and again, or that start from rest
     "loose from rest": 0.02,
     "eleven balls, loose": 0.05,
@@ -275,7 +333,7 @@ SPANS = {  # s of those whose balls hit each other again and again, or that star
 }
 UNSEEN = {
     name: (scene, (*differs, f"run.duration={SPANS.get(name, 0.1)}"))
-    for name, (scene, differs) in (VARIANTS | FURTHER | LATER | LAST | HELD | RINGS | AFTER).items()
+    for name, (scene, differs) in (VARIANTS | FURTHER | LATER | LAST | HELD | RINGS | AFTER | CHOSEN_LAST).items()
 }
 GROUPS = {
     "Variants unseen": VARIANTS | FURTHER,
@@ -284,4 +342,5 @@ GROUPS = {
     "Held out": HELD,
     "Rings chosen with these": RINGS,
     "Chosen after": AFTER,
+    "Chosen last": CHOSEN_LAST,
 }

@@ -10,21 +10,20 @@ import functools
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from bearing_twin.charts.bearing_cells import errors
-from bearing_twin.charts.bearing_variants import GROUPS, UNSEEN
+from bearing_twin.charts.bearing_variants import CASES, GROUPS, UNSEEN
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import judged
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE, Row
+from bearing_twin.charts.tolerance_picture import FAR, NEAR, draw
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, save_chart
+from bearing_twin.numerics.steppers import NOTHING
 from bearing_twin.run.doubt import MUCH
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Run, simulate
@@ -33,37 +32,8 @@ EXACT = 1e-8
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 KNOWABLE = 1e-8  # true errors below this are not compared with estimates: the reference is no better ...
 ROUGHER, CLEAR = 3.0, 3.0  # ... nor those up to so many times what the reference differs from a run so much rougher
-NEAR, FAR = 3.0, 10.0  # factors between estimate and true error
 OUTPUTS = ("loads", "friction")
 ALONE = "solver.companion=off"
-CASES = {  # name: scene, what differs; those after the seventh are variants
-    "settled": ("bearing_6203", ("run.duration=0.2",)),
-    "6205": ("bearing_6205", ("run.duration=0.2",)),
-    "fast": ("bearing_6203_fast", ("run.duration=0.1",)),
-    "sticking": ("bearing_6203_sticking", ("run.duration=0.05",)),
-    "lift-off": ("bearing_6203_loose", ("run.duration=0.2",)),
-    "from rest": ("bearing_6203_start", ()),
-    "sudden": ("bearing_6203_sudden", ("run.duration=0.05",)),
-    "slippery, off centre": (
-        "bearing_6203",
-        ("run.duration=0.1", "contact.friction_coefficient=0.02", "drive.offset=[0,-2e-6,2e-5]"),
-    ),
-    "sped up": ("bearing_6203", ("run.duration=0.1", "drive.change.time=0.03", "drive.change.speed=50")),
-    "lift-off, faster": ("bearing_6203_loose", ("run.duration=0.1", "drive.speed=400")),
-    "lift-off, wider": (
-        "bearing_6203_loose",
-        ("run.duration=0.1", "geometry.radial_clearance=20e-6", "drive.offset=[2e-6,-14e-6,0]"),
-    ),
-    "6205, lift-off": (
-        "bearing_6205",
-        ("run.duration=0.1", "geometry.radial_clearance=10e-6", "drive.offset=[0,-8e-6,0]"),
-    ),
-    "from rest, off centre": (
-        "bearing_6203_start",
-        ("run.duration=0.02", "drive.speed=90", "drive.offset=[3e-6,-2e-6,8e-6]"),
-    ),
-    "sudden, harder": ("bearing_6203_sudden", ("run.duration=0.04", "drive.change.offset=[2e-6,-5e-6,1e-6]")),
-}
 ALL_CASES = CASES | UNSEEN
 METHOD = "as chosen"
 
@@ -72,9 +42,10 @@ METHOD = "as chosen"
 class ToleranceRow(Row):
     """One run: true and estimated errors of load and friction, what it says of itself (`told`), and its steps.
 
-    `load_known` and `friction_known` are the least errors that can be told from those of the reference. `steps` are
-    those of a run that nobody watches, `watched_steps` those with what was done again, `companion_steps` the
-    companion's; `seconds` are CPU seconds of the whole run, `evaluations` steps of balls.
+    `load_known` and `friction_known` are the least errors that can be told from those of the reference. Of a run that
+    names its `horizon` [s], all these are up to it, and `to_the_end` is the greatest error of the whole run.
+    `steps` are those of a run that nobody watches, `watched_steps` those with what was done again, `companion_steps`
+    the companion's; `seconds` are CPU seconds of the whole run, `evaluations` steps of balls.
     """
 
     load_estimate: float = np.nan
@@ -85,6 +56,8 @@ class ToleranceRow(Row):
     companion_steps: int = 0
     load_known: float = KNOWABLE
     friction_known: float = KNOWABLE
+    horizon: float = np.nan
+    to_the_end: float = np.nan
 
     @property
     def kept(self) -> bool:
@@ -92,8 +65,15 @@ class ToleranceRow(Row):
         return self.error <= self.setting
 
     @property
+    def bounded(self) -> bool:
+        """Whether the run names a horizon: beyond it nothing is promised."""
+        return bool(np.isfinite(self.horizon))
+
+    @property
     def doubtful(self) -> bool:
-        """Whether the run says that its error is more."""
+        """Whether the run says that its error is more; before its horizon, if it names one."""
+        if self.bounded:
+            return max(self.load_estimate, self.friction_estimate) > self.setting
         return self.told.startswith("doubtful")
 
     @property
@@ -125,25 +105,44 @@ def _run(case: str, *overrides: str) -> tuple[Run, Rows]:
 
 
 @functools.lru_cache(maxsize=1)
-def _exact(case: str) -> tuple[Rows, tuple[float, ...]]:
-    """The outputs that count as true, and the least errors of load and friction that they can show.
+def _exact(case: str) -> tuple[Rows, Rows]:
+    """The outputs that count as true, and rougher ones, which tell how far these may be off.
 
     A process is at one case at a time.
     """
-    _, exact = _run(case, f"wanted.tolerance={EXACT!r}", ALONE)
-    run, rougher = _run(case, f"wanted.tolerance={ROUGHER * EXACT!r}", ALONE)
-    off = errors(BearingMotion(run.scene.parameters, run.choice), rougher, exact)
-    return exact, tuple(max(KNOWABLE, CLEAR * one) for one in off)
+    return tuple(_run(case, f"wanted.tolerance={one * EXACT!r}", ALONE)[1] for one in (1.0, ROUGHER))
 
 
 def judge(case: str, _: str, tolerance: float, limit: float) -> ToleranceRow:
     """One run beside the truth."""
-    exact, (load, friction) = _exact(case)
     row = ToleranceRow(case, METHOD, tolerance, command=_command(case, METHOD, tolerance))
-    return judged(row.but(load_known=load, friction_known=friction), lambda: _outcome(case, tolerance, exact), limit)
+    _exact(case)
+    return judged(row, lambda: _outcome(case, tolerance, *_exact(case)), limit)
 
 
-def _outcome(case: str, tolerance: float, exact: Rows) -> dict:
+def up_to(rows: Rows, outputs: int) -> Rows:
+    """The first so many of these outputs."""
+    return Rows(rows.layout, rows.numbers[:outputs])
+
+
+def compared(run: Run, found: Rows, exact: Rows, rougher: Rows) -> dict:
+    """Errors of a run and what it says of them, up to its horizon if it names one, and what can be known of them."""
+    wanted, horizon = run.report.errors["wanted_errors"], run.report.errors.get("horizon_s", np.nan)
+    motion, greatest = BearingMotion(run.scene.parameters, run.choice), float(exact.normal_load.max())
+    told, outputs = "error", len(found.numbers)
+    if np.isfinite(horizon):
+        told, outputs = "error_up_to_horizon", int((1.0 + NOTHING) * horizon * run.scene.parameters.run.output_rate)
+    first = [up_to(one, outputs) for one in (found, exact, rougher)]
+    # Where the horizon is before the first output, nothing is promised and nothing is off.
+    own, other = (errors(motion, one, first[1], greatest) if outputs else (0.0, 0.0) for one in (first[0], first[2]))
+    whole = max(errors(motion, found, exact))
+    estimates = (np.nan if wanted[name][told] is None else wanted[name][told] for name in OUTPUTS)
+    names = "load_error", "friction_error", "load_known", "friction_known", "load_estimate", "friction_estimate"
+    known = (max(KNOWABLE, CLEAR * one) for one in other)
+    return dict(zip(names, (*own, *known, *estimates), strict=True)) | {"horizon": horizon, "to_the_end": whole}
+
+
+def _outcome(case: str, tolerance: float, exact: Rows, rougher: Rows) -> dict:
     asked, start = f"wanted.tolerance={tolerance!r}", time.thread_time()
     run, found = _run(case, asked)
     seconds = time.thread_time() - start
@@ -151,16 +150,10 @@ def _outcome(case: str, tolerance: float, exact: Rows) -> dict:
         plain = _run(case, asked, ALONE)[0].report.costs["ball_steps"]
     except IntegrationError:  # too rough where nobody watches: there is nothing to compare with
         plain = 0
-    wanted, costs = run.report.errors["wanted_errors"], run.report.costs
-    load, friction = errors(BearingMotion(run.scene.parameters, run.choice), found, exact)
-    load_estimate, friction_estimate = (wanted[name]["error"] for name in OUTPUTS)
-    return {
-        "load_error": load,
-        "friction_error": friction,
+    costs = run.report.costs
+    return compared(run, found, exact, rougher) | {
         "seconds": seconds,
         "evaluations": costs["ball_steps"] + costs["companion_ball_steps"],
-        "load_estimate": np.nan if load_estimate is None else load_estimate,
-        "friction_estimate": np.nan if friction_estimate is None else friction_estimate,
         "told": run.report.status,
         "steps": plain,
         "watched_steps": costs["ball_steps"],
@@ -171,60 +164,6 @@ def _outcome(case: str, tolerance: float, exact: Rows) -> dict:
 def _command(case: str, _: str, tolerance: float) -> str:
     scene, differs = ALL_CASES[case]
     return command_of(scene, (*differs, f"wanted.tolerance={tolerance:g}"))
-
-
-def _look(number: int, case: str) -> dict:
-    if case in UNSEEN:
-        return {"color": STYLE["soft"], "marker": "."}
-    return {"color": BALL_COLOURS[number % len(BALL_COLOURS)], "marker": "os^Dv"[number // len(BALL_COLOURS)]}
-
-
-def draw(points: list[ToleranceRow], path: Path) -> None:
-    """Error got over tolerance asked, and estimates over true errors; open marks are doubtful runs."""
-    figure = Figure(figsize=(15, 8.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    good, names = [p for p in points if p.status == DONE], list(dict.fromkeys(p.problem for p in points))
-    for number, case in enumerate(names):
-        look = _look(number, case)
-        for p in (p for p in good if p.problem == case):
-            fill = "none" if p.doubtful else look["color"]
-            shift = 1.0 + 0.03 * (min(number, len(CASES)) - 0.5 * len(CASES))  # side by side
-            left.plot(p.setting * shift, p.error, look["marker"], mfc=fill, mec=look["color"], ms=9, mew=1.6)
-            right.plot(
-                [true for _, true in p.pairs],
-                p.ratios,
-                look["marker"],
-                mfc=fill,
-                mec=look["color"],
-                ms=8,
-                mew=1.4,
-                linestyle="none",
-            )
-        lost = [p.setting for p in points if p.problem == case and p.status != DONE]
-        left.plot(lost, [1.0] * len(lost), "x", color=look["color"], ms=11, mew=2.5)
-        label = case if case not in UNSEEN else "variants unseen" if case == names[-1] else None
-        left.plot([], [], look["marker"], mfc=look["color"], mec=look["color"], ms=9, linestyle="none", label=label)
-    ends = np.array([min(p.setting for p in points), max(p.setting for p in points)])
-    left.plot(ends, ends, color=STYLE["ink"], linewidth=1.5)
-    middle = float(np.sqrt(ends.prod()))
-    left.text(0.8 * middle, 1.5 * middle, "as asked", ha="right", fontsize=13, color=STYLE["ink"])
-    for factor in (1.0 / FAR, 1.0 / NEAR, 1.0, NEAR, FAR):
-        right.axhline(
-            factor, color=STYLE["ink"], linewidth=1.5 if factor == 1.0 else 1.0, linestyle="-" if factor == 1.0 else ":"
-        )
-    left.set(
-        xscale="log", yscale="log", xlabel="tolerance asked for", ylabel="true error of load or friction, the greater"
-    )
-    right.set(xscale="log", yscale="log", xlabel="true error", ylabel="what the run says of it / true error")
-    titles = (
-        "error got (open marks: the run calls itself doubtful)",
-        f"estimates (dotted: factors {NEAR:g} and {FAR:g})",
-    )
-    for axis, title in zip((left, right), titles, strict=True):
-        heading(axis, title)
-        frame(axis)
-    figure.legend(loc="outside right upper", fontsize=12, frameon=False)
-    save_chart(figure, "A tolerance and what it is worth", path)
 
 
 def _share(number: int, total: int) -> str:
@@ -243,6 +182,10 @@ def _read_group(points: list[ToleranceRow]) -> Iterator[str]:
     good = [p for p in points if p.status == DONE]
     missed, kept = [p for p in good if p.missed], [p for p in good if p.kept]
     yield f"the error is within the tolerance in {_share(len(kept), len(points))} runs."
+    if bounded := [p for p in good if p.bounded]:
+        names, cells = ", ".join(dict.fromkeys(p.problem for p in bounded)), _share(len(bounded), len(good))
+        held = _share(sum(p.to_the_end <= p.setting for p in bounded), len(bounded))
+        yield f"{cells} name a horizon and are compared up to it ({names}); within the tolerance to the end are {held}."
     if lost := [p for p in good if not p.kept and not p.missed]:
         told = ", ".join(dict.fromkeys(p.problem for p in lost)), _share(sum(p.doubtful for p in lost), len(lost))
         yield "in {} runs nobody knows, as the reference is off by more ({}); doubtful are {}.".format(len(lost), *told)

@@ -40,6 +40,7 @@ class Promise(NamedTuple):
     """One output wanted: its greatest `error` in the norm `norm`, against the `tolerance` asked for.
 
     `error` is None where none is known. `where` says in which body and when, `mend` what would make it smaller.
+    `before` is the error up to the run's horizon, if it has one.
     """
 
     output: str
@@ -48,6 +49,7 @@ class Promise(NamedTuple):
     tolerance: float
     where: str
     mend: str
+    before: float | None = None
 
     @property
     def broken(self) -> bool:
@@ -73,7 +75,8 @@ class Errors:
 
     Errors are greatest absolute ones. A source that is missing is not known for that figure; one without effect is 0.
     `notes` maps sources, and rows of what is left out, to a sentence; `mends` sources to what
-    makes their errors smaller; `dearest` is where most was spent to find them.
+    makes their errors smaller; `dearest` is where most was spent to find them. Up to `horizon` [s] the motion is known,
+    if errors grow by themselves.
     """
 
     figures: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -81,6 +84,7 @@ class Errors:
     notes: Mapping[str, str] = field(default_factory=dict)
     mends: Mapping[str, str] = field(default_factory=dict)
     dearest: Dearest | None = None
+    horizon: float | None = None
 
 
 class Doubt(Protocol):

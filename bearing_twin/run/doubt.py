@@ -42,6 +42,8 @@ def judged(errors: Errors, figures: Mapping[str, Any], status: str, outside: tup
     keys["errors_by_source"] = kept
     keys["wanted_errors"] = {one.output: _told(one) for one in errors.promises}
     keys["errors_unknown"] = dict(errors.notes)
+    if errors.horizon is not None:
+        keys["horizon_s"] = errors.horizon
     broken = [one for one in errors.promises if one.broken]
     flags = [_sentence(one) for one in broken]
     if large:
@@ -99,7 +101,8 @@ def _said(figure: str, value, error, source: str) -> str:
 
 
 def _told(promise: Promise) -> dict[str, Any]:
-    return {"norm": promise.norm, "error": promise.error, "tolerance": promise.tolerance, "where": promise.where}
+    told = {"norm": promise.norm, "error": promise.error, "tolerance": promise.tolerance, "where": promise.where}
+    return told if promise.before is None else told | {"error_up_to_horizon": promise.before}
 
 
 def _sentence(promise: Promise) -> str:

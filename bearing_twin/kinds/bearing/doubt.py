@@ -13,7 +13,8 @@ from bearing_twin.kinds.bearing.adequacy import mend_of_method
 from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.companion.means import MeanError
 from bearing_twin.kinds.bearing.companion.pointers import dearest
-from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, PLACE, WINDOW, bumps, carries, place_of, unseen
+from bearing_twin.kinds.bearing.companion.windows import BUMPING, WINDOW, bumps, carries, unseen
+from bearing_twin.kinds.bearing.companion.worst import TOGETHER, Worst
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
 from bearing_twin.kinds.bearing.forces.drilling import SIDES, Drilled, drilling_of
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
@@ -38,10 +39,8 @@ class BearingDoubt:
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters, self.choice = parameters, choice
         balls = parameters.geometry.balls
-        # Of single balls, of windows with all of them, and of what bumps were seen to make of errors.
-        self.worst = np.zeros((3, len(WINDOW.columns)))
-        self.rows = {name: np.zeros(len(WINDOW.columns)) for name in ("load", "friction", "steps")}  # the worst of each
-        self.windows = self.outputs = 0
+        self.worst = Worst()
+        self.outputs = 0
         self.least = math.inf  # load of a ball [N]
         self.growth = Growth(parameters.wanted.tolerance, BUMPING if bumps(parameters) else CHAOTIC)
         self.mean = MeanError()
@@ -75,14 +74,9 @@ class BearingDoubt:
         if not len(rows) or rows.shape[1] != len(WINDOW.columns):  # a log of an earlier version
             return
         for row, most in zip(rows, greatest_until(rows, self.load.max(), block.time_ns, load, begins), strict=True):
-            self.windows += 1
             self.mean.add(row)
             goes_on = self.growth.add(row, most) and bumps(self.parameters)
-            whole = int(row[PLACE["ball"]] == ALL) * (2 if goes_on else 1)
-            self.worst[whole] = np.maximum(self.worst[whole], row)
-            for name, kept in self.rows.items():
-                if row[PLACE[name]] > kept[PLACE[name]]:
-                    self.rows[name] = row.copy()
+            self.worst.add(row, goes_on)
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:
         """The errors of these figures so far."""
@@ -103,12 +97,13 @@ class BearingDoubt:
         mends = {LAW: HERTZ_MENDS, METHOD: self._mend()}
         if not FRICTIONS[self.parameters.contact.friction].over_spot and spots_built(self.parameters):
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
-        spent = dearest(self.rows["steps"], self.parameters.geometry.balls)
-        return Errors(found, self._promises(law), self._notes(), mends, spent)
+        spent = dearest(self.worst.rows["steps"], self.parameters.geometry.balls)
+        horizon = self.growth.kept if self.growth.grown else None
+        return Errors(found, self._promises(law, horizon), self._notes(), mends, spent, horizon)
 
     @property
     def _known(self) -> bool:
-        return self.windows > 0
+        return self.worst.windows > 0
 
     @property
     def _inherited(self) -> float:
@@ -118,14 +113,17 @@ class BearingDoubt:
         """
         return 1.0 if self.least > 0.0 else unseen(self.parameters)
 
-    def _seen(self, name: str) -> float:
-        """The greatest error of the method in a quantity: what single balls had, and a bound for coupled ones."""
-        alone, together, grown = self.worst[:, PLACE[name]].tolist()
-        seen = max(alone, self._inherited * together, grown)
+    def _seen(self, name: str, worst: Worst | None = None) -> float:
+        """The greatest error of the method in a quantity, of all windows or those in `worst`."""
+        # Up to a horizon windows that are followed show what bumps make of errors: that is how it was found.
+        worst, inherited = (worst, 1.0) if worst else (self.worst, self._inherited)
+        seen = worst.seen(name, inherited, self.least <= 0.0)
         if name != "load":
             return seen
+        if dimension_of(self.parameters) != FREE_RING:  # bumps into a cage drive balls round, not against a held ring
+            seen = worst.seen(name, 1.0, self.least <= 0.0)
         # Between the greatest load and the least a ball goes a radian or so: what a jump or a bounce does is no slope.
-        return seen + self._seen("orbit_angle") * (float(self.load.max()) - self.least)
+        return seen + worst.seen("orbit_angle", inherited, False) * (float(self.load.max()) - self.least)
 
     def _method(self, figures: Mapping[str, Any]) -> dict[str, Any]:
         """Errors of the method by figure; one that no window saw is missing."""
@@ -238,8 +236,8 @@ class BearingDoubt:
         work = abs(figures["drive_torque_nm"]) * faster * self._seconds
         return {"inner_ring_speed_at_end_rad_s": faster, "drive_torque_nm": 0.0, "drive_work_j": work}
 
-    def _promises(self, law: np.ndarray | None) -> tuple[Promise, ...]:
-        """What is wanted: loads, and friction unless loads alone are."""
+    def _promises(self, law: np.ndarray | None, horizon: float | None) -> tuple[Promise, ...]:
+        """What is wanted: loads, and friction unless loads alone are; up to the run's horizon [s] as well."""
         wanted, greatest = self.parameters.wanted, float(self.load.max())
         still = self.choice.stepper == QUASI_STATIC
         worth = self._worth(LAW)
@@ -248,17 +246,15 @@ class BearingDoubt:
         method = self._seen("load") / greatest if self._known and greatest else None
         whole = None if method is None else method + off
         mend = self._mend() if method is not None and method >= off else HERTZ_MENDS
-        norm = "over the greatest load"
-        loads = Promise("loads", norm, whole, wanted.tolerance, self._where("load"), mend)
+        norm, earlier = "over the greatest load", None if horizon is None else self.worst.until(horizon)
+        before = self._seen("load", earlier) / greatest + off if earlier and greatest else None
+        loads = Promise("loads", norm, whole, wanted.tolerance, self.worst.where("load"), mend, before)
         if still or wanted.outputs == LOADS or not self.parameters.contact.friction_coefficient:
             return (loads,)
         error = max(self._seen("friction"), FLOOR) if self._known else None
-        norm = "over mu N of a contact, or mu N R of a ball"
-        return loads, Promise("friction", norm, error, wanted.tolerance, self._where("friction"), self._mend())
-
-    def _where(self, name: str) -> str:
-        row = self.rows[name]
-        return place_of(row) if self._known and row[PLACE[name]] != 0.0 else ""
+        norm, place = "over mu N of a contact, or mu N R of a ball", self.worst.where("friction")
+        before = max(self._seen("friction", earlier), FLOOR) if earlier else None
+        return loads, Promise("friction", norm, error, wanted.tolerance, place, self._mend(), before)
 
     def _mend(self) -> str:
         """What makes the method's error smaller."""
@@ -277,7 +273,7 @@ class BearingDoubt:
             notes[METHOD] = "solver.companion: off, so nothing is known of the error of the integration method"
         elif not self._known:
             notes[METHOD] = "the run holds no window of a companion, so the error of its integration is not known"
-        elif self.worst[1].any() and self._inherited > 1.0:
+        elif self.worst.most[TOGETHER].any() and self._inherited > 1.0:
             notes[METHOD] = (
                 f"balls touch, or bump into a cage: {self._inherited:g} times what windows show stands for what they "
                 "inherit"

@@ -15,6 +15,7 @@ import numpy as np
 
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.companion import redoing
+from bearing_twin.kinds.bearing.companion.balance import SURE, between_steps
 from bearing_twin.kinds.bearing.companion.companion import Companion
 from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.companion.inherited import NOTHING, all_of_it, carried_on, ringing_time
@@ -211,9 +212,8 @@ class WatchedMotion(BearingMotion):
             self._roughest, self._calm = min(self._roughest, redoing.SPARED * before), 0
             self._begin_again(arrays, others, before_it, max(cut * self.setting, VERIFIABLE / self.given))
         rows, self._found = self._found, None
-        if rows is not None and self.companion.adrift:
-            what = begun, self.elapsed, self.tolerance, self.companion.greatest_load
-            self._rows.append(all_of_it(*what))
+        if rows is not None and self.companion.unlooked:
+            self._rows.append(all_of_it(begun, self.elapsed, self.tolerance, *self.companion.unknown))
         if rows is not None and len(rows):
             self._rows.append(rows)
             carried = (rows[:, PLACE["begin"]] < begun) | (rows[:, PLACE["ball"]] == APART)
@@ -283,18 +283,18 @@ class WatchedMotion(BearingMotion):
         if self._windows is None:
             self._windows = self.companion.windows(part)
         else:
-            # Done again, other balls may have met.
-            met = meetings(part)
+            met = meetings(part)  # done again, other balls may have met
             self._windows = [as_met(one, met) for one in self._windows]
             self.companion.see_again(part, self._windows)
-        pointed = self.stepper not in FIXED_STEP and len(part.pointer)
-        scales = self.scales if pointed else self._asked[0]
+        scales = self.scales if self.stepper not in FIXED_STEP and len(part.pointer) else self._asked[0]
         found, greatest = self.companion.look(part, self._windows, scales, self.tolerance), self.companion.greatest_load
         added, self._before_it = found, found[:0]
         if len(found):
-            what = ringing_time(self.parameters, self.bearing, greatest), self.companion.drift.angle.max(), greatest
-            what += (self.companion.apart,)
+            ringing, drift = ringing_time(self.parameters, self.bearing, greatest), self.companion.drift.angle.max()
+            what = ringing, drift, greatest, self.companion.apart
             found, added, self._before_it, self._inherited = carried_on(self._inherited, part, found, *what)
-        self._found, self._added = found, added
+        between = between_steps(self.parameters, part, self.tolerance)
+        self._found = np.concatenate([found, between])
+        self._added = np.concatenate([added, between]) if self._off(between) > SURE else added
         if self._first_go:
             self._stop_carrying()

@@ -79,7 +79,12 @@ class Companion(Looking):
         self.apart = 0.0  # how far [m] balls of the last part were off in flight
         self.diverged = False  # whether bumps of balls were seen to carry an error on and more
         self.grew, self.reached = 1.0, 0.0  # times that meetings made an error; what a copy was off after them
-        self.adrift = False  # whether more came that none looked at
+        self.unlooked = self.adrift = False  # whether balls met where none looked; whether that may be too much
+
+    @property
+    def unknown(self) -> tuple[float, bool]:
+        """The greatest load [N] so far, and whether balls that met unseen may make it err by as much."""
+        return self.greatest_load, self.adrift
 
     def memory(self) -> dict:
         """What it knows of the run, as plain data; see `remember`."""
@@ -232,7 +237,7 @@ class Companion(Looking):
         self.met += int(met.any())
         # The next meetings do the same again to what is off after those that a copy went through.
         far = self.grew > MET or self.grew * self.reached > self.parameters.wanted.tolerance
-        self.adrift = far and bool(met.any())
+        self.unlooked, self.adrift = bool(met.any()), far and bool(met.any())
         if copied is None:
             return []
         rows, taken, stretches, first = [], 0, stretches_from(met), np.inf
@@ -254,5 +259,6 @@ class Companion(Looking):
             self.grew, self.reached = max(self.grew, off / first), max(self.reached, off)
             window = next(stretches, None) if off <= self.parameters.wanted.tolerance else None
         self.steps += taken
-        self.adrift = self.grew > MET and window is not None and bool(met[window.begin + 1 :].any())
+        self.unlooked = window is not None and bool(met[window.begin + 1 :].any())
+        self.adrift = self.unlooked and self.grew > MET
         return rows

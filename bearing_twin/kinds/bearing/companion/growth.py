@@ -5,13 +5,19 @@ just before balls meet, and is looked at just after. A ball that rolls forgets w
 another, carries it on and more.
 """
 
+import math
+
 import numpy as np
 
-from bearing_twin.kinds.bearing.companion.windows import APART, PLACE, off_by
+from bearing_twin.kinds.bearing.companion.windows import APART, PLACE, UNKNOWN, off_by
 from bearing_twin.kinds.doubt import CHAOTIC, horizon
 
 FLOOR = 1e-9  # of friction: rounding, as approaches are small differences of positions
 MET = 100.0  # times, of a copy: within a millisecond or so, and the next meeting does the same again
+UNSEEN = (
+    "balls met after {:.4g} s where nobody looked, and earlier meetings made errors grow: beyond that the motion "
+    "depends on what nobody can give exactly, and only statistics of many runs hold"
+)
 MOST = 32  # balls with their begin whose first error is kept
 
 
@@ -22,26 +28,40 @@ class Growth:
         self.tolerance, self.most = tolerance, most  # times that an error may grow beyond the tolerance
         self.first: dict[tuple[int, float], tuple[float, float]] = {}  # error at first, and kept until [s]
         self.grown, self.kept, self.since = 0.0, 0.0, ""
+        self.unlooked = math.inf  # since when [s] balls met where nobody looked, which counts once meetings are bad
 
     def add(self, row, greatest: float) -> bool:
         """Takes a row in; `greatest` load [N] so far. Returns whether the row goes on from one before."""
         off = max(off_by(row, greatest or 1.0), FLOOR)
         key = int(row[PLACE["ball"]]), float(row[PLACE["begin"]])
+        if key[0] == UNKNOWN:
+            self.unlooked = min(self.unlooked, key[1])
+            if off > FLOOR:
+                self._ends(self.unlooked, 1.0, "")
+            return False
         goes_on = key in self.first
         first, kept = self.first.pop(key, (off, key[1]))
         if off <= self.tolerance:
             kept = float(row[0])
-        elif off > (MET if key[0] == APART else self.most) * first and (not self.grown or kept < self.kept):
-            self.since = "balls met" if key[0] == APART else "a companion began to follow a ball"
-            self.grown, self.kept = off / first, kept
+        elif off > (MET if key[0] == APART else self.most) * first:
+            copy = key[0] == APART
+            until = min(kept, self.unlooked) if copy else kept
+            self._ends(until, off / first, "balls met" if copy else "a companion began to follow a ball")
         self.first[key] = first, kept
         if len(self.first) > MOST:
             del self.first[next(iter(self.first))]
         return goes_on
 
+    def _ends(self, kept: float, grown: float, since: str) -> None:
+        """Takes in that errors had grown so many times since then when they were last as wanted, at `kept` [s]."""
+        if not self.grown or kept < self.kept:
+            self.grown, self.kept, self.since = grown, kept, since
+
     @property
     def notes(self) -> dict[str, str]:
         """The note on the horizon, if there is one."""
+        if self.grown and not self.since:
+            return {"horizon": UNSEEN.format(self.kept)}
         return {"horizon": horizon(self.grown, self.since, self.kept)} if self.grown else {}
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from bearing_twin.contact.elastic import elastic
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part, lengths
-from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, WINDOW, carries
+from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, UNKNOWN, WINDOW, carries
 from bearing_twin.kinds.bearing.forces.equations import Bearing
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
 
@@ -98,10 +98,13 @@ def unseen_landings(part: Part, rows: np.ndarray, greatest: float, apart: float)
     return float((rubbing(part, greatest, bears) * share).max(initial=0.0))
 
 
-def all_of_it(part_began: float, now: float, tolerance: float, greatest: float) -> np.ndarray:
-    """A row of WINDOW of a part of which nothing is known: loads off by the `greatest` [N], friction by twice mu N."""
+def all_of_it(part_began: float, now: float, tolerance: float, greatest: float, adrift: bool) -> np.ndarray:
+    """A row of WINDOW of a part in which balls met where nobody looked.
+
+    Where it is `adrift`, nothing is known of it: loads may be off by the `greatest` [N], friction by twice mu N.
+    """
     row = np.zeros((1, len(WINDOW.columns)))
-    row[0, : PLACE["torque"]] = now, part_began, INHERITED, 0.0, tolerance, greatest, 2.0
+    row[0, : PLACE["torque"]] = now, part_began, UNKNOWN, 0.0, tolerance, adrift * greatest, adrift * 2.0
     return row
 
 

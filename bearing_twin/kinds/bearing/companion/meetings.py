@@ -17,6 +17,7 @@ from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, ORBI
 AHEAD = 2.0  # times the speed with which two balls come nearer: they may meet before the next output
 COPYING = 0.1  # of the run's steps: where a copy that starts apart took more, it ends
 LEAST_OUTPUTS = 3  # after a meeting that it goes on for in any case
+LEAST_APART = 0.1  # of what steps of the run's tolerance may err: balls were 0.003 to 0.1 of it off when they met
 AHEAD_OF = 2  # outputs before a meeting where a copy starts, so that one shows it before
 
 
@@ -149,10 +150,10 @@ class Drift:
     def set_apart(self, state: np.ndarray, at: float, tolerance: float) -> None:
         """Moves balls (N, COLUMNS) at `at` [s] apart by what they may be off, in turns ahead and behind.
 
-        By no less than steps of this tolerance may err.
+        By no less than LEAST_APART of what steps of this tolerance may err.
         """
         angle = self.angle + self.speed * np.maximum(at - self.until, 0.0)
         distance, ahead = state[:, AXIS_DISTANCE], np.where(np.arange(len(state)) % 2, 1.0, -1.0)
         angle, speed = (np.where(self.lost, one.max(), one) for one in (angle, self.speed))
-        state[:, ORBIT_ANGLE] += ahead * np.maximum(angle, tolerance * APPROACH_SCALE / distance)
+        state[:, ORBIT_ANGLE] += ahead * np.maximum(angle, LEAST_APART * tolerance * APPROACH_SCALE / distance)
         state[:, TANGENTIAL_VELOCITY] += ahead * distance * speed

@@ -11,10 +11,14 @@ from bearing_twin.sample import Channel, Table
 ALL = -1  # in place of the number of a ball
 APART = -2  # the same: all of them, in a copy of the run that starts apart by what it is off
 INHERITED = -3  # the same: all of them, by what they are off from before any window
+UNKNOWN = -4  # the same: all of them, after meetings that nobody looked at, where such make errors grow
+BETWEEN = -5  # the same: all of them, at outputs inside steps, by the balance of forces there
 WHOSE = {
     ALL: "all balls together",
     APART: "a copy that starts apart by what the run is off, before balls meet",
     INHERITED: "what balls and ring are off from before",
+    UNKNOWN: "meetings of balls that no copy looked at",
+    BETWEEN: "outputs inside steps",
 }
 LEAST_STEPS = 10  # of the run in a window
 BUMPING = 30.0  # times what windows see of balls that bump into each other or a cage: they miss 90 to 98 %
@@ -24,7 +28,7 @@ WINDOW = Table(
     (
         Channel("time", "s", (), "end of the window"),
         Channel("begin", "s", (), "of the window"),
-        Channel("ball", "1", (), "number of the ball; -1 = all; -2 = all, in a copy that starts apart; -3 = inherited"),
+        Channel("ball", "1", (), "-1 = all; -2 = a copy that starts apart; -3 = inherited; -4 = unknown; -5 = inside"),
         Channel("steps", "1", (), "of a ball that the companion took"),
         Channel("tolerance", "1", (), "that the run had in this piece"),
         Channel("load", "N", (), "error of a load on a raceway"),

@@ -1,0 +1,66 @@
+"""The picture of what a tolerance is worth: error got over tolerance asked, and what runs say of it."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bearing_twin.charts.bearing_variants import CASES, UNSEEN
+from bearing_twin.charts.table import DONE
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, save_chart
+
+NEAR, FAR = 3.0, 10.0  # factors between estimate and true error
+
+
+def _look(number: int, case: str) -> dict:
+    if case in UNSEEN:
+        return {"color": STYLE["soft"], "marker": "."}
+    return {"color": BALL_COLOURS[number % len(BALL_COLOURS)], "marker": "os^Dv"[number // len(BALL_COLOURS)]}
+
+
+def draw(points: list, path: Path) -> None:
+    """Error got over tolerance asked, and estimates over true errors; open marks are doubtful runs."""
+    figure = Figure(figsize=(15, 8.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    good, names = [p for p in points if p.status == DONE], list(dict.fromkeys(p.problem for p in points))
+    for number, case in enumerate(names):
+        look = _look(number, case)
+        for p in (p for p in good if p.problem == case):
+            fill = "none" if p.doubtful else look["color"]
+            shift = 1.0 + 0.03 * (min(number, len(CASES)) - 0.5 * len(CASES))  # side by side
+            left.plot(p.setting * shift, p.error, look["marker"], mfc=fill, mec=look["color"], ms=9, mew=1.6)
+            right.plot(
+                [true for _, true in p.pairs],
+                p.ratios,
+                look["marker"],
+                mfc=fill,
+                mec=look["color"],
+                ms=8,
+                mew=1.4,
+                linestyle="none",
+            )
+        lost = [p.setting for p in points if p.problem == case and p.status != DONE]
+        left.plot(lost, [1.0] * len(lost), "x", color=look["color"], ms=11, mew=2.5)
+        label = case if case not in UNSEEN else "variants unseen" if case == names[-1] else None
+        left.plot([], [], look["marker"], mfc=look["color"], mec=look["color"], ms=9, linestyle="none", label=label)
+    ends = np.array([min(p.setting for p in points), max(p.setting for p in points)])
+    left.plot(ends, ends, color=STYLE["ink"], linewidth=1.5)
+    middle = float(np.sqrt(ends.prod()))
+    left.text(0.8 * middle, 1.5 * middle, "as asked", ha="right", fontsize=13, color=STYLE["ink"])
+    for factor in (1.0 / FAR, 1.0 / NEAR, 1.0, NEAR, FAR):
+        right.axhline(
+            factor, color=STYLE["ink"], linewidth=1.5 if factor == 1.0 else 1.0, linestyle="-" if factor == 1.0 else ":"
+        )
+    left.set(
+        xscale="log", yscale="log", xlabel="tolerance asked for", ylabel="true error of load or friction, the greater"
+    )
+    right.set(xscale="log", yscale="log", xlabel="true error", ylabel="what the run says of it / true error")
+    titles = (
+        "error got (open marks: the run calls itself doubtful)",
+        f"estimates (dotted: factors {NEAR:g} and {FAR:g})",
+    )
+    for axis, title in zip((left, right), titles, strict=True):
+        heading(axis, title)
+        frame(axis)
+    figure.legend(loc="outside right upper", fontsize=12, frameon=False)
+    save_chart(figure, "A tolerance and what it is worth", path)

@@ -1,0 +1,180 @@
+"""What loads are off between the ends of long steps, and how far what nobody looked at exceeds what windows show."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bearing_twin.charts.bearing_cells import errors
+from bearing_twin.charts.tolerance import compared, up_to
+from bearing_twin.kinds.bearing import watched
+from bearing_twin.kinds.bearing.companion.balance import off_balance
+from bearing_twin.kinds.bearing.companion.growth import Growth
+from bearing_twin.kinds.bearing.companion.inherited import all_of_it
+from bearing_twin.kinds.bearing.companion.meetings import LEAST_APART, Drift
+from bearing_twin.kinds.bearing.companion.windows import ALL, APART, BETWEEN, BUMPING, INHERITED, PLACE, WINDOW
+from bearing_twin.kinds.bearing.companion.worst import MISSED, Worst
+from bearing_twin.kinds.bearing.doubt import BearingDoubt
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE
+from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing.outputs import Rows
+from bearing_twin.kinds.bearing.watched import WatchedMotion
+from bearing_twin.numerics.lanes import COLUMNS
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
+
+OFF_CENTRE = "run.duration=0.06", "drive.offset=[0, -2e-6, 0]"
+
+
+def parts_of(scene, *overrides, monkeypatch):
+    """Outputs of a watched run, its rows of WINDOW, and what the balance says at them, of parts as they were kept."""
+    found = {}
+
+    def noted(parameters, part, tolerance):
+        found[part.elapsed] = off_balance(part, False)
+        return one(parameters, part, tolerance)
+
+    one = watched.between_steps
+    monkeypatch.setattr(watched, "between_steps", noted)
+    loaded = load_scene(scene, overrides)
+    moving = WatchedMotion(loaded.parameters, choose(loaded))
+    rate, duration = loaded.parameters.run.output_rate, loaded.parameters.run.duration
+    out = moving.advance(np.arange(1, round(rate * duration) + 1) / rate, duration)
+    return out, moving.take_records()["companion"], np.concatenate([found[begun] for begun in sorted(found)])
+
+
+def exact(scene, *overrides):
+    """The loads (outputs, balls, 2) of a run that counts as true."""
+    loaded = load_scene(scene, (*overrides, "wanted.tolerance=1e-8", "solver.companion=off"))
+    moving = BearingMotion(loaded.parameters, choose(loaded))
+    rate, duration = loaded.parameters.run.output_rate, loaded.parameters.run.duration
+    return moving.advance(np.arange(1, round(rate * duration) + 1) / rate, duration).normal_load
+
+
+@pytest.mark.parametrize("more", [(), ("cage.kind=even",)])
+def test_loads_between_steps_are_off_by_what_their_balance_says(more, monkeypatch):
+    """Steps are longer than the 1 ms between outputs; windows see a seventh of it where balls are taken alone."""
+    scene = "bearing_6203", *OFF_CENTRE, *more, "wanted.tolerance=1e-4"
+    out, rows, said = parts_of(*scene, monkeypatch=monkeypatch)
+    true = np.abs(out.normal_load - exact(*scene[:-1])).max(axis=-1)
+    assert said.max() == pytest.approx(true.max(), rel=0.03)
+    worst = true > 0.2 * true.max()
+    assert np.median(said[worst] / true[worst]) == pytest.approx(1.0, abs=0.03)
+    between = rows[rows[:, PLACE["ball"]] == BETWEEN]
+    assert between[:, PLACE["load"]].max() == pytest.approx(said.max())
+    if not more:
+        assert rows[rows[:, PLACE["ball"]] >= ALL, PLACE["load"]].max() < 0.3 * true.max()
+    run = simulate(load_scene(scene[0], scene[1:]))
+    list(run.blocks())
+    told = run.report.errors["wanted_errors"]["loads"]
+    assert 0.95 < told["error"] * out.normal_load.max() / true.max() < 3.0
+
+
+def test_balance_says_nothing_of_balls_that_swing_or_fly(monkeypatch):
+    """A ring jumps by 5 um: where balls are thrown, or steps follow their swing, no acceleration is known."""
+    scene = "bearing_6203_sudden", "run.duration=0.025", "wanted.tolerance=1e-4"
+    out, _, said = parts_of(*scene, monkeypatch=monkeypatch)
+    true = np.abs(out.normal_load - exact(*scene[:-1])).max(axis=-1)
+    assert said.max() < 1.1 * true.max()
+    assert not said[(out.normal_load == 0.0).any(axis=-1)].any()
+
+
+def a_row(end, ball, **more):
+    row = np.zeros(len(WINDOW.columns))
+    row[0], row[PLACE["ball"]] = end, ball
+    for name, value in more.items():
+        row[PLACE[name]] = value
+    return row
+
+
+def test_what_windows_miss_is_added_where_contacts_come_and_go():
+    worst = Worst()
+    worst.add(a_row(0.01, 3, load=1.0, friction=0.1, loss=2.0), False)
+    worst.add(a_row(0.02, ALL, load=0.5, friction=0.2), False)
+    worst.add(a_row(0.03, INHERITED, load=1.2, friction=0.05), False)
+    assert worst.seen("load", 1.0, False) == 1.2
+    assert worst.seen("load", 1.0, True) == MISSED * 1.0
+    assert worst.seen("friction", 1.0, True) == MISSED * 0.2
+    assert worst.seen("friction", 30.0, True) == 30.0 * 0.2  # of coupled balls, what bumps do holds it
+    assert worst.seen("loss", 1.0, True) == 2.0  # a mean over a window
+    assert worst.windows == 3
+    assert "all balls together" in worst.where("friction")
+    assert worst.where("steps") == ""
+
+
+def test_what_rows_told_up_to_a_horizon_is_kept_in_little_room():
+    worst = Worst()
+    for end in range(1, 1000):
+        worst.add(a_row(end, 3, load=1e-6 * end), False)
+    assert worst.until(0.5).seen("load", 1.0, False) == 0.0
+    assert worst.until(500).seen("load", 1.0, False) == pytest.approx(500e-6, rel=0.011)
+    assert worst.until(999).seen("load", 1.0, False) == pytest.approx(worst.seen("load", 1.0, False), rel=0.011)
+    assert len(worst._noticed) < 500
+
+
+def test_meetings_that_nobody_looked_at_end_what_is_known():
+    growth = Growth(1e-4)
+    (row,) = all_of_it(0.05, 0.07, 1e-4, 300.0, False)
+    assert not growth.add(row, 300.0)
+    assert not growth.notes  # as far as is known, meetings do no harm
+    (row,) = all_of_it(0.09, 0.1, 1e-4, 300.0, True)
+    growth.add(row, 300.0)
+    assert growth.kept == 0.05  # now it is known that they do, also where nobody looked before
+    assert "balls met after 0.05 s where nobody looked" in growth.notes["horizon"]
+    assert "only statistics of many runs hold" in growth.notes["horizon"]
+    copied = Growth(1e-4)
+    for row in (
+        *all_of_it(0.05, 0.07, 1e-4, 300.0, False),
+        a_row(0.08, APART, friction=1e-6),
+        a_row(0.09, APART, friction=1.0),
+    ):
+        copied.add(row, 300.0)
+    assert copied.kept == 0.05
+    assert "since balls met: beyond 0.05 s" in copied.notes["horizon"]
+
+
+def test_a_run_with_a_horizon_is_compared_up_to_it():
+    """A run that says 30 ms, and one that says nothing, of the same outputs."""
+    run = simulate(load_scene("bearing_6203", (*OFF_CENTRE, "wanted.tolerance=1e-2")))
+    blocks = list(run.blocks())
+    found = Rows(blocks[0].values.layout, np.concatenate([block.matrix() for block in blocks])[1:])
+    true = Rows(found.layout, found.numbers.copy())
+    true["normal_load"][:20] *= 1.0 + 1e-3
+    true["normal_load"][20:] *= 1.0 + 1e-2
+    true["normal_load"][50] *= 2.0  # the greatest load comes later
+    run = SimpleNamespace(scene=run.scene, choice=run.choice, report=run.report)
+    whole = compared(run, found, true, true)
+    assert np.isnan(whole["horizon"])
+    assert whole["load_error"] == whole["to_the_end"]
+    run.report.errors["horizon_s"] = 0.03
+    for told in run.report.errors["wanted_errors"].values():
+        told["error_up_to_horizon"] = 0.5
+    first = compared(run, found, true, true)
+    motion, greatest = BearingMotion(run.scene.parameters, run.choice), true.normal_load.max()
+    assert (first["load_error"], first["friction_error"]) == errors(motion, up_to(found, 30), up_to(true, 30), greatest)
+    assert first["load_error"] < 0.1 * whole["load_error"]
+    assert first["to_the_end"] == whole["to_the_end"]
+    assert first["load_estimate"] == first["friction_estimate"] == 0.5
+    run.report.errors["horizon_s"] = 1e-4  # before the first output
+    assert compared(run, found, true, true)["load_error"] == 0.0
+
+
+@pytest.mark.parametrize(("scene", "kept"), [("bearing_6203", 1.0), ("bearing_6203_rig_400N", BUMPING)])
+def test_bumps_into_a_cage_make_loads_err_where_the_ring_moves(scene, kept):
+    """They drive balls round: of a held ring they make friction err, and loads by the place of a ball alone."""
+    parameters = load_scene(scene, ("cage.kind=pockets",)).parameters
+    doubt = BearingDoubt(parameters, choose(load_scene(scene, ("cage.kind=pockets",))))
+    doubt.load[:], doubt.least = 50.0, 0.0
+    doubt.worst.add(a_row(0.01, ALL, load=1.0, friction=0.1), False)
+    assert doubt._seen("load") == pytest.approx(max(kept, MISSED))
+    assert doubt._seen("friction") == pytest.approx(BUMPING * 0.1)
+    doubt.worst.add(a_row(0.01, ALL, orbit_angle=0.1), False)
+    assert doubt._seen("load") == pytest.approx(max(kept, MISSED) + 0.1 * BUMPING * 50.0)
+
+
+def test_a_copy_starts_apart_by_a_share_of_what_steps_may_err_where_nothing_was_seen():
+    drift, state = Drift(2), np.zeros((2, COLUMNS))
+    state[:, AXIS_DISTANCE] = 0.014
+    drift.set_apart(state, 0.0, 1e-3)
+    assert state[:, ORBIT_ANGLE] == pytest.approx([-LEAST_APART * 1e-9 / 0.014, LEAST_APART * 1e-9 / 0.014])
