@@ -269,8 +269,8 @@ def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_pat
             client, feedback = client_of(executor), []
             short_runs = LONG | {"overrides": ["run.duration=0.01", "workers=1"], "samples": 10_000}
             assert sent(executor, client, feedback, **short_runs).accepted
-            assert sent(executor, client, **QUICK).accepted
             spin_until(executor, lambda: feedback, "the first realisations")
+            assert sent(executor, client, **QUICK).accepted
             assert len(with_mark(f"BEARING_TWIN_TEST={tmp_path}")) >= 2
             node.send_signal(number)
             said = node.communicate(timeout=PATIENCE)[1]

@@ -237,9 +237,8 @@ def advance_lanes(
     to go on with; `one_step(scene, coupling, blocks)` makes them and fills at.ERROR, in units of the tolerance;
     `landing(scene, lanes, k)` is the share of a step to its first event; `accept_all(scene, coupling, instant, blocks)`
     comes before the coupled are moved on. `give_out(scene, held, cursor, blocks)` writes what is wanted of each lane up
-    to UNTIL [s] and sets its `cursor` to the next instant. Of a lane that accepts,
-    `accept(scene, lanes, k)` follows when START is moved on, `end(scene, coupling, number, lanes, k)` returns a status
-    at the end.
+    to UNTIL [s] and sets its `cursor` to the next instant. Of a lane that accepts, `accept(scene, lanes, k)` follows
+    when START is moved on, `end(scene, coupling, number, lanes, k)` returns a status at the end.
     """
     running = waiting = min(len(held), len(bodies))
     proposed = judged = stepped = 0.0
@@ -279,9 +278,8 @@ def advance_lanes(
             status = end(scene, coupling, number, lanes, k)
             if status != OK:
                 return status
-            held[place] = bodies[waiting] if waiting < len(bodies) else IDLE
-            if waiting < len(bodies):
-                number = bodies[waiting]
+            number = held[place] = bodies[waiting] if waiting < len(bodies) else IDLE
+            if number != IDLE:
                 begin(scene, number, lanes, k)
                 _begin_time(steps[number], stretches.ends[number], lanes, k)
                 cursor[place] = stretches.first[number]

@@ -32,26 +32,28 @@ def off_balance(part: Part, moves: bool) -> np.ndarray:
 
     That is where the ring moves with its balls, which has them swing with it for longer than a step.
     """
-    load, out, states = part.out["normal_load"], part.out, part.filled[0]
+    load, out, states = part.load, part.out, part.filled[0]
     nothing = np.zeros(load.shape[:2])
     if moves or not len(part.pointer) or len(part.times) < 2:
         return nothing
     bears = (load > 0.0).all(axis=-1)
     if part.near.any():
-        bears &= (out["neighbour_load"] == 0.0) & (np.roll(out["neighbour_load"], 1, axis=1) == 0.0)
+        touched = out["neighbour_load"] != 0.0
+        bears &= ~(touched | np.roll(touched, 1, axis=1))
     bears = _at_both(bears)
     if not bears.any():
         return nothing
     times, mass = np.concatenate([[0.0], part.times]), part.bearing.ball_mass
     powers = np.array([part.bearing.inner.law.power, part.bearing.outer.law.power])
-    stiffness = powers * load / np.where(out["approach"] > 0.0, out["approach"], np.inf)
+    approach = out["approach"]
+    stiffness = powers * load / np.where(approach > 0.0, approach, np.inf)
     swing = np.sqrt(stiffness.sum(axis=-1) / mass) * np.diff(times)[:, None]  # rad from output to output
     bears &= _at_both(swing >= SWING * part.pointer[:, :, STEPS_IN].T)
     velocity = np.concatenate([part.begun[0][None, :, VELOCITY], states[..., VELOCITY]])
     changes = np.gradient(velocity, times, axis=0)[1:]
     turned, speed = states[..., ORBIT_ANGLE], states[..., TANGENTIAL_VELOCITY]
-    outwards = np.cos(turned), np.sin(turned)
-    along = sum(one * out["raceway_force"][..., axis] for axis, one in enumerate(outwards))
+    outwards, force = (np.cos(turned), np.sin(turned)), out["raceway_force"]
+    along = sum(one * force[..., axis] for axis, one in enumerate(outwards))
     pulled = sum(one * part.bearing.gravity[axis] for axis, one in enumerate(outwards))
     left = along + mass * (pulled + speed * speed / states[..., AXIS_DISTANCE] - changes)
     leant = np.cos(out["contact_angle"])
