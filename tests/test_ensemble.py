@@ -495,7 +495,7 @@ def test_realisations_behind_one_that_does_not_end_are_not_told_of_as_done(monke
 
     study = parse_study(LONG_RUN, "s", ["set=[run.duration=0.01]"])
     ensemble = Ensemble(task_of(study), 2, "processes", lambda: next(looks) > 20)
-    ensemble._crew = Stuck()
+    ensemble._pool = Stuck()
     monkeypatch.setattr("bearing_twin.uq.ensemble.HANDED_OVER", 0.0)
     assert len(ensemble.evaluate(np.full((8, 1), 1e-5), told.append).quantities) == 0
     assert Stuck.asked == 8

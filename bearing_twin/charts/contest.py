@@ -219,10 +219,10 @@ def answers_of(
             kept.put(task.key, call(*task))
             update(1.0 - len(waiting) / total)
         return [kept.answers[task.key] for task in tasks]
-    crew = [_Worker() for _ in range(min(workers, len(waiting)))]
+    started = [_Worker() for _ in range(min(workers, len(waiting)))]
     try:
         busy = []
-        for worker in crew:
+        for worker in started:
             worker.give(waiting.pop())
             busy.append(worker)
         while busy:
@@ -232,15 +232,15 @@ def answers_of(
                 busy.remove(worker)
                 if not worker.process.is_alive():
                     worker.end()
-                    crew.remove(worker)
+                    started.remove(worker)
                     if waiting:
-                        crew.append(worker := _Worker())
+                        started.append(worker := _Worker())
                 if waiting:
                     worker.give(waiting.pop())
                     busy.append(worker)
                 update(1.0 - (len(waiting) + len(busy)) / total)
     finally:
-        for worker in crew:
+        for worker in started:
             worker.end()
     return [kept.answers[task.key] for task in tasks]
 

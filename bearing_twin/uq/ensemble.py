@@ -1,7 +1,7 @@
 """Many realisations at once: in this process by closed forms, in worker processes, or on a Dask cluster.
 
-Workers (see `crew`) are stopped whatever happens: at the end, on an exception or a signal here, when `cancelled` says
-so, and by themselves when this process dies. The numbers do not depend on how many workers there are.
+Worker processes are stopped whatever happens: at the end, on an exception or a signal here, when `cancelled` says so,
+and by themselves when this process dies. The numbers do not depend on how many workers there are.
 """
 
 import time
@@ -14,8 +14,8 @@ import numpy as np
 from bearing_twin.errors import StudyError
 from bearing_twin.kinds import KINDS
 from bearing_twin.processors import usable
-from bearing_twin.uq.crew import AHEAD, Crew
 from bearing_twin.uq.realise import Realised, Task, joined, realise
+from bearing_twin.uq.workers import AHEAD, Workers
 
 LOOK = 0.05  # s between looks at `cancelled`
 CLOSED_CHUNK = 16384  # numbers by closed forms between such looks, for a realisation without histories
@@ -37,14 +37,14 @@ class Ensemble:
     def __init__(self, task: Task, workers: int, executor: str, cancelled: Callable[[], bool]):
         self._task, self._cancelled = task, cancelled
         self._workers, self._executor = workers or usable(), executor
-        self._crew: Crew | Cluster | None = None
+        self._pool: Workers | Cluster | None = None
 
     def __enter__(self):
         return self
 
     def __exit__(self, *exception):
-        if self._crew is not None:
-            self._crew.end()
+        if self._pool is not None:
+            self._pool.end()
 
     def evaluate(
         self, values: np.ndarray, tell: Callable[[int], None] = lambda done: None, task: Task | None = None
@@ -83,7 +83,7 @@ class Ensemble:
                 while waiting and len(pending) < self._room(len(waiting)):
                     asked.append(self._started().submit(task, waiting.popleft()))
                     pending.add(asked[-1])
-                come, pending = self._crew.wait(pending, LOOK)
+                come, pending = self._pool.wait(pending, LOOK)
                 for future in come:
                     future.result()  # raises what went wrong, also with one that has others before it
                 while asked and asked[0] not in pending:
@@ -108,15 +108,14 @@ class Ensemble:
         return AHEAD * self._workers if waiting > self._workers else self._workers
 
     def _started(self):
-        if self._crew is None:
-            self._crew = (
-                Cluster(self._executor.removeprefix(DASK)) if self._executor.startswith(DASK) else Crew(self._workers)
-            )
-        return self._crew
+        if self._pool is None:
+            on_cluster = self._executor.startswith(DASK)
+            self._pool = Cluster(self._executor.removeprefix(DASK)) if on_cluster else Workers(self._workers)
+        return self._pool
 
 
 class Cluster:
-    """The workers of a Dask cluster, asked as a `Crew` is; raises StudyError where it cannot be, or is lost."""
+    """The workers of a Dask cluster, asked as `Workers` are; raises StudyError where it cannot be, or is lost."""
 
     def __init__(self, address: str):
         self._client = _dask_client(address)

@@ -5,7 +5,9 @@ hundredths of a second, not the imports and kernels of the first. Where this pro
 started process is a fork of it, which spares the imports too; else it is started afresh (spawn), for a fork lacks the
 threads that may hold a lock. Elsewhere each worker is started afresh.
 
-All end when asked, killed even while they integrate, and by themselves when this process dies.
+All end when asked, killed even while they integrate, and by themselves when this process dies. A pipe for each worker
+ends with it, also in the middle of an answer. Those of ProcessPoolExecutor share one, and it waits for the rest without
+end (Python 3.10 to 3.13); an interpreter that ends waits for all that its workers were asked.
 """
 
 import atexit
@@ -32,12 +34,12 @@ AHEAD = 2  # messages for each worker: one that it is at, one that waits
 HANDLED = signal.SIGTERM, signal.SIGHUP  # that this process may handle in a way that is not a worker's
 
 
-class Crew:
+class Workers:
     """Workers of one study, started by the first `submit`, whose values a worker loads what it needs for."""
 
     def __init__(self, workers: int):
         self._pipes: list[Connection] = []
-        self._lifelines: list[Connection] = []
+        self._stops: list[Connection] = []
         self._processes: list[multiprocessing.process.BaseProcess] = []
         self._asked = [deque[Future]() for _ in range(workers)]
         self._tasks: list[Task | None] = [None] * workers
@@ -49,11 +51,11 @@ class Crew:
             here, there = context.Pipe()
             self._pipes.append(here)
             theirs.append(there)
-        crews = [theirs] if FORKS else [[one] for one in theirs]
+        groups = [theirs] if FORKS else [[one] for one in theirs]
         with _signals_kept_from_children():
-            for ends in crews:
-                there, lifeline = context.Pipe(duplex=False)
-                self._lifelines.append(lifeline)
+            for ends in groups:
+                there, stop = context.Pipe(duplex=False)
+                self._stops.append(stop)
                 process = context.Process(target=_work, args=(there, ends, task, values))
                 process.start()
                 self._processes.append(process)
@@ -95,19 +97,19 @@ class Crew:
     def end(self) -> None:
         """Ends all processes, whatever they are at."""
         atexit.unregister(self.end)
-        for one in (*self._lifelines, *self._pipes):
+        for one in (*self._stops, *self._pipes):
             with contextlib.suppress(OSError):
-                one.send_bytes(b"end") if one in self._lifelines else one.close()
+                one.send_bytes(b"end") if one in self._stops else one.close()
         for process in self._processes:
             process.join()
             process.close()
         self._processes.clear()
-        for one in self._lifelines:
+        for one in self._stops:
             one.close()
 
 
 def start_method() -> str:
-    """How the first process of a crew is started here and now: `fork` where no other thread can hold a lock."""
+    """How the first process is started here and now: `fork` where no other thread can hold a lock."""
     return "fork" if FORKS and len(os.listdir("/proc/self/task")) == 1 else "spawn"
 
 
@@ -135,13 +137,13 @@ def _signals_kept_from_children():
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
-def _work(lifeline: Connection, ends: list[Connection], task: Task, values: np.ndarray) -> None:
+def _work(stop: Connection, ends: list[Connection], task: Task, values: np.ndarray) -> None:
     """What is started: answers at its only end, or loads what `values` (d,) need and forks as many as `ends`."""
     signal.set_wakeup_fd(-1)
     for number in HANDLED:
         signal.signal(number, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, HANDLED)
-    with _Watch(lifeline):
+    with _Watch(stop):
         if len(ends) == 1:
             _answer(ends[0])
             return
@@ -152,7 +154,7 @@ def _work(lifeline: Connection, ends: list[Connection], task: Task, values: np.n
         workers.append(context.Process(target=_watched_answer, args=(ends[place:],)))
         workers[-1].start()
         end.close()
-    wait(_ends_of_parent(lifeline))
+    wait(_ends_of_parent(stop))
     for worker in workers:
         worker.kill()
     for worker in workers:
@@ -183,17 +185,17 @@ def _answer(end: Connection) -> None:
         end.send(answer)
 
 
-def _ends_of_parent(*lifeline: Connection) -> list:
+def _ends_of_parent(*stop: Connection) -> list:
     """What is ready when this process shall end: a word of the process that started it, or that one's end."""
-    return [multiprocessing.parent_process().sentinel, *lifeline]
+    return [multiprocessing.parent_process().sentinel, *stop]
 
 
 class _Watch:
     """Within it a thread ends this process at once when it shall end, also in the middle of a realisation."""
 
-    def __init__(self, *lifeline: Connection):
+    def __init__(self, *stop: Connection):
         self._over, self._tell = os.pipe()
-        self._thread = threading.Thread(target=self._run, args=(_ends_of_parent(*lifeline),), daemon=True)
+        self._thread = threading.Thread(target=self._run, args=(_ends_of_parent(*stop),), daemon=True)
 
     def _run(self, ends: Iterable):
         if self._over not in wait([*ends, self._over]):

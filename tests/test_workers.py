@@ -6,6 +6,8 @@ import signal
 import subprocess
 import sys
 import threading
+from multiprocessing.connection import Connection
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ from test_ensemble import LONG_RUN, LOSSY, ROOT, alive, children, run, wait_for
 
 from bearing_twin.errors import StudyError
 from bearing_twin.kinds import KINDS
-from bearing_twin.uq import crew
+from bearing_twin.uq import workers
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.propagation import task_of
 from bearing_twin.uq.realise import realise
@@ -32,8 +34,8 @@ WAYS = {"a fork": ("fork", True, 0), "afresh, then forks": ("spawn", True, 1), "
 @pytest.fixture(params=WAYS)
 def way(request, monkeypatch):
     method, forks, _ = WAYS[request.param]
-    monkeypatch.setattr(crew, "FORKS", forks)
-    monkeypatch.setattr(crew, "start_method", lambda: method)
+    monkeypatch.setattr(workers, "FORKS", forks)
+    monkeypatch.setattr(workers, "start_method", lambda: method)
     return request.param
 
 
@@ -42,14 +44,14 @@ def test_the_first_process_is_a_fork_where_there_is_no_other_thread(monkeypatch)
     told, tells = os.pipe()
     if not (child := os.fork()):
         try:
-            alone, over = crew.start_method(), threading.Event()
+            alone, over = workers.start_method(), threading.Event()
             thread = threading.Thread(target=over.wait)
             thread.start()
-            beside = crew.start_method()
+            beside = workers.start_method()
             over.set()
             thread.join()
-            crew.FORKS = False
-            os.write(tells, f"{alone} {beside} {crew.start_method()}".encode())
+            workers.FORKS = False
+            os.write(tells, f"{alone} {beside} {workers.start_method()}".encode())
         finally:
             os._exit(0)
     os.waitpid(child, 0)
@@ -86,8 +88,8 @@ def test_a_second_worker_imports_nothing_where_it_is_a_fork(way, tmp_path, monke
 
 
 def test_kernels_are_loaded_once_by_what_forks_the_workers(tmp_path, monkeypatch):
-    monkeypatch.setattr(crew, "start_method", lambda: "fork")
-    monkeypatch.setattr(crew, "load", lambda task, values: (tmp_path / f"{os.getpid()}").touch())
+    monkeypatch.setattr(workers, "start_method", lambda: "fork")
+    monkeypatch.setattr(workers, "load", lambda task, values: (tmp_path / f"{os.getpid()}").touch())
     task = task_of(parse_study(TOY, "s"))
     with Ensemble(task, 2, "processes", lambda: False) as ensemble:
         ensemble.evaluate(np.linspace(0.01, 0.02, 8)[:, None])
@@ -106,8 +108,8 @@ def test_what_one_worker_meets_and_nobody_foresaw_is_raised_with_where_it_was(mo
     def realise(task, values):
         raise MemoryError("no room")
 
-    monkeypatch.setattr(crew, "start_method", lambda: "fork")
-    monkeypatch.setattr(crew, "realise", realise)
+    monkeypatch.setattr(workers, "start_method", lambda: "fork")
+    monkeypatch.setattr(workers, "realise", realise)
     with pytest.raises(MemoryError, match="no room") as met:
         run(LOSSY, ["workers=2"])
     assert "in realise" in str(met.value.__cause__)
@@ -116,7 +118,7 @@ def test_what_one_worker_meets_and_nobody_foresaw_is_raised_with_where_it_was(mo
 
 @pytest.mark.parametrize("which", ["what forks", "one of two workers"])
 def test_a_process_that_is_killed_ends_the_study_with_what_is_done(which, monkeypatch):
-    monkeypatch.setattr(crew, "start_method", lambda: "fork")
+    monkeypatch.setattr(workers, "start_method", lambda: "fork")
     killed, below = [], []
 
     def watch(one):
@@ -135,6 +137,24 @@ def test_a_process_that_is_killed_ends_the_study_with_what_is_done(which, monkey
     wait_for(lambda: not any(map(alive, below)), 60.0)
 
 
+def test_a_worker_that_dies_while_it_sends_ends_the_study_too(monkeypatch):
+    """Half an answer is no answer that somebody waits on for ever."""
+
+    def half(pipe, message):
+        os.write(pipe.fileno(), bytes(message)[: len(message) // 2])
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    def realise_and_die(task, values):
+        Connection._send = half  # in this worker alone
+        return realise(task, values)
+
+    monkeypatch.setattr(workers, "start_method", lambda: "fork")
+    monkeypatch.setattr(workers, "realise", realise_and_die)
+    with pytest.raises(StudyError, match="a worker process died"):
+        run(LOSSY, ["workers=2"])
+    assert children() == []
+
+
 def test_a_cancel_ends_what_still_loads_kernels(tmp_path, monkeypatch):
     """And does not wait for them."""
     loading = tmp_path / "loading"
@@ -143,8 +163,8 @@ def test_a_cancel_ends_what_still_loads_kernels(tmp_path, monkeypatch):
         loading.touch()
         threading.Event().wait()
 
-    monkeypatch.setattr(crew, "start_method", lambda: "fork")
-    monkeypatch.setattr(crew, "load", load)
+    monkeypatch.setattr(workers, "start_method", lambda: "fork")
+    monkeypatch.setattr(workers, "load", load)
     result = run(LONG_RUN, ["workers=2"], cancelled=loading.exists)
     assert (result.summary["samples"], result.summary["stopped_because"]) == (0, "cancelled")
     assert children() == []
@@ -155,7 +175,7 @@ def test_where_no_process_can_be_started_it_is_told(monkeypatch):
         def Pipe(self):
             raise OSError(24, "Too many open files")
 
-    monkeypatch.setattr(crew.multiprocessing, "get_context", lambda method: Refusing())
+    monkeypatch.setattr(workers.multiprocessing, "get_context", lambda method: Refusing())
     with pytest.raises(StudyError, match=r"worker processes cannot be started \(Too many open files\)"):
         run(LOSSY)
 
@@ -171,13 +191,35 @@ def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path, quick_sta
         found = [one for each in children(process.pid) for one in (each, *children(each))]
         return found if len(found) > 2 else []
 
-    workers = wait_for(family, 300.0)
+    started = wait_for(family, 300.0)
     process.send_signal(number)
     _, error = process.communicate(timeout=300)
-    wait_for(lambda: not any(map(alive, workers)), 300.0)
+    wait_for(lambda: not any(map(alive, started)), 300.0)
     expected = {signal.SIGINT: 130, signal.SIGTERM: 128 + signal.SIGTERM, signal.SIGKILL: -signal.SIGKILL}
     assert process.returncode == expected[number], error
     assert b"Traceback" not in error
+
+
+def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread_that_nobody_waits_for(tmp_path):
+    """And takes its workers along."""
+    script = tmp_path / "ends.py"
+    lines = (
+        "import multiprocessing, threading, time",
+        "from bearing_twin import parse_study, run_study",
+        f"mapping = { {**LONG_RUN, 'workers': 2}!r}",
+        "def study(): run_study(parse_study(mapping, 's'))",
+        "if __name__ == '__main__':",
+        "    threading.Thread(target=study, daemon=True).start()",
+        "    while not multiprocessing.active_children(): time.sleep(0.01)",
+    )
+    script.write_text("\n".join(lines), encoding="utf-8")
+    process = subprocess.Popen([sys.executable, script], cwd=ROOT, start_new_session=True)
+    try:
+        assert process.wait(timeout=300) == 0
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        raise
+    wait_for(lambda: not any(map(alive, session_of(process.pid))), 300.0)
 
 
 def test_a_worker_heeds_no_handler_of_the_process_that_started_it(monkeypatch):
@@ -188,8 +230,8 @@ def test_a_worker_heeds_no_handler_of_the_process_that_started_it(monkeypatch):
         os.kill(os.getpid(), signal.SIGTERM)
         return
 
-    monkeypatch.setattr(crew, "start_method", lambda: "fork")
-    monkeypatch.setattr(crew, "realise", realise)
+    monkeypatch.setattr(workers, "start_method", lambda: "fork")
+    monkeypatch.setattr(workers, "realise", realise)
     previous = signal.signal(signal.SIGTERM, lambda *_: heard.append(1))
     try:
         with pytest.raises(StudyError, match="a worker process died"):
@@ -203,3 +245,16 @@ def test_messages_do_not_wait_for_a_busy_worker_while_others_have_nothing_to_do(
     task = task_of(parse_study(LOSSY, "s"))
     ensemble = Ensemble(task, 3, "processes", lambda: False)
     assert [ensemble._room(waiting) for waiting in (100, 4, 3, 1)] == [6, 6, 3, 3]
+
+
+def session_of(leader: int) -> list[int]:
+    """Pids of the processes of a session."""
+    pids = [int(entry.name) for entry in Path("/proc").glob("[0-9]*")]
+    return [pid for pid in pids if alive(pid) and _session(pid) == leader]
+
+
+def _session(pid: int) -> int:
+    try:
+        return os.getsid(pid)
+    except OSError:
+        return 0
