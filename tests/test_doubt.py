@@ -2,11 +2,13 @@
 
 import math
 import re
+from types import SimpleNamespace
 
 import pytest
 
 from bearing_twin.command.terminal import show_result
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, METHOD, Dearest, Errors, Promise
+from bearing_twin.nodes.simulating import worth
 from bearing_twin.report import plain_json
 from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, companion_cost, exceeds, judged
 from bearing_twin.units import sentence_for_people
@@ -51,6 +53,8 @@ def test_a_run_with_a_horizon_says_in_words_what_it_is_off_up_to_it(capsys):
     text = " ".join(capsys.readouterr().out.split())
     assert "0.12 over the greatest load, wanted 0.001; ball 3; 0.00033 up to the horizon" in text
     assert error_notes(found.keys)[0].endswith("; 0.00033 up to the horizon")
+    told = worth(SimpleNamespace(status=found.status, errors=found.keys))
+    assert told == {"status": "doubtful: loads", "loads_error": 0.12, "horizon_s": 0.101}
 
 
 @pytest.mark.parametrize("error", [0.0, 1e-3, None])
