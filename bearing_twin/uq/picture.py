@@ -19,7 +19,7 @@ from bearing_twin.uq.statistics import histogram, natural_density
 from bearing_twin.uq.summary_shape import BANDS
 
 MOST_QUANTITIES = 4
-TICKS = 6  # parts of an axis at most: numbers of five digits then stand apart in the narrowest panel
+TICK = 0.7  # inches of a panel for each number below it, so that those of five digits stand apart
 ORDERS = {"first": "alone", "total": "with others"}  # of Sobol's indices, in words
 FAR = 0.001  # probability left out on either side of a distribution
 
@@ -133,13 +133,18 @@ def _draw_quantity(axis, result, name, exact):
     margin = 0.08 * (high - low)
     axis.set_xlim((low - margin) * factor, (high + margin) * factor)
     axis.set_ylim(bottom=0.0)
-    axis.locator_params(axis="x", nbins=TICKS)
+    axis.locator_params(axis="x", nbins=_ticks(axis))
     words = name.replace("_", " ")
     axis.set_xlabel(labelled(words, unit))
     if not drawn and exact is None:
         axis.set_yticks([])
         return
     axis.set_ylabel(labelled("density", inverse(unit)))
+
+
+def _ticks(axis) -> int:
+    """Into how many parts the numbers below a panel may cut it."""
+    return int(axis.get_position().width * axis.figure.get_figwidth() / TICK)
 
 
 def _draw_model_error(axis, found, factor):
@@ -177,7 +182,7 @@ def _draw_convergence(axis, result):
             level = getattr(exact, path["statistic"]) * factor
             axis.axhline(level, color=STYLE["ink"], linestyle="--", linewidth=1.4, label="change of variable")
     axis.ticklabel_format(axis="y", useOffset=False)  # an offset would stand in the heading
-    axis.locator_params(axis="x", nbins=TICKS, integer=True, min_n_ticks=1)
+    axis.locator_params(axis="x", nbins=_ticks(axis), integer=True, min_n_ticks=1)
     heading(axis, f"Convergence of {path['quantity'].replace('_', ' ')}", "samples", labelled(what, unit))
 
 
