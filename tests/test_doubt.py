@@ -2,14 +2,17 @@
 
 import math
 import re
+from types import SimpleNamespace
 
 import pytest
 
 from bearing_twin.command.terminal import show_result
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, METHOD, Dearest, Errors, Promise
+from bearing_twin.nodes.simulating import worth
 from bearing_twin.report import plain_json
 from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, companion_cost, exceeds, judged
 from bearing_twin.units import sentence_for_people
+from bearing_twin.view.tables import error_notes
 
 FIGURES = {"torque_nm": 2.0, "load_n": [100.0, 50.0, 0.0], "speed_rad_s": 7.0, "none_j": None}
 
@@ -40,6 +43,18 @@ def test_worse_than_wanted_is_never_done(error):
     assert "loads are off by" in found.flags[0]
     assert "wanted 0.001: tighten it" in found.flags[0]
     assert judged(Errors(promises=(promise(error),)), FIGURES, f"{FAILED}: energy").status == f"{FAILED}: energy"
+
+
+def test_a_run_with_a_horizon_says_in_words_what_it_is_off_up_to_it(capsys):
+    late = promise(0.12)._replace(before=3.3e-4)
+    found = judged(Errors(promises=(late,), horizon=0.101), FIGURES, "done")
+    assert "(ball 3), by 0.00033 up to 0.101 s, more than the wanted" in found.flags[0]
+    show_result(FIGURES | found.keys)
+    text = " ".join(capsys.readouterr().out.split())
+    assert "0.12 over the greatest load, wanted 0.001; ball 3; 0.00033 up to the horizon" in text
+    assert error_notes(found.keys)[0].endswith("; 0.00033 up to the horizon")
+    told = worth(SimpleNamespace(status=found.status, errors=found.keys))
+    assert told == {"status": "doubtful: loads", "loads_error": 0.12, "horizon_s": 0.101}
 
 
 @pytest.mark.parametrize("error", [0.0, 1e-3, None])

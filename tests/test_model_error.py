@@ -10,7 +10,7 @@ from bearing_twin import load_study, run_study
 from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.uq.ensemble import Ensemble
-from bearing_twin.uq.model_error import SPREAD, _doubted, chosen, model_errors, spread, told_of_model
+from bearing_twin.uq.model_error import SPREAD, _doubted, _large, chosen, model_errors, spread, told_of_model
 from bearing_twin.uq.propagation import task_of
 from bearing_twin.uq.quantities import errors_of, quantities_of
 from bearing_twin.uq.realise import Worth, empty, only_what_is_wanted
@@ -148,6 +148,18 @@ def test_without_a_sample_realisations_are_those_at_the_ends_of_the_inputs():
     )
 
 
+def test_an_error_is_over_a_tenth_of_nothing_where_realisations_failed():
+    """What fails has no quantity; a life has no unit."""
+    load = {"distribution": "uniform", "low": 100.0, "high": 1e5}
+    pushed = {"scene": "shaft_two_6203", "inputs": {"shaft.load[1]": load}, "quantities": ["left_reference_life"]}
+    study = parse_study(pushed, "study of a push")
+    of = {"left_reference_life": {"error": 2.0, "errors_by_source": {"left_out": 2.0}}}
+    assert not list(_large(study, of, np.array([[100.0], [math.nan]])))
+    assert not list(_large(study, of, np.array([[math.nan]])))
+    (told,) = _large(study, of, np.array([[10.0], [math.nan]]))
+    assert "the error of the model is 2, over 10 % of it, mostly left out: no" in told
+
+
 def test_an_error_over_a_tenth_of_a_quantity_is_a_doubt():
     torque = {
         "scene": "bearing_6203",
@@ -160,6 +172,8 @@ def test_an_error_over_a_tenth_of_a_quantity_is_a_doubt():
     result = run_study(parse_study(torque, "study of the torque"))
     assert [one for one in result.doubts if one.startswith("drive_torque: the error of the model is")]
     assert not [one for one in result.doubts if one.startswith("greatest_ball_load:")]
+    (told,) = (one for one in result.doubts if one.startswith("drive_torque:"))
+    assert "mostly friction model: no sampling" in told
     parts = result.summary["quantities"]["drive_torque"]["errors_by_source"]
     assert parts["friction_model"] > 100.0 * parts["method"] > 0.0
     assert "film" in result.summary["companions"]["errors_unknown"]

@@ -1,6 +1,7 @@
 """`bearing_twin study`: the JSON its readers rely on, what is refused and how, logs to go on from, the picture."""
 
 import errno
+import itertools
 import json
 import os
 import re
@@ -19,6 +20,7 @@ from bearing_twin.log.blocks import Gathered
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.sample import Channel
+from bearing_twin.uq import picture
 from bearing_twin.uq.picture import plot_study
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
@@ -162,8 +164,8 @@ def test_a_study_says_which_of_its_intervals_hold_too_little(sampler, samples, c
     assert {"std", "skewness"} <= set(found["unsafe"]) <= {"mean", "std", "skewness"}
     main(["study", *map(str, words)])
     out = " ".join(capsys.readouterr().out.split())
-    for statistic in ("std", "skewness"):
-        assert f"contact_duration: the interval of the {statistic} is unsafe: few samples far out decide" in out
+    *first, last = found["unsafe"]
+    assert f"contact_duration: the intervals of {', '.join(first)} and {last} are unsafe: few samples far out" in out
     calm = asked(capsys, *QUICK, "--set", f"sampler={sampler}", "--samples", samples, "--set", "companions=0")
     assert "mean" not in calm["quantities"]["contact_duration"]["unsafe"]
 
@@ -202,6 +204,25 @@ def test_pictures_of_little_and_of_nothing(tmp_path, quick_pictures):
     assert plot_study(few, tmp_path / "few.png").stat().st_size > 10_000
     with pytest.raises(BearingTwinError):
         plot_study(few, tmp_path / "nowhere" / "few.png")
+
+
+def test_numbers_below_a_panel_stand_apart_and_what_is_not_drawn_is_named(tmp_path, monkeypatch):
+    """Five quantities of eight samples, which are looked at once."""
+    drawn = []
+    monkeypatch.setattr(picture, "finish", lambda figure, title, footer, path, **_: drawn.append((figure, footer)))
+    speeds = {"motion.first_velocity": {"distribution": "uniform", "low": 5.0, "high": 15.0}}
+    names = ["peak_force", "contact_duration", "greatest_approach", "impulse", "restitution"]
+    mapping = {"scene": "two_spheres", "inputs": speeds, "quantities": names, "modality": "no", "companions": 0}
+    plot_study(run_study(parse_study({**mapping, "method": "ensemble", "samples": 8}, "few")), tmp_path / "few.png")
+    ((figure, footer),) = drawn
+    assert footer.endswith("not drawn: restitution")
+    figure.draw_without_rendering()
+    for axis in figure.axes:
+        shown = [tick.get_window_extent() for tick in axis.get_xticklabels()]
+        assert all(one.x1 < next_one.x0 for one, next_one in itertools.pairwise(shown)), axis.get_xlabel()
+    *_, convergence = figure.axes
+    assert convergence.containers, "of one look the interval is a bar"
+    assert all(float(tick).is_integer() for tick in convergence.get_xticks())
 
 
 @pytest.mark.parametrize("name", [name for name in study_names() if name.startswith("bearing")])

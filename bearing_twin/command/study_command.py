@@ -195,8 +195,10 @@ def _remarks(found, unit: str, factor: float):
     if "runs" in found:
         missed = 100.0 * found["interpolation_error"]
         yield f"a polynomial of {len(found['runs'])} runs, which misses them by {missed:.2g} % of the std"
-    for statistic in found["unsafe"]:
-        yield f"the interval of the {statistic} is unsafe: few samples far out decide; take more samples"
+    if found["unsafe"]:
+        *first, last = found["unsafe"]
+        which = f"intervals of {', '.join(first)} and {last} are" if first else f"interval of the {last} is"
+        yield f"the {which} unsafe: few samples far out decide; take more samples"
     for key, one in found.get("sobol", {}).items():
         if key != "refused" and any(share.get("unsafe") for share in one.values()):
             yield f"the interval of its share from {key} is unsafe: few rows far out decide; raise sensitivity"

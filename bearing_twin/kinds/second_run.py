@@ -253,7 +253,8 @@ class SecondRunDoubt:
         for source, errors in by_source.items():
             for key, error in errors.items():
                 found.setdefault(key, {})[source] = error
-        return Errors(found, self._promises(), self._method_notes() | self.notes())
+        known = float(self.row[KEPT]) if self._chaotic else None
+        return Errors(found, self._promises(), self._method_notes() | self.notes(), horizon=known)
 
     def _method(self) -> dict[str, float]:
         if self.row is None:

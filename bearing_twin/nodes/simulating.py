@@ -274,10 +274,11 @@ def model(simulation) -> dict[str, str]:
 
 
 def worth(report) -> dict[str, float | str]:
-    """What a report says of the run's worth, for diagnostics: its status, the error of each output wanted."""
+    """What a report says of the run's worth, for diagnostics: status, error of each output wanted, horizon if any."""
     wanted = report.errors.get("wanted_errors", {})
     known = {f"{output}_error": one["error"] for output, one in wanted.items() if one["error"] is not None}
-    return {"status": report.status, **known}
+    until = {"horizon_s": report.errors["horizon_s"]} if "horizon_s" in report.errors else {}
+    return {"status": report.status, **known, **until}
 
 
 def log_path(path: str, run: int) -> Path:

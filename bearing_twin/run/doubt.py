@@ -45,7 +45,7 @@ def judged(errors: Errors, figures: Mapping[str, Any], status: str, outside: tup
     if errors.horizon is not None:
         keys["horizon_s"] = errors.horizon
     broken = [one for one in errors.promises if one.broken]
-    flags = [_sentence(one) for one in broken]
+    flags = [_sentence(one, errors.horizon) for one in broken]
     if large:
         cures = "; ".join(mend for mend in sources.values() if mend)
         told = f"the error is over {100.0 * LARGE:g} % of the figure: {'; '.join(large)}"
@@ -105,9 +105,19 @@ def _told(promise: Promise) -> dict[str, Any]:
     return told if promise.before is None else told | {"error_up_to_horizon": promise.before}
 
 
-def _sentence(promise: Promise) -> str:
+def promise_in_words(told: Mapping[str, Any]) -> str:
+    """A row of `wanted_errors` whose error is known: by how much, what was wanted, where, and up to a horizon."""
+    parts = [f"{two_digits(told['error'])} {told['norm']}, wanted {told['tolerance']:g}", told["where"]]
+    if (before := told.get("error_up_to_horizon")) is not None:
+        parts.append(f"{two_digits(before)} up to the horizon")
+    return "; ".join(part for part in parts if part)
+
+
+def _sentence(promise: Promise, horizon: float | None) -> str:
     """What was wanted, what came out, and what would mend it."""
     where = f" ({promise.where})" if promise.where else ""
+    if promise.before is not None:
+        where += f", by {promise.before:.2g} up to {horizon:.6g} s"
     verb = "are" if promise.output.endswith("s") else "is"
     return (
         f"{promise.output} {verb} off by {promise.error:.2g} {promise.norm}{where}, more than the wanted "

@@ -18,7 +18,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.doubt import METHOD
 from bearing_twin.run.doubt import LARGE, exceeds
 from bearing_twin.stopping import look
-from bearing_twin.units import prefixed, two_digits
+from bearing_twin.units import prefixed, two_digits, with_unit
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.quantities import quantity_of
 from bearing_twin.uq.realise import Realised, Task, without_numbers
@@ -136,12 +136,12 @@ def _doubted(found: Realised, doubts: Iterable[str]) -> Iterator[str]:
 def _large(study: Study, of: Mapping[str, dict], own: np.ndarray):
     """A sentence for each quantity whose error is over a tenth of it."""
     for column, name in enumerate(study.quantities):
-        error = of[name]["error"]
-        if error is not None and exceeds(np.abs(own[:, column]).tolist(), error):
-            parts, unit = of[name]["errors_by_source"], quantity_of(study.kind, name).unit
+        error, known = of[name]["error"], own[np.isfinite(own[:, column]), column]  # none of those that failed
+        if error is not None and len(known) and exceeds(known.tolist(), error):
+            parts, unit = of[name]["errors_by_source"], with_unit(quantity_of(study.kind, name).unit)
             yield (
-                f"{name}: the error of the model is {error:.2g} {unit}, over {100.0 * LARGE:g} % of it, mostly "
-                f"{max(parts, key=parts.get)}: no sampling makes it smaller"
+                f"{name}: the error of the model is {error:.2g}{unit}, over {100.0 * LARGE:g} % of it, mostly "
+                f"{max(parts, key=parts.get).replace('_', ' ')}: no sampling makes it smaller"
             )
 
 
@@ -158,7 +158,7 @@ def told_of_model(summary: Mapping[str, Any], shown: Callable = prefixed) -> Ite
             factor, unit = shown(max(abs(found["mean"] or 0.0), found["error"]), found["unit"])
             parts = sorted(found["errors_by_source"].items(), key=lambda one: -one[1])
             sources = ", ".join(f"{source.replace('_', ' ')} {two_digits(factor * error)}" for source, error in parts)
-            value = f"{two_digits(factor * found['error'])}{'' if unit == '1' else f' {unit}'}"
+            value = f"{two_digits(factor * found['error'])}{with_unit(unit)}"
             yield f"{name}: error of the model \u00b1 {value} ({sources}), apart from what sampling leaves open"
     if told["realisations"]:
         failed = f", {told['failed']} more failed" if told["failed"] else ""

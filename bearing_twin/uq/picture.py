@@ -19,6 +19,7 @@ from bearing_twin.uq.statistics import histogram, natural_density
 from bearing_twin.uq.summary_shape import BANDS
 
 MOST_QUANTITIES = 4
+TICK = 0.7  # inches of a panel for each number below it, so that those of five digits stand apart
 ORDERS = {"first": "alone", "total": "with others"}  # of Sobol's indices, in words
 FAR = 0.001  # probability left out on either side of a distribution
 
@@ -132,12 +133,18 @@ def _draw_quantity(axis, result, name, exact):
     margin = 0.08 * (high - low)
     axis.set_xlim((low - margin) * factor, (high + margin) * factor)
     axis.set_ylim(bottom=0.0)
+    axis.locator_params(axis="x", nbins=_ticks(axis))
     words = name.replace("_", " ")
     axis.set_xlabel(labelled(words, unit))
     if not drawn and exact is None:
         axis.set_yticks([])
         return
     axis.set_ylabel(labelled("density", inverse(unit)))
+
+
+def _ticks(axis) -> int:
+    """Into how many parts the numbers below a panel may cut it."""
+    return int(axis.get_position().width * axis.figure.get_figwidth() / TICK)
 
 
 def _draw_model_error(axis, found, factor):
@@ -158,10 +165,16 @@ def _draw_convergence(axis, result):
     what = f"{path['probability']:g} quantile" if path["statistic"] == "quantile" else path["statistic"]
     frame(axis)
     finite = np.isfinite(half)
-    axis.fill_between(
-        samples[finite], (value - half)[finite] * factor, (value + half)[finite] * factor,
-        color=BALL_COLOURS[0], alpha=0.2, linewidth=0, label="95 % interval",
-    )  # fmt: skip
+    if len(samples) > 1:
+        axis.fill_between(
+            samples[finite], (value - half)[finite] * factor, (value + half)[finite] * factor,
+            color=BALL_COLOURS[0], alpha=0.2, linewidth=0, label="95 % interval",
+        )  # fmt: skip
+    else:  # of one look a band has no width
+        axis.errorbar(
+            samples[finite], value[finite] * factor, yerr=half[finite] * factor, fmt="none", ecolor=BALL_COLOURS[0],
+            elinewidth=1.6, capsize=5, label="95 % interval",
+        )  # fmt: skip
     axis.plot(samples, value * factor, color=BALL_COLOURS[0], linewidth=2, marker="o", markersize=3.5, label=what)
     exact = exact_of(result).get(path["quantity"])
     if exact is not None and path["statistic"] in ("mean", "std"):
@@ -169,6 +182,7 @@ def _draw_convergence(axis, result):
             level = getattr(exact, path["statistic"]) * factor
             axis.axhline(level, color=STYLE["ink"], linestyle="--", linewidth=1.4, label="change of variable")
     axis.ticklabel_format(axis="y", useOffset=False)  # an offset would stand in the heading
+    axis.locator_params(axis="x", nbins=_ticks(axis), integer=True, min_n_ticks=1)
     heading(axis, f"Convergence of {path['quantity'].replace('_', ' ')}", "samples", labelled(what, unit))
 
 
@@ -204,5 +218,8 @@ def _footer(result) -> str:
     failed = sum(summary["failed"].values())
     parts = [f"{summary['samples']} samples, {summary['sampler'].replace('_', ' ')}, seed {summary['seed']}"]
     parts += [f"{failed} failed"] if failed else []
-    text = "; ".join([*parts, summary["stopped_because"]])
+    parts += [summary["stopped_because"]]
+    others = result.study.quantities[MOST_QUANTITIES:]
+    parts += [f"not drawn: {', '.join(others)}"] if others else []
+    text = "; ".join(parts)
     return text if len(text) < 190 else text[:187] + "..."

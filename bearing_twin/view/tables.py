@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from bearing_twin.run.doubt import promise_in_words
 from bearing_twin.units import greatest_error, known_digits, readable, sentence_for_people, sizes_for_units, two_digits
 
 ERROR = "_error"
@@ -78,7 +79,7 @@ def happening_tables(figures: Mapping[str, Any], meanings: Mapping[str, str]) ->
 def error_notes(errors: Mapping[str, Any]) -> list[str]:
     """What a report says of outputs that were wanted to a tolerance, and of what its errors leave out."""
     told = [
-        f"{output}: off by {one['error']:.2g} {one['norm']}, wanted {one['tolerance']:g}; {one['where']}".rstrip("; ")
+        f"{output}: off by {promise_in_words(one)}"
         for output, one in errors.get("wanted_errors", {}).items()
         if one["error"] is not None
     ]

@@ -9,12 +9,15 @@ from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.adequacy import still_error
 from bearing_twin.kinds.doubt import HERTZ_MENDS, LEFT_OUT
 from bearing_twin.kinds.second_run import SecondRunDoubt
+from bearing_twin.kinds.shaft.derived import speeds_of
 from bearing_twin.kinds.shaft.figures import WATCH
 from bearing_twin.kinds.shaft.models import law_error, shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES
+from bearing_twin.kinds.shaft.worth import Off, wide_of
 from bearing_twin.sample import Block
 
 LOADS = {"greatest_ball_load_n": 1.0, "peak_pressure_pa": 1.0 / 3.0}  # figures that go with this power of a load
+LIFE = 3.0  # a life goes with the load to the power -3
 
 
 class ShaftDoubt(SecondRunDoubt):
@@ -54,9 +57,25 @@ class ShaftDoubt(SecondRunDoubt):
         return law_error(self.parameters, self.choice.law), HERTZ_MENDS
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
-        """What was measured of equilibria against the motion of balls, by centrifugal load over contact load."""
+        """What was measured of equilibria against the motion of balls, and what bodies are no half-spaces."""
         shares = self._shares()
-        return self._of_loads(figures, {side: still_error(share) for side, share in shares.items()}) if shares else {}
+        if not shares:
+            return {}
+        wide = {side: self._wide(side, figures[f"{side}_greatest_ball_load_n"]) for side in SIDES}
+        still = {side: still_error(share) for side, share in shares.items()}
+        found = self._of_loads(figures, {side: still[side] + one.load for side, one in wide.items()})
+        for side, one in wide.items():
+            pressure, life = f"{side}_peak_pressure_pa", f"{side}_reference_life_mrev"
+            found[pressure] += one.contact / 3.0 * abs(figures[pressure])
+            found[life] = LIFE * one.balanced * abs(figures[life])
+        return found
+
+    def _wide(self, side: str, load: float) -> Off:
+        """As `Wide.at`, by the balance at the run's start or end whose greatest load is nearer to this one [N]."""
+        speeds, end = speeds_of(self.parameters), float(self.parameters.run.duration)
+        ends = (speeds[0], 0.0), (speeds[-1], end)
+        both = [wide_of(self.parameters, self.choice.law, float(speed), time)[side] for speed, time in ends]
+        return min(both, key=lambda one: abs(one.greatest - load)).at(load)
 
     def notes(self) -> dict[str, str]:
         """What is not in the errors."""

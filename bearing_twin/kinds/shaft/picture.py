@@ -89,8 +89,8 @@ def _draw_motion(axis, values):
     for k, name in enumerate("xyz"):
         axis.plot(values["time"], factor * values["position"][:, k], lw=1.5, **ball_line(k), label=name)
     axis.margins(x=0.0)
-    axis.legend(frameon=False, fontsize=10.5, loc="best", ncol=3)
     heading(axis, "Displacement of the centre of mass", "time [s]", f"displacement [{unit}]")
+    key_above(axis)
 
 
 def _draw_forces(axis, values):
@@ -103,8 +103,8 @@ def _draw_forces(axis, values):
         along = np.abs(force[:, k, 2])
         axis.plot(values["time"], along, lw=1.5, ls="--", color=BALL_COLOURS[k], label=f"{side}, along")
     axis.margins(x=0.0)
-    axis.set_ylim(bottom=0.0)
-    axis.legend(frameon=False, fontsize=10.5, loc="best", ncol=2)
+    axis.set_ylim(0.0, 1.3 * axis.get_ylim()[1])  # room for the key
+    axis.legend(frameon=False, fontsize=10.5, loc="upper right", ncol=2)
     heading(axis, "Force of each bearing on the shaft", "time [s]", "force [N]")
 
 

@@ -22,14 +22,58 @@ class Response(NamedTuple):
     ring_loads: np.ndarray
 
 
+class Pushed(NamedTuple):
+    """First-order changes with the ring held: of its outside `loads` (5,), of contact `pushes` and balls' places.
+
+    `moved` (N, 2) are those of the balls, `follows` (N, 2, 2) and `opened` (N, 2, 5) what they do when the ring moves.
+    """
+
+    solver: Solver
+    found: Equilibrium
+    pushes: np.ndarray
+    loads: np.ndarray
+    moved: np.ndarray
+    follows: np.ndarray
+    opened: np.ndarray
+
+    def contacts(self, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Changes of contact loads [N] and angles [rad] (N, 2) once the ring has moved by these coordinates (5,)."""
+        solver, (load, angle) = self.solver, (self.found.contacts.load, self.found.contacts.angle)
+        opening = self.opened @ coordinates
+        moved = self.moved + np.einsum("kij,kj->ki", self.follows, opening)
+        nearer = np.stack([opening - moved, moved], axis=1)  # changes of the vectors between centres
+        normal = _normals(angle)
+        across = np.stack([-normal[..., 1], normal[..., 0]], axis=-1)
+        distance = np.array([[one.groove_radius - solver.setting.ball_radius for one in _raceways(solver)]])
+        power = np.array([[one.law.power for one in _raceways(solver)]])
+        approach = self.found.contacts.approach
+        per_metre = np.divide(power * load, approach, out=np.zeros_like(load), where=load > 0.0)
+        return (
+            self.pushes + per_metre * np.einsum("ksi,ksi->ks", normal, nearer),
+            np.where(load > 0.0, np.einsum("ksi,ksi->ks", across, nearer) / (distance + approach), 0.0),
+        )
+
+
 def response_of(solver: Solver, support: Support, found: Equilibrium, shares: np.ndarray) -> Response:
     """The response where each contact bears these shares (N, 2) more than its law gives at the same approach.
 
     The balance of every ball and of the ring, differentiated by the shares: balls move, then the ring does where it is
     free, and balls follow. Loads that are given thus stay given: what all contacts share only moves the ring.
     """
+    pushed = pushed_by(solver, found, shares)
+    free = np.array(support.free, np.bool_)
+    coordinates = np.zeros(5)
+    size = np.outer(solver.scales, solver.scales)[np.ix_(free, free)]
+    held = np.linalg.pinv(found.stiffness[np.ix_(free, free)] / size, rcond=LOOSE)
+    coordinates[free] = -(held @ (pushed.loads[free] / solver.scales[free])) / solver.scales[free]
+    ring_loads = np.where(free, 0.0, pushed.loads + found.stiffness @ coordinates)
+    return Response(*pushed.contacts(coordinates), coordinates, ring_loads)
+
+
+def pushed_by(solver: Solver, found: Equilibrium, shares: np.ndarray) -> Pushed:
+    """What contacts that bear these shares (N, 2) more than their law gives do while the ring is held."""
     load, angle = found.contacts.load, found.contacts.angle
-    normal = np.stack([np.cos(angle), np.sin(angle)], axis=-1)  # (N, 2 raceways, 2)
+    normal = _normals(angle)
     pushes = (shares * load)[..., None] * normal
     opened = np.array([_openings(solver, k) for k in range(len(load))])  # (N, 2, 5)
     moved, follows, ring = np.zeros((len(load), 2)), np.zeros((len(load), 2, 2)), np.zeros(5)
@@ -44,25 +88,12 @@ def response_of(solver: Solver, support: Support, found: Equilibrium, shares: np
         ring += opened[k].T @ force
         turned = np.array(here.friction_moment_p) @ moved[k]
         ring[3:] += turned * np.array([solver.directions[k, 1], -solver.directions[k, 0]])
-    free = np.array(support.free, np.bool_)
-    coordinates = np.zeros(5)
-    size = np.outer(solver.scales, solver.scales)[np.ix_(free, free)]
-    held = np.linalg.pinv(found.stiffness[np.ix_(free, free)] / size, rcond=LOOSE)
-    coordinates[free] = -(held @ (ring[free] / solver.scales[free])) / solver.scales[free]
-    opening = opened @ coordinates
-    moved += np.einsum("kij,kj->ki", follows, opening)
-    nearer = np.stack([opening - moved, moved], axis=1)  # changes of the vectors between centres
-    across = np.stack([-normal[..., 1], normal[..., 0]], axis=-1)
-    distance = np.array([[one.groove_radius - solver.setting.ball_radius for one in _raceways(solver)]])
-    power = np.array([[one.law.power for one in _raceways(solver)]])
-    approach = found.contacts.approach
-    per_metre = np.divide(power * load, approach, out=np.zeros_like(load), where=load > 0.0)
-    return Response(
-        shares * load + per_metre * np.einsum("ksi,ksi->ks", normal, nearer),
-        np.where(load > 0.0, np.einsum("ksi,ksi->ks", across, nearer) / (distance + approach), 0.0),
-        coordinates,
-        np.where(free, 0.0, ring + found.stiffness @ coordinates),
-    )
+    return Pushed(solver, found, shares * load, ring, moved, follows, opened)
+
+
+def _normals(angle: np.ndarray) -> np.ndarray:
+    """Unit vectors (N, 2 raceways, 2), radial and axial, at these contact angles (N, 2)."""
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def _raceways(solver: Solver):

@@ -1,0 +1,63 @@
+"""What a shaft's figures are off by half-spaces: the response of both bearings against balances of other materials."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from bearing_twin.kinds.shaft.parameters import SIDES
+from bearing_twin.kinds.shaft.statics import balance_of
+from bearing_twin.kinds.shaft.worth import Wide, responses, wide_of
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
+
+
+def of_material(parameters, factor):
+    """The scene with every modulus times this."""
+    for side in SIDES:
+        mounted = getattr(parameters, side)
+        parts = {one.name: getattr(mounted.materials, one.name) for one in dataclasses.fields(mounted.materials)}
+        changed = {
+            name: dataclasses.replace(one, young_modulus=factor * one.young_modulus) for name, one in parts.items()
+        }
+        materials = dataclasses.replace(mounted.materials, **changed)
+        parameters = dataclasses.replace(parameters, **{side: dataclasses.replace(mounted, materials=materials)})
+    return parameters
+
+
+@pytest.mark.parametrize("scene", ["shaft_step_load", "shaft_angular_pair", "shaft_two_6203"])
+def test_loads_of_stiffer_contacts_change_as_those_of_stiffer_materials_do(scene):
+    """To the change of a contact's curvatures with its angle, which the response leaves out."""
+    parameters, step = load_scene(scene).parameters, 1e-4
+    speed = float(parameters.drive.speed)
+    more, less = (
+        [one.load for one in balance_of(of_material(parameters, factor), "hertz", speed, 1.0).contacts]
+        for factor in (1.0 + step, 1.0 - step)
+    )
+    found = responses(parameters, "hertz", speed, 1.0, lambda _, contacts: np.ones_like(contacts.load))
+    for harder, softer, (contacts, _, changes) in zip(more, less, found, strict=True):
+        true = (harder - softer) / (2.0 * step)
+        assert np.abs(changes - true).max() < 5e-3 * np.abs(true).max()
+        assert 0.05 < np.abs(true).max() / contacts.load.max() < 1.0
+
+
+def test_a_preload_by_offsets_keeps_what_contacts_are_off_and_a_load_does_not():
+    """A spot of 0.4 mm on a ball of 3.4 mm: 1.4 % of the load, of which a preload keeps nine tenths."""
+    run = simulate(load_scene("shaft_two_6203", ("run.duration=0.01",)))
+    assert len(list(run))
+    report = run.report
+    for side in SIDES:
+        key = f"{side}_greatest_ball_load_n"
+        assert 0.011 < report.errors[f"{key}_error"] / report.figures[key] < 0.016
+        life = f"{side}_reference_life_mrev"
+        assert 0.03 < report.errors[f"{life}_error"] / report.figures[life] < 0.05
+    parameters = load_scene("shaft_step_load").parameters
+    assert wide_of(parameters, "hertz", float(parameters.drive.speed), 1.0)["left"].kept < 0.1
+
+
+def test_a_load_that_is_none_in_balance_keeps_the_whole_share():
+    wide = Wide(greatest=100.0, share=0.02, kept=0.1)
+    assert wide.at(105.0).load == pytest.approx(0.1 * wide.at(105.0).contact)
+    twice = wide.at(200.0)
+    assert twice.load == twice.contact == pytest.approx(0.02 * 2.0 ** (2.0 / 3.0))
+    assert twice.balanced == pytest.approx(0.002)
