@@ -62,7 +62,9 @@ def _rows_of(name: str) -> tuple[list, str]:
         found = os.stat(name)
         if not stat.S_ISREG(found.st_mode) or found.st_size > GREATEST_FILE:
             return [], f"it is no file of at most {GREATEST_FILE} bytes"
-        with open(name, newline="", encoding="utf-8") as file:
+        with open(name, newline="", encoding="utf-8-sig") as file:  # spreadsheets begin such a file with a mark
             return [row for row in csv.reader(file) if row], ""
+    except UnicodeDecodeError:
+        return [], "it is not UTF-8 text; save it as CSV in UTF-8"
     except (OSError, ValueError, csv.Error) as error:
         return [], str(getattr(error, "strerror", None) or error)

@@ -328,6 +328,11 @@ def test_tables_are_read_from_regular_files_and_never_for_somebody_else(tmp_path
         load_scene(RIG, [f"rings.inner.table={path}"])
     with pytest.raises(SceneError, match="it is no file of at most"):
         load_scene(RIG, ["rings.inner.table=/dev/zero"])
+    path.write_text("0,0,-1,0,0,0\n", encoding="utf-16")
+    with pytest.raises(SceneError, match="it is not UTF-8 text; save it as CSV in UTF-8"):
+        load_scene(RIG, [f"rings.inner.table={path}"])
+    path.write_text("0,0,-1,0,0,0\n", encoding="utf-8-sig")
+    assert load_scene(RIG, [f"rings.inner.table={path}"]).parameters.rings.inner.table == ((0, 0, -1, 0, 0, 0),)
 
 
 def test_a_load_is_commanded():

@@ -204,6 +204,6 @@ def ask_or_none(server):
 
 def test_a_port_that_is_taken_is_said():
     first = PageServer(a_site(), "127.0.0.1", 0)
-    with pytest.raises(BearingTwinError, match="give another --port"):
+    with pytest.raises(BearingTwinError, match=r"\(Address already in use\); give another --port"):
         PageServer(a_site(), "127.0.0.1", first.server_port)
     first.server_close()
