@@ -107,7 +107,8 @@ class PageServer(ThreadingHTTPServer):
         try:
             super().__init__((host, port), _Handler)
         except (OSError, OverflowError) as error:
-            raise BearingTwinError(f"nothing can listen on {host}:{port} ({getattr(error, 'strerror', None) or error}); give another --port") from error
+            why = getattr(error, "strerror", None) or error
+            raise BearingTwinError(f"nothing can listen on {host}:{port} ({why}); give another --port") from error
 
     @property
     def url(self) -> str:
