@@ -32,7 +32,7 @@ def off_balance(part: Part, moves: bool) -> np.ndarray:
 
     That is where the ring moves with its balls, which has them swing with it for longer than a step.
     """
-    load, out, states = part.out["normal_load"], part.out, part.filled[0]
+    load, out, states = part.load, part.out, part.filled[0]
     nothing = np.zeros(load.shape[:2])
     if moves or not len(part.pointer) or len(part.times) < 2:
         return nothing
@@ -44,14 +44,16 @@ def off_balance(part: Part, moves: bool) -> np.ndarray:
         return nothing
     times, mass = np.concatenate([[0.0], part.times]), part.bearing.ball_mass
     powers = np.array([part.bearing.inner.law.power, part.bearing.outer.law.power])
-    stiffness = powers * load / np.where(out["approach"] > 0.0, out["approach"], np.inf)
+    approach = out["approach"]
+    stiffness = powers * load / np.where(approach > 0.0, approach, np.inf)
     swing = np.sqrt(stiffness.sum(axis=-1) / mass) * np.diff(times)[:, None]  # rad from output to output
     bears &= _at_both(swing >= SWING * part.pointer[:, :, STEPS_IN].T)
     velocity = np.concatenate([part.begun[0][None, :, VELOCITY], states[..., VELOCITY]])
     changes = np.gradient(velocity, times, axis=0)[1:]
     turned, speed = states[..., ORBIT_ANGLE], states[..., TANGENTIAL_VELOCITY]
     outwards = np.cos(turned), np.sin(turned)
-    along = sum(one * out["raceway_force"][..., axis] for axis, one in enumerate(outwards))
+    force = out["raceway_force"]
+    along = sum(one * force[..., axis] for axis, one in enumerate(outwards))
     pulled = sum(one * part.bearing.gravity[axis] for axis, one in enumerate(outwards))
     left = along + mass * (pulled + speed * speed / states[..., AXIS_DISTANCE] - changes)
     leant = np.cos(out["contact_angle"])
