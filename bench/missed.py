@@ -3,7 +3,7 @@
 The scenes of `bearing_twin chart tolerance`, at its tolerances, without that factor: the medians of what windows say
 over the true error, of load and of friction, apart for runs in which every contact bears load throughout and for those
 in which contacts come and go. Each for every second scene and for the others, which nobody looked at to choose it.
-Estimates that do not come from windows (copies, what is inherited, inside steps) are left out. Several minutes of CPU time.
+Estimates that do not come from windows (copies, what is inherited, inside steps) are left out. Many minutes.
 """
 
 import sys
