@@ -336,11 +336,7 @@ UNSEEN = {
     for name, (scene, differs) in (VARIANTS | FURTHER | LATER | LAST | HELD | RINGS | AFTER | CHOSEN_LAST).items()
 }
 GROUPS = {
-    "Variants unseen": VARIANTS | FURTHER,
-    "Later ones": LATER,
-    "Last ones": LAST,
-    "Held out": HELD,
-    "Rings chosen with these": RINGS,
-    "Chosen after": AFTER,
+    "Scenes known": CASES,
+    "Scenes that showed what to mend": VARIANTS | FURTHER | LATER | LAST | HELD | RINGS | AFTER,
     "Chosen last": CHOSEN_LAST,
 }

@@ -241,15 +241,12 @@ def advance_lanes(
     when START is moved on, `end(scene, coupling, number, lanes, k)` returns a status at the end.
     """
     running = waiting = min(len(held), len(bodies))
-    proposed = judged = stepped = 0.0
+    proposed, judged, stepped, counts = 0.0, 0.0, 0.0, results.counts
     while running > 0:
         if results.stop[0] != 0:
             return STOPPED
         resume = cut(scene, coupling, blocks)
-        _judge(
-            one_step, landing, accept_all,
-            scene, coupling, method, len(bodies), held, cursor, results.counts, blocks,
-        )  # fmt: skip
+        _judge(one_step, landing, accept_all, scene, coupling, method, len(bodies), held, cursor, counts, blocks)
         give_out(scene, held, cursor, blocks)
         for place in range(len(held)):
             number, lanes, k = held[place], blocks[place // LANES], place % LANES
@@ -259,14 +256,14 @@ def advance_lanes(
             if error != judged or step != stepped:  # as nearly never among coupled bodies, whose steps are one
                 judged, stepped, proposed = error, step, next_step(step, error, method.order)
             if get(lanes, at.UNTIL, k) < 0.0:
-                results.counts[REJECTIONS] += 1
+                counts[REJECTIONS] += 1
                 again = step * share if error <= 1.0 else proposed
                 put(lanes, at.STEP, k, again)
                 if again < LEAST_STEP and not error <= 1.0:
                     results.failure[0], results.failure[1] = get(lanes, at.TIME, k), number
                     return STALLED
                 continue
-            results.counts[STEPS] += 1
+            counts[STEPS] += 1
             stretches.taken[number] += 1
             following = max(proposed, resume)
             _move_on(following, lanes, k)

@@ -52,7 +52,8 @@ def off_balance(part: Part, moves: bool) -> np.ndarray:
     velocity = np.concatenate([part.begun[0][None, :, VELOCITY], states[..., VELOCITY]])
     changes = np.gradient(velocity, times, axis=0)[1:]
     turned, speed = states[..., ORBIT_ANGLE], states[..., TANGENTIAL_VELOCITY]
-    outwards, force = (np.cos(turned), np.sin(turned)), out["raceway_force"]
+    outwards = np.cos(turned), np.sin(turned)
+    force = out["raceway_force"]
     along = sum(one * force[..., axis] for axis, one in enumerate(outwards))
     pulled = sum(one * part.bearing.gravity[axis] for axis, one in enumerate(outwards))
     left = along + mass * (pulled + speed * speed / states[..., AXIS_DISTANCE] - changes)

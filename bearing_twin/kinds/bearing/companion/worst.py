@@ -5,7 +5,9 @@ import numpy as np
 from bearing_twin.kinds.bearing.companion.windows import ALL, PLACE, WINDOW, place_of
 
 NOTICED = 1.01  # times what was greatest before: rows that show more are kept, so that memory stays small
-MISSED = 1.5  # times what windows show, where contacts come and go, each time anew: few of these times are looked at
+# Times what windows show, where contacts come and go, each time anew: few of these times are looked at. Its study is
+# `python bench/missed.py`.
+MISSED = 1.5
 OF_INSTANTS = {"load", "friction", "torque", "contact_angle", "orbit_speed", "roll_rate", "ring_displacement"}
 OF_INSTANTS |= {"ring_force"}  # errors whose worst instant may lie outside all windows; others are of whole windows
 ALONE, TOGETHER, GROWN, TOLD = range(4)  # of single balls, of all, of what bumps were seen to grow, of no window

@@ -18,6 +18,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     VELOCITY,
     entry,
 )
+from bearing_twin.kinds.bearing.stepping.landings import alone
 from bearing_twin.numerics.lanes import (
     FIRST_STAGE,
     GAIN,
@@ -74,20 +75,13 @@ def _square(alone, first, lanes, row):
 
 
 @inlined
-def _alone(coupling):
-    if len(coupling) == 0:
-        return (1.0,)
-    return ()
-
-
-@inlined
 def point_out(coupling, pointer, blocks):
     """Finds what the errors of the steps just made do to force and torque, where a `pointer` wants them."""
     if len(pointer) > 0:
-        alone = _alone(coupling)
+        balls_alone = alone(coupling)
         for block in range(len(blocks)):
-            _square(alone, VELOCITY, blocks[block], FORCE_ERROR)
-            _square(alone, SPIN, blocks[block], TORQUE_ERROR)
+            _square(balls_alone, VELOCITY, blocks[block], FORCE_ERROR)
+            _square(balls_alone, SPIN, blocks[block], TORQUE_ERROR)
 
 
 @lean_kernel
