@@ -53,7 +53,11 @@ def test_what_is_missed_is_said_with_what_the_run_says_of_it():
     assert "from rest at 0.001, 0.002" in text
     assert "fast at 0.001: it broke" in text
     # Of six estimates four are near, two are a tenth of the error or less: 0.1 and 0.05.
-    assert text.startswith("All: estimates are within a factor 3 of the true error in 4 of 6 (66.7 %)")
+    assert text.startswith("All: of runs that call themselves done 1 of 2 are within their tolerance; the furthest of ")
+    assert (
+        "the others is off by 2 times it. All: estimates are within a factor 3 of the true error in 4 of 6 (66.7 %)"
+        in text
+    )
     assert text.count("true error in 4 of 6") == 3  # of all, of those without a horizon, of the scenes known
     assert "All without a horizon: estimates" in text
     assert "at most" in text

@@ -173,12 +173,22 @@ def _share(number: int, total: int) -> str:
 def reading(points: list[ToleranceRow]) -> Iterator[str]:
     """What the chart says of all, of the scenes it was made with, and of those that nothing was fitted to."""
     if good := [p for p in points if p.status == DONE]:
+        yield f"All: {_said(good)}"
         yield f"All: {_near(good)}"
         yield f"All without a horizon: {_near([p for p in good if not p.bounded])}"
     for who, cases in GROUPS.items():
         mine = [p for p in points if p.problem in cases]
         if mine:
             yield from (f"{who}: {sentence}" for sentence in _read_group(mine))
+
+
+def _said(good: list[ToleranceRow]) -> str:
+    """What a run is worth that calls itself done."""
+    done = [p for p in good if p.told == DONE]
+    over = [p.error / p.setting for p in done if p.missed]
+    furthest = f"; the furthest of the others is off by {max(over):.2g} times it" if over else ""
+    kept = sum(p.kept for p in done)
+    return f"of runs that call themselves done {_share(kept, len(done))} are within their tolerance{furthest}."
 
 
 def _near(good: list[ToleranceRow]) -> str:
