@@ -3,17 +3,21 @@
 The scenes of `bearing_twin chart tolerance`, at its tolerances, without that factor: the medians of what windows say
 over the true error, of load and of friction, apart for runs in which every contact bears load throughout and for those
 in which contacts come and go. Each for every second scene and for the others, which nobody looked at to choose it.
-Estimates that do not come from windows (copies, what is inherited, inside steps) are left out. Many minutes.
+Estimates that do not come from windows (copies, what is inherited, inside steps) are left out, and so are runs that the
+chart's table says were stopped. Many minutes.
 """
 
 import sys
 from datetime import date
+from pathlib import Path
 
 import numpy as np
 
 from bearing_twin.charts import tolerance as chart
+from bearing_twin.charts.table import read_table
 from bearing_twin.kinds.bearing.companion import windows, worst
 
+TABLE = Path(__file__).parent.parent / "docs" / "tolerance.csv"
 OTHERS = tuple(windows.WHOSE[ball] for ball in windows.WHOSE if ball != windows.ALL)
 
 
@@ -36,8 +40,12 @@ def ratios_of(case, asked):
 def studied(cases):
     """Ratios by (come and go, output, half of the scenes)."""
     gathered = {}
+    stopped = {(row.problem, row.setting) for row in read_table(TABLE, chart.ToleranceRow) if row.status != chart.DONE}
     for number, case in enumerate(cases):
+        print(f"{number + 1} of {len(cases)}: {case}", file=sys.stderr)
         for asked in chart.TOLERANCES:
+            if (case, asked) in stopped:
+                continue
             try:
                 come_and_go, ratios = ratios_of(case, asked)
             except chart.IntegrationError:

@@ -56,7 +56,7 @@ def draw(points: list, path: Path) -> None:
     )
     right.set(xscale="log", yscale="log", xlabel="true error", ylabel="what the run says of it / true error")
     titles = (
-        "error got (open marks: the run calls itself doubtful)",
+        "error got (open: the run calls itself doubtful; crosses: stopped)",
         f"estimates (dotted: factors {NEAR:g} and {FAR:g})",
     )
     for axis, title in zip((left, right), titles, strict=True):

@@ -8,8 +8,8 @@ from bearing_twin.kinds.shaft.parameters import SIDES
 OF_BEARING = (
     ("greatest_ball_load", "N", "greatest load of any contact", "greatest_ball_load_n"),
     ("peak_pressure", "Pa", "greatest Hertz pressure", "peak_pressure_pa"),
-    ("basic_life", "1", "ISO 281, in 1e6 turns", "basic_life_mrev"),
-    ("reference_life", "1", "ISO/TS 16281, in 1e6 turns", "reference_life_mrev"),
+    ("basic_life", "Mrev", "ISO 281", "basic_life_mrev"),
+    ("reference_life", "Mrev", "ISO/TS 16281", "reference_life_mrev"),
 )
 
 
