@@ -149,11 +149,16 @@ def test_without_a_sample_realisations_are_those_at_the_ends_of_the_inputs():
 
 
 def test_an_error_is_over_a_tenth_of_nothing_where_realisations_failed():
-    """What fails has no quantity; a life has no unit."""
+    """What fails has no quantity; a restitution has no unit, a life has."""
     load = {"distribution": "uniform", "low": 100.0, "high": 1e5}
     pushed = {"scene": "shaft_two_6203", "inputs": {"shaft.load[1]": load}, "quantities": ["left_reference_life"]}
-    study = parse_study(pushed, "study of a push")
     of = {"left_reference_life": {"error": 2.0, "errors_by_source": {"left_out": 2.0}}}
+    (told,) = _large(parse_study(pushed, "study of a push"), of, np.array([[10.0]]))
+    assert "the error of the model is 2 Mrev, over 10 % of it" in told
+    speed = {"motion.first_velocity": {"distribution": "uniform", "low": 1.0, "high": 2.0}}
+    thrown = {"scene": "two_spheres", "inputs": speed, "quantities": ["restitution"]}
+    study = parse_study(thrown, "study of a blow")
+    of = {"restitution": {"error": 2.0, "errors_by_source": {"left_out": 2.0}}}
     assert not list(_large(study, of, np.array([[100.0], [math.nan]])))
     assert not list(_large(study, of, np.array([[math.nan]])))
     (told,) = _large(study, of, np.array([[10.0], [math.nan]]))
