@@ -16,7 +16,7 @@ class Loading:
         self.change = np.array([*section.change.load, *section.change.moment])
         self.change_time = section.change.time or NEVER
         self.knots, self.commanded = np.array(section.table).reshape(-1, 6), False
-        self.times = apart(self.knots[:, 0], [self.change_time])
+        self.times = apart(self.knots[:, 0], [section.change.time] if section.change.time else [])
 
     def set(self, force, moment) -> None:
         """From now on force [N] (3,) and moment [N m] (2 or 3,) act in place of the scene's."""

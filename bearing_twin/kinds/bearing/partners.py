@@ -189,7 +189,7 @@ def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tup
     """
     balls, speed = parameters.geometry.balls, parameters.drive.speed
     setting, azimuths = setting_of(parameters, law, speed), azimuths_of(balls, 0.0)
-    support = weighed_support(parameters, RingLoading(parameters).at(0.0)[0])
+    support = weighed_support(parameters, Loading(parameters.rings.inner).at(0.0)[0])
     found = _settled(weighed_solver(parameters, setting, azimuths), support, partners)
     state, border = np.zeros((balls, COLUMNS)), np.zeros(BORDER)
     border[:CAGE] = found.coordinates

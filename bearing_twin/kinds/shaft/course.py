@@ -37,8 +37,7 @@ class Course:
         self._turning = course_of(parameters.drive, now, angle, speed, goal)
         self.speeds = [drive.speed for _, drive in self._turning]
         self._turns = np.array([since for since, _ in self._turning])
-        later = loading.times[np.isfinite(loading.times)]
-        self._times = apart(self._turns, later[later > now])
+        self._times = apart(self._turns, loading.times[loading.times > now])
 
     def goal_at(self, time: float) -> float:
         """The speed [rad/s] that the shaft is told to go to at `time` [s]."""
