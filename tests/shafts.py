@@ -28,3 +28,15 @@ def energy(out):
     """What the shaft has, less what it was given, plus what it gave (n,), and the size of all that."""
     names = ("kinetic_energy", "potential_energy", "bearing_work", "dissipated")
     return sum(out[name] for name in names) - out["load_work"], out["gross_work"][-1]
+
+
+def same_when_cut(whole, parts, counts):
+    """Outputs of 20 ms in one go, which are to the bit those of `parts` with so many outputs at a time."""
+    _, expected = outputs_of(whole, 0.02, 40)
+    found = [parts.first_outputs()["left_normal_load"]]
+    for count in counts:
+        times = 5e-4 * np.arange(1, count + 1)
+        found.append(parts.advance(times, times[-1])["left_normal_load"])
+    assert (np.concatenate(found) == expected["left_normal_load"]).all()
+    assert (whole.counts == parts.counts).all()
+    return expected
