@@ -237,7 +237,8 @@ class Companion(Looking):
         self.met += int(met.any())
         # The next meetings do the same again to what is off after those that a copy went through.
         far = self.grew > MET or self.grew * self.reached > self.parameters.wanted.tolerance
-        self.unlooked, self.adrift = bool(met.any()), far and bool(met.any())
+        self.unlooked = bool(met.any())
+        self.adrift = far and self.unlooked
         if copied is None:
             return []
         rows, taken, stretches, first = [], 0, stretches_from(met), np.inf
