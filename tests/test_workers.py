@@ -1,6 +1,7 @@
 """Worker processes: how they are started where, what a second one costs in imports and processes, how they end."""
 
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -153,6 +154,27 @@ def test_a_worker_that_dies_while_it_sends_ends_the_study_too(monkeypatch):
     with pytest.raises(StudyError, match="a worker process died"):
         run(LOSSY, ["workers=2"])
     assert children() == []
+
+
+@pytest.mark.parametrize("unread", [True, False], ids=["with an answer unread", "before the answer is sent"])
+def test_a_worker_whose_pipe_closes_ends_without_a_word(unread, monkeypatch):
+    """Closed with something unread, the other end meets no end of file, but a reset connection."""
+    here, there = multiprocessing.Pipe()
+    closed = []
+
+    def realise(task, values):
+        closed.append(here.close())
+        return values
+
+    monkeypatch.setattr(workers, "realise", realise)
+    if unread:
+        there.send("an answer")
+        closed.append(here.close())
+    else:
+        here.send(("a task", np.zeros((1, 1))))
+    workers._answer(there)
+    there.close()
+    assert len(closed) == 1
 
 
 def test_a_cancel_ends_what_still_loads_kernels(tmp_path, monkeypatch):

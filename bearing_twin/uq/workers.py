@@ -170,19 +170,20 @@ def _watched_answer(ends: list[Connection]) -> None:
 
 
 def _answer(end: Connection) -> None:
-    """Realisations (or an error with its traceback) for values, until the pipe is at its end."""
+    """Realisations (or an error with its traceback) for values, until the pipe is at its end.
+
+    An end that closes before it has read all answers is met as an OSError, in place of an EOFError.
+    """
     task = None
-    while True:
-        try:
+    with contextlib.suppress(EOFError, OSError):
+        while True:
             given, values = end.recv()
-        except EOFError:
-            return
-        task = given or task
-        try:
-            answer = realise(task, values), None, ""
-        except Exception as error:  # told where the study runs
-            answer = None, error, traceback.format_exc()
-        end.send(answer)
+            task = given or task
+            try:
+                answer = realise(task, values), None, ""
+            except Exception as error:  # told where the study runs
+                answer = None, error, traceback.format_exc()
+            end.send(answer)
 
 
 def _ends_of_parent(*stop: Connection) -> list:
