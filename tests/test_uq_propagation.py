@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy import integrate, optimize, stats
+from scipy import integrate, optimize, special, stats
 from scipy.special import gammaln
 
 from bearing_twin.contact.laws import line_law
@@ -199,6 +199,23 @@ def test_truncated_normal_moments_reach_into_the_tail():
 def test_change_of_variable_says_when_it_does_not_apply(given, function, words):
     with pytest.raises(StudyError, match=words):
         derive(read_input("x", given), function)
+
+
+def test_a_quantity_that_turns_where_no_probability_is_left_ends_there():
+    """The force by eq. (14) rises again for rubber that is some thousand times softer than its mean."""
+
+    def peak(young_modulus, speed=100.0):
+        return disc_impact.peak_force(line_law("line", 1.0, 2.0, young_modulus, 0.3), 2500.0 * math.pi, speed)
+
+    source = read_input("E", {"distribution": "gamma", "mean": 5e9, "std": 1e9})
+    force = derive(source, peak)
+    moduli, weights = special.roots_genlaguerre(40, 24.0)
+    forces, shares = peak(2e8 * moduli), weights / weights.sum()
+    assert force.mean == pytest.approx(shares @ forces, rel=1e-10)
+    assert force.std == pytest.approx(math.sqrt(shares @ (forces - shares @ forces) ** 2), rel=1e-8)
+    assert force.cdf(peak(source.ppf(0.05))) == pytest.approx(0.05, rel=1e-10)
+    with pytest.raises(StudyError, match="not a monotone"):
+        derive(read_input("x", {"distribution": "normal", "mean": 7.0, "std": 1.0}), np.square)
 
 
 def two_balls(values):

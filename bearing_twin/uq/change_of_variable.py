@@ -21,6 +21,7 @@ NOISE = 1e-9  # of the range of y; a step back below it is rounding
 DIFFERENCE = 1e-3  # step of the derivative, in distances to the nearer end of the support or deviations
 ITERATIONS = 60
 NEGLIGIBLE = 1e-8
+COUNTED_SCORE = 8.0  # beyond it 6e-16 of the probability is left, less than rounding
 
 
 @dataclass(frozen=True)
@@ -132,8 +133,8 @@ class Derived:
 def derive(source: Input, function) -> Derived:
     """The distribution of y = g(X) for one input; `function` is g, vectorised (n,) -> (n,) over values of X in SI.
 
-    Raises StudyError where the input has no density, or g is not finite, not monotone or flat over a stretch within
-    4 deviations (in normal scores): then an ensemble is the way.
+    Raises StudyError where the input has no density, or g is not finite or flat over a stretch within 4 deviations (in
+    normal scores), or not monotone within 8: then an ensemble is the way. Where g turns farther out, it ends.
     """
     if not source.has_density:
         raise StudyError(f"{source.key} is {source.distribution_name} and has no density; choose the method ensemble")
@@ -141,8 +142,20 @@ def derive(source: Input, function) -> Derived:
     y = found.values[np.abs(found.scores) <= SURE_SCORE]
     sign = np.sign(y[-1] - y[0])
     steps = sign * np.diff(y)
+    if sign != 0.0:
+        found = _until_it_turns(found, sign, NOISE * abs(y[-1] - y[0]))
     if sign == 0.0 or np.min(sign * np.diff(found.values)) < -NOISE * abs(y[-1] - y[0]):
         raise StudyError(f"the quantity is not a monotone function of {source.key}; choose the method ensemble")
     if np.any((steps[1:] == 0.0) & (steps[:-1] == 0.0)):
         raise StudyError(f"the quantity does not change over a stretch of {source.key}; choose the method ensemble")
     return Derived(source, function, found, bool(y[-1] > y[0]))
+
+
+def _until_it_turns(found: Tails, sign: float, noise: float) -> Tails:
+    """The part of `found` between its turns beyond COUNTED_SCORE, of which nothing is known farther out."""
+    back = np.flatnonzero(sign * np.diff(found.values) < -noise)
+    first = np.max(back[found.scores[back + 1] < -COUNTED_SCORE] + 1, initial=0)
+    last = np.min(back[found.scores[back] > COUNTED_SCORE], initial=len(found.scores) - 1)
+    lower = found.lower if first == 0 else 0.0
+    upper = found.upper if last == len(found.scores) - 1 else 0.0
+    return Tails(found.scores[first : last + 1], found.values[first : last + 1], lower, upper)
