@@ -24,7 +24,7 @@ from bearing_twin.contact.elasticity import (
     state_finished,
     state_moved,
 )
-from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.contact.ellipse import Ellipse, ellipse
 from bearing_twin.contact.friction import friction_of
 from bearing_twin.kinds.ellipsoid.equations import viscous_load
 from bearing_twin.kinds.two_bodies.pair import (
@@ -143,17 +143,14 @@ def _gap_form(form_a, form_b, normal, axes):
 
 @kernel
 def _spot_of_law(pair, kind, approach, small, large, carried):
-    """The spot by a law that knows ellipses."""
+    """The spot by a law that knows ellipses; its ellipse is that of the load, see `_under_load`."""
     if kind == FOUND and not small > FLAT * large:
         kind = NO_ELLIPSE
     if kind != FOUND:
         return _Spot(kind, Elastic(0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0)
     coefficient = coefficient_at(pair.law, small, large, _carried(pair.law, carried, small / large))
     spring = elastic(coefficient, pair.law.power, approach)
-    if approach <= 0.0:
-        return _Spot(kind, spring, 0.0, 0.0, 0.0, 0.0, 0.0)
-    spot = ellipse(small, large, pair.law.modulus, spring.load)
-    return _Spot(kind, spring, spot.semi_major, spot.semi_minor, spot.peak_pressure, 0.0, 0.0)
+    return _Spot(kind, spring, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @kernel
@@ -174,6 +171,14 @@ def _spot_of_lens(pair, a, b, middle, axes, normal, approach, kind):
         axes[0], axes[1] = axes[1].copy(), -axes[0].copy()
         x, y, aside_x, aside_y = y, x, aside_y, -aside_x
     return _Spot(kind, spring, root * x, root * y, pressure, aside_x, aside_y)
+
+
+@kernel
+def _under_load(pair, spot, load, small, large):
+    """Half-widths [m] and pressure [Pa] under the whole load, elastic and viscous, as in all other kinds."""
+    if pair.over_lens:
+        return Ellipse(spot.semi_major, spot.semi_minor, spot.pressure * load / spot.spring.load)
+    return ellipse(small, large, pair.law.modulus, load)
 
 
 @kernel
@@ -204,20 +209,22 @@ def touch_of(pair, a, b, unknowns, carried):
     slip = relative - rate * normal
     effective_mass = 1.0 / (_mobility(pair.a, a, arm_a, normal) + _mobility(pair.b, b, arm_b, normal))
     load, drilling, spin_rate = 0.0, 0.0, (a.spin - b.spin) @ normal
-    friction = np.zeros(3)
+    friction, under = np.zeros(3), Ellipse(0.0, 0.0, 0.0)
     if spring.load > 0.0:
         load = viscous_load(pair, spring, effective_mass, approach, rate)
+        if load > 0.0:
+            under = _under_load(pair, spot, load, small, large)
         if load > 0.0 and pair.friction > 0.0:
             rubbed = friction_of(
-                pair.rubbing, load, spot.semi_major, spot.semi_minor, slip @ axes[0], slip @ axes[1], spin_rate,
+                pair.rubbing, load, under.semi_major, under.semi_minor, slip @ axes[0], slip @ axes[1], spin_rate,
                 pair.friction, pair.regularisation,
             )  # fmt: skip
             friction[:] = rubbed.force_major * axes[0] + rubbed.force_minor * axes[1]
             drilling = rubbed.torque
     return Touch(
         spot.kind, approach, rate, load, spring.load, spring.energy, spring.coefficient, effective_mass, small, large,
-        spot.semi_major, spot.semi_minor, spot.pressure, point, normal, axes[0].copy(), slip, friction, drilling,
-        spin_rate,
+        under.semi_major, under.semi_minor, under.peak_pressure, point, normal, axes[0].copy(), slip, friction,
+        drilling, spin_rate,
     )  # fmt: skip
 
 
