@@ -73,6 +73,23 @@ def test_a_run_that_ends_early_says_so():
     assert any("before the contact does" in flag for flag in run.report.flags)
 
 
+@pytest.mark.parametrize(
+    "lossy",
+    [
+        ["contact.restitution=0.7", "contact.damping_law=hunt_crossley", "contact.restitution_speed=0.01"],
+        ["contact.damping=30.0"],
+        ["contact.restitution=0.08", "contact.damping_law=steady"],
+    ],
+)
+def test_a_run_whose_duration_is_left_open_outlasts_a_contact_that_loses_most(lossy):
+    """At 1 m/s; with no loss these spheres part after 0.114 ms."""
+    run = simulate(load_scene("two_spheres", ["motion.first_velocity=1.0", "solver.companion=off", *lossy]))
+    list(run)
+    assert not any("before the contact does" in flag for flag in run.report.flags)
+    assert run.report.figures["restitution"] < 0.1
+    assert run.report.figures["contact_duration_s"] < run.report.simulated_seconds < 3.0e-3
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_a_resolved_scene_is_complete_and_reads_as_itself(name):
     scene = load_scene(name)

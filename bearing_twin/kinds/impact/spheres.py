@@ -18,7 +18,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from bearing_twin.contact import hertz_impact as closed_forms
-from bearing_twin.contact.damping import damping_for_restitution, restitution_of, steady_damping
+from bearing_twin.contact.damping import restitution_of, steady_damping
 from bearing_twin.contact.elastic import HERTZIAN, elastic
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
@@ -26,6 +26,7 @@ from bearing_twin.contact.validity import gathered, pressure_doubt, spot_radius,
 from bearing_twin.kinds.contract import ClosedForm
 from bearing_twin.kinds.impact.collision import ContactPeriod
 from bearing_twin.kinds.impact.derived import (
+    hunt_crossley_damping,
     is_elastic,
     meeting_speed,
     pair_contact_time,
@@ -46,13 +47,10 @@ def solve(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "close
     coefficient, first, second = sphere_pair(parameters)
     power = LAWS[law].power
     reduced, speed = first * second / (first + second), parameters.motion.speed
-    contact, damping, steady = parameters.contact, parameters.contact.damping, parameters.contact.viscosity
-    restitution = contact.restitution
+    contact, steady = parameters.contact, parameters.contact.viscosity
+    damping, restitution = hunt_crossley_damping(contact, speed), contact.restitution
     if restitution < 1.0 and contact.damping_law == "steady":
         steady = steady_damping(restitution, coefficient, reduced, power)
-    elif restitution < 1.0:
-        damping = damping_for_restitution(restitution, contact.restitution_speed or speed)
-        restitution = restitution_of(damping * speed)
     elif damping > 0.0:
         restitution = restitution_of(damping * speed)
     spring = Spring(coefficient, NO_LINE, damping, steady, power)
