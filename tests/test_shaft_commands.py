@@ -131,7 +131,7 @@ def test_a_commanded_speed_is_approached_evenly_and_a_change_of_the_scene_is_add
 def test_books_figures_and_errors_are_those_of_what_was_given_out():
     """Commands within chunks: the companion has gathered what the run has, and nothing of what was computed anew."""
     simulation = Simulation(load_scene("shaft_two_6203", (DAMPED, "run.duration=0.2", "run.output_rate=5000")))
-    blocks = [simulation.advance(131)]
+    blocks, closures = [simulation.advance(131)], []
     for force, speed, outputs in (
         ((0.0, -400.0, 30.0), 314.159, 77),
         ((0.0, 0.0, 0.0), 340.0, 203),
@@ -140,6 +140,7 @@ def test_books_figures_and_errors_are_those_of_what_was_given_out():
         simulation.set_load(force, None if force is None else (0.0, 0.0))
         simulation.set_speed(speed)
         blocks.append(simulation.advance(outputs))
+        closures.append(simulation.report().figures["energy_closure"])
     report = simulation.report(last=True)
     own = simulation._motion._figures[0].figures()
     assert own.keys() == report.figures.keys()
@@ -151,6 +152,8 @@ def test_books_figures_and_errors_are_those_of_what_was_given_out():
     books, gross = energy(values)
     assert np.abs(books - books[0]).max() < 1e-5 * gross
     assert np.ptp(values["load"][:, 1]) > 390.0
+    assert np.abs(closures).max() < 1e-6  # with the weight's part: the load lowers the shaft
+    assert values["potential_energy"][207] - values["potential_energy"][0] < -1e-3 * values["gross_work"][207]
 
 
 def test_a_speed_beyond_the_scenes_counts_in_what_equilibria_leave_out():
@@ -190,6 +193,19 @@ def test_pose_and_frames_follow_the_shaft():
     x, y, z, w = pose["orientation"]
     axis = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x)]
     assert axis == pytest.approx([tilt[1], -tilt[0]], rel=1e-6, abs=1e-12)
+
+
+def test_a_finer_motion_goes_on_where_the_first_one_is_as_it_is_told_and_counts_its_own_steps():
+    one, finer = motion_of(), motion_of(share=0.1)
+    one.first_outputs()
+    one.set_load((0.0, -100.0, 5.0), (0.1, 0.0))
+    one.goal_speed = 340.0
+    one.advance(np.array([0.01]), 0.01)
+    finer.go_on_from(one)
+    assert finer.costs()["steps"] == 0 < one.costs()["steps"]
+    assert (finer.seconds, finer.goal_speed) == (0.01, 340.0)
+    for name, values in one.first_outputs().items():
+        assert np.array_equal(values, finer.first_outputs()[name]), name
 
 
 @pytest.mark.parametrize("companion", ["on", "off"])
