@@ -17,7 +17,7 @@ from bearing_twin.run.simulation import Simulation
 
 LOADED = (
     *("shaft.unbalances=[]", "shaft.load=[50,-400,30]", "shaft.moment=[3,4]", "shaft.loads=[[0.02,0,-20,7,0,0]]"),
-    *("drive.speed=100", "solver.companion=off"),
+    *("left.ball_angle=0.3", "drive.speed=100", "solver.companion=off"),
 )
 
 

@@ -17,10 +17,11 @@ from bearing_twin.command.cli import BAD_INPUT, main
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, azimuths_of, setting_of
 from bearing_twin.kinds.bearing.ratings import equivalent_load, ratings_of, reference_life
-from bearing_twin.kinds.shaft.course import constant_loads
-from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
+from bearing_twin.kinds.shaft.course import Course, constant_loads
+from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of, speeds_of
 from bearing_twin.kinds.shaft.figures import wanted_errors
 from bearing_twin.kinds.shaft.modes import (
     critical_speeds,
@@ -449,7 +450,8 @@ def test_a_disc_whirls_forward_at_no_speed_where_its_polar_inertia_is_greater():
     """Tilt alone: (I_t - I_p) w^2 = k. Motion along the axis goes round at no speed, however little goes across."""
     stiffness = np.diag([1e8, 1e8, 1e6, 1e4, 1e4])
     stiffness[0, 2] = stiffness[2, 0] = 1.0
-    rotor = rotor_of(parameters_of(), "hertz")._replace(transverse=1e-3, polar=4e-4)
+    thin = parameters_of("shaft.inertia=[1e-3,2e-3]")  # no body has more about its axis
+    rotor = rotor_of(thin, "hertz")._replace(polar=4e-4)
     slender = critical_speeds(matrices_of(rotor, stiffness))
     assert len(slender) == 2
     assert slender[0] == pytest.approx(math.sqrt(1e4 / 6e-4), rel=1e-9)
@@ -579,6 +581,14 @@ def test_the_greatest_speed_tells_what_balance_is_worth_whichever_way_the_shaft_
         for changes in (("drive.speed=-1200", *slows), ("drive.speed=-1200",), ("drive.speed=-900",))
     ]
     assert told[0] == told[1] != told[2]
+
+
+@pytest.mark.parametrize("duration", [0.005, 0.02, 0.1])
+def test_a_scene_ends_with_the_speed_that_its_shaft_has_then(duration):
+    """Before a change of speed, while it speeds up, and long after."""
+    parameters = parameters_of("drive.change={time: 0.01, speed: 50}", f"run.duration={duration}")
+    end = Course(parameters, Loading(parameters.shaft)).turned(duration)[1]
+    assert speeds_of(parameters)[-1] == pytest.approx(end, rel=1e-12)
 
 
 @pytest.mark.parametrize(
