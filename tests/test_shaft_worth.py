@@ -76,7 +76,7 @@ def made_up(parameters, load):
 
 @pytest.mark.parametrize("place", [0, 1])
 def test_a_load_errs_as_in_the_balance_that_it_belongs_to(place):
-    """Of a shaft whose load steps: that of its start or of its end, in which contacts keep a third or less of what they err."""
+    """Of a shaft whose load steps, at its start or end; contacts keep a third or less of what they err."""
     parameters = load_scene("shaft_step_load").parameters
     both = [wide_of(parameters, "hertz", float(parameters.drive.speed), time)["left"] for time in (0.0, 1.0)]
     assert both[1].greatest > 2.0 * both[0].greatest
