@@ -72,6 +72,16 @@ def test_loads_between_steps_are_off_by_what_their_balance_says(more, monkeypatc
     assert 0.95 < told["error"] * out.normal_load.max() / true.max() < 3.0
 
 
+def test_balance_counts_how_far_contacts_lean(monkeypatch):
+    """By 20 degrees, where half of what is left over would be 6 % less than what each raceway takes of it."""
+    scene = "bearing_6203", "run.duration=0.06", "drive.offset=[0, -4e-6, 1e-4]", "wanted.tolerance=1e-4"
+    out, _, said = parts_of(*scene, monkeypatch=monkeypatch)
+    true = np.abs(out.normal_load - exact(*scene[:-1])).max(axis=-1)
+    assert said.max() == pytest.approx(true.max(), rel=0.03)
+    worst = true > 0.2 * true.max()
+    assert np.median(said[worst] / true[worst]) == pytest.approx(1.0, abs=0.03)
+
+
 def test_balance_says_nothing_of_balls_that_swing_or_fly(monkeypatch):
     """A ring jumps by 5 um: where balls are thrown, or steps follow their swing, no acceleration is known."""
     scene = "bearing_6203_sudden", "run.duration=0.025", "wanted.tolerance=1e-4"
