@@ -9,13 +9,21 @@ from bearings import motion
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.kinds.bearing.companion import beside
 from bearing_twin.kinds.bearing.companion.beside import some_beside
+from bearing_twin.kinds.bearing.companion.companion import Companion
 from bearing_twin.kinds.bearing.companion.departures import SETTLING, bouncing, taking_off, together
-from bearing_twin.kinds.bearing.companion.deviations import Part
+from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, drive_later
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, PLACE, WINDOW, Window
-from bearing_twin.kinds.bearing.forces.equations import approaches
-from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE, RADIAL_VELOCITY, TANGENTIAL_VELOCITY
+from bearing_twin.kinds.bearing.forces.equations import RingDrive, approaches
+from bearing_twin.kinds.bearing.forces.layout import (
+    AXIS_DISTANCE,
+    DISSIPATED,
+    DRIVE_WORK,
+    ORBIT_ANGLE,
+    RADIAL_VELOCITY,
+    TANGENTIAL_VELOCITY,
+)
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.stepping.pointing import POINTED, STEPS_IN
@@ -276,3 +284,35 @@ def test_windows_of_a_part_take_one_call_and_give_the_same_bits_as_each_by_itsel
         beside, "rosenbrock_chunk", lambda task, *rest: STALLED if len(task.times) > 4 else counted(task, *rest)
     )
     assert [one is None for one in some_beside(part, windows[:3], moving.scales)] == [False, True, False]
+
+
+def test_a_drive_later_on_is_the_same_in_one_go_and_in_two():
+    drive = RingDrive(0.3, 20.0, 500.0)
+    twice = drive_later(drive_later(drive, 0.01), 0.02)
+    assert twice == pytest.approx(drive_later(drive, 0.03), rel=1e-12)
+    assert twice == pytest.approx((0.3 + 0.03 * 0.5 * (20.0 + 35.0), 35.0, 500.0), rel=1e-12)
+
+
+def test_errors_of_power_drive_and_friction_are_over_time_angle_and_what_friction_can_give(monkeypatch):
+    """Each ball loses 2 uJ and is given 3 uJ too much within 10 ms, in which the ring turns by 2 rad."""
+    parts, look = [], Companion.look
+    monkeypatch.setattr(Companion, "look", lambda self, part, *rest: parts.append(part) or look(self, part, *rest))
+    scene = load_scene("bearing_6203", ("drive.speed=200", "cage.kind=even"))
+    WatchedMotion(scene.parameters, choose(scene)).advance(1e-3 * np.arange(1, 16), 0.015)
+    part, window = parts[0], Window(ALL, 3, 10)
+    inside = slice(4, 14)
+    states = part.filled[0][inside].copy()
+    states[-1, :, DISSIPATED] -= 2e-6
+    states[-1, :, DRIVE_WORK] -= 3e-6
+    off = deviations(part, window, Found(part.out.rows(inside), states, (), 0), 1.0)
+    told = dict(zip((column.name for column in WINDOW.columns[PLACE["load"] :]), off, strict=True))
+    assert told.pop("loss") == pytest.approx(2e-6 / 0.01, rel=1e-6)
+    assert told.pop("drive_torque") == pytest.approx(3e-6 / 2.0, rel=1e-6)
+    assert not any(told.values())
+    # a torque on a ball is over what friction can give, mu N R
+    other = type(part.out)(part.out.layout, part.out.rows(inside).numbers.copy())
+    other["raceway_torque"][3, 2, 0] += 1e-6
+    _, friction, torque, *_ = deviations(part, window, Found(other, part.filled[0][inside], (), 0), 1.0)
+    bearing, load = part.bearing, float(part.load[4 + 3, 2].sum())
+    assert torque == pytest.approx(1e-6, rel=1e-6)
+    assert friction == pytest.approx(1e-6 / (bearing.friction_coefficient * load * bearing.ball_radius), rel=1e-6)

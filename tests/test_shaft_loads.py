@@ -59,6 +59,15 @@ def test_after_a_step_the_shaft_rests_in_balance_and_the_load_has_worked_along_i
     assert np.abs(books - books[0]).max() < 1e-5 * gross
 
 
+def test_work_counted_by_its_size_is_what_loads_give_contacts_store_and_damping_takes():
+    """Of a light shaft between viscous contacts, which creeps one way: half of the work of a sudden load is lost."""
+    step = "shaft.change={time: 0.001, load: [0, 0, 40]}", "shaft.mass=0.02", "gravity=[0,0,0]"
+    _, out = outputs_of(motion_of(*STILL, *step, "contact.relaxation_time=1e-4"), 0.01, 10)
+    given, taken, lost = (out[name][-1] for name in ("load_work", "bearing_work", "dissipated"))
+    assert 0.3 < lost / given < 0.7
+    assert out["gross_work"][-1] == pytest.approx(given + taken + lost, rel=1e-3)
+
+
 def test_a_slow_load_from_a_table_moves_the_shaft_through_equilibria(tmp_path):
     """From -100 to -300 N within 0.2 s, straight between rows, then as the last; and the books."""
     path = tmp_path / "loads.csv"
