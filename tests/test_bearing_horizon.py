@@ -11,7 +11,7 @@ from bearing_twin.kinds.bearing.companion import beside
 from bearing_twin.kinds.bearing.companion.beside import some_beside
 from bearing_twin.kinds.bearing.companion.companion import Companion
 from bearing_twin.kinds.bearing.companion.departures import SETTLING, bouncing, taking_off, together
-from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, drive_later
+from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, drive_later, left_over
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, PLACE, WINDOW, Window
@@ -20,6 +20,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     DISSIPATED,
     DRIVE_WORK,
+    MOTION,
     ORBIT_ANGLE,
     RADIAL_VELOCITY,
     TANGENTIAL_VELOCITY,
@@ -309,6 +310,12 @@ def test_errors_of_power_drive_and_friction_are_over_time_angle_and_what_frictio
     assert told.pop("loss") == pytest.approx(2e-6 / 0.01, rel=1e-6)
     assert told.pop("drive_torque") == pytest.approx(3e-6 / 2.0, rel=1e-6)
     assert not any(told.values())
+    # how far a ball has gone round is no error of its motion that comes back; how far it is from the axis is
+    allowed, moved = np.full(MOTION, 1e-9), part.filled[0][inside].copy()
+    moved[-1, 2, ORBIT_ANGLE] += 1e-3
+    assert left_over(part, window, Found(part.out, moved, (), 0), allowed) == 0.0
+    moved[-1, 2, AXIS_DISTANCE] += 2e-9
+    assert left_over(part, window, Found(part.out, moved, (), 0), allowed) == pytest.approx(2.0, rel=1e-6)
     # a torque on a ball is over what friction can give, mu N R
     other = type(part.out)(part.out.layout, part.out.rows(inside).numbers.copy())
     other["raceway_torque"][3, 2, 0] += 1e-6

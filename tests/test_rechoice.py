@@ -179,6 +179,8 @@ def test_the_scene_of_now_has_the_commanded_load_and_the_speeds_still_to_come():
     now = scene_now(parameters, -20.0, True, 100.0, ((0.0, -7.0, 0.0), (0.0, 0.0, 0.0)))
     assert (now.drive.speed, now.drive.change.speed, bool(now.drive.change.time)) == (100.0, -120.0, True)
     assert now.rings.inner.load == (0.0, -7.0, 0.0)
+    back = scene_now(parameters, -200.0, True, 100.0, (None, None)).drive
+    assert (back.speed, back.change.speed, bool(back.change.time)) == (-200.0, 300.0, True)
     none = scene_now(parameters, -20.0, True, -20.0, ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
     assert dimension_of(none) == dimension_of(parameters)  # a ring stays free where nothing loads it any more
     assert not none.drive.change.time

@@ -1,6 +1,7 @@
 """Loads over time on a shaft on two bearings: closed forms, linear theory, works, tables, what is refused."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -142,6 +143,19 @@ def test_a_load_in_between_that_nothing_carries_ends_the_run_with_time_load_and_
     with pytest.raises(IntegrationError, match=words) as caught:
         motion.advance(np.arange(1, 30) * 1e-3, 0.029)
     assert (caught.value.reason, caught.value.body) == ("overload", "shaft")
+
+
+def test_a_load_that_rises_slowly_ends_the_run_where_balance_says_that_nothing_carries_more():
+    """By 2 kN in a millisecond: the run goes on to the output behind the greatest load in balance."""
+    motion = motion_of(
+        *STILL, "shaft.table=[[0,0,0,0,0,0],[0.1,0,-200000,0,0,0],[0.101,0,0,0,0,0]]", "contact.relaxation_time=1e-4"
+    )
+    with pytest.raises(
+        IntegrationError, match=r"bears no more than 2 % of the ball's diameter; the greatest"
+    ) as caught:
+        motion.advance(1e-4 * np.arange(1, 500), 0.0499)
+    greatest = float(re.search(r"direction is a load of \(0, -(\S+), 0\) N", str(caught.value))[1])
+    assert 0.0 <= 2e6 * caught.value.seconds - greatest < 1.5 * 2e6 * 1e-4
 
 
 @pytest.mark.parametrize("change", ["change={time: 0.21, load: [0, -500, 0]}", "load_place=0.0"])
