@@ -130,7 +130,7 @@ class ShaftMotion:
         """Turns and is loaded by `course` from now on."""
         fastest = max(map(abs, course.speeds))
         longest = 2.0 * math.pi / (TURN * fastest) if fastest else math.inf
-        self.course, self._bounds = course, np.array([LEAST / self._fastest, longest, FIRST / self._fastest])
+        self.course, self._bounds = course, np.array([LEAST / self._fastest, longest])
 
     def _parts(self, until: float) -> np.ndarray:
         """The parts of the course from that of the step kept to the first after `until` [s]."""
@@ -157,7 +157,6 @@ class ShaftMotion:
         """Goes on by another course from now on: what of the step kept lies beyond is dropped."""
         march.begin_again(self.clock, self.kept, self.seconds, self._shown[-1])
         self._follow(course)
-        self.clock[march.STEP] = min(self.clock[march.STEP], self._bounds[march.AFRESH])
 
     def changes(self, duration: float) -> bool:
         """Whether speed or load begin to change otherwise within `duration` [s] from now."""
