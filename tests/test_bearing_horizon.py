@@ -294,32 +294,67 @@ def test_a_drive_later_on_is_the_same_in_one_go_and_in_two():
     assert twice == pytest.approx((0.3 + 0.03 * 0.5 * (20.0 + 35.0), 35.0, 500.0), rel=1e-12)
 
 
-def test_errors_of_power_drive_and_friction_are_over_time_angle_and_what_friction_can_give(monkeypatch):
-    """Each ball loses 2 uJ and is given 3 uJ too much within 10 ms, in which the ring turns by 2 rad."""
+@pytest.fixture(scope="module")
+def part():
+    """A part of a run with an even cage, of 15 outputs within 15 ms in which the ring turns by 3 rad."""
     parts, look = [], Companion.look
-    monkeypatch.setattr(Companion, "look", lambda self, part, *rest: parts.append(part) or look(self, part, *rest))
-    scene = load_scene("bearing_6203", ("drive.speed=200", "cage.kind=even"))
-    WatchedMotion(scene.parameters, choose(scene)).advance(1e-3 * np.arange(1, 16), 0.015)
-    part, window = parts[0], Window(ALL, 3, 10)
-    inside = slice(4, 14)
-    states = part.filled[0][inside].copy()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Companion, "look", lambda self, part, *rest: parts.append(part) or look(self, part, *rest))
+        scene = load_scene("bearing_6203", ("drive.speed=200", "cage.kind=even"))
+        WatchedMotion(scene.parameters, choose(scene)).advance(1e-3 * np.arange(1, 16), 0.015)
+    return parts[0]
+
+
+WHOLE, INSIDE = Window(ALL, 3, 10), slice(4, 14)
+ERRORS = [column.name for column in WINDOW.columns[PLACE["load"] :]]
+
+
+def told_of(part, states=None, **off):
+    """What `deviations` tells that is not 0, by its name, of a companion with these states and changed channels."""
+    out = type(part.out)(part.out.layout, part.out.rows(INSIDE).numbers.copy())
+    for name, (place, amount) in off.items():
+        out[name][place] -= amount
+    found = Found(out, part.filled[0][INSIDE] if states is None else states, (), 0)
+    told = dict(zip(ERRORS, deviations(part, WHOLE, found, 1.0), strict=True))
+    return {name: value for name, value in told.items() if value}
+
+
+def test_errors_of_a_window_are_those_of_its_channels_each_in_its_own_unit(part):
+    """Of a ball at one output; the sign of a mean over all outputs is kept."""
+    for channel, place, column in (
+        ("normal_load", (3, 2, 0), "load"),
+        ("contact_angle", (3, 2, 1), "contact_angle"),
+        ("roll_rate", (3, 2), "roll_rate"),
+        ("inner_ring_offset", (3, 1), "ring_displacement"),
+        ("inner_ring_force", (3, 1), "ring_force"),
+    ):
+        assert told_of(part, **{channel: (place, -1e-3)}) == {column: pytest.approx(1e-3, rel=1e-6)}
+    told = told_of(part, raceway_torque=((3, 2, 0), 1e-6))
+    run, exact = (np.linalg.norm(part.out["raceway_torque"][7, 2] - [one, 0.0, 0.0]) for one in (0.0, 1e-6))
+    assert told["torque"] == pytest.approx(1e-6, rel=1e-6)
+    assert told["mean_torque"] == pytest.approx((run - exact) / 10.0, rel=1e-6)
+    # over what friction can give: mu N of a contact, mu N R of a ball
+    bearing, load = part.bearing, part.load[7, 2]
+    assert told["friction"] == pytest.approx(
+        1e-6 / (bearing.friction_coefficient * load.sum() * bearing.ball_radius), rel=1e-6
+    )
+    told = told_of(part, friction_force=((3, 2, 1, 0), 1e-3))
+    assert told == {"friction": pytest.approx(1e-3 / (bearing.friction_coefficient * load[1]), rel=1e-6)}
+
+
+def test_errors_of_power_and_of_the_drive_are_over_the_time_and_the_angle_of_their_window(part):
+    """Each ball loses 2 uJ and is given 3 uJ too much within 10 ms, in which the ring turns by 2 rad."""
+    states = part.filled[0][INSIDE].copy()
     states[-1, :, DISSIPATED] -= 2e-6
     states[-1, :, DRIVE_WORK] -= 3e-6
-    off = deviations(part, window, Found(part.out.rows(inside), states, (), 0), 1.0)
-    told = dict(zip((column.name for column in WINDOW.columns[PLACE["load"] :]), off, strict=True))
-    assert told.pop("loss") == pytest.approx(2e-6 / 0.01, rel=1e-6)
-    assert told.pop("drive_torque") == pytest.approx(3e-6 / 2.0, rel=1e-6)
-    assert not any(told.values())
-    # how far a ball has gone round is no error of its motion that comes back; how far it is from the axis is
-    allowed, moved = np.full(MOTION, 1e-9), part.filled[0][inside].copy()
+    told = told_of(part, states)
+    assert told == pytest.approx({"drive_torque": 3e-6 / 2.0, "loss": 2e-6 / 0.01}, rel=1e-6)
+
+
+def test_how_far_a_ball_has_gone_round_is_no_error_that_comes_back(part):
+    allowed, moved = np.full(MOTION, 1e-9), part.filled[0][INSIDE].copy()
     moved[-1, 2, ORBIT_ANGLE] += 1e-3
-    assert left_over(part, window, Found(part.out, moved, (), 0), allowed) == 0.0
+    assert left_over(part, WHOLE, Found(part.out, moved, (), 0), allowed) == 0.0
+    assert told_of(part, moved) == {"orbit_angle": pytest.approx(1e-3, rel=1e-6)}
     moved[-1, 2, AXIS_DISTANCE] += 2e-9
-    assert left_over(part, window, Found(part.out, moved, (), 0), allowed) == pytest.approx(2.0, rel=1e-6)
-    # a torque on a ball is over what friction can give, mu N R
-    other = type(part.out)(part.out.layout, part.out.rows(inside).numbers.copy())
-    other["raceway_torque"][3, 2, 0] += 1e-6
-    _, friction, torque, *_ = deviations(part, window, Found(other, part.filled[0][inside], (), 0), 1.0)
-    bearing, load = part.bearing, float(part.load[4 + 3, 2].sum())
-    assert torque == pytest.approx(1e-6, rel=1e-6)
-    assert friction == pytest.approx(1e-6 / (bearing.friction_coefficient * load * bearing.ball_radius), rel=1e-6)
+    assert left_over(part, WHOLE, Found(part.out, moved, (), 0), allowed) == pytest.approx(2.0, rel=1e-6)
