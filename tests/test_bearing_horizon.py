@@ -1,5 +1,6 @@
 """Balls that bounce and balls that meet: what a bearing run is off there, how it comes to know, and its horizon."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,9 +9,9 @@ from bearings import motion
 
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.kinds.bearing.companion import beside
-from bearing_twin.kinds.bearing.companion.beside import some_beside
+from bearing_twin.kinds.bearing.companion.beside import all_beside, some_beside
 from bearing_twin.kinds.bearing.companion.companion import Companion
-from bearing_twin.kinds.bearing.companion.departures import SETTLING, bouncing, taking_off, together
+from bearing_twin.kinds.bearing.companion.departures import SETTLING, bouncing, taking_off, to_the_end, together
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, drive_later, left_over
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
@@ -297,12 +298,7 @@ def test_a_drive_later_on_is_the_same_in_one_go_and_in_two():
 @pytest.fixture(scope="module")
 def part():
     """A part of a run with an even cage, of 15 outputs within 15 ms in which the ring turns by 3 rad."""
-    parts, look = [], Companion.look
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Companion, "look", lambda self, part, *rest: parts.append(part) or look(self, part, *rest))
-        scene = load_scene("bearing_6203", ("drive.speed=200", "cage.kind=even"))
-        WatchedMotion(scene.parameters, choose(scene)).advance(1e-3 * np.arange(1, 16), 0.015)
-    return parts[0]
+    return part_of(load_scene("bearing_6203", ("drive.speed=200", "cage.kind=even")), 15)[1]
 
 
 WHOLE, INSIDE = Window(ALL, 3, 10), slice(4, 14)
@@ -317,6 +313,46 @@ def told_of(part, states=None, **off):
     found = Found(out, part.filled[0][INSIDE] if states is None else states, (), 0)
     told = dict(zip(ERRORS, deviations(part, WHOLE, found, 1.0), strict=True))
     return {name: value for name, value in told.items() if value}
+
+
+def part_of(scene, count):
+    """The motion of a scene, and the first part of it that its companion looked at, of so many outputs 1 ms apart."""
+    parts, look = [], Companion.look
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Companion, "look", lambda self, part, *rest: parts.append(part) or look(self, part, *rest))
+        moving = WatchedMotion(scene.parameters, choose(scene))
+        moving.advance(1e-3 * np.arange(1, count + 1), 1e-3 * count)
+    return moving, parts[0]
+
+
+def test_a_window_within_a_load_that_grows_begins_under_what_acts_then():
+    """A free ring under 20 N more each millisecond, from the tenth on."""
+    grows = "rings.inner.change={time: 0}", "rings.inner.table=[[0,0,0,0,0,0],[1,0,-20000,0,0,0]]"
+    scene = load_scene("bearing_6203_step_load", grows)
+    moving, part = part_of(scene, 15)
+    found = all_beside(scene.parameters, part, Window(ALL, 9, 5), moving.scales)
+    assert np.abs(found.out["normal_load"] - part.load[10:15]).max() < 1e-4 * part.load.max()
+
+
+def test_a_companion_is_tighter_for_the_ring_as_well_which_alone_rings():
+    """Else it takes the steps of the run, and finds what the run found."""
+    scene = load_scene("bearing_6203_step_load", ("rings.inner.change={time: 5e-4, load: [0,-20,0]}",))
+    moving, part = part_of(scene, 15)
+    each = []
+    for share in (1.0, 1e-3):
+        partners = part.partners._replace(scales=share * part.partners.scales)
+        finer = dataclasses.replace(part, partners=partners)
+        each.append(all_beside(scene.parameters, finer, Window(ALL, 4, 10), share * moving.scales).out["normal_load"])
+    run, companion = (np.abs(one - each[1]).max() for one in (part.load[5:15], each[0]))
+    assert 0.0 < companion < 0.5 * run
+
+
+def test_a_loose_ball_is_followed_from_the_beginning_of_its_part_which_its_row_says():
+    load = np.ones((10, 3, 2))
+    load[6, 2] = 0.0
+    part = SimpleNamespace(all_bear=False, load=load, times=np.arange(1.0, 11.0), elapsed=100.0)
+    assert to_the_end(part, Window(2, 4, 2), 104.0) == (Window(2, -1, 10), 100.0)
+    assert to_the_end(part, Window(1, 4, 2), 104.0) == (Window(1, 4, 5), 104.0)
 
 
 def test_errors_of_a_window_are_those_of_its_channels_each_in_its_own_unit(part):

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from bearing_twin.kinds.contract import Facts, Output
 from bearing_twin.kinds.shaft import picture
 from bearing_twin.kinds.shaft.parameters import SIDES
-from bearing_twin.kinds.shaft.topics import longest_arrow, ring_centres, topics
+from bearing_twin.kinds.shaft.topics import longest_arrow, ring_centres, solids, topics
 from bearing_twin.kinds.shaft.view import view
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
@@ -64,6 +64,31 @@ def test_the_view_turns_as_the_shaft_does_and_its_curves_are_those_they_are_name
             flat = rows[line.series].reshape(60, -1)
             assert line.label == "xyz"[axis]
             assert np.array_equal(flat[:, line.column], block.values["bearing_force"][:, k, axis])
+
+
+def test_solids_of_description_and_view_stand_where_their_bearings_do(drawn):
+    scene, _ = drawn
+    parameters = scene.parameters
+    places = [getattr(parameters, side).place for side in SIDES]
+    [rod] = solids(parameters)["shaft"]
+    low, high = (rod.center[2] + sign * 0.5 * rod.sizes["length"] for sign in (-1.0, 1.0))
+    assert low < min(places) < max(places) < high
+    assert low + high == pytest.approx(sum(places), abs=1e-12)  # as far beyond either
+    shown = {one.name: one for one in view(Facts(scene, "hertz", "rodas4"), scene.channels).solids}
+    for side, place in zip(SIDES, places, strict=True):
+        corners = np.reshape(shown[f"{side}_bearing"].shape["turned"]["strokes"], (-1, 2))
+        assert 0.5 * (corners[:, 1].min() + corners[:, 1].max()) == pytest.approx(place)
+
+
+def test_orbits_are_of_the_second_half_about_their_means(drawn):
+    _, block = drawn
+    axis, offset = Figure().add_subplot(), block.values["ring_offset"]
+    picture._draw_orbits(axis, {"time": 1e-9 * block.time_ns, "ring_offset": offset})
+    late = offset[30:, :, :2]
+    factor = np.ptp(axis.lines[0].get_xdata()) / np.ptp(late[:, 0, 0])
+    for k in range(2):
+        shown = np.stack(axis.lines[k].get_data(), axis=-1)
+        assert shown == pytest.approx(factor * (late[:, k] - late[:, k].mean(axis=0)), abs=1e-6 * np.ptp(shown))
 
 
 def test_the_arrow_in_the_picture_points_to_the_balls_that_bear_most(drawn):

@@ -32,6 +32,7 @@ from bearing_twin.kinds.shaft.modes import (
     unbalance_response,
 )
 from bearing_twin.kinds.shaft.motion import ShaftMotion
+from bearing_twin.kinds.shaft.outputs import place_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.rotor import RATE
 from bearing_twin.kinds.shaft.statics import balance_of, rotor_of
@@ -518,6 +519,14 @@ def test_what_is_left_out_of_a_load_is_left_out_of_its_pressure_by_the_cube_root
         spot = wide[side].at(report.figures[f"{side}_greatest_ball_load_n"]).contact
         assert (1.0 + load) ** (1.0 / 3.0) * (1.0 + spot) ** (1.0 / 3.0) - 1.0 == pytest.approx(pressure, rel=2e-2)
         assert 0.0 < load < spot
+
+
+def test_a_place_names_the_raceway_that_bears_the_centrifugal_load_as_well(angular_run):
+    _, whole = angular_run
+    for side in SIDES:
+        [channel] = [one for one in whole.channels if one.name == f"{side}_normal_load"]
+        race = int(whole.values[channel.name][0, 3].argmax())
+        assert place_of(channel, (3, race)) == (f"{side} ball 3", "outer race")
 
 
 def test_the_peak_pressure_is_that_of_hertz_at_the_greatest_load_of_either_raceway(angular_run):
