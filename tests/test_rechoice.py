@@ -12,8 +12,9 @@ from bearing_twin.kinds.bearing import choices, rechoice
 from bearing_twin.kinds.bearing.choices import CHOICE, GREATEST_JUMP, Switch, Switches, switches_of
 from bearing_twin.kinds.bearing.models import choose
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
-from bearing_twin.kinds.bearing.rechoice import scene_now
+from bearing_twin.kinds.bearing.rechoice import _going_on, scene_now
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import LogWriter, choice_record, raw_messages, read_log
 from bearing_twin.log.stream import MessageStream
@@ -189,6 +190,16 @@ def test_the_scene_of_now_has_the_commanded_load_and_the_speeds_still_to_come():
     assert any(coming.drive.change.offset)
     assert not any(gone.drive.change.offset)
     assert gone.drive.offset == pytest.approx(np.add(sudden.drive.offset, sudden.drive.change.offset))
+
+
+def test_what_the_companion_tightened_holds_on_for_the_same_stepper_alone():
+    parameters = load_scene("bearing_6203", ("solver.stepper=rodas4",)).parameters
+    moving = WatchedMotion(parameters, choose(parameters))
+    moving._set(0.25)
+    for stepper, setting, expected in (("rodas4", 2e-3, 0.5 * 0.25), ("rodas4", 1e-5, 1.0), ("rodas3", 2e-3, 1.0)):
+        wanted = choose(parameters)._replace(stepper=stepper, setting=setting)
+        other = _going_on(parameters, wanted, moving, moving.first_outputs())
+        assert other.setting == pytest.approx(expected), stepper
 
 
 def test_looks_are_apart_and_what_was_not_given_out_is_told_again():
