@@ -266,8 +266,12 @@ def test_what_viscous_bearings_take_is_stored_led_round_or_lost():
 
 def test_a_settled_shaft_does_the_work_of_its_unbalance_at_the_tolerance_of_its_scene():
     """Its steps are as long as a twelfth of a turn lets them be; with eight a turn the books are 1e-3 off."""
-    books, gross = energy(outputs_of(motion_of(), 0.1, 10)[1])
-    assert abs(books[-1] - books[0]) < 5e-4 * gross
+    _, out = outputs_of(motion_of(), 0.1, 10)
+    books, gross = energy(out)
+    off = abs(books[-1] - books[0])
+    assert off < 5e-4 * gross
+    # what whirls loses what its unbalance does, to some times that
+    assert abs(out["load_work"][-1] - out["dissipated"][-1]) < 5.0 * off
 
 
 def tilt_stiffness(parameters):

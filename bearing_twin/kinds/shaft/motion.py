@@ -35,7 +35,7 @@ FAILURES = {
     TOO_DEEP: "a ball is squeezed too hard, or leaves the grooves; lower the loads, or keep away from a critical speed",
 }
 WORDS = {NOT_FINITE: "not finite", STALLED: "stalled", TOO_DEEP: "too deep"}
-TURN = 12  # steps a turn at least: with 8 the work of an unbalance is off by 1e-3
+TURN = 12  # steps a turn at least: with 8 works are off by 1e-3 of all that an unbalance does either way
 POWER = 1.5  # of a contact's load over its approach, nearly, whatever its law
 
 
