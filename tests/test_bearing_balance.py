@@ -8,7 +8,7 @@ import pytest
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.charts.tolerance import compared, up_to
 from bearing_twin.kinds.bearing import watched
-from bearing_twin.kinds.bearing.companion.balance import off_balance
+from bearing_twin.kinds.bearing.companion.balance import in_longest_steps, off_balance
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.inherited import all_of_it
 from bearing_twin.kinds.bearing.companion.meetings import LEAST_APART, Drift
@@ -18,6 +18,7 @@ from bearing_twin.kinds.bearing.doubt import BearingDoubt
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
+from bearing_twin.kinds.bearing.stepping.pointing import POINTED, STEPS_IN
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.numerics.lanes import COLUMNS
 from bearing_twin.run.fidelity import choose
@@ -72,6 +73,26 @@ def test_loads_between_steps_are_off_by_what_their_balance_says(more, monkeypatc
     assert 0.95 < told["error"] * out.normal_load.max() / true.max() < 3.0
 
 
+def test_balance_counts_how_far_contacts_lean(monkeypatch):
+    """By 20 degrees, where half of what is left over would be 6 % less than what each raceway takes of it."""
+    scene = "bearing_6203", "run.duration=0.06", "drive.offset=[0, -4e-6, 1e-4]", "wanted.tolerance=1e-4"
+    out, _, said = parts_of(*scene, monkeypatch=monkeypatch)
+    true = np.abs(out.normal_load - exact(*scene[:-1])).max(axis=-1)
+    assert said.max() == pytest.approx(true.max(), rel=0.03)
+    worst = true > 0.2 * true.max()
+    assert np.median(said[worst] / true[worst]) == pytest.approx(1.0, abs=0.03)
+
+
+def test_outputs_in_the_longest_steps_are_looked_at_whichever_ball_takes_them():
+    pointer = np.full((3, 300, POINTED), 50.0)
+    pointer[1, 250:290, STEPS_IN] = pointer[2, 20:40, STEPS_IN] = 0.1
+    part = SimpleNamespace(times=np.arange(300.0), pointer=pointer)
+    here = in_longest_steps(part)
+    assert len(here) == 100
+    assert set(range(250, 290)) | set(range(20, 40)) <= set(here)
+    assert (np.diff(here) > 0).all()
+
+
 def test_balance_says_nothing_of_balls_that_swing_or_fly(monkeypatch):
     """A ring jumps by 5 um: where balls are thrown, or steps follow their swing, no acceleration is known."""
     scene = "bearing_6203_sudden", "run.duration=0.025", "wanted.tolerance=1e-4"
@@ -110,6 +131,9 @@ def test_what_rows_told_up_to_a_horizon_is_kept_in_little_room():
         worst.add(a_row(end, 3, load=1e-6 * end), False)
     assert worst.until(0.5).seen("load", 1.0, False) == 0.0
     assert worst.until(500).seen("load", 1.0, False) == pytest.approx(500e-6, rel=0.011)
+    one = Worst()
+    one.add(a_row(0.25, 3, load=1.0), False)
+    assert one.until(0.25).seen("load", 1.0, False) == 1.0  # what is known up to its end
     assert worst.until(999).seen("load", 1.0, False) == pytest.approx(worst.seen("load", 1.0, False), rel=0.011)
     assert len(worst._noticed) < 500
 

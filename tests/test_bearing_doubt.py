@@ -135,6 +135,21 @@ def test_a_tighter_setting_gets_rougher_again_once_parts_are_calm_but_never_as_r
     assert (other.setting, other.snapshot()) == (0.5, kept)
 
 
+def test_what_windows_of_all_balls_miss_keeps_steps_as_short_as_they_are():
+    """Of balls that nothing couples: a twentieth of the tolerance in a window of all may be more than all of it."""
+    moving, _ = watched("bearing_6203", "wanted.tolerance=1e-3")
+    moving.companion.greatest_load = 100.0
+    for ball, settings in ((ALL, {0.25}), (3, {0.25, 0.5})):
+        moving._set(0.25)
+        row = np.zeros((1, len(WINDOW.columns)))
+        row[0, PLACE["ball"]], row[0, PLACE["load"]] = ball, 0.05 * 1e-3 * 100.0
+        found = set()
+        for _ in range(6):
+            moving._relax(row)
+            found.add(moving.setting)
+        assert found == settings
+
+
 @pytest.mark.parametrize("speed", [157.0796, 94.2478])
 def test_a_part_is_done_again_where_what_a_moving_ring_carries_on_makes_it_too_rough(speed):
     """Windows off by 0.34 and 0.46 of the tolerance, of which the run counts three times as much."""

@@ -1,5 +1,6 @@
 """Balls that bounce and balls that meet: what a bearing run is off there, how it comes to know, and its horizon."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,14 +9,23 @@ from bearings import motion
 
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.kinds.bearing.companion import beside
-from bearing_twin.kinds.bearing.companion.beside import some_beside
-from bearing_twin.kinds.bearing.companion.departures import SETTLING, bouncing, taking_off, together
-from bearing_twin.kinds.bearing.companion.deviations import Part
+from bearing_twin.kinds.bearing.companion.beside import all_beside, some_beside
+from bearing_twin.kinds.bearing.companion.companion import Companion
+from bearing_twin.kinds.bearing.companion.departures import SETTLING, bouncing, taking_off, to_the_end, together
+from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, drive_later, left_over
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, PLACE, WINDOW, Window
-from bearing_twin.kinds.bearing.forces.equations import approaches
-from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE, RADIAL_VELOCITY, TANGENTIAL_VELOCITY
+from bearing_twin.kinds.bearing.forces.equations import RingDrive, approaches
+from bearing_twin.kinds.bearing.forces.layout import (
+    AXIS_DISTANCE,
+    DISSIPATED,
+    DRIVE_WORK,
+    MOTION,
+    ORBIT_ANGLE,
+    RADIAL_VELOCITY,
+    TANGENTIAL_VELOCITY,
+)
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.stepping.pointing import POINTED, STEPS_IN
@@ -276,3 +286,111 @@ def test_windows_of_a_part_take_one_call_and_give_the_same_bits_as_each_by_itsel
         beside, "rosenbrock_chunk", lambda task, *rest: STALLED if len(task.times) > 4 else counted(task, *rest)
     )
     assert [one is None for one in some_beside(part, windows[:3], moving.scales)] == [False, True, False]
+
+
+def test_a_drive_later_on_is_the_same_in_one_go_and_in_two():
+    drive = RingDrive(0.3, 20.0, 500.0)
+    twice = drive_later(drive_later(drive, 0.01), 0.02)
+    assert twice == pytest.approx(drive_later(drive, 0.03), rel=1e-12)
+    assert twice == pytest.approx((0.3 + 0.03 * 0.5 * (20.0 + 35.0), 35.0, 500.0), rel=1e-12)
+
+
+@pytest.fixture(scope="module")
+def part():
+    """A part of a run with an even cage, of 15 outputs within 15 ms in which the ring turns by 3 rad."""
+    return part_of(load_scene("bearing_6203", ("drive.speed=200", "cage.kind=even")), 15)[1]
+
+
+WHOLE, INSIDE = Window(ALL, 3, 10), slice(4, 14)
+ERRORS = [column.name for column in WINDOW.columns[PLACE["load"] :]]
+
+
+def told_of(part, states=None, **off):
+    """What `deviations` tells that is not 0, by its name, of a companion with these states and changed channels."""
+    out = type(part.out)(part.out.layout, part.out.rows(INSIDE).numbers.copy())
+    for name, (place, amount) in off.items():
+        out[name][place] -= amount
+    found = Found(out, part.filled[0][INSIDE] if states is None else states, (), 0)
+    told = dict(zip(ERRORS, deviations(part, WHOLE, found, 1.0), strict=True))
+    return {name: value for name, value in told.items() if value}
+
+
+def part_of(scene, count):
+    """The motion of a scene, and the first part of it that its companion looked at, of so many outputs 1 ms apart."""
+    parts, look = [], Companion.look
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Companion, "look", lambda self, part, *rest: parts.append(part) or look(self, part, *rest))
+        moving = WatchedMotion(scene.parameters, choose(scene))
+        moving.advance(1e-3 * np.arange(1, count + 1), 1e-3 * count)
+    return moving, parts[0]
+
+
+def test_a_window_within_a_load_that_grows_begins_under_what_acts_then():
+    """A free ring under 20 N more each millisecond, from the tenth on."""
+    grows = "rings.inner.change={time: 0}", "rings.inner.table=[[0,0,0,0,0,0],[1,0,-20000,0,0,0]]"
+    scene = load_scene("bearing_6203_step_load", grows)
+    moving, part = part_of(scene, 15)
+    found = all_beside(scene.parameters, part, Window(ALL, 9, 5), moving.scales)
+    assert np.abs(found.out["normal_load"] - part.load[10:15]).max() < 1e-4 * part.load.max()
+
+
+def test_a_companion_is_tighter_for_the_ring_as_well_which_alone_rings():
+    """Else it takes the steps of the run, and finds what the run found."""
+    scene = load_scene("bearing_6203_step_load", ("rings.inner.change={time: 5e-4, load: [0,-20,0]}",))
+    moving, part = part_of(scene, 15)
+    each = []
+    for share in (1.0, 1e-3):
+        partners = part.partners._replace(scales=share * part.partners.scales)
+        finer = dataclasses.replace(part, partners=partners)
+        each.append(all_beside(scene.parameters, finer, Window(ALL, 4, 10), share * moving.scales).out["normal_load"])
+    run, companion = (np.abs(one - each[1]).max() for one in (part.load[5:15], each[0]))
+    assert 0.0 < companion < 0.5 * run
+
+
+def test_a_loose_ball_is_followed_from_the_beginning_of_its_part_which_its_row_says():
+    load = np.ones((10, 3, 2))
+    load[6, 2] = 0.0
+    part = SimpleNamespace(all_bear=False, load=load, times=np.arange(1.0, 11.0), elapsed=100.0)
+    assert to_the_end(part, Window(2, 4, 2), 104.0) == (Window(2, -1, 10), 100.0)
+    assert to_the_end(part, Window(1, 4, 2), 104.0) == (Window(1, 4, 5), 104.0)
+
+
+def test_errors_of_a_window_are_those_of_its_channels_each_in_its_own_unit(part):
+    """Of a ball at one output; the sign of a mean over all outputs is kept."""
+    for channel, place, column in (
+        ("normal_load", (3, 2, 0), "load"),
+        ("contact_angle", (3, 2, 1), "contact_angle"),
+        ("roll_rate", (3, 2), "roll_rate"),
+        ("inner_ring_offset", (3, 1), "ring_displacement"),
+        ("inner_ring_force", (3, 1), "ring_force"),
+    ):
+        assert told_of(part, **{channel: (place, -1e-3)}) == {column: pytest.approx(1e-3, rel=1e-6)}
+    told = told_of(part, raceway_torque=((3, 2, 0), 1e-6))
+    run, exact = (np.linalg.norm(part.out["raceway_torque"][7, 2] - [one, 0.0, 0.0]) for one in (0.0, 1e-6))
+    assert told["torque"] == pytest.approx(1e-6, rel=1e-6)
+    assert told["mean_torque"] == pytest.approx((run - exact) / 10.0, rel=1e-6)
+    # over what friction can give: mu N of a contact, mu N R of a ball
+    bearing, load = part.bearing, part.load[7, 2]
+    assert told["friction"] == pytest.approx(
+        1e-6 / (bearing.friction_coefficient * load.sum() * bearing.ball_radius), rel=1e-6
+    )
+    told = told_of(part, friction_force=((3, 2, 1, 0), 1e-3))
+    assert told == {"friction": pytest.approx(1e-3 / (bearing.friction_coefficient * load[1]), rel=1e-6)}
+
+
+def test_errors_of_power_and_of_the_drive_are_over_the_time_and_the_angle_of_their_window(part):
+    """Each ball loses 2 uJ and is given 3 uJ too much within 10 ms, in which the ring turns by 2 rad."""
+    states = part.filled[0][INSIDE].copy()
+    states[-1, :, DISSIPATED] -= 2e-6
+    states[-1, :, DRIVE_WORK] -= 3e-6
+    told = told_of(part, states)
+    assert told == pytest.approx({"drive_torque": 3e-6 / 2.0, "loss": 2e-6 / 0.01}, rel=1e-6)
+
+
+def test_how_far_a_ball_has_gone_round_is_no_error_that_comes_back(part):
+    allowed, moved = np.full(MOTION, 1e-9), part.filled[0][INSIDE].copy()
+    moved[-1, 2, ORBIT_ANGLE] += 1e-3
+    assert left_over(part, WHOLE, Found(part.out, moved, (), 0), allowed) == 0.0
+    assert told_of(part, moved) == {"orbit_angle": pytest.approx(1e-3, rel=1e-6)}
+    moved[-1, 2, AXIS_DISTANCE] += 2e-9
+    assert left_over(part, WHOLE, Found(part.out, moved, (), 0), allowed) == pytest.approx(2.0, rel=1e-6)

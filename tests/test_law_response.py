@@ -60,6 +60,7 @@ def test_given_loads_stay_and_what_all_contacts_share_moves_the_ring(capsys):
     assert max(loaded["normal_load_inner_n_error"]) < 0.2 * wide * max(loaded["normal_load_inner_n"])
     assert loaded["ring_force_n_error"] == [0.0, 0.0, 0.0]
     assert 0.3 * wide < loaded["ring_displacement_m_error"][1] / 12.35e-6 < wide
+    assert loaded["ring_displacement_m_error"][::2] == [0.0, 0.0]  # where symmetry holds it, without what is rounding
     assert loaded["basic_life_mrev_error"] == 0.0 < loaded["reference_life_mrev_error"]
     y = f"0,{loaded['ring_displacement_m'][1]!r},0"
     held = answered(capsys, "bearing_6203", "--displacement", y)
@@ -68,6 +69,21 @@ def test_given_loads_stay_and_what_all_contacts_share_moves_the_ring(capsys):
     assert held["ring_displacement_m_error"] == [0.0, 0.0, 0.0]
     assert 0.3 * wide < held["ring_force_n_error"][1] / 1000.0 < wide
     assert held["basic_life_mrev_error"] > 0.0
+    # a spot goes with the cube root of its load, and of what the shape of the bodies changes at the same load
+    for told in (loaded, held):
+        load, load_error, spot = (
+            np.array(told[f"{key}_inner_{end}"])
+            for key, end in (
+                ("normal_load", "n"),
+                ("normal_load", "n_error"),
+                ("semi_major", "m"),
+            )
+        )
+        bears = load > 0.0
+        share = (load_error[bears] / load[bears] + (spot[bears] / (0.5 * 6.75e-3)) ** 2) / 3.0
+        for key in ("semi_major_inner_m", "semi_minor_inner_m", "peak_pressure_inner_pa"):
+            found = np.array(told[f"{key}_error"])[bears] / np.array(told[key])[bears]
+            assert found == pytest.approx(share, rel=5e-3)
 
 
 def test_what_a_law_is_off_by_is_told_as_the_other_law_finds_it(capsys):

@@ -50,18 +50,18 @@ def check(toy, time, state, failure):
 
 
 @kernel
-def advanced(toy, pace, times, duration, state, orientation, results):
+def advanced(toy, pace, times, duration, bodies, state, orientation, results):
     return advance_together(
-        one_step, move_on, turn, keep, check, toy, pace, times, duration, 1, state, orientation, results
+        one_step, move_on, turn, keep, check, toy, pace, times, duration, bodies, state, orientation, results
     )
 
 
-def run_of(pace, times=(0.25, 1.0), duration=1.5, errors_per_second=0.0, goes_wrong_at=math.inf, stop=0):
+def run_of(pace, times=(0.25, 1.0), duration=1.5, errors_per_second=0.0, goes_wrong_at=math.inf, stop=0, bodies=1):
     toy = Toy(np.zeros(1), np.zeros(1), np.zeros(6), errors_per_second, goes_wrong_at)
     shape, counts, failure = (len(times), 1, 1), np.zeros(4, np.int64), np.zeros(2)
     results = Results(np.zeros(shape), np.zeros(shape), counts, failure, np.array([stop]))
     state, orientation = np.zeros((1, 1)), np.zeros((1, 1))
-    found = advanced(toy, pace, np.array(times), duration, state, orientation, results)
+    found = advanced(toy, pace, np.array(times), duration, bodies, state, orientation, results)
     return found, toy.seen, results, state, orientation
 
 
@@ -85,6 +85,8 @@ def test_an_estimate_adapts_the_steps():
     assert results.counts[REJECTIONS] > 0
     assert 1.5 / 0.05 <= results.counts[STEPS] < 1.5 / 0.03  # an error of 1 comes with a step of 0.05
     assert wanted < 0.06
+    more = run_of(Pace(1.0, 1, False), errors_per_second=20.0, bodies=3)[2]
+    assert (more.counts == 3 * results.counts).all()  # steps of bodies
 
 
 def test_a_run_ends_where_it_is_stopped_stalls_or_cannot_be_right():

@@ -8,9 +8,10 @@ import pytest
 
 from bearing_twin import load_study, run_study
 from bearing_twin.kinds.contract import Quantity, read_off
+from bearing_twin.kinds.doubt import LAW, METHOD
 from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.uq.ensemble import Ensemble
-from bearing_twin.uq.model_error import SPREAD, _doubted, _large, chosen, model_errors, spread, told_of_model
+from bearing_twin.uq.model_error import SPREAD, _doubted, _gathered, _large, chosen, model_errors, spread, told_of_model
 from bearing_twin.uq.propagation import task_of
 from bearing_twin.uq.quantities import errors_of, quantities_of
 from bearing_twin.uq.realise import Worth, empty, only_what_is_wanted
@@ -106,6 +107,17 @@ def test_what_companions_alone_doubt_is_told_with_their_number():
         worth=dict.fromkeys(range(3), Worth({}, {})),
     )
     assert list(_doubted(found, ["pressure 6 GPa"])) == ["2 of 3 realisations with a companion: loads off by 0.2"]
+
+
+def test_the_greatest_error_by_each_source_stands_for_all_and_their_sum_for_the_model():
+    study = parse_study(SPHERES, "study")
+    each = [{METHOD: 3.0, LAW: 0.1}, {METHOD: 1.0, LAW: 0.4}, {METHOD: 2.0, LAW: 0.3}]
+    worth = {row: Worth(dict.fromkeys(study.quantities, errors), {}) for row, errors in enumerate(each)}
+    found = empty(task_of(study), len(each))._replace(worth=worth)
+    of, told = _gathered(study, found, found.quantities, "")
+    assert told["realisations"] == 3
+    for one in of.values():
+        assert one == {"error": pytest.approx(3.4), "errors_by_source": {METHOD: 3.0, LAW: 0.4}}
 
 
 def test_the_error_of_a_law_is_what_another_law_gives():

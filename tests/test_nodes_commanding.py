@@ -165,13 +165,15 @@ def test_speeds_come_with_a_stamp_or_without_one():
     assert it.channel("inner_ring_speed")[-1] == 150.0
     for message, words in (
         (twist(angular=(0.0, 0.0, 150.0)), "taken in left/bearing_link alone"),
-        (twist(angular=(1.0, 0.0, 150.0), frame="left/bearing_link"), "leave all but twist.angular.z at 0"),
-        (twist(linear=(1.0,), frame=""), "leave all but twist.angular.z at 0"),
+        *(
+            (twist(linear, (*across, 150.0), "left/bearing_link"), "leave all but twist.angular.z at 0")
+            for linear, across in zip(np.eye(5)[:, :3].tolist(), np.eye(5)[:, 3:].tolist(), strict=True)
+        ),
         (twist(angular=(0.0, 0.0, math.nan), frame=""), "must be finite"),
     ):
         with pytest.raises(BearingTwinError, match="command/speed_stamped refused: .*" + words):
             it.tell("command/speed_stamped", message)
-    assert it.loop.commands.refused == 4
+    assert it.loop.commands.refused == 7
     it.run(0.01)
     assert it.channel("inner_ring_speed")[-1] == 150.0
 

@@ -12,8 +12,9 @@ from bearing_twin.kinds.bearing import choices, rechoice
 from bearing_twin.kinds.bearing.choices import CHOICE, GREATEST_JUMP, Switch, Switches, switches_of
 from bearing_twin.kinds.bearing.models import choose
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
-from bearing_twin.kinds.bearing.rechoice import scene_now
+from bearing_twin.kinds.bearing.rechoice import _going_on, scene_now
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import LogWriter, choice_record, raw_messages, read_log
 from bearing_twin.log.stream import MessageStream
@@ -179,6 +180,8 @@ def test_the_scene_of_now_has_the_commanded_load_and_the_speeds_still_to_come():
     now = scene_now(parameters, -20.0, True, 100.0, ((0.0, -7.0, 0.0), (0.0, 0.0, 0.0)))
     assert (now.drive.speed, now.drive.change.speed, bool(now.drive.change.time)) == (100.0, -120.0, True)
     assert now.rings.inner.load == (0.0, -7.0, 0.0)
+    back = scene_now(parameters, -200.0, True, 100.0, (None, None)).drive
+    assert (back.speed, back.change.speed, bool(back.change.time)) == (-200.0, 300.0, True)
     none = scene_now(parameters, -20.0, True, -20.0, ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
     assert dimension_of(none) == dimension_of(parameters)  # a ring stays free where nothing loads it any more
     assert not none.drive.change.time
@@ -187,6 +190,16 @@ def test_the_scene_of_now_has_the_commanded_load_and_the_speeds_still_to_come():
     assert any(coming.drive.change.offset)
     assert not any(gone.drive.change.offset)
     assert gone.drive.offset == pytest.approx(np.add(sudden.drive.offset, sudden.drive.change.offset))
+
+
+def test_what_the_companion_tightened_holds_on_for_the_same_stepper_alone():
+    parameters = load_scene("bearing_6203", ("solver.stepper=rodas4",)).parameters
+    moving = WatchedMotion(parameters, choose(parameters))
+    moving._set(0.25)
+    for stepper, setting, expected in (("rodas4", 2e-3, 0.5 * 0.25), ("rodas4", 1e-5, 1.0), ("rodas3", 2e-3, 1.0)):
+        wanted = choose(parameters)._replace(stepper=stepper, setting=setting)
+        other = _going_on(parameters, wanted, moving, moving.first_outputs())
+        assert other.setting == pytest.approx(expected), stepper
 
 
 def test_looks_are_apart_and_what_was_not_given_out_is_told_again():

@@ -10,9 +10,12 @@ from commanded import obeying, twist, wrench
 from shafts import energy, motion_of
 
 from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.contract import Output
+from bearing_twin.kinds.shaft.course import Course
 from bearing_twin.kinds.shaft.models import choose, shares_of
 from bearing_twin.kinds.shaft.motion import motion
+from bearing_twin.kinds.shaft.operating import rechosen
 from bearing_twin.kinds.shaft.topics import topics
 from bearing_twin.kinds.shaft.worth import wide_of
 from bearing_twin.run.failure import read_failure, write_failure
@@ -131,7 +134,7 @@ def test_a_commanded_speed_is_approached_evenly_and_a_change_of_the_scene_is_add
 def test_books_figures_and_errors_are_those_of_what_was_given_out():
     """Commands within chunks: the companion has gathered what the run has, and nothing of what was computed anew."""
     simulation = Simulation(load_scene("shaft_two_6203", (DAMPED, "run.duration=0.2", "run.output_rate=5000")))
-    blocks = [simulation.advance(131)]
+    blocks, closures = [simulation.advance(131)], []
     for force, speed, outputs in (
         ((0.0, -400.0, 30.0), 314.159, 77),
         ((0.0, 0.0, 0.0), 340.0, 203),
@@ -140,6 +143,7 @@ def test_books_figures_and_errors_are_those_of_what_was_given_out():
         simulation.set_load(force, None if force is None else (0.0, 0.0))
         simulation.set_speed(speed)
         blocks.append(simulation.advance(outputs))
+        closures.append(simulation.report().figures["energy_closure"])
     report = simulation.report(last=True)
     own = simulation._motion._figures[0].figures()
     assert own.keys() == report.figures.keys()
@@ -151,6 +155,8 @@ def test_books_figures_and_errors_are_those_of_what_was_given_out():
     books, gross = energy(values)
     assert np.abs(books - books[0]).max() < 1e-5 * gross
     assert np.ptp(values["load"][:, 1]) > 390.0
+    assert np.abs(closures).max() < 1e-6  # with the weight's part: the load lowers the shaft
+    assert values["potential_energy"][207] - values["potential_energy"][0] < -1e-3 * values["gross_work"][207]
 
 
 def test_a_speed_beyond_the_scenes_counts_in_what_equilibria_leave_out():
@@ -190,6 +196,65 @@ def test_pose_and_frames_follow_the_shaft():
     x, y, z, w = pose["orientation"]
     axis = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x)]
     assert axis == pytest.approx([tilt[1], -tilt[0]], rel=1e-6, abs=1e-12)
+
+
+def test_figures_keep_the_errors_they_had_where_a_finer_motion_follows_anew():
+    """The finer motion was left before the command; then it has gathered what the first one had, errors and all."""
+    simulation = Simulation(load_scene("shaft_two_6203", (DAMPED, "run.duration=0.4")))
+    found = []
+    for outputs in (500, 60):
+        simulation.advance(outputs)
+        found.append(simulation.report().errors["errors_by_source"])
+        simulation.set_load((0.0, -20.0, 0.0), (0.0, 0.0))
+    before, after = ({key: one["method"] for key, one in each.items() if "method" in one} for each in found)
+    assert len(before) == 8
+    assert len({one.bearings["left"].late.count for one in simulation._motion._figures}) == 1
+    assert all(after[key] > error > 0.0 for key, error in before.items())
+
+
+@pytest.mark.parametrize("now", [0.03, 0.04, 0.05])
+def test_a_load_commanded_before_at_or_after_a_change_of_speed_leaves_the_speed_what_it_was_to_be(now):
+    parameters = load_scene("shaft_two_6203", ("drive.change={time: 0.04, speed: 10.0}",)).parameters
+    own = Course(parameters, Loading(parameters.shaft))
+    loaded = own.loaded(now, (0.0, -10.0, 0.0), (0.0, 0.0))
+    for time in (now, 0.041, 0.043, 0.06):
+        assert loaded.turned(time) == pytest.approx(own.turned(time), rel=1e-12) or time < now
+    assert loaded.goal_at(0.06) == 324.159
+    assert (own.changes(0.01, 0.04), own.changes(0.04, 0.044)) == (True, False)  # from 0.04 s on, up to 0.045 s
+
+
+def test_what_is_told_of_a_shaft_after_a_command_holds_a_change_still_to_come_and_none_that_came():
+    """The reason names the centrifugal load at the greatest speed."""
+    change = "drive.change={time: 0.05, speed: 600}", "drive.acceleration=1e5"
+    parameters = load_scene("shaft_two_6203", change).parameters
+    own = choose(parameters)
+    for seconds, goal, greatest in ((0.01, 300.0, 900.0), (0.05, 900.0, 900.0), (0.06, 1200.0, 1200.0)):
+        told = rechosen(parameters, own, SimpleNamespace(seconds=seconds, goal_speed=goal), (None, None)).choice
+        share = max(shares_of(load_scene("shaft_two_6203", (f"drive.speed={greatest}",)).parameters, "hertz").values())
+        assert f"the centrifugal load is at most {share:.2g} of a contact's" in told.reason
+
+
+@pytest.mark.parametrize(("speed", "warned"), [(700.0, False), (1500.0, True)])
+def test_a_centrifugal_load_is_warned_of_where_it_costs_more_than_the_tolerance(speed, warned):
+    """Loads are off by 4 % of its square: a tenth of a contact's load costs 0.04 %."""
+    parameters = load_scene("shaft_two_6203", (f"drive.speed={speed}",)).parameters
+    share = max(shares_of(parameters, "hertz").values())
+    assert share > parameters.wanted.tolerance
+    assert (0.04 * share**2 > parameters.wanted.tolerance) == warned
+    assert any("centrifugal" in one for one in choose(parameters).warnings) == warned
+
+
+def test_a_finer_motion_goes_on_where_the_first_one_is_as_it_is_told_and_counts_its_own_steps():
+    one, finer = motion_of(), motion_of(share=0.1)
+    one.first_outputs()
+    one.set_load((0.0, -100.0, 5.0), (0.1, 0.0))
+    one.goal_speed = 340.0
+    one.advance(np.array([0.01]), 0.01)
+    finer.go_on_from(one)
+    assert finer.costs()["steps"] == 0 < one.costs()["steps"]
+    assert (finer.seconds, finer.goal_speed) == (0.01, 340.0)
+    for name, values in one.first_outputs().items():
+        assert np.array_equal(values, finer.first_outputs()[name]), name
 
 
 @pytest.mark.parametrize("companion", ["on", "off"])

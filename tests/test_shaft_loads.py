@@ -1,6 +1,7 @@
 """Loads over time on a shaft on two bearings: closed forms, linear theory, works, tables, what is refused."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -57,6 +58,15 @@ def test_after_a_step_the_shaft_rests_in_balance_and_the_load_has_worked_along_i
     assert out["load_work"][-1] == pytest.approx(push @ (after - before), rel=1e-5)
     books, gross = energy(out)
     assert np.abs(books - books[0]).max() < 1e-5 * gross
+
+
+def test_work_counted_by_its_size_is_what_loads_give_contacts_store_and_damping_takes():
+    """Of a light shaft between viscous contacts, which creeps one way: half of the work of a sudden load is lost."""
+    step = "shaft.change={time: 0.001, load: [0, 0, 40]}", "shaft.mass=0.02", "gravity=[0,0,0]"
+    _, out = outputs_of(motion_of(*STILL, *step, "contact.relaxation_time=1e-4"), 0.01, 10)
+    given, taken, lost = (out[name][-1] for name in ("load_work", "bearing_work", "dissipated"))
+    assert 0.3 < lost / given < 0.7
+    assert out["gross_work"][-1] == pytest.approx(given + taken + lost, rel=1e-3)
 
 
 def test_a_slow_load_from_a_table_moves_the_shaft_through_equilibria(tmp_path):
@@ -133,6 +143,19 @@ def test_a_load_in_between_that_nothing_carries_ends_the_run_with_time_load_and_
     with pytest.raises(IntegrationError, match=words) as caught:
         motion.advance(np.arange(1, 30) * 1e-3, 0.029)
     assert (caught.value.reason, caught.value.body) == ("overload", "shaft")
+
+
+def test_a_load_that_rises_slowly_ends_the_run_where_balance_says_that_nothing_carries_more():
+    """By 2 kN in a millisecond: the run goes on to the output behind the greatest load in balance."""
+    motion = motion_of(
+        *STILL, "shaft.table=[[0,0,0,0,0,0],[0.1,0,-200000,0,0,0],[0.101,0,0,0,0,0]]", "contact.relaxation_time=1e-4"
+    )
+    with pytest.raises(
+        IntegrationError, match=r"bears no more than 2 % of the ball's diameter; the greatest"
+    ) as caught:
+        motion.advance(1e-4 * np.arange(1, 500), 0.0499)
+    greatest = float(re.search(r"direction is a load of \(0, -(\S+), 0\) N", str(caught.value))[1])
+    assert 0.0 <= 2e6 * caught.value.seconds - greatest < 1.5 * 2e6 * 1e-4
 
 
 @pytest.mark.parametrize("change", ["change={time: 0.21, load: [0, -500, 0]}", "load_place=0.0"])

@@ -1,13 +1,18 @@
 """What a shaft's figures are off by half-spaces: the response of both bearings against balances of other materials."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from bearing_twin.kinds.bearing.adequacy import still_error
+from bearing_twin.kinds.shaft.doubt import ShaftDoubt
+from bearing_twin.kinds.shaft.models import shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.statics import balance_of
 from bearing_twin.kinds.shaft.worth import Wide, responses, wide_of
+from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 
@@ -61,3 +66,32 @@ def test_a_load_that_is_none_in_balance_keeps_the_whole_share():
     twice = wide.at(200.0)
     assert twice.load == twice.contact == pytest.approx(0.02 * 2.0 ** (2.0 / 3.0))
     assert twice.balanced == pytest.approx(0.002)
+
+
+def made_up(parameters, load):
+    """Figures of a shaft whose bearings have this greatest load [N]; all else of them is 1."""
+    keys = "greatest_ball_load_n", "peak_pressure_pa", "reference_life_mrev"
+    return {f"{side}_{key}": load if key == keys[0] else 1.0 for side in SIDES for key in keys}
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_a_load_errs_as_in_the_balance_that_it_belongs_to(place):
+    """Of a shaft whose load steps, at its start or end; contacts keep a third or less of what they err."""
+    parameters = load_scene("shaft_step_load").parameters
+    both = [wide_of(parameters, "hertz", float(parameters.drive.speed), time)["left"] for time in (0.0, 1.0)]
+    assert both[1].greatest > 2.0 * both[0].greatest
+    load = both[place].greatest
+    told = ShaftDoubt(parameters, Choice("hertz", "rodas4", 0.0, "", ())).left_out(made_up(parameters, load))
+    assert both[place].kept < 0.4
+    still = still_error(shares_of(parameters, "hertz")["left"])
+    assert told["left_greatest_ball_load_n"] == pytest.approx(load * (still + both[place].share * both[place].kept))
+
+
+def test_a_commanded_speed_counts_whichever_way_the_shaft_turns():
+    parameters = load_scene("shaft_two_6203").parameters
+    found = []
+    for speed in (900.0, -900.0, 0.0):
+        doubt = ShaftDoubt(parameters, Choice("hertz", "rodas4", 0.0, "", ()))
+        doubt.add(SimpleNamespace(values={"shaft_speed": np.array([300.0, speed])}, records={}))
+        found.append(doubt.left_out(made_up(parameters, 100.0))["left_greatest_ball_load_n"])
+    assert found[0] == found[1] > found[2]

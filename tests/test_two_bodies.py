@@ -339,3 +339,14 @@ def test_errors_drawn_below_a_picture_leave_its_panels_apart():
     assert boxes[1].bounds == boxes[2].bounds
     assert boxes[0].y0 > boxes[1].y1
     assert boxes[1].y0 > boxes[3].y1
+
+
+def test_errors_of_nothing_and_of_anything_are_drawn_at_the_edges():
+    figure = Figure()
+    draw_worth(figure, [Worth("peak force", "1 N", {"method": 0.0, "law": math.inf})])
+    low, high = figure.axes[0].get_xlim()
+    bar, *marks = (
+        one.get_xdata() for one in figure.axes[0].lines if len(one.get_xdata()) and one.get_linestyle() != ":"
+    )
+    assert list(bar) == [low, high]
+    assert [float(*one) for one in marks] == [low, high]

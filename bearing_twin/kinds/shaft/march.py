@@ -22,9 +22,8 @@ loads and bearings with each step's counted by its size [J], and that at the beg
 
 START, END, THIRD, FOURTH, KEPT = range(5)  # rows of the step kept: states at its ends, and its interpolant
 NEAR = 1e-3  # of a step: no shorter one is left before a part of the course ends
-SAME = 1e-9  # relative: loads nearer than this are one
 LOAD, GROWTH, PART = 4, 4 + COORDINATES, 4 + 2 * COORDINATES  # of a row of the course: see `Part`
-SHORTEST, LONGEST, AFRESH = range(3)  # of the bounds [s]: steps, and the first one after a jump
+SHORTEST, LONGEST = range(2)  # of the bounds of steps [s]
 SLOPES = 2  # rates for the explicit change with time, beside those of the stages
 
 
@@ -49,17 +48,6 @@ def _part_of(course, phase):
 
 
 @inlined
-def _jumps(course, phase):
-    """Whether the load jumps where that part of the course begins."""
-    before, here = course[phase - 1], course[phase]
-    for i in range(COORDINATES):
-        came = before[LOAD + i] + (here[0] - before[0]) * before[GROWTH + i]
-        if abs(here[LOAD + i] - came) > SAME * (abs(before[LOAD + i]) + abs(here[LOAD + i])):
-            return True
-    return False
-
-
-@inlined
 def _state_at(clock, kept, time, state):
     """Fills the state at `time` [s] of the step kept; returns the gross work there."""
     lasts = clock[TIME] - clock[BEGAN]
@@ -75,8 +63,6 @@ def begin_again(clock, kept, time, state):
     gross = _state_at(clock, kept, time, state)
     kept[START] = state
     kept[END] = state
-    kept[THIRD] = 0.0
-    kept[FOURTH] = 0.0
     clock[BEGAN] = clock[TIME] = time
     clock[GROSS_BEFORE] = clock[GROSS] = gross
 
@@ -106,7 +92,7 @@ def advance(rotor, course, method, work, moved, shown, clock, kept, counts, time
     """Steps until one reaches `until` [s], and writes the outputs at `times` [s] to `rows`; returns a status.
 
     `course` (parts, PART) holds the parts from that of the step kept on. `moved` is (balls, moment) of the motion,
-    `shown` as of `write_outputs`. Steps are within `bounds` (3,) [s] and end within `furthest` (5,); `stop` (1,) is
+    `shown` as of `write_outputs`. Steps are within `bounds` (2,) [s] and end within `furthest` (5,); `stop` (1,) is
     looked at before each.
     """
     while True:
@@ -119,8 +105,6 @@ def advance(rotor, course, method, work, moved, shown, clock, kept, counts, time
         if phase + 1 < len(course) and time >= course[phase + 1, 0]:
             phase += 1
             clock[PHASE] = phase
-            if _jumps(course, phase):
-                clock[STEP] = min(clock[STEP], bounds[AFRESH])
         ends = course[phase + 1, 0] if phase + 1 < len(course) else math.inf
         wanted = min(clock[STEP], bounds[LONGEST])
         reaches = time + (1.0 + NEAR) * wanted >= ends

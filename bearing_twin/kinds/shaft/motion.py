@@ -35,7 +35,7 @@ FAILURES = {
     TOO_DEEP: "a ball is squeezed too hard, or leaves the grooves; lower the loads, or keep away from a critical speed",
 }
 WORDS = {NOT_FINITE: "not finite", STALLED: "stalled", TOO_DEEP: "too deep"}
-TURN = 12  # steps a turn at least: with 8 the work of an unbalance is off by 1e-3
+TURN = 12  # steps a turn at least: with 8 works are off by 1e-3 of all that an unbalance does either way
 POWER = 1.5  # of a contact's load over its approach, nearly, whatever its law
 
 
@@ -130,7 +130,7 @@ class ShaftMotion:
         """Turns and is loaded by `course` from now on."""
         fastest = max(map(abs, course.speeds))
         longest = 2.0 * math.pi / (TURN * fastest) if fastest else math.inf
-        self.course, self._bounds = course, np.array([LEAST / self._fastest, longest, FIRST / self._fastest])
+        self.course, self._bounds = course, np.array([LEAST / self._fastest, longest])
 
     def _parts(self, until: float) -> np.ndarray:
         """The parts of the course from that of the step kept to the first after `until` [s]."""
@@ -157,7 +157,6 @@ class ShaftMotion:
         """Goes on by another course from now on: what of the step kept lies beyond is dropped."""
         march.begin_again(self.clock, self.kept, self.seconds, self._shown[-1])
         self._follow(course)
-        self.clock[march.STEP] = min(self.clock[march.STEP], self._bounds[march.AFRESH])
 
     def changes(self, duration: float) -> bool:
         """Whether speed or load begin to change otherwise within `duration` [s] from now."""
