@@ -4,7 +4,7 @@
 # make test-environments   what needs slow or strange surroundings: empty caches, a busy processor, other Pythons
 # make docs    the documentation as pages for a browser, in build/docs; works without a network
 # make lint    style and formatting
-# make bench   what everything costs in the user's hand on this machine, as a table in docs/speed.csv; ten minutes
+# make bench   what everything costs in the user's hand on this machine, as a table in docs/speed.csv; a quarter of an hour
 # make torture what logs and nodes survive: kills, torn writes, full disks, hostile goals; over half an hour, docs/reliability.md
 # make setup   only the set-up: .venv/ with ROS 2 Jazzy, interface package in install/, compiled kernels
 # make clean   remove everything the set-up made, but for kernels in the user's cache folder

@@ -4,6 +4,7 @@ The 6203 runs alone, then with a recorder that logs every message; of a few span
 runs on the machine only adds. What a recorder lost it counts itself: messages of all topics, and solver outputs.
 """
 
+import math
 import os
 import sys
 import tempfile
@@ -20,6 +21,7 @@ from bearing_twin.nodes.processes import node_command, started
 RATES = ((100, 100), (1000, 100), (1000, 1000), (4000, 1000))  # outputs, and messages of a topic, a second
 ROUNDS = 3
 SETTLING = 4.0  # s
+LATE = "cannot keep up"  # what sim_node says when it falls behind real time
 
 
 def heard(node, word: str) -> None:
@@ -39,13 +41,21 @@ def least(nodes) -> list[float]:
 
 
 class Cost(NamedTuple):
-    """Per cent of a core of sim_node alone, recorded, of recorder_node; what was lost of how much."""
+    """Per cent of a core of sim_node alone, recorded, of recorder_node; what was lost of how much; who fell behind."""
 
     alone: float
     recorded: float
     recorder: float
-    messages_lost: str
-    outputs_lost: str
+    messages_lost: int
+    messages: int
+    outputs_lost: int
+    outputs: int
+    late: bool
+
+    @property
+    def lost(self) -> float:
+        """Messages and outputs that the recorder lost; infinite where sim_node fell behind."""
+        return math.inf if self.late else float(self.messages_lost + self.outputs_lost)
 
 
 def measured(outputs: int, messages: int, folder: Path) -> Cost:
@@ -59,9 +69,10 @@ def measured(outputs: int, messages: int, folder: Path) -> Cost:
         [alone] = least([simulating])
         with started("recorder_node", node_command("recorder_node", recording), folder) as recorder:
             beside, wrote = least([simulating, recorder])
+        late = LATE in simulating.said.read_text(errors="replace")
     told = read_log(log, allow_gaps=True).metadata[RECORDING_RECORD]
-    lost = f"{told['messages_lost']} of {told['messages']}", f"{told['samples_lost']} of {told['samples_received']}"
-    return Cost(alone, beside, wrote, *lost)
+    counts = (told[name] for name in ("messages_lost", "messages", "samples_lost", "samples_received"))
+    return Cost(alone, beside, wrote, *map(int, counts), late)
 
 
 def main() -> None:
@@ -71,7 +82,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for outputs, messages in RATES:
             cost = measured(outputs, messages, Path(folder))
-            print("{:8}{:10}{:10.1f}{:10.1f}{:10.1f}{:>18}{:>16}".format(outputs, messages, *cost), flush=True)
+            shares = f"{cost.alone:10.1f}{cost.recorded:10.1f}{cost.recorder:10.1f}"
+            lost = f"{f'{cost.messages_lost} of {cost.messages}':>18}{f'{cost.outputs_lost} of {cost.outputs}':>16}"
+            print(f"{outputs:8}{messages:10}{shares}{lost}{'  fell behind' if cost.late else ''}", flush=True)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from exudyn.utilities import (  # noqa: E402
 
 HEAVY = 1e9  # kg and kg m^2
 RESTITUTION = 0.5  # with the velocity below, what gives the wanted damping
-SLOWEST = 20.0  # CPU s a run: finer steps of a method that are likely to take longer are left out
+SLOWEST = 12.0  # CPU s a run: finer steps of a method that are likely to take longer are left out, they only cost more
 IMPLICIT = (5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6, 5e-7, 2e-7)
 EXPLICIT = (4e-6, 2e-6, 1e-6, 5e-7, 2e-7)
 

@@ -52,6 +52,7 @@ AREA_DENOMINATOR = (1.0, -1.6924362264, 0.48816393097, 0.31997884793, -0.1104304
 SHAPE_NUMERATOR = (1.3333333116, -1.6914791831, 0.15902547538, 0.2661054997, -0.016034665480)
 SHAPE_DENOMINATOR = (1.0, -0.93527794187, -0.32825535038, 0.28958575163, 0.024886995406)
 W_MAX = 0.9562870071588894
+SURE_STEP = 1e-8  # of ln(b/a): after a step of Newton's method that is no longer, less than rounding is left
 
 
 class Ellipse(NamedTuple):
@@ -95,14 +96,32 @@ def curvature_ratio(axis_ratio):
     return b / (axis_ratio * axis_ratio * d)
 
 
+@inlined
+def _rational_shape(w):
+    """(a - b)/(a + b) of the ellipse by a rational function of `_narrowness`, see `semi_axes`."""
+    m, e, u = SHAPE_NUMERATOR, SHAPE_DENOMINATOR, w * w
+    return w * (
+        (m[0] + u * (m[1] + u * (m[2] + u * (m[3] + u * m[4]))))
+        / (e[0] + u * (e[1] + u * (e[2] + u * (e[3] + u * e[4]))))
+    )
+
+
+@inlined
+def _narrowness(curvature_small, curvature_large):
+    """w = (sqrt Q - sqrt P)/(sqrt Q + sqrt P): 0 for a circle, towards 1 for a line."""
+    p, q = math.sqrt(curvature_small), math.sqrt(curvature_large)
+    return (q - p) / (q + p)
+
+
 @kernel
 def axis_ratio(curvature_small, curvature_large):
     """Semi-axis ratio b/a in (0, 1] of the contact ellipse, the unique root of paper 1, eq. (8) (Theorem 1).
 
-    ln(Q/P) is a smooth, monotone, nearly straight function of ln(b/a) that passes through the origin with slope
-    -3/2, so a secant in these variables converges in four or five steps from b/a = (P/Q)^0.64; a bracket
-    guards it. NaN when the curvatures are not 0 < P <= Q; below b/a = 1e-6 the answer is still returned and
-    `AXIS_RATIO_MIN` tells whether to trust it.
+    ln(Q/P) is a smooth, monotone, nearly straight function of x = ln(b/a) that passes through the origin with slope
+    -3/2, so Newton's method in these variables converges in two steps from the rational function of `semi_axes`, and in
+    a few from b/a = (P/Q)^0.64 where the ellipse is narrower; a bracket guards it. With k = b/a and
+    t = (k^2 D - B)/(1 - k^2) the slope is -3 - t (1/B + 1/D). NaN when the curvatures are not 0 < P <= Q; below
+    b/a = 1e-6 the answer is still returned and `AXIS_RATIO_MIN` tells whether to trust it.
     """
     if not 0.0 < curvature_small <= curvature_large:
         return math.nan
@@ -110,23 +129,28 @@ def axis_ratio(curvature_small, curvature_large):
     if target < 1e-13:
         return 1.0
     low, high = -target, 0.0  # slope lies between -2 and -1.5, so the root does too: -target/1.5 .. -target/2
-    x0, f0 = 0.0, -target
-    x1 = -0.64 * target
+    w = _narrowness(curvature_small, curvature_large)
+    shape = _rational_shape(w)
+    x = math.log((1.0 - shape) / (1.0 + shape)) if w < W_MAX else -0.64 * target
     for _ in range(60):
-        f1 = math.log(curvature_ratio(math.exp(x1))) - target
-        if f1 > 0.0:
-            low = x1
+        k = math.exp(x)
+        b, d = elliptic_b_d(k)
+        off, m = math.log(b / (k * k * d)) - target, (1.0 - k) * (1.0 + k)
+        # Near a circle the difference has no digits left; there it is what it tends to, within m.
+        t = (k * k * d - b) / m if m > 1e-6 else -3.0 * math.pi / 16.0
+        if off > 0.0:
+            low = x
         else:
-            high = x1
-        if f1 == f0:
+            high = x
+        step = off / (3.0 + t * (1.0 / b + 1.0 / d))
+        if low <= x + step <= high:
+            x += step
+        else:
+            step = 0.5 * (low + high) - x
+            x += step
+        if abs(step) <= SURE_STEP:
             break
-        x2 = x1 - f1 * (x1 - x0) / (f1 - f0)
-        if not low <= x2 <= high:
-            x2 = 0.5 * (low + high)
-        x0, f0, x1 = x1, f1, x2
-        if abs(x1 - x0) <= 2e-16 * max(1.0, abs(x1)) or f0 == 0.0:
-            break
-    return math.exp(x1)
+    return math.exp(x)
 
 
 @kernel
@@ -170,18 +194,14 @@ def semi_axes(curvature_small, curvature_large, approach):
     of u = w^2, and (a - b)/(a + b) is odd, w times one. Narrower ellipses keep the shape of the narrowest; zero for a
     gap. The size follows the approach, as the geometry does, also where a viscous part adds to the load.
     """
-    n, d, m, e = AREA_NUMERATOR, AREA_DENOMINATOR, SHAPE_NUMERATOR, SHAPE_DENOMINATOR
-    p, q = math.sqrt(curvature_small), math.sqrt(curvature_large)
-    w = min((q - p) / (q + p), W_MAX)
-    u = w * w
+    n, d = AREA_NUMERATOR, AREA_DENOMINATOR
+    w = min(_narrowness(curvature_small, curvature_large), W_MAX)
+    u, shape = w * w, _rational_shape(w)
     product = (n[0] + u * (n[1] + u * (n[2] + u * (n[3] + u * n[4])))) / (
         d[0] + u * (d[1] + u * (d[2] + u * (d[3] + u * d[4])))
     )
-    shape = (m[0] + u * (m[1] + u * (m[2] + u * (m[3] + u * m[4])))) / (
-        e[0] + u * (e[1] + u * (e[2] + u * (e[3] + u * e[4])))
-    )
-    product *= max(approach, 0.0) / (p * q)
-    ratio = (1.0 - w * shape) / (1.0 + w * shape)
+    product *= max(approach, 0.0) / (math.sqrt(curvature_small) * math.sqrt(curvature_large))
+    ratio = (1.0 - shape) / (1.0 + shape)
     semi_minor = math.sqrt(product * ratio)
     return semi_minor / ratio, semi_minor
 

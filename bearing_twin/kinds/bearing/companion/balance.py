@@ -6,8 +6,11 @@ step misses that balance: what is left over of the forces on the ball is what it
 is integrated for it. No window shows it so: its own start lies on an interpolant.
 """
 
+import math
+
 import numpy as np
 
+from bearing_twin.compiled import kernel
 from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.companion.windows import BETWEEN, PLACE, WINDOW
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE, TANGENTIAL_VELOCITY, VELOCITY
@@ -27,51 +30,70 @@ def in_longest_steps(part: Part) -> np.ndarray:
     return np.sort(np.argsort(part.pointer[..., STEPS_IN].min(axis=0), kind="stable")[:MOST])
 
 
+@kernel
+def _left_over(given, times, here, bears, load, approach, angle, force, states, begun, counts, off):
+    """Fills `off` (n, balls) where `bears` and steps are long; `counts` (balls, T) are those of steps up to outputs.
+
+    `load` to `force` have the outputs `here` (n,) alone, `states` and `counts` all.
+    """
+    mass, inner, outer, gravity_x, gravity_y = given
+    last = len(times) - 1
+    if last == 0:  # here and not before, so that a run of one output compiles what longer ones need
+        return
+    for row, now in enumerate(here):
+        ahead = min(now + 1, last)
+        past = times[now] - (times[now - 1] if now > 0 else 0.0)
+        following = times[ahead] - (times[ahead - 1] if ahead > 0 else 0.0)
+        share = past / (past + following)
+        for ball in range(load.shape[1]):
+            deep = approach[row, ball]
+            one = inner * load[row, ball, 0] / deep[0] if deep[0] > 0.0 else 0.0
+            two = outer * load[row, ball, 1] / deep[1] if deep[1] > 0.0 else 0.0
+            swing = math.sqrt((one + two) / mass)  # rad/s
+            long = swing * past >= SWING * counts[ball, now] and swing * following >= SWING * counts[ball, ahead]
+            if not (bears[row, ball] and long):
+                continue
+            state = states[now, ball]
+            before = states[now - 1, ball, VELOCITY] if now > 0 else begun[ball, VELOCITY]
+            change = (state[VELOCITY] - before) / past
+            if now < last:  # of second order between unlike intervals
+                later = (states[ahead, ball, VELOCITY] - state[VELOCITY]) / following
+                change = share * later + (1.0 - share) * change
+            cosine, sine = math.cos(state[ORBIT_ANGLE]), math.sin(state[ORBIT_ANGLE])
+            along = cosine * force[row, ball, 0] + sine * force[row, ball, 1]
+            pulled = cosine * gravity_x + sine * gravity_y
+            speed = state[TANGENTIAL_VELOCITY]
+            left = along + mass * (pulled + speed * speed / state[AXIS_DISTANCE] - change)
+            leant = math.cos(angle[row, ball, 0]), math.cos(angle[row, ball, 1])
+            one, two = one * leant[0], two * leant[1]
+            off[row, ball] = abs(left) * max(one, two) / (one * leant[0] + two * leant[1])
+
+
 def off_balance(part: Part, moves: bool, here: np.ndarray) -> np.ndarray:
     """How far loads (n, balls) [N] are off at outputs number `here` (n,), the greater one of a ball.
 
     It is 0 where this says nothing, as where a ring moves with its balls: they swing with it for longer than a step.
     """
     outputs, balls = part.load.shape[:2]
-    nothing = np.zeros((len(here), balls))
-    if moves or not len(part.pointer) or outputs < 2:
-        return nothing
-    behind, ahead = np.maximum(here - 1, 0), np.minimum(here + 1, outputs - 1)
+    off = np.zeros((len(here), balls))
+    if moves or not len(part.pointer):
+        return off
     bears = np.ones((len(here), balls), bool)
     if not part.all_bear or part.near.any():
         carried = (part.load > 0.0).all(axis=-1)
         if part.near.any():
             touched = part.out["neighbour_load"] != 0.0
             carried &= ~(touched | np.roll(touched, 1, axis=1))
-        bears = carried[behind] & carried[here] & carried[ahead]
+        bears = carried[np.maximum(here - 1, 0)] & carried[here] & carried[np.minimum(here + 1, outputs - 1)]
         if not bears.any():
-            return nothing
-    out, load, states = part.out, part.load[here], part.filled[0][here]
-    mass = part.bearing.ball_mass
-    powers = np.array([part.bearing.inner.law.power, part.bearing.outer.law.power])
-    approach = out["approach"][here]
-    stiffness = powers * load / np.where(approach > 0.0, approach, np.inf)
-    times, rate = np.concatenate([[0.0], part.times]), np.sqrt(stiffness.sum(axis=-1) / mass)  # rad/s of a swing
-    past, next_one = (times[one + 1] - times[one] for one in (here, ahead))  # s to the output, and from it to the next
-    for one, lasts in ((here, past), (ahead, next_one)):
-        bears &= rate * lasts[:, None] >= SWING * part.pointer[:, one, STEPS_IN].T
-    last = (ahead == here)[:, None]
-    velocity = states[..., VELOCITY]
-    before = np.where((here == 0)[:, None], part.begun[0][None, :, VELOCITY], part.filled[0][behind, :, VELOCITY])
-    rise = (velocity - before) / past[:, None]
-    later = (part.filled[0][ahead, :, VELOCITY] - velocity) / next_one[:, None]
-    share = (past / (past + next_one))[:, None]
-    changes = np.where(last, rise, share * later + (1.0 - share) * rise)  # of second order between unlike intervals
-    turned, speed = states[..., ORBIT_ANGLE], states[..., TANGENTIAL_VELOCITY]
-    outwards = np.cos(turned), np.sin(turned)
-    force = out["raceway_force"]
-    along = sum(one * force[here, ..., axis] for axis, one in enumerate(outwards))
-    pulled = sum(one * part.bearing.gravity[axis] for axis, one in enumerate(outwards))
-    left = along + mass * (pulled + speed * speed / states[..., AXIS_DISTANCE] - changes)
-    leant = np.cos(out["contact_angle"][here])
-    shares = stiffness * leant
-    taken = shares.max(axis=-1) / np.where(bears, (shares * leant).sum(axis=-1), np.inf)
-    return np.abs(left) * taken
+            return off
+    bearing, out = part.bearing, part.out
+    given = bearing.ball_mass, bearing.inner.law.power, bearing.outer.law.power, *bearing.gravity[:2]
+    # Copies of these rows are alike to a kernel, rows of one output and of many are not.
+    channels = part.load[here], *(out[name][here] for name in ("approach", "contact_angle", "raceway_force"))
+    moving = part.filled[0], part.begun[0], part.pointer[..., STEPS_IN]
+    _left_over(tuple(map(float, given)), part.times, here, bears, *channels, *moving, off)
+    return off
 
 
 def between_steps(parameters: BearingScene, part: Part, tolerance: float) -> np.ndarray:
