@@ -126,6 +126,8 @@ def _main(argv) -> int:
         sys.stdout.flush()
         for doubt in outcome.doubts:
             print(f"bearing_twin: doubtful: {harmless(told(doubt))}", file=sys.stderr)
+        if outcome.problem:
+            raise BearingTwinError(told(outcome.problem))
     finally:
         SI.reset(units)
     return DOUBTFUL if outcome.doubts and arguments.strict else DONE

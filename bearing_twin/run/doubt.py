@@ -56,6 +56,11 @@ def judged(errors: Errors, figures: Mapping[str, Any], status: str, outside: tup
     return Judgement(status, tuple(flags), keys)
 
 
+def failed(failure: Mapping[str, Any]) -> str:
+    """The status of a run that broke off, by what `run.failure.told_of` says of it."""
+    return f"{FAILED}: {failure.get('failure_reason', 'broken off')}"
+
+
 def companion_cost(costs: Mapping[str, int], dearest: Dearest | None) -> dict[str, Any]:
     """The companion's share of a bearing run's steps, and in words what took it where it is more than MUCH."""
     steps, taken = costs.get("ball_steps", 0), costs.get("companion_ball_steps", 0)
