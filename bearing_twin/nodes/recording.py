@@ -12,7 +12,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.parts import Safety, Told
-from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
+from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter
 
 DEPTH = 2000  # messages a subscription may hold back: a lost one is asked for again only after up to 3 s
 FRAMES = ("/tf", "/tf_static")
@@ -29,6 +29,11 @@ class Sequences:
     def __init__(self):
         self.received = self.lost = self.restarts = self.before = 0
         self._expected: int | None = None
+
+    @property
+    def end(self) -> int:
+        """The number behind the last."""
+        return self._expected or 0
 
     def saw(self, first: int, count: int) -> int:
         """Notes `count` of them from number `first` on; returns how many were lost just before."""
@@ -182,7 +187,9 @@ class Recording(Told):
                 return
             self._closed = True
         try:
-            self._log.add_metadata(RECORDING_RECORD, self._told(self.status()))
+            ends = [stream.end for topic, stream in self.sequences.items() if RECORDS not in topic]
+            told = self._told(self.status()) | {ENDED_KEY: max(ends, default=0)}
+            self._log.add_metadata(RECORDING_RECORD, told)
         finally:
             self._log.close()
 
