@@ -16,6 +16,7 @@ from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.kinds.sections import RunSettings, resolved_run
 from bearing_twin.parameters import describe
 from bearing_twin.paths import share_path
+from bearing_twin.run.fidelity import choose
 from bearing_twin.run.late import late_keys
 from bearing_twin.run.scene import KINDS, load_scene, parse_scene, read_logged, scene_names
 from bearing_twin.shelf import GREATEST_FILE, SCENES
@@ -387,3 +388,24 @@ def test_what_comes_only_after_the_end_of_a_run_is_named(name, override, keys):
     told = late_keys(scene, 0.1)
     assert told == [f"{key} is beyond the end of the run at 0.1 s: nothing of that happens" for key in keys]
     assert not late_keys(scene, math.inf)
+
+
+def test_a_vector_without_brackets_is_told_how_to_write_it():
+    with pytest.raises(SceneError, match=r"= '0,0,1e-5' must be a list of 3 numbers in m; write it in \[ \]$"):
+        load_scene("bearing_6203", ["drive.offset=0,0,1e-5"])
+
+
+@pytest.mark.parametrize(
+    ("name", "stepper", "taken"),
+    [
+        ("bearing_6203", "auto", False),
+        ("bearing_6203", "rk4", True),
+        ("ellipsoid_tumbling", "auto", False),
+        ("ellipsoid_tumbling", "rk4", True),
+        ("two_spheres", "closed_form", False),
+        ("two_spheres", "symplectic_euler", True),
+    ],
+)
+def test_a_step_that_no_method_takes_is_said(name, stepper, taken):
+    warnings = choose(load_scene(name, [f"solver.stepper={stepper}", "solver.step=1e-8"])).warnings
+    assert any("solver.step does nothing with" in one for one in warnings) != taken
