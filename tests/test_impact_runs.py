@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bearing_twin.command.cli import DONE, DOUBTFUL, main
+from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
+from bearing_twin.command.commands import _Watched
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds.impact.figures import CONTACT
 from bearing_twin.log.mcap_log import read_log, write_log
@@ -138,6 +139,18 @@ def test_a_picture_needs_samples_and_a_place(tmp_path):
         picture_of(simulate("two_spheres")).write(tmp_path / "empty.png")
     with pytest.raises(BearingTwinError, match="cannot be written"):
         plot(simulate("two_spheres"), tmp_path / "nowhere" / "impact.png")
+
+
+def test_a_picture_that_cannot_be_written_takes_no_figure_along(tmp_path, monkeypatch, capsys):
+    def refuse(*_):
+        raise BearingTwinError("the disk is full")
+
+    monkeypatch.setattr(_Watched, "write", refuse)
+    assert main(["simulate", "two_spheres", "--plot", str(tmp_path / "a.png"), "--json"]) == BAD_INPUT
+    told, error = capsys.readouterr()
+    assert json.loads(told)["peak_force_n"] > 0.0
+    assert "plot" not in json.loads(told)
+    assert error.strip().endswith("bearing_twin: the disk is full")
 
 
 def logged(run, block, path):

@@ -121,12 +121,13 @@ def _simulate(arguments) -> Outcome:
             if run.simulation.sequence < 0:  # nothing came before it
                 raise BearingTwinError(problem) from error
     report = run.report
-    result = report.as_dict() | {"compile_s": compile_seconds}
-    if log:
-        result["log"] = str(log)
+    result = report.as_dict() | {"compile_s": compile_seconds} | ({"log": str(log)} if log else {})
     if picture:
-        result["plot"] = drawing.write(picture, report)
-    return Outcome(result, list(report.flags) if problem else doubts_of(result), problem=problem)
+        try:
+            result["plot"] = drawing.write(picture, report)
+        except BearingTwinError as error:  # the figures may be those of hours
+            problem = f"{problem}; {error}" if problem else str(error)
+    return Outcome(result, list(report.flags) if report.failure else doubts_of(result), problem=problem)
 
 
 class _Watched:
