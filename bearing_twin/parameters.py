@@ -256,8 +256,8 @@ def _read_named(metadata, given, path, problems, default):
 def _read_tuple(item, given, path, problems):
     length = len(item.default)
     if not isinstance(given, (list, tuple)) or len(given) != length:
-        unit = with_unit(item.metadata["unit"])
-        problems.append(f"{path} = {echo(given)} must be a list of {length} numbers{unit and ' in' + unit}")
+        unit, brackets = with_unit(item.metadata["unit"]), "; write it in [ ]" if isinstance(given, str) else ""
+        problems.append(f"{path} = {echo(given)} must be a list of {length} numbers{unit and ' in' + unit}{brackets}")
         return item.default
     values = []
     for index, one in enumerate(given):

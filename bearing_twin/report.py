@@ -55,7 +55,8 @@ class Report:
 
     `status` is "done", or says what is doubtful or failed; `figures` are the scene's own, with the SI unit at the end
     of each key; `errors` what is known of theirs: `<figure>_error` in the figure's unit, and the same by source.
-    `predicted` and `outside` are those of the choice.
+    `predicted` and `outside` are those of the choice; `failure`, of a run that broke off: sentence, reason, time, body
+    and contact.
     """
 
     scene: str
@@ -73,6 +74,7 @@ class Report:
     errors: dict[str, Any] = field(default_factory=dict)
     predicted: dict[str, float | str] | None = None
     outside: tuple[str, ...] = ()
+    failure: dict[str, Any] | None = None
 
     @property
     def real_time_factor(self) -> float:
@@ -91,6 +93,7 @@ class Report:
             "stepper": self.stepper,
             "choice_reason": self.choice_reason,
             "status": self.status,
+            **(self.failure or {}),
             "warnings": list(self.warnings),
             "flags": list(self.flags),
             "simulated_s": self.simulated_seconds,

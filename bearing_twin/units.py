@@ -44,7 +44,8 @@ class Limits(NamedTuple):
     @functools.cache  # noqa: B019 - there are few, and every number of every scene asks
     def text(self) -> str:
         bounds = {word.replace("_", " "): bound for word, bound in list(self._asdict().items())[:4]}
-        words = [f"{word} {bound:g}" for word, bound in bounds.items() if bound is not None]
+        given = ((word, bound) for word, bound in bounds.items() if bound is not None)
+        words = [f"{word} {bound if isinstance(bound, int) else format(bound, 'g')}" for word, bound in given]
         if self.greatest < math.inf:
             words.append(f"of a size up to {self.greatest:g}")
         return " and ".join(words)

@@ -63,6 +63,25 @@ def test_what_keeps_the_promise_or_is_not_known_is_done(error):
     assert (found.status, found.flags) == ("done", ())
 
 
+@pytest.mark.parametrize(
+    ("figure", "error", "told"),
+    [
+        ("misalignment_rad", [7e-14, 0.0], [0.0, 0.0]),
+        ("misalignment_rad", [7e-11, 0.0], [7e-11, 0.0]),
+        ("ring_moment_nm", [0.0, 4e-15], [0.0, 0.0]),  # beside 1000 N on a spot of a millimetre
+        ("ring_moment_nm", [0.0, 4e-11], [0.0, 4e-11]),
+        ("work_j", math.nan, math.nan),
+        ("load_n", 1e-10, 1e-10),  # of a load that is large it is told, however small
+    ],
+)
+def test_what_rounding_leaves_of_a_figure_that_is_nothing_is_no_error(figure, error, told):
+    figures = {"load_n": 1e3, "semi_major_m": 1e-3, "misalignment_rad": [0.0, 0.0], "ring_moment_nm": [0.0, 0.0]}
+    figures["work_j"] = 0.0
+    found = judged(Errors({figure: {METHOD: error}}), figures, "done")
+    assert found.keys[f"{figure}_error"] == pytest.approx(told, nan_ok=True)
+    assert bool(found.flags) == (figure != "load_n" and told != [0.0, 0.0])
+
+
 def test_a_figure_whose_error_is_over_a_tenth_of_it_is_marked_with_its_greatest_source():
     parts = {"torque_nm": {METHOD: 1e-6, FRICTION_MODEL: 0.3}, "load_n": {METHOD: [1.0, 9.0, 9.9]}}
     (flag,) = judged(Errors(parts), FIGURES, "done").flags

@@ -14,6 +14,7 @@ from bearing_twin.kinds.bearing import motion as bearing_motion
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.ellipsoid import chunk
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
+from bearing_twin.log.mcap_log import read_log
 from bearing_twin.run.failure import read_failure, write_failure
 from bearing_twin.run.health import Health
 from bearing_twin.run.scene import load_scene
@@ -71,7 +72,7 @@ def test_a_number_that_no_motion_has_stops_the_run_and_is_named(reason, spoilt, 
     assert (error.reason, error.body, error.seconds) == (reason, body, pytest.approx(0.24))
     assert error.contact == contact or not contact
     found = read_failure(write_failure(error, tmp_path))
-    assert (found.sequence, found.good_seconds, found.reason) == (199, pytest.approx(0.199), reason)
+    assert (found.sequence, found.good_seconds, found.reason) == (199, pytest.approx(0.239), reason)
     assert found.scene == BALLS
     assert all(np.isfinite(value) for _, value, _ in found.about_body())
 
@@ -127,6 +128,7 @@ def test_the_kernels_own_failures_leave_a_file_too(tmp_path):
     simulation = Simulation(BALLS)
     simulation.advance(50)
     simulation._motion.scales = simulation._motion.scales * 1e-30
+    assert simulation.advance(100).first_sequence == 50  # what was computed ahead of that
     with pytest.raises(IntegrationError) as caught:
         simulation.advance(100)
     found = read_failure(write_failure(caught.value, tmp_path))
@@ -136,12 +138,67 @@ def test_the_kernels_own_failures_leave_a_file_too(tmp_path):
     assert {unit for _, _, unit in found.about_body()} >= {"N", "m/s"}
 
 
-def test_a_run_that_fails_before_anything_was_given_out_tells_no_negative_time(tmp_path):
+def test_a_run_that_fails_in_its_first_step_gives_out_its_start():
     simulation = Simulation(BALLS)
     simulation._motion.scales = simulation._motion.scales * 1e-30
-    with pytest.raises(IntegrationError, match=r"^before any output was given out: at ") as caught:
+    assert len(simulation.advance(100)) == 1
+    with pytest.raises(IntegrationError, match=r"^after 0 s: at ") as caught:
         simulation.advance(100)
-    assert read_failure(write_failure(caught.value, tmp_path)).good_seconds == 0.0
+    assert (caught.value.record["last_good_s"], caught.value.record["state_after_output"]) == (0.0, 0)
+
+
+OVERLOADED = (
+    "rings.inner.change.time=0.0105",
+    "rings.inner.change.load=[0, -7e5, 0]",
+    "cage.kind=none",
+    "run.duration=0.1",
+)
+
+
+def overloaded_words() -> list[str]:
+    return ["bearing_6203_rig_400N", *(word for override in OVERLOADED for word in ("--set", override))]
+
+
+def test_a_run_that_breaks_off_within_a_chunk_leaves_all_before_in_log_and_figures(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["simulate", *overloaded_words(), "--out", "run.mcap", "--json"]) == BAD_INPUT
+    told, error = capsys.readouterr()
+    ran = json.loads(told)
+    assert "bearing_twin: after 0.01 s: at 0.0105 s a load of" in error
+    assert "bearing_twin explain failure_" in error
+    assert (ran["status"], ran["samples"], ran["simulated_s"]) == ("failed: overload", 11, pytest.approx(0.01))
+    assert (ran["failure_at_s"], ran["failure_body"]) == (pytest.approx(0.0105), "inner ring")
+
+    assert main(["report", "run.mcap", "--json", "--strict"]) == DOUBTFUL
+    told, error = capsys.readouterr()
+    logged = json.loads(told)
+    assert {key: one for key, one in ran.items() if logged.get(key) != one} == {"compile_s": ran["compile_s"]}
+    assert f"bearing_twin: doubtful: the run failed {ran['failure']}" in error
+    assert main(["verify", "run.mcap", "--json", "--strict"]) == DONE
+    assert json.loads(capsys.readouterr().out)["samples"] == 11
+    assert main(["view", "run.mcap", "--json"]) == DONE
+    assert "The run failed after" in capsys.readouterr().err
+
+    short = load_scene("bearing_6203_rig_400N", [*OVERLOADED[:3], "run.duration=0.01"])
+    whole = [sample["normal_load"] for sample in simulate(short)]
+    np.testing.assert_allclose([sample["normal_load"] for sample in read_log("run.mcap")], whole, rtol=1e-3, atol=0.1)
+
+
+def test_a_page_of_a_run_that_breaks_off_shows_all_before(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["view", *overloaded_words(), "--json"]) == BAD_INPUT
+    told, error = capsys.readouterr()
+    assert json.loads(told)["outputs_shown"] == 11
+    assert "at 0.0105 s a load of" in error
+
+
+def test_a_lower_load_told_before_the_break_lets_a_run_go_on():
+    simulation = Simulation(load_scene("bearing_6203_rig_400N", OVERLOADED))
+    assert simulation.advance(100).time_ns[-1] == 10_000_000
+    simulation.set_load((0.0, -400.0, 0.0), (0.0, 0.0))
+    block = simulation.advance(40)
+    assert (block.first_sequence, len(block), simulation.failure) == (11, 40, None)
+    assert simulation.report().status != "failed: overload"
 
 
 def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, capsys):
@@ -236,6 +293,8 @@ def test_a_kind_without_a_state_begins_again(monkeypatch, tmp_path):
         "at",
         lambda times: (np.where(times > 1e-5, np.nan, kind_at(times)[0]), *kind_at(times)[1:]),
     )
+    before = simulation.advance(scene.outputs)
+    assert before.time_ns[-1] <= 10_000 < before.time_ns[-1] + scene.output_period_ns
     with pytest.raises(IntegrationError, match="is not finite") as caught:
         simulation.advance(scene.outputs)
     found = read_failure(write_failure(caught.value, tmp_path))

@@ -7,10 +7,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
-from bearing_twin.command.cli import DONE, DOUBTFUL, main
+from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
+from bearing_twin.command.commands import _Watched
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds.impact.figures import CONTACT
+from bearing_twin.kinds.impact.picture import draw_force
 from bearing_twin.log.mcap_log import read_log, write_log
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.picture import picture_of, plot
@@ -155,6 +158,29 @@ def test_a_picture_needs_samples_and_a_place(tmp_path):
         picture_of(simulate("two_spheres")).write(tmp_path / "empty.png")
     with pytest.raises(BearingTwinError, match="cannot be written"):
         plot(simulate("two_spheres"), tmp_path / "nowhere" / "impact.png")
+
+
+def test_a_picture_that_cannot_be_written_takes_no_figure_along(tmp_path, monkeypatch, capsys):
+    def refuse(*_):
+        raise BearingTwinError("the disk is full")
+
+    monkeypatch.setattr(_Watched, "write", refuse)
+    assert main(["simulate", "two_spheres", "--plot", str(tmp_path / "a.png"), "--json"]) == BAD_INPUT
+    told, error = capsys.readouterr()
+    assert json.loads(told)["peak_force_n"] > 0.0
+    assert "plot" not in json.loads(told)
+    assert error.strip().endswith("bearing_twin: the disk is full")
+
+
+@pytest.mark.parametrize(("force", "unit", "peak"), [(4e7, "MN", "40"), (1.5e5, "kN", "150"), (12.0, "N", "12")])
+def test_a_force_is_drawn_in_a_unit_that_people_read(force, unit, peak):
+    axis, shape = Figure().add_subplot(), np.array([0.0, 0.5, 1.0, 0.5, 0.0])
+    draw_force(axis, np.arange(5.0), {"normal_load": force * shape})
+    assert (axis.get_ylabel(), axis.get_title(loc="left")) == (
+        f"contact force [{unit}]",
+        f"Contact force, at most {peak} {unit}",
+    )
+    assert axis.lines[0].get_ydata().max() == pytest.approx(float(peak))
 
 
 def logged(run, block, path):

@@ -175,6 +175,7 @@ def test_services_are_called(told):
         (("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: 1}"), "data = 1 must be true or false"),
         (("call", "/toy/pause", "std_srvs/srv/SetBool", "{date: 1}"), "has no field 'date'; did you mean data?"),
         (("call", "/toy/pause", "no_such/srv/Type"), "the type no_such/srv/Type cannot be imported"),
+        (("call", "/toy/pause", "std_srvs/srv/SetBol"), "std_srvs has no srv 'SetBol'; did you mean SetBool"),
         (("call", "/toy/pause", "os; x"), "'os; x' is no type of this group; write package/srv/Name"),
         (("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: "), "is no YAML"),
     ]

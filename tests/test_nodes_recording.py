@@ -16,7 +16,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.blocks import sample_range
-from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
+from bearing_twin.log.mcap_log import LogStream, raw_messages, read_log, write_log
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
@@ -24,7 +24,7 @@ from bearing_twin.log.recover import recover
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import RELIABLE, MessageStream, topics
 from bearing_twin.nodes.log_room import Room, SteadyTime, warning
-from bearing_twin.nodes.recording import Recording, Sequences, default_topics
+from bearing_twin.nodes.recording import Recording, Sequences, default_topics, lost_in_words
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
 from bearing_twin.nodes.retelling import Retelling
 from bearing_twin.run.scene import Scene
@@ -231,6 +231,48 @@ def test_a_recording_holds_the_bytes_and_what_was_lost(tmp_path):
     assert sum(len(block) for block in stored.blocks()) == 100
     assert stored.metadata[RECORDING_RECORD]["samples_lost"] == "20"
     assert stored.metadata[RECORDING_RECORD]["samples_received"] == "100"
+
+
+@pytest.mark.parametrize(("firsts", "ended", "passes"), [((0, 50), True, 0), ((0, 50), False, 1), ((50, 0), True, 1)])
+def test_a_recording_of_one_run_is_read_once(tmp_path, monkeypatch, firsts, ended, passes):
+    recording = Recording(tmp_path / "out.mcap", ["/bearing/*"])
+    recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
+    for first in firsts:
+        receive(recording, SAMPLES, 1, 1, sample_block(first, 50))
+    if ended:
+        recording.close()
+    else:  # as it is killed
+        recording._log.close()
+    looked, look = [], LogStream._last_run
+    monkeypatch.setattr(LogStream, "_last_run", lambda stream: looked.append(1) or look(stream))
+    stream = read_log(tmp_path / "out.mcap", last_run=True)
+    assert (len(looked), stream.end, stream.restart is None) == (passes, firsts[-1] + 50, firsts == (0, 50))
+    assert sum(len(block) for block in stream.blocks()) == (100 if stream.restart is None else 50)
+
+
+def test_rows_of_records_that_are_lost_are_no_outputs(tmp_path):
+    recording, topic = Recording(tmp_path / "out.mcap", ["/bearing/*"]), "/bearing/records/companion"
+    recording.add(topic, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
+    assert [receive(recording, topic, 1, 1, sample_block(first, 2)) for first in (0, 2, 5)] == [0, 0, 1]
+    status = recording.status()
+    recording.close()
+    assert (status["records_lost"], status["samples_lost"], status["samples_received"]) == (1, 0, 0)
+    with McapReader(tmp_path / "out.mcap") as reader:
+        [told] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
+    assert (told["records_lost"], told["samples_lost"]) == ("1", "0")
+
+
+@pytest.mark.parametrize(
+    ("count", "records", "words"),
+    [
+        (1, True, "1 row of records was lost"),
+        (2, True, "2 rows of records were lost"),
+        (1, False, "1 solver output was lost"),
+        (7, False, "7 solver outputs were lost"),
+    ],
+)
+def test_what_was_lost_is_called_what_it_is(count, records, words):
+    assert lost_in_words(count, records) == f"{words} on the way"
 
 
 def test_outputs_that_nobody_sent_were_not_lost_on_the_way(tmp_path):

@@ -143,6 +143,16 @@ def test_a_command_that_waits_and_fails_is_said(monkeypatch, capfd):
     assert "could not be carried out" in "".join(said)
 
 
+@pytest.mark.parametrize(("duration", "told"), [(0.1, 1), (0.0, 0)])
+def test_a_change_beyond_the_end_of_a_run_is_said_once_unless_the_run_has_no_end(monkeypatch, capfd, duration, told):
+    compiled = threading.Event()
+    monkeypatch.setattr(Simulation, "warm_up", lambda simulation: compiled.wait(300.0))
+    with ros_executor() as executor:
+        started(executor, SimNode, duration=duration, overrides=["drive.change.time=5.0"])
+        compiled.set()
+    assert capfd.readouterr().err.count("drive.change.time = 5 s is beyond the end of the run at 0.1 s") == told
+
+
 def test_a_node_closed_while_it_compiles_ends_at_once_and_leaves_no_log(monkeypatch, tmp_path):
     compiled = threading.Event()
     monkeypatch.setattr(Simulation, "warm_up", lambda simulation: compiled.wait(300.0))

@@ -8,13 +8,14 @@ from types import SimpleNamespace
 import pytest
 from made_up_run import a_choice, bits, cut, made_up_block, made_up_scene
 
-from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.errors import BearingTwinError, IntegrationError, LogError
 from bearing_twin.kinds.contract import PUBLISH
 from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.mcap_log import LogWriter, raw_messages, read_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.simulating import GREATEST_SPEED, LONGEST_STEP, SimulationLoop, log_path
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
 
 MS = 1_000_000
 START = 55_000_000_000
@@ -327,6 +328,25 @@ def test_the_log_holds_everything_when_the_node_ends_in_the_middle(tmp_path):
     assert bits(log) == bits(cut(BLOCK, loop.simulation.sequence + 1)[0])
     assert log.report == {"status": "made up"}
     assert outputs_in(delivered) == list(range(loop.simulation.sequence + 1))
+
+
+def test_a_run_that_breaks_off_delivers_and_logs_all_before(tmp_path):
+    late = "rings.inner.change={time: 0.0105, load: [0, -7e5, 0]}"
+    scene = load_scene("bearing_6203_rig_400N", [late, "cage.kind=none"])
+    delivered, clock = defaultdict(list), [START]
+    loop = SimulationLoop(
+        Simulation(scene),
+        lambda: MessageStream(scene),
+        lambda message: delivered[message.topic].append((message.time_ns, message.cdr)),
+        open_log=lambda run: LogWriter(tmp_path / "run.mcap", scene),
+    )
+    with pytest.raises(IntegrationError, match=r"^after 0.01 s: at 0.0105 s a load of"):
+        drive(loop, clock, 200 * MS)
+    loop.close()
+    assert outputs_in(delivered) == list(range(11))
+    log = read_log(tmp_path / "run.mcap")
+    assert sum(map(len, log.blocks())) == 11
+    assert (log.report["status"], log.report["failure_body"]) == ("failed: overload", "inner ring")
 
 
 def test_a_log_takes_what_nobody_listens_to(tmp_path):

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import signal
+import threading
 import time
 from pathlib import Path
 
@@ -30,7 +31,7 @@ from ros import (
 from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.study_log import read_study
-from bearing_twin.nodes.counted_server import Arrivals, Rush
+from bearing_twin.nodes.counted_server import Arrivals, InOrder, Rush
 from bearing_twin.nodes.node_parameters import ParameterError, checked
 from bearing_twin.nodes.studying import QUEUE
 from bearing_twin.nodes.uq_node import LATCHED, PARAMETERS, UqNode
@@ -240,6 +241,41 @@ def test_goals_that_never_come_are_counted_and_told(monkeypatch):
         assert counts()[0] > 0
         spin_until(executor, lambda: sum(one.done() for one in answers) == counts()[1], "answers to the others")
         node.studies.close()
+
+
+def test_goals_sent_at_once_run_in_the_order_in_which_they_were_sent(monkeypatch):
+    """The first is held up on its way, until the others have passed it."""
+    accept, passed = UqNode._on_accepted, threading.Semaphore(0)
+
+    def accepted(node, goal_handle):
+        request = accept(node, goal_handle)
+        if goal_handle.request.seed == 1:
+            assert all(passed.acquire(timeout=PATIENCE) for _ in range(2))
+        else:
+            passed.release()
+        return request
+
+    monkeypatch.setattr(UqNode, "_on_accepted", accepted)
+    with ros_executor(threads=4) as executor:
+        node = started(executor, UqNode, log_folder="")
+        client, added, add = client_of(executor), [], node.studies.add
+        monkeypatch.setattr(node.studies, "add", lambda request: (added.append(request.goal.seed), add(request)))
+        futures = [client.send_goal_async(RunStudy.Goal(**QUICK, seed=seed)) for seed in (1, 2, 3)]
+        spin_until(executor, lambda: len(added) == 3, "three goals")
+        assert added == [1, 2, 3]
+        spin_until(executor, lambda: all(one.done() for one in futures), "answers")
+        assert {outcome(executor, one.result())[0] for one in futures} == {"succeeded"}
+
+
+def test_places_are_kept_whoever_comes_first_and_where_nothing_stands():
+    taken = []
+    order = InOrder(taken.append)
+    first, second, third = order.place(), order.place(), order.place()
+    order.put(third, "c")
+    order.put(second, None)
+    assert taken == []
+    order.put(first, "a")
+    assert taken == ["a", "c"]
 
 
 def test_of_several_who_ask_nobody_knows_what_never_came():

@@ -16,6 +16,8 @@ from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.kinds.sections import RunSettings, resolved_run
 from bearing_twin.parameters import describe
 from bearing_twin.paths import share_path
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.late import late_keys
 from bearing_twin.run.scene import KINDS, load_scene, parse_scene, read_logged, scene_names
 from bearing_twin.shelf import GREATEST_FILE, SCENES
 from bearing_twin.uq.study_file import load_study
@@ -355,3 +357,55 @@ def test_what_one_reader_does_to_data_no_other_sees():
     first = SCENES.load("a: {b: [1, 2]}", "x")
     first["a"]["b"].append(3)
     assert SCENES.load("a: {b: [1, 2]}", "x") == {"a": {"b": [1, 2]}}
+
+
+@pytest.mark.parametrize(
+    ("name", "override", "keys"),
+    [
+        ("bearing_6203", "drive.change={time: 0.2, speed: 10}", ["drive.change.time = 0.2 s"]),
+        ("bearing_6203", "drive.change={time: 0.1, speed: 10}", []),
+        ("bearing_6203", "drive.speed=100", []),
+        (
+            "bearing_6203_rig_400N",
+            "rings.inner.change={time: 0.5, load: [0, -1, 0]}",
+            ["rings.inner.change.time = 0.5 s"],
+        ),
+        ("bearing_6203_rig_400N", "rings.inner.table=[[0, 0, 0, 0, 0, 0], [9, 0, 1, 0, 0, 0]]", []),
+        (
+            "bearing_6203_rig_400N",
+            "rings.inner.table=[[0, 0, 0, 0, 0, 0], [0.3, 0, 1, 0, 0, 0], [9, 0, 1, 0, 0, 0]]",
+            ["what rings.inner.table says after 0.3 s"],
+        ),
+        (
+            "bearing_6203_run_up",
+            "drive.torque_table=[[0.2, 0], [0.3, 0.001]]",
+            ["what drive.torque_table says after 0.2 s"],
+        ),
+    ],
+)
+def test_what_comes_only_after_the_end_of_a_run_is_named(name, override, keys):
+    scene = load_scene(name, ["run.duration=0.1", override])
+    told = late_keys(scene, 0.1)
+    assert told == [f"{key} is beyond the end of the run at 0.1 s: nothing of that happens" for key in keys]
+    assert not late_keys(scene, math.inf)
+
+
+def test_a_vector_without_brackets_is_told_how_to_write_it():
+    with pytest.raises(SceneError, match=r"= '0,0,1e-5' must be a list of 3 numbers in m; write it in \[ \]$"):
+        load_scene("bearing_6203", ["drive.offset=0,0,1e-5"])
+
+
+@pytest.mark.parametrize(
+    ("name", "stepper", "taken"),
+    [
+        ("bearing_6203", "auto", False),
+        ("bearing_6203", "rk4", True),
+        ("ellipsoid_tumbling", "auto", False),
+        ("ellipsoid_tumbling", "rk4", True),
+        ("two_spheres", "closed_form", False),
+        ("two_spheres", "symplectic_euler", True),
+    ],
+)
+def test_a_step_that_no_method_takes_is_said(name, stepper, taken):
+    warnings = choose(load_scene(name, [f"solver.stepper={stepper}", "solver.step=1e-8"])).warnings
+    assert any("solver.step does nothing with" in one for one in warnings) != taken

@@ -11,6 +11,7 @@ from bearing_twin.run.scene import load_scene, scene_names
 from bearing_twin.units import (
     PREFIXES,
     UNITS,
+    Limits,
     inverse,
     labelled,
     named,
@@ -124,3 +125,8 @@ def test_sentences_beside_tables_have_the_units_of_these(si, people):
 )
 def test_what_is_no_si_number_of_people_stays_in_a_sentence(text):
     assert sentence_for_people(text) == text
+
+
+def test_a_limit_that_is_a_whole_number_is_written_out():
+    assert Limits(at_least=1, at_most=2**30).text() == "at least 1 and at most 1073741824"
+    assert Limits(above=0.0, at_most=1e9).text() == "above 0 and at most 1e+09"

@@ -304,6 +304,17 @@ def test_a_study_shows_densities_with_their_quantiles(study):
     assert html(study)
 
 
+def test_an_interval_that_is_open_ends_at_the_last_sample():
+    result = run_study(load_study("spheres_alpha_4e-5", ["samples=20", "sweep=null", "workers=1"]))
+    found = result.summary["quantities"]["contact_duration"]["quantiles"]
+    assert (found["0.05"]["low"], found["0.95"]["high"]) == (None, None)
+    charts = {one["title"].partition(":")[0]: one for one in document_of_study(result)["charts"]}
+    first, _, last = charts["Contact duration"]["spans"]
+    ends = 1e6 * result.sample("contact_duration").min(), 1e6 * result.sample("contact_duration").max()
+    assert (first["low"], last["high"]) == pytest.approx(ends, rel=1e-12)
+    assert first["low"] <= first["value"] <= first["high"] == pytest.approx(1e6 * found["0.05"]["high"], rel=1e-12)
+
+
 def test_sources_of_variance_are_bars():
     overrides = ["samples=50", "sensitivity=64", "quantities=[contact_duration]", "histories=[]", "workers=1"]
     document = document_of_study(run_study(load_study("discs_small_10", overrides)))

@@ -222,22 +222,28 @@ def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path, quick_sta
     assert b"Traceback" not in error
 
 
-def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread_that_nobody_waits_for(tmp_path):
-    """And takes its workers along."""
+@pytest.mark.parametrize(
+    ("until", "more"),
+    [("multiprocessing.active_children()", {}), ("told", {"set": ["run.duration=0.02"], "samples": 10000})],
+)
+def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread_that_nobody_waits_for(until, more, tmp_path):
+    """And takes its workers along, while they start or while they compute; nothing is said of it."""
     script = tmp_path / "ends.py"
     lines = (
         "import multiprocessing, threading, time",
         "from bearing_twin import parse_study, run_study",
-        f"mapping = { {**LONG_RUN, 'workers': 2}!r}",
-        "def study(): run_study(parse_study(mapping, 's'))",
+        f"mapping = { {**LONG_RUN, **more, 'workers': 2}!r}",
+        "told = []",
+        "def study(): run_study(parse_study(mapping, 's'), told.append)",
         "if __name__ == '__main__':",
         "    threading.Thread(target=study, daemon=True).start()",
-        "    while not multiprocessing.active_children(): time.sleep(0.01)",
+        f"    while not {until}: time.sleep(0.01)",
     )
     script.write_text("\n".join(lines), encoding="utf-8")
-    process = subprocess.Popen([sys.executable, script], cwd=ROOT, start_new_session=True)
+    process = subprocess.Popen([sys.executable, script], cwd=ROOT, start_new_session=True, stderr=subprocess.PIPE)
     try:
-        assert process.wait(timeout=300) == 0
+        assert process.communicate(timeout=300)[1] == b""
+        assert process.returncode == 0
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         raise

@@ -126,6 +126,8 @@ def _main(argv) -> int:
         sys.stdout.flush()
         for doubt in outcome.doubts:
             print(f"bearing_twin: doubtful: {harmless(told(doubt))}", file=sys.stderr)
+        if outcome.problem:
+            raise BearingTwinError(told(outcome.problem))
     finally:
         SI.reset(units)
     return DOUBTFUL if outcome.doubts and arguments.strict else DONE
@@ -186,6 +188,7 @@ def _refuse(rest, subparser):
     if not rest[0].startswith("-"):
         raise BearingTwinError(f"{echo(rest[0])} is one word too many; see {subparser.prog} --help")
     options = [name for action in subparser._actions for name in action.option_strings if name.startswith("--")]
-    if rest[0] in options:
-        raise BearingTwinError(f"options go behind the command: {subparser.prog} ... {rest[0]}")
-    raise BearingTwinError(f"{echo(rest[0])} is not an option of {subparser.prog}; {unknown(rest[0], options)}")
+    option = rest[0].partition("=")[0]  # without the value, which `_joined` tied to it
+    if option in options:
+        raise BearingTwinError(f"options go behind the command: {subparser.prog} ... {option}")
+    raise BearingTwinError(f"{echo(option)} is not an option of {subparser.prog}; {unknown(option, options)}")

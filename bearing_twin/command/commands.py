@@ -24,8 +24,16 @@ from bearing_twin.command import (
     view_command,
     watch_command,
 )
-from bearing_twin.command.outcome import Outcome, add_allow_invalid, failure_kept, new_log, picture_path, quantity
-from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.command.outcome import (
+    Outcome,
+    add_allow_invalid,
+    doubts_of,
+    failure_kept,
+    new_log,
+    picture_path,
+    quantity,
+)
+from bearing_twin.errors import BearingTwinError, IntegrationError, LogError
 from bearing_twin.parameters import echo, read_number
 from bearing_twin.units import Limits
 
@@ -86,19 +94,21 @@ def _simulate(arguments) -> Outcome:
 
     from bearing_twin.command.terminal import progress, said_if_slow, say, told
     from bearing_twin.run.cost import cost_of
+    from bearing_twin.run.late import late_keys
     from bearing_twin.run.simulation import simulate
 
     large = cost_of(scene).sentence(bool(log), shutil.disk_usage(log.parent).free if log else math.inf)
     if large:
         say(told(f"{scene.name}: {large}"))
+    problem = ""
     with progress(f"simulating {scene.name}") as update:
         with said_if_slow(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
             run = simulate(scene, update)
-            for warning in run.choice.warnings:
+            for warning in (*late_keys(scene, scene.parameters.run.duration), *run.choice.warnings):
                 say(told(f"{scene.name}: {warning}"))
             compile_seconds = run.simulation.warm_up()
         drawing = _Watched(run, bool(picture))
-        with failure_kept(log.parent if log else Path()):
+        try:
             if log:
                 from bearing_twin.log.mcap_log import write_log
 
@@ -106,13 +116,18 @@ def _simulate(arguments) -> Outcome:
             else:
                 for _ in drawing.blocks():
                     pass
+        except IntegrationError as error:
+            problem = failure_kept(error, log.parent if log else Path())
+            if run.simulation.sequence < 0:  # nothing came before it
+                raise BearingTwinError(problem) from error
     report = run.report
-    result = report.as_dict() | {"compile_s": compile_seconds}
-    if log:
-        result["log"] = str(log)
+    result = report.as_dict() | {"compile_s": compile_seconds} | ({"log": str(log)} if log else {})
     if picture:
-        result["plot"] = drawing.write(picture, report)
-    return Outcome(result, _doubts(result))
+        try:
+            result["plot"] = drawing.write(picture, report)
+        except BearingTwinError as error:  # the figures may be those of hours
+            problem = f"{problem}; {error}" if problem else str(error)
+    return Outcome(result, list(report.flags) if report.failure else doubts_of(result), problem=problem)
 
 
 class _Watched:
@@ -141,22 +156,6 @@ class _Watched:
 
         with said_if_slow(f"drawing {path}"):
             return str(self._picture.write(path, worth_of(report)))
-
-
-def _doubts(result) -> list[str]:
-    from bearing_twin.run.doubt import FAILED
-
-    status = str(result.get("status", "done"))
-    doubts = [str(flag) for flag in result.get("flags", ())]
-    if status == "failed: energy":
-        gained = result["energy_closure"]
-        word = "grew" if gained > 0.0 else "was lost"
-        doubts.append(
-            f"energy {word} by {100 * abs(gained):.2g} % of the work: shorten the step or tighten the tolerance"
-        )
-    elif status.startswith(FAILED):
-        doubts.append(status)
-    return doubts
 
 
 def _log_argument(parser):
@@ -235,7 +234,7 @@ def _report(arguments) -> Outcome:
             f"the log holds {stream.kept_rate:g} outputs a second, not all: greatest and mean values are of those, and "
             "`verify` compares no others; a node logs all of them with full:=true"
         )
-    return Outcome(result, doubts + _doubts(result))
+    return Outcome(result, doubts + doubts_of(result))
 
 
 def _recover_arguments(parser):

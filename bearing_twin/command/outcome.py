@@ -1,8 +1,7 @@
 """What a subcommand hands back, how it reads as JSON, and the paths it may write to."""
 
 import argparse
-import contextlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,13 +11,34 @@ from bearing_twin.errors import BearingTwinError, IntegrationError
 class Outcome(NamedTuple):
     """Of a subcommand: the JSON object (None: already printed), what is doubtful, how to show it (None: as tables).
 
-    `engineering`: `show` knows engineering units only; with --si the result is shown as tables.
+    `engineering`: `show` knows engineering units only; with --si the result is shown as tables. `problem`: a sentence
+    on why there is no more of the result; the exit code is then that of bad input.
     """
 
     result: dict | None
     doubts: list[str]
     show: Callable[[], None] | None = None
     engineering: bool = False
+    problem: str = ""
+
+
+def doubts_of(result) -> list[str]:
+    """What is doubtful about a run, by its report as plain data."""
+    from bearing_twin.run.doubt import FAILED
+
+    status = str(result.get("status", "done"))
+    doubts = [str(flag) for flag in result.get("flags", ())]
+    if status == "failed: energy":
+        gained = result["energy_closure"]
+        word = "grew" if gained > 0.0 else "was lost"
+        doubts.append(
+            f"energy {word} by {100 * abs(gained):.2g} % of the work: shorten the step or tighten the tolerance"
+        )
+    elif "failure" in result:
+        doubts.append(f"the run failed {result['failure']}")
+    elif status.startswith(FAILED):
+        doubts.append(status)
+    return doubts
 
 
 ALLOW_INVALID = (
@@ -83,17 +103,10 @@ def picture_path(text, animated: bool = False) -> Path:
     return path
 
 
-@contextlib.contextmanager
-def failure_kept(folder: Path) -> Iterator[None]:
-    """A run that fails in the body leaves a file in `folder`, which its error then names."""
-    try:
-        yield
-    except IntegrationError as error:
-        from bearing_twin.run.failure import write_failure
+def failure_kept(error: IntegrationError, folder: Path) -> str:
+    """What to say of a run that failed: it leaves a file in `folder`, which the sentence then names."""
+    from bearing_twin.run.failure import write_failure
 
-        path = write_failure(error, folder)
-        if path is None:
-            raise
-        raise BearingTwinError(
-            f"{error}; look into it and go on from the last good state: bearing_twin explain {path}"
-        ) from error
+    path = write_failure(error, folder)
+    more = f"; look into it and go on from the last good state: bearing_twin explain {path}" if path else ""
+    return f"{error}{more}"

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from bearing_twin.command.outcome import Outcome, add_allow_invalid, failure_kept
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.extras import wanted
 
 HELP = "a page for the browser, in one file: the run in motion, its curves and figures; or what a study found"
@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         raise BearingTwinError("a log cannot be changed; give --set and --duration with a scene")
     if sort != "log" and arguments.topic:
         raise BearingTwinError(f"a {sort} has one view; give --topic with a log of several bearings")
-    document = {"log": _of_log, "study": _of_study, "scene": _of_scene}[sort](arguments)
+    document, problem = {"log": _of_log, "study": _of_study, "scene": _of_scene}[sort](arguments)
     from bearing_twin.view.page import write_page
 
     page = write_page(document, out or Path(f"{_file_name(document['title'])}.html"))
@@ -65,7 +65,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
         **({"outputs_shown": frames} if frames is not None else {}),
         **written,
     }
-    return Outcome(result, [*document["notes"], *document["flags"]])
+    notes = [] if problem else document["notes"]  # the problem is what they say
+    return Outcome(result, [*notes, *document["flags"]], problem=problem)
 
 
 def _place(text: str, suffixes: tuple[str, ...], noun: str) -> Path:
@@ -105,15 +106,16 @@ def _sort(arguments) -> str:
     return "scene"
 
 
-def _of_log(arguments) -> dict[str, Any]:
+def _of_log(arguments) -> tuple[dict[str, Any], str]:
     from bearing_twin.command.terminal import said_if_slow
     from bearing_twin.view.logs import document_of_log
 
     with said_if_slow(f"reading {arguments.what}"):
-        return document_of_log(arguments.what, topic=arguments.topic)
+        return document_of_log(arguments.what, topic=arguments.topic), ""
 
 
-def _of_scene(arguments) -> dict[str, Any]:
+def _of_scene(arguments) -> tuple[dict[str, Any], str]:
+    """The page of a run, as far as it came, and why it came no further."""
     from bearing_twin.run.scene import load_scene
 
     overrides = list(arguments.set)
@@ -122,6 +124,7 @@ def _of_scene(arguments) -> dict[str, Any]:
     scene = load_scene(arguments.what, overrides)
     own = scene.parameters.run.duration
     from bearing_twin.command.terminal import progress, said_if_slow, say, told
+    from bearing_twin.run.late import late_keys
     from bearing_twin.run.simulation import simulate
     from bearing_twin.view.run_page import document_of_run
 
@@ -130,14 +133,20 @@ def _of_scene(arguments) -> dict[str, Any]:
         scene = load_scene(arguments.what, [*overrides, f"run.duration={LONGEST}"])
     else:
         say(told(f"{scene.name} is run for {own:g} s"))
-    with progress(f"simulating {scene.name}") as update, failure_kept(Path()):
+    for warning in late_keys(scene, scene.parameters.run.duration):
+        say(told(f"{scene.name}: {warning}"))
+    with progress(f"simulating {scene.name}") as update:
         with said_if_slow(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
             run_ = simulate(scene, update)
             run_.simulation.warm_up()
-        return document_of_run(run_).document
+        try:
+            document = document_of_run(run_).document
+        except IntegrationError as error:
+            raise BearingTwinError(failure_kept(error, Path())) from error
+    return document, failure_kept(run_.failure, Path()) if run_.failure else ""
 
 
-def _of_study(arguments) -> dict[str, Any]:
+def _of_study(arguments) -> tuple[dict[str, Any], str]:
     from bearing_twin.command.terminal import progress
     from bearing_twin.uq.run import run_study
     from bearing_twin.uq.study_file import load_study
@@ -148,4 +157,4 @@ def _of_study(arguments) -> dict[str, Any]:
     study = load_study(arguments.what, arguments.set)
     with progress(f"study {study.name}") as update:
         result = run_study(study, lambda one: update(one.done / one.total))
-    return document_of_study(result)
+    return document_of_study(result), ""

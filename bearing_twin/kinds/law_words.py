@@ -1,4 +1,4 @@
-"""What the choice of an elastic law says, alike in every kind whose curvatures change."""
+"""What the choice of an elastic law or of a method says, alike in several kinds."""
 
 from bearing_twin.contact.laws import LAWS
 
@@ -11,3 +11,10 @@ def drift(law: str) -> list[str]:
     if state is None or state.projects:
         return []
     return [f"nothing pulls the errors of {law} back; contact.normal: hertz_differential does"]
+
+
+def idle_step(step: float, stepper: str, fixed: tuple[str, ...]) -> list[str]:
+    """That a `step` [s] asked for does nothing, as a warning, where the stepper is none of those with `fixed` steps."""
+    if not step or stepper in fixed:
+        return []
+    return [f"solver.step does nothing with {stepper}; solver.stepper: {fixed[0]} takes it"]

@@ -118,7 +118,7 @@ def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) ->
 
     What was written more than `max_loss` [s] ago is on disk whatever happens; 0 = as chunks become full, which gives
     the same bytes for the same run. Raises LogError if `path` exists, before anything is computed; whatever the run
-    raises passes through after the log is completed with the outputs so far.
+    raises passes through after the log is completed with the outputs so far, and with the report on them.
     """
     together = max(
         1, min(ENCODED_TOGETHER, ENCODED_BYTES // (8 * sum(channel.width for channel in run.scene.channels)))
@@ -147,7 +147,8 @@ def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) ->
                 if waiting:
                     write()
                 log.write_stream(stream, None)
-        log.note_report(run.report.record())
+                if samples:
+                    log.note_report(run.report.record())
     return LogSummary(Path(path), log.messages, samples, log.bytes)
 
 

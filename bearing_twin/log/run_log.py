@@ -13,7 +13,7 @@ from bearing_twin.errors import LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.blocks import Restart, block_of, channels_of, check_block, sample_range
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
-from bearing_twin.log.raw_log import RECORDING_RECORD, RUN_RECORD, SCENE_RECORD, log_files
+from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RUN_RECORD, SCENE_RECORD, log_files
 from bearing_twin.log.recover import advice
 from bearing_twin.log.thinning import KEPT_KEY
 from bearing_twin.parameters import echo
@@ -74,7 +74,9 @@ class LogStream:
         self.restart: Restart | None = None
         self.end, self._skipped = 0, 0
         if last_run and self.report is None:  # else one run, which told of itself when it was over
-            self.restart, self._skipped, self.end = self._last_run()
+            self.end = self._told_end(len(found - self._tables))
+            if not self.end:
+                self.restart, self._skipped, self.end = self._last_run()
         described = self.metadata.get(SCENE_RECORD, {})
         if not described.get("scene") and f"{self._namespace}/scene" in texts:
             described = self._described()
@@ -196,6 +198,16 @@ class LogStream:
             f"{lost} outputs are missing in {self.path}, from sequence {expected} to {found - 1}: they were lost while "
             "recording; read the rest with allow_gaps=True"
         )
+
+    def _told_end(self, topics: int) -> int:
+        """The number behind the last output of one run, as a recorder said when it ended; 0 where it did not.
+
+        It counts restarts of all `topics` of samples together.
+        """
+        told = self.metadata.get(RECORDING_RECORD, {})
+        end = told.get(ENDED_KEY, "")
+        one = topics == 1 and told.get("restarts") == "0" and end.isdecimal() and len(end) <= DIGITS
+        return int(end) if one else 0
 
     def _last_run(self) -> tuple[Restart | None, int, int]:
         """Where the last run begins, messages of samples and records before it, and the number behind its last output.

@@ -14,7 +14,14 @@ from bearing_twin.nodes.aside import TakenAside, taken
 from bearing_twin.nodes.log_room import SteadyTime
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, message_class, qos_words, suited
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
-from bearing_twin.nodes.recording import DEPTH, Recording, default_topics, definition_prefixes
+from bearing_twin.nodes.recording import (
+    DEPTH,
+    RECORDS,
+    Recording,
+    default_topics,
+    definition_prefixes,
+    lost_in_words,
+)
 from bearing_twin.nodes.running import Heartbeat, LogWatch, declare, guarded, run
 
 PARAMETERS = (
@@ -116,7 +123,7 @@ class RecorderNode(Node):
             numbers = [info.get("publication_sequence_number") for _, info in found]
             lost = self.recording.receive_all(topic, received, sent, [data for data, _ in found], numbers)
             if lost:
-                self.get_logger().error(f"{topic}: {lost} solver outputs were lost on the way")
+                self.get_logger().error(f"{topic}: {lost_in_words(lost, RECORDS in topic)}")
         except Exception as error:  # a callback that raises would end the node without saying which message it was
             self._fail(error)
 
@@ -136,8 +143,9 @@ class RecorderNode(Node):
             level, message = WARN, "no topic matches so far: there is nothing to record"
         if status["messages_lost"]:
             level, message = WARN, f"{status['messages_lost']} messages were lost"
-        if status["samples_lost"]:
-            level, message = WARN, f"{status['samples_lost']} solver outputs were lost"
+        for what in ("records", "samples"):  # the outputs have the last word
+            if lost := status[f"{what}_lost"]:
+                level, message = WARN, lost_in_words(lost, what == "records")
         log_level, log_says, room = self._watch.look(self.recording)
         if log_says:
             level, message = log_level, log_says

@@ -12,10 +12,11 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.parts import Safety, Told
-from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
+from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter
 
 DEPTH = 2000  # messages a subscription may hold back: a lost one is asked for again only after up to 3 s
 FRAMES = ("/tf", "/tf_static")
+RECORDS = "/records/"  # in the name of a topic whose rows are no outputs
 BRIEF = tuple(f"{kind.namespace}/" for kind in KINDS.values() if kind.brief)  # short runs, which are kept whole
 
 
@@ -28,6 +29,11 @@ class Sequences:
     def __init__(self):
         self.received = self.lost = self.restarts = self.before = 0
         self._expected: int | None = None
+
+    @property
+    def end(self) -> int:
+        """The number behind the last."""
+        return self._expected or 0
 
     def saw(self, first: int, count: int) -> int:
         """Notes `count` of them from number `first` on; returns how many were lost just before."""
@@ -110,7 +116,7 @@ class Recording(Told):
         data: Sequence[bytes],
         sent_numbers: Sequence[int | None],
     ) -> int:
-        """Logs messages of one topic as they came; returns how many solver outputs were lost just before them.
+        """Logs messages of one topic as they came; returns how many outputs, or rows of records, were lost before them.
 
         `sent_numbers` count the messages of its publisher from 1 on, None where the middleware does not tell.
         """
@@ -139,7 +145,7 @@ class Recording(Told):
     def note_losses(self) -> None:
         """Writes what was lost so far into the log, so that a crash does not take the count along."""
         status = self.status()
-        losses = status["messages_lost"] + status["samples_lost"] + status["messages_dropped"]
+        losses = sum(status[f"{what}_lost"] for what in ("messages", "samples", "records")) + status["messages_dropped"]
         with self._lock:
             if self._closed:
                 return
@@ -149,13 +155,13 @@ class Recording(Told):
                 self._log.add_metadata(RECORDING_RECORD, self._told(status))
 
     def status(self) -> dict[str, float | str]:
-        """Counts so far: topics, messages, bytes, and what was lost, of messages and of solver outputs.
+        """Counts so far: topics, messages, bytes, and what was lost, of messages, solver outputs and rows of records.
 
         `uncounted` names the topics whose lost messages nobody can count: several publishers, or no numbers. Messages
         are dropped while the disk is full.
         """
-        streams = self.sequences.values()
-        outputs = [stream for topic, stream in self.sequences.items() if "/records/" not in topic]
+        outputs = [stream for topic, stream in self.sequences.items() if RECORDS not in topic]
+        records = [stream for topic, stream in self.sequences.items() if RECORDS in topic]
         with self._lock:
             uncounted = self._uncounted | {topic for topic, sent in self._sent.items() if sent.restarts}
             counted = [sent for topic, sent in self._sent.items() if topic not in uncounted]
@@ -168,7 +174,8 @@ class Recording(Told):
             "uncounted": " ".join(sorted(uncounted)),
             "bytes": self._log.bytes,
             "samples_received": sum(stream.received for stream in outputs),
-            "samples_lost": sum(stream.lost for stream in streams),
+            "samples_lost": sum(stream.lost for stream in outputs),
+            "records_lost": sum(stream.lost for stream in records),
             "restarts": sum(stream.restarts for stream in outputs),
             "clock_jumped_s": 1e-9 * self.clock_jumped_ns,
         }
@@ -180,13 +187,21 @@ class Recording(Told):
                 return
             self._closed = True
         try:
-            self._log.add_metadata(RECORDING_RECORD, self._told(self.status()))
+            ends = [stream.end for topic, stream in self.sequences.items() if RECORDS not in topic]
+            told = self._told(self.status()) | {ENDED_KEY: max(ends, default=0)}
+            self._log.add_metadata(RECORDING_RECORD, told)
         finally:
             self._log.close()
 
     @staticmethod
     def _told(status: dict) -> dict:
         return {key: value for key, value in status.items() if key != "bytes"}
+
+
+def lost_in_words(count: int, records: bool) -> str:
+    """That so many solver outputs, or rows of `records`, were lost on the way."""
+    one, many = ("row of records", "rows of records") if records else ("solver output", "solver outputs")
+    return f"{count} {one} was lost on the way" if count == 1 else f"{count} {many} were lost on the way"
 
 
 def default_topics(namespace: str = "/") -> list[str]:

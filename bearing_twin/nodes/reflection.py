@@ -24,18 +24,23 @@ class MessageError(BearingTwinError):
 def interface(ros_type: str, group: str) -> type:
     """The class of a type such as `std_srvs/srv/SetBool`, for short `std_srvs/SetBool`; `group`: msg, srv or action.
 
-    Raises MessageError for what is no name of a type, MissingInterfacesError for a package that cannot be imported.
+    Raises MessageError for what is no name of a type, or of none in its package, MissingInterfacesError for a package
+    that cannot be imported.
     """
     found = _TYPE.fullmatch(ros_type)
     if not found or found[2] not in (None, group):
         raise MessageError(f"{echo(ros_type)} is no type of this group; write package/{group}/Name")
     package, _, name = found.groups()
     try:
-        return getattr(importlib.import_module(f"{package}.{group}"), name)
-    except (ImportError, AttributeError) as error:
+        home = importlib.import_module(f"{package}.{group}")
+    except ImportError as error:
         raise MissingInterfacesError(
             f"the type {package}/{group}/{name} cannot be imported ({error}): install or source its package"
         ) from error
+    if not isinstance(getattr(home, name, None), type):
+        names = [one for one, value in vars(home).items() if isinstance(value, type)]
+        raise MessageError(f"{package} has no {group} {echo(name)}; {unknown(name, names)}")
+    return getattr(home, name)
 
 
 def plain(message, most: int | None = None) -> Any:

@@ -40,6 +40,7 @@ from bearing_twin.nodes.scene_parameters import NAME, PARAMETERS, looked_up
 from bearing_twin.nodes.simulating import SimulationLoop, log_path
 from bearing_twin.nodes.worker import Worker
 from bearing_twin.run.failure import write_failure
+from bearing_twin.run.late import late_keys
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.stopping import Halt
@@ -67,22 +68,21 @@ class SimNode(Node):
         self._log_path = values["log"]
         safety = safety_of(values)
         self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
-        self._discovery = values["discovery"]
-        self._paused_at_start = values["start_paused"]
+        self._discovery, self._paused_at_start = values["discovery"], values["start_paused"]
         self._halt = Halt()
         self._description = {"scene": scene.name}
         # Both are made in the worker's thread: on a new machine it compiles kernels for a minute or more first.
         self.simulation: Simulation | None = None
         self.loop: SimulationLoop | None = None
-        self.ready = threading.Event()
-        self._doing = "compiling"
+        self.ready, self._doing = threading.Event(), "compiling"
         self._started, self._looks = time.monotonic(), 0
         self._warned, self._switch, self._watch = False, "-", LogWatch(self, Path(self._log_path).parent)
         self._frame = f"{values['frame_prefix']}{kind.frame}"
         self._serve(kind)
-        duration_ns = round(values["duration"] * 1e9)
-        if kind.brief and not duration_ns:
-            duration_ns = (scene.outputs - 1) * scene.output_period_ns
+        own_end_ns = (scene.outputs - 1) * scene.output_period_ns if kind.brief else 0
+        duration_ns = round(values["duration"] * 1e9) or own_end_ns
+        for late in late_keys(scene, 1e-9 * duration_ns or float("inf")):
+            self.get_logger().warning(late)
         prepare = partial(self._prepare, scene, values, duration_ns)
         self.worker = Worker(self._turn, prepare, self._ended)
         self.worker.start()

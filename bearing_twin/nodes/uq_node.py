@@ -80,13 +80,14 @@ class UqNode(Node):
             self._on_execute,
             callback_group=group,
             goal_callback=self._on_goal,
-            handle_accepted_callback=self._on_accepted,
             cancel_callback=lambda goal_handle: CancelResponse.ACCEPT,
             goal_service_qos_profile=ASKED,
             result_service_qos_profile=ASKED,
             cancel_service_qos_profile=ASKED,
             result_timeout=RESULT_TIMEOUT,
             arrived=self._on_arrival,
+            accepted=self._on_accepted,
+            take=self._take,
         )
         self.create_timer(LOOK_PERIOD, self._on_look, callback_group=group, clock=steady)
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=group, clock=steady)
@@ -171,7 +172,7 @@ class UqNode(Node):
             self.get_logger().warning(f"goal refused: {reason}", throttle_duration_sec=1.0)
         return GoalResponse.REJECT if reason else GoalResponse.ACCEPT
 
-    def _on_accepted(self, goal_handle) -> None:
+    def _on_accepted(self, goal_handle) -> Request:
         asked = goal_handle.request
         request = Request(
             Goal(asked.study, tuple(asked.overrides), asked.samples, asked.seed),
@@ -180,6 +181,9 @@ class UqNode(Node):
             tell=partial(self._tell, goal_handle),
         )
         self._requests[bytes(goal_handle.goal_id.uuid)] = request
+        return request
+
+    def _take(self, request: Request) -> None:
         self.studies.add(request)
         self._reader.post(self._read, request)
 

@@ -15,6 +15,7 @@ STATUSES = {
 }
 """What the first word of a report's status means."""
 
+ROUNDING = 1e-12  # of what is large in a unit: an error of a figure that is nearly 0
 MUCH = 0.35  # of a run's steps: a companion that took more says why
 
 
@@ -32,7 +33,7 @@ def judged(errors: Errors, figures: Mapping[str, Any], status: str, outside: tup
     for figure, parts in errors.figures.items():
         if figure not in figures or figures[figure] is None or not parts:
             continue
-        totals[figure] = _added(list(parts.values()))
+        totals[figure] = _beyond_rounding(_added(list(parts.values())), figure, figures)
         keys[f"{figure}_error"] = totals[figure]
         if exceeds(figures[figure], totals[figure]):
             source = max(parts, key=lambda name: greatest(parts[name]))
@@ -56,6 +57,11 @@ def judged(errors: Errors, figures: Mapping[str, Any], status: str, outside: tup
     return Judgement(status, tuple(flags), keys)
 
 
+def failed(failure: Mapping[str, Any]) -> str:
+    """The status of a run that broke off, by what `run.failure.told_of` says of it."""
+    return f"{FAILED}: {failure.get('failure_reason', 'broken off')}"
+
+
 def companion_cost(costs: Mapping[str, int], dearest: Dearest | None) -> dict[str, Any]:
     """The companion's share of a bearing run's steps, and in words what took it where it is more than MUCH."""
     steps, taken = costs.get("ball_steps", 0), costs.get("companion_ball_steps", 0)
@@ -75,6 +81,28 @@ def exceeds(value, error) -> bool:
     """Whether an error is over a tenth of its figure; of a list, of its greatest value."""
     scale, worst = greatest(value), greatest(error)
     return not worst <= LARGE * scale
+
+
+def _beyond_rounding(error, figure: str, figures: Mapping[str, Any]):
+    """The error of a figure; 0 for one that is large beside the figure and rounding beside others of its unit."""
+    rounding = ROUNDING * _size(named(figure)[1], figures) if exceeds(figures[figure], error) else -1.0
+    if not greatest(error) <= rounding:  # nor is a NaN
+        return error
+    return [0.0] * len(error) if isinstance(error, list) else 0.0
+
+
+def _size(unit: str, figures: Mapping[str, Any]) -> float:
+    """What is large in this unit in a run with these figures: the greatest of them, force times length, or 1 rad."""
+    sizes = {"rad": 1.0}
+    for key, value in figures.items():
+        values = value if isinstance(value, list) else [value]
+        if not all(isinstance(one, (int, float)) and math.isfinite(one) for one in values):
+            continue
+        its = named(key)[1]
+        sizes[its] = max(sizes.get(its, 0.0), greatest(values))
+    if unit in ("N m", "J"):
+        return max(sizes.get(unit, 0.0), sizes.get("N", 0.0) * sizes.get("m", 0.0))
+    return sizes.get(unit, 0.0)
 
 
 def _added(parts: list):

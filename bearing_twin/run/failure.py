@@ -19,6 +19,7 @@ from bearing_twin.sample import Channel, Sample
 FORMAT = "bearing_twin failure 1"
 LARGEST_FILE = 20_000_000  # bytes
 TIGHTER = 0.1  # of the tolerance, to go on with
+SAME = 1e-9  # of a time: closer ones are the same
 SHORTER = 0.25  # of a fixed step
 
 
@@ -87,16 +88,46 @@ def record_of(scene: Scene, error: IntegrationError, good: Sample | None, sequen
     }
 
 
-def placed(error: IntegrationError, given: float | None, contact: str, scene: Scene, *state) -> IntegrationError:
-    """The error of a run whose last output was `given` out at [s], None before any, with the record of its failure.
+def placed(error: IntegrationError, given: float, contact: str, scene: Scene, *state) -> IntegrationError:
+    """The error of a run whose last output was `given` out at [s], with the record of its failure.
 
     `state`: the last good output, the number of the output to go on after, and the motion's snapshot there.
     """
-    place = "before any output was given out" if given is None else f"after {given:.9g} s"
-    failure = IntegrationError(f"{place}: {error}", error.reason, error.seconds, error.body, contact)
+    failure = IntegrationError(f"after {given:.9g} s: {error}", error.reason, error.seconds, error.body, contact)
     good, sequence, snapshot = state
     failure.record = record_of(scene, failure, good, sequence, snapshot)
     return failure
+
+
+def told_of(error: IntegrationError) -> dict[str, Any]:
+    """What a report says of the failure that ended its run: sentence, reason, time [s], body, contact, where known."""
+    told = {
+        "failure": str(error),
+        "failure_reason": error.reason,
+        "failure_at_s": error.seconds if math.isfinite(error.seconds) else None,
+        "failure_body": error.body,
+        "failure_contact": error.contact,
+    }
+    return {key: one for key, one in told.items() if one not in (None, "")}
+
+
+def told_in(report: Mapping[str, Any]) -> dict[str, Any] | None:
+    """What a log's own report says of its run's failure, as `told_of`; None where it says of none, or nonsense."""
+    if not report.get("failure"):
+        return None
+    seconds = report.get("failure_at_s")
+    try:
+        seconds = None if seconds is None else float(seconds)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    error = IntegrationError(
+        str(report["failure"]),
+        str(report.get("failure_reason", "")),
+        math.nan if seconds is None else seconds,
+        str(report.get("failure_body", "")),
+        str(report.get("failure_contact", "")),
+    )
+    return told_of(error)
 
 
 def write_failure(error: IntegrationError, folder: Path) -> Path | None:

@@ -2,12 +2,13 @@
 
 import copy
 from collections.abc import Mapping
+from typing import Any
 
 from bearing_twin.errors import LogError
 from bearing_twin.kinds.contract import Figures
 from bearing_twin.kinds.doubt import Doubt
 from bearing_twin.report import Choice, Report
-from bearing_twin.run.doubt import companion_cost, judged
+from bearing_twin.run.doubt import companion_cost, failed, judged
 from bearing_twin.sample import Aligned, Block, cut, outputs_at_once
 
 BLOCK_OUTPUTS = 50  # outputs at most in the blocks that figures are made of
@@ -45,9 +46,17 @@ class Gathering:
                     writer.add(piece)
 
     def report(
-        self, scene: str, compute_seconds: float = 0.0, costs: Mapping[str, int] | None = None, last: bool = False
+        self,
+        scene: str,
+        compute_seconds: float = 0.0,
+        costs: Mapping[str, int] | None = None,
+        last: bool = False,
+        failure: dict[str, Any] | None = None,
     ) -> Report:
-        """The report so far; raises LogError without an output. After the `last` one nothing more is taken in."""
+        """The report so far; raises LogError without an output. After the `last` one nothing more is taken in.
+
+        `failure` says what broke the run off, which is then failed.
+        """
         if not self.outputs:
             raise LogError("there is no sample in it; recover the log from the original, or simulate again")
         figures, doubt = self._writers
@@ -61,7 +70,7 @@ class Gathering:
         choice = figures.chosen() if hasattr(figures, "chosen") else self.choice
         numbers = figures.figures()
         errors = doubt.errors(numbers)
-        judgement = judged(errors, numbers, figures.status(), self.choice.outside)
+        judgement = judged(errors, numbers, failed(failure) if failure else figures.status(), self.choice.outside)
         return Report(
             scene=scene,
             law=self.choice.law,
@@ -78,4 +87,5 @@ class Gathering:
             errors=judgement.keys | companion_cost(costs or {}, errors.dearest),
             predicted=self.choice.predicted,
             outside=self.choice.outside,
+            failure=failure,
         )

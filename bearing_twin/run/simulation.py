@@ -2,17 +2,19 @@
 
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 from numba.core import event
 
-from bearing_twin.errors import BearingTwinError, IntegrationError, Interrupted, SceneError
+from bearing_twin.errors import IntegrationError, Interrupted, SceneError
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.contract import OperatingPoint
 from bearing_twin.report import Choice, Report
+from bearing_twin.run.broken import Broken, state_of, up_to_break
 from bearing_twin.run.chunks import CHUNK_NS, COMMANDING_NS, chunk_end, chunk_outputs
+from bearing_twin.run.commanded import Commanded
 from bearing_twin.run.dataset import dataset_of
-from bearing_twin.run.failure import Failure, placed
+from bearing_twin.run.failure import Failure, placed, told_of
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.health import Health, worst_contact
@@ -24,12 +26,12 @@ from bearing_twin.stopping import SIGNALLED, Halt, heeding_signals
 COMPILING = "numba:compiler_lock"  # held while a kernel is compiled or loaded
 
 
-class Simulation:
+class Simulation(Commanded):
     """A scene in motion, advanced as far as somebody asks; the numbers do not depend on how it is cut.
 
     Integration runs in compiled code that releases the GIL, in chunks that end before sequence numbers divisible by
     their length, which is shorter for a while after a command. Commands take effect after the last output given out:
-    what was computed ahead is computed again.
+    what was computed ahead is computed again. A run that breaks off gives out what comes before, then raises.
     A long chunk ends with the error Stopped by `halt`, else by a signal; interrupted, it is computed again.
     """
 
@@ -72,6 +74,11 @@ class Simulation:
         self._gathering = Gathering(self.kind.figures_of(*made_of), self.choice, self.kind.doubt(*made_of))
         self._compute_seconds = self._solved_seconds
         self._health, self._good = Health(self.kind, self.channels), None
+        self._forget_failure()
+
+    def _forget_failure(self) -> None:
+        self._broken: Broken | None = None  # nothing comes behind `_pending`
+        self.failure: IntegrationError | None = None  # what was raised for it
 
     def resume(self, failure: Failure) -> None:
         """Back to the last good state of a run that failed; to the start where there is none.
@@ -105,49 +112,12 @@ class Simulation:
             self._new_motion().advance(np.array([min(period, 1e-6)]), min(period, 1e-6))
         return time.perf_counter() - start
 
-    def set_speed(self, speed: float) -> None:
-        """New goal [rad/s] for the speed of inner ring or shaft, approached at the drive's acceleration from now on.
-
-        Raises BearingTwinError, and changes nothing, where the load is not carried at this speed, or a torque turns it.
-        """
-        if self.kind.check_drive is not None:
-            self.kind.check_drive(self.scene.parameters, self.choice.law, "speed", float(speed), self._load)
-        self._to_last_output()
-        self._motion.goal_speed = float(speed)
-
-    def set_torque(self, torque: float) -> None:
-        """New torque [N m] on the inner ring about +z; raises BearingTwinError where the speed is prescribed."""
-        self._refuse_without(self.kind.check_drive, "torque")
-        self.kind.check_drive(self.scene.parameters, self.choice.law, "torque", float(torque), self._load)
-        self._to_last_output()
-        self._motion.set_torque(float(torque))
-
-    def set_load(self, force, moment) -> None:
-        """New force (3,) [N] and moment (2,) or (3,) [N m] on the inner ring or the shaft, from now on.
-
-        None for both: the scene's own. Raises BearingTwinError, and changes nothing, for what the scene cannot carry.
-        """
-        if force is not None:
-            self._refuse_without(self.kind.check_load, "load")
-            self.kind.check_load(self.scene.parameters, self.choice.law, self._motion.goal_speed, force, moment)
-        self._to_last_output()
-        self._load = force, moment
-        self._motion.set_load(force, moment)
-
-    def operating_point(self) -> tuple[Sample, OperatingPoint]:
-        """The last output given out, or the first, with loads and stiffness there; raises BearingTwinError."""
-        self._refuse_without(self.kind.operating_point, "stiffness")
-        sample = (self._begun() if self._given is None else self._given)[-1]
-        return sample, self.kind.operating_point(self.scene.parameters, self.choice.law, sample)
-
-    def _refuse_without(self, part, word: str) -> None:
-        if part is None:
-            raise BearingTwinError(f"a scene of the kind {self.kind.name} has no {word}; a bearing has")
-
     def _to_last_output(self) -> None:
         """Puts the motion back to the last output given out: what was computed ahead is computed again."""
         self._commanded_until = self.sequence + 1 + COMMANDING_NS // self.output_period_ns
-        ahead = self._pending is not None and len(self._pending) and self._chunk_first is not None
+        ahead = self._pending is not None and self._chunk_first is not None
+        ahead = ahead and (len(self._pending) or self._broken is not None)
+        self._forget_failure()
         given = self._pending.first_sequence - self._chunk_first if ahead else 1
         self.looks.commanded(given > 0)
         if ahead:
@@ -159,14 +129,17 @@ class Simulation:
                 self._motion.advance(np.array([span]), span)
 
     def advance(self, outputs: int) -> Block:
-        """The next solver outputs, fewer or Interrupted after an interruption; or raises IntegrationError."""
+        """The next solver outputs, fewer where the run breaks off or was interrupted.
+
+        Raises IntegrationError or Interrupted where there is none.
+        """
         parts, missing = [], outputs
         while missing > 0:
             pending = self._begun()
             if not len(pending):
                 try:
                     self._compute_chunk(pending.first_sequence)
-                except Interrupted:
+                except (Interrupted, IntegrationError):
                     if not parts:
                         raise
                     break
@@ -201,33 +174,49 @@ class Simulation:
         return Block(self.channels, first, time_ns, numbers, self.looks.notes() | self._motion.take_records())
 
     def _compute_chunk(self, first: int) -> None:
+        """Puts the outputs up to the end of a chunk into `_pending`; those before where the run breaks off."""
+        if self._broken is not None:
+            raise self._failed(self._broken) from self._broken.error
         start, here = time.perf_counter(), (first - 1) * self.output_period_ns
         self.choice, self._motion = self.looks.again(here, self._load, self.choice, self._motion)
         until = chunk_end(self.scene, first, self.chunk_outputs, first < self._commanded_until)
         times = 1e-9 * self.output_period_ns * np.arange(1, until - first + 1)
-        state = self._motion.snapshot() if hasattr(self._motion, "snapshot") else None
+        state, block = state_of(self._motion), None
         try:
-            with heeding_signals(), self._halt.interruptible(self._motion):
-                arrays = self._motion.advance(times, times[-1])
-            block = self._block(first, arrays)
+            block = self._advanced(first, times)
             self._health.check(block)
         except IntegrationError as error:
-            raise self._failed(error, first - 1 if state is not None else -1, state) from error
-        self._pending, self._chunk_first, self._good = block, first, block[len(block) - 1]
+            begun = Broken(error, first - 1 if state is not None else -1, state)
+            made = partial(self._sound, first)
+            block, self._broken = up_to_break(self._motion, made, first, times, 1e-9 * here, begun, block)
+        if block is not None and len(block):
+            self._pending, self._chunk_first, self._good = block, first, block[len(block) - 1]
         self._compute_seconds += time.perf_counter() - start
 
-    def _failed(self, error: IntegrationError, sequence: int, state) -> IntegrationError:
+    def _advanced(self, first: int, times: np.ndarray) -> Block:
+        with heeding_signals(), self._halt.interruptible(self._motion):
+            arrays = self._motion.advance(times, times[-1])
+        return self._block(first, arrays)
+
+    def _sound(self, first: int, times: np.ndarray) -> Block:
+        block = self._advanced(first, times)
+        self._health.check(block)
+        return block
+
+    def _failed(self, broken: Broken) -> IntegrationError:
         """The error with the time of the last output given out, and all that is needed to look into it."""
+        error, *going_on = broken
         contact = error.contact or worst_contact(self.kind, self._good, self.channels, error.body)
-        seconds = 1e-9 * self.time_ns if self.sequence >= 0 else None
-        return placed(error, seconds, contact, self.scene, self._good, sequence, state)
+        self.failure = placed(error, 1e-9 * self.time_ns, contact, self.scene, self._good, *going_on)
+        return self.failure
 
     def report(self, last: bool = False) -> Report:
         """What the run cost and how far to trust it, up to the last output given out; the `last` one of a run."""
         given = self.sequence + 1  # outputs computed but not given out took their share of the seconds
         share = given / (given + len(self._pending)) if self._pending is not None else 0.0
         costs = self.looks.costs(self._motion)
-        return self._gathering.report(self.scene.name, share * self._compute_seconds, costs, last)
+        failure = None if self.failure is None else told_of(self.failure)
+        return self._gathering.report(self.scene.name, share * self._compute_seconds, costs, last, failure)
 
 
 class Run:
@@ -251,6 +240,11 @@ class Run:
     def report(self) -> Report:
         """The report on what has been iterated so far."""
         return self.simulation.report()
+
+    @property
+    def failure(self) -> IntegrationError | None:
+        """What broke the run off, if anything did."""
+        return self.simulation.failure
 
     @property
     def outputs(self) -> int:

@@ -43,10 +43,11 @@ class Workers:
         self._processes: list[multiprocessing.process.BaseProcess] = []
         self._asked = [deque[Future]() for _ in range(workers)]
         self._tasks: list[Task | None] = [None] * workers
+        self._lock, self._over = threading.Lock(), False
 
     def _start(self, task, values):
         context, theirs = multiprocessing.get_context(start_method()), []
-        atexit.register(self.end)  # for a study in a thread that nobody waits for
+        atexit.register(self._end_with_interpreter)
         for _ in self._asked:
             here, there = context.Pipe()
             self._pipes.append(here)
@@ -70,11 +71,13 @@ class Workers:
         """
         if not self._processes:
             try:
-                self._start(task, values[0])
+                with self._lock:
+                    self._leave_if_over()
+                    self._start(task, values[0])
             except OSError as error:
                 raise StudyError(f"worker processes cannot be started ({error.strerror})") from error
         place = min(range(len(self._asked)), key=lambda one: len(self._asked[one]))
-        with _worker_died():
+        with self._worker_died():
             self._pipes[place].send((task if self._tasks[place] is not task else None, values))
         self._tasks[place] = task
         self._asked[place].append(future := Future())
@@ -84,7 +87,7 @@ class Workers:
         """Those that came within `timeout` [s], and those that did not; raises StudyError when a worker has died."""
         come = set()
         for pipe in wait(self._pipes, timeout):
-            with _worker_died():
+            with self._worker_died():
                 found, error, told = pipe.recv()
             come.add(future := self._asked[self._pipes.index(pipe)].popleft())
             if error is None:
@@ -96,32 +99,49 @@ class Workers:
 
     def end(self) -> None:
         """Ends all processes, whatever they are at."""
-        atexit.unregister(self.end)
-        for one in (*self._stops, *self._pipes):
+        with self._lock:
+            self._leave_if_over()
+            atexit.unregister(self._end_with_interpreter)
+            self._end_processes()
+            for process in self._processes:
+                process.close()
+            self._processes.clear()
+            for one in (*self._pipes, *self._stops):
+                one.close()
+
+    def _end_processes(self) -> None:
+        for one in self._stops:
             with contextlib.suppress(OSError):
-                one.send_bytes(b"end") if one in self._stops else one.close()
+                one.send_bytes(b"end")
         for process in self._processes:
             process.join()
-            process.close()
-        self._processes.clear()
-        for one in self._stops:
-            one.close()
+
+    def _end_with_interpreter(self) -> None:
+        """For a study in a thread that nobody waits for, which goes on meanwhile: its pipes stay open."""
+        self._over = True
+        with self._lock:
+            self._end_processes()
+
+    def _leave_if_over(self) -> None:
+        """Ends this thread without a word where the interpreter ends: no worker has died."""
+        if self._over:
+            raise SystemExit
+
+    @contextlib.contextmanager
+    def _worker_died(self):
+        try:
+            yield
+        except (EOFError, OSError) as error:
+            self._leave_if_over()
+            raise StudyError(
+                "a worker process died (no memory left, or killed from outside; a script must keep run_study behind "
+                '`if __name__ == "__main__":`); try fewer workers'
+            ) from error
 
 
 def start_method() -> str:
     """How the first process is started here and now: `fork` where no other thread can hold a lock."""
     return "fork" if FORKS and len(os.listdir("/proc/self/task")) == 1 else "spawn"
-
-
-@contextlib.contextmanager
-def _worker_died():
-    try:
-        yield
-    except (EOFError, OSError) as error:
-        raise StudyError(
-            "a worker process died (no memory left, or killed from outside; a script must keep run_study behind "
-            '`if __name__ == "__main__":`); try fewer workers'
-        ) from error
 
 
 @contextlib.contextmanager

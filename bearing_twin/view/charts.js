@@ -83,14 +83,14 @@ class Chart {
     const { ctx, bbox } = u;
     for (const { low, high, value, colour } of this.spec.spans || []) {
       const [left, right, middle] = [low, high, value].map((one) => (one === null ? null : u.valToPos(one, "x", true)));
-      const a = left ?? bbox.left, b = right ?? bbox.left + bbox.width; // an end that is not known lies outside
       ctx.save();
       ctx.beginPath();
       ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
       ctx.clip();
       ctx.fillStyle = colour;
       ctx.globalAlpha = 0.2;
-      if (Number.isFinite(b - a)) ctx.fillRect(a, bbox.top, Math.max(b - a, 1), bbox.height);
+      const known = left !== null && right !== null && Number.isFinite(right - left);
+      if (known) ctx.fillRect(left, bbox.top, Math.max(right - left, 1), bbox.height);
       ctx.globalAlpha = 1.0;
       ctx.fillRect(middle - 1, bbox.top, 2, bbox.height);
       ctx.restore();

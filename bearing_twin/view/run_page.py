@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.views import View, plain_view
@@ -38,18 +39,23 @@ def view_of(stream) -> View:
 def document_of_run(stream, notes: Sequence[str] = ()) -> Viewed:
     """The page of a log, or of a run that is simulated for it; `notes` are shown on it.
 
-    Raises LogError for a stream without an output.
+    A run that breaks off is shown as far as it came. Raises LogError, or IntegrationError, for one without an output.
     """
     view = view_of(stream)
     frames = Frames(view)
     shown = passed_on(stream.blocks(), frames)
     if isinstance(stream, Run):
-        for _ in shown:
-            pass
+        try:
+            for _ in shown:
+                pass
+        except IntegrationError:
+            if stream.simulation.sequence < 0:
+                raise
         report, missing = stream.report, 0
     else:
         report, missing = report_of(stream, shown)
-    said = [*notes, frames.note(), f"{missing} outputs are missing from the log." if missing else ""]
+    failure = f"The run failed {report.failure['failure']}" if report.failure else ""
+    said = [*notes, failure, frames.note(), f"{missing} outputs are missing from the log." if missing else ""]
     document = {
         "kind": "run",
         "title": report.scene or "Recorded run",

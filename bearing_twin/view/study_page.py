@@ -117,13 +117,21 @@ def _distribution(result, name, exact) -> dict[str, Any] | None:
         lines.append(("smoothed", np.interp(x, smooth.x, smooth.density, 0.0, 0.0) / factor, BLUE, {"width": 2.2}))
     if exact is not None:
         lines.append(("change of variable", np.nan_to_num(exact.pdf(x)) / factor, INK, {"dashed": True}))
-    spans = [
-        {key: None if one[key] is None else one[key] * factor for key in ("value", "low", "high")} | {"colour": RED}
-        for one in marks
-    ]
+    spans = [_span(one, kept, factor) for one in marks]
     per = inverse(unit)
     title = f"{_words(name)}: 5, 50 and 95 % quantiles with intervals"
     return _chart(title, per, x * factor, lines, _words(name).lower(), unit, spans=spans, from_zero=True)
+
+
+def _span(quantile, kept: np.ndarray, factor: float) -> dict[str, Any]:
+    """A quantile with its interval as the chart draws it; an end that is open, by too few samples, at the last of them.
+
+    None for an end where there are no samples at all.
+    """
+    ends = {"low": kept.min(), "high": kept.max()} if len(kept) else {"low": None, "high": None}
+    found = {key: end if quantile[key] is None else quantile[key] for key, end in ends.items()}
+    found["value"] = quantile["value"]
+    return {key: None if one is None else float(one) * factor for key, one in found.items()} | {"colour": RED}
 
 
 def _convergence(result, summary) -> Iterable[dict[str, Any]]:

@@ -29,7 +29,8 @@ from bearing_twin.kinds.bearing.measured import (
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures, too_narrow
-from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift
+from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
+from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift, idle_step
 from bearing_twin.report import Choice
 
 DEFAULT = "rodas4"  # where nothing was measured
@@ -157,6 +158,7 @@ def choose(parameters) -> Choice:
         return Choice(law, QUASI_STATIC, error, "; ".join(reasons), tuple(warnings))
     stepper, prediction, why = _stepper(parameters, warnings)
     reasons.append(why)
+    warnings += idle_step(parameters.solver.step, stepper, FIXED_STEP)
     friction = FRICTIONS[parameters.contact.friction]
     if friction.over_spot:
         reasons.append(

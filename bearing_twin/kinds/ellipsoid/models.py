@@ -3,7 +3,7 @@
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.kinds.ellipsoid.derived import law_error_over, shortest_contact
 from bearing_twin.kinds.impact.collision import FEW_STEPS
-from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift
+from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift, idle_step
 from bearing_twin.report import Choice
 
 RATIONAL = 1e-9  # no law is called wrong that is as near to exact Hertz as the rational form of hertz
@@ -28,6 +28,7 @@ def choose(parameters) -> Choice:
         reason += "; dop853, because its steps follow the contact's own time and its error is controlled"
     else:
         reason += f"; {stepper}, as the scene asks"
+    warnings += idle_step(solver.step, stepper, ("rk4",))
     if stepper == "rk4" and solver.step > shortest_contact(parameters) / FEW_STEPS:
         warnings.append(
             f"solver.step = {solver.step:g} s is less than {FEW_STEPS} steps a contact: restitution may be off by 2 %; "

@@ -6,6 +6,7 @@ from bearing_twin.contact.validity import wave_transit
 from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.kinds.impact.derived import contact_time_by, is_elastic, is_steady, pair_contact_time, sphere_law
 from bearing_twin.kinds.impact.methods import FIXED_STEP
+from bearing_twin.kinds.law_words import idle_step
 from bearing_twin.report import Choice
 
 JOHNSON_ERROR = 0.04
@@ -103,7 +104,7 @@ def off_elements(parameters) -> tuple[float, list[str]]:
 def _step_warnings(parameters, stepper: str) -> tuple[str, ...]:
     expected = pair_contact_time(parameters)
     if stepper not in FIXED_STEP or parameters.solver.step <= expected / FEW_STEPS:
-        return ()
+        return tuple(idle_step(parameters.solver.step, stepper, FIXED_STEP))
     return (
         f"solver.step = {parameters.solver.step:g} s is less than {FEW_STEPS} steps a contact: restitution may be off "
         f"by 2 %; use {expected / FEW_STEPS:.3g} s or less",

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from bearing_twin.kinds.impact.collision import peak_of
 from bearing_twin.pictures.run import RunPicture
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, scaled
 from bearing_twin.pictures.values import scaled_time
 
 ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "in the contact"))
@@ -22,10 +22,11 @@ class PairPicture(RunPicture):
         force.set_xlabel(f"time [{unit}]")
         frame(approach)
         inside = values["approach"] >= 0.0
-        approach.plot(
-            1e6 * values["approach"][inside], values["normal_load"][inside], color=BALL_COLOURS[0], linewidth=2
-        )
-        heading(approach, "Force against approach: the loop is what is lost", "approach [µm]", "contact force [N]")
+        deep, load = values["approach"][inside], values["normal_load"][inside]
+        (by_length, length), (by_force, newtons) = scaled(deep, "m"), scaled(values["normal_load"], "N")
+        approach.plot(by_length * deep, by_force * load, color=BALL_COLOURS[0], linewidth=2)
+        across, up = f"approach [{length}]", f"contact force [{newtons}]"
+        heading(approach, "Force against approach: the loop is what is lost", across, up)
         velocity = figure.add_subplot(grid[1, 0])
         frame(velocity)
         for body, name in enumerate(("first", "second")):
@@ -39,11 +40,12 @@ class PairPicture(RunPicture):
 def draw_force(axis, time, values) -> None:
     """The contact force over time, its peak in the heading."""
     frame(axis)
-    axis.fill_between(time, values["normal_load"], color=BALL_COLOURS[0], alpha=0.2, linewidth=0)
-    axis.plot(time, values["normal_load"], color=BALL_COLOURS[0], linewidth=2)
+    factor, unit = scaled(values["normal_load"], "N")
+    axis.fill_between(time, factor * values["normal_load"], color=BALL_COLOURS[0], alpha=0.2, linewidth=0)
+    axis.plot(time, factor * values["normal_load"], color=BALL_COLOURS[0], linewidth=2)
     axis.margins(x=0.0)
-    peak = peak_of(values["normal_load"])
-    heading(axis, f"Contact force, at most {peak:.5g} N", up="contact force [N]")
+    peak = factor * peak_of(values["normal_load"])
+    heading(axis, f"Contact force, at most {peak:.5g} {unit}", up=f"contact force [{unit}]")
 
 
 def draw_energies(axis, time, unit, values, parts_shown=ENERGIES) -> None:

@@ -1,5 +1,6 @@
 """Law and method of a shaft on two bearings, and what speaks against equilibria of its balls."""
 
+from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing import models as of_bearings
 from bearing_twin.kinds.bearing.adequacy import centrifugal_share, still_error
 from bearing_twin.kinds.bearing.start import too_narrow
@@ -47,7 +48,11 @@ def choose(parameters: ShaftScene) -> Choice:
     law = law_of(parameters)
     warnings = []
     balance_of(parameters, law, float(parameters.drive.speed))
-    balance_of(parameters, law, float(speeds_of(parameters)[-1]), float(parameters.run.duration))
+    end = float(parameters.run.duration)
+    try:
+        balance_of(parameters, law, float(speeds_of(parameters)[-1]), end)
+    except SceneError as problem:
+        raise SceneError(f"at {end:g} s, where the run ends, {problem}") from problem
     error = law_error(parameters, law)
     share = max(shares_of(parameters, law).values())
     if still_error(share) > parameters.wanted.tolerance:
