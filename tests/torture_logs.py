@@ -9,6 +9,8 @@ import signal
 import struct
 import time
 import zlib
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import lz4.frame
@@ -301,6 +303,9 @@ def _file_of(*records) -> bytes:
     return MAGIC + builder.end()
 
 
+PACKED = {"zstd": zstandard.compress, "lz4": lz4.frame.compress}
+
+
 def _chunk(content: bytes, data: bytes, compression: str, size: int | None = None) -> Chunk:
     return Chunk(
         compression=compression, data=data, message_end_time=0, message_start_time=0,
@@ -323,36 +328,43 @@ def _log_of_scene(scene: str) -> bytes:
 TABLE = '{"kind": "bearing", "rings": {"inner": {"table": [%s]}}}'
 
 
-def log_bombs() -> dict[str, bytes]:
-    """Small files that would unpack, count or allocate without end, by what they are."""
-    zeros, described = bytes(1 << 28), (Schema(1, b"", "ros2msg", "a/msg/B"), Channel(1, "/a", "cdr", {}, 1))
-    packed = {"zstd": zstandard.compress(zeros), "lz4": lz4.frame.compress(zeros)}
-    empties = struct.pack("<BQ", 0x80, 0) * 3_000_000
-    messages = (struct.pack("<BQHIQQ", 5, 22, 1, 0, 0, 0)) * 1_000_000
+def log_bombs() -> dict[str, Callable[[], bytes]]:
+    """Small files that would unpack, count or allocate without end, made when they are wanted, by what they are."""
+    described = Schema(1, b"", "ros2msg", "a/msg/B"), Channel(1, "/a", "cdr", {}, 1)
     huge = struct.pack("<BQ", 6, 1 << 62)
-    found = {}
-    for name, data in packed.items():
-        found[f"{name}, size as it is"] = _file_of(_chunk(zeros, data, name))
-        found[f"{name}, size small"] = _file_of(_chunk(zeros, data, name, 1000))
-        found[f"{name}, size huge"] = _file_of(_chunk(zeros, data, name, 1 << 62))
-        found[f"{name}, many chunks"] = _file_of(*[_chunk(zeros, data, name, 1 << 26)] * 8)
-        pack = zstandard.compress if name == "zstd" else lz4.frame.compress
-        found[f"{name}, empty records"] = _file_of(*described, _chunk(empties, pack(empties), name))
-        found[f"{name}, empty messages"] = _file_of(*described, _chunk(messages, pack(messages), name))
-        found[f"{name}, just under the limit"] = _file_of(*[_chunk(zeros[: 1 << 26], pack(zeros[: 1 << 26]), name)] * 4)
+
+    def unpacked(compression: str, size: int, told: int | None = None, times: int = 1) -> bytes:
+        """Chunks of so many zeros that tell this size."""
+        zeros = bytes(size)
+        return _file_of(*[_chunk(zeros, PACKED[compression](zeros), compression, told)] * times)
+
+    def counted(compression: str, record: bytes, times: int) -> bytes:
+        """A chunk of so many records."""
+        return _file_of(*described, _chunk(record * times, PACKED[compression](record * times), compression))
+
+    found: dict[str, Callable[[], bytes]] = {}
+    for name in PACKED:
+        found[f"{name}, size as it is"] = partial(unpacked, name, 1 << 28)
+        found[f"{name}, size small"] = partial(unpacked, name, 1 << 28, 1000)
+        found[f"{name}, size huge"] = partial(unpacked, name, 1 << 28, 1 << 62)
+        found[f"{name}, many chunks"] = partial(unpacked, name, 1 << 28, 1 << 26, 8)
+        found[f"{name}, empty records"] = partial(counted, name, struct.pack("<BQ", 0x80, 0), 3_000_000)
+        message = struct.pack("<BQHIQQ", 5, 22, 1, 0, 0, 0)
+        found[f"{name}, empty messages"] = partial(counted, name, message, 1_000_000)
+        found[f"{name}, just under the limit"] = partial(unpacked, name, 1 << 26, None, 4)
+    channels = (Channel(k % 65536, "/a" * 50, "cdr", {}, 1) for k in range(100_000))
+    rows = (f"[{k}e-3, 1,1,1,0,0]" for k in range(300_000))
     return found | {
-        "a record of 2^62 bytes": _file_of() + huge,
-        "a record of 2^62 bytes in a chunk": _file_of(_chunk(huge, huge, "")),
-        "a chunk without end": MAGIC + struct.pack("<BQ", 6, 1 << 25) + bytes(100),
-        "magic alone, many times": MAGIC * 100_000,
-        "100 000 channels": _file_of(
-            described[0], *(Channel(k % 65536, "/a" * 50, "cdr", {}, 1) for k in range(100_000))
-        ),
-        "a scene of 30 MB": _log_of_scene("kind: bearing\ndescription: " + "x" * 30_000_000),
-        "a scene of 7 MB of lists": _log_of_scene('{"kind": "bearing", "a": [' + "[]," * 2_300_000 + "0]}"),
-        "a scene of deep lists": _log_of_scene('{"a": ' + "[" * 5_000_000),
-        "a scene with a long table": _log_of_scene(TABLE % ", ".join(f"[{k}e-3, 1,1,1,0,0]" for k in range(300_000))),
-        "a schema of 30 MB": _file_of(Schema(1, bytes(30_000_000), "ros2msg", "a/msg/B")),
+        "a record of 2^62 bytes": lambda: _file_of() + huge,
+        "a record of 2^62 bytes in a chunk": lambda: _file_of(_chunk(huge, huge, "")),
+        "a chunk without end": lambda: MAGIC + struct.pack("<BQ", 6, 1 << 25) + bytes(100),
+        "magic alone, many times": lambda: MAGIC * 100_000,
+        "100 000 channels": lambda: _file_of(described[0], *channels),
+        "a scene of 30 MB": lambda: _log_of_scene("kind: bearing\ndescription: " + "x" * 30_000_000),
+        "a scene of 7 MB of lists": lambda: _log_of_scene('{"kind": "bearing", "a": [' + "[]," * 2_300_000 + "0]}"),
+        "a scene of deep lists": lambda: _log_of_scene('{"a": ' + "[" * 5_000_000),
+        "a scene with a long table": lambda: _log_of_scene(TABLE % ", ".join(rows)),
+        "a schema of 30 MB": lambda: _file_of(Schema(1, bytes(30_000_000), "ros2msg", "a/msg/B")),
     }
 
 
@@ -399,18 +411,20 @@ def bombs(share: float, folder: Path) -> Found:
 
         return work
 
-    def write():
-        for name, content in log_bombs().items():
-            (folder / f"{name}.mcap").write_bytes(content)
-
-    assert in_a_process(write).well
-    jobs = []
-    for path in sorted(folder.glob("*.mcap")):
-        name = path.stem
+    logs, jobs = log_bombs(), []
+    for name in sorted(logs):
+        path = folder / f"{name}.mcap"
         jobs += [(name, job(lambda path: list(raw_messages(path)), path)), (name, job(read_log, path))]
     for name, text in yaml_bombs().items():
         jobs += [(name, job(parse, text, "a bomb")) for parse in (parse_scene, parse_study)]
-    for name, work in jobs[:: max(1, round(1.0 / share / 4.0))]:
+    chosen = jobs[:: max(1, round(1.0 / share / 4.0))]
+
+    def write():
+        for name in {name for name, _ in chosen} & {*logs}:
+            (folder / f"{name}.mcap").write_bytes(logs[name]())
+
+    assert in_a_process(write).well
+    for name, work in chosen:
         cost = in_a_process(work)
         tried += 1
         silent += not cost.well
