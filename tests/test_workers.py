@@ -219,7 +219,7 @@ def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path, quick_sta
     assert b"Traceback" not in error
 
 
-def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread_that_nobody_waits_for(tmp_path):
+def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread_that_nobody_waits_for(tmp_path, quick_starts):
     """And takes its workers along."""
     script = tmp_path / "ends.py"
     lines = (

@@ -40,7 +40,9 @@ RATES = (1.0, 20.0, 500.0, 5000.0)  # messages a second
 KILLED_TOGETHER = 10
 STATE = struct.Struct("<Q")
 MOST_NUMBERS = 200_000
-HELD_UP = 0.02  # s without a sign of life of a writer that should have given one
+MANY, LAST, HELD, TIMES = range(4)  # what a writer notes: messages, last sign of life, time without a turn, times
+NAP, PUNCTUAL = 0.01, 1e-3  # s between signs of life, and by which they may come late
+HELD_UP = NAP + 0.02  # s without a sign of life of a writer that should have given one
 
 
 def clock_log(path, **safety) -> tuple[RawLogWriter, int]:
@@ -49,20 +51,36 @@ def clock_log(path, **safety) -> tuple[RawLogWriter, int]:
     return log, log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
 
 
+class _Life:
+    """What a writer notes in `shared` of its life: when it had its last turn, and how long the machine let it wait."""
+
+    def __init__(self, shared):
+        self._shared, self._wall, self._cpu = shared, time.monotonic(), time.process_time()
+
+    def sign(self, slept: float = 0.0) -> float:
+        """A sign of life after a sleep [s]; returns the time."""
+        wall, cpu = time.monotonic(), time.process_time()
+        self._shared[HELD] += max(0.0, wall - self._wall - slept - (cpu - self._cpu) - PUNCTUAL)
+        self._shared[LAST] = self._wall = wall
+        self._cpu = cpu
+        return wall
+
+
 def _write_until_killed(path, rate: float, shared) -> None:
     """Writes numbered messages at `rate`, and notes in `shared` how many, and when each was handed over."""
     log, topic = clock_log(path, max_loss=MAX_LOSS, patient=True)
-    handed = shared[1:]
+    handed, life = shared[TIMES:], _Life(shared)
     number, began = 0, time.monotonic()
     while number < len(handed):
-        due = began + number / rate
-        if time.monotonic() < due:
-            time.sleep(due - time.monotonic())
-        now = time.monotonic()
+        now = life.sign()
+        while (left := began + number / rate - now) > 0.0:
+            nap = min(NAP, left)
+            time.sleep(nap)
+            now = life.sign(nap)
         log.write(topic, number, int(now * 1e9), STATE.pack(number))
         handed[number] = now
         number += 1
-        shared[0] = number
+        shared[MANY] = number
 
 
 def kills(share: float, folder: Path) -> Found:
@@ -74,25 +92,25 @@ def kills(share: float, folder: Path) -> Found:
     for first in range(0, trials, KILLED_TOGETHER):
         together = []
         for k in range(first, min(first + KILLED_TOGETHER, trials)):
-            shared, path = np.frombuffer(mmap.mmap(-1, 8 * (1 + MOST_NUMBERS))), folder / f"killed_{k}.mcap"
+            shared, path = np.frombuffer(mmap.mmap(-1, 8 * (TIMES + MOST_NUMBERS))), folder / f"killed_{k}.mcap"
             child = fork()
             if child == 0:
                 try:
                     _write_until_killed(path, rates[k], shared)
                 finally:
                     os._exit(1)
-            together.append((child, shared, path, rates[k]))
-        for _, shared, _, _ in together:
-            until(lambda shared=shared: shared[0] > 0, 60.0)
-        for child, shared, path, rate in together:
+            together.append((child, shared, path))
+        for _, shared, _ in together:
+            until(lambda shared=shared: shared[MANY] > 0, 300.0)
+        for child, shared, path in together:
             time.sleep(random.uniform(0.02, 0.15))
             killed = time.monotonic()
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
             written = _numbers(path, folder)
-            missing = shared[1 + len(written) : 1 + int(shared[0])]
+            missing = shared[TIMES + len(written) : TIMES + int(shared[MANY])]
             # A machine with more to do than it can may not let a writer run for a while: no log is written then.
-            alive = min(killed, shared[int(shared[0])] + 1.0 / rate + HELD_UP)
+            alive = min(killed, shared[LAST] + HELD_UP) - shared[HELD]
             held_up = max(held_up, killed - alive)
             worst = max(worst, alive - missing.min(initial=alive))
             late = int(np.sum(alive - missing > ALLOWED))
