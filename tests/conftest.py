@@ -94,7 +94,7 @@ def quick_pictures(monkeypatch):
                     axis.set_major_locator(FixedLocator(axis.get_view_interval()))
                 if isinstance(axis.get_major_formatter(), (LogFormatter, ScalarFormatter)):  # Matplotlib's own
                     axis.set_major_formatter(NullFormatter())
-        FigureCanvasAgg(figure).print_png(path)
+        FigureCanvasAgg(figure).print_png(path, pil_kwargs={"compress_level": 1})
 
     monkeypatch.setitem(rcParams, "axes.titley", 1.0)  # which else makes room for ticks above
     monkeypatch.setattr(Figure, "savefig", saved)
@@ -169,9 +169,8 @@ def pytest_collection_modifyitems(config, items):
 
 def pytest_collection_finish():
     # What modules hold stays to the end: to look through it again and again for garbage took a tenth of the time.
-    gc.collect()
     gc.freeze()
-    gc.set_threshold(100_000, 20, 50)
+    gc.set_threshold(1_000_000, 20, 50)
     gc.enable()
     BEGAN[:] = [time.monotonic()]
 

@@ -15,11 +15,11 @@ from bearings import (
     with_spot,
     without_compiling,
 )
-from numba import njit
+from numba import njit, typeof
 from reference.fit_hertz import fit
 from scipy.special import ellipe
 
-from bearing_twin.code_linking import dispatcher, needs_of
+from bearing_twin.code_linking import needs_of
 from bearing_twin.compiled import OPTIONS
 from bearing_twin.contact.ellipse import (
     AREA_DENOMINATOR,
@@ -229,9 +229,9 @@ def test_friction_at_a_point_neither_runs_nor_compiles_the_spots():
     called = {}
     for overrides in ((), (SPOT,)):
         bearing = motion(*overrides).bearing
-        function = dispatcher(lane_rates.py_func, OPTIONS)
-        function(bearing, lanes)
-        called[overrides] = {one.function for one in needs_of(function.overloads[function.signatures[0]].library)}
+        lane_rates(bearing, lanes)
+        form = lane_rates.overloads[tuple(map(typeof, (bearing, lanes)))]
+        called[overrides] = {one.function for one in needs_of(form.library)}
     of_spots = {"contacts_of_spots", "over_spots", "add_answers"}
     assert of_spots <= called[(SPOT,)]
     assert not of_spots & called[()]

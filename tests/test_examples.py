@@ -4,15 +4,18 @@ import contextlib
 import io
 import runpy
 import subprocess
+import sys
 from pathlib import Path
 
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import starts
 from PIL import Image
 
 from bearing_twin.command import cli
+from bearing_twin.command.node_start import words_of
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
@@ -35,6 +38,12 @@ def answered(run):
     return asked
 
 
+def node_at_once(words):
+    """`bearing_twin node start` as the process that it becomes, which has imported what it needs."""
+    assert words[:3] == ["bearing_twin", "node", "start"]
+    return starts.Forking([sys.executable, *words_of(words[3], words[4:])])
+
+
 def covers_a_curve(axes):
     """Whether the legend of these axes, drawn already, lies over a point of one of their lines."""
     legend = axes.get_legend()
@@ -51,6 +60,7 @@ def test_an_example_runs_and_draws(example, tmp_path, monkeypatch, capsys, quick
         import ros  # noqa: F401  (skips where ROS is missing)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(subprocess, "run", answered(subprocess.run))
+    monkeypatch.setattr(subprocess, "Popen", node_at_once)
     monkeypatch.setattr("bearing_twin.uq.ensemble.usable", lambda: 1)
     matplotlib.use("Agg")
     runpy.run_path(str(example), run_name="__main__")

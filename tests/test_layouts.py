@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import resource
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -238,29 +239,36 @@ def test_a_log_is_laid_out_by_its_own_names(tmp_path, capsys):
     assert "is not overwritten" in capsys.readouterr().err
 
 
+def printed_by_rerun(*words):
+    """What Rerun's own program, which its Python package brings along and only starts, finds in a file."""
+    program = Path(pytest.importorskip("rerun_cli").__file__).parent / "rerun"
+    return subprocess.run([program, "rrd", "print", *words], capture_output=True, text=True, check=True).stdout
+
+
 def test_a_file_for_rerun_plays_an_impact_so_that_it_can_be_seen(tmp_path, capsys):
     pytest.importorskip("rerun", reason="rerun-sdk is not installed (pip install rerun-sdk)")
     write_log(simulate(load_scene("two_spheres")), tmp_path / "impact.mcap")
     assert 7e-5 < log_span(tmp_path / "impact.mcap") < 9e-5
     assert main(["layouts", str(tmp_path / "impact.mcap"), "--out", str(tmp_path), "--for", "rerun"]) == 0
-    words = [sys.executable, "-m", "rerun", "rrd", "print", "-vvv", str(tmp_path / "impact.rrd")]
-    printed = subprocess.run(words, capture_output=True, text=True).stdout
+    printed = printed_by_rerun("-vvv", tmp_path / "impact.rrd")
     [speed] = re.findall(r"\[([0-9.e-]+)\]\s*┆ \[\d\]\s*┆ \[message_log_time\]", printed)
     assert 5.0 < log_span(tmp_path / "impact.mcap") / float(speed) < 7.0  # s of looking
 
 
-def test_a_file_for_rerun_that_finds_no_room_is_told_and_leaves_nothing(tmp_path):
+def test_a_file_for_rerun_that_finds_no_room_is_told_and_leaves_nothing(tmp_path, capsys, monkeypatch):
     pytest.importorskip("rerun", reason="rerun-sdk is not installed (pip install rerun-sdk)")
     write_log(simulate(load_scene("two_spheres")), tmp_path / "impact.mcap")
-    code = (
-        "import resource, sys\nfrom bearing_twin.command.cli import main\n"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\nsys.exit(main(sys.argv[1:]))"
-    )
-    words = ["layouts", str(tmp_path / "impact.mcap"), "--out", str(tmp_path), "--for", "rerun"]
-    done = subprocess.run([sys.executable, "-B", "-c", code, *words], capture_output=True, text=True)
-    assert done.returncode == 2
-    assert f"bearing_twin: {tmp_path / 'impact.rrd'} cannot be written (" in done.stderr
-    assert "Traceback" not in done.stderr
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # nothing notices where a file of it is cut off
+    largest, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, most))  # in this process: a new one takes seconds to import Rerun
+    try:
+        code = main(["layouts", str(tmp_path / "impact.mcap"), "--out", str(tmp_path), "--for", "rerun"])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (largest, most))
+    said = capsys.readouterr().err
+    assert code == 2
+    assert f"bearing_twin: {tmp_path / 'impact.rrd'} cannot be written (" in said
+    assert "Traceback" not in said
     assert [path.name for path in tmp_path.iterdir()] == ["impact.mcap"]
 
 
@@ -311,9 +319,7 @@ def test_a_file_for_rerun_shows_the_bearing(tmp_path):
     scene = made_up_scene()
     write_log(made_up_run(scene, [made_up_block(scene, 50)]), tmp_path / "run.mcap")
     assert main(["layouts", str(tmp_path / "run.mcap"), "--out", str(tmp_path), "--for", "rerun"]) == 0
-    printed = subprocess.run(
-        [sys.executable, "-m", "rerun", "rrd", "print", str(tmp_path / "run.rrd")], capture_output=True, text=True
-    ).stdout
+    printed = printed_by_rerun(tmp_path / "run.rrd")
     for ball in range(3):
         assert f"/bearing_link/visual_geometries/ball_{ball}/visual_0 - data columns: [Ellipsoids3D" in printed
     assert "Transform3D:child_frame" in printed

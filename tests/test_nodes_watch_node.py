@@ -8,6 +8,7 @@ import threading
 
 import pytest
 from ros import (
+    PATIENCE,
     DiagnosticArray,
     DiagnosticStatus,
     KeyValue,
@@ -35,7 +36,7 @@ def asked(executor, node, method="GET", path="/", command=None):
     found = []
 
     def ask():
-        connection = http.client.HTTPConnection("localhost", node.server.server_port, timeout=60)
+        connection = http.client.HTTPConnection("localhost", node.server.server_port, timeout=PATIENCE)
         connection.request(method, path, command and json.dumps(command), {"X-Token": node.server.token})
         answer = connection.getresponse()
         found.append((answer.status, answer.read().decode()))
@@ -54,6 +55,8 @@ def listen(answer, heard):
 
 def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch):
     monkeypatch.setattr(watch_node, "ASKED_FOR", 0.5)
+    for patience in ("ANSWER", "COMING"):
+        monkeypatch.setattr(watch_node, patience, PATIENCE)  # a busy machine answers late
     with ros_executor(threads=2) as executor:
         sim = started(executor, SimNode, **SCENE)
         spin_until(executor, lambda: sim.ready.is_set() or sim.failure, "compilation")
@@ -66,7 +69,7 @@ def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch):
         status, page = asked(executor, node)
         assert status == 200
         assert "bearing_6203" in page
-        events = http.client.HTTPConnection("localhost", node.server.server_port, timeout=60)
+        events = http.client.HTTPConnection("localhost", node.server.server_port, timeout=PATIENCE)
         events.connect()
         wire, heard = events.sock, []
         events.request("GET", "/events")

@@ -1,5 +1,6 @@
 """A reader that leaves before the end, as `head` does, is no error: of any program of the package."""
 
+import os
 import subprocess
 import sys
 
@@ -17,13 +18,14 @@ WORDS = {
 
 
 @pytest.mark.parametrize(("what", "both"), [("help of a command", False), *((what, True) for what in WORDS)])
-def test_a_reader_that_leaves_is_no_error(what, both, tmp_path):
-    said = tmp_path / "said"
+def test_a_reader_that_leaves_is_no_error(what, both, tmp_path, quick_starts):
+    said, (reader, printed) = tmp_path / "said", os.pipe()
+    os.close(reader)  # before anything is printed
     with said.open("wb") as rest:
         process = subprocess.Popen(
-            [sys.executable, "-m", *WORDS[what]], stdout=subprocess.PIPE, stderr=subprocess.STDOUT if both else rest
+            [sys.executable, "-m", *WORDS[what]], stdout=printed, stderr=printed if both else rest
         )
-        process.stdout.close()
+        os.close(printed)
         assert process.wait(600) == 0
     assert said.read_bytes() == b""
 

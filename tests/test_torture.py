@@ -46,7 +46,7 @@ def test_the_time_of_all_rows_takes_the_place_of_an_older_one():
     assert later.count("All rows took") == 1
 
 
-def test_a_row_beside_the_others_tells_what_it_found(tmp_path, monkeypatch):
+def test_a_row_beside_the_others_tells_what_it_found(tmp_path, monkeypatch, quick_starts):
     monkeypatch.setattr(torture, "SAID", tmp_path)
     [row] = (row for row in LOGS if row.name == "torn")
     chosen = [row._replace(beside=True), *(row for row in LOGS if row.name == "full")]

@@ -3,7 +3,6 @@
 import contextlib
 import io
 import re
-import subprocess
 
 import pytest
 from pages import ROOT, TUTORIALS, blocks, without_code, words_of
@@ -40,18 +39,6 @@ def test_a_tutorial_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys,
         elif block.language == "bash":
             ran += sum(follow(line, capsys) for line in block.lines)
     assert ran
-
-
-def test_the_lines_of_the_page_of_logs_run_one_after_the_other(tmp_path, monkeypatch, capsys, quick_workers):
-    """Each works on what the ones before have left; what is cut off must hold something that can be saved."""
-    monkeypatch.chdir(tmp_path)
-    for block in blocks(ROOT / "docs" / "logs.md"):
-        for line in block.lines if block.language == "bash" else ():
-            if line.startswith("head "):
-                subprocess.run(line, shell=True, check=True)
-            else:
-                assert follow(line, capsys), line
-    assert {"whole.mcap", "run_folder", "layouts", "again.png"} <= {path.name for path in tmp_path.iterdir()}
 
 
 def follow(line, capsys) -> bool:

@@ -245,7 +245,7 @@ def test_the_numbers_do_not_depend_on_the_cuts():
     for cuts in (1, 7):
         moving = TwoBodiesMotion(made.parameters, choose(made))
         for _ in range(cuts):
-            moving.advance(np.array([4e-4 / cuts]), 4e-4 / cuts)
+            moving.advance(np.array([2.2e-4 / cuts]), 2.2e-4 / cuts)
         ends.append(moving.first_outputs())
     for one, other in zip(*ends, strict=True):
         assert one == pytest.approx(other, rel=1e-12, abs=1e-15)

@@ -17,6 +17,7 @@ from test_ensemble import LONG_RUN, LOSSY, ROOT, alive, children, run, wait_for
 
 from bearing_twin.errors import StudyError
 from bearing_twin.kinds import KINDS
+from bearing_twin.run.scene import open_scene
 from bearing_twin.uq import workers
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.propagation import task_of
@@ -61,27 +62,31 @@ def test_the_first_process_is_a_fork_where_there_is_no_other_thread(monkeypatch)
         assert stream.read() == ("fork spawn spawn" if sys.platform == "linux" else "spawn spawn spawn")
 
 
-def test_a_second_worker_imports_nothing_where_it_is_a_fork(way, tmp_path, monkeypatch):
+def test_numbers_are_the_same_however_workers_are_started_and_a_fork_imports_nothing(way, tmp_path, monkeypatch):
     """A kind's own module is read by each process that is started afresh, and by no other."""
     name = f"counted_kind_{os.getpid()}"
     lines = (
-        "import dataclasses, os, toy_kind",
+        "import dataclasses, os",
         "from bearing_twin.kinds import KINDS, register",
         f"with open({str(tmp_path / 'read')!r}, 'a') as stream: stream.write(f'{{os.getpid()}} ')",
-        f"register(dataclasses.replace(toy_kind.KIND, name='counted', home={name!r}))",
+        f"register(dataclasses.replace(KINDS['two_spheres'], name='counted', home={name!r}))",
     )
     (tmp_path / f"{name}.py").write_text("\n".join(lines), encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     __import__(name)
     try:
-        task = task_of(parse_study({**TOY, "scene": {"kind": "counted"}}, "s"))
+        scene = open_scene("two_spheres")[0] | {"kind": "counted"}
+        task = task_of(parse_study({**LOSSY, "scene": scene}, "s"))
+        values = np.linspace(0.9e-4, 1.6e-4, 40)[:, None]
         with Ensemble(task, 2, "processes", lambda: False) as ensemble:
-            found = ensemble.evaluate(np.linspace(0.01, 0.02, 8)[:, None])
+            found = ensemble.evaluate(values)
             ours = children()
             below = [one for each in ours for one in children(each)]
+        here = realise(task, values)
     finally:
         del KINDS["counted"], sys.modules[name]
-    assert np.isfinite(found.quantities).all()
+    assert np.isfinite(here.quantities).all()
+    assert np.array_equal(found.quantities, here.quantities)
     assert len((tmp_path / "read").read_text().split()) - 1 == WAYS[way][2]
     assert (len(ours), len(below)) == ((1, 2) if WAYS[way][1] else (2, 0))
     assert not any(map(alive, below))
@@ -95,14 +100,6 @@ def test_kernels_are_loaded_once_by_what_forks_the_workers(tmp_path, monkeypatch
     with Ensemble(task, 2, "processes", lambda: False) as ensemble:
         ensemble.evaluate(np.linspace(0.01, 0.02, 8)[:, None])
         assert [int(path.name) for path in tmp_path.iterdir()] == children()
-
-
-def test_the_numbers_are_the_same_however_workers_are_started(way):
-    by_two = run(LOSSY, ["workers=2"])
-    here = realise(task_of(parse_study(LOSSY, "s")), by_two.values)
-    assert np.isfinite(here.quantities).all()
-    assert np.array_equal(by_two.quantities, here.quantities)
-    assert children() == []
 
 
 def test_what_one_worker_meets_and_nobody_foresaw_is_raised_with_where_it_was(monkeypatch):
@@ -226,7 +223,7 @@ def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path, quick_sta
     ("until", "more"),
     [("multiprocessing.active_children()", {}), ("told", {"set": ["run.duration=0.02"], "samples": 10000})],
 )
-def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread_that_nobody_waits_for(until, more, tmp_path):
+def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread(until, more, tmp_path, quick_starts):
     """And takes its workers along, while they start or while they compute; nothing is said of it."""
     script = tmp_path / "ends.py"
     lines = (

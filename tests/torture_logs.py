@@ -9,6 +9,8 @@ import signal
 import struct
 import time
 import zlib
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import lz4.frame
@@ -38,7 +40,9 @@ RATES = (1.0, 20.0, 500.0, 5000.0)  # messages a second
 KILLED_TOGETHER = 10
 STATE = struct.Struct("<Q")
 MOST_NUMBERS = 200_000
-HELD_UP = 0.02  # s without a sign of life of a writer that should have given one
+MANY, LAST, HELD, TIMES = range(4)  # what a writer notes: messages, last sign of life, time without a turn, times
+NAP, PUNCTUAL = 0.01, 1e-3  # s between signs of life, and by which they may come late
+HELD_UP = NAP + 0.02  # s without a sign of life of a writer that should have given one
 
 
 def clock_log(path, **safety) -> tuple[RawLogWriter, int]:
@@ -47,20 +51,36 @@ def clock_log(path, **safety) -> tuple[RawLogWriter, int]:
     return log, log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
 
 
+class _Life:
+    """What a writer notes in `shared` of its life: when it had its last turn, and how long the machine let it wait."""
+
+    def __init__(self, shared):
+        self._shared, self._wall, self._cpu = shared, time.monotonic(), time.process_time()
+
+    def sign(self, slept: float = 0.0) -> float:
+        """A sign of life after a sleep [s]; returns the time."""
+        wall, cpu = time.monotonic(), time.process_time()
+        self._shared[HELD] += max(0.0, wall - self._wall - slept - (cpu - self._cpu) - PUNCTUAL)
+        self._shared[LAST] = self._wall = wall
+        self._cpu = cpu
+        return wall
+
+
 def _write_until_killed(path, rate: float, shared) -> None:
     """Writes numbered messages at `rate`, and notes in `shared` how many, and when each was handed over."""
     log, topic = clock_log(path, max_loss=MAX_LOSS, patient=True)
-    handed = shared[1:]
+    handed, life = shared[TIMES:], _Life(shared)
     number, began = 0, time.monotonic()
     while number < len(handed):
-        due = began + number / rate
-        if time.monotonic() < due:
-            time.sleep(due - time.monotonic())
-        now = time.monotonic()
+        now = life.sign()
+        while (left := began + number / rate - now) > 0.0:
+            nap = min(NAP, left)
+            time.sleep(nap)
+            now = life.sign(nap)
         log.write(topic, number, int(now * 1e9), STATE.pack(number))
         handed[number] = now
         number += 1
-        shared[0] = number
+        shared[MANY] = number
 
 
 def kills(share: float, folder: Path) -> Found:
@@ -72,25 +92,25 @@ def kills(share: float, folder: Path) -> Found:
     for first in range(0, trials, KILLED_TOGETHER):
         together = []
         for k in range(first, min(first + KILLED_TOGETHER, trials)):
-            shared, path = np.frombuffer(mmap.mmap(-1, 8 * (1 + MOST_NUMBERS))), folder / f"killed_{k}.mcap"
+            shared, path = np.frombuffer(mmap.mmap(-1, 8 * (TIMES + MOST_NUMBERS))), folder / f"killed_{k}.mcap"
             child = fork()
             if child == 0:
                 try:
                     _write_until_killed(path, rates[k], shared)
                 finally:
                     os._exit(1)
-            together.append((child, shared, path, rates[k]))
-        for _, shared, _, _ in together:
-            until(lambda shared=shared: shared[0] > 0, 60.0)
-        for child, shared, path, rate in together:
+            together.append((child, shared, path))
+        for _, shared, _ in together:
+            until(lambda shared=shared: shared[MANY] > 0, 300.0)
+        for child, shared, path in together:
             time.sleep(random.uniform(0.02, 0.15))
             killed = time.monotonic()
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
             written = _numbers(path, folder)
-            missing = shared[1 + len(written) : 1 + int(shared[0])]
+            missing = shared[TIMES + len(written) : TIMES + int(shared[MANY])]
             # A machine with more to do than it can may not let a writer run for a while: no log is written then.
-            alive = min(killed, shared[int(shared[0])] + 1.0 / rate + HELD_UP)
+            alive = min(killed, shared[LAST] + HELD_UP) - shared[HELD]
             held_up = max(held_up, killed - alive)
             worst = max(worst, alive - missing.min(initial=alive))
             late = int(np.sum(alive - missing > ALLOWED))
@@ -301,6 +321,9 @@ def _file_of(*records) -> bytes:
     return MAGIC + builder.end()
 
 
+PACKED = {"zstd": zstandard.compress, "lz4": lz4.frame.compress}
+
+
 def _chunk(content: bytes, data: bytes, compression: str, size: int | None = None) -> Chunk:
     return Chunk(
         compression=compression, data=data, message_end_time=0, message_start_time=0,
@@ -323,36 +346,43 @@ def _log_of_scene(scene: str) -> bytes:
 TABLE = '{"kind": "bearing", "rings": {"inner": {"table": [%s]}}}'
 
 
-def log_bombs() -> dict[str, bytes]:
-    """Small files that would unpack, count or allocate without end, by what they are."""
-    zeros, described = bytes(1 << 28), (Schema(1, b"", "ros2msg", "a/msg/B"), Channel(1, "/a", "cdr", {}, 1))
-    packed = {"zstd": zstandard.compress(zeros), "lz4": lz4.frame.compress(zeros)}
-    empties = struct.pack("<BQ", 0x80, 0) * 3_000_000
-    messages = (struct.pack("<BQHIQQ", 5, 22, 1, 0, 0, 0)) * 1_000_000
+def log_bombs() -> dict[str, Callable[[], bytes]]:
+    """Small files that would unpack, count or allocate without end, made when they are wanted, by what they are."""
+    described = Schema(1, b"", "ros2msg", "a/msg/B"), Channel(1, "/a", "cdr", {}, 1)
     huge = struct.pack("<BQ", 6, 1 << 62)
-    found = {}
-    for name, data in packed.items():
-        found[f"{name}, size as it is"] = _file_of(_chunk(zeros, data, name))
-        found[f"{name}, size small"] = _file_of(_chunk(zeros, data, name, 1000))
-        found[f"{name}, size huge"] = _file_of(_chunk(zeros, data, name, 1 << 62))
-        found[f"{name}, many chunks"] = _file_of(*[_chunk(zeros, data, name, 1 << 26)] * 8)
-        pack = zstandard.compress if name == "zstd" else lz4.frame.compress
-        found[f"{name}, empty records"] = _file_of(*described, _chunk(empties, pack(empties), name))
-        found[f"{name}, empty messages"] = _file_of(*described, _chunk(messages, pack(messages), name))
-        found[f"{name}, just under the limit"] = _file_of(*[_chunk(zeros[: 1 << 26], pack(zeros[: 1 << 26]), name)] * 4)
+
+    def unpacked(compression: str, size: int, told: int | None = None, times: int = 1) -> bytes:
+        """Chunks of so many zeros that tell this size."""
+        zeros = bytes(size)
+        return _file_of(*[_chunk(zeros, PACKED[compression](zeros), compression, told)] * times)
+
+    def counted(compression: str, record: bytes, times: int) -> bytes:
+        """A chunk of so many records."""
+        return _file_of(*described, _chunk(record * times, PACKED[compression](record * times), compression))
+
+    found: dict[str, Callable[[], bytes]] = {}
+    for name in PACKED:
+        found[f"{name}, size as it is"] = partial(unpacked, name, 1 << 28)
+        found[f"{name}, size small"] = partial(unpacked, name, 1 << 28, 1000)
+        found[f"{name}, size huge"] = partial(unpacked, name, 1 << 28, 1 << 62)
+        found[f"{name}, many chunks"] = partial(unpacked, name, 1 << 28, 1 << 26, 8)
+        found[f"{name}, empty records"] = partial(counted, name, struct.pack("<BQ", 0x80, 0), 3_000_000)
+        message = struct.pack("<BQHIQQ", 5, 22, 1, 0, 0, 0)
+        found[f"{name}, empty messages"] = partial(counted, name, message, 1_000_000)
+        found[f"{name}, just under the limit"] = partial(unpacked, name, 1 << 26, None, 4)
+    channels = (Channel(k % 65536, "/a" * 50, "cdr", {}, 1) for k in range(100_000))
+    rows = (f"[{k}e-3, 1,1,1,0,0]" for k in range(300_000))
     return found | {
-        "a record of 2^62 bytes": _file_of() + huge,
-        "a record of 2^62 bytes in a chunk": _file_of(_chunk(huge, huge, "")),
-        "a chunk without end": MAGIC + struct.pack("<BQ", 6, 1 << 25) + bytes(100),
-        "magic alone, many times": MAGIC * 100_000,
-        "100 000 channels": _file_of(
-            described[0], *(Channel(k % 65536, "/a" * 50, "cdr", {}, 1) for k in range(100_000))
-        ),
-        "a scene of 30 MB": _log_of_scene("kind: bearing\ndescription: " + "x" * 30_000_000),
-        "a scene of 7 MB of lists": _log_of_scene('{"kind": "bearing", "a": [' + "[]," * 2_300_000 + "0]}"),
-        "a scene of deep lists": _log_of_scene('{"a": ' + "[" * 5_000_000),
-        "a scene with a long table": _log_of_scene(TABLE % ", ".join(f"[{k}e-3, 1,1,1,0,0]" for k in range(300_000))),
-        "a schema of 30 MB": _file_of(Schema(1, bytes(30_000_000), "ros2msg", "a/msg/B")),
+        "a record of 2^62 bytes": lambda: _file_of() + huge,
+        "a record of 2^62 bytes in a chunk": lambda: _file_of(_chunk(huge, huge, "")),
+        "a chunk without end": lambda: MAGIC + struct.pack("<BQ", 6, 1 << 25) + bytes(100),
+        "magic alone, many times": lambda: MAGIC * 100_000,
+        "100 000 channels": lambda: _file_of(described[0], *channels),
+        "a scene of 30 MB": lambda: _log_of_scene("kind: bearing\ndescription: " + "x" * 30_000_000),
+        "a scene of 7 MB of lists": lambda: _log_of_scene('{"kind": "bearing", "a": [' + "[]," * 2_300_000 + "0]}"),
+        "a scene of deep lists": lambda: _log_of_scene('{"a": ' + "[" * 5_000_000),
+        "a scene with a long table": lambda: _log_of_scene(TABLE % ", ".join(rows)),
+        "a schema of 30 MB": lambda: _file_of(Schema(1, bytes(30_000_000), "ros2msg", "a/msg/B")),
     }
 
 
@@ -399,18 +429,20 @@ def bombs(share: float, folder: Path) -> Found:
 
         return work
 
-    def write():
-        for name, content in log_bombs().items():
-            (folder / f"{name}.mcap").write_bytes(content)
-
-    assert in_a_process(write).well
-    jobs = []
-    for path in sorted(folder.glob("*.mcap")):
-        name = path.stem
+    logs, jobs = log_bombs(), []
+    for name in sorted(logs):
+        path = folder / f"{name}.mcap"
         jobs += [(name, job(lambda path: list(raw_messages(path)), path)), (name, job(read_log, path))]
     for name, text in yaml_bombs().items():
         jobs += [(name, job(parse, text, "a bomb")) for parse in (parse_scene, parse_study)]
-    for name, work in jobs[:: max(1, round(1.0 / share / 4.0))]:
+    chosen = jobs[:: max(1, round(1.0 / share / 4.0))]
+
+    def write():
+        for name in {name for name, _ in chosen} & {*logs}:
+            (folder / f"{name}.mcap").write_bytes(logs[name]())
+
+    assert in_a_process(write).well
+    for name, work in chosen:
         cost = in_a_process(work)
         tried += 1
         silent += not cost.well
