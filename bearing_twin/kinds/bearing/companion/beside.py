@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.companion.departures import room, starts
+from bearing_twin.kinds.bearing.companion.departures import all_start, room, starts
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part
 from bearing_twin.kinds.bearing.companion.meetings import meetings, pairs_in
 from bearing_twin.kinds.bearing.companion.windows import Window
@@ -49,8 +49,11 @@ def all_beside(parameters, part: Part, window: Window, scales, last=None, until:
     """All balls with ring and cage in one window, as `some_beside`; None if that fails."""
     start, length, balls = part.start(window.begin), window.length, len(part.near)
     times = part.times[window.begin + 1 : window.begin + 1 + length] - start
-    moving, borders = starts(part, [Window(ball, window.begin, length) for ball in range(balls)])
-    moving = (*moving, borders[0].copy()) if last is None else tuple(array.copy() for array in last)
+    if last is None:
+        balls_begin, border = all_start(part, window.begin, length)
+        moving = (*balls_begin, border)
+    else:
+        moving = tuple(array.copy() for array in last)
     moving[2][:] = moving[2].min()
     results, partners = room(length, balls, moving[3], moving[4]), part.partners
     partners = partners._replace(load=partners.load + start * partners.load_rate, scales=TIGHTER * partners.scales)

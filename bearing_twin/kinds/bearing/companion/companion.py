@@ -18,10 +18,10 @@ from bearing_twin.kinds.bearing.companion.beside import TIGHTER, all_beside, som
 from bearing_twin.kinds.bearing.companion.departures import (
     Followed,
     affordable,
+    all_start,
     bouncing,
     loose,
     nowhere,
-    starts,
     taking_off,
     to_the_end,
     together,
@@ -244,10 +244,10 @@ class Companion(Looking):
         rows, taken, stretches, first = [], 0, stretches_from(met), np.inf
         window = next(stretches)
         begin = part.elapsed + part.start(window.begin)
-        moving, borders = starts(part, [window._replace(ball=ball) for ball in range(len(part.near))])
+        moving, border = all_start(part, window.begin, window.length)
         self.drift.set_apart(moving[0], begin, tolerance)
         self.drift.begin(None)
-        last = (*moving, borders[0])
+        last = (*moving, border)
         while window is not None and taken <= (COPYING if self.grew <= MET else THREATENED) * part.taken:
             found = all_beside(self.parameters, part, window, scales / TIGHTER, last)
             if found is None:

@@ -130,6 +130,21 @@ def starts(part: Part, group: list[Window]):
     return tuple(moving), rings
 
 
+def all_start(part: Part, begin: int, length: int):
+    """As `starts`, of a window of all balls; ring and cage have one row."""
+    state, orientation, steps, carried, border = part.begun
+    if begin < 0:
+        return (state.copy(), orientation.copy(), 0.5 * steps, carried.copy()), border.copy()
+    states, orientations, borders = part.filled
+    rest = slice(begin + 1, begin + 1 + length)
+    if len(part.pointer):
+        span = part.times[rest][-1] - part.times[begin]
+        steps = span / np.maximum(part.pointer[:, rest, STEPS_IN].sum(axis=1), 1.0)
+    return (states[begin].copy(), orientations[begin].copy(), 0.5 * steps, np.zeros_like(carried)), borders[
+        begin
+    ].copy()
+
+
 def room(length: int, balls: int, carried: np.ndarray, border: np.ndarray) -> Results:
     """Empty results of so many instants and balls."""
     return Results(

@@ -64,16 +64,16 @@ class Pairs(NamedTuple):
 @kernel
 def new_pairs(near, balls, storing):
     """The balls numbered in `balls`, one after the other; `near[k]` (N,) says whether ball k may touch the next."""
-    count = len(balls)
-    blocks = new_blocks(count, PAIR_ROWS)
-    for place in range(count):
+    count, touching = len(balls), np.any(near)
+    blocks = new_blocks(count if touching else 0, PAIR_ROWS)  # zeros in so much memory take as long as two steps
+    for place in range(count if touching else 0):
         lanes, k = blocks[place // LANES], place % LANES
         next_one = balls[(place + 1) % count]
         if near[balls[place]] and next_one == (balls[place] + 1) % len(near):
             put(lanes, MAY_TOUCH, k, 1.0)
         if next_one < balls[place]:
             put(lanes, ROUND, k, 2.0 * math.pi)
-    return Pairs(count, np.any(near), storing, blocks)
+    return Pairs(count, touching, storing, blocks)
 
 
 @kernel

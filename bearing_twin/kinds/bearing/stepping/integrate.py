@@ -11,7 +11,6 @@ from bearing_twin.kinds.bearing.forces.pairs import add_stored
 from bearing_twin.kinds.bearing.stepping.border import Partners
 from bearing_twin.kinds.bearing.stepping.explicit import explicit_chunk
 from bearing_twin.kinds.bearing.stepping.imex import imex_chunk
-from bearing_twin.kinds.bearing.stepping.linear_system import new_coupling
 from bearing_twin.kinds.bearing.stepping.rosenbrock import ChunkTask, rosenbrock_chunk
 from bearing_twin.kinds.bearing.stepping.scipy_chunk import scipy_chunk
 from bearing_twin.kinds.bearing.stepping.steps import FAILURES
@@ -125,6 +124,5 @@ def _by_rosenbrock(task, partners, near, moving, results) -> int:
     for group in together:
         if status == OK:
             balls = np.array(group)
-            coupling = new_coupling(near, balls, partners, results.last_border)
-            status = rosenbrock_chunk(task, coupling, balls, *moving, results)
+            status = rosenbrock_chunk(task, (near, partners), balls, *moving, results)
     return status

@@ -80,7 +80,7 @@ def new_coupling(near, balls, partners, state):
     """
     closed = 1 if near[balls[-1]] and len(balls) == len(near) else 0
     pairs, blocks = new_pairs(near, balls, 1.0), closed + (1 if partners.active else 0)
-    chain = chain_solve.new_chain(len(balls) - closed, blocks, pairs.touching)
+    chain = chain_solve.new_chain(len(balls) - closed if pairs.touching else 0, blocks, pairs.touching)
     return Coupling(pairs, chain, new_border(partners, len(balls), state))
 
 

@@ -16,11 +16,12 @@ from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.forces.handing import handed, taken
 from bearing_twin.kinds.bearing.forces.layout import CARRIED_INNER, ORIENTATION, ROSENBROCK_ROWS, SHAFT_ROWS, TURNED
 from bearing_twin.kinds.bearing.forces.ring_seat import put_still_ring
-from bearing_twin.kinds.bearing.stepping.border import bearing_at, follow_cage, put_pockets
+from bearing_twin.kinds.bearing.stepping.border import Partners, bearing_at, follow_cage, put_pockets
 from bearing_twin.kinds.bearing.stepping.border_step import border_at, border_inside, copy_state
 from bearing_twin.kinds.bearing.stepping.flight import cut_steps
 from bearing_twin.kinds.bearing.stepping.instants import give_out
 from bearing_twin.kinds.bearing.stepping.lanes import rosenbrock_step
+from bearing_twin.kinds.bearing.stepping.linear_system import new_coupling
 from bearing_twin.kinds.bearing.stepping.pointing import note_errors, point_out
 from bearing_twin.kinds.bearing.stepping.step_ends import dense_ends
 from bearing_twin.kinds.bearing.stepping.steps import (
@@ -222,25 +223,45 @@ def _advance(task, stretches, coupling, balls, state, orientation, steps, result
     return status
 
 
-@kernel
-def _chunk(bearing, drive, method, times, duration, scales, own, coupling, balls, state, orientation, steps, results):
-    """`rosenbrock_chunk` of what is handed over without names."""
-    task = ChunkTask(Rosenbrock(*method), taken(bearing), RingDrive(*drive), times, duration, scales)
+@inlined
+def _through(task, own, coupling, balls, state, orientation, steps, results):
+    """`rosenbrock_chunk` of balls and what couples them, in room that is made here."""
     blocks, dense = _blocks_of(coupling, len(balls)), new_dense_step()
     held, filled, stretches = np.full(LANES * len(blocks), IDLE), Results(*results), Stretches(*own)
     cursor = np.zeros_like(held)
     return _advance(task, stretches, coupling, balls, state, orientation, steps, filled, held, cursor, dense, blocks)
 
 
+@kernel
+def _alone(bearing, drive, method, times, duration, scales, own, balls, state, orientation, steps, results):
+    """`rosenbrock_chunk` of balls alone, of what is handed over without names."""
+    task = ChunkTask(Rosenbrock(*method), taken(bearing), RingDrive(*drive), times, duration, scales)
+    return _through(task, own, (), balls, state, orientation, steps, results)
+
+
+@kernel
+def _together(
+    bearing, drive, method, times, duration, scales, own, near, partners, balls, state, orientation, steps, results
+):
+    """`rosenbrock_chunk` of balls that are coupled: what couples them is made here, and Python never sees it."""
+    task = ChunkTask(Rosenbrock(*method), taken(bearing), RingDrive(*drive), times, duration, scales)
+    coupling = new_coupling(near, balls, Partners(*partners), Results(*results).last_border)
+    return _through(task, own, coupling, balls, state, orientation, steps, results)
+
+
 def rosenbrock_chunk(
-    task: ChunkTask, coupling, balls, state, orientation, steps, results: Results, own: Stretches | None = None
+    task: ChunkTask, coupled: tuple, balls, state, orientation, steps, results: Results, own: Stretches | None = None
 ) -> int:
     """Advances the balls numbered in `balls` over the chunk; `steps` (N,) [s] are the step sizes carried along.
 
-    `coupling` is empty for balls alone, else a `linear_system.Coupling`. Balls alone may have stretches of their `own`,
-    within the chunk's instants. Returns a status.
+    `coupled` is empty for balls alone, else says which may meet the next (N,), and the partners. Balls alone may have
+    stretches of their `own`, within the chunk's instants. Returns a status.
     """
     bearing, drive, method = handed(task.bearing), tuple(task.drive), tuple(task.method)
     own = own or alike(len(state), task.duration, len(task.times))
     what = bearing, drive, method, task.times, task.duration, task.scales, tuple(own)
-    return _chunk(*what, coupling, balls, state, orientation, steps, tuple(results))
+    moving = balls, state, orientation, steps, tuple(results)
+    if coupled:
+        near, partners = coupled
+        return _together(*what, near, tuple(partners), *moving)
+    return _alone(*what, *moving)
