@@ -44,9 +44,6 @@ from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 SHORT = 0.02  # s: the first part of a run, those after it are longer each, so that little is done again ...
 LONGER = (2.0, 1.5)  # ... by so many times; with a ring that carries on what it is off, where more is done again
 DOUBLED = 40  # times: beyond any chunk, and far from the end of floats, which a node reaches within minutes
-CALM, PATIENT = 0.1, 4  # share of the tolerance; parts whose windows are off by less make the setting rougher again ...
-RELAXED, NOTABLE = 3.0, 1.2  # ... by so many times in one go, at most and at least ...
-BEYOND = 3.0  # of the scene's setting where bumps were seen to carry errors on: statistics are the same (docs/doubt.md)
 BEGUN = "drive", "goal_speed", "elapsed", "_acceleration", "_load", "_load_rate", "_inherited"  # what a part changes
 VERIFIABLE = 10.0 * LEAST_TOLERANCE  # the least tolerance to which a companion can be tighter
 
@@ -177,6 +174,12 @@ class WatchedMotion(BearingMotion):
         """As of BearingMotion, done again with a tighter setting where the companion finds it off too far."""
         arrays, others = {name: getattr(self, name).copy() for name in MOVING}, [getattr(self, name) for name in BEGUN]
         before_it, self._windows, begun = self.companion.inherited(), None, self.elapsed
+        if not len(times):
+            before = self.setting
+            self._set(max(redoing.UNSEEN * before, min(before, VERIFIABLE / self.given)))
+            super()._part(times, duration, out, first)
+            self._set(before)
+            return
         self._part_begun, spent, dear = begun, int(self.counts[STEPS]), 0
         # A ball that is followed since before is not bettered: a sign, no more, of a rough setting.
         before, worst, since = self.setting, math.inf, -math.inf if self.setting > redoing.FUTILE else self.elapsed
@@ -192,16 +195,13 @@ class WatchedMotion(BearingMotion):
                 super()._part(times, duration, out, first)
                 break
             if self.companion.diverged:
-                self._set(BEYOND)
+                self._set(redoing.BEYOND)
                 self._sensitive = True
                 break
             last, worst = worst, self._worst(since)
             dear = dear or redoing.MOST_SPENT * (self.counts[STEPS] - spent)
-            if (
-                attempt == redoing.REDONE
-                or worst <= (redoing.GOOD if attempt else redoing.SAFE)
-                or self.counts[STEPS] - spent > dear
-            ):
+            enough = attempt == redoing.REDONE or worst <= (redoing.GOOD if attempt else redoing.SAFE)
+            if enough or self.counts[STEPS] - spent > dear:
                 break
             if attempt and worst >= redoing.HELPED * last:
                 self._set(max(self.setting, min(before, redoing.FUTILE)))
@@ -231,10 +231,10 @@ class WatchedMotion(BearingMotion):
         if rows is not None and len(rows):
             whole = rows[:, PLACE["ball"]] == ALL
             worst = max(self._off(rows[~whole]), unseen(self.parameters) * self._off(rows[whole]))
-            spare = CALM / max(worst, 1e-300)
-        self._calm = self._calm + 1 if spare > NOTABLE else 0
-        if self._calm > PATIENT and self.setting < self._roughest and not self._sensitive:
-            self._set(min(self._roughest, min(spare, RELAXED) * self.setting))
+            spare = redoing.CALM / max(worst, 1e-300)
+        self._calm = self._calm + 1 if spare > redoing.NOTABLE else 0
+        if self._calm > redoing.PATIENT and self.setting < self._roughest and not self._sensitive:
+            self._set(min(self._roughest, min(spare, redoing.RELAXED) * self.setting))
             self._calm = 0
 
     def _begin_again(self, arrays, others, inherited, setting: float) -> None:
