@@ -135,6 +135,22 @@ def test_a_tighter_setting_gets_rougher_again_once_parts_are_calm_but_never_as_r
     assert (other.setting, other.snapshot()) == (0.5, kept)
 
 
+def test_a_part_without_outputs_is_integrated_more_tightly_for_no_window_sees_it(monkeypatch):
+    """As a jump that ends between two outputs; behind it the setting is as it was."""
+    moving, _ = watched("bearing_6203", "drive.change={time: 2e-3, speed: -50}", "drive.acceleration=1e5")
+    settings, part = [], BearingMotion._part
+
+    def noted(self, times, duration, out, first):
+        settings.append((len(times), self.setting))
+        part(self, times, duration, out, first)
+
+    monkeypatch.setattr(BearingMotion, "_part", noted)
+    moving.advance(np.array([0.002, 0.01]), 0.01)
+    assert (0, redoing.UNSEEN) in settings
+    assert {setting for outputs, setting in settings if outputs} == {1.0}
+    assert moving.setting == 1.0
+
+
 @pytest.mark.parametrize("speed", [157.0796, 94.2478])
 def test_a_part_is_done_again_where_what_a_moving_ring_carries_on_makes_it_too_rough(speed):
     """Windows off by 0.34 and 0.46 of the tolerance, of which the run counts three times as much."""
