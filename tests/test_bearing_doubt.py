@@ -13,7 +13,7 @@ from bearing_twin.charts.tolerance import CASES, METHOD, judge
 from bearing_twin.contact.friction import friction_number, friction_of
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing import watched as bearing_watched
+from bearing_twin.kinds.bearing.companion import redoing
 from bearing_twin.kinds.bearing.companion.growth import MOST, Growth
 from bearing_twin.kinds.bearing.companion.pointers import one_for_all
 from bearing_twin.kinds.bearing.companion.windows import (
@@ -148,6 +148,22 @@ def test_what_windows_of_all_balls_miss_keeps_steps_as_short_as_they_are():
             moving._relax(row)
             found.add(moving.setting)
         assert found == settings
+
+
+def test_a_part_without_outputs_is_integrated_more_tightly_for_no_window_sees_it(monkeypatch):
+    """As a jump that ends between two outputs; behind it the setting is as it was."""
+    moving, _ = watched("bearing_6203", "drive.change={time: 2e-3, speed: -50}", "drive.acceleration=1e5")
+    settings, part = [], BearingMotion._part
+
+    def noted(self, times, duration, out, first):
+        settings.append((len(times), self.setting))
+        part(self, times, duration, out, first)
+
+    monkeypatch.setattr(BearingMotion, "_part", noted)
+    moving.advance(np.array([0.002, 0.01]), 0.01)
+    assert (0, redoing.UNSEEN) in settings
+    assert {setting for outputs, setting in settings if outputs} == {1.0}
+    assert moving.setting == 1.0
 
 
 @pytest.mark.parametrize("speed", [157.0796, 94.2478])
@@ -488,7 +504,7 @@ def test_an_error_that_grows_by_itself_beyond_what_is_wanted_is_a_horizon():
 @pytest.mark.parametrize("retaken", [0, 2])
 def test_a_chunk_in_which_balls_meet_is_done_again_from_its_beginning(retaken, monkeypatch):
     """A ring jumps at 20 ms, and two balls that were thrown meet at 31 ms: 5e-9 m become an error of friction."""
-    monkeypatch.setattr(bearing_watched, "RETAKEN", retaken)
+    monkeypatch.setattr(redoing, "RETAKEN", retaken)
     case, tolerance = "sudden, harder", 2e-3
     name, differs = CASES[case]
     point = judge(case, METHOD, tolerance, 0.0)
@@ -517,7 +533,7 @@ def test_what_balls_that_fly_are_off_is_found_and_mended(case, tolerance):
 
 
 def test_a_ball_that_bounces_after_a_jump_names_its_horizon(monkeypatch):
-    monkeypatch.setattr(bearing_watched, "RETAKEN", 0)  # done again, the run may be exact enough to have none
+    monkeypatch.setattr(redoing, "RETAKEN", 0)  # done again, the run may be exact enough to have none
     jump = "drive.change.offset=[2e-6,-5e-6,1e-6]"
     report = reported("bearing_6203_sudden", "run.duration=0.04", jump, "wanted.tolerance=0.1").report
     assert report.status.startswith("doubtful")

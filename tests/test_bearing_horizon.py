@@ -205,13 +205,20 @@ def test_a_ball_that_nobody_follows_is_looked_at_where_it_takes_off():
     assert not taking_off(a_part(), met[:4], set(), 1e9)
 
 
-def test_a_copy_that_grows_away_names_the_horizon_where_balls_met():
+GROWTH = [(1e-6, 2e-3, True), (1e-7, 5e-5, True), (1e-7, 3e-5, False), (1e-6, 5e-5, False)]
+
+
+@pytest.mark.parametrize(("first", "reached", "named"), GROWTH)
+def test_a_copy_that_grows_away_names_the_horizon_where_balls_met(first, reached, named):
+    """A hundred times, and beyond a third of what is wanted: as near as one copy tells it."""
     growth = Growth(1e-4)
-    for end, error in ((0.031, 1e-6), (0.032, 2e-3)):
+    for end, error in ((0.031, first), (0.032, reached)):
         row = np.zeros(len(WINDOW.columns))
         row[0], row[PLACE["begin"]], row[PLACE["ball"]], row[PLACE["friction"]] = end, 0.0308, APART, error
         growth.add(row, 50.0)
-    assert growth.notes["horizon"].startswith("errors have grown 2e+03 times since balls met: beyond 0.031 s")
+    assert ("horizon" in growth.notes) == named
+    if named:
+        assert "times since balls met: beyond 0.031 s" in growth.notes["horizon"]
 
 
 @pytest.mark.parametrize(("reached", "known"), [(1e-7, True), (1e-5, False)])

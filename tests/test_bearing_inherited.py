@@ -27,6 +27,7 @@ from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 
 GREATEST = 400.0  # N
+TOLERANCE = 1e-3  # of the steps
 
 
 def part_of(bearing, load, friction):
@@ -76,13 +77,13 @@ def test_errors_add_up_as_a_random_walk_while_the_ring_rings(rig):
         part_of(rig.bearing, [300, 300, 400, 400], [0, 0, 0, 0]),
         np.array([window(load=2.0, orbit_angle=1e-7, friction=0.5)]),
     )
-    found, _, _, known = carried_on(NOTHING, part, rows, 4e-3, 0.0, GREATEST)
+    found, *_, known = carried_on(NOTHING, part, rows, TOLERANCE, 4e-3, 0.0, GREATEST)
     (row,) = found[found[:, PLACE["ball"]] == INHERITED]
     assert row[PLACE["load"]] == pytest.approx(2.0 * 2.0)  # 4 ms are four windows
     assert row[PLACE["orbit_angle"]] == pytest.approx(1e-7 * math.sqrt(43.0))  # nothing damps it: since the beginning
     assert row[PLACE["friction"]] == 0.5  # balls forget their slip
     assert known[1] == pytest.approx(4.0)
-    assert carried_on(NOTHING, part, rows, 0.0, 0.0, GREATEST)[0] is rows
+    assert carried_on(NOTHING, part, rows, TOLERANCE, 0.0, 0.0, GREATEST)[0] is rows
 
 
 def test_contacts_that_bear_little_feel_more_of_it(rig):
@@ -92,13 +93,38 @@ def test_contacts_that_bear_little_feel_more_of_it(rig):
     assert light_share(loaded, GREATEST) == pytest.approx(1.0)
     assert light_share(light, GREATEST) == pytest.approx(4.0)
     assert light_share(part_of(rig.bearing, 4 * [0.0], 4 * [0.0]), GREATEST) == 0.0
-    found = carried_on(NOTHING, light, np.array([window(load=2.0)]), 1e-3, 0.0, GREATEST)
+    found = carried_on(NOTHING, light, np.array([window(load=2.0)]), TOLERANCE, 1e-3, 0.0, GREATEST)
     assert found.rows[-1, PLACE["friction"]] == pytest.approx(4.0 * 2.0 / GREATEST)
+
+
+def test_what_a_ring_is_off_across_its_load_changes_friction_where_contacts_begin(rig):
+    """Loads tell it less than the place of the ring: contacts across its load bear little, and are less stiff."""
+    coefficient = rig.bearing.inner.law.given
+    light = part_of(rig.bearing, 4 * [GREATEST / 8], 4 * [rig.bearing.friction_coefficient * GREATEST / 8])
+    off = 1e-9  # m
+    rows = np.array([window(load=0.01, ring_displacement=off)])
+    found = carried_on(NOTHING, light, rows, TOLERANCE, 1e-3, 0.0, GREATEST)
+    share = 1.5 * coefficient ** (2 / 3) * (GREATEST / 8) ** (1 / 3) * off / (GREATEST / 8)
+    assert found.rows[-1, PLACE["friction"]] == pytest.approx(share)
+    later = carried_on(found.known, light, rows[:0], TOLERANCE, 1e-3, 0.0, GREATEST)
+    assert later.before[0, PLACE["friction"]] == pytest.approx(share)  # where nobody looked
+
+
+def test_what_a_part_without_windows_inherits_is_told(rig):
+    """The ring goes on to err as much as before; nothing says that it falls."""
+    part, rows = (
+        part_of(rig.bearing, 4 * [GREATEST], 4 * [rig.bearing.friction_coefficient * GREATEST]),
+        np.zeros((0, 17)),
+    )
+    found = carried_on((0.0, 3.0, 0.0, 0.0), part, rows, TOLERANCE, part.duration, 0.0, GREATEST)
+    assert found.rows[-1, PLACE["friction"]] == pytest.approx(3.0 / GREATEST)
+    assert found.added[-1, PLACE["friction"]] == 0.0
+    assert found.known[1] == 3.0
 
 
 def test_what_balls_are_off_their_way_round_makes_loads_err(rig):
     part = part_of(rig.bearing, [100, 100, 400, 400], [8, 8, 8, 8])
-    _, off, told = carried_on(NOTHING, part, np.array([window(ball=0)]), 0.0, 1e-4, GREATEST).known
+    _, off, _, told = carried_on(NOTHING, part, np.array([window(ball=0)]), TOLERANCE, 0.0, 1e-4, GREATEST).known
     assert off == pytest.approx(1e-4 * 300.0)
     assert told > 0.0
 
@@ -106,17 +132,17 @@ def test_what_balls_are_off_their_way_round_makes_loads_err(rig):
 def test_what_loads_were_off_falls_as_the_ring_rings_down(rig):
     """To a tenth in that time, and for the part after it counts in full."""
     part, rows = part_of(rig.bearing, [300, 300, 400, 400], [0, 0, 0, 0]), np.array([window(load=1e-9)])
-    _, off, _ = carried_on((0.0, 3.0, 0.0), part, rows, part.duration, 0.0, GREATEST).known
+    _, off, *_ = carried_on((0.0, 3.0, 0.0, 0.0), part, rows, TOLERANCE, part.duration, 0.0, GREATEST).known
     assert off == pytest.approx(0.3)
     rubbing = part_of(rig.bearing, 4 * [GREATEST], 4 * [rig.bearing.friction_coefficient * GREATEST])
-    found = carried_on((0.0, 3.0, 0.0), rubbing, rows, part.duration, 0.0, GREATEST)
+    found = carried_on((0.0, 3.0, 0.0, 0.0), rubbing, rows, TOLERANCE, part.duration, 0.0, GREATEST)
     assert found.rows[-1, PLACE["friction"]] == pytest.approx(3.0 / GREATEST)
 
 
 def test_what_a_part_adds_and_what_it_has_from_before_are_told_apart(rig):
     """The first is bettered by another go at the part, the second is not; together they are recorded."""
     part = part_of(rig.bearing, 4 * [GREATEST], 4 * [rig.bearing.friction_coefficient * GREATEST])
-    found = carried_on((0.0, 3.0, 0.0), part, np.array([window(load=0.5)]), 1e-3, 0.0, GREATEST)
+    found = carried_on((0.0, 3.0, 0.0, 0.0), part, np.array([window(load=0.5)]), TOLERANCE, 1e-3, 0.0, GREATEST)
     friction = [rows[-1, PLACE["friction"]] * GREATEST for rows in (found.added, found.before, found.rows)]
     assert friction == pytest.approx([0.5, 3.0, 3.0])
     assert found.before[0, PLACE["load"]] == 0.0  # windows before told it
@@ -129,12 +155,17 @@ def test_what_a_ring_is_off_that_is_thrown_against_its_balls_grows(rig):
     assert (thrown(held), thrown(flying)) == (False, True)
     assert not thrown(on_a_ring(part_of(rig.bearing, [9, 9, 0, 0], 4 * [0]), [200, 110]))  # the ball hops by itself
     rows = np.array([window(load=0.5)])
-    before = carried_on((0.0, 0.1, 0.0), flying, rows, 1e-3, 0.0, GREATEST).before
+    before = carried_on((0.0, 0.1, 0.0, 0.0), flying, rows, TOLERANCE, 1e-3, 0.0, GREATEST).before
     assert before[0, PLACE["load"]] == pytest.approx(0.1 * BUMPING)
-    most = carried_on((0.0, 1e3, 0.0), flying, rows, 1e9, 0.0, GREATEST)
+    most = carried_on((0.0, 1e3, 0.0, 0.0), flying, rows, TOLERANCE, 1e9, 0.0, GREATEST)
     assert most.before[0, PLACE["load"]] == pytest.approx(GREATEST)
     assert most.known[1] == pytest.approx(GREATEST)  # nor does it grow on in the next part
-    single = carried_on((0.0, 0.1, 0.0), flying, rows, 0.0, 0.0, GREATEST)  # no ring moves with the balls
+    assert most.before[1, PLACE["load"]] == pytest.approx(1e3 * BUMPING)  # what a tighter setting is chosen by
+    added = carried_on(NOTHING, flying, rows, TOLERANCE, 1e-3, 0.0, GREATEST).added
+    assert added[-1, PLACE["load"]] == pytest.approx(0.5 * BUMPING)  # so does what the part adds itself
+    single = carried_on(
+        (0.0, 0.1, 0.0, 0.0), flying, rows, TOLERANCE, 0.0, 0.0, GREATEST
+    )  # no ring moves with the balls
     assert single.before[0, PLACE["load"]] == 0.0
 
 
@@ -157,9 +188,11 @@ def test_a_ball_that_hops_errs_by_no_more_than_it_bears(rig):
     depth = (1.25 * mass * 0.1**2 / coefficient) ** 0.4  # Hertz's: m v^2 / 2 = 2 c d^2.5 / 5
     assert hops(fast, GREATEST, 1e3)[0] == pytest.approx(coefficient * depth**1.5)
     rows = np.array([window(load=1e-9)])
-    told = carried_on((0.0, 0.1, 0.0), hopping(rig.bearing), rows, 5e-3, 0.0, GREATEST)
+    told = carried_on((0.0, 0.1, 0.0, 0.0), hopping(rig.bearing), rows, TOLERANCE, 5e-3, 0.0, GREATEST)
     assert told.before[0, PLACE["load"]] == pytest.approx(0.1 * BUMPING)
     assert told.known[1] < 9.0
+    slips = [one[-1, PLACE["friction"]] for one in (told.rows, told.added, told.before)]
+    assert slips[0] == slips[2] > slips[1] > 0.0  # each can be bettered: by the chunk, and by the part
 
 
 def test_balls_that_land_unseen_err_by_what_those_seen_were_off_in_flight(rig):
@@ -171,7 +204,7 @@ def test_balls_that_land_unseen_err_by_what_those_seen_were_off_in_flight(rig):
     assert unseen_landings(part, elsewhere, GREATEST, apart) == pytest.approx(0.5 * (1.5**1.5 - 1.0))
     assert unseen_landings(part, there, GREATEST, apart) == 0.0
     assert unseen_landings(part, elsewhere, GREATEST, 0.0) == 0.0
-    told = carried_on(NOTHING, part, elsewhere, 0.0, 0.0, GREATEST, apart)
+    told = carried_on(NOTHING, part, elsewhere, TOLERANCE, 0.0, 0.0, GREATEST, apart)
     assert told.rows[-1, PLACE["friction"]] == pytest.approx(0.5 * (1.5**1.5 - 1.0))
     assert told.added[-1, PLACE["friction"]] == 0.0
 

@@ -7,6 +7,7 @@ import pytest
 from bearings import motion
 
 from bearing_twin.charts.bearing_cells import errors
+from bearing_twin.kinds.bearing.companion.redoing import BEYOND
 from bearing_twin.kinds.bearing.companion.windows import PLACE
 from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.layout import (
@@ -21,7 +22,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
 )
 from bearing_twin.kinds.bearing.stepping.border import new_border
 from bearing_twin.kinds.bearing.stepping.step_ends import LEAST_FELT, weigh_light
-from bearing_twin.kinds.bearing.watched import BEYOND, WatchedMotion
+from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.numerics.lanes import END, ERROR, LANES, SOLUTION, START, get, new_blocks, put
 from bearing_twin.numerics.statuses import REJECTIONS, STEPS
 from bearing_twin.run.scene import load_scene

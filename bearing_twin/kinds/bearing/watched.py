@@ -44,11 +44,6 @@ from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 SHORT = 0.02  # s: the first part of a run, those after it are longer each, so that little is done again ...
 LONGER = (2.0, 1.5)  # ... by so many times; with a ring that carries on what it is off, where more is done again
 DOUBLED = 40  # times: beyond any chunk, and far from the end of floats, which a node reaches within minutes
-REDONE = 3  # times at most that a part is done again
-RETAKEN = 2  # times at most that a chunk is: where balls carried an error on from earlier parts of it
-CALM, PATIENT = 0.1, 4  # share of the tolerance; parts whose windows are off by less make the setting rougher again ...
-RELAXED, NOTABLE = 3.0, 1.2  # ... by so many times in one go, at most and at least ...
-BEYOND = 3.0  # of the scene's setting where bumps were seen to carry errors on: statistics are the same (docs/doubt.md)
 BEGUN = "drive", "goal_speed", "elapsed", "_acceleration", "_load", "_load_rate", "_inherited"  # what a part changes
 VERIFIABLE = 10.0 * LEAST_TOLERANCE  # the least tolerance to which a companion can be tighter
 
@@ -109,8 +104,8 @@ class WatchedMotion(BearingMotion):
             self.companion.remember(kept["companion"])
             self._set(float(kept["setting"]))
             self._sensitive, self._calm = bool(kept.get("sensitive", False)), int(kept.get("calm_parts", 0))
-            self._roughest = float(kept.get("roughest", 1.0))
-            self._inherited = tuple(map(float, kept.get("inherited", NOTHING)))
+            self._roughest, told = float(kept.get("roughest", 1.0)), kept.get("inherited", ())
+            self._inherited = tuple(map(float, told)) if len(told) == len(NOTHING) else NOTHING  # of an older file
             self._keep()
 
     def take_records(self) -> dict[str, np.ndarray]:
@@ -131,16 +126,16 @@ class WatchedMotion(BearingMotion):
 
         Bounces and meetings of balls make them grow. Where it does not help, it is not tried again in a run.
         """
-        last, before, earlier = math.inf, self.setting, self._rows.copy()
+        last, before, earlier, reached = math.inf, self.setting, self._rows.copy(), -math.inf
         self._chunk_begun = self.elapsed
-        for attempt in range(1 + RETAKEN):
-            self._grown, self._may_retake = 0.0, attempt < RETAKEN and not self._sensitive
-            out = None
+        for attempt in range(1 + redoing.RETAKEN):
+            self._grown, self._may_retake = 0.0, attempt < redoing.RETAKEN and not self._sensitive
+            out, further = None, False
             try:
                 out = super().advance(times, duration)
                 worst = self._grown
             except redoing.CarriedOn as carried:
-                worst = carried.worst
+                worst, further, reached = carried.worst, carried.since > reached, carried.since
             except IntegrationError:
                 if not attempt:
                     raise
@@ -148,7 +143,7 @@ class WatchedMotion(BearingMotion):
             tight = self.setting
             if worst <= redoing.CARRIED or not self._may_retake or tight * self.given <= VERIFIABLE:
                 break
-            if worst >= redoing.HELPED * last:
+            if worst >= redoing.HELPED * last and not further:
                 back = max(tight, min(before, redoing.FUTILE))
                 if out is None:
                     return self._given_up(earlier, back, times, duration)
@@ -179,10 +174,16 @@ class WatchedMotion(BearingMotion):
         """As of BearingMotion, done again with a tighter setting where the companion finds it off too far."""
         arrays, others = {name: getattr(self, name).copy() for name in MOVING}, [getattr(self, name) for name in BEGUN]
         before_it, self._windows, begun = self.companion.inherited(), None, self.elapsed
+        if not len(times):
+            before = self.setting
+            self._set(max(redoing.UNSEEN * before, min(before, VERIFIABLE / self.given)))
+            super()._part(times, duration, out, first)
+            self._set(before)
+            return
         self._part_begun, spent, dear = begun, int(self.counts[STEPS]), 0
         # A ball that is followed since before is not bettered: a sign, no more, of a rough setting.
         before, worst, since = self.setting, math.inf, -math.inf if self.setting > redoing.FUTILE else self.elapsed
-        for attempt in range(1 + REDONE):
+        for attempt in range(1 + redoing.REDONE):
             self._first_go = not attempt
             try:
                 super()._part(times, duration, out, first)
@@ -194,16 +195,13 @@ class WatchedMotion(BearingMotion):
                 super()._part(times, duration, out, first)
                 break
             if self.companion.diverged:
-                self._set(BEYOND)
+                self._set(redoing.BEYOND)
                 self._sensitive = True
                 break
             last, worst = worst, self._worst(since)
             dear = dear or redoing.MOST_SPENT * (self.counts[STEPS] - spent)
-            if (
-                attempt == REDONE
-                or worst <= (redoing.GOOD if attempt else redoing.SAFE)
-                or self.counts[STEPS] - spent > dear
-            ):
+            enough = attempt == redoing.REDONE or worst <= (redoing.GOOD if attempt else redoing.SAFE)
+            if enough or self.counts[STEPS] - spent > dear:
                 break
             if attempt and worst >= redoing.HELPED * last:
                 self._set(max(self.setting, min(before, redoing.FUTILE)))
@@ -223,9 +221,9 @@ class WatchedMotion(BearingMotion):
 
     def _stop_carrying(self) -> None:
         """Ends a chunk that is off too far by what it carried into this part."""
-        worst, stops = self._off(self._before_it), self._may_retake and self.elapsed > self._chunk_begun
+        worst, stops = self._off(self._before_it[:1]), self._may_retake and self.elapsed > self._chunk_begun
         if stops and worst > redoing.CARRIED and self.tolerance > VERIFIABLE and not bumps(self.parameters):
-            raise redoing.CarriedOn(worst)
+            raise redoing.CarriedOn(self._off(self._before_it), self._part_begun)
 
     def _relax(self, rows: np.ndarray | None) -> None:
         """Takes longer steps again after PATIENT parts with such windows, or with none that was worth a look."""
@@ -233,10 +231,10 @@ class WatchedMotion(BearingMotion):
         if rows is not None and len(rows):
             whole = rows[:, PLACE["ball"]] == ALL
             worst = max(self._off(rows[~whole]), unseen(self.parameters) * self._off(rows[whole]))
-            spare = CALM / max(worst, 1e-300)
-        self._calm = self._calm + 1 if spare > NOTABLE else 0
-        if self._calm > PATIENT and self.setting < self._roughest and not self._sensitive:
-            self._set(min(self._roughest, min(spare, RELAXED) * self.setting))
+            spare = redoing.CALM / max(worst, 1e-300)
+        self._calm = self._calm + 1 if spare > redoing.NOTABLE else 0
+        if self._calm > redoing.PATIENT and self.setting < self._roughest and not self._sensitive:
+            self._set(min(self._roughest, min(spare, redoing.RELAXED) * self.setting))
             self._calm = 0
 
     def _begin_again(self, arrays, others, inherited, setting: float) -> None:
@@ -261,7 +259,9 @@ class WatchedMotion(BearingMotion):
         rows = self._added
         if bumps(self.parameters):
             rows = rows[~followed(rows, self._part_begun) & (rows[:, PLACE["ball"]] != INHERITED)]
-        return self._off(rows[(rows[:, PLACE["begin"]] >= since) & (rows[:, PLACE["ball"]] != APART)])
+        rows = rows[(rows[:, PLACE["begin"]] >= since) & (rows[:, PLACE["ball"]] != APART)]
+        carried = (rows[:, PLACE["ball"]] == INHERITED) & carries(self.parameters)  # told rather too great
+        return max(self._off(rows[~carried]), redoing.SAFE / redoing.GOOD * self._off(rows[carried]))
 
     def _off(self, rows: np.ndarray) -> float:
         """The greatest error in rows of WINDOW over the wanted tolerance."""
@@ -289,10 +289,10 @@ class WatchedMotion(BearingMotion):
         scales = self.scales if self.stepper not in FIXED_STEP and len(part.pointer) else self._asked[0]
         found, greatest = self.companion.look(part, self._windows, scales, self.tolerance), self.companion.greatest_load
         added, self._before_it = found, found[:0]
-        if len(found):
+        if len(found) or carries(self.parameters):
             ringing, drift = ringing_time(self.parameters, self.bearing, greatest), self.companion.drift.angle.max()
-            what = ringing, drift, greatest, self.companion.apart
-            found, added, self._before_it, self._inherited = carried_on(self._inherited, part, found, *what)
+            what = part, found, self.tolerance, ringing, drift, greatest, self.companion.apart
+            found, added, self._before_it, self._inherited = carried_on(self._inherited, *what)
         between = between_steps(self.parameters, part, self.tolerance)
         self._found = np.concatenate([found, between])
         self._added = np.concatenate([added, between]) if self._off(between) > SURE else added

@@ -18,7 +18,7 @@ from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED
 from bearing_twin.kinds.bearing.forces.equations import Bearing
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
 
-NOTHING = (0.0, 0.0, 0.0)  # see `carried_on`
+NOTHING = (0.0, 0.0, 0.0, 0.0)  # see `carried_on`
 ERRORS = slice(PLACE["load"], None)  # of a row of WINDOW
 SLIP = [PLACE[one] for one in ("friction", "torque", "mean_torque")]  # ... those that follow from how balls slip
 
@@ -48,6 +48,14 @@ def light_share(part: Part, greatest: float) -> float:
     bears = load > 0.0
     felt = rubbing(part, greatest, bears) * (greatest / load[bears]) ** (1.0 / law.power)
     return float(felt.max(initial=0.0))
+
+
+def stiffest(part: Part, greatest: float) -> float:
+    """The stiffness [N/m] of a contact at the inner raceway that bears the `greatest` load [N]."""
+    law = part.bearing.inner.law
+    if greatest <= 0.0:
+        return 0.0
+    return elastic(law.given, law.power, (greatest / law.given) ** (1.0 / law.power)).stiffness
 
 
 def rubbing(part: Part, greatest: float, those: np.ndarray) -> np.ndarray:
@@ -126,7 +134,8 @@ class Carried(NamedTuple):
     """Rows of WINDOW with that of what a part inherits, if it is more than was told before; what is then known.
 
     `added` are the rows with what the part itself adds, which alone another go at it betters; `before` is the row of
-    what it has from before.
+    what it has from before, and below it the same were there nothing that it cannot exceed: by that a tighter setting
+    is chosen.
     """
 
     rows: np.ndarray
@@ -135,19 +144,39 @@ class Carried(NamedTuple):
     known: tuple
 
 
+def grown(part: Part, greatest: float, off: float) -> tuple[float, float, float]:
+    """What loads [N] that a ring makes `off` by become off in a part, and friction over mu N.
+
+    First what loads would be off if nothing bounded it. What a ring that is thrown against its balls is off grows with
+    each blow, as where balls bump into a cage; so does what a ball is off that hops while the ring lies still (`hops`).
+    """
+    if not part.flies:
+        return off, off, 0.0
+    hopping, slips = hops(part, greatest, BUMPING * off)
+    if thrown(part):
+        return BUMPING * off, min(BUMPING * off, greatest), slips
+    return (BUMPING * off, hopping, slips) if hopping > off else (off, off, slips)
+
+
 def carried_on(
-    known: tuple, part: Part, rows: np.ndarray, seconds: float, around: float, greatest: float, apart: float = 0.0
+    known: tuple,
+    part: Part,
+    rows: np.ndarray,
+    tolerance: float,
+    seconds: float,
+    around: float,
+    greatest: float,
+    apart: float = 0.0,
 ) -> Carried:
     """What a part that began with what is `known` inherits, beside these rows of WINDOW.
 
     `seconds` a ring goes on with what it is off; `around` [rad] balls may be off their way round. Known are the
-    greatest share of `light_share`, how far loads are off [N], which falls as the ring rings down, and what was told of
-    friction. What a ring that is thrown against its balls is off grows with each blow, as where balls bump into a cage;
-    so does what a ball is off that hops while the ring lies still (`hops`), but no other ball feels that.
+    greatest share of `light_share`, how far loads are off [N], and what the place of the ring was off would make them
+    off [N], which both fall as the ring rings down, and what was told of friction.
     """
-    light, off, told = known
+    light, off, wide, told = known
     row = np.zeros(len(WINDOW.columns))
-    row[: PLACE["load"]] = part.elapsed + part.duration, part.elapsed, INHERITED, 0.0, rows[0, PLACE["tolerance"]]
+    row[: PLACE["load"]] = part.elapsed + part.duration, part.elapsed, INHERITED, 0.0, tolerance
     before, whole = row.copy(), rows[rows[:, PLACE["ball"]] == ALL] if seconds else rows[:0]
     for one in whole:
         # How far balls are off their way round nothing damps.
@@ -157,22 +186,24 @@ def carried_on(
         longer[SLIP] = 1.0
         row[ERRORS] = np.maximum(row, longer * np.abs(one))[ERRORS]
     now = float(row[PLACE["load"]]) + around * float(part.load.max() - part.load.min())
-    if seconds:
-        hopping, felt = hops(part, greatest, BUMPING * max(now, off))
-    else:
-        hopping, felt = 0.0, unseen_landings(part, rows, greatest, apart)
-    if seconds and thrown(part):
-        before[PLACE["load"]] = off = min(BUMPING * off, greatest)
-    elif hopping > off:
-        before[PLACE["load"]] = off = hopping
-    light = max(light, light_share(part, greatest))
-    for one, load in ((row, now), (before, off)):
-        one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), light * load / greatest if greatest else 0.0)
-    later = max(now, off * (10.0 ** (-part.duration / seconds) if seconds else 1.0))
+    across = stiffest(part, greatest) * float(row[PLACE["ring_displacement"]])
+    light, free, loads = max(light, light_share(part, greatest)), [now, off], [now, off]
+    for place, one in enumerate((row, before) if seconds and len(rows) else ()):
+        free[place], most, slips = grown(part, greatest, loads[place])
+        if most != loads[place]:
+            one[PLACE["load"]] = loads[place] = most
+        one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), slips)
+    unbounded = before.copy()
+    unbounded[PLACE["load"]] *= free[1] / loads[1] if loads[1] else 1.0
+    for one, *those in ((row, loads[0], across), (before, loads[1], wide), (unbounded, free[1], wide)):
+        one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), light * max(those) / greatest if greatest else 0.0)
+    falls = 10.0 ** (-part.duration / seconds) if seconds and len(rows) else 1.0
+    later, wide = max(loads[0], loads[1] * falls), max(across, wide * falls)
     both = np.maximum(row, before)
-    both[PLACE["friction"]] = max(float(both[PLACE["friction"]]), felt)
+    if not seconds:
+        both[PLACE["friction"]] = max(float(both[PLACE["friction"]]), unseen_landings(part, rows, greatest, apart))
     friction = float(both[PLACE["friction"]])
-    if friction <= max(told, float(rows[:, PLACE["friction"]].max())) and not len(whole):
-        return Carried(rows, rows, before[None], (light, later, told))
-    known = light, later, max(told, friction)
-    return Carried(*(np.concatenate([rows, one[None]]) for one in (both, row)), before[None], known)
+    if friction <= max(told, float(rows[:, PLACE["friction"]].max(initial=0.0))) and not len(whole):
+        return Carried(rows, rows, np.array([before, unbounded]), (light, later, wide, told))
+    known = light, later, wide, max(told, friction)
+    return Carried(*(np.concatenate([rows, one[None]]) for one in (both, row)), np.array([before, unbounded]), known)

@@ -10,18 +10,24 @@ SAFE, GOOD = 1.0 / 3.0, 0.5  # share of the tolerance that an estimate may be; o
 CARRIED = 0.8  # ... of what is carried on: a chunk is dear, and may end up worse where balls meet
 AIM = 0.25  # share of the tolerance that a tighter setting aims at
 LEAST_CUT, MOST_CUT = 0.3, 0.01  # of the setting in one go
+REDONE = 3  # times at most that a part is done again
+RETAKEN = 2  # times at most that a chunk is: where balls carried an error on from earlier parts of it
 MOST_SPENT = 6.0  # times the steps of the first go at a part: where more were spent, it is not done again
 SPARED = 0.5  # of what was too rough: a setting gets no rougher again
 HELPED = 0.8  # of what was found before: where more is left, as of balls that hit each other, tighter steps do not help
 FUTILE = 0.1  # of the scene's setting: what did not help is not kept below
+CALM, PATIENT = 0.1, 4  # share of the tolerance; parts whose windows are off by less make the setting rougher again ...
+RELAXED, NOTABLE = 3.0, 1.2  # ... by so many times in one go, at most and at least
+BEYOND = 3.0  # of the scene's setting where bumps were seen to carry errors on: statistics are the same (docs/doubt.md)
+UNSEEN = 0.1  # of the setting, in a part without outputs, which no window sees: it is short, and may hold a jump
 
 
 class CarriedOn(Exception):
-    """A part is off too far by what it carries on from before it; `worst` over the tolerance."""
+    """A part that began `since` [s] is off too far by what it carries on from before it; `worst` over the tolerance."""
 
-    def __init__(self, worst: float):
-        super().__init__(worst)
-        self.worst = worst
+    def __init__(self, worst: float, since: float):
+        super().__init__(worst, since)
+        self.worst, self.since = worst, since
 
 
 def cut_by(worst: float) -> float:
