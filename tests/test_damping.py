@@ -54,6 +54,12 @@ def test_exact_relation_and_its_inverse(e):
         assert number * (1.0 + e) == pytest.approx(math.log((1.0 + number) / (1.0 - e * number)), rel=1e-9)
 
 
+@pytest.mark.parametrize("number", [1e3, 1e16, 1e20, 1e300])
+def test_a_contact_that_is_damped_without_bound_leaves_at_the_speed_where_no_load_is_left(number):
+    """The load c h^1.5 (1 + chi dh/dt) is 0 at dh/dt = -1/chi: e = 1/(chi v)."""
+    assert restitution_of(number) == pytest.approx(1.0 / number, rel=1e-12)
+
+
 def test_near_elastic_the_number_follows_its_series():
     """x = (3/2)(1 - e) + O((1-e)^2), where the logarithms leave no digit standing."""
     for loss in (1e-3, 1e-6, 1e-9, 1e-12):

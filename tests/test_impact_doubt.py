@@ -168,7 +168,7 @@ def test_what_a_companion_found_grows_once_a_contact_follows_that_it_did_not_see
     wanted, peak = len(HEAD), len(HEAD) + len(WATCH.outputs) + WATCH.figures.index("peak_force_n")
     assert left[FOLLOWED] == last[FOLLOWED] < left[TIME] < last[TIME]
     assert last[peak] == left[peak] > 0.0
-    assert last[wanted] == pytest.approx(left[wanted] * last[TIME] / last[FOLLOWED], abs=0.0)
+    assert last[wanted] == pytest.approx(left[wanted] * last[TIME] / last[FOLLOWED], rel=1e-12)
 
 
 def test_a_long_run_leaves_its_companion_behind_and_says_so():

@@ -92,7 +92,7 @@ def restitution_of(number: float) -> float:
         return _root(lambda e: _residual(e, number), 0.0, 1.0, xtol=1e-16, rtol=1e-14)
 
     def balance(w):
-        return math.log1p(number) + w - number + math.expm1(-w)
+        return math.log1p(number) + (w - number) + math.expm1(-w)  # w is lost beside a great number, log1p is not
 
     return -math.expm1(-_root(balance, 0.0, number + 1.0, xtol=1e-300, rtol=1e-14)) / number
 
