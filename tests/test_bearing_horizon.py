@@ -15,7 +15,7 @@ from bearing_twin.kinds.bearing.companion.departures import SETTLING, bouncing, 
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, drive_later, left_over
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
-from bearing_twin.kinds.bearing.companion.windows import ALL, APART, PLACE, WINDOW, Window
+from bearing_twin.kinds.bearing.companion.windows import ALL, APART, PLACE, UNKNOWN, WINDOW, Window
 from bearing_twin.kinds.bearing.forces.equations import RingDrive, approaches
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
@@ -219,6 +219,30 @@ def test_a_copy_that_grows_away_names_the_horizon_where_balls_met(first, reached
     assert ("horizon" in growth.notes) == named
     if named:
         assert "times since balls met: beyond 0.031 s" in growth.notes["horizon"]
+
+
+@pytest.mark.parametrize(("error", "until", "place"), [(2e-4, 0.031, "0.031 s, where a copy"), (9e-5, 0.05, "0.05 s")])
+@pytest.mark.parametrize("copy_first", [True, False])
+def test_a_horizon_is_no_later_than_where_a_copy_was_off_by_more_than_is_wanted(error, until, place, copy_first):
+    """However little that copy grew: up to a horizon a run is as exact as wanted, by all that is known of it."""
+    growth, rows = Growth(1e-4), []
+    for ball, begin, end, friction in (
+        (APART, 0.0308, 0.031, 2e-5),
+        (APART, 0.0308, 0.032, error),
+        (UNKNOWN, 0.05, 0.07, 2.0),
+    ):
+        rows.append(row := np.zeros(len(WINDOW.columns)))
+        row[0], row[PLACE["begin"]], row[PLACE["ball"]], row[PLACE["friction"]] = end, begin, ball, friction
+    for row in rows[:2]:
+        growth.add(row, 50.0)
+    assert growth.horizon is None  # alone, it says that the run is off, not that errors grow
+    assert not growth.notes
+    growth = Growth(1e-4)
+    for row in rows if copy_first else [rows[2], *rows[:2]]:
+        growth.add(row, 50.0)
+    assert growth.horizon == until
+    assert place in growth.notes["horizon"]
+    assert "only statistics" in growth.notes["horizon"]
 
 
 @pytest.mark.parametrize(("reached", "known"), [(1e-7, True), (1e-5, False)])

@@ -98,7 +98,7 @@ class BearingDoubt:
         if not FRICTIONS[self.parameters.contact.friction].over_spot and spots_built(self.parameters):
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
         spent = dearest(self.worst.rows["steps"], self.parameters.geometry.balls)
-        horizon = self.growth.kept if self.growth.grown else None
+        horizon = self.growth.horizon
         return Errors(found, self._promises(law, horizon), self._notes(), mends, spent, horizon)
 
     @property

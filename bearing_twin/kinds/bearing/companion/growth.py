@@ -19,6 +19,10 @@ UNSEEN = (
     "balls met after {:.4g} s where nobody looked, and earlier meetings made errors grow: beyond that the motion "
     "depends on what nobody can give exactly, and only statistics of many runs hold"
 )
+BEYOND = (
+    "balls met after {:.4g} s, where a copy that started apart by what the run is off was off by more than is wanted: "
+    "beyond that the motion depends on what nobody can give exactly, and only statistics of many runs hold"
+)
 MOST = 32  # balls with their begin whose first error is kept
 
 
@@ -30,6 +34,7 @@ class Growth:
         self.first: dict[tuple[int, float], tuple[float, float]] = {}  # error at first, and kept until [s]
         self.grown, self.kept, self.since = 0.0, 0.0, ""
         self.unlooked = math.inf  # since when [s] balls met where nobody looked, which counts once meetings are bad
+        self.beyond = math.inf  # since when [s] a copy was off by more than wanted, which counts once errors grow
 
     def add(self, row, greatest: float) -> bool:
         """Takes a row in; `greatest` load [N] so far. Returns whether the row goes on from one before."""
@@ -49,6 +54,8 @@ class Growth:
             copy = key[0] == APART
             until = min(kept, self.unlooked) if copy else kept
             self._ends(until, off / first, "balls met" if copy else "a companion began to follow a ball")
+        if key[0] == APART and off > self.tolerance:
+            self.beyond = min(self.beyond, kept)
         self.first[key] = first, kept
         if len(self.first) > MOST:
             del self.first[next(iter(self.first))]
@@ -60,8 +67,15 @@ class Growth:
             self.grown, self.kept, self.since = grown, kept, since
 
     @property
+    def horizon(self) -> float | None:
+        """Up to when [s] the run is as exact as wanted; None where errors were not seen to grow by themselves."""
+        return min(self.kept, self.beyond) if self.grown else None
+
+    @property
     def notes(self) -> dict[str, str]:
         """The note on the horizon, if there is one."""
+        if self.grown and self.beyond < self.kept:
+            return {"horizon": BEYOND.format(self.beyond)}
         if self.grown and not self.since:
             return {"horizon": UNSEEN.format(self.kept)}
         return {"horizon": horizon(self.grown, self.since, self.kept)} if self.grown else {}
