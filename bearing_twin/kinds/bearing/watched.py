@@ -18,7 +18,7 @@ from bearing_twin.kinds.bearing.companion import redoing
 from bearing_twin.kinds.bearing.companion.balance import SURE, between_steps
 from bearing_twin.kinds.bearing.companion.companion import Companion
 from bearing_twin.kinds.bearing.companion.deviations import Part
-from bearing_twin.kinds.bearing.companion.inherited import NOTHING, all_of_it, carried_on, ringing_time
+from bearing_twin.kinds.bearing.companion.inherited import NOTHING, all_of_it, carried_on, remembered, ringing_time
 from bearing_twin.kinds.bearing.companion.meetings import as_met, meetings
 from bearing_twin.kinds.bearing.companion.windows import (
     ALL,
@@ -104,8 +104,8 @@ class WatchedMotion(BearingMotion):
             self.companion.remember(kept["companion"])
             self._set(float(kept["setting"]))
             self._sensitive, self._calm = bool(kept.get("sensitive", False)), int(kept.get("calm_parts", 0))
-            self._roughest, told = float(kept.get("roughest", 1.0)), kept.get("inherited", ())
-            self._inherited = tuple(map(float, told)) if len(told) == len(NOTHING) else NOTHING  # of an older file
+            self._roughest = float(kept.get("roughest", 1.0))
+            self._inherited = remembered(kept.get("inherited", NOTHING))
             self._keep()
 
     def take_records(self) -> dict[str, np.ndarray]:

@@ -7,7 +7,7 @@ import numpy as np
 from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.companion.meetings import until_met
 from bearing_twin.kinds.bearing.companion.windows import WINDOW, Window, steps_before, steps_in, window_at
-from bearing_twin.kinds.bearing.forces.layout import BORDER, CARRIED_COLUMNS
+from bearing_twin.kinds.bearing.forces.layout import BORDER
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
 from bearing_twin.kinds.bearing.stepping.steps import Results
 from bearing_twin.numerics.lanes import COLUMNS
@@ -107,42 +107,35 @@ def together(part: Part, windows: list[Window]) -> list[list[Window]]:
     return list(groups.values())
 
 
-def starts(part: Part, group: list[Window]):
-    """Where windows begin: (state, orientation, step sizes, what laws carry), then ring and cage, one row a window.
+def _beginning(part: Part, balls, begin: int, length: int):
+    """(state, orientation, step sizes, what laws carry, ring and cage) where a window of `balls`, an index, begins.
 
     What a law carries is known at the beginning of a part alone; elsewhere it begins anew. The first step is half the
     run's there.
     """
     state, orientation, steps, carried, border = part.begun
+    if begin < 0:
+        return state[balls], orientation[balls], 0.5 * steps[balls], carried[balls], border
     states, orientations, borders = part.filled
-    rows = []
-    for ball, begin, length in group:
-        if begin < 0:
-            rows.append((state[ball], orientation[ball], 0.5 * steps[ball], carried[ball], border))
-            continue
-        step, rest = steps[ball], slice(begin + 1, begin + 1 + length)
-        if len(part.pointer):
-            step = (part.times[rest][-1] - part.times[begin]) / max(part.pointer[ball, rest, STEPS_IN].sum(), 1.0)
-        rows.append(
-            (states[begin, ball], orientations[begin, ball], 0.5 * step, np.zeros(CARRIED_COLUMNS), borders[begin])
-        )
-    *moving, rings = (np.array(column) for column in zip(*rows, strict=True))
-    return tuple(moving), rings
+    step, rest = steps[balls], slice(begin + 1, begin + 1 + length)
+    if len(part.pointer):
+        counted = part.pointer[balls, rest, STEPS_IN].sum(axis=-1)
+        step = (part.times[rest][-1] - part.times[begin]) / np.maximum(counted, 1.0)
+    return states[begin, balls], orientations[begin, balls], 0.5 * step, np.zeros_like(carried[balls]), borders[begin]
+
+
+def starts(part: Part, group: list[Window]):
+    """Where windows begin: (state, orientation, step sizes, what laws carry), then ring and cage, one row a window."""
+    *moving, borders = (
+        np.array(column) for column in zip(*(_beginning(part, *window) for window in group), strict=True)
+    )
+    return tuple(moving), borders
 
 
 def all_start(part: Part, begin: int, length: int):
     """As `starts`, of a window of all balls; ring and cage have one row."""
-    state, orientation, steps, carried, border = part.begun
-    if begin < 0:
-        return (state.copy(), orientation.copy(), 0.5 * steps, carried.copy()), border.copy()
-    states, orientations, borders = part.filled
-    rest = slice(begin + 1, begin + 1 + length)
-    if len(part.pointer):
-        span = part.times[rest][-1] - part.times[begin]
-        steps = span / np.maximum(part.pointer[:, rest, STEPS_IN].sum(axis=1), 1.0)
-    return (states[begin].copy(), orientations[begin].copy(), 0.5 * steps, np.zeros_like(carried)), borders[
-        begin
-    ].copy()
+    *moving, border = map(np.array, _beginning(part, slice(None), begin, length))
+    return tuple(moving), border
 
 
 def room(length: int, balls: int, carried: np.ndarray, border: np.ndarray) -> Results:

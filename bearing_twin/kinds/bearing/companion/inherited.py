@@ -36,6 +36,11 @@ def ringing_time(parameters, bearing: Bearing, greatest: float) -> float:
     return math.log(10.0) * 2.0 * parameters.rings.inner.mass / damping if damping > 0.0 else math.inf
 
 
+def remembered(told) -> tuple[float, ...]:
+    """What is known (see `carried_on`) as a snapshot `told`; NOTHING of an older one, which has other numbers."""
+    return tuple(map(float, told)) if len(told) == len(NOTHING) else NOTHING
+
+
 def light_share(part: Part, greatest: float) -> float:
     """How much friction errs, over mu N, where approaches are off by what changes the greatest load by its whole.
 
