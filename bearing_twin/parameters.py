@@ -22,7 +22,7 @@ SOME, LONGEST_TEXT = 3, 1000  # examples of a free text; letters of one that a f
 
 
 class Parameter(NamedTuple):
-    """One key of a scene: `type` is number, integer, "3 numbers", text or a section's class name in lower case."""
+    """A key: `type` is number, integer, "3 numbers", table, text, words, free text or the class of a section."""
 
     key: str
     type: str
@@ -48,15 +48,19 @@ def quantity(default, unit, help, *, above=None, below=None, at_least=None, at_m
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def choice(default, options, help, refused=None):
+def choice(default, options, help, refused=None, widest=False):
     """One word out of `options`, words or a function of nothing that gives them, called when they are first wanted.
 
     `refused` maps words one may well ask for to why they are not among them. A scene that keeps the default asks for
-    no options, so that a table which is slow to import can be their source.
+    no options, so that a table which is slow to import can be their source. With `widest` a list of words is taken,
+    too, as the one that stands first in `options`: each of these holds all that stand behind it.
     """
-    late = functools.cache(lambda: tuple(options() if callable(options) else options))
-    metadata = {"options": late, "help": help, "refused": refused or {}}
+    metadata = {"options": _late(options), "help": help, "refused": refused or {}, "widest": widest}
     return dataclasses.field(default=default, metadata=metadata)
+
+
+def _late(options):
+    return functools.cache(lambda: tuple(options() if callable(options) else options))
 
 
 def text(default, help, options=(), stands_for_section=False):
@@ -64,8 +68,7 @@ def text(default, help, options=(), stands_for_section=False):
 
     One that `stands_for_section` takes, as an override, the place of all keys that its section was given before.
     """
-    late = functools.cache(lambda: tuple(options() if callable(options) else options))
-    metadata = {"options": late, "help": help, "open": True, "stands_for_section": stands_for_section}
+    metadata = {"options": _late(options), "help": help, "open": True, "stands_for_section": stands_for_section}
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -74,21 +77,9 @@ def section(cls, default_name=None, names=None, default=None):
 
     `default` is an instance that holds the defaults of the place where the section stands.
     """
-    if default is not None:
-        instance = default
-
-        def default():
-            return instance
-    elif default_name is None:
-        default = cls
-    else:
-        table = names
-
-        def default():
-            return table[default_name]
-
     metadata = {"section": cls, "names": names or {}, "default_name": default_name}
-    return dataclasses.field(default_factory=default, metadata=metadata)
+    named = cls if default_name is None else lambda: names[default_name]
+    return dataclasses.field(default_factory=named if default is None else lambda: default, metadata=metadata)
 
 
 def read_strict(cls, mapping, where):
@@ -185,12 +176,10 @@ def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any
 
 
 def _read_section(cls, mapping, path, problems, defaults):
-    if not isinstance(mapping, Mapping):
-        problems.append(
-            f"{path or 'the scene'} must hold keys and values, not {echo(mapping)}; {unknown('', _names(cls))}"
-        )
-        return defaults
     fields = {item.name: item for item in dataclasses.fields(cls)}
+    if not isinstance(mapping, Mapping):
+        problems.append(f"{path or 'the scene'} must hold keys and values, not {echo(mapping)}; {unknown('', fields)}")
+        return defaults
     values = {}
     for key, given in mapping.items():
         full = f"{path}.{key}" if path else str(key)
@@ -213,13 +202,10 @@ def _read_field(item, given, path, problems, default):
     if "open" in metadata:
         return _read_text(given, path, problems, default)
     if "options" in metadata:
-        word = ("off", "on")[given] if isinstance(given, bool) and item.default in ("off", "on") else given
-        if isinstance(word, str) and (word == item.default or word in metadata["options"]()):
-            return word
-        told = metadata["refused"].get(given) if isinstance(given, str) else None
-        told = told or f"is not known; {unknown(given, metadata['options']())}"
-        problems.append(f"{path} = {echo(given)} {told}")
-        return default
+        if metadata["widest"] and isinstance(given, (list, tuple)) and given:
+            words = [_read_word(item, word, f"{path}[{index}]", problems) for index, word in enumerate(given)]
+            return min(words, key=metadata["options"]().index)
+        return _read_word(item, given, path, problems)
     if "columns" in metadata:
         rows, problem = metadata["read"](given, metadata["columns"])
         if problem:
@@ -232,6 +218,16 @@ def _read_field(item, given, path, problems, default):
         problems.append(f"{path} = {echo(given)} {problem}")
         return default
     return value
+
+
+def _read_word(item, given, path, problems):
+    options = item.metadata["options"]
+    word = ("off", "on")[given] if isinstance(given, bool) and item.default in ("off", "on") else given
+    if isinstance(word, str) and (word == item.default or word in options()):
+        return word
+    told = item.metadata["refused"].get(given) if isinstance(given, str) else None
+    problems.append(f"{path} = {echo(given)} {told or f'is not known; {unknown(given, options())}'}")
+    return item.default
 
 
 def _read_text(given, path, problems, default):
@@ -268,10 +264,6 @@ def _read_tuple(item, given, path, problems):
     return item.default if None in values else tuple(values)
 
 
-def _names(cls):
-    return [item.name for item in dataclasses.fields(cls)]
-
-
 def _describe(cls, instance, path):
     for item in dataclasses.fields(cls):
         key = f"{path}.{item.name}" if path else item.name
@@ -289,7 +281,7 @@ def _describe(cls, instance, path):
             yield Parameter(key, "table", value, "", metadata["help"], limits, NO_LIMITS, ())
         elif "options" in metadata:
             options = metadata["options"]()
-            kind, legal = "text", ", ".join(options)
+            kind, legal = "words" if metadata.get("widest") else "text", ", ".join(options)
             if "open" in metadata:
                 kind, legal = "free text", f"such as {', '.join(options[:SOME])}" if options else ""
             yield Parameter(key, kind, value, "", metadata["help"], legal, NO_LIMITS, options)

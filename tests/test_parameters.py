@@ -40,6 +40,20 @@ def problems_of(mapping):
     return str(caught.value)
 
 
+def test_a_list_of_words_is_the_widest_of_them():
+    words = choice("all", ("all", "most", "some"), "what is wanted", widest=True)
+    wanted = make_dataclass("Wanted", [("outputs", str, words)], frozen=True)
+    for given, read in ((["some"], "some"), (["some", "most"], "most"), (["all", "some"], "all"), ("most", "most")):
+        assert read_strict(wanted, {"outputs": given}, "here").outputs == read
+    with pytest.raises(SceneError, match=r"outputs\[1\] = 'hay' is not known; legal: all, most, some"):
+        read_strict(wanted, {"outputs": ["some", "hay"]}, "here")
+    for given in ([], [["some"]], [{"some": 1}]):
+        with pytest.raises(SceneError, match="is not known; .*legal: all, most, some"):
+            read_strict(wanted, {"outputs": given}, "here")
+    with pytest.raises(SceneError, match="is not known"):
+        read_strict(Cart, {"load": ["hay"]}, "here")
+
+
 def test_options_are_asked_for_when_they_are_wanted():
     """A default needs none of them, so that what is slow to import may be their source."""
     asked = []

@@ -122,7 +122,7 @@ class Friction:
 class Wanted:
     """What is wanted of a run, and how exactly."""
 
-    outputs: str = choice("history", ("history",), "history = every channel over time")
+    outputs: str = choice("history", ("history",), "history = every channel over time", widest=True)
     tolerance: float = quantity(
         1e-3, "1", "wanted error of load, over the greatest, and of friction, over mu N", at_least=1e-13, at_most=0.1
     )
@@ -133,7 +133,10 @@ class WantedImpact(Wanted):
     """As Wanted, of an impact whose figures may be had without its history."""
 
     outputs: str = choice(
-        "history", ("history", "peaks"), "history = every channel over time; peaks = contact time and peak force alone"
+        "history",
+        ("history", "peaks"),
+        "history = every channel over time; peaks = contact time and peak force alone",
+        widest=True,
     )
 
 

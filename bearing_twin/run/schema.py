@@ -45,6 +45,9 @@ def parameter_schema(row: Parameter) -> dict:
         return told | {"type": ["string", "integer"], "examples": list(row.options)}
     if row.type == "text":
         return told | {"enum": list(row.options)}
+    if row.type == "words":
+        word = {"enum": list(row.options)}
+        return told | {"anyOf": [word, {"type": "array", "items": word, "minItems": 1}]}
     if row.options:
         return told | {"anyOf": [{"enum": list(row.options)}, object_schema()]}
     if row.type.endswith(" numbers"):

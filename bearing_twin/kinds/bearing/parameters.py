@@ -137,6 +137,7 @@ class WantedLoads(Wanted):
         ("history", LOADS),
         "history = every channel over time; loads = friction torque, slip and losses may be left out, so that "
         "model.dimension: auto may be quasi_static",
+        widest=True,
     )
 
 
