@@ -15,7 +15,8 @@ class Choice(NamedTuple):
 
     `setting` is the tolerance that the stepper is given, nan for the wanted one; `predicted` what it did in the most
     similar motion measured: `motion`, `stepper`, `setting`, `load_error`, `friction_error`, `cost`; None if unknown.
-    `outside` says which model asked for runs outside its range.
+    `outside` says which model asked for runs outside its range; `friction` is the friction model, where the scene
+    leaves it to be chosen.
     """
 
     law: str
@@ -26,6 +27,7 @@ class Choice(NamedTuple):
     setting: float = math.nan
     predicted: dict[str, float | str] | None = None
     outside: tuple[str, ...] = ()
+    friction: str = ""
 
 
 def never() -> bool:

@@ -48,7 +48,7 @@ def test_a_list_of_words_is_the_widest_of_them():
     with pytest.raises(SceneError, match=r"outputs\[1\] = 'hay' is not known; legal: all, most, some"):
         read_strict(wanted, {"outputs": ["some", "hay"]}, "here")
     for given in ([], [["some"]], [{"some": 1}]):
-        with pytest.raises(SceneError, match="is not known; .*legal: all, most, some"):
+        with pytest.raises(SceneError, match=r"is not known; .*legal: all, most, some"):
             read_strict(wanted, {"outputs": given}, "here")
     with pytest.raises(SceneError, match="is not known"):
         read_strict(Cart, {"load": ["hay"]}, "here")

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 TABLES = {"Law": "bearing_twin.contact.laws", "FrictionModel": "bearing_twin.contact.friction"}
 
+AUTO, POINT = "auto", "point"  # of contact.friction: to be chosen, and without a spot
 MEASURED = {"stiffness": ("stiffness", "N/m"), "alpha": ("measured_alpha", "s (m/s)^0.2")}
 """What a law may need that only the user knows: the key of `contact` that gives it, and its unit."""
 

@@ -269,7 +269,8 @@ def _choice(record: Mapping[str, str]) -> Choice:
     try:
         warnings = tuple(map(str, parsed_json(record.get("warnings", "[]"))))
         predicted = parsed_json(record.get("predicted", "null"))
-        return Choice(*named, warnings, float(record.get("setting", "nan")), predicted and dict(predicted))
+        setting, friction = float(record.get("setting", "nan")), record.get("friction", "")
+        return Choice(*named, warnings, setting, predicted and dict(predicted), friction=friction)
     except (ValueError, TypeError):
         return Choice(*named, ())
 

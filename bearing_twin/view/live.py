@@ -86,10 +86,10 @@ def _read(said: str) -> tuple[Scene, Choice]:
         raise SceneError(f"a scene of {len(said)} characters is none; restart the node that publishes it")
     try:
         told = parsed_json(said)
-        texts = [told["scene"], *(str(told.get(key, "")) for key in ("law", "stepper", "reason"))]
+        texts = [told["scene"], *(str(told.get(key, "")) for key in ("law", "stepper", "reason", "friction"))]
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name") from error
     if not isinstance(texts[0], str):
         raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name")
-    law, stepper, reason = texts[1:]
-    return read_logged(texts[0], "the topic scene"), Choice(law, stepper, math.nan, reason, ())
+    law, stepper, reason, friction = texts[1:]
+    return read_logged(texts[0], "the topic scene"), Choice(law, stepper, math.nan, reason, (), friction=friction)

@@ -17,6 +17,7 @@ from bearing_twin.kinds.bearing.companion.windows import BUMPING, WINDOW, bumps,
 from bearing_twin.kinds.bearing.companion.worst import TOGETHER, Worst
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
 from bearing_twin.kinds.bearing.forces.drilling import SIDES, Drilled, drilling_of
+from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.left_out import left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
@@ -37,7 +38,7 @@ class BearingDoubt:
     in_stretches = False  # blocks may hold many
 
     def __init__(self, parameters: BearingScene, choice: Choice):
-        self.parameters, self.choice = parameters, choice
+        self.parameters, self.choice = as_chosen(parameters, choice), choice
         balls = parameters.geometry.balls
         self.worst = Worst()
         self.outputs = 0

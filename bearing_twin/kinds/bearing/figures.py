@@ -15,6 +15,7 @@ from bearing_twin.kinds.bearing.adequacy import untouched
 from bearing_twin.kinds.bearing.choices import CHOICE, Switches, may_switch
 from bearing_twin.kinds.bearing.companion.windows import WINDOW, is_watched
 from bearing_twin.kinds.bearing.figure_rows import MEANINGS, missing
+from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.law_error import law_error
 from bearing_twin.kinds.bearing.outputs import ellipses, moduli
 from bearing_twin.kinds.bearing.parameters import BearingScene
@@ -39,7 +40,7 @@ class BearingFigures:
     in_stretches = False  # blocks may hold many
 
     def __init__(self, parameters: BearingScene, choice: Choice):
-        self.parameters, self.choice, self.law = parameters, choice, choice.law
+        self.parameters, self.choice, self.law = as_chosen(parameters, choice), choice, choice.law
         self.switches = Switches()
         self.first, self.last = {}, {}
         self._balls = parameters.geometry.balls
@@ -284,4 +285,4 @@ def meanings() -> dict[str, str]:
 def tables(parameters: BearingScene) -> tuple[Table, ...]:
     """What a bearing records: the windows of its companion, unless that is off, and switches of its model."""
     watched = (WINDOW,) if is_watched(parameters) else ()
-    return (*watched, CHOICE) if may_switch(parameters) else watched
+    return (*watched, CHOICE) if may_switch(as_chosen(parameters)) else watched

@@ -1,7 +1,8 @@
-"""What steppers and dimensions cost and err in bearings, as measured: the tables that the chooser reads.
+"""What steppers, dimensions and friction cost and err in bearings, as measured: the tables that the chooser reads.
 
-`bearing_twin chart steppers` and `chart dimensions` make them; they hold for eight balls, contacts by `hertz` and
-friction by `point`. Costs are CPU seconds a simulated second on the machine of the tables: only ratios mean something.
+`bearing_twin chart steppers`, `chart dimensions` and `chart bearing_friction` make them; the first two hold for eight
+balls, contacts by `hertz` and friction by `point`. Costs are CPU seconds a simulated second on the machine of the
+tables: only ratios mean something.
 """
 
 import csv
@@ -188,6 +189,17 @@ def of_asked(parameters) -> Prediction | None:
         loose = [rung for rung in rungs if rung.setting >= wanted * (1.0 - 1e-9)]
         found.append(Prediction(motion, stepper, *(loose[-1] if loose else rungs[0])))
     return max(found, key=lambda one: error_of(one, parameters.wanted.outputs))
+
+
+def friction_costs(parameters) -> dict[str, float]:
+    """Cost of each friction model over that of `point`, at the tolerance measured nearest, under thrust or without."""
+    problem, costs = "thrust" if parameters.drive.offset[2] else "settled", {}
+    for row in _read("bearing_friction.csv"):
+        if row["problem"] == problem and row["status"] == "done":
+            away = abs(math.log(float(row["setting"]) / parameters.wanted.tolerance))
+            costs.setdefault(row["method"], []).append((away, float(row["seconds"])))
+    nearest = {name: min(found)[1] for name, found in costs.items()}
+    return {name: cost / nearest["point"] for name, cost in nearest.items()}
 
 
 def dimension_costs(parameters, share: float) -> dict[str, float]:

@@ -7,6 +7,7 @@ from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
+from bearing_twin.contact.names import AUTO
 from bearing_twin.kinds.bearing.adequacy import (
     cage_needed,
     doubts,
@@ -17,6 +18,7 @@ from bearing_twin.kinds.bearing.adequacy import (
     still_error,
 )
 from bearing_twin.kinds.bearing.drive import TORQUE
+from bearing_twin.kinds.bearing.friction_choice import as_chosen, chosen_friction
 from bearing_twin.kinds.bearing.measured import (
     SPREAD,
     Prediction,
@@ -130,8 +132,9 @@ def _stepper(parameters, warnings: list[str]) -> tuple[str, Prediction | None, s
 
 
 def choose(parameters) -> Choice:
-    """Law and stepper for a bearing scene; raises SceneError where the scene has no start."""
-    pinned_law = parameters.contact.normal
+    """Law, stepper and friction for a bearing scene; raises SceneError where the scene has no start."""
+    asked, pinned_law = parameters, parameters.contact.normal
+    parameters = as_chosen(parameters)
     reasons, warnings = [], []
 
     law = "hertz" if pinned_law == "auto" else pinned_law
@@ -159,8 +162,10 @@ def choose(parameters) -> Choice:
     stepper, prediction, why = _stepper(parameters, warnings)
     reasons.append(why)
     warnings += idle_step(parameters.solver.step, stepper, FIXED_STEP)
-    friction = FRICTIONS[parameters.contact.friction]
-    if friction.over_spot:
+    friction, left = FRICTIONS[parameters.contact.friction], asked.contact.friction == AUTO
+    if left:
+        reasons.append(chosen_friction(asked).reason)
+    elif friction.over_spot:
         reasons.append(
             f"friction over the spot ({friction.name}), as the scene asks: it resists spin, and a step costs more"
         )
@@ -169,4 +174,5 @@ def choose(parameters) -> Choice:
     warnings += [*roughness(friction), *of_falling_balls(parameters, law)]
     setting = prediction.setting if prediction else parameters.wanted.tolerance
     predicted = prediction._asdict() if prediction else None
-    return Choice(law, stepper, error, "; ".join(reasons), tuple(warnings), setting, predicted)
+    named = friction.name if left else ""
+    return Choice(law, stepper, error, "; ".join(reasons), tuple(warnings), setting, predicted, friction=named)

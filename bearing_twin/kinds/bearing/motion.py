@@ -18,6 +18,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SHAFT_ANGLE,
     SHAFT_SPEED,
 )
+from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.overload import check_speed, explained
 from bearing_twin.kinds.bearing.parameters import BearingScene
@@ -53,7 +54,7 @@ class BearingMotion:
     """
 
     def __init__(self, parameters: BearingScene, choice: Choice):
-        self.parameters = parameters
+        self.parameters = parameters = as_chosen(parameters, choice)
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
         self.loading, self._instants = RingLoading(parameters), Instants()

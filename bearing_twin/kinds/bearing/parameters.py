@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
-from bearing_twin.contact.names import numbers_missing
+from bearing_twin.contact.names import AUTO, POINT, friction_names, numbers_missing
 from bearing_twin.kinds.bearing.catalogue import designations
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
 from bearing_twin.kinds.bearing.drive import Drive, torque_problems
@@ -83,6 +83,12 @@ class BearingContact(ViscoelasticDamping, Friction, PointElastic):
     """The laws of one ball-raceway contact; balls among themselves have the same damping and friction at a point."""
 
     normal: str = choice("auto", point_laws(*GIVES), "elastic law; auto = the cheapest adequate one")
+    friction: str = choice(
+        POINT,
+        lambda: (AUTO, *friction_names()),
+        "point = by the slip at the contact point; others = over the spot that slides and spins; auto = the cheapest "
+        "adequate one",
+    )
     damping_law: str = choice(
         "hunt_crossley", ("hunt_crossley",), "of a restitution below 1: it loses more when faster", STEADY_REFUSED
     )
@@ -176,6 +182,11 @@ def viscous_terms(contact: BearingContact) -> tuple[float, float]:
     if contact.restitution == 1.0:
         return contact.damping, contact.relaxation_time
     return damping_for_restitution(contact.restitution, contact.restitution_speed), 0.0
+
+
+def rubbing_by(parameters: BearingScene, friction: str) -> BearingScene:
+    """The same with another friction model."""
+    return dataclasses.replace(parameters, contact=dataclasses.replace(parameters.contact, friction=friction))
 
 
 def resolve(parameters: BearingScene) -> BearingScene:

@@ -23,6 +23,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SPIN,
     TANGENTIAL_VELOCITY,
 )
+from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.models import choose
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.moving import moving_by
@@ -65,8 +66,7 @@ def scene_now(parameters: BearingScene, goal: float, changed: bool, speed: float
 
 def rechosen(parameters: BearingScene, choice: Choice, motion, load: tuple) -> Rechosen:
     """The choice for what a motion is told to do, and the motion that goes on with it; see `Kind.rechosen`."""
-    here = motion.first_outputs()
-    speed = _speed(motion)
+    parameters, here, speed = as_chosen(parameters, choice), motion.first_outputs(), _speed(motion)
     try:
         chosen = choose(scene_now(parameters, motion.goal_speed, _changed(motion), speed, load))
         if (chosen.stepper, _setting(parameters, chosen)) == (choice.stepper, _setting(parameters, choice)):

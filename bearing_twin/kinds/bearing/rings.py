@@ -4,6 +4,7 @@
 import math
 from dataclasses import dataclass
 
+from bearing_twin.contact.names import AUTO, POINT
 from bearing_twin.kinds.bearing.acting import LoadChange, load_table, steady_load, steady_moment
 from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.parameters import choice, quantity, section
@@ -238,7 +239,7 @@ def _unmet(parameters, dimension) -> list[str]:
     ) if is_so]  # fmt: skip
     if moving and stepper not in ("auto", "rodas4", "rodas3"):
         problems.append(f"solver.stepper = {stepper} does not move {' or '.join(moving)}; use rodas4")
-    if parameters.contact.friction != "point" and not spots_built(parameters):
+    if parameters.contact.friction not in (AUTO, POINT) and not spots_built(parameters):
         problems.append(
             f"contact.friction = {parameters.contact.friction} is not built for a ring that tilts or moves; use point"
         )

@@ -5,9 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.contact.names import AUTO, POINT
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.clearance import operating_geometry
-from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE
+from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, rubbing_by
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_at, limits_used
 from bearing_twin.kinds.bearing.quasi_static.forces import Setting
 from bearing_twin.kinds.bearing.quasi_static.newton import FOUND, NOTHING_CARRIES, SOFT
@@ -62,6 +63,8 @@ class Equilibrium(NamedTuple):
 
 def setting_of(parameters, law: str, speed: float, arm: str = "groove", control: str = "shared") -> Setting:
     """The numbers of the balance for a scene with the elastic law `law`, the ring turning at `speed` [rad/s]."""
+    if parameters.contact.friction == AUTO:  # equilibria hold none, whichever is chosen
+        parameters = rubbing_by(parameters, POINT)
     bearing = bearing_of(parameters, law)
     lever = bearing.inner.groove_radius
     reach = bearing.inner.locus_radius

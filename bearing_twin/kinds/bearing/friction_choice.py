@@ -1,0 +1,142 @@
+"""Which friction model a bearing's scene needs, `contact.friction: auto`: by what its spots would resist spin with.
+
+Force and torque of each contact are to be as exact as is wanted. All models are asked at the contacts of balls that
+roll in balance, and where balls slide at first also at a slip as fast as the spots' ends spin.
+"""
+
+import dataclasses
+import functools
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.contact.friction import FRICTIONS, FrictionModel
+from bearing_twin.contact.names import AUTO, POINT
+from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.facts import axis_ratio
+from bearing_twin.kinds.bearing.measured import friction_costs
+from bearing_twin.kinds.bearing.outputs import ellipses, moduli
+from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene, rubbing_by
+from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
+from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, weighed_support
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of, spots_built
+from bearing_twin.kinds.ranges import RANGES
+from bearing_twin.report import Choice
+
+FINEST = "spot_fine"
+KEPT = 64  # scenes whose choice is remembered
+NARROWEST = next(one.least for one in RANGES if one.key == "contact.friction")
+
+
+class Weighed(NamedTuple):
+    """A friction model, its cost over that of `point`, and its `error`: force over mu N, torque over mu N R."""
+
+    model: FrictionModel
+    cost: float
+    error: float
+
+
+class Chosen(NamedTuple):
+    """The friction model of a scene and why."""
+
+    name: str
+    reason: str
+
+
+def as_chosen(parameters: BearingScene, choice: Choice | None = None) -> BearingScene:
+    """The scene with a friction model in the place of `auto`: that of `choice` if it names one, else as chosen now."""
+    if parameters.contact.friction != AUTO:
+        return parameters
+    name = choice.friction if choice and choice.friction else chosen_friction(parameters).name
+    return rubbing_by(parameters, name)
+
+
+@functools.lru_cache(KEPT)
+def chosen_friction(parameters: BearingScene) -> Chosen:
+    """The cheapest friction model that is adequate for a scene, else the most exact, and why."""
+    why = _no_spots(parameters)
+    if why:
+        return Chosen(POINT, f"friction at a point, because {why}")
+    try:
+        rows = _weighed(parameters)
+    except SceneError:  # of a bearing without balance: what runs it says why
+        return Chosen(POINT, "friction at a point, because the bearing finds no balance to judge others in")
+    wanted = parameters.wanted.tolerance
+    first = next((one for one in rows if one.error <= wanted), min(rows, key=lambda one: one.error))
+    told = f"off by {first.error:.2g} of mu N, or mu N R of a ball, in a contact"
+    reason = f"friction {first.model.name}, the cheapest within the wanted {wanted:g}: {told}"
+    if first.model.name == FINEST:
+        reason = f"friction {FINEST}, because no other is within the wanted {wanted:g}"
+    closer = [one for one in rows if one.error < first.error and one.cost > first.cost]
+    cheaper = [one for one in rows if one.cost < first.cost]
+    if cheaper:
+        best = min(cheaper, key=lambda one: one.error)
+        reason += f"; {best.model.name} would be off by {best.error:.2g}"
+    if closer:
+        reason += f"; {closer[0].model.name} would cost {closer[0].cost / first.cost:.2g} times as much"
+    return Chosen(first.model.name, reason)
+
+
+def _no_spots(parameters) -> str:
+    """Why friction over spots is not looked at."""
+    if parameters.wanted.outputs == LOADS:
+        return "loads alone are wanted"
+    if dimension_of(parameters) == QUASI_STATIC:
+        return "equilibria hold no friction"
+    if not parameters.contact.friction_coefficient:
+        return "contact.friction_coefficient is 0"
+    if not spots_built(parameters):
+        return "no other is built for a ring that tilts or moves"
+    if axis_ratio(parameters) < NARROWEST:
+        return f"errors over spots narrower than b/a = {NARROWEST:g} are not known"
+    return ""
+
+
+def _weighed(parameters) -> list[Weighed]:
+    """The friction models by cost; the finest is what the others are off from."""
+    costs, errors = friction_costs(parameters), dict.fromkeys(FRICTIONS, 0.0)
+    contact, radius = parameters.contact, 0.5 * parameters.geometry.ball_diameter
+    for load, major, minor, slip, spin in _met(parameters):
+        given = (load, major, minor, *slip, spin, contact.friction_coefficient, contact.friction_regularisation)
+        rubbed = {name: np.array(model.rubbing(*given)) for name, model in FRICTIONS.items()}
+        limit = contact.friction_coefficient * load * np.array([1.0, 1.0, radius])
+        for name, one in rubbed.items():
+            errors[name] = max(errors[name], float(np.abs((one - rubbed[FINEST]) / limit).max()))
+    rows = [Weighed(model, costs[name], errors[name]) for name, model in FRICTIONS.items()]
+    return sorted(rows, key=lambda one: one.cost)
+
+
+def _met(parameters):
+    """Load [N], semi-axes [m], slip (2,) along them [m/s] and spin [rad/s] of the contacts friction is judged in."""
+    contact = parameters.contact
+    law = "hertz_exact" if contact.normal == AUTO else contact.normal
+    for scene in _settings(parameters):
+        contacts = solver_of(scene, law).solve(weighed_support(scene)).contacts
+        curvatures, spins = (contacts.curvature_small, contacts.curvature_large), _spins(contacts, scene.drive.speed)
+        major, minor, _ = ellipses(moduli(scene.materials), *curvatures, contacts.load)
+        slides = scene.initial.motion == "rest" or scene.drive.change.time
+        rows = {
+            (load, a, b, spin)
+            for one in zip(contacts.load, major, minor, spins, strict=True)
+            for load, a, b, spin in zip(*map(np.ndarray.tolist, one), strict=True)
+            if load > 0.0
+        }
+        for load, a, b, spin in rows:
+            for slip in ((0.0, 0.0), (spin * a, 0.0), (0.0, spin * a)) if slides else ((0.0, 0.0),):
+                yield load, a, b, slip, spin
+
+
+def _spins(contacts: Contacts, speed: float) -> np.ndarray:
+    """Spin (N, 2) of a ball against each raceway about the normal [rad/s], where one of them takes all of it."""
+    turning = np.stack([speed - contacts.orbit, -contacts.orbit], axis=1) + contacts.roll[:, None]
+    return np.abs(turning * np.sin(contacts.angle) - contacts.pitch[:, None] * np.cos(contacts.angle))
+
+
+def _settings(parameters):
+    """The scene as it starts, and as its drive's change leaves it."""
+    drive = parameters.drive
+    yield parameters
+    if drive.change.time:
+        offset = tuple(a + b for a, b in zip(drive.offset, drive.change.offset, strict=True))
+        changed = dataclasses.replace(drive, offset=offset, speed=drive.speed + drive.change.speed)
+        yield dataclasses.replace(parameters, drive=changed)

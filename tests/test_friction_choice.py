@@ -1,0 +1,100 @@
+"""`contact.friction: auto`: the cheapest model that is exact enough, judged by runs with the finest; kept in logs."""
+
+import re
+
+import numpy as np
+import pytest
+
+from bearing_twin.kinds.bearing.measured import friction_costs
+from bearing_twin.log.mcap_log import read_log, write_log
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.report_of import report_of
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
+
+SHORT = ("run.duration=0.002", "run.output_rate=1000", "run.publish_rate=1000")
+
+
+def rubbing(friction, name, *overrides):
+    return load_scene(name, (f"contact.friction={friction}", *SHORT, *overrides))
+
+
+@pytest.mark.parametrize(
+    ("name", "tolerance", "model"),
+    [
+        ("bearing_6203", 0.05, "point"),
+        ("bearing_6203", 1e-3, "spot"),
+        ("bearing_6203_fast", 0.1, "point"),
+        ("bearing_6203_fast", 1e-3, "spot"),
+        ("bearing_6203_fast", 1e-4, "spot_fine"),
+        ("bearing_6203_start", 1e-3, "spot"),
+    ],
+)
+def test_the_cheapest_model_that_is_exact_enough_is_taken(name, tolerance, model):
+    choice = choose(rubbing("auto", name, f"wanted.tolerance={tolerance}"))
+    assert choice.friction == model
+    assert f"friction {model}, " in choice.reason
+
+
+def drilled(scene):
+    """Drilling torques of the last output over mu N R, (N, 2)."""
+    *_, last = simulate(scene)
+    radius = 0.5 * scene.parameters.geometry.ball_diameter
+    return last["drilling_torque"] / (scene.parameters.contact.friction_coefficient * last["normal_load"] * radius)
+
+
+@pytest.mark.parametrize(("name", "tolerance"), [("bearing_6203", 0.05), ("bearing_6203_fast", 1e-3)])
+def test_what_is_told_of_a_model_is_what_a_run_with_the_finest_finds(name, tolerance):
+    """Up to twice as much is told, where both raceways share the spin."""
+    two = ("geometry.balls=2", f"wanted.tolerance={tolerance}")
+    fine, taken = drilled(rubbing("spot_fine", name, *two)), drilled(rubbing("auto", name, *two))
+    told = float(re.search(r"; friction \w+, .*?: off by (\S+) of mu N", choose(rubbing("auto", name, *two)).reason)[1])
+    assert 0.45 * told < float(np.abs(taken - fine).max()) <= 1.1 * told
+
+
+@pytest.mark.parametrize(
+    ("overrides", "why"),
+    [
+        (["wanted.outputs=loads", "drive.offset=[0, 0, 1e-5]", "gravity=[0, 0, 0]"], "loads alone are wanted"),
+        (["contact.friction_coefficient=0"], "contact.friction_coefficient is 0"),
+        (["drive.tilt=[1e-4, 0]", "model.dimension=prescribed"], "no other is built for a ring that tilts or moves"),
+        (["geometry.inner_conformity=0.5004"], "errors over spots narrower than b/a = 0.03 are not known"),
+    ],
+)
+def test_where_no_spot_is_looked_at_the_reason_says_why(overrides, why):
+    choice = choose(rubbing("auto", "bearing_6203", *overrides))
+    assert choice.friction == "point"
+    assert choice.reason.endswith(f"friction at a point, because {why}")
+
+
+def test_equilibria_hold_no_friction_whatever_is_asked():
+    choice = choose(rubbing("auto", "bearing_218_thrust"))
+    assert (choice.stepper, choice.friction) == ("quasi_static", "")
+
+
+def test_a_change_of_the_drive_is_looked_at_before():
+    """At 20 rad/s, spots spin below what friction is smoothed over; not at the speed that comes."""
+    slow = ("drive.speed=20", "wanted.tolerance=1e-3", "gravity=[0, 0, 0]", "drive.acceleration=1e5")
+    assert choose(rubbing("auto", "bearing_6203", *slow)).friction == "point"
+    change = ("drive.change.time=0.001", "drive.change.speed=2000")
+    assert choose(rubbing("auto", "bearing_6203", *slow, *change)).friction == "spot"
+
+
+def test_costs_are_those_measured_at_the_nearest_tolerance():
+    costs = friction_costs(load_scene("bearing_6203", ("wanted.tolerance=1e-3",)).parameters)
+    assert costs["point"] == 1.0
+    assert 1.0 < costs["spot"] < 5.0 < costs["spot_fine"]
+
+
+def test_a_log_keeps_what_was_chosen_and_its_report_is_that_of_the_run(tmp_path):
+    scene, log = rubbing("auto", "bearing_6203"), tmp_path / "auto.mcap"
+    run = simulate(scene)
+    write_log(run, log)
+    kept = read_log(log)
+    assert kept.choice.friction == run.choice.friction == "spot"
+    assert kept.scene.parameters.contact.friction == "auto"
+    told, _ = report_of(kept)
+    assert (told.figures, told.errors) == (run.report.figures, run.report.errors)
+    same = simulate(rubbing("spot", "bearing_6203"))
+    list(same.blocks())
+    assert same.report.figures == run.report.figures
