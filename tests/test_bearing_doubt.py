@@ -32,10 +32,12 @@ from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.summing import turning
 from bearing_twin.kinds.bearing.watched import WatchedMotion
+from bearing_twin.run.doubt import promise_in_words
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.sample import cut
+from bearing_twin.units import two_digits
 
 EXACT = 1e-8  # tolerance of what counts as true
 CELLS = {
@@ -266,6 +268,17 @@ def test_a_run_of_an_hour_is_no_other_for_its_companion():
     moving, scene = watched("bearing_6203", "run.duration=0.02")
     moving.companion.parts = 10_000
     assert len(outputs(moving, scene).normal_load) == round(0.02 * scene.parameters.run.output_rate)
+
+
+def test_what_the_tables_predicted_stands_beside_what_came_out():
+    run = reported("bearing_6203", "run.duration=0.05")
+    told, foretold = run.report.errors["wanted_errors"], run.choice.predicted
+    assert told["loads"]["predicted"] == foretold["load_error"] != foretold["friction_error"]
+    assert told["friction"]["predicted"] == foretold["friction_error"]
+    assert f"wanted 0.001, predicted {two_digits(foretold['friction_error'])}" in promise_in_words(told["friction"])
+    pinned = reported("bearing_6203", "run.duration=0.01", "solver.stepper=rodas4").report.errors["wanted_errors"]
+    assert "predicted" not in pinned["loads"]
+    assert "predicted" not in promise_in_words(pinned["loads"])
 
 
 def test_a_companion_that_is_off_is_said():

@@ -27,8 +27,17 @@ class Judgement(NamedTuple):
     keys: dict[str, Any]
 
 
-def judged(errors: Errors, figures: Mapping[str, Any], status: str, outside: tuple[str, ...] = ()) -> Judgement:
-    """The judgement of a run with these errors and figures whose own status was this, and models outside ranges."""
+def judged(
+    errors: Errors,
+    figures: Mapping[str, Any],
+    status: str,
+    outside: tuple[str, ...] = (),
+    predicted: Mapping[str, float | str] | None = None,
+) -> Judgement:
+    """The judgement of a run with these errors and figures whose own status was this, and models outside ranges.
+
+    What a choice `predicted` is told beside what came out.
+    """
     keys, totals, large, sources = {}, {}, [], {}
     for figure, parts in errors.figures.items():
         if figure not in figures or figures[figure] is None or not parts:
@@ -41,7 +50,7 @@ def judged(errors: Errors, figures: Mapping[str, Any], status: str, outside: tup
             sources[source] = errors.mends.get(source)
     kept = {figure: dict(errors.figures[figure]) for figure in totals}
     keys["errors_by_source"] = kept
-    keys["wanted_errors"] = {one.output: _told(one) for one in errors.promises}
+    keys["wanted_errors"] = {one.output: _told(one, predicted or {}) for one in errors.promises}
     keys["errors_unknown"] = dict(errors.notes)
     if errors.horizon is not None:
         keys["horizon_s"] = errors.horizon
@@ -128,14 +137,17 @@ def _said(figure: str, value, error, source: str) -> str:
     return f"{words} {size} ± {two_digits(off)}{with_unit(unit)}, mostly {source.replace('_', ' ')}"
 
 
-def _told(promise: Promise) -> dict[str, Any]:
+def _told(promise: Promise, predicted: Mapping[str, float | str]) -> dict[str, Any]:
     told = {"norm": promise.norm, "error": promise.error, "tolerance": promise.tolerance, "where": promise.where}
+    before = predicted.get(f"{promise.output.removesuffix('s')}_error")
+    told |= {} if before is None else {"predicted": before}
     return told if promise.before is None else told | {"error_up_to_horizon": promise.before}
 
 
 def promise_in_words(told: Mapping[str, Any]) -> str:
-    """A row of `wanted_errors` whose error is known: by how much, what was wanted, where, and up to a horizon."""
-    parts = [f"{two_digits(told['error'])} {told['norm']}, wanted {told['tolerance']:g}", told["where"]]
+    """A row of `wanted_errors` whose error is known: by how much, what was wanted and predicted, and where."""
+    foretold = f", predicted {two_digits(told['predicted'])}" if "predicted" in told else ""
+    parts = [f"{two_digits(told['error'])} {told['norm']}, wanted {told['tolerance']:g}{foretold}", told["where"]]
     if (before := told.get("error_up_to_horizon")) is not None:
         parts.append(f"{two_digits(before)} up to the horizon")
     return "; ".join(part for part in parts if part)
