@@ -89,7 +89,6 @@ REQUIRED = (
 ACCESSORS, GREATEST_PRODUCTS = ("numerics/lanes.py", "kinds/bearing/forces/layout.py"), 20
 GREATEST_FILE, GREATEST_FUNCTION = 300, 60
 LONG_FILES = {  # path below bearing_twin/: why it is longer
-    "charts/bearing_variants.py": "a list of scenes, one below the other",
     "kinds/bearing/forces/equations.py": "reads top to bottom like the paper's section",
     "log/mcap_read.py": "every length of a hostile file is checked beside its use",
     "log/mcap_write.py": "one file format, all or nothing at every append",

@@ -15,6 +15,7 @@ from bearing_twin.charts import (
     bearing_outputs,
     body_limits,
     contest,
+    limit_picture,
     limits,
     model_limits,
     model_maps,
@@ -22,6 +23,7 @@ from bearing_twin.charts import (
     scene_contests,
     stability,
     stability_picture,
+    study_samples,
 )
 from bearing_twin.charts.contest import Job, Kept, Wanted, answers_of, rows_of
 from bearing_twin.charts.table import DONE, FAILED, REFUSED, STOPPED, Row, write_table
@@ -148,6 +150,19 @@ def test_beyond_its_limit_rk4_gives_loads_right_and_friction_wrong():
     assert good.error < 1e-6
     assert bad.status == DONE
     assert bad.load_error < 1e-3 < 0.1 < bad.friction_error
+
+
+def test_a_ninth_method_is_drawn_where_there_are_eight_colours(tmp_path, monkeypatch):
+    nine = tuple(f"method {number}" for number in range(1, 10))
+    facts = model_limits.LIMITED["impact_stiffness"]._replace(methods=nine)
+    monkeypatch.setitem(model_limits.LIMITED, "impact_stiffness", facts)
+    drawn = []
+    monkeypatch.setattr(limit_picture, "save_chart", lambda figure, *_: drawn.append(figure))
+    found = [limits.Limit(one, "impact_stiffness", across, 1e-6, 2e-6, 1e-6) for one in nine for across in (1e10, 1e11)]
+    limit_picture.of_limits(found, tmp_path / "l.png")
+    lines = {line.get_label(): (line.get_color(), line.get_linestyle()) for line in drawn[0].axes[0].lines}
+    assert len({lines[one] for one in nine}) == 9
+    assert len({(look["color"], look["linestyle"]) for look in map(study_samples.colour, range(9))}) == 9
 
 
 def test_maps_are_drawn_told_and_read_again(tmp_path, monkeypatch):

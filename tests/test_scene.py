@@ -134,6 +134,14 @@ def test_a_long_text_in_place_of_a_number_is_not_searched_for_a_unit():
     assert " is " not in refusal(load_scene, "bearing_6203", ["geometry.radial_clearance=" + "1" * 70 + "um"])
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_key_of_an_earlier_version_is_refused_with_its_new_name(kind):
+    for old, new in KINDS[kind].moved.items():
+        section, _, word = old.partition(".")
+        told = refusal(parse_scene, {"kind": kind, section: {word or "coefficient": 1.0}}, "a scene")
+        assert new in told
+
+
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [

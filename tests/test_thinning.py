@@ -111,7 +111,8 @@ def test_a_recording_that_begins_later_than_its_node_is_verified():
 
     def deviates(begin, **changed):
         blocks = [copied(begin, {"companion": windows[-1:]}), copied(second, changed.get("records", second.records))]
-        log = SimpleNamespace(kept_rate=KEPT_RATE, scene=run.scene, channels=run.channels, blocks=lambda: iter(blocks))
+        log = SimpleNamespace(kept_rate=KEPT_RATE, has_records=True, scene=run.scene, channels=run.channels)
+        log.blocks = lambda: iter(blocks)
         return verify(log).deviations["companion"]
 
     assert deviates(first) == 0.0

@@ -24,7 +24,6 @@ from bearing_twin.kinds.beam.theory import theory_of
 from bearing_twin.kinds.ellipsoid import chunk
 from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass, longest_creep_step, shortest_contact
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
-from bearing_twin.kinds.ellipsoid.outputs import CHANNELS
 from bearing_twin.kinds.impact.collision import FEWEST_STEPS
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
@@ -33,7 +32,6 @@ TOUCH, HATS = 2.4, 4.8  # steps a contact, found once: of rk4 from the touch on,
 EXACT = 1e-12  # tolerance of what is taken as true
 STRIKES = ("start.height=0", "start.velocity=[0,0,-1]", "gravity=[0,0,0]", "contact.restitution=1")
 DIED, JUDGED, LOOKS = 60.0, 40.0, 200  # over the rate of slip: time for it to die out, time judged, instants looked at
-FRICTION = next(number for number, channel in enumerate(CHANNELS) if channel.name == "friction_force")
 PERCENT = 1e-2  # of a slip on v_s, at the start
 MARGIN, SPAN = 1.05, 3.0  # over the first contact: what is compared; over Hertz's contact time: what is computed
 MODES = 301  # as on the chart of beams
@@ -83,13 +81,13 @@ def creeping(regularisation: float) -> MapPlace:
     coarse, exact = (motion_of(stepper, *still, sunk) for stepper in ("rk4", "dop853"))
     limit = longest_creep_step(coarse.parameters)
     times = limit * (DIED + JUDGED * np.linspace(0.0, 1.0, LOOKS))
-    true, contact = exact.advance(times, times[-1])[FRICTION], shortest_contact(coarse.parameters)
+    true, contact = exact.advance(times, times[-1])["friction_force"], shortest_contact(coarse.parameters)
 
     def error(_, step):
         coarse.plan = coarse.plan._replace(fixed=step)
         coarse.reset()
         try:
-            found = coarse.advance(times, times[-1])[FRICTION]
+            found = coarse.advance(times, times[-1])["friction_force"]
         except IntegrationError:
             return math.inf
         return float(np.abs(found - true).max() / (PERCENT * 0.1 * weight))

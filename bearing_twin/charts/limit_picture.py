@@ -7,7 +7,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from bearing_twin.charts.limits import Limit
 from bearing_twin.charts.model_limits import LIMITED
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, save_chart
+from bearing_twin.pictures.style import STYLE, ball_line, frame, save_chart
 
 COLUMNS, SIZE = 3, 15  # panels in a row; of the letters
 MICRO = 1e6
@@ -29,11 +29,14 @@ def of_limits(limits: list[Limit], path: Path) -> None:
 def _panel(axis, name: str, limits: list[Limit]) -> None:
     facts = LIMITED[name]
     frame(axis)
-    for colour, method in zip(BALL_COLOURS, facts.methods, strict=False):
+    for number, method in enumerate(facts.methods):
+        look = ball_line(number)
         mine = [one for one in limits if one.method == method]
         across = [one.across for one in mine]
-        axis.plot(across, [MICRO * one.predicted for one in mine], color=colour, linewidth=3.0, label=method)
-        axis.plot(across, [MICRO * one.found for one in mine], "o", color=colour, markersize=9, mfc="white", mew=2.5)
+        axis.plot(across, [MICRO * one.predicted for one in mine], **look, linewidth=3.0, label=method)
+        axis.plot(
+            across, [MICRO * one.found for one in mine], "o", color=look["color"], markersize=9, mfc="white", mew=2.5
+        )
         axis.plot(across, [MICRO * one.refused for one in mine], color=STYLE["ink"], linewidth=1.8, linestyle="--")
     axis.set(xscale="log", yscale="log")
     axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 1.5, 2.0, 3.0, 5.0, 7.0)))

@@ -22,7 +22,7 @@ from bearing_twin.charts.sheets import Axis, Band, Line, Panel, Sheet
 from bearing_twin.charts.sheets import draw as draw_sheet
 from bearing_twin.charts.study_samples import colour
 from bearing_twin.charts.table import DONE, Row
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE
+from bearing_twin.pictures.style import STYLE
 from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.chaos import GREATEST_DEGREE, VALIDATION, expand
 from bearing_twin.uq.propagation import exact_distributions, mean_inputs, task_of
@@ -228,7 +228,7 @@ def _parts(mine, place, statistic, along):
     look = {**colour(place), "marker": "o", "markersize": 5}
     name = method.replace("_", " ")
     if method in SAMPLERS:
-        shade = {"color": BALL_COLOURS[place], "alpha": 0.18}
+        shade = {"color": colour(place)["color"], "alpha": 0.18}
         steep = f"{name}, slope {slope(mine, method, statistic):.2f}"
         return [*crosses, Band(f"{name}, middle half", x, low, high, shade, False), Line(steep, x, middle, look)]
     if method == EXACT:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.charts.sheets import Axis, Bars, Line
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE
+from bearing_twin.pictures.style import STYLE, ball_line
 from bearing_twin.uq.change_of_variable import Derived
 from bearing_twin.uq.propagation import exact_distributions, task_of
 from bearing_twin.uq.realise import Task, realise
@@ -67,7 +67,7 @@ def bars(samples: np.ndarray, look: dict | None = None, name: str = "") -> Bars:
 
 def colour(place: int) -> dict:
     """The look of the line number `place`."""
-    return {"color": BALL_COLOURS[place], "linewidth": 2.0}
+    return {**ball_line(place), "linewidth": 2.0}
 
 
 def short(value: float) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Container
 from typing import TYPE_CHECKING, Any
 
 from bearing_twin.units import suffix_of
@@ -13,10 +14,13 @@ if TYPE_CHECKING:
 
 
 class PlainFigures:
-    """Figures drawn from the channels alone: every channel of one number at the end and at its greatest magnitude."""
+    """Figures drawn from the channels alone: every channel of one number at the end and at its greatest magnitude.
 
-    def __init__(self, parameters, choice: Choice, channels: tuple[Channel, ...]):
-        self._channels = [channel for channel in channels if channel.shape == ()]
+    Keys that are `taken` by figures of another meaning are left out.
+    """
+
+    def __init__(self, parameters, choice: Choice, channels: tuple[Channel, ...], taken: Container[str] = ()):
+        self._channels, self._taken = [channel for channel in channels if channel.shape == ()], taken
         self._last: dict[str, float] = {}
         self._greatest: dict[str, float] = {}
 
@@ -33,7 +37,7 @@ class PlainFigures:
             suffix = suffix_of(channel.unit)
             found[f"{channel.name}_at_end{suffix}"] = self._last.get(channel.name, math.nan)
             found[f"greatest_{channel.name}{suffix}"] = self._greatest.get(channel.name, math.nan)
-        return found
+        return {key: value for key, value in found.items() if key not in self._taken}
 
     def flags(self) -> list[str]:
         """None: nothing is known of this theory."""

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from bearing_twin import __version__
 from bearing_twin.pictures.style import SIZE
 from bearing_twin.pictures.values import ChannelValues, footer
 from bearing_twin.pictures.worth import finish
@@ -14,7 +13,7 @@ from bearing_twin.sample import Block
 
 
 class RunPicture(ABC):
-    """What the pictures of all kinds but the bearing share; a kind draws its panels."""
+    """What all pictures of runs but the bearing's share; each draws its panels."""
 
     def __init__(self, facts):
         self._facts, self._values = facts, ChannelValues()
@@ -32,5 +31,5 @@ class RunPicture(ABC):
         values, scene = self._values.arrays(), self._facts.scene
         figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
         self.draw(figure, values)
-        title = scene.description or scene.name
-        return finish(figure, title, footer(self._facts, self._values, __version__), path, size=17, worth=worth)
+        title = scene.description or scene.name if scene is not None else "Recorded run"
+        return finish(figure, title, footer(self._facts, self._values), path, size=17, worth=worth)

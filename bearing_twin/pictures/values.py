@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bearing_twin import __version__
 from bearing_twin.errors import LogError
 from bearing_twin.sample import Block
 from bearing_twin.units import prefixed
@@ -43,14 +44,14 @@ class ChannelValues:
         return {"time": np.concatenate(self._time), **values}
 
 
-def footer(facts, values: ChannelValues, version: str) -> str:
+def footer(facts, values: ChannelValues) -> str:
     """What stands below the picture of a run: scene, outputs, law and stepper, version."""
     thinned = f", every {values.stride}th" if values.stride > 1 else ""
     words = [f"{values.outputs} outputs{thinned}"]
     words += [f"{name}: {text}" for name, text in (("law", facts.law), ("stepper", facts.stepper)) if text]
     if facts.scene is not None:
         words.insert(0, facts.scene.name)
-    return f"{', '.join(words)}; bearing_twin {version}"
+    return f"{', '.join(words)}; bearing_twin {__version__}"
 
 
 def scaled_time(time: np.ndarray) -> tuple[np.ndarray, float, str]:

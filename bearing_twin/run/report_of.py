@@ -15,13 +15,14 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     """(report, outputs missing) of a log, whose `blocks` may be handed in; raises LogError without an output.
 
     Of a recording that holds no scene, and of a log without the records that its figures need (of an earlier version),
-    every channel of one number is reported. What a run cost, and what broke it
-    off, is taken from the log's own record, where there is one.
+    every channel of one number is reported, but for figures that its kind makes of records. What a run cost, and what
+    broke it off, is taken from the log's own record, where there is one.
     """
     kind = KINDS[log.scene.kind] if log.scene else None
     needed = kind is not None and any(table.needed for table in kind.records(log.scene.parameters))
     if kind is None or (needed and not log.has_records):
-        figures, doubt = PlainFigures(None, log.choice, log.channels), NothingKnown(None, log.choice)
+        taken = kind.meanings_of() if kind else ()
+        figures, doubt = PlainFigures(None, log.choice, log.channels, taken), NothingKnown(None, log.choice)
     else:
         made_of = log.scene.parameters, log.choice
         figures, doubt = kind.figures_of(*made_of), kind.doubt(*made_of)

@@ -205,7 +205,9 @@ def _explained(kind: str):
             return f"{path} is not a key any more; use {moved[path]}"
         if path in ALIASES:
             return f"{path} is another name of {ALIASES[path]}, which is given too; keep one of them"
-        return not_here(kind, path, taken) or _by_last_word(KINDS[kind].parameters, path)
+        if told := not_here(kind, path, taken):
+            return "; ".join([told, *(f"for {old} use {moved[old]}" for old in moved if old.startswith(f"{path}."))])
+        return _by_last_word(KINDS[kind].parameters, path)
 
     return explain
 

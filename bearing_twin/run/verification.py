@@ -55,9 +55,10 @@ def verify(
     """Simulates the scene stored in a log again and compares every output; raises LogError where that cannot be done.
 
     Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
-    not the scene's own run. A log of an earlier version may hold fewer channels; those it has are compared, and so are
-    those outputs alone that a log holds which is thinned, begins late, or was read with `allow_gaps`: the others are
-    simulated without comparing. `before` is asked, with the seconds simulated so, for who is told the share of that;
+    not the scene's own run. A log of an earlier version may hold fewer channels, or no records; what it has is
+    compared, and so are those outputs alone that a log holds which is thinned, begins late, or was read with
+    `allow_gaps`: the others are simulated without comparing. `before` is asked, with the seconds simulated so, for who
+    is told the share of that;
     `progress` is told the time [s] it has come to. A log that wants more than `longest` [s] (None: LONGEST_BEFORE)
     simulated without comparing, before it or between two blocks, raises LogError: a log may say it begins after years.
     """
@@ -87,7 +88,7 @@ def verify(
         for name in names:
             difference = np.abs(block.values[name] - again.values[name])
             deviations[name] = max(deviations[name], float(difference.max()))
-        for name, rows in again.records.items():
+        for name, rows in (again.records if log.has_records else {}).items():  # earlier versions wrote none
             found = block.records.get(name, np.empty((0, rows.shape[1])))
             if apart and not (samples and log.kept_rate):  # a thinned log holds all of these
                 rows = rows[max(len(rows) - len(found), 0) :]  # those between were not heard either

@@ -9,7 +9,7 @@ from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.kinds.ellipsoid.equations import COLUMNS, RUBBED, VISCOUS, Ellipsoid, pose_of, touch_of
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
 from bearing_twin.numerics.rotation import dot
-from bearing_twin.sample import Channel
+from bearing_twin.sample import Channel, Columns, layout_of
 
 CHANNELS = (
     Channel("position", "m", (3,), "of the centre, fixed axes, z up from the plane"),
@@ -37,7 +37,7 @@ CHANNELS = (
         "quaternion_drift", "1", (), "greatest drift of the quaternion's norm in a step so far, before it is undone"
     ),
 )
-WIDTH = sum(channel.width for channel in CHANNELS[:-1])  # of what follows from the state
+LAYOUT = layout_of(CHANNELS)
 
 
 def channels(parameters: EllipsoidOnPlaneScene) -> tuple[Channel, ...]:
@@ -58,7 +58,7 @@ def energies(body, state, lowest):
 
 @kernel
 def write_row(body, lowest, state, row):
-    """Writes all channels of one state, side by side in their order."""
+    """Writes all channels of one state but the last, side by side in their order."""
     pose, norm = pose_of(body, state), 0.0
     touch = touch_of(body, state, pose)
     spot = ellipse(touch.curvature_small, touch.curvature_large, body.law.modulus, touch.normal_load)
@@ -83,18 +83,14 @@ def write_row(body, lowest, state, row):
 
 @kernel
 def write_rows(body, lowest, states, rows):
-    """As `write_row` for states (n, COLUMNS) into rows (n, WIDTH)."""
+    """As `write_row` for states (n, COLUMNS) into rows (n, width)."""
     for n in range(len(states)):
         write_row(body, lowest, states[n], rows[n])
 
 
-def outputs_of(body: Ellipsoid, states: np.ndarray, drift: float) -> tuple[np.ndarray, ...]:
-    """One array a channel, in their order, of states (n, COLUMNS); `drift` is the last channel."""
-    rows = np.empty((len(states), WIDTH))
+def outputs_of(body: Ellipsoid, states: np.ndarray, drift: float) -> Columns:
+    """All channels of states (n, COLUMNS); `drift` is the last."""
+    rows = np.empty((len(states), LAYOUT.width))
     write_rows(body, min(body.semi_axes), states.reshape(-1, COLUMNS), rows)
-    edges = np.cumsum([0, *(channel.width for channel in CHANNELS[:-1])])
-    parts = (
-        np.ascontiguousarray(rows[:, low:high]).reshape(len(states), *channel.shape)
-        for channel, low, high in zip(CHANNELS[:-1], edges[:-1], edges[1:], strict=True)
-    )
-    return (*parts, np.full(len(states), drift))
+    rows[:, -1] = drift
+    return Columns(LAYOUT, rows)

@@ -19,7 +19,7 @@ from bearing_twin.kinds.two_bodies.pair import (
 )
 from bearing_twin.kinds.two_bodies.parameters import TwoBodiesScene
 from bearing_twin.kinds.two_bodies.steps import touch_now
-from bearing_twin.sample import Channel
+from bearing_twin.sample import Channel, Columns, layout_of
 
 
 def _of_body(prefix: str, which: str) -> tuple[Channel, ...]:
@@ -65,7 +65,7 @@ CHANNELS = (
         "differential: before they are put right",
     ),
 )  # fmt: skip
-WIDTH = sum(channel.width for channel in CHANNELS[:-2])  # of what follows from the state
+LAYOUT = layout_of(CHANNELS)
 SPENT = ("dissipated_viscous", "dissipated_friction", "held_work")
 
 
@@ -76,7 +76,7 @@ def channels(parameters: TwoBodiesScene) -> tuple[Channel, ...]:
 
 @kernel
 def write_rows(pair, states, rows):
-    """Writes the channels that follow from the states (n, COLUMNS), side by side in their order, to rows (n, WIDTH)."""
+    """Writes all channels of states (n, COLUMNS) but the last two, side by side in their order, to rows (n, width)."""
     for n in range(len(states)):
         state, row, at = states[n], rows[n], 0
         kinetic = potential = 0.0
@@ -113,13 +113,9 @@ def write_rows(pair, states, rows):
         row[at + 30], row[at + 31] = state[HELD_WORK], state[GROSS_WORK]
 
 
-def outputs_of(pair: Pair, states: np.ndarray, drift: float, off: float) -> tuple[np.ndarray, ...]:
-    """One array a channel, in their order, of states (n, COLUMNS); `drift` and `off` are the last two channels."""
-    rows = np.empty((len(states), WIDTH))
+def outputs_of(pair: Pair, states: np.ndarray, drift: float, off: float) -> Columns:
+    """All channels of states (n, COLUMNS); `drift` and `off` are the last two."""
+    rows = np.empty((len(states), LAYOUT.width))
     write_rows(pair, states.reshape(-1, COLUMNS), rows)
-    edges = np.cumsum([0, *(channel.width for channel in CHANNELS[:-2])])
-    parts = (
-        np.ascontiguousarray(rows[:, low:high]).reshape(len(states), *channel.shape)
-        for channel, low, high in zip(CHANNELS[:-2], edges[:-1], edges[1:], strict=True)
-    )
-    return (*parts, np.full(len(states), drift), np.full(len(states), off))
+    rows[:, -2:] = drift, off
+    return Columns(LAYOUT, rows)

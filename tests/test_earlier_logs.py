@@ -1,0 +1,53 @@
+"""Logs that the program wrote before kinds had rows: other words in their scenes, and no topics for records."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bearing_twin import read_log
+from bearing_twin.command import cli
+from bearing_twin.kinds import KINDS
+from bearing_twin.run.report_of import report_of
+from bearing_twin.run.verification import verify
+
+LOGS = sorted((Path(__file__).parent / "earlier").glob("*.mcap"))
+RECORDED_TODAY = [path for path in LOGS if path.stem != "bearing_6203"]  # whose kinds make figures of records
+NEAR = 1e-6  # of the greatest of a channel, or the tolerance wanted: methods have changed
+
+
+def named(path):
+    return path.stem
+
+
+@pytest.mark.parametrize("path", LOGS, ids=named)
+def test_a_log_without_records_is_read_and_its_scene_simulated_again(path):
+    log = read_log(path)
+    blocks = list(log.blocks())
+    assert not log.has_records
+    assert sum(map(len, blocks)) == log.scene.outputs
+    greatest = {one.name: max(np.abs(block.values[one.name]).max() for block in blocks) for one in log.channels}
+    off, near = verify(log).deviations, max(NEAR, log.scene.parameters.wanted.tolerance)
+    assert set(off) == set(greatest)
+    far = {name: deviation for name, deviation in off.items() if deviation > near * max(greatest[name], 1.0)}
+    assert not far
+
+
+@pytest.mark.parametrize("path", RECORDED_TODAY, ids=named)
+def test_a_report_on_it_gives_no_figure_another_meaning(path, capsys):
+    log = read_log(path)
+    report, _ = report_of(log)
+    plain = {f"greatest_{one.name}" for one in log.channels} | {f"{one.name}_at_end" for one in log.channels}
+    for key in report.figures.keys() & KINDS[log.scene.kind].meanings_of().keys():
+        assert not any(key.startswith(name) for name in plain), "drawn from a channel, its name of another meaning"
+    assert report.samples == log.scene.outputs
+    assert cli.main(["report", str(path), "--json"]) == 0
+    capsys.readouterr()
+
+
+def test_scenes_in_them_have_the_words_of_today():
+    parameters = {path.stem: read_log(path).scene.parameters for path in LOGS}
+    assert parameters["two_spheres"].first.material.yield_strength == pytest.approx(1.6e9 / 1.6)
+    assert parameters["sphere_on_beam"].beam.theory == "euler"
+    assert parameters["ellipsoid_rocking"].contact.friction_coefficient == pytest.approx(0.15)
+    assert parameters["bearing_6203"].wanted.tolerance == pytest.approx(1e-3)
