@@ -102,10 +102,10 @@ def load_scene(name_or_path, overrides: Iterable[str] = ()) -> Scene:
 def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
     """As `load_scene`, but (mapping, origin) for `parse_scene`: all keys, what is left to be chosen still open.
 
-    `source` is a name, a path or a scene's plain data.
+    `source` is a name, a path or a scene's plain data. Numbers may contradict each other: some may be replaced.
     """
     mapping, origin = _opened(source, overrides)
-    return _possible(read_scene(mapping, origin), origin).resolved(), origin
+    return read_scene(mapping, origin).resolved(), origin
 
 
 def parse_scene(text_or_mapping, origin: str) -> Scene:
