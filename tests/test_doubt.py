@@ -107,7 +107,7 @@ def test_a_sum_over_time_is_told_by_what_it_sums_and_what_is_far_below_what_canc
     assert found.keys["work_j_error"] == 3.0
     # alone, and beyond what cancels, they are named
     (flag,) = judged(errors, figures | {"torque_nm": 9.0, "moment_nm": [1e-4, 0.0]}, "done").flags
-    assert flag.endswith("figure: work 0 ± 3 J, mostly law; to mend it: a law")
+    assert flag.endswith("figure: work 0.0 ± 3 J, mostly law; to mend it: a law")
     for error in ([1e-3, 2.1e-3], math.nan):
         more = Errors(parts | {"moment_nm": {METHOD: error}}, told_by=errors.told_by, spared=errors.spared)
         assert "moment 0" in judged(more, figures, "done").flags[0]
