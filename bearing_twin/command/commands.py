@@ -31,6 +31,7 @@ from bearing_twin.command.outcome import (
     doubts_of,
     failure_kept,
     new_log,
+    overrides_of,
     picture_path,
     quantity,
 )
@@ -85,12 +86,9 @@ def _simulate(arguments) -> Outcome:
     from bearing_twin.kinds import KINDS
     from bearing_twin.run.scene import load_scene
 
-    overrides = list(arguments.set)
-    if arguments.duration is not None:
-        overrides.append(f"run.duration={arguments.duration}")
     log = new_log(arguments.out) if arguments.out else None
     max_loss = _max_loss(arguments.max_loss)
-    scene = load_scene(arguments.scene, overrides)
+    scene = load_scene(arguments.scene, overrides_of(arguments, duration="run.duration"))
     picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
 
     from bearing_twin.command.terminal import progress, said_if_slow, say, told
