@@ -73,7 +73,7 @@ class Unit(NamedTuple):
 
 
 UNITS = {  # by the symbol that declarations use
-    "1": Unit("", "", greatest=1e12),
+    "1": Unit("", "", least=1e-15, greatest=1e12),
     "m": Unit("m", "m", ALL, least=1e-9, greatest=1e4, zero="µ"),
     "s": Unit("s", "s", BELOW_ONE, least=1e-15, greatest=1e9),
     "kg": Unit("kg", "kg", least=1e-24, greatest=1e9),
