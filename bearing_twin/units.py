@@ -73,7 +73,7 @@ class Unit(NamedTuple):
 
 
 UNITS = {  # by the symbol that declarations use
-    "1": Unit("", "", greatest=1e12),
+    "1": Unit("", "", least=1e-15, greatest=1e12),
     "m": Unit("m", "m", ALL, least=1e-9, greatest=1e4, zero="µ"),
     "s": Unit("s", "s", BELOW_ONE, least=1e-15, greatest=1e9),
     "kg": Unit("kg", "kg", least=1e-24, greatest=1e9),
@@ -82,7 +82,7 @@ UNITS = {  # by the symbol that declarations use
     "1/K": Unit("per_k", "1/K", greatest=1.0),
     "Hz": Unit("hz", "Hz", least=1e-9, greatest=1e12),
     "W": Unit("w", "W", ALL),
-    "N": Unit("n", "N", ALL, greatest=1e12, people=("N", 1.0)),
+    "N": Unit("n", "N", ALL, greatest=1e12),
     "J": Unit("j", "J", ALL),
     "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15, people=("MPa", 1e-6)),
     "B": Unit("bytes", "B", ABOVE_ONE, least=1.0, greatest=1e15),

@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 import peers
+from memory import most_held
 from native import compared
 from speed import STAGES, kernel_time, set_up, times_real_time
 from static_solve import solved
@@ -153,18 +154,6 @@ def _two_workers() -> float:
     return two / one
 
 
-# In a small process between: Linux counts what a process held before it became another program.
-HELD = """import resource, subprocess, sys
-subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"""
-
-
-def _memory(*words: str) -> float:
-    """The most memory [MB] that a command has held."""
-    command = [sys.executable, "-c", HELD, sys.executable, "-m", "bearing_twin", *words]
-    return int(subprocess.run(command, check=True, capture_output=True, text=True).stdout) / 1024.0
-
-
 def _peer(problem: str) -> float:
     """Exudyn's time over ours by the public call; its environment is made where there is none."""
     with contextlib.redirect_stdout(sys.stderr):
@@ -241,7 +230,7 @@ ROWS: dict[Measured, Callable[[], float]] = {
         "bearing_6203_tolerances", "samples=10000", TO_THE_END
     ),
     Measured("1000 bearings by two workers", "`run_study`", 1, "less", "of one"): _two_workers,
-    Measured("200 000 spheres at 8 speeds", "command", 300, "less", "MB"): lambda: _memory(*MANY),
+    Measured("200 000 spheres at 8 speeds", "command", 300, "less", "MB"): lambda: most_held(*MANY),
     Measured("static solve, cold", "static_solve.py", 20, "less", "us"): lambda: solved(157.08)["cold"],
     Measured("static solve, warm", "static_solve.py", 8, "less", "us"): lambda: solved(157.08)["warm"],
     Measured("loads of a held ring", "static_solve.py", 1.5, "less", "us"): lambda: solved(157.08)["held"],

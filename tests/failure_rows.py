@@ -283,7 +283,7 @@ FAILURES = (
         "each figure carries its error; one above 10 % is told",
         "simulate bearing_6203_sticking --duration 0.002",
         0,
-        "mostly friction model; drive torque",
+        "over 10 % of the figure: drive torque",
         "output_rate",
     ),
     Failure(

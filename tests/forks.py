@@ -34,9 +34,9 @@ def forked(call: Callable[[], int | None], largest_file: int | None = None) -> s
                     resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, hard))
                 code = call() or 0
             except BaseException:
-                resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))  # for what is said of it
                 traceback.print_exc()
             finally:
+                resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))  # for what is said of it
                 out.flush()
                 error.flush()
                 os._exit(code)

@@ -285,6 +285,12 @@ def test_files_and_functions_are_short_or_have_a_reason():
     assert long_functions == set(LONG_FUNCTIONS), "the same for LONG_FUNCTIONS"
 
 
+@pytest.mark.parametrize("folder", ["bench", "examples", "launch"])
+def test_files_beside_the_package_are_short_too(folder):
+    lines = {path.name: len(path.read_text(encoding="utf-8").splitlines()) for path in (ROOT / folder).glob("*.*")}
+    assert {name: many for name, many in lines.items() if many > GREATEST_FILE and not name.endswith(".png")} == {}
+
+
 def test_rows_of_lanes_are_reached_by_name():
     """Products with LANES outside the modules of accessors and rows: literal offsets into the lanes."""
     product = re.compile(r"\* LANES|LANES \*")

@@ -32,7 +32,7 @@ from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.summing import turning
 from bearing_twin.kinds.bearing.watched import WatchedMotion
-from bearing_twin.run.doubt import promise_in_words
+from bearing_twin.run.doubt import exceeds, promise_in_words
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
@@ -397,6 +397,18 @@ def test_balls_that_are_thrown_off_the_inner_ring_are_told():
     report = reported("bearing_6203", "drive.speed=20000", "run.duration=0.01").report
     assert report.figures["greatest_normal_load_inner_n"] == [0.0] * 8
     assert sum("thrown off the inner ring" in one and "rad/s" in one for one in report.flags) == 1
+
+
+def test_a_bearing_names_in_its_flags_the_torque_that_lacks_and_not_what_follows_from_it():
+    """Its moment is off by far less than loads that cancel in it may be; its work is torque over angle."""
+    report = reported("bearing_6203", "run.duration=0.1").report
+    told = report.as_dict()
+    for key in ("drive_work_j", "dissipated_j", "ring_moment_nm"):
+        assert exceeds(told[key], told[f"{key}_error"])
+    (flag,) = report.flags
+    assert flag.count("±") == 2
+    for words in ("drive torque 0 ±", "friction torque 0 ±", "set contact.friction: spot"):
+        assert words in flag
 
 
 def test_a_motion_in_a_plane_has_no_moment_across_it_and_no_doubt_about_one():

@@ -224,7 +224,8 @@ def test_a_load_that_turns_has_the_run_done_again_from_before_it():
     assert moving.costs()["ball_steps"] < 12.0 * plain.costs()["ball_steps"]
 
 
-def test_what_a_snapshot_told_is_known_again_but_that_of_an_older_one():
-    """With three numbers its errors of the ring's place are missing."""
+@pytest.mark.parametrize("told", [[1.0, 2.0, 3.0], [1.0, 2.0, 3.0, math.nan], ["a", 1.0, 2.0, 3.0]])
+def test_what_a_snapshot_told_is_known_again_and_what_none_tells_is_refused(told):
     assert remembered([1, 2.0, 3.0, 4.0]) == (1.0, 2.0, 3.0, 4.0)
-    assert remembered([1.0, 2.0, 3.0]) == NOTHING
+    with pytest.raises(ValueError, match=r"inherited|could not convert"):
+        remembered(told)

@@ -311,9 +311,32 @@ def test_a_closed_terminal_ends_a_command_but_not_under_nohup(number, monkeypatc
     assert ended.value.code == 128 + number
 
 
-def test_a_duration_counts_more_than_what_is_set(capsys):
-    result = asked(capsys, "simulate", "two_spheres", "--duration", "2e-4", "--set", "run.duration=1e-4")
-    assert result["simulated_s"] == pytest.approx(2e-4)
+@pytest.mark.parametrize(
+    ("words", "key"),
+    [
+        (["simulate", "two_spheres", "--duration", "2e-4", "--set", "run.duration=1e-4"], "run.duration"),
+        (["view", "two_spheres", "--duration", "2e-4", "--set", "run.duration=1e-4"], "run.duration"),
+        (["simulate", "bearing_6203", "--set", "solver.allow_invalid=off", "--allow-invalid"], "allow_invalid"),
+        (["compile", "bearing_6203", "--allow-invalid", "--set", "solver.allow_invalid=off"], "allow_invalid"),
+        (["study", "spheres_alpha_4e-5", "--samples", "20", "--set", "samples=30"], "samples"),
+        (["study", "spheres_alpha_4e-5", "--set", "seed=4", "--seed", "5"], "seed"),
+        (["node", "study", "spheres_alpha_4e-5", "--samples", "20", "--set", "samples=30"], "samples"),
+    ],
+)
+def test_a_key_that_is_given_two_values_is_refused(words, key, capsys):
+    assert re.search(rf"{key} is given as '?\S+'? and as '?\S+'?; keep one of them", refused(capsys, *words))
+
+
+def test_a_key_that_is_given_twice_alike_is_taken(capsys):
+    """Of one that is set again the last counts, as in a line that is typed again with another end."""
+    alike = ("--duration", "2e-4", "--set", "run.duration=0.0002", "--set", " run.duration = 2E-4")
+    for words in (alike, ("--set", "run.duration=1e-4", "--set", "run.duration=2e-4")):
+        assert asked(capsys, "simulate", "two_spheres", *words)["simulated_s"] == pytest.approx(2e-4)
+
+
+def test_a_key_is_swept_or_set(capsys):
+    words = ("bearing", "6203", "--load", "0,-500,0", "--sweep", "speed=100:200:2", "--set", "drive.speed=100")
+    assert "drive.speed is given by --set and by --sweep" in refused(capsys, *words)
 
 
 def test_a_log_is_flushed_as_often_as_asked_for(tmp_path, monkeypatch):

@@ -37,7 +37,7 @@ def shown(capsys, result):
 
 def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch):
     out = shown(capsys, RESULT)
-    for words in ("668.079 rpm", "1.5 N mm", "0, -2.5, 10 µm", "0.0572958, 0 °", "20 ms", "12345.6 N", "1066"):
+    for words in ("668.079 rpm", "1.5 N mm", "0, -2.5, 10 µm", "0.0572958, 0 °", "20 ms", "12.3456 kN", "1066"):
         assert words in out, out
     assert "MPa" in out
     monkeypatch.setattr(commands, "COMMANDS", {"scenes": COMMANDS["scenes"]._replace(run=lambda _: cli_outcome())})
@@ -124,12 +124,14 @@ def cli_outcome():
 def test_every_unit_that_people_read_is_the_same_quantity():
     """Factors against the definitions of degree, revolution and prefixes."""
     exact = {"°": ("rad", 57.29577951308232), "rpm": ("rad/s", 9.549296585513721), "MPa": ("Pa", 1e-6)}
-    exact |= {"N mm": ("N m", 1e3), "N": ("N", 1.0), "N/µm": ("N/m", 1e-6), "mm²": ("m^2", 1e6), "mm³": ("m^3", 1e9)}
+    exact |= {"N mm": ("N m", 1e3), "N/µm": ("N/m", 1e-6), "mm²": ("m^2", 1e6), "mm³": ("m^3", 1e9)}
     of_people = {row.people[0]: (symbol, row.people[1]) for symbol, row in UNITS.items() if row.people}
     assert set(of_people) == set(exact)
     for name, (symbol, factor) in of_people.items():
         assert (symbol, factor) == (exact[name][0], pytest.approx(exact[name][1], rel=1e-15))
     assert for_people(2e-5, UNITS["m"]) == ("µm", pytest.approx(1e6))
+    forces = {3.96e7: ("MN", 1e-6), 1500.0: ("kN", 1e-3), 999.0: ("N", 1.0), 0.0: ("N", 1.0), 7e-3: ("mN", 1e3)}
+    assert {size: for_people(size, UNITS["N"]) for size in forces} == forces
     assert readable("peak_pressure_inner_pa", 1e9) == ("peak pressure inner", "MPa", 1e-6)
     assert readable("energy_closure", 1.0) == ("energy closure", "", 1.0)
 
@@ -172,7 +174,7 @@ def test_a_table_of_numbers_holds_each_of_them_whole(rows, width):
 
 def test_lists_of_balls_are_cut_into_tables_and_not_into_numbers(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "50")
-    columns = {f"channel_number_{k}_n": [-1.234567e-12 * 10.0**k, 1e5, 0.5, 12.0] for k in range(9)}
+    columns = {f"channel_number_{k}_kg": [-1.234567e-12 * 10.0**k, 1e5, 0.5, 12.0] for k in range(9)}
     out = shown(capsys, columns)
     assert max(map(len, out.splitlines())) <= 50
     words = out.split()

@@ -97,6 +97,22 @@ def test_a_figure_whose_error_is_over_a_tenth_of_it_is_marked_with_its_greatest_
     assert exceeds(1.0, math.nan)
 
 
+def test_a_sum_over_time_is_told_by_what_it_sums_and_what_is_far_below_what_cancels_by_none():
+    parts = {"torque_nm": {METHOD: 0.3}, "work_j": {LAW: 3.0}, "moment_nm": {METHOD: [1e-3, 2e-3]}}
+    figures = {"torque_nm": 1e-9, "work_j": 1e-7, "moment_nm": [1e-4, 0.0]}
+    errors = Errors(parts, mends={LAW: "a law"}, told_by={"work_j": "torque_nm"}, spared={"moment_nm": 2e-3})
+    found = judged(errors, figures, "done")
+    assert found.flags == ("the error is over 10 % of the figure: torque 0.00 ± 0.3 N m, mostly method",)
+    assert found.keys["moment_nm_error"] == [1e-3, 2e-3]
+    assert found.keys["work_j_error"] == 3.0
+    # alone, and beyond what cancels, they are named
+    (flag,) = judged(errors, figures | {"torque_nm": 9.0, "moment_nm": [1e-4, 0.0]}, "done").flags
+    assert flag.endswith("figure: work 0.0 ± 3 J, mostly law; to mend it: a law")
+    for error in ([1e-3, 2.1e-3], math.nan):
+        more = Errors(parts | {"moment_nm": {METHOD: error}}, told_by=errors.told_by, spared=errors.spared)
+        assert "moment 0" in judged(more, figures, "done").flags[0]
+
+
 def test_the_first_word_of_every_status_is_in_the_table():
     for found in (judged(Errors(), {}, "done"), judged(Errors(promises=(promise(1.0),)), {}, "done")):
         assert found.status.partition(":")[0] in STATUSES

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from forks import forked
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.errors import BearingTwinError, IntegrationError
@@ -216,6 +217,9 @@ def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, c
     assert told["last_good"]["normal_load outer race"] > 0.0
     assert main(["report", "rest.mcap", "--json"]) == DONE
     assert json.loads(capsys.readouterr().out)["samples"] == 201
+    done = forked(lambda: main(["explain", file.name, "--json", "--out", "full.mcap"]), largest_file=300_000)
+    assert (done.returncode, json.loads(done.stdout)) == (BAD_INPUT, {k: v for k, v in told.items() if k != "log"})
+    assert "the log is incomplete: full.mcap cannot grow" in done.stderr
     # fails again where the tolerance is as loose as before, and says so
     assert main(["explain", file.name, "--tolerance", "1e-3", "--strict"]) == DOUBTFUL
     said = capsys.readouterr()

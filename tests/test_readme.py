@@ -103,7 +103,8 @@ def shortened(words, short=SHORT):
         scene = load_scene(arguments.scene, overrides)
         if str(arguments.plot).endswith(".gif"):
             return words, False  # tests/test_soft_discs.py makes one
-        return (words if scene.parameters.run.duration <= short else [*words, f"--duration={short}"]), True
+        key = "--set=run.duration" if any("run.duration=" in one for one in arguments.set) else "--duration"
+        return (words if scene.parameters.run.duration <= short else [*words, f"{key}={short}"]), True
     if command == "study" and arguments.study:
         study = load_study(arguments.study, arguments.set)
         closed = KINDS[study.kind].closed_form() is not None

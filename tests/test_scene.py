@@ -417,3 +417,18 @@ def test_a_vector_without_brackets_is_told_how_to_write_it():
 def test_a_step_that_no_method_takes_is_said(name, stepper, taken):
     warnings = choose(load_scene(name, [f"solver.stepper={stepper}", "solver.step=1e-8"])).warnings
     assert any("solver.step does nothing with" in one for one in warnings) != taken
+
+
+@pytest.mark.parametrize(
+    ("name", "override"),
+    [
+        ("bearing_6203", "contact.restitution=5e-324"),
+        ("two_spheres", "contact.restitution=5e-324"),
+        ("soft_discs_mean", "solver.step_share=5e-324"),
+        ("sphere_on_beam", "blow.point=1e-20"),
+        ("sphere_on_beam", "blow.point=5e-324"),
+    ],
+)
+def test_a_share_that_double_precision_does_not_bear_is_refused(name, override):
+    with pytest.raises(SceneError, match=r"is too small, below 1e-15|must be a number, at least 1e-06"):
+        choose(load_scene(name, [override]))

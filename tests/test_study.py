@@ -15,6 +15,7 @@ from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.quantities import has_closed_form, quantities_of
 from bearing_twin.uq.realise import without_numbers
 from bearing_twin.uq.result import Tally
+from bearing_twin.uq.run import run_study
 from bearing_twin.uq.scene_keys import Reader, numeric_keys, put, replaced, value_at
 from bearing_twin.uq.stopping import Rule, looks
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
@@ -88,6 +89,26 @@ def test_keys_that_follow_an_input_take_its_value():
     materials = scene.parameters.materials
     assert materials.ball.young_modulus == pytest.approx(1.01 * 2.075e11)
     assert materials.ball == materials.inner_ring == materials.outer_ring
+
+
+@pytest.mark.parametrize("more", [[], ["contact.restitution=0.9"]])
+def test_a_number_that_the_scene_wants_may_be_uncertain(more):
+    """The law asks for a measured alpha, which the scene alone has not; by closed forms, and by simulating."""
+    scene, words = {"kind": "two_spheres", "contact": {"normal": "measured"}}, [*more, "samples=40", "workers=1"]
+    left_open = run_study(parse_study(PLAIN, "s", words)).as_dict()["quantities"]["contact_duration"]
+    for changes, law in (({}, ["contact.normal=measured"]), ({"scene": scene}, [])):
+        study = parse_study({**PLAIN, **changes}, "s", [*words, *law])
+        assert study.scene_at([2e-4]).parameters.contact.normal == "measured"
+        found = run_study(study).as_dict()["quantities"]["contact_duration"]
+        assert found["mean"] == pytest.approx(left_open["mean"], rel=1e-12)
+        assert found["quantiles"]["0.50"] == pytest.approx(left_open["quantiles"]["0.50"], rel=1e-12)
+
+
+def test_a_number_that_the_scene_wants_may_be_swept():
+    sweep = {"sweep": {ALPHA: [1e-4, 2e-4]}, "inputs": {"first.radius": {"distribution": "fixed", "value": 0.01}}}
+    study = parse_study({**PLAIN, **sweep}, "s", ["contact.normal=measured"])
+    assert study.sweep == (ALPHA, (1e-4, 2e-4))
+    assert "measured_alpha" in refusal({"inputs": sweep["inputs"]}, ["contact.normal=measured"])
 
 
 @pytest.mark.parametrize(

@@ -339,6 +339,9 @@ def test_view_shortens_a_long_scene_and_says_so(tmp_path, capsys, monkeypatch):
     assert main(["view", "ellipsoid_on_plane"]) == DONE
     assert "250 ms of its 4.5 s" in capsys.readouterr().err
     assert (tmp_path / "ellipsoid_on_plane.html").is_file()
+    for words in (["--set", "run.duration=0.3"], ["--duration", "0.3"]):
+        assert main(["view", "ellipsoid_on_plane", *words, "--out", f"{words[0][2:]}.html"]) == DONE
+        assert "is run for 300 ms" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

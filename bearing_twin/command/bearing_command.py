@@ -4,7 +4,7 @@ import argparse
 import math
 
 from bearing_twin.command import catalogue_table
-from bearing_twin.command.outcome import Outcome, add_allow_invalid, picture_path
+from bearing_twin.command.outcome import Outcome, add_allow_invalid, overrides_of, picture_path
 from bearing_twin.errors import SceneError
 
 HELP = "a bearing in balance under load: displacement, loads, stiffness, ratings, life, fault frequencies"
@@ -142,7 +142,7 @@ def _support(given: dict, parameters):
 def _bearing_scene(arguments, overrides=()):
     from bearing_twin.run.scene import load_scene
 
-    scene = load_scene(arguments.scene, [*arguments.set, *overrides])
+    scene = load_scene(arguments.scene, [*overrides_of(arguments), *overrides])
     if scene.kind != "bearing":
         raise SceneError(f"scene {scene.name} is no bearing but a {scene.kind}; give a scene of kind bearing")
     return scene
@@ -229,6 +229,8 @@ def _swept(arguments, given, angle, key, values) -> dict:
             return _solved(arguments, given, angle, factor=value / size)
     else:
         path = SHORT_KEYS.get(key, key)
+        if any(one.partition("=")[0].strip() == path for one in arguments.set):
+            raise SceneError(f"{path} is given by --set and by --sweep; keep one of them")
         unit, axis = _axis_of(scene, path, values)
 
         def solved(value):

@@ -24,16 +24,18 @@ from bearing_twin.command import (
     view_command,
     watch_command,
 )
+from bearing_twin.command.logged import Watched, ended
 from bearing_twin.command.outcome import (
     Outcome,
     add_allow_invalid,
     doubts_of,
     failure_kept,
     new_log,
+    overrides_of,
     picture_path,
     quantity,
 )
-from bearing_twin.errors import BearingTwinError, IntegrationError, LogError
+from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.parameters import echo, read_number
 from bearing_twin.units import Limits
 
@@ -84,12 +86,9 @@ def _simulate(arguments) -> Outcome:
     from bearing_twin.kinds import KINDS
     from bearing_twin.run.scene import load_scene
 
-    overrides = list(arguments.set)
-    if arguments.duration is not None:
-        overrides.append(f"run.duration={arguments.duration}")
     log = new_log(arguments.out) if arguments.out else None
     max_loss = _max_loss(arguments.max_loss)
-    scene = load_scene(arguments.scene, overrides)
+    scene = load_scene(arguments.scene, overrides_of(arguments, duration="run.duration"))
     picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
 
     from bearing_twin.command.terminal import progress, said_if_slow, say, told
@@ -100,62 +99,27 @@ def _simulate(arguments) -> Outcome:
     large = cost_of(scene).sentence(bool(log), shutil.disk_usage(log.parent).free if log else math.inf)
     if large:
         say(told(f"{scene.name}: {large}"))
-    problem = ""
     with progress(f"simulating {scene.name}") as update:
         with said_if_slow(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
             run = simulate(scene, update)
             for warning in (*late_keys(scene, scene.parameters.run.duration), *run.choice.warnings):
                 say(told(f"{scene.name}: {warning}"))
             compile_seconds = run.simulation.warm_up()
-        drawing = _Watched(run, bool(picture))
-        try:
-            if log:
-                from bearing_twin.log.mcap_log import write_log
-
-                write_log(drawing, log, max_loss=max_loss)
-            else:
-                for _ in drawing.blocks():
-                    pass
-        except IntegrationError as error:
-            problem = failure_kept(error, log.parent if log else Path())
-            if run.simulation.sequence < 0:  # nothing came before it
-                raise BearingTwinError(problem) from error
+        drawing = Watched(run, bool(picture))
+        incomplete, failure = ended(drawing, log, max_loss)
+    problems = [incomplete] if incomplete else []
+    if failure is not None:
+        problems.append(failure_kept(failure, log.parent if log else Path()))
+        if run.simulation.sequence < 0:  # nothing came before it
+            raise BearingTwinError("; ".join(problems)) from failure
     report = run.report
-    result = report.as_dict() | {"compile_s": compile_seconds} | ({"log": str(log)} if log else {})
+    result = report.as_dict() | {"compile_s": compile_seconds} | ({"log": str(log)} if log and not incomplete else {})
     if picture:
         try:
             result["plot"] = drawing.write(picture, report)
         except BearingTwinError as error:  # the figures may be those of hours
-            problem = f"{problem}; {error}" if problem else str(error)
-    return Outcome(result, list(report.flags) if report.failure else doubts_of(result), problem=problem)
-
-
-class _Watched:
-    """A run or log whose blocks are shown to its picture, if one is wanted, on their way somewhere else."""
-
-    def __init__(self, stream, wanted: bool):
-        self._stream = stream
-        self._picture = None
-        if wanted:
-            from bearing_twin.run.picture import picture_of
-
-            self._picture = picture_of(stream)
-
-    def __getattr__(self, name):
-        return getattr(self._stream, name)
-
-    def blocks(self):
-        for block in self._stream.blocks():
-            if self._picture is not None:
-                self._picture.add(block)
-            yield block
-
-    def write(self, path, report) -> str:
-        from bearing_twin.command.terminal import said_if_slow
-        from bearing_twin.run.picture import worth_of
-
-        with said_if_slow(f"drawing {path}"):
-            return str(self._picture.write(path, worth_of(report)))
+            problems.append(str(error))
+    return Outcome(result, list(report.flags) if report.failure else doubts_of(result), problem="; ".join(problems))
 
 
 def _log_argument(parser):
@@ -218,7 +182,7 @@ def _report(arguments) -> Outcome:
     stream = read_log(arguments.log, allow_gaps=True, topic=arguments.topic, last_run=True)
     if STUDY_RECORD in stream.metadata:
         return study_command.report(arguments.log, picture)
-    watched = _Watched(stream, bool(picture))
+    watched = Watched(stream, bool(picture))
     report, missing = report_of(stream, with_progress(watched.blocks(), stream.seconds, f"reading {stream.path}"))
     result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
     if stream.kept_rate:

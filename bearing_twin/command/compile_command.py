@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Iterator
 
-from bearing_twin.command.outcome import Outcome, add_allow_invalid
+from bearing_twin.command.outcome import Outcome, add_allow_invalid, overrides_of
 
 HELP = "compile what scenes need, so that their first run starts at once"
 EXAMPLES = ("bearing_twin compile", "bearing_twin compile bearing_6203 --set contact.friction=spot")
@@ -31,7 +31,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     from bearing_twin.run.scene import load_scene, scene_names
 
     began = time.monotonic()
-    scenes = [load_scene(name, arguments.set) for name in arguments.scene or scene_names()]
+    scenes = [load_scene(name, overrides_of(arguments)) for name in arguments.scene or scene_names()]
     rows = [_compiled(scene) for scene in scenes]
     seconds = round(time.monotonic() - began, 3)
     return Outcome({"scenes": rows, "seconds": seconds}, [], lambda: _show(rows, seconds))

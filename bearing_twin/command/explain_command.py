@@ -3,8 +3,9 @@
 import argparse
 from pathlib import Path
 
+from bearing_twin.command.logged import Watched, ended
 from bearing_twin.command.outcome import Outcome, new_log
-from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, read_number
 from bearing_twin.units import Limits
 
@@ -43,12 +44,12 @@ def run(arguments: argparse.Namespace) -> Outcome:
         "last_good_s": failure.good_seconds,
         "last_good": {name: value for name, value, _ in failure.about_body()},
     }
-    doubts = []
+    doubts, incomplete = [], ""
     if not arguments.stop:
         scene = failure.tightened(tolerance)
-        told, doubts = _continued(failure, shortened(scene, _end(failure, scene, until)), log)
+        told, doubts, incomplete = _continued(failure, shortened(scene, _end(failure, scene, until)), log)
         result |= told
-    return Outcome(result, doubts, lambda: _show(result, failure))
+    return Outcome(result, doubts, lambda: _show(result, failure), problem=incomplete)
 
 
 def _end(failure, scene, until: float | None) -> float:
@@ -63,7 +64,8 @@ def _begin(failure, scene) -> float:
     return max(failure.sequence, 0) * 1e-9 * scene.output_period_ns
 
 
-def _continued(failure, scene, log) -> tuple[dict, list[str]]:
+def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
+    """What came of it, doubts, and why the log is incomplete."""
     from bearing_twin.command.terminal import progress
     from bearing_twin.run.failure import write_failure
     from bearing_twin.run.simulation import simulate
@@ -71,17 +73,10 @@ def _continued(failure, scene, log) -> tuple[dict, list[str]]:
     again = ""
     with progress(f"going on with {scene.name}") as update:
         run = simulate(scene, update, failure)
-        try:
-            if log:
-                from bearing_twin.log.mcap_log import write_log
-
-                write_log(run, log)
-            else:
-                for _ in run.blocks():
-                    pass
-        except IntegrationError as error:
-            left = write_failure(error, log.parent if log else Path())
-            again = f"it fails again {error}" + (f"; see bearing_twin explain {left}" if left else "")
+        incomplete, broken = ended(Watched(run), log)
+        if broken is not None:
+            left = write_failure(broken, log.parent if log else Path())
+            again = f"it fails again {broken}" + (f"; see bearing_twin explain {left}" if left else "")
     report = None if again else run.report
     wanted, solver = (getattr(scene.parameters, name, None) for name in ("wanted", "solver"))
     told = {
@@ -90,10 +85,10 @@ def _continued(failure, scene, log) -> tuple[dict, list[str]]:
         "tolerance": getattr(wanted, "tolerance", None),
         "step_s": getattr(solver, "step", None),
         "status": again or report.status,
-        **({"log": str(log)} if log and not again else {}),
+        **({"log": str(log)} if log and not (again or incomplete) else {}),
     }
     doubts = [again] if again else [*report.flags, *([report.status] if report.status != "done" else [])]
-    return told, doubts
+    return told, doubts, incomplete
 
 
 def _number(option: str, text: str | None, limits: Limits) -> float | None:

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 
 from bearing_twin.command.node_start import replace_by_node
-from bearing_twin.command.outcome import Outcome, listed
+from bearing_twin.command.outcome import Outcome, listed, overrides_of
 from bearing_twin.command.pace import Pace
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, read_number
@@ -220,6 +220,7 @@ def study(arguments) -> Outcome:
     from bearing_twin.command.terminal import progress
     from bearing_twin.log.study_log import NAMESPACE
 
+    overrides_of(arguments, samples="samples", seed="seed")
     goal = {"study": arguments.study, "overrides": arguments.set}
     for key in ("samples", "seed"):
         if (text := getattr(arguments, key)) is not None:

@@ -57,6 +57,23 @@ def add_allow_invalid(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(ALLOW_INVALID[0], **ALLOW_INVALID[1])
 
 
+def overrides_of(arguments: argparse.Namespace, **keys: str) -> list[str]:
+    """What `--set` changes, and options that stand for a key of it, such as duration="run.duration".
+
+    Raises BearingTwinError where `--set` gives such a key another value.
+    """
+    from bearing_twin.run.scene import refuse_another
+
+    given = {key: getattr(arguments, option) for option, key in keys.items()}
+    if ALLOW_INVALID[1]["const"] in arguments.set:
+        key, _, value = ALLOW_INVALID[1]["const"].partition("=")
+        given[key] = value
+    for key, value in given.items():
+        if value is not None:
+            refuse_another(key, value, arguments.set)
+    return [*arguments.set, *(f"{key}={value}" for key, value in given.items() if value is not None)]
+
+
 def listed(what: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:
     """A list as a result: all of each row as JSON, the columns of `header` as a table."""
     rows = list(rows)

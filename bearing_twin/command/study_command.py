@@ -5,7 +5,7 @@ import contextlib
 import signal
 import threading
 
-from bearing_twin.command.outcome import Outcome, add_allow_invalid, new_log, picture_path
+from bearing_twin.command.outcome import Outcome, add_allow_invalid, new_log, overrides_of, picture_path
 from bearing_twin.errors import LogError, StudyError
 from bearing_twin.report import json_text
 
@@ -49,11 +49,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     from bearing_twin.uq.run import run_study
     from bearing_twin.uq.study_file import load_study
 
-    overrides = list(arguments.set)
-    for key in ("samples", "seed", "workers"):
-        if (value := getattr(arguments, key)) is not None:
-            overrides.append(f"{key}={value}")
-    study = load_study(arguments.study, overrides)
+    study = load_study(arguments.study, overrides_of(arguments, samples="samples", seed="seed", workers="workers"))
     start = read_study(arguments.resume, unfinished=True) if arguments.resume else None
     cancelled = threading.Event()
     result = problem = None

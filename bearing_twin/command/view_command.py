@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bearing_twin.command.outcome import Outcome, add_allow_invalid, failure_kept
+from bearing_twin.command.outcome import Outcome, add_allow_invalid, failure_kept, overrides_of
 from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.extras import wanted
 
@@ -118,9 +118,7 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
     """The page of a run, as far as it came, and why it came no further."""
     from bearing_twin.run.scene import load_scene
 
-    overrides = list(arguments.set)
-    if arguments.duration is not None:
-        overrides.append(f"run.duration={arguments.duration}")
+    overrides = overrides_of(arguments, duration="run.duration")
     scene = load_scene(arguments.what, overrides)
     own = scene.parameters.run.duration
     from bearing_twin.command.terminal import progress, said_if_slow, say, told
@@ -128,7 +126,7 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
     from bearing_twin.run.simulation import simulate
     from bearing_twin.view.run_page import document_of_run
 
-    if arguments.duration is None and own > LONGEST:
+    if own > LONGEST and not any(one.partition("=")[0].strip() == "run.duration" for one in overrides):
         say(told(f"{scene.name} is run for {LONGEST:g} s of its {own:g} s; give --duration for more"))
         scene = load_scene(arguments.what, [*overrides, f"run.duration={LONGEST}"])
     else:
@@ -154,7 +152,7 @@ def _of_study(arguments) -> tuple[dict[str, Any], str]:
 
     if arguments.duration is not None:
         raise BearingTwinError("a study has no --duration; give --set run.duration=... for that of its scene")
-    study = load_study(arguments.what, arguments.set)
+    study = load_study(arguments.what, overrides_of(arguments))
     with progress(f"study {study.name}") as update:
         result = run_study(study, lambda one: update(one.done / one.total))
     return document_of_study(result), ""

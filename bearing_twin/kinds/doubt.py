@@ -76,7 +76,8 @@ class Errors:
     Errors are greatest absolute ones. A source that is missing is not known for that figure; one without effect is 0.
     `notes` maps sources, and rows of what is left out, to a sentence; `mends` sources to what
     makes their errors smaller; `dearest` is where most was spent to find them. Up to `horizon` [s] the motion is known,
-    if errors grow by themselves.
+    if errors grow by themselves. `told_by` maps figures to those of which they are the sum over time: where both are
+    doubtful, flags name the latter. `spared`: errors up to which flags do not name a figure, in its unit.
     """
 
     figures: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -85,6 +86,8 @@ class Errors:
     mends: Mapping[str, str] = field(default_factory=dict)
     dearest: Dearest | None = None
     horizon: float | None = None
+    told_by: Mapping[str, str] = field(default_factory=dict)
+    spared: Mapping[str, float] = field(default_factory=dict)
 
 
 class Doubt(Protocol):

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from bearing_twin.errors import StudyError
 from bearing_twin.permission import only_below
+from bearing_twin.run.scene import refuse_another
 from bearing_twin.uq.drawing import Progress
 from bearing_twin.uq.stopping import rule_of
 from bearing_twin.uq.study import Study
@@ -93,8 +94,8 @@ def _watched(study: Study) -> str:
 def study_of(goal: Goal, folders: Iterable[str] = ()) -> Study:
     """The study a goal asks for: text with several lines or in braces is YAML, all else a name or a path.
 
-    Files, also those that a study names, are read only below `folders`. Raises StudyError with a sentence for what
-    makes none.
+    Files, also those that a study names, are read only below `folders`. Raises BearingTwinError with a sentence for
+    what makes none.
     """
     with only_below(folders, "the folders of the node's parameter study_folders"):
         return _study_of(goal)
@@ -106,7 +107,10 @@ def _study_of(goal: Goal) -> Study:
     if len(goal.overrides) > MOST_OVERRIDES or any(len(one) > LONGEST_OVERRIDE for one in goal.overrides):
         raise StudyError(f"overrides must be at most {MOST_OVERRIDES}, each of {LONGEST_OVERRIDE} characters at most")
     overrides = [one for one in goal.overrides if one]
-    overrides += [f"{key}={getattr(goal, key)}" for key in ("samples", "seed") if getattr(goal, key)]
+    given = {key: value for key, value in (("samples", goal.samples), ("seed", goal.seed)) if value}
+    for key, value in given.items():
+        refuse_another(key, value, overrides)
+    overrides += [f"{key}={value}" for key, value in given.items()]
     text = goal.study.strip()
     if not text:
         raise StudyError(f"which study? give a name, a path or YAML; legal: {', '.join(study_names())}")

@@ -38,16 +38,15 @@ def judged(
 
     What a choice `predicted` is told beside what came out.
     """
-    keys, totals, large, sources = {}, {}, [], {}
+    keys, totals, large = {}, {}, {}
     for figure, parts in errors.figures.items():
         if figure not in figures or figures[figure] is None or not parts:
             continue
         totals[figure] = _beyond_rounding(_added(list(parts.values())), figure, figures)
         keys[f"{figure}_error"] = totals[figure]
-        if exceeds(figures[figure], totals[figure]):
-            source = max(parts, key=lambda name: greatest(parts[name]))
-            large.append(_said(figure, figures[figure], totals[figure], source))
-            sources[source] = errors.mends.get(source)
+        spared = greatest(totals[figure]) <= errors.spared.get(figure, 0.0)
+        if exceeds(figures[figure], totals[figure]) and not spared:
+            large[figure] = max(parts, key=lambda name: greatest(parts[name]))
     kept = {figure: dict(errors.figures[figure]) for figure in totals}
     keys["errors_by_source"] = kept
     keys["wanted_errors"] = {one.output: _told(one, predicted or {}) for one in errors.promises}
@@ -56,9 +55,11 @@ def judged(
         keys["horizon_s"] = errors.horizon
     broken = [one for one in errors.promises if one.broken]
     flags = [_sentence(one, errors.horizon) for one in broken]
-    if large:
-        cures = "; ".join(mend for mend in sources.values() if mend)
-        told = f"the error is over {100.0 * LARGE:g} % of the figure: {'; '.join(large)}"
+    named_ones = {figure: source for figure, source in large.items() if errors.told_by.get(figure) not in large}
+    if named_ones:
+        cures = "; ".join(filter(None, (errors.mends.get(source) for source in dict.fromkeys(named_ones.values()))))
+        said = "; ".join(_said(one, figures[one], totals[one], source) for one, source in named_ones.items())
+        told = f"the error is over {100.0 * LARGE:g} % of the figure: {said}"
         flags.append(f"{told}; to mend it: {cures}" if cures else told)
     doubtful = [*(("model outside its range",) if outside else ()), *(one.output for one in broken)]
     if doubtful and status == DONE:

@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from bearing_twin.errors import SceneError
+from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.ranges import OUTSIDE, allowed, left_by
 from bearing_twin.kinds.sections import ALIASES, not_here
@@ -22,6 +22,7 @@ from bearing_twin.parameters import (
     plain,
     raise_problems,
     read,
+    read_number,
     stands_for_section,
     unknown,
 )
@@ -102,10 +103,20 @@ def load_scene(name_or_path, overrides: Iterable[str] = ()) -> Scene:
 def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
     """As `load_scene`, but (mapping, origin) for `parse_scene`: all keys, what is left to be chosen still open.
 
-    `source` is a name, a path or a scene's plain data.
+    `source` is a name, a path or a scene's plain data. Numbers may contradict each other: some may be replaced.
     """
     mapping, origin = _opened(source, overrides)
-    return _possible(read_scene(mapping, origin), origin).resolved(), origin
+    return read_scene(mapping, origin).resolved(), origin
+
+
+def refuse_another(key: str, value, overrides: Iterable[str]) -> None:
+    """Raises BearingTwinError where overrides give a key another value than the one that is given beside them."""
+    for override in overrides:
+        name, equals, text = (part.strip() for part in override.partition("="))
+        number = read_number(text)[0]
+        same = text == str(value) or (number is not None and number == read_number(value)[0])
+        if equals and name == key and not same:
+            raise BearingTwinError(f"{key} is given as {echo(text)} and as {echo(value)}; keep one of them")
 
 
 def parse_scene(text_or_mapping, origin: str) -> Scene:

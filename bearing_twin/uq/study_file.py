@@ -10,7 +10,7 @@ from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
 from bearing_twin.uq.quantities import quantities_of, quantity_of
 from bearing_twin.uq.scene_keys import checked_key, numeric_keys, put, value_at
 from bearing_twin.uq.study import Settings, Study
-from bearing_twin.uq.study_inputs import read_inputs
+from bearing_twin.uq.study_inputs import possible_scene, read_inputs
 
 FREE_KEYS = (
     "name", "description", "scene", "set", "inputs", "correlation", "quantities", "histories", "densities", "sweep",
@@ -43,9 +43,10 @@ def parse_study(text_or_mapping, origin: str, overrides: Iterable[str] = ()) -> 
     problems: list[str] = []
     try:
         for_scene, for_study = _sorted_overrides(mapping, overrides)
-        scene = _open(mapping, for_scene)
+        scene, scene_origin = _open(mapping, for_scene)
         for override in for_study:
             _apply(mapping, scene["kind"], override)
+        scene = possible_scene(mapping, scene, scene_origin)
         study = _read(mapping, scene, origin, problems)
     except (SceneError, StudyError) as error:
         raise StudyError(f"{origin}: {error}") from error
@@ -102,7 +103,7 @@ def _sorted_overrides(mapping, overrides):
             raise StudyError(f"override {echo(override)} must look like samples=500 or motion.first_velocity=50")
         if word in ("scene", "set"):
             _apply(mapping, None, override)
-    of_scene = tuple(_open(mapping, ()))
+    of_scene = tuple(_open(mapping, ())[0])
     for_scene, for_study = [], []
     for override, word in words.items():
         if word not in of_study + of_scene:
@@ -113,15 +114,14 @@ def _sorted_overrides(mapping, overrides):
     return for_scene, for_study
 
 
-def _open(mapping, for_scene) -> dict:
+def _open(mapping, for_scene) -> tuple[dict, str]:
+    """(plain data of the scene, what errors call it); its inputs are not put in, so it may be impossible without."""
     given, changes = mapping["scene"], mapping.get("set", [])
     if not isinstance(changes, (list, tuple)) or not all(isinstance(one, str) for one in changes):
         raise StudyError(f"set = {echo(changes)} must be a list of texts such as motion.first_velocity=50")
     if not isinstance(given, (str, int, Mapping)) or isinstance(given, bool):
         raise StudyError(f"scene = {echo(given)} must be the name of a scene, a path, or a scene's keys and values")
-    scene, origin = open_scene(given, (*changes, *for_scene))
-    parse_scene(scene, origin)
-    return scene
+    return open_scene(given, (*changes, *for_scene))
 
 
 def _apply(mapping, kind, override):

@@ -1,5 +1,6 @@
 """The inputs of a study file: which numbers of the scene are uncertain, and whether the scene allows their values."""
 
+import contextlib
 from collections.abc import Mapping
 
 from bearing_twin.errors import SceneError, StudyError
@@ -7,7 +8,7 @@ from bearing_twin.parameters import echo
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.units import Limits
 from bearing_twin.uq.inputs import Input, Joint, read_input
-from bearing_twin.uq.scene_keys import checked_key, numeric_keys, placed
+from bearing_twin.uq.scene_keys import checked_key, numeric_keys, placed, put
 
 
 def read_inputs(free, scene, problems):
@@ -44,6 +45,32 @@ def read_inputs(free, scene, problems):
         except (SceneError, StudyError) as error:
             problems.append(str(error))
     return given, also, joint, correlation
+
+
+def possible_scene(free, scene: dict, origin: str) -> dict:
+    """The scene's plain data; where it is impossible so, with medians of inputs and the first value of the sweep.
+
+    Raises SceneError where it is impossible with them, too. What is wrong with inputs and sweep is told elsewhere.
+    """
+    try:
+        parse_scene(scene, origin)
+    except SceneError:
+        scene = _begun(free, scene)
+        parse_scene(scene, origin)
+    return scene
+
+
+def _begun(free, scene: dict) -> dict:
+    kind, inputs, sweep = scene["kind"], free.get("inputs"), free.get("sweep")
+    for key, told in inputs.items() if isinstance(inputs, Mapping) else ():
+        with contextlib.suppress(StudyError):
+            told, more = _split(checked_key(kind, key), told, kind)
+            scene = placed(scene, [(key, *more)], [read_input(key, told).ppf(0.5)])
+    for key, values in sweep.items() if isinstance(sweep, Mapping) else ():
+        if isinstance(values, (list, tuple)) and values:
+            with contextlib.suppress(StudyError):
+                scene = put(scene, checked_key(kind, key), values[0])
+    return scene
 
 
 def _split(key, told, kind):

@@ -34,7 +34,7 @@ class Blow:
     drop_height: float = quantity(0.0, "m", "free fall before the first touch", at_least=0.0)
     gravity: float = quantity(0.0, "m/s^2", "on the sphere, along the blow, after the first touch; 0 = left out")
     point: float = quantity(
-        0.5, "1", "where on the beam, as a share of the span from one support", above=0.0, below=1.0
+        0.5, "1", "where on the beam, as a share of the span from one support", at_least=1e-6, at_most=0.999999
     )
 
 

@@ -29,6 +29,7 @@ from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
 TILTING = "ring_moment_nm", "misalignment_rad"
+SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
 OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
 
 
@@ -99,8 +100,11 @@ class BearingDoubt:
         if not FRICTIONS[self.parameters.contact.friction].over_spot and spots_built(self.parameters):
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
         spent = dearest(self.worst.rows["steps"], self.parameters.geometry.balls)
-        horizon = self.growth.horizon
-        return Errors(found, self._promises(law, horizon), self._notes(), mends, spent, horizon)
+        horizon, wanted = self.growth.horizon, self.parameters.wanted.tolerance * float(self.load.max())
+        # Loads cancel in what is left for the ring, which is judged as they are.
+        spared = {"ring_force_n": wanted, "ring_moment_nm": 0.5 * self.parameters.geometry.pitch_diameter * wanted}
+        promises = self._promises(law, horizon)
+        return Errors(found, promises, self._notes(), mends, spent, horizon, SUMS, spared)
 
     @property
     def _known(self) -> bool:

@@ -103,9 +103,9 @@ class WatchedMotion(BearingMotion):
         if "companion" in kept:
             self.companion.remember(kept["companion"])
             self._set(float(kept["setting"]))
-            self._sensitive, self._calm = bool(kept.get("sensitive", False)), int(kept.get("calm_parts", 0))
-            self._roughest = float(kept.get("roughest", 1.0))
-            self._inherited = remembered(kept.get("inherited", NOTHING))
+            self._sensitive, self._calm = bool(kept["sensitive"]), int(kept["calm_parts"])
+            self._roughest = float(kept["roughest"])
+            self._inherited = remembered(kept["inherited"])
             self._keep()
 
     def take_records(self) -> dict[str, np.ndarray]:

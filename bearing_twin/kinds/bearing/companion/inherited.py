@@ -37,8 +37,11 @@ def ringing_time(parameters, bearing: Bearing, greatest: float) -> float:
 
 
 def remembered(told) -> tuple[float, ...]:
-    """What is known (see `carried_on`) as a snapshot `told`; NOTHING of an older one, which has other numbers."""
-    return tuple(map(float, told)) if len(told) == len(NOTHING) else NOTHING
+    """What is known (see `carried_on`) as a snapshot `told`; raises ValueError for what no snapshot tells."""
+    known = tuple(map(float, told))
+    if len(known) != len(NOTHING) or not all(map(math.isfinite, known)):
+        raise ValueError("inherited")
+    return known
 
 
 def light_share(part: Part, greatest: float) -> float:

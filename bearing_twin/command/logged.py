@@ -1,0 +1,79 @@
+"""Runs and logs on their way through a command: into a log, and past a picture. Imports are late."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from bearing_twin.errors import IntegrationError, LogError
+
+
+class Watched:
+    """A run or log whose blocks, gone through once, are shown to its picture, if one is wanted."""
+
+    def __init__(self, stream, wanted: bool = False):
+        self._stream, self._blocks = stream, None
+        self._picture = None
+        if wanted:
+            from bearing_twin.run.picture import picture_of
+
+            self._picture = picture_of(stream)
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
+
+    def blocks(self):
+        """The blocks that nobody has taken yet: whoever stops half way leaves the others."""
+        self._blocks = self._blocks or self._shown()
+        return self._blocks
+
+    def _shown(self):
+        for block in self._stream.blocks():
+            if self._picture is not None:
+                self._picture.add(block)
+            yield block
+
+    def write(self, path, report) -> str:
+        """Draws the picture of what has gone past."""
+        from bearing_twin.command.terminal import said_if_slow
+        from bearing_twin.run.picture import worth_of
+
+        with said_if_slow(f"drawing {path}"):
+            return str(self._picture.write(path, worth_of(report)))
+
+
+class Ended(NamedTuple):
+    """How a run ended: why its log is incomplete ("" where it is not), and what broke the run off, if anything did."""
+
+    incomplete: str
+    failure: IntegrationError | None
+
+
+def ended(run: Watched, log: Path | None, max_loss: float = 0.0) -> Ended:
+    """Has a run go to its end, into a new `log` if one is wanted; where that cannot grow, on without it.
+
+    Raises LogError where no log can be begun, before anything is computed.
+    """
+    incomplete = ""
+    try:
+        if log:
+            incomplete = _logged(run, log, max_loss)
+        for _ in run.blocks():
+            pass
+    except IntegrationError as error:
+        return Ended(incomplete, error)
+    return Ended(incomplete, run.failure)
+
+
+def _logged(run: Watched, log: Path, max_loss: float) -> str:
+    from bearing_twin.command.terminal import say
+    from bearing_twin.log.mcap_log import write_log
+
+    try:
+        write_log(run, log, max_loss=max_loss)
+    except LogError as error:
+        if run.simulation.sequence < 0:
+            raise
+        told = f"the log is incomplete: {error}"
+        if run.simulation.sequence + 1 < run.outputs and run.failure is None:
+            say(f"{told}; the run goes on without it")
+        return told
+    return ""
