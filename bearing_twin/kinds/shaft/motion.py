@@ -35,7 +35,7 @@ FAILURES = {
     TOO_DEEP: "a ball is squeezed too hard, or leaves the grooves; lower the loads, or keep away from a critical speed",
 }
 WORDS = {NOT_FINITE: "not finite", STALLED: "stalled", TOO_DEEP: "too deep"}
-TURN = 12  # steps a turn at least: with 8 works are off by 1e-3 of all that an unbalance does either way
+TURN = 12  # steps a turn at least: with 8 the work of bearings is off by 1e-4 of what they do either way in 10 turns
 POWER = 1.5  # of a contact's load over its approach, nearly, whatever its law
 
 
@@ -65,8 +65,7 @@ class ShaftMotion:
         matrices = matrices_of(self.rotor, begin.stiffness)
         if parameters.shaft.start == SETTLED:
             response = unbalance_response(self.rotor, matrices, parameters.drive.speed)
-            self._begin[:RATE] += response.real
-            self._begin[RATE:MOVING] = -parameters.drive.speed * response.imag
+            self.rotor = self.rotor._replace(whirl=np.stack([response.real, response.imag]))
         self._fastest = stiffest_mode(matrices)
         squeeze = max(float(one.approach.sum(axis=1).max()) for one in begin.contacts)
         setting = max(SETTING * share * parameters.wanted.tolerance, FINEST)

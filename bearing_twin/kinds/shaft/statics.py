@@ -41,7 +41,15 @@ def rotor_of(parameters: ShaftScene, law: str, ratios=(0.0, 0.0)) -> Rotor:
         seats.append(Seat(setting, *map(float, places), tuple(map(float, scene.gravity))))
     weight = shaft.mass * np.array([*parameters.gravity, 0.0, 0.0])
     unbalances = np.array(shaft.unbalances, float).reshape(-1, 3)
-    return Rotor(tuple(seats), shaft.mass, *shaft.inertia, parameters.contact.relaxation_time, weight, unbalances)
+    return Rotor(
+        tuple(seats),
+        shaft.mass,
+        *shaft.inertia,
+        parameters.contact.relaxation_time,
+        weight,
+        unbalances,
+        np.zeros((2, COORDINATES)),
+    )
 
 
 def lever_of(rotor: Rotor) -> float:
