@@ -8,6 +8,7 @@ import math
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
+from bearing_twin.kinds.shaft.course import Part, whirl_of
 from bearing_twin.kinds.shaft.outputs import write_row
 from bearing_twin.kinds.shaft.rotor import (
     BEARING_WORK,
@@ -15,10 +16,8 @@ from bearing_twin.kinds.shaft.rotor import (
     LOAD_WORK,
     RATE,
     STATE,
-    Part,
     jacobian,
     rates,
-    whirl_of,
 )
 from bearing_twin.numerics.rosenbrock_step import dense_terms, rosenbrock_step
 from bearing_twin.numerics.runge_kutta import longest_step

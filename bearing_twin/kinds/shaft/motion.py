@@ -9,13 +9,13 @@ from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.second_run import is_watched
 from bearing_twin.kinds.shaft import march
-from bearing_twin.kinds.shaft.course import Course
+from bearing_twin.kinds.shaft.course import Course, add_unbalances
 from bearing_twin.kinds.shaft.figures import WATCH, ShaftFigures, wanted_errors
 from bearing_twin.kinds.shaft.modes import matrices_of, stiffest_mode, unbalance_response
 from bearing_twin.kinds.shaft.operating import explained
 from bearing_twin.kinds.shaft.outputs import channels, contacts_of
 from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene
-from bearing_twin.kinds.shaft.rotor import MOVING, RATE, STATE, add_unbalances, new_balls, new_moment
+from bearing_twin.kinds.shaft.rotor import MOVING, RATE, STATE, new_balls, new_moment
 from bearing_twin.kinds.shaft.snapshots import put_back, snapshot_of
 from bearing_twin.kinds.shaft.statics import balance_of, lever_of, longest_of, rotor_of
 from bearing_twin.kinds.shaft.watched import WatchedShaft

@@ -6,6 +6,7 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
 from bearing_twin.kinds.bearing.quasi_static.contacts import IDLE, Contacts, empty_contacts, write_contacts
 from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
+from bearing_twin.kinds.shaft.course import outer_loads, turned_to
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
 from bearing_twin.kinds.shaft.rotor import (
     BEARING_WORK,
@@ -13,10 +14,8 @@ from bearing_twin.kinds.shaft.rotor import (
     DISSIPATED,
     LOAD_WORK,
     RATE,
-    outer_loads,
     ring_at,
     shaft_loads,
-    turned_to,
 )
 from bearing_twin.sample import Channel
 

@@ -15,7 +15,6 @@ The balls go round as prescribed, so that their cage does work. A bearing with i
 before, so that its energy changes with the balls' azimuth by y F_x - x F_y + theta_y M_x - theta_x M_y.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +24,7 @@ from bearing_twin.kinds.bearing.quasi_static.chunk import at_speed, place_balls
 from bearing_twin.kinds.bearing.quasi_static.forces import Setting
 from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES, ring_loads
+from bearing_twin.kinds.shaft.course import outer_loads, turned_to, whirl_of
 
 RATE = COORDINATES  # where the rates stand in a state, behind the coordinates
 MOVING = 2 * COORDINATES
@@ -63,20 +63,6 @@ class Rotor(NamedTuple):
     weight: np.ndarray
     unbalances: np.ndarray
     whirl: np.ndarray
-
-
-class Part(NamedTuple):
-    """A part of the course, since `begin` [s]: the shaft had turned by `angle` and turns with even acceleration.
-
-    From outside acts `load` (5,) [N, N m] about the centre of mass, which grows by `growth` (5,) a second.
-    """
-
-    begin: float
-    angle: float
-    speed: float
-    acceleration: float
-    load: np.ndarray
-    growth: np.ndarray
 
 
 class Balls(NamedTuple):
@@ -121,24 +107,6 @@ def new_balls(count: int) -> Balls:
 def new_moment() -> Moment:
     """Room for one moment."""
     return Moment(*(np.zeros(shape) for shape in ((5,), (5, 5), (5,), (2,), (5,), (5,), (5,))))
-
-
-@inlined
-def turned_to(part, time):
-    """(angle, speed) of the shaft at `time` [s] of a part of its course."""
-    passed = time - part.begin
-    angle = part.angle + (part.speed + 0.5 * part.acceleration * passed) * passed
-    return angle, part.speed + part.acceleration * passed
-
-
-@inlined
-def whirl_of(rotor, part, time, i):
-    """Place, rate and acceleration of coordinate i in the whirl that the motion is counted from."""
-    angle, speed = turned_to(part, time)
-    cosine, sine = math.cos(angle), math.sin(angle)
-    along = rotor.whirl[0, i] * cosine - rotor.whirl[1, i] * sine
-    across = rotor.whirl[0, i] * sine + rotor.whirl[1, i] * cosine
-    return along, -speed * across, -speed * speed * along - part.acceleration * across
 
 
 @inlined
@@ -193,28 +161,6 @@ def shaft_loads(rotor, angle, speed, q, balls, load, stiffness):
         _add_loads(seat, own.load, load)
         _add_stiffness(seat, own.stiffness, stiffness)
     return scale
-
-
-@kernel
-def add_unbalances(rotor, angle, speed, acceleration, out):
-    """Adds m e (w^2 + w' across) of each unbalance to the loads (5,) on the shaft."""
-    for n in range(len(rotor.unbalances)):
-        place, size, azimuth = rotor.unbalances[n, 0], rotor.unbalances[n, 1], rotor.unbalances[n, 2]
-        cosine, sine = math.cos(angle + azimuth), math.sin(angle + azimuth)
-        x = size * (speed * speed * cosine + acceleration * sine)
-        y = size * (speed * speed * sine - acceleration * cosine)
-        out[0] += x
-        out[1] += y
-        out[3] -= place * y
-        out[4] += place * x
-
-
-@kernel
-def outer_loads(rotor, part, time, angle, speed, out):
-    """Loads (5,) on the shaft at `time` [s] but its weight: those from outside, and of the unbalances."""
-    for i in range(COORDINATES):
-        out[i] = part.load[i] + (time - part.begin) * part.growth[i]
-    add_unbalances(rotor, angle, speed, part.acceleration, out)
 
 
 @inlined
