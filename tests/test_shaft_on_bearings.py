@@ -264,14 +264,38 @@ def test_what_viscous_bearings_take_is_stored_led_round_or_lost():
     assert np.abs(left).max() < 1e-3 * np.abs(stored).max()
 
 
-def test_a_settled_shaft_does_the_work_of_its_unbalance_at_the_tolerance_of_its_scene():
-    """Its steps are as long as a twelfth of a turn lets them be; with eight a turn the books are 1e-3 off."""
-    _, out = outputs_of(motion_of(), 0.1, 10)
+@pytest.mark.parametrize("turns", [2, 3.7, 10])
+def test_a_settled_shaft_does_the_work_of_its_unbalance(turns):
+    """With steps as long as a twelfth of a turn; against far shorter ones, and by what the whirl loses.
+
+    The weight's work swings once a turn, and in a step by that much more than the method's quadrature follows.
+    """
+    duration = 2.0 * math.pi * turns / parameters_of().drive.speed
+    motion, finer = motion_of(), motion_of("wanted.tolerance=1e-8")
+    _, out = outputs_of(motion, duration, 10)
+    _, exact = outputs_of(finer, duration, 10)
     books, gross = energy(out)
-    off = abs(books[-1] - books[0])
-    assert off < 5e-4 * gross
-    # what whirls loses what its unbalance does, to some times that
-    assert abs(out["load_work"][-1] - out["dissipated"][-1]) < 5.0 * off
+    assert motion.counts[0] < 13 * turns + 12 < 0.2 * finer.counts[0]
+    assert abs(books[-1] - books[0]) < 3e-4 * gross / turns
+    assert np.abs(out["bearing_work"] - exact["bearing_work"]).max() < 3e-4 * gross / turns
+    for name in ("load_work", "dissipated"):
+        assert np.abs(out[name] - exact[name]).max() < 1e-6 * gross
+    assert out["load_work"][-1] == pytest.approx(exact["load_work"][-1], rel=2e-3)
+    assert out["load_work"][-1] == pytest.approx(out["dissipated"][-1], rel=2e-2)
+
+
+@pytest.mark.parametrize("more", [(), ("drive.change={time: 0.005, speed: 150.0}", "drive.acceleration=20000")])
+def test_what_a_run_is_counted_from_does_not_change_it(more):
+    """A whirl that is no answer to anything is added to what the motion is counted from, and taken from its start."""
+    one, other = motion_of(*more, "wanted.tolerance=1e-6"), motion_of(*more, "wanted.tolerance=1e-6")
+    added = 3e-8 * np.array([[1.0, -0.4, 0.2, 4.0, 3.0], [0.3, 1.2, -0.5, -2.0, 5.0]])
+    other.rotor = other.rotor._replace(whirl=other.rotor.whirl + added)
+    other.kept[:2, :RATE] -= added[0]
+    other.kept[:2, RATE : 2 * RATE] += other.parameters.drive.speed * added[1]
+    (_, a), (_, b) = outputs_of(one, 0.02, 40), outputs_of(other, 0.02, 40)
+    for name in ("position", "velocity", "tilt", "tilt_rate"):
+        assert np.abs(a[name] - b[name]).max() < 1e-3 * np.ptp(a[name], axis=0).max()
+    assert np.abs(a["left_normal_load"] - b["left_normal_load"]).max() < 1e-6 * a["left_normal_load"].max()
 
 
 def tilt_stiffness(parameters):
@@ -399,7 +423,8 @@ def test_the_motion_is_that_of_scipy_with_an_own_balance_of_balls():
         return np.concatenate([v, force / inertia])
 
     times = np.array([0.001, 0.002, 0.003, 0.004, 0.006])
-    begin = motion.kept[1][: 2 * RATE].copy()
+    first = motion.first_outputs()
+    begin = np.concatenate([first[name][0] for name in ("position", "tilt", "velocity", "tilt_rate")])
     pieces, at = [], 0.0
     for end in times:  # the speed's change bends the rates: pieces end there
         step = solve_ivp(slopes, (at, end - 1e-15), begin, "DOP853", rtol=1e-10, atol=1e-14)

@@ -1,10 +1,69 @@
 """How a shaft turns over time and what acts on it from outside: the scene's, or what is commanded in its place."""
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 
+from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.loading import SAME, Loading, apart
+from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
 from bearing_twin.kinds.shaft.derived import course_of
 from bearing_twin.kinds.shaft.parameters import ShaftScene
+
+
+class Part(NamedTuple):
+    """A part of the course, since `begin` [s]: the shaft had turned by `angle` and turns with even acceleration.
+
+    From outside acts `load` (5,) [N, N m] about the centre of mass, which grows by `growth` (5,) a second.
+    """
+
+    begin: float
+    angle: float
+    speed: float
+    acceleration: float
+    load: np.ndarray
+    growth: np.ndarray
+
+
+@inlined
+def turned_to(part, time):
+    """(angle, speed) of the shaft at `time` [s] of a part of its course."""
+    passed = time - part.begin
+    angle = part.angle + (part.speed + 0.5 * part.acceleration * passed) * passed
+    return angle, part.speed + part.acceleration * passed
+
+
+@inlined
+def whirl_of(rotor, part, time, i):
+    """Place, rate and acceleration of coordinate i in the whirl that the motion is counted from."""
+    angle, speed = turned_to(part, time)
+    cosine, sine = math.cos(angle), math.sin(angle)
+    along = rotor.whirl[0, i] * cosine - rotor.whirl[1, i] * sine
+    across = rotor.whirl[0, i] * sine + rotor.whirl[1, i] * cosine
+    return along, -speed * across, -speed * speed * along - part.acceleration * across
+
+
+@kernel
+def add_unbalances(rotor, angle, speed, acceleration, out):
+    """Adds m e (w^2 + w' across) of each unbalance to the loads (5,) on the shaft."""
+    for n in range(len(rotor.unbalances)):
+        place, size, azimuth = rotor.unbalances[n, 0], rotor.unbalances[n, 1], rotor.unbalances[n, 2]
+        cosine, sine = math.cos(angle + azimuth), math.sin(angle + azimuth)
+        x = size * (speed * speed * cosine + acceleration * sine)
+        y = size * (speed * speed * sine - acceleration * cosine)
+        out[0] += x
+        out[1] += y
+        out[3] -= place * y
+        out[4] += place * x
+
+
+@kernel
+def outer_loads(rotor, part, time, angle, speed, out):
+    """Loads (5,) on the shaft at `time` [s] but its weight: those from outside, and of the unbalances."""
+    for i in range(COORDINATES):
+        out[i] = part.load[i] + (time - part.begin) * part.growth[i]
+    add_unbalances(rotor, angle, speed, part.acceleration, out)
 
 
 def about_centre(place: float, load) -> np.ndarray:

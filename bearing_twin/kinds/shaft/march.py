@@ -8,8 +8,17 @@ import math
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
+from bearing_twin.kinds.shaft.course import Part, whirl_of
 from bearing_twin.kinds.shaft.outputs import write_row
-from bearing_twin.kinds.shaft.rotor import BEARING_WORK, DISSIPATED, LOAD_WORK, STATE, Part, jacobian, rates
+from bearing_twin.kinds.shaft.rotor import (
+    BEARING_WORK,
+    DISSIPATED,
+    LOAD_WORK,
+    RATE,
+    STATE,
+    jacobian,
+    rates,
+)
 from bearing_twin.numerics.rosenbrock_step import dense_terms, rosenbrock_step
 from bearing_twin.numerics.runge_kutta import longest_step
 from bearing_twin.numerics.statuses import EVALUATIONS, OK, REJECTIONS, STALLED, STEPS, STOPPED, TOO_DEEP
@@ -49,7 +58,7 @@ def _part_of(course, phase):
 
 @inlined
 def _state_at(clock, kept, time, state):
-    """Fills the state at `time` [s] of the step kept; returns the gross work there."""
+    """Fills the state at `time` [s] of the step kept, beside the whirl; returns the gross work there."""
     lasts = clock[TIME] - clock[BEGAN]
     share = (time - clock[BEGAN]) / lasts if lasts > 0.0 else 1.0
     for n in range(STATE):
@@ -80,6 +89,10 @@ def write_outputs(rotor, course, shown, clock, kept, times, rows):
     while clock[CURSOR] < len(times) and times[int(clock[CURSOR])] <= clock[TIME]:
         cursor = int(clock[CURSOR])
         gross = _state_at(clock, kept, times[cursor], state)
+        for i in range(COORDINATES):
+            place, rate, _ = whirl_of(rotor, system[1], times[cursor], i)
+            state[i] += place
+            state[RATE + i] += rate
         if write_row(system, times[cursor], state, gross, contacts, rows[cursor]) > 1.0:
             clock[TIME] = times[cursor]
             return TOO_DEEP

@@ -12,9 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.kinds.shaft.course import add_unbalances
 from bearing_twin.kinds.shaft.derived import speeds_of
 from bearing_twin.kinds.shaft.parameters import ShaftScene
-from bearing_twin.kinds.shaft.rotor import Rotor, add_unbalances
+from bearing_twin.kinds.shaft.rotor import Rotor
 from bearing_twin.kinds.shaft.statics import balance_of, lever_of, rotor_of
 
 STILL = 1e-6  # of the motion's square: a mode with less of it across the axis does not whirl

@@ -4,8 +4,9 @@ import functools
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
-from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, empty_contacts, write_contacts
+from bearing_twin.kinds.bearing.quasi_static.contacts import IDLE, Contacts, empty_contacts, write_contacts
 from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
+from bearing_twin.kinds.shaft.course import outer_loads, turned_to
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
 from bearing_twin.kinds.shaft.rotor import (
     BEARING_WORK,
@@ -13,10 +14,8 @@ from bearing_twin.kinds.shaft.rotor import (
     DISSIPATED,
     LOAD_WORK,
     RATE,
-    outer_loads,
     ring_at,
     shaft_loads,
-    turned_to,
 )
 from bearing_twin.sample import Channel
 
@@ -130,7 +129,7 @@ def write_row(system, time, state, gross, contacts, row):
         row[28 + b] = seat.first + seat.ratio * angle
         power = seat.setting.inner.law.power + 1.0
         write_contacts(seat.setting, own.directions, own.ring, own.place, found)
-        n = len(own.place)
+        n, greatest = len(own.place), found.load.max()
         for k in range(n):
             if found.load[k, 0] > 0.0 and found.load[k, 1] > 0.0:
                 squeeze = found.approach[k, 0] + found.approach[k, 1]
@@ -140,7 +139,8 @@ def write_row(system, time, state, gross, contacts, row):
                 row[at + 2 * k + side] = found.load[k, side]
                 elastic += found.load[k, side] * max(found.approach[k, side], 0.0) / power
                 row[at + 2 * (n + k) + side] = found.angle[k, side] if loaded else 0.0
-                worst = max(worst, abs(row[at + 2 * (n + k) + side]) / GREATEST_ANGLE)
+                if found.load[k, side] > IDLE * greatest:
+                    worst = max(worst, abs(found.angle[k, side]) / GREATEST_ANGLE)
         at += 4 * n
     row[at], row[at + 1], row[at + 2] = kinetic, potential, elastic
     row[at + 3], row[at + 4] = state[LOAD_WORK], state[BEARING_WORK]

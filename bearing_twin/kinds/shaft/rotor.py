@@ -7,11 +7,14 @@ the shaft about its own axis. The inner ring of a bearing at the place a, facing
 (x + a theta_y, y - a theta_x, s z + middle, s theta_x, s theta_y); its loads come back through the transpose. A viscous
 contact makes a bearing's load that of where the ring would be a relaxation time T later: K (q + T q').
 
+A run that begins settled is counted from the whirl that it begins with, Re(u exp(i angle)), u the linear response to
+the unbalances: a state has place and rate beside that, so that a step errs by a share of the rest alone. Where steps
+are long against the periods of modes, rates would else be off by some per cent, and works by more than there is.
+
 The balls go round as prescribed, so that their cage does work. A bearing with its balls turned with the ring looks as
 before, so that its energy changes with the balls' azimuth by y F_x - x F_y + theta_y M_x - theta_x M_y.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +24,7 @@ from bearing_twin.kinds.bearing.quasi_static.chunk import at_speed, place_balls
 from bearing_twin.kinds.bearing.quasi_static.forces import Setting
 from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES, ring_loads
+from bearing_twin.kinds.shaft.course import outer_loads, turned_to, whirl_of
 
 RATE = COORDINATES  # where the rates stand in a state, behind the coordinates
 MOVING = 2 * COORDINATES
@@ -46,7 +50,10 @@ class Seat(NamedTuple):
 
 
 class Rotor(NamedTuple):
-    """What the equations of motion need at any time (SI): `weight` (5,), `unbalances` (n, 3)."""
+    """What the equations of motion need at any time (SI): `weight` (5,), `unbalances` (n, 3), `whirl` (2, 5).
+
+    The last has real and imaginary parts of u, [m] and [rad].
+    """
 
     seats: tuple
     mass: float
@@ -55,20 +62,7 @@ class Rotor(NamedTuple):
     relaxation_time: float
     weight: np.ndarray
     unbalances: np.ndarray
-
-
-class Part(NamedTuple):
-    """A part of the course, since `begin` [s]: the shaft had turned by `angle` and turns with even acceleration.
-
-    From outside acts `load` (5,) [N, N m] about the centre of mass, which grows by `growth` (5,) a second.
-    """
-
-    begin: float
-    angle: float
-    speed: float
-    acceleration: float
-    load: np.ndarray
-    growth: np.ndarray
+    whirl: np.ndarray
 
 
 class Balls(NamedTuple):
@@ -89,13 +83,15 @@ class Balls(NamedTuple):
 class Moment(NamedTuple):
     """What the bearings do at one moment: `load` (5,) from outside that holds the shaft against them, `stiffness`.
 
-    `outer` (5,) are the loads on the shaft but its weight, `turning` (2,) its angle and speed. The rest is room.
+    `outer` (5,) are the loads on the shaft but its weight, `turning` (2,) its angle and speed, `rate` (5,) that of its
+    coordinates. The rest is room.
     """
 
     load: np.ndarray
     stiffness: np.ndarray
     outer: np.ndarray
     turning: np.ndarray
+    rate: np.ndarray
     ahead: np.ndarray
     work: np.ndarray
 
@@ -110,15 +106,7 @@ def new_balls(count: int) -> Balls:
 
 def new_moment() -> Moment:
     """Room for one moment."""
-    return Moment(*(np.zeros(shape) for shape in ((5,), (5, 5), (5,), (2,), (5,), (5,))))
-
-
-@inlined
-def turned_to(part, time):
-    """(angle, speed) of the shaft at `time` [s] of a part of its course."""
-    passed = time - part.begin
-    angle = part.angle + (part.speed + 0.5 * part.acceleration * passed) * passed
-    return angle, part.speed + part.acceleration * passed
+    return Moment(*(np.zeros(shape) for shape in ((5,), (5, 5), (5,), (2,), (5,), (5,), (5,))))
 
 
 @inlined
@@ -175,28 +163,6 @@ def shaft_loads(rotor, angle, speed, q, balls, load, stiffness):
     return scale
 
 
-@kernel
-def add_unbalances(rotor, angle, speed, acceleration, out):
-    """Adds m e (w^2 + w' across) of each unbalance to the loads (5,) on the shaft."""
-    for n in range(len(rotor.unbalances)):
-        place, size, azimuth = rotor.unbalances[n, 0], rotor.unbalances[n, 1], rotor.unbalances[n, 2]
-        cosine, sine = math.cos(angle + azimuth), math.sin(angle + azimuth)
-        x = size * (speed * speed * cosine + acceleration * sine)
-        y = size * (speed * speed * sine - acceleration * cosine)
-        out[0] += x
-        out[1] += y
-        out[3] -= place * y
-        out[4] += place * x
-
-
-@kernel
-def outer_loads(rotor, part, time, angle, speed, out):
-    """Loads (5,) on the shaft at `time` [s] but its weight: those from outside, and of the unbalances."""
-    for i in range(COORDINATES):
-        out[i] = part.load[i] + (time - part.begin) * part.growth[i]
-    add_unbalances(rotor, angle, speed, part.acceleration, out)
-
-
 @inlined
 def _cage_load(ring, load):
     return ring[1] * load[0] - ring[0] * load[1] + ring[4] * load[3] - ring[3] * load[4]
@@ -209,25 +175,27 @@ def rates(system, time, state, slopes):
     angle, speed = turned_to(part, time)
     moment.turning[0], moment.turning[1] = angle, speed
     for i in range(COORDINATES):
-        moment.ahead[i] = state[i] + rotor.relaxation_time * state[RATE + i]
+        place, rate, _ = whirl_of(rotor, part, time, i)
+        moment.rate[i] = rate + state[RATE + i]
+        moment.ahead[i] = place + state[i] + rotor.relaxation_time * moment.rate[i]
     shaft_loads(rotor, angle, speed, moment.ahead, balls, moment.load, moment.stiffness)
     outer_loads(rotor, part, time, angle, speed, moment.outer)
     spin = rotor.polar * speed
     outer = given = viscous = 0.0
     for i in range(COORDINATES):
-        rate = state[RATE + i]
-        slopes[i] = rate
+        rate = moment.rate[i]
+        slopes[i] = state[RATE + i]
         inertia = rotor.mass if i < 3 else rotor.transverse
         force = moment.outer[i] + rotor.weight[i] - moment.load[i]
         if i == 3:
-            force -= spin * state[RATE + 4]
+            force -= spin * moment.rate[4]
         elif i == 4:
-            force += spin * state[RATE + 3]
-        slopes[RATE + i] = force / inertia
+            force += spin * moment.rate[3]
+        slopes[RATE + i] = force / inertia - whirl_of(rotor, part, time, i)[2]
         outer += moment.outer[i] * rate
         given += moment.load[i] * rate
         for j in range(COORDINATES):
-            viscous += rotor.relaxation_time * rate * moment.stiffness[i, j] * state[RATE + j]
+            viscous += rotor.relaxation_time * rate * moment.stiffness[i, j] * moment.rate[j]
     slopes[LOAD_WORK], slopes[BEARING_WORK], slopes[DISSIPATED] = outer, given - viscous, viscous
     slopes[CAGE_WORK] = 0.0
     for b in range(2):
@@ -236,7 +204,7 @@ def rates(system, time, state, slopes):
 
 
 @kernel
-def jacobian(system, state, matrix):
+def jacobian(system, _state, matrix):
     """Derivatives (STATE, MOVING) of the slopes that `rates` has just given, exact but for K's own in what is lost."""
     rotor, _, balls, moment = system
     matrix[:] = 0.0
@@ -250,7 +218,7 @@ def jacobian(system, state, matrix):
         matrix[LOAD_WORK, RATE + i] = moment.outer[i]
         by_place = lost = 0.0
         for j in range(COORDINATES):
-            rate = state[RATE + j]
+            rate = moment.rate[j]
             by_place += k[j, i] * rate
             lost += late * (k[i, j] + k[j, i]) * rate
         matrix[BEARING_WORK, i] = by_place

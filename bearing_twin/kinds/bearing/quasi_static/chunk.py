@@ -70,6 +70,7 @@ def at_speed(setting, speed):
         speed,
         setting.share_inner,
         setting.share_outer,
+        setting.unseen,
     )
 
 

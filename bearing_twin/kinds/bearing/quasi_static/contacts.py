@@ -9,6 +9,8 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
 from bearing_twin.kinds.bearing.quasi_static.forces import LEVEL, orbit_and_roll, push_of, speeds_of
 
+IDLE = 1e-3  # of the greatest load: below it the angle of a contact has no limit
+
 
 class Contacts(NamedTuple):
     """Arrays (N, 2), inner and outer; `friction` [N] is along t and carries the gyroscopic moment.
@@ -91,7 +93,10 @@ def contacts_at(setting, directions: np.ndarray, q: np.ndarray, place: np.ndarra
 
 
 def limits_used(setting, load, approach, angle) -> tuple[np.ndarray, np.ndarray]:
-    """Squeeze and greatest contact angle of each ball, each over its limit, from arrays (..., 2) of both raceways."""
+    """Squeeze and greatest contact angle of each ball, each over its limit, from arrays (..., N, 2) of both raceways.
+
+    The angle of a contact that bears less than IDLE of the greatest load does not count: no edge of a groove feels it.
+    """
     squeeze = np.where((load > 0.0).all(-1), approach.sum(-1), 0.0)
-    greatest = np.where(load > 0.0, np.abs(angle), 0.0).max(-1)
+    greatest = np.where(load > IDLE * load.max(axis=(-2, -1), keepdims=True), np.abs(angle), 0.0).max(-1)
     return squeeze / (GREATEST_SQUEEZE * 2.0 * setting.ball_radius), greatest / GREATEST_ANGLE

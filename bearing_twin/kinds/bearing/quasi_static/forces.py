@@ -13,13 +13,15 @@ from bearing_twin.kinds.bearing.forces.equations import Raceway
 
 TINY = 1e-300  # keeps a direction defined where its length is zero
 LEVEL = 0.5  # cosine of an angle beyond which no contact is legal
+ACROSS = math.sqrt(1.0 - LEVEL * LEVEL)
 
 
 class Setting(NamedTuple):
     """The numbers of the balance (SI): grooves, ball, `arm` of a tilt, speed [rad/s], shares of the gyroscopic moment.
 
     `arm` [m] turns a tilt into axial displacement and an axial force into a moment; `lever` [m] is the arm of the
-    friction that carries the gyroscopic moment, about the point at the end of `arm`.
+    friction that carries the gyroscopic moment, about the point at the end of `arm`. A ball's last step may leave
+    `unseen` of the loads, for which stiffness is to the root of that; 0 where it is to be exact.
     """
 
     inner: Raceway
@@ -32,6 +34,7 @@ class Setting(NamedTuple):
     speed: float
     share_inner: float
     share_outer: float
+    unseen: float
 
 
 class Push(NamedTuple):
@@ -114,26 +117,37 @@ def level_load(setting):
 
 
 @inlined
+def _turned_back(push):
+    """Cosine and sine of a contact angle a, beyond 60 degrees those of 120 - |a| degrees, at least 0; and the slope."""
+    if push.n_r >= LEVEL:
+        return push.n_r, push.n_z, 1.0
+    if push.n_r <= -LEVEL:
+        return 1.0, 0.0, 0.0
+    cosine = ACROSS * abs(push.n_z) - LEVEL * push.n_r
+    return cosine, math.copysign(ACROSS * push.n_r + LEVEL * abs(push.n_z), push.n_z), -1.0
+
+
+@inlined
 def speeds_of(setting, inner, outer):
     """Centrifugal load F_c = m d_m omega_m^2 / 2 and M_g / D, M_g = J omega_R omega_m sin(beta), J = m D^2/10.
 
-    Beyond 60 degrees, where only a ball off a raceway has its centre, as at contact angle zero.
+    Beyond 60 degrees, where only a ball that bears next to nothing has its centre, they go back to those of level
+    contacts, without a jump, at which a ball would find no balance.
     """
     if setting.speed == 0.0:
         return Speeds(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     diameter = 2.0 * setting.ball_radius
     gamma = diameter / setting.pitch_diameter
-    c_o, s_o, c_i, s_i = outer.n_r, outer.n_z, inner.n_r, inner.n_z
+    c_o, s_o, by_o = _turned_back(outer)
+    c_i, s_i, by_i = _turned_back(inner)
     centrifugal = 0.5 * setting.ball_mass * setting.pitch_diameter * setting.speed * setting.speed
-    if c_o < LEVEL or c_i < LEVEL:
-        return Speeds(level_load(setting), 0.0, 0.0, 0.0, 0.0, 0.0)
     lean, over_o, over_i = 1.0 / (c_o + gamma), 1.0 / (1.0 + gamma * c_o), 1.0 / (1.0 - gamma * c_i)
     pitch = s_o * lean
-    pitch_by = (1.0 + gamma * c_o) * lean * lean
+    pitch_by = by_o * (1.0 + gamma * c_o) * lean * lean
     p_o, p_i = (c_o + pitch * s_o) * over_o, (c_i + pitch * s_i) * over_i
-    p_o_by = (-s_o + pitch_by * s_o + pitch * c_o + p_o * gamma * s_o) * over_o
+    p_o_by = (pitch_by * s_o + by_o * (-s_o + pitch * c_o + p_o * gamma * s_o)) * over_o
     p_i_by_outer = pitch_by * s_i * over_i
-    p_i_by_inner = (-s_i + pitch * c_i - p_i * gamma * s_i) * over_i
+    p_i_by_inner = by_i * (-s_i + pitch * c_i - p_i * gamma * s_i) * over_i
     whole = 1.0 / (p_o + p_i)
     share = p_o * whole
     share_by_outer = (p_o_by * p_i - p_o * p_i_by_outer) * whole * whole

@@ -72,7 +72,7 @@ def setting_of(parameters, law: str, speed: float, arm: str = "groove", control:
         lever, reach = bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
     pitch = parameters.geometry.pitch_diameter
     sizes = bearing.ball_radius, bearing.ball_mass, pitch, reach, lever, float(speed)
-    return Setting(bearing.inner, bearing.outer, *sizes, *CONTROLS[control])
+    return Setting(bearing.inner, bearing.outer, *sizes, *CONTROLS[control], 0.0)
 
 
 def support_of(parameters) -> Support:
@@ -189,7 +189,7 @@ class Solver:
         if status == NOTHING_CARRIES:
             raise SceneError(self._nothing_carries(support))
         if not legal:
-            raise SceneError(self._refusal(support, status))
+            raise SceneError(self._refusal(support))
         return left
 
     def solve(self, support: Support) -> Equilibrium:
@@ -244,15 +244,17 @@ class Solver:
         free = ", ".join(name for name, one in zip(COORDINATES, support.free, strict=True) if one)
         return f"no ball touches both rings, so that nothing holds {self.body} along {free}; {self.remedy}"
 
-    def _refusal(self, support: Support, status: int) -> str:
-        """Why there is no legal equilibrium, with the greatest share of loads and held coordinates there is."""
-        if status != FOUND and (sentence := self._too_fast(support)):
-            return sentence  # what is not found at all takes a minute to search
+    def _refusal(self, support: Support) -> str:
+        """Why there is no legal equilibrium, with the greatest share of loads and held coordinates there is.
+
+        That a load is carried at rest is said first, for the greatest at such a speed takes long and tells less.
+        """
+        if sentence := self._too_fast(support):
+            return sentence
         low, ratios = self._greatest(support)
         what = _what_acts(support)
         if low == 0.0:
-            otherwise = f"{what} finds no contact that carries it; hold {self.body} in this direction, or turn the load"
-            return self._too_fast(support) or otherwise
+            return f"{what} finds no contact that carries it; hold {self.body} in this direction, or turn the load"
         how = f"pushes {self.body} through the balls: a contact bears no more than 2 % of the ball's diameter"
         if ratios[1] > ratios[0]:
             how = f"tilts the contacts out of the grooves, beyond {math.degrees(GREATEST_ANGLE):.3g} degrees"
