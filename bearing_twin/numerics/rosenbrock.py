@@ -35,6 +35,12 @@ def mixed_stages(weights, lanes, column, k):
     )
 
 
+@inlined
+def mixed_two(weights, lanes, column, k):
+    """`mixed_stages` where no more than two stages are earlier."""
+    return weights[0] * get(lanes, at.FIRST_STAGE + column, k) + weights[1] * get(lanes, at.SECOND_STAGE + column, k)
+
+
 @lean_kernel
 def _keep_rates(lanes):
     """Keeps the rates for `_take_slope`."""
@@ -48,13 +54,26 @@ def _take_slope(lanes):
         put(lanes, at.SLOPE, i, (get(lanes, at.SLOPE, i) - get(lanes, at.LANE_RATES, i)) / SLOPE_STEP)
 
 
+@inlined
+def _known(d, lanes, i):
+    return get(lanes, at.LANE_RATES, i) + d * get(lanes, at.SLOPE, i)
+
+
 @lean_kernel
-def _stage_right(c, d, lanes):
-    """The right-hand side of a stage from its rates."""
+def _stage_right(stage, c, d, lanes):
+    """The right-hand side of a stage from its rates and the stages before it: what is read takes the time."""
     weights = five(c)
-    for i in range(STATE_SPAN):
-        known = get(lanes, at.LANE_RATES, i) + d * get(lanes, at.SLOPE, i)
-        put(lanes, at.RIGHT, i, known + mixed_stages(weights, lanes, 0, i) * get(lanes, at.INVERSE_STEP, i))
+    if stage == 0:
+        for i in range(STATE_SPAN):
+            put(lanes, at.RIGHT, i, _known(d, lanes, i))
+    elif stage <= 2:
+        for i in range(STATE_SPAN):
+            before = mixed_two(weights, lanes, 0, i) * get(lanes, at.INVERSE_STEP, i)
+            put(lanes, at.RIGHT, i, _known(d, lanes, i) + before)
+    else:
+        for i in range(STATE_SPAN):
+            before = mixed_stages(weights, lanes, 0, i) * get(lanes, at.INVERSE_STEP, i)
+            put(lanes, at.RIGHT, i, _known(d, lanes, i) + before)
 
 
 @lean_kernel
@@ -95,7 +114,7 @@ def rosenbrock_stages(rates, linearise, solve, scene, coupling, method, varies, 
                     _take_slope(blocks[block])
             linearise(scene, coupling, varies, blocks)
         for block in range(len(blocks)):
-            _stage_right(method.c[stage], method.d[stage], blocks[block])
+            _stage_right(stage, method.c[stage], method.d[stage], blocks[block])
         solve(scene, coupling, stage, blocks)
         for block in range(len(blocks)):
             _keep_stage(stage, blocks[block])
@@ -219,7 +238,8 @@ def _judge(one_step, landing, accept_all, scene, coupling, method, bodies, held,
         if method.lands and get(lanes, at.ERROR, k) <= 1.0:
             put(lanes, at.SHARE, k, landing(scene, lanes, k))
     if len(coupling) > 0:
-        _agree(at.SHARE, True, bodies, blocks)
+        if method.lands:
+            _agree(at.SHARE, True, bodies, blocks)
         if get(blocks[0], at.ERROR, 0) <= 1.0 and get(blocks[0], at.SHARE, 0) >= LANDED:
             accept_all(scene, coupling, cursor[0], blocks)
     for place in range(len(held)):

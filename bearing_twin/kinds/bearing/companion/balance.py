@@ -80,10 +80,10 @@ def off_balance(part: Part, moves: bool, here: np.ndarray) -> np.ndarray:
         return off
     bears = np.ones((len(here), balls), bool)
     if not part.all_bear or part.near.any():
-        carried = (part.load > 0.0).all(axis=-1)
+        carried = part.carried
         if part.near.any():
             touched = part.out["neighbour_load"] != 0.0
-            carried &= ~(touched | np.roll(touched, 1, axis=1))
+            carried = carried & ~(touched | np.roll(touched, 1, axis=1))
         bears = carried[np.maximum(here - 1, 0)] & carried[here] & carried[np.minimum(here + 1, outputs - 1)]
         if not bears.any():
             return off

@@ -81,6 +81,11 @@ class Part:
         return float(self.load.min()) > 0.0
 
     @functools.cached_property
+    def carried(self) -> np.ndarray:
+        """Which balls (outputs, balls) both raceways bear."""
+        return (self.load[..., 0] > 0.0) & (self.load[..., 1] > 0.0)
+
+    @functools.cached_property
     def in_flight(self) -> np.ndarray:
         """Which balls (outputs, balls) touch neither raceway."""
         if self.all_bear:

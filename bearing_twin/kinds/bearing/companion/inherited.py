@@ -7,12 +7,14 @@ load, and as much of its friction. Windows are short and lie elsewhere: both are
 say of friction and load, and recorded as a row of WINDOW of its own.
 """
 
+import functools
 import math
 from typing import NamedTuple
 
 import numpy as np
 
 from bearing_twin.contact.elastic import elastic
+from bearing_twin.contact.elasticity import Elasticity
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part, lengths
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, UNKNOWN, WINDOW, carries
 from bearing_twin.kinds.bearing.forces.equations import Bearing
@@ -20,6 +22,7 @@ from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
 
 NOTHING = (0.0, 0.0, 0.0, 0.0)  # see `carried_on`
 ERRORS = slice(PLACE["load"], None)  # of a row of WINDOW
+NO_LOAD = 1e-300  # N: next to nothing, so that no quotient is infinite
 SLIP = [PLACE[one] for one in ("friction", "torque", "mean_torque")]  # ... those that follow from how balls slip
 
 
@@ -30,9 +33,7 @@ def ringing_time(parameters, bearing: Bearing, greatest: float) -> float:
     """
     if not carries(parameters) or greatest <= 0.0:
         return 0.0
-    law = bearing.inner.law
-    stiffness = 0.5 * elastic(law.given, law.power, (greatest / law.given) ** (1.0 / law.power)).stiffness
-    damping = stiffness * bearing.relaxation_time
+    damping = 0.5 * stiffest(bearing.inner.law, greatest) * bearing.relaxation_time
     return math.log(10.0) * 2.0 * parameters.rings.inner.mass / damping if damping > 0.0 else math.inf
 
 
@@ -52,22 +53,22 @@ def light_share(part: Part, greatest: float) -> float:
     coefficient = part.bearing.friction_coefficient
     if coefficient <= 0.0 or greatest <= 0.0:
         return 0.0
-    load, law = part.load, part.bearing.inner.law
-    bears = load > 0.0
-    felt = rubbing(part, greatest, bears) * (greatest / load[bears]) ** (1.0 / law.power)
+    load = part.load
+    # Where nothing is borne nothing rubs; a mask would take longer.
+    felt = rubbing(part, greatest, ...) * (greatest / np.maximum(load, NO_LOAD)) ** (1.0 / part.bearing.inner.law.power)
     return float(felt.max(initial=0.0))
 
 
-def stiffest(part: Part, greatest: float) -> float:
-    """The stiffness [N/m] of a contact at the inner raceway that bears the `greatest` load [N]."""
-    law = part.bearing.inner.law
+@functools.lru_cache(maxsize=4)
+def stiffest(law: Elasticity, greatest: float) -> float:
+    """The stiffness [N/m] of a contact of this law that bears the `greatest` load [N], which seldom grows in a run."""
     if greatest <= 0.0:
         return 0.0
     return elastic(law.given, law.power, (greatest / law.given) ** (1.0 / law.power)).stiffness
 
 
-def rubbing(part: Part, greatest: float, those: np.ndarray) -> np.ndarray:
-    """Friction over what it could be, mu N, of `those` contacts, a mask (outputs, balls, 2); mu is not 0."""
+def rubbing(part: Part, greatest: float, those) -> np.ndarray:
+    """Friction over what it could be, mu N, of `those` contacts, a mask (outputs, balls, 2) or all; mu is not 0."""
     limit = part.bearing.friction_coefficient * np.maximum(part.load[those], LEAST_LOAD * greatest)
     return part.friction[those] / limit
 
@@ -194,7 +195,7 @@ def carried_on(
         longer[SLIP] = 1.0
         row[ERRORS] = np.maximum(row, longer * np.abs(one))[ERRORS]
     now = float(row[PLACE["load"]]) + around * float(part.load.max() - part.load.min())
-    across = stiffest(part, greatest) * float(row[PLACE["ring_displacement"]])
+    across = stiffest(part.bearing.inner.law, greatest) * float(row[PLACE["ring_displacement"]])
     light, free, loads = max(light, light_share(part, greatest)), [now, off], [now, off]
     for place, one in enumerate((row, before) if seconds and len(rows) else ()):
         free[place], most, slips = grown(part, greatest, loads[place])

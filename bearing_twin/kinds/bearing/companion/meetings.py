@@ -135,11 +135,12 @@ class Drift:
         if part.all_bear:
             driven_late = now[-1] > self.until
         else:
-            driven, late = (part.load > 0.0).all(axis=2), now[:, None] > self.until
-            between = part.times.copy()
-            between[1:] -= part.times[:-1]
-            self.angle = self.angle + self.speed * (between[:, None] * (late & ~driven)).sum(axis=0)
-            driven_late = (late & driven).any(axis=0)
+            late = now[:, None] > self.until
+            driven = late & part.carried
+            if self.speed.any():
+                between = np.diff(part.times, prepend=0.0)
+                self.angle = self.angle + self.speed * (between[:, None] * (late & ~driven)).sum(axis=0)
+            driven_late = driven.any(axis=0)
         self.speed = np.where(driven_late, 0.0, self.speed)
         self.until = np.full(len(self.until), part.elapsed + part.duration)
         if ALL not in followed and part.flies:

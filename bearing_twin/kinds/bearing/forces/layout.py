@@ -63,7 +63,7 @@ JACOBIAN_END = ORIENTATION
 FIRST_SPIN, SPIN_SUM, IMEX_ROWS = rows(_SHARED, 3, 3)
 
 # Rosenbrock methods: what `factorise_body` leaves; and of each lane what the error does to acceleration and angular
-# acceleration, squared, and these two in the last stage of the step before.
+# acceleration, and these two in the last stage of the step before.
 FACTOR_RADIUS, FACTOR_VELOCITY, FACTOR_INVERSE, FACTOR_COUPLING, FACTOR_BELOW, FACTOR_SCHUR, _END = rows(
     _SHARED, 1, 1, 9, 9, 9, 9
 )

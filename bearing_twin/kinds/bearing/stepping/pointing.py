@@ -9,15 +9,8 @@ error. As values all these are poor; they point to where a tighter companion is 
 import math
 
 from bearing_twin.compiled import inlined
-from bearing_twin.kinds.bearing.forces.layout import (
-    FORCE_ERROR,
-    LAST_RATES,
-    MOTION,
-    SPIN,
-    TORQUE_ERROR,
-    VELOCITY,
-    entry,
-)
+from bearing_twin.kinds.bearing.forces.jacobian import lane_answer
+from bearing_twin.kinds.bearing.forces.layout import FORCE_ERROR, LAST_RATES, SPIN, TORQUE_ERROR, VELOCITY
 from bearing_twin.kinds.bearing.stepping.landings import alone
 from bearing_twin.numerics.lanes import (
     FIRST_STAGE,
@@ -30,48 +23,61 @@ from bearing_twin.numerics.lanes import (
     TIME,
     UNTIL,
     get,
+    get_vector,
     put,
 )
 from bearing_twin.numerics.lean import lean_kernel
+from bearing_twin.numerics.rotation import add, dot, minus, scaled
 
 POINTED = 3  # numbers of a ball and an interval between instants: error of force, of torque, and steps
 OF_FORCE, OF_TORQUE, STEPS_IN = range(POINTED)
 
 
 @inlined
+def _motion(lanes, row, k):
+    """Position, velocity and spin that stand in the rows from `row` on."""
+    return get_vector(lanes, row, k), get_vector(lanes, row + VELOCITY, k), get_vector(lanes, row + SPIN, k)
+
+
+@inlined
+def _three_answers(lanes, first, k, motion):
+    """What an increment of the motion does to three rates, from `first` on."""
+    return (
+        lane_answer(lanes, first, k, *motion),
+        lane_answer(lanes, first + 1, k, *motion),
+        lane_answer(lanes, first + 2, k, *motion),
+    )
+
+
+@inlined
 def _jump(first, lanes, k):
-    """The squared length of how far three rates at a step's start are from those of the last stage before."""
-    gain = get(lanes, GAIN, k)
-    per_gain, drift, jumped = 1.0 / gain, gain / get(lanes, STEP, k), 0.0
-    for rate in range(3):
-        # What the first stage solves says what the rates were: u / (h g) = rates + J u + g (h times their change).
-        begun = get(lanes, FIRST_STAGE + first + rate, k) * per_gain
-        begun -= drift * get(lanes, SLOPE + first + rate, k)
-        begun -= get(lanes, LAST_RATES + first - VELOCITY + rate, k)
-        for column in range(MOTION):
-            begun -= get(lanes, entry(first + rate, column), k) * get(lanes, FIRST_STAGE + column, k)
-        jumped += begun * begun
-    return jumped
+    """How far three rates at a step's start are from those of the last stage before."""
+    per_gain = 1.0 / get(lanes, GAIN, k)
+    # What the first stage solves says what the rates were: u / (h g) = rates + J u + g (h times their change).
+    begun = scaled(per_gain, get_vector(lanes, FIRST_STAGE + first, k))
+    drift = scaled(get(lanes, GAIN, k) / get(lanes, STEP, k), get_vector(lanes, SLOPE + first, k))
+    answers = _three_answers(lanes, first, k, _motion(lanes, FIRST_STAGE, k))
+    return minus(minus(begun, drift), add(get_vector(lanes, LAST_RATES + first - VELOCITY, k), answers))
+
+
+@inlined
+def _effect(alone, first, lanes, k, error):
+    """The length of what the `error` of a step does to three rates, from `first` on; of balls `alone` or of a jump."""
+    change = _three_answers(lanes, first, k, error)
+    square = dot(change, change)
+    if len(alone) > 0:
+        jump = _jump(first, lanes, k)
+        square = max(square, dot(jump, jump) if get(lanes, TIME, k) > 0.0 else 0.0)
+    return math.sqrt(square)
 
 
 @lean_kernel
-def _square(alone, first, lanes, row):
-    """Writes the squared length of three rates' errors, from `first` on, into a row; of two such of balls `alone`.
-
-    `alone` is empty for balls that are coupled.
-    """
+def _put_effects(alone, lanes):
+    """Writes what the errors of steps do to force and torque; `alone` is empty for balls that are coupled."""
     for k in range(LANES):
-        total = 0.0
-        for rate in range(3):
-            error = 0.0
-            for column in range(MOTION):
-                error += get(lanes, entry(first + rate, column), k) * get(lanes, SOLUTION + column, k)
-            total += error * error
-        put(lanes, row, k, total)
-    if len(alone) > 0:
-        for k in range(LANES):
-            jumped = _jump(first, lanes, k) if get(lanes, TIME, k) > 0.0 else 0.0
-            put(lanes, row, k, max(get(lanes, row, k), jumped))
+        error = _motion(lanes, SOLUTION, k)
+        put(lanes, FORCE_ERROR, k, _effect(alone, VELOCITY, lanes, k, error))
+        put(lanes, TORQUE_ERROR, k, _effect(alone, SPIN, lanes, k, error))
 
 
 @inlined
@@ -80,8 +86,7 @@ def point_out(coupling, pointer, blocks):
     if len(pointer) > 0:
         balls_alone = alone(coupling)
         for block in range(len(blocks)):
-            _square(balls_alone, VELOCITY, blocks[block], FORCE_ERROR)
-            _square(balls_alone, SPIN, blocks[block], TORQUE_ERROR)
+            _put_effects(balls_alone, blocks[block])
 
 
 @lean_kernel
@@ -97,7 +102,7 @@ def note_errors(pointer, held, cursor, first, lanes):
                 continue
             number, at = held[first + k], min(cursor[first + k], pointer.shape[1] - 1)
             for kind, row in ((OF_FORCE, FORCE_ERROR), (OF_TORQUE, TORQUE_ERROR)):
-                pointer[number, at, kind] = max(pointer[number, at, kind], math.sqrt(get(lanes, row, k)))
+                pointer[number, at, kind] = max(pointer[number, at, kind], get(lanes, row, k))
             pointer[number, at, STEPS_IN] += 1.0
             for rate in range(SPIN + 3 - VELOCITY):
                 put(lanes, LAST_RATES + rate, k, get(lanes, LANE_RATES + VELOCITY + rate, k))
