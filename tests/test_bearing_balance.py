@@ -112,9 +112,9 @@ def a_row(end, ball, **more):
 
 def test_what_windows_miss_is_added_where_contacts_come_and_go():
     worst = Worst()
-    worst.add(a_row(0.01, 3, load=1.0, friction=0.1, loss=2.0), False)
-    worst.add(a_row(0.02, ALL, load=0.5, friction=0.2), False)
-    worst.add(a_row(0.03, INHERITED, load=1.2, friction=0.05), False)
+    worst.add(a_row(0.01, 3, load=1.0, friction=0.1, loss=2.0))
+    worst.add(a_row(0.02, ALL, load=0.5, friction=0.2))
+    worst.add(a_row(0.03, INHERITED, load=1.2, friction=0.05))
     assert worst.seen("load", 1.0, False) == 1.2
     assert worst.seen("load", 1.0, True) == MISSED * 1.0
     assert worst.seen("friction", 1.0, True) == MISSED * 0.2
@@ -128,11 +128,11 @@ def test_what_windows_miss_is_added_where_contacts_come_and_go():
 def test_what_rows_told_up_to_a_horizon_is_kept_in_little_room():
     worst = Worst()
     for end in range(1, 1000):
-        worst.add(a_row(end, 3, load=1e-6 * end), False)
+        worst.add(a_row(end, 3, load=1e-6 * end))
     assert worst.until(0.5).seen("load", 1.0, False) == 0.0
     assert worst.until(500).seen("load", 1.0, False) == pytest.approx(500e-6, rel=0.011)
     one = Worst()
-    one.add(a_row(0.25, 3, load=1.0), False)
+    one.add(a_row(0.25, 3, load=1.0))
     assert one.until(0.25).seen("load", 1.0, False) == 1.0  # what is known up to its end
     assert worst.until(999).seen("load", 1.0, False) == pytest.approx(worst.seen("load", 1.0, False), rel=0.011)
     assert len(worst._noticed) < 500
@@ -191,10 +191,10 @@ def test_bumps_into_a_cage_make_loads_err_where_the_ring_moves(scene, kept):
     parameters = load_scene(scene, ("cage.kind=pockets",)).parameters
     doubt = BearingDoubt(parameters, choose(load_scene(scene, ("cage.kind=pockets",))))
     doubt.load[:], doubt.least = 50.0, 0.0
-    doubt.worst.add(a_row(0.01, ALL, load=1.0, friction=0.1), False)
+    doubt.worst.add(a_row(0.01, ALL, load=1.0, friction=0.1))
     assert doubt._seen("load") == pytest.approx(max(kept, MISSED))
     assert doubt._seen("friction") == pytest.approx(BUMPING * 0.1)
-    doubt.worst.add(a_row(0.01, ALL, orbit_angle=0.1), False)
+    doubt.worst.add(a_row(0.01, ALL, orbit_angle=0.1))
     assert doubt._seen("load") == pytest.approx(max(kept, MISSED) + 0.1 * BUMPING * 50.0)
 
 

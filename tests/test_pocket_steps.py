@@ -7,8 +7,9 @@ import pytest
 from bearings import motion
 
 from bearing_twin.charts.bearing_cells import errors
+from bearing_twin.kinds.bearing.companion.growth import BUMPED
 from bearing_twin.kinds.bearing.companion.redoing import BEYOND
-from bearing_twin.kinds.bearing.companion.windows import PLACE
+from bearing_twin.kinds.bearing.companion.windows import ALL, BESIDE, PLACE
 from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
@@ -122,10 +123,11 @@ def test_where_bumps_carry_errors_on_the_run_says_until_when_it_is_as_exact_as_w
     assert "only statistics of many runs hold" in run.report.errors["errors_unknown"]["horizon"]
     assert run.report.errors["wanted_errors"]["friction"]["error"] > 1e-3
     assert 1e-4 < run.report.errors["wanted_errors"]["loads"]["error"] < 1e-2
-    found = {}
-    for row in rows:
-        found.setdefault(row[PLACE["begin"]], []).append(row[PLACE["friction"]])
-    assert max(each[-1] / each[0] for each in found.values()) > 30.0
+    beside, alone = (rows[rows[:, PLACE["ball"]] == ball] for ball in (BESIDE, ALL))
+    grown, until = beside[-1], run.report.errors["horizon_s"]
+    assert grown[PLACE["friction"]] > BUMPED * alone[alone[:, 0] <= grown[0], PLACE["friction"]].max()
+    assert (beside[beside[:, 0] <= until, PLACE["friction"]] <= 1e-3).all()
+    assert beside[beside[:, 0] > until, PLACE["friction"]][0] > 1e-3
 
 
 def test_a_short_run_up_in_pockets_has_a_horizon_too():

@@ -13,7 +13,7 @@ from bearing_twin.kinds.bearing.adequacy import mend_of_method
 from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.companion.means import MeanError
 from bearing_twin.kinds.bearing.companion.pointers import dearest
-from bearing_twin.kinds.bearing.companion.windows import BUMPING, WINDOW, bumps, carries, unseen
+from bearing_twin.kinds.bearing.companion.windows import WINDOW, carries, unseen
 from bearing_twin.kinds.bearing.companion.worst import TOGETHER, Worst
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
 from bearing_twin.kinds.bearing.forces.drilling import SIDES, Drilled, drilling_of
@@ -24,7 +24,7 @@ from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.quasi_static.worth import SceneWorth, Worth, worth_of_scene
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
 from bearing_twin.kinds.bearing.summing import STRETCH, turning
-from bearing_twin.kinds.doubt import CHAOTIC, FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
+from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
@@ -44,7 +44,7 @@ class BearingDoubt:
         self.worst = Worst()
         self.outputs = 0
         self.least = math.inf  # load of a ball [N]
-        self.growth = Growth(parameters.wanted.tolerance, BUMPING if bumps(parameters) else CHAOTIC)
+        self.growth = Growth(parameters.wanted.tolerance)
         self.mean = MeanError()
         self.load = np.zeros((balls, 2))
         self.curvatures = np.ones((2, balls, 2))
@@ -77,8 +77,8 @@ class BearingDoubt:
             return
         for row, most in zip(rows, greatest_until(rows, self.load.max(), block.time_ns, load, begins), strict=True):
             self.mean.add(row)
-            goes_on = self.growth.add(row, most) and bumps(self.parameters)
-            self.worst.add(row, goes_on)
+            self.growth.add(row, most)
+            self.worst.add(row)
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:
         """The errors of these figures so far."""

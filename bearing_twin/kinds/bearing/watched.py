@@ -28,7 +28,6 @@ from bearing_twin.kinds.bearing.companion.windows import (
     WINDOW,
     bumps,
     carries,
-    followed,
     off_by,
     unseen,
 )
@@ -194,14 +193,10 @@ class WatchedMotion(BearingMotion):
                 self._begin_again(arrays, others, before_it, before)
                 super()._part(times, duration, out, first)
                 break
-            if self.companion.diverged:
-                self._set(redoing.BEYOND)
-                self._sensitive = True
-                break
             last, worst = worst, self._worst(since)
             dear = dear or redoing.MOST_SPENT * (self.counts[STEPS] - spent)
             enough = attempt == redoing.REDONE or worst <= (redoing.GOOD if attempt else redoing.SAFE)
-            if enough or self.counts[STEPS] - spent > dear:
+            if enough or self.companion.diverged or self.counts[STEPS] - spent > dear:
                 break
             if attempt and worst >= redoing.HELPED * last:
                 self._set(max(self.setting, min(before, redoing.FUTILE)))
@@ -212,12 +207,16 @@ class WatchedMotion(BearingMotion):
         rows, self._found = self._found, None
         if rows is not None and self.companion.unlooked:
             self._rows.append(all_of_it(begun, self.elapsed, self.tolerance, *self.companion.unknown))
-        if rows is not None and len(rows):
-            self._rows.append(rows)
-            carried = (rows[:, PLACE["begin"]] < begun) | (rows[:, PLACE["ball"]] == APART)
-            if not bumps(self.parameters):
-                self._grown = max(self._grown, self._off(rows[carried]))
         self._relax(rows if rows is None else rows[rows[:, PLACE["begin"]] >= begun])
+        if rows is not None and bumps(self.parameters):
+            rows = self.companion.go_beside(*self._looked_at, (self.state, self.border), rows)
+            if self.companion.diverged:
+                self._set(redoing.BEYOND)
+                self._sensitive = True
+        elif rows is not None:
+            carried = (rows[:, PLACE["begin"]] < begun) | (rows[:, PLACE["ball"]] == APART)
+            self._grown = max(self._grown, self._off(rows[carried]))
+        self._rows += [] if rows is None or not len(rows) else [rows]
 
     def _stop_carrying(self) -> None:
         """Ends a chunk that is off too far by what it carried into this part."""
@@ -258,7 +257,7 @@ class WatchedMotion(BearingMotion):
             return 0.0
         rows = self._added
         if bumps(self.parameters):
-            rows = rows[~followed(rows, self._part_begun) & (rows[:, PLACE["ball"]] != INHERITED)]
+            rows = rows[rows[:, PLACE["ball"]] != INHERITED]
         rows = rows[(rows[:, PLACE["begin"]] >= since) & (rows[:, PLACE["ball"]] != APART)]
         carried = (rows[:, PLACE["ball"]] == INHERITED) & carries(self.parameters)  # told rather too great
         return max(self._off(rows[~carried]), redoing.SAFE / redoing.GOOD * self._off(rows[carried]))
@@ -287,6 +286,7 @@ class WatchedMotion(BearingMotion):
             self._windows = [as_met(one, met) for one in self._windows]
             self.companion.see_again(part, self._windows)
         scales = self.scales if self.stepper not in FIXED_STEP and len(part.pointer) else self._asked[0]
+        self._looked_at = part, scales, self.tolerance
         found, greatest = self.companion.look(part, self._windows, scales, self.tolerance), self.companion.greatest_load
         added, self._before_it = found, found[:0]
         if len(found) or carries(self.parameters):

@@ -8,8 +8,8 @@ ones, which meet, a moving ring or a cage, all together. What error the start of
 sees. Where the motion is still off at the end of a window, or a ball is loose, the companion goes on beside the run
 until neither holds, or it has taken its share of steps: what is found is then a lower bound. Balls that are seen in
 flight are followed side by side, or looked at where they take off. Where balls meet, a copy of the run that starts
-apart by what it is off there shows what becomes of that. Where balls bump into a cage, a window of all balls is
-followed now and then (`_probes`) until it is seen that bumps carry errors on (`diverged`).
+apart by what it is off there shows what becomes of that. Where balls bump into a cage, all are integrated beside the
+run (`second`) until it is seen that bumps carry errors on (`diverged`).
 """
 
 import numpy as np
@@ -27,8 +27,8 @@ from bearing_twin.kinds.bearing.companion.departures import (
     together,
 )
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, left_over, off_in_flight
-from bearing_twin.kinds.bearing.companion.growth import FLOOR, MET
-from bearing_twin.kinds.bearing.companion.looking import LOOKING, Looking
+from bearing_twin.kinds.bearing.companion.growth import BUMPED, FLOOR, MET
+from bearing_twin.kinds.bearing.companion.looking import EARLY, LOOKING, Looking
 from bearing_twin.kinds.bearing.companion.meetings import (
     COPYING,
     Drift,
@@ -38,9 +38,11 @@ from bearing_twin.kinds.bearing.companion.meetings import (
     until_met,
 )
 from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS
+from bearing_twin.kinds.bearing.companion.second import Second
 from bearing_twin.kinds.bearing.companion.windows import (
     ALL,
     BUMPING,
+    PLACE,
     WINDOW,
     Window,
     bumps,
@@ -52,7 +54,7 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 BEARABLE = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed
 AT_A_TIME = 2  # balls that are followed
 FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
-THREATENED = 0.33  # ... unless it is off by the tolerance, loose, or bumps into a cage: then until so many were
+THREATENED = 0.33  # ... unless it is off by the tolerance, or loose; of bumps after EARLY parts
 BOUNCING = 0.45  # ... or would be, with a ball that bounces although nothing points to it: it may rule a short run
 DEARER = 1.35  # times the run's steps: what a companion takes, at a third of the tolerance by a method of fourth order
 KEPT = {"greatest_load": float, "steps": int, "looked": int, "parts": int, "met": int, "diverged": bool}
@@ -77,6 +79,7 @@ class Companion(Looking):
         self.followed: list[Followed] = []
         self.drift = Drift(self.parameters.geometry.balls)
         self.apart = 0.0  # how far [m] balls of the last part were off in flight
+        self.second = Second(self.parameters)
         self.diverged = False  # whether bumps of balls were seen to carry an error on and more
         self.grew, self.reached = 1.0, 0.0  # times that meetings made an error; what a copy was off after them
         self.unlooked = self.adrift = False  # whether balls met where none looked; whether that may be too much
@@ -90,8 +93,9 @@ class Companion(Looking):
         """What it knows of the run, as plain data; see `remember`."""
         return {name: getattr(self, name) for name in KEPT} | {
             "best": self.best.tolist(),
-            "followed": [[*one[:2], [array.tolist() for array in one.last], *one[3:]] for one in self.followed],
+            "followed": [[*one[:2], [array.tolist() for array in one.last], one.left] for one in self.followed],
             "drift": self.drift.memory(),
+            "second": self.second.memory(),
         }
 
     def remember(self, kept: dict) -> None:
@@ -99,10 +103,11 @@ class Companion(Looking):
         vars(self).update((name, kind(kept[name])) for name, kind in KEPT.items())
         self.best = np.array(kept["best"], float).reshape(POINTERS, MOST)
         self.followed = [
-            Followed(int(ball), float(begin), tuple(np.array(array, float) for array in last), *map(float, rest))
-            for ball, begin, last, *rest in kept["followed"]
+            Followed(int(ball), float(begin), tuple(np.array(array, float) for array in last), float(left))
+            for ball, begin, last, left, *_ in kept["followed"]
         ]
         self.drift.remember(kept["drift"])
+        self.second.remember(kept.get("second", []))
 
     def inherited(self) -> tuple:
         """What it carries from part to part of the motion; see `inherit`."""
@@ -122,7 +127,7 @@ class Companion(Looking):
         off, self.apart, met = [], 0.0, meetings(part)
         self.drift.begin(copied_from(met, self.met))
         before, self.followed = self.followed, []
-        those = [(one.left, Window(one.ball, -1, len(part.times)), one.begin, one.first, one.last) for one in before]
+        those = [(one.left, Window(one.ball, -1, len(part.times)), one.begin, one.last) for one in before]
         rows = self._follow(part, those, scales, tolerance, met)
         thrown, found = self._throws(part, scales, tolerance, met)
         rows += found
@@ -143,28 +148,39 @@ class Companion(Looking):
                 rows.append(self._row(part, window, begin, tolerance, found))
                 self.drift.see(part, window, found, 1.0 / (1.0 - TIGHTER))
                 left = left_over(part, window, found, self._allowed)
-                if left > BEARABLE or loose(part, window) or self.probing:
-                    off.append((left, window, begin, self._off(rows[-1])))
-        off.sort(key=lambda one: (one[2],) if self.probing else (-one[0], one[1]))
-        those = [(left, *to_the_end(part, at, begin), first, None) for left, at, begin, first in off]
+                if left > BEARABLE or loose(part, window):
+                    off.append((left, window, begin))
+        off.sort(key=lambda one: (-one[0], one[1]))
+        those = [(left, *to_the_end(part, at, begin), None) for left, at, begin in off]
         rows += self._follow(part, those, scales, tolerance, met)
         rows += self._parted(part, scales, tolerance, met)
         self.drift.go_on(part, {one.ball for one in self.followed})
         rows.sort(key=lambda row: row[:3])
         return np.array(rows).reshape(-1, len(WINDOW.columns))
 
-    def _probes(self, part: Part) -> bool:
-        """Whether it is to be seen, until it is, what becomes of errors where balls bump.
+    def go_beside(self, part: Part, scales, tolerance: float, ended: tuple, rows: np.ndarray) -> np.ndarray:
+        """The rows of WINDOW of a part that stands, in time, with those of what goes beside a run whose balls bump.
 
-        In the parts 1, 2, 4, 8 ... and where steps allow to follow half of a part.
+        `ended` are states and border of the run at its end; see `Second`. Once errors are seen to grow, nothing goes
+        beside it.
         """
-        if not bumps(self.parameters) or self.diverged:
-            return False
-        far = affordable(part, Window(ALL, -1, len(part.times)), THREATENED * part.taken - self.steps)
-        return self.parts & (self.parts - 1) == 0 or 2 * far.length >= len(part.times)
+        if self.diverged or (self.parts > EARLY and self.steps > THREATENED * part.taken):
+            self.second.apart = None
+            return rows
+        second, shown, found = self.second, rows[rows[:, PLACE["ball"]] == ALL], []
+        for window, one in second.through(part, ended, scales):
+            self.steps += one.steps
+            found.append(self._row(part, window, part.elapsed + part.start(window.begin), tolerance, one))
+            second.shown = max(second.shown, self._off(shown[shown[:, 0] <= found[-1][0]]))
+            self.diverged = self._off(found[-1]) > max(1.0, BUMPED * second.shown)
+            if self.diverged:
+                break
+        second.shown = max(second.shown, self._off(shown))
+        rows = np.concatenate([rows, np.array(found).reshape(-1, len(WINDOW.columns))])
+        return rows[np.argsort(rows[:, 0], kind="stable")]
 
-    def _off(self, row: list[float]) -> float:
-        return off_by(np.array(row), self.greatest_load or 1.0) / self.parameters.wanted.tolerance
+    def _off(self, rows) -> float:
+        return off_by(np.array(rows), self.greatest_load or 1.0) / self.parameters.wanted.tolerance
 
     def _row(self, part: Part, window: Window, begin: float, tolerance: float, found: Found) -> list[float]:
         end, each = part.elapsed + part.start(window.begin + window.length), found.steps / found.states.shape[1]
@@ -190,29 +206,25 @@ class Companion(Looking):
                 continue
             self.steps += found.steps
             rows.append(self._row(part, window, part.elapsed, tolerance, found))
-            self._keep_on(part, window, part.elapsed, found, until, np.inf)
+            self._keep_on(part, window, part.elapsed, found, until)
         return group, rows
 
-    def _keep_on(self, part: Part, window: Window, begin: float, found: Found, until, first: float) -> None:
+    def _keep_on(self, part: Part, window: Window, begin: float, found: Found, until) -> None:
         """Takes in where a ball that was followed got to; it is followed further `until` [s] it is right again."""
         self.drift.see(part, window, found, 1.0 / (1.0 - TIGHTER))
         left = left_over(part, window, found, self._allowed)
         if until and (left > BEARABLE or loose(part, window)):
-            self.followed.append(Followed(window.ball, begin, found.last, left, first))
+            self.followed.append(Followed(window.ball, begin, found.last, left))
 
     def _follow(self, part: Part, those: list, scales, tolerance: float, met: np.ndarray) -> list[list[float]]:
-        """Goes on with `those`, as far as steps allow: what they are off, window, begin, what it was first, from where.
-
-        Where bumps are to be seen, those come first that most of a part is left for.
-        """
+        """Goes on with `those`, as far as steps allow: what they are off, window, begin, from where."""
         rows = []
-        for left, there, begin, first, last in those:
+        for left, there, begin, last in those:
             window = until_met(there, met)
             full = last is None and len(self.followed) >= AT_A_TIME
             taken = any(one.ball in (window.ball, -1) for one in self.followed) or full
-            threatened = left > 1.0 or loose(part, window) or (self.probing and window.ball == ALL)
-            share = THREATENED if threatened else FOLLOWING
-            spent = self.steps > share * part.taken or (self.diverged and window.ball == ALL)
+            share = THREATENED if left > 1.0 or loose(part, window) else FOLLOWING
+            spent = self.steps > share * part.taken or bumps(self.parameters)  # see `go_beside`
             window = affordable(part, window, (THREATENED * part.taken - self.steps) / DEARER)
             if taken or spent or (part.partners.active and window.ball != ALL) or not window.length:
                 continue
@@ -223,8 +235,7 @@ class Companion(Looking):
                 continue
             self.steps += found.steps
             rows.append(self._row(part, window, begin, tolerance, found))
-            self.diverged |= bumps(self.parameters) and self._off(rows[-1]) > max(1.0, BUMPING * first)
-            self._keep_on(part, window, begin, found, until, first)
+            self._keep_on(part, window, begin, found, until)
         return rows
 
     def _parted(self, part: Part, scales, tolerance: float, met: np.ndarray) -> list[list[float]]:

@@ -18,15 +18,13 @@ SETTLING = 3  # outputs for which a ball is still followed that has touched neit
 class Followed(NamedTuple):
     """A ball (-1: all) with which the companion goes on from part to part, since `begin` [s].
 
-    Arrays as in `Found.last`; `left` is what its motion was off at the end, over what is allowed, and `first` what its
-    first window was off.
+    Arrays as in `Found.last`; `left` is what its motion was off at the end, over what is allowed.
     """
 
     ball: int
     begin: float
     last: tuple[np.ndarray, ...]
     left: float
-    first: float
 
 
 def loose(part: Part, window: Window) -> bool:

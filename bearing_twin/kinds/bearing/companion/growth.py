@@ -1,8 +1,8 @@
 """Whether what a run is off grows by itself, so that its motion cannot be known beyond: the horizon.
 
-Two kinds of rows tell: of balls that a companion follows, and of a copy of the run that starts apart by what it is off
-just before balls meet, and is looked at just after. A ball that rolls forgets what it is off; one that bounces, or hits
-another, carries it on and more.
+Three kinds of rows tell: of balls that a companion follows, of a copy of the run that starts apart by what it is off
+just before balls meet, and is looked at just after, and of what goes beside a run whose balls bump into a cage. A ball
+that rolls forgets what it is off; one that bounces, or hits another or a cage, carries it on and more.
 """
 
 import math
@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from bearing_twin.kinds.bearing.companion.redoing import SAFE
-from bearing_twin.kinds.bearing.companion.windows import APART, PLACE, UNKNOWN, off_by
+from bearing_twin.kinds.bearing.companion.windows import ALL, APART, BESIDE, PLACE, UNKNOWN, off_by
 from bearing_twin.kinds.doubt import CHAOTIC, horizon
 
 FLOOR = 1e-9  # of friction: rounding, as approaches are small differences of positions
@@ -23,43 +23,48 @@ BEYOND = (
     "balls met after {:.4g} s, where a copy that started apart by what the run is off was off by more than is wanted: "
     "beyond that the motion depends on what nobody can give exactly, and only statistics of many runs hold"
 )
+BUMPED = 10.0  # times what any window shows, of what goes beside a run whose balls bump
+HOW = {  # the share of the tolerance up to which the run is as exact as wanted, how many times errors grow, since when
+    APART: (SAFE, MET, "balls met"),  # what one copy shows is within a factor of three: another may show as much more
+    BESIDE: (1.0, BUMPED, "steps made them"),
+}
 MOST = 32  # balls with their begin whose first error is kept
 
 
 class Growth:
     """Takes rows of WINDOW; those of one ball with one begin are of a companion that went on beside the run."""
 
-    def __init__(self, tolerance: float, most: float = CHAOTIC):
-        self.tolerance, self.most = tolerance, most  # times that an error may grow beyond the tolerance
+    def __init__(self, tolerance: float):
+        self.tolerance = tolerance
         self.first: dict[tuple[int, float], tuple[float, float]] = {}  # error at first, and kept until [s]
         self.grown, self.kept, self.since = 0.0, 0.0, ""
+        self.shown = FLOOR  # the most that a window of all balls is off
         self.unlooked = math.inf  # since when [s] balls met where nobody looked, which counts once meetings are bad
         self.beyond = math.inf  # since when [s] a copy was off by more than wanted, which counts once errors grow
 
-    def add(self, row, greatest: float) -> bool:
-        """Takes a row in; `greatest` load [N] so far. Returns whether the row goes on from one before."""
+    def add(self, row, greatest: float) -> None:
+        """Takes a row in; `greatest` load [N] so far."""
         off = max(off_by(row, greatest or 1.0), FLOOR)
-        key = int(row[PLACE["ball"]]), float(row[PLACE["begin"]])
-        if key[0] == UNKNOWN:
-            self.unlooked = min(self.unlooked, key[1])
+        ball, begin, end = int(row[PLACE["ball"]]), float(row[PLACE["begin"]]), float(row[0])
+        if ball == UNKNOWN:
+            self.unlooked = min(self.unlooked, begin)
             if off > FLOOR:
                 self._ends(self.unlooked, 1.0, "")
-            return False
-        goes_on = key in self.first
-        first, kept = self.first.pop(key, (off, key[1]))
-        # What one copy shows is within a factor of three, as other estimates: another may show as much more.
-        if off <= (SAFE if key[0] == APART else 1.0) * self.tolerance:
-            kept = float(row[0])
-        elif off > (MET if key[0] == APART else self.most) * first:
-            copy = key[0] == APART
-            until = min(kept, self.unlooked) if copy else kept
-            self._ends(until, off / first, "balls met" if copy else "a companion began to follow a ball")
-        if key[0] == APART and off > self.tolerance:
+            return
+        self.shown = max(self.shown, off if ball == ALL else 0.0)
+        key = ball, 0.0 if ball == BESIDE else begin
+        first, kept = self.first.pop(key, (off, begin))
+        known, most, since = HOW.get(ball, (1.0, CHAOTIC, "a companion began to follow a ball"))
+        grown = off / (self.shown if ball == BESIDE else first)
+        if off <= known * self.tolerance:
+            kept = end
+        elif grown > most:
+            self._ends(min(kept, self.unlooked) if ball == APART else kept, grown, since)
+        if ball == APART and off > self.tolerance:
             self.beyond = min(self.beyond, kept)
         self.first[key] = first, kept
         if len(self.first) > MOST:
             del self.first[next(iter(self.first))]
-        return goes_on
 
     def _ends(self, kept: float, grown: float, since: str) -> None:
         """Takes in that errors had grown so many times since then when they were last as wanted, at `kept` [s]."""

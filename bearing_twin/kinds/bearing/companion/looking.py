@@ -36,12 +36,7 @@ class Looking:
         self.best = np.zeros((POINTERS, MOST))
         self.greatest_load = 0.0
         self.looked = self.parts = self.met = 0
-        self.probing = False  # whether it is to be seen in this part what becomes of errors where balls bump
         self.spare = 1.0  # times the errors of the last part: still less than those that were looked at
-
-    def _probes(self, part: Part) -> bool:
-        """See `Companion._probes`."""
-        return False
 
     def windows(self, part: Part) -> list[Window]:
         """Where this part is worth a look: for each pointer apart from each other in time."""
@@ -79,10 +74,7 @@ class Looking:
                         planned += self._see(window, row, grids, steps)
         self.spare = spare(self.best, tops) if len(part.pointer) else 1.0
         self.parts += 1
-        self.probing = self._probes(part)
-        if self.probing:
-            found = [window_at(ALL, 0, steps_before(steps[0])), *found]
-        elif (self.parts > 1 or not found) and self.parts.bit_count() == 1 and ALL not in {one.ball for one in found}:
+        if (self.parts > 1 or not found) and self.parts.bit_count() == 1 and ALL not in {one.ball for one in found}:
             calm = int(steps.sum(axis=1).argmin())
             window = as_met(window_at(ALL if whole else calm, len(part.times) - 1, steps_before(steps[calm])), met)
             found += [] if any(within(window, other) for other in found) else [window]

@@ -2,7 +2,7 @@
 
 import math
 
-from bearing_twin.kinds.bearing.companion.windows import ALL, PLACE
+from bearing_twin.kinds.bearing.companion.windows import ALL, BESIDE, PLACE
 
 
 class MeanError:
@@ -14,17 +14,18 @@ class MeanError:
     """
 
     def __init__(self) -> None:
-        # Of single balls, of all together: time of windows, the sum of errors times it, the most of one times its root.
-        self.seen = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+        # Of single balls, of all together, of these with what bumps carry on: time of windows, the sum of errors times
+        # it, the most of one times its root.
+        self.seen = [[0.0, 0.0, 0.0] for _ in range(3)]
         self.whole = 0.0
 
     def add(self, row) -> None:
         """Takes a row in."""
         error, ball = float(row[PLACE["mean_torque"]]), row[PLACE["ball"]]
-        if ball < ALL:
+        if ball < ALL and ball != BESIDE:
             self.whole = max(self.whole, abs(error))
             return
-        kept, length = self.seen[int(ball == ALL)], max(float(row[0] - row[PLACE["begin"]]), 0.0)
+        kept, length = self.seen[{ALL: 1, BESIDE: 2}.get(int(ball), 0)], max(float(row[0] - row[PLACE["begin"]]), 0.0)
         kept[:] = kept[0] + length, kept[1] + error * length, max(kept[2], abs(error) * math.sqrt(length))
 
     def over(self, seconds: float, times: float, most: float) -> float:
@@ -34,7 +35,7 @@ class MeanError:
         """
         found = [
             scale * (abs(total) / looked_at + rest / math.sqrt(seconds))
-            for scale, (looked_at, total, rest) in zip((1.0, times), self.seen, strict=True)
+            for scale, (looked_at, total, rest) in zip((1.0, times, 1.0), self.seen, strict=True)
             if looked_at and seconds > 0.0
         ]
         known = found and all(map(math.isfinite, found))

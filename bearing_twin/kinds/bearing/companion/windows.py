@@ -13,12 +13,14 @@ APART = -2  # the same: all of them, in a copy of the run that starts apart by w
 INHERITED = -3  # the same: all of them, by what they are off from before any window
 UNKNOWN = -4  # the same: all of them, after meetings that nobody looked at, where such make errors grow
 BETWEEN = -5  # the same: all of them, at outputs inside steps, by the balance of forces there
+BESIDE = -6  # the same: all of them, of what goes beside a run whose balls bump: with all that the run inherits
 WHOSE = {
     ALL: "all balls together",
     APART: "a copy that starts apart by what the run is off, before balls meet",
     INHERITED: "what balls and ring are off from before",
     UNKNOWN: "meetings of balls that no copy looked at",
     BETWEEN: "outputs inside steps",
+    BESIDE: "all balls together, with what bumps carry on",
 }
 LEAST_STEPS = 10  # of the run in a window
 BUMPING = 30.0  # times what windows see of balls that bump into each other or a cage: they miss 90 to 98 %
@@ -28,7 +30,7 @@ WINDOW = Table(
     (
         Channel("time", "s", (), "end of the window"),
         Channel("begin", "s", (), "of the window"),
-        Channel("ball", "1", (), "-1 = all; -2 = a copy that starts apart; -3 = inherited; -4 = unknown; -5 = inside"),
+        Channel("ball", "1", (), "-1 = all, -2 = apart, -3 = inherited, -4 = unknown, -5 = inside, -6 = with bumps"),
         Channel("steps", "1", (), "of a ball that the companion took"),
         Channel("tolerance", "1", (), "that the run had in this piece"),
         Channel("load", "N", (), "error of a load on a raceway"),
@@ -117,12 +119,6 @@ def off_by(rows: np.ndarray, greatest: float, loads_alone: bool = False) -> floa
     """The greatest error in rows of WINDOW: of load over the `greatest` load [N], and of friction if it counts."""
     load = float(rows[..., PLACE["load"]].max(initial=0.0)) / greatest
     return load if loads_alone else max(load, float(rows[..., PLACE["friction"]].max(initial=0.0)))
-
-
-def followed(rows: np.ndarray, begun: float) -> np.ndarray:
-    """Which rows of WINDOW, sorted, of a part that began at `begun` [s] are of what a companion followed further."""
-    keys = [(row[PLACE["ball"]], row[PLACE["begin"]]) for row in rows]
-    return np.array([key[1] < begun or key in keys[:place] for place, key in enumerate(keys)], bool)
 
 
 def within(window: Window, other: Window) -> bool:

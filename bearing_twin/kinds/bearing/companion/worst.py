@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.companion.windows import ALL, PLACE, WINDOW, place_of
+from bearing_twin.kinds.bearing.companion.windows import ALL, BESIDE, PLACE, WINDOW, place_of
 
 NOTICED = 1.01  # times what was greatest before: rows that show more are kept, so that memory stays small
 # Times what windows show, where contacts come and go, each time anew: few of these times are looked at. Its study is
@@ -11,6 +11,7 @@ MISSED = 1.5
 OF_INSTANTS = {"load", "friction", "torque", "contact_angle", "orbit_speed", "roll_rate", "ring_displacement"}
 OF_INSTANTS |= {"ring_force"}  # errors whose worst instant may lie outside all windows; others are of whole windows
 ALONE, TOGETHER, GROWN, TOLD = range(4)  # of single balls, of all, of what bumps were seen to grow, of no window
+KINDS = {ALL: TOGETHER, BESIDE: GROWN}  # other balls with numbers are alone, what has none is told
 
 
 class Worst:
@@ -23,10 +24,10 @@ class Worst:
         self._least = self.most.copy()  # of those noticed
         self._noticed: list[tuple[int, np.ndarray]] = []
 
-    def add(self, row: np.ndarray, goes_on: bool) -> None:
-        """Takes a row in, of bumps that were followed further where it `goes_on`."""
+    def add(self, row: np.ndarray) -> None:
+        """Takes a row in."""
         ball = row[PLACE["ball"]]
-        kind = TOLD if ball < ALL else ALONE if ball > ALL else GROWN if goes_on else TOGETHER
+        kind = KINDS.get(int(ball), ALONE if ball > ALL else TOLD)
         if (row > NOTICED * self._least[kind])[PLACE["load"] :].any():
             self._noticed.append((kind, row.copy()))
             self._least[kind] = np.maximum(self._least[kind], row)

@@ -1,0 +1,131 @@
+"""What goes beside a run whose balls bump into a cage: all that the run is off, and up to when that is known."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bearing_twin.charts.bearing_cells import errors
+from bearing_twin.charts.bearing_variants import UNSEEN
+from bearing_twin.charts.tolerance import up_to
+from bearing_twin.kinds.bearing.companion.growth import BUMPED, Growth
+from bearing_twin.kinds.bearing.companion.second import STRETCHES, stretches
+from bearing_twin.kinds.bearing.companion.windows import ALL, BESIDE, PLACE, WINDOW, Window
+from bearing_twin.kinds.bearing.forces.layout import LAND_WORK, LOST, MOTION, SHAFT_WORK, WORK_DONE
+from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing.outputs import Rows
+from bearing_twin.kinds.bearing.watched import WatchedMotion
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation, simulate
+
+PRESSED = ("cage.kind=pockets", "drive.offset=[0,0,2e-5]", "run.duration=0.05")  # thrust carries all balls
+
+
+def ran(scene, *overrides):
+    """A run to its end, its outputs but the first, and the windows of its companion."""
+    run = simulate(load_scene(scene, overrides))
+    blocks = list(run.blocks())
+    rows = [block.records["companion"] for block in blocks if "companion" in block.records]
+    found = Rows(blocks[0].values.layout, np.concatenate([block.matrix() for block in blocks])[1:])
+    return run, found, np.concatenate(rows) if rows else None
+
+
+def beside(rows):
+    return rows[rows[:, PLACE["ball"]] == BESIDE]
+
+
+@pytest.mark.parametrize(
+    ("case", "seconds", "tolerance"), [("ring, pockets", 0.03, 1e-3), ("pockets, off centre", 0.1, 1e-2)]
+)
+def test_a_run_whose_balls_bump_is_within_its_tolerance_up_to_the_horizon_and_not_beyond(case, seconds, tolerance):
+    """What it says of the stretches up to there and behind is what it is off, against a run that is far more exact."""
+    scene, differs = UNSEEN[case]
+    what = *differs, f"run.duration={seconds}"
+    run, found, rows = ran(scene, *what, f"wanted.tolerance={tolerance}")
+    exact = ran(scene, *what, "wanted.tolerance=1e-8", "solver.companion=off")[1]
+    motion, rate = BearingMotion(run.scene.parameters, run.choice), run.scene.parameters.run.output_rate
+    horizon, greatest = run.report.errors["horizon_s"], float(exact.normal_load.max())
+    first = [up_to(one, round(horizon * rate)) for one in (found, exact)]
+    assert 0.1 * seconds < horizon < 0.9 * seconds
+    assert max(errors(motion, *first, greatest)) <= tolerance
+    assert max(errors(motion, found, exact)) > 3.0 * tolerance
+    assert run.report.status.startswith("doubtful")
+    assert "times since steps made them" in run.report.errors["errors_unknown"]["horizon"]
+    for row in beside(rows)[:4]:
+        here = slice(round(row[PLACE["begin"]] * rate), round(row[0] * rate))
+        one, other = (Rows(rows_of.layout, rows_of.numbers[here]) for rows_of in (found, exact))
+        true = errors(motion, one, other, greatest)[1]
+        assert true / 3.0 < row[PLACE["friction"]] < 3.0 * true
+
+
+def test_nothing_goes_beside_a_run_whose_balls_do_not_bump():
+    run, _, rows = ran("bearing_6203", *PRESSED)
+    assert run.report.status == "done"
+    assert not len(beside(rows))
+    assert "horizon_s" not in run.report.errors
+
+
+def test_stretches_follow_each_other_through_a_part():
+    assert list(stretches(6)) == [Window(BESIDE, begin, 2) for begin in (-1, 1, 3)]
+    assert list(stretches(2)) == [Window(BESIDE, -1, 1), Window(BESIDE, 0, 1)]
+    assert [one.length for one in stretches(21)] == [6, 6, 6, 3]
+    assert len(list(stretches(1000))) == STRETCHES
+
+
+def a_row(ball, begin, end, friction):
+    row = np.zeros(len(WINDOW.columns))
+    row[0], row[PLACE["begin"]], row[PLACE["ball"]], row[PLACE["friction"]] = end, begin, ball, friction
+    return row
+
+
+@pytest.mark.parametrize(("off", "horizon"), [(1.1 * BUMPED, 0.02), (0.9 * BUMPED, None)])
+def test_errors_grow_where_they_are_far_beyond_what_any_window_shows(off, horizon):
+    """Of a window at the tolerance itself: what steps make is told as any other error, and is no horizon."""
+    growth = Growth(1e-4)
+    rows = (0.0, 0.02, 2e-5), (0.02, 0.04, 2e-4), (0.04, 0.06, 1e-4 * off)
+    for row in (a_row(ALL, 0.03, 0.031, 1e-4), *(a_row(BESIDE, *one) for one in rows)):
+        growth.add(row, 50.0)
+    assert growth.horizon == horizon
+
+
+def moved(outputs=20):
+    """A motion whose balls bump, after so many outputs, and the records of it."""
+    scene = load_scene(UNSEEN["pockets, off centre"][0], UNSEEN["pockets, off centre"][1])
+    moving = WatchedMotion(scene.parameters, choose(scene))
+    times = 1e-3 * np.arange(1, outputs + 1)
+    moving.advance(times, times[-1])
+    return moving, moving.take_records()["companion"], scene, times
+
+
+def test_it_goes_on_from_a_snapshot_to_the_bit():
+    moving, rows, scene, times = moved()
+    assert len(beside(rows)) == STRETCHES
+    assert moving.companion.second.apart is not None
+    kept = json.loads(json.dumps(moving.snapshot()))
+    moving.advance(times, times[-1])
+    other = WatchedMotion(scene.parameters, choose(scene))
+    other.resume(kept)
+    other.advance(times, times[-1])
+    assert np.array_equal(moving.take_records()["companion"], other.take_records()["companion"])
+    old = json.loads(json.dumps(kept))
+    del old["companion"]["second"]  # a snapshot of before
+    other.resume(old)
+    assert other.companion.second.apart is None
+
+
+def test_it_is_the_same_however_a_run_is_cut():
+    scene = load_scene(UNSEEN["ring, pockets"][0], (*UNSEEN["ring, pockets"][1], "run.duration=0.06"))
+    simulation = Simulation(scene)
+    whole = simulation.advance(61).records["companion"]
+    simulation.reset()
+    parts = [simulation.advance(count) for count in (1, 15, 25, 20)]
+    assert np.array_equal(np.concatenate([one.records["companion"] for one in parts if one.records]), whole)
+
+
+def test_integrals_are_told_of_each_stretch_by_itself():
+    """Work of the drive and losses add up along a run; what they are off must not: it is over a stretch's time."""
+    states, border = moved()[0].companion.second.apart
+    assert np.abs(states[:, :MOTION]).max() > 0.0
+    assert not states[:, MOTION:].any()
+    assert not border[[WORK_DONE, LOST, LAND_WORK, SHAFT_WORK]].any()
