@@ -5,6 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from bearing_twin.log import stream
+from bearing_twin.log.encoder import Encoder
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.sample import Block
@@ -44,6 +46,23 @@ def made_up_block(scene: Scene, outputs: int, first: int = 0, seed: int = 1) -> 
     period = round(1e9 / scene.parameters.run.output_rate)
     time_ns = (first + np.arange(outputs, dtype=np.int64)) * period
     return Block(scene.channels, first, time_ns, values)
+
+
+def counted_encodings(monkeypatch) -> list[int]:
+    """A list to which is added, each time that a stream encodes messages from now on, how many."""
+    made: list[int] = []
+
+    def counting(function, count):
+        def counted(*given):
+            made.append(count(*given))
+            return function(*given)
+
+        return counted
+
+    together = counting(Encoder.together, lambda encoder, values, stamps_ns, stamps: len(stamps_ns))
+    monkeypatch.setattr(Encoder, "together", together)
+    monkeypatch.setattr(stream, "encoded", counting(stream.encoded, lambda *given: 1))
+    return made
 
 
 def cut(block: Block, *rows: int) -> list[Block]:

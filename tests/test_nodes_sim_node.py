@@ -5,9 +5,11 @@ import math
 import re
 import threading
 import time
+from collections import Counter
 from functools import cache
 
 import pytest
+from made_up_run import counted_encodings
 from ros import (
     BearingState,
     Clock,
@@ -43,6 +45,7 @@ from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.mcap_log import content_digest, read_log, write_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.node_parameters import ParameterError
+from bearing_twin.nodes.recorder_node import RecorderNode
 from bearing_twin.nodes.sim_node import SimNode
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
@@ -187,6 +190,33 @@ def test_every_byte_arrives_in_real_time_and_as_in_a_log(tmp_path):
     assert len(contacts.normal_load) == 24
     write_log(simulate(SCENE), tmp_path / "direct.mcap")
     assert content_digest(tmp_path / "node.mcap") == content_digest(tmp_path / "direct.mcap")
+
+
+def test_a_message_is_encoded_once_however_many_read_it(tmp_path, monkeypatch):
+    """Three nodes hear every topic, one of them a recorder; publishers are handed bytes, which ROS does not encode."""
+    counts = {name: len(messages) for name, messages in expected(101).items()}
+    made, handed, publish = counted_encodings(monkeypatch), Counter(), rclpy.publisher.Publisher.publish
+
+    def publishing(publisher, message):
+        if publisher.topic_name in counts:
+            assert isinstance(message, bytes)
+            handed[publisher.topic_name] += 1
+        publish(publisher, message)
+
+    monkeypatch.setattr(rclpy.publisher.Publisher, "publish", publishing)
+    with ros_executor() as executor:
+        node, watcher, lists = paused_node(executor, duration=0.1, log=str(tmp_path / "node.mcap"))
+        recorder = started(executor, RecorderNode, log=str(tmp_path / "heard.mcap"))
+        more = heard(plain_node(executor, "another"), NAMES)
+        spin_until(executor, lambda: min(map(node.count_subscribers, counts)) == 3, "discovery")
+        assert call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=False)).success
+        spin_until(executor, node.done.is_set, "end of the run")
+        for one in (lists, more):
+            spin_until_heard(executor, one, expected(101))
+        spin_until(executor, lambda: recorder.recording.messages >= sum(counts.values()), "recording")
+    assert node.failure is None
+    assert handed == Counter(counts)
+    assert sum(made) == node._outlet.published == sum(counts.values())
 
 
 def test_a_node_that_waits_for_its_subscribers_loses_no_first_message():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.errors import StatisticError
-from bearing_twin.uq.modality import critical_bandwidth, modality, mode_numbers, mode_places
+from bearing_twin.uq.modality import CLEAR, RESAMPLES, critical_bandwidth, modality, mode_numbers, mode_places
 from bearing_twin.uq.statistics import binned, silverman_bandwidth, smoothed
 
 ONE_MODE = {
@@ -106,3 +106,25 @@ def test_a_p_value_near_the_level_is_decided_by_more_draws(monkeypatch):
         monkeypatch.setattr("bearing_twin.uq.modality.MORE", more)
         spreads.append(np.std([modality(two, seed, 100).p_value for seed in range(5)]))
     assert 0.0 < spreads[1] < 0.6 * spreads[0]
+
+
+def test_fewer_draws_change_no_number_of_modes_and_no_small_p_value(monkeypatch):
+    """Where fewer decide, the p-value is within three of its deviations of that by all draws."""
+    apart, samples, seeds, early = (1.0, 2.9, 3.4), [], range(3), 0
+    for seed, at in zip(seeds, apart, strict=True):
+        rng = np.random.default_rng(seed)
+        samples.append(rng.choice([0.0, at], 400) + rng.normal(size=400))
+    samples += [ONE_MODE[name](np.random.default_rng(1), 400) for name in ("gamma", "uniform", "student")]
+    fewer = [modality(sample) for sample in samples]
+    monkeypatch.setattr("bearing_twin.uq.modality.CLEAR", 2.0)
+    for few, every in zip(fewer, map(modality, samples), strict=True):
+        assert (few.modes, few.positions) == (every.modes, every.positions)
+        for one, whole in zip(few.p_values, every.p_values, strict=True):
+            early += one != whole
+            assert one == whole or (min(one, whole) >= CLEAR and abs(one - whole) < 3.0 * deviation(whole))
+    assert 0 < early < sum(len(few.p_values) for few in fewer)
+
+
+def deviation(p_value):
+    """Of a p-value by few draws, as `modality.CLEAR` states it, against one by all."""
+    return p_value * math.sqrt((1.0 - p_value) / (CLEAR * RESAMPLES))
