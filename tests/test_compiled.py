@@ -1,10 +1,12 @@
 """What is compiled is kept, compiled anew when it changed and only then, and its cache never ends a program.
 
-Each start is a process of its own, forked so that Numba is there already. It imports `tiny`, a package of kernels made
-in a folder of the test, and tells which of its functions it compiled.
+Each start imports `tiny`, a package of kernels made in a folder of the test, and tells which of its functions it
+compiled. Where processes are what is tested it is one, forked so that Numba is there already; else this process forgets
+all that it knows of `tiny` and of its cache.
 """
 
 import contextlib
+import functools
 import importlib
 import io
 import multiprocessing
@@ -101,10 +103,8 @@ def edited(root, module, old, new):
     path.write_text(path.read_text().replace(old, new))
 
 
-def _start(pipe, root, calls, between):
-    sys.path.insert(0, str(root))
-    sys.dont_write_bytecode = True
-    code_cache._warned = False  # a fork has warned where the tests before it had to
+def _start(root, calls, between):
+    """(values, or how they failed, names of the functions compiled, what was said on standard error)."""
     compilations, said = [], io.StringIO()
 
     class Listener(event.Listener):
@@ -124,14 +124,36 @@ def _start(pipe, root, calls, between):
             values = [function(*arguments) for function, (_, *arguments) in zip(functions, calls, strict=True)]
         except BaseException:  # told through the pipe: there may be no room to print it
             values = traceback.format_exc()
-    pipe.send((values, sorted(set(compilations)), said.getvalue()))
+    return values, sorted(set(compilations)), said.getvalue()
+
+
+def _start_in_a_fork(pipe, root, *more):
+    with new_to(root):
+        pipe.send(_start(root, *more))
+
+
+@contextlib.contextmanager
+def new_to(root):
+    """In this process, as in one that has just begun: nothing is known of `tiny` or of what is kept."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(root)
+        patch.setattr(sys, "dont_write_bytecode", True)
+        patch.setattr(code_cache, "_warned", False)
+        patch.setattr(source_state, "_imported", dict(source_state._imported))
+        for name in ("_private", "_state_folder", "_remembered"):
+            patch.setattr(code_cache, name, functools.cache(getattr(code_cache, name).__wrapped__))
+        try:
+            yield
+        finally:
+            for name in [name for name in sys.modules if name.partition(".")[0] == "tiny"]:
+                del sys.modules[name]
 
 
 def begun(root, calls=CALLS, between=lambda: None):
     """A process under way that imports the modules, does `between` and calls the functions."""
     context = multiprocessing.get_context("fork")
     here, there = context.Pipe(duplex=False)
-    process = context.Process(target=_start, args=(there, root, calls, between))
+    process = context.Process(target=_start_in_a_fork, args=(there, root, calls, between))
     process.start()
     there.close()
     return process, here
@@ -139,20 +161,30 @@ def begun(root, calls=CALLS, between=lambda: None):
 
 def ended(process, pipe):
     try:
-        values, names, said = pipe.recv()
+        found = pipe.recv()
     except EOFError:
         process.join()
         pytest.fail(f"the process ended without a word, exit code {process.exitcode}")
     finally:
         process.join()
-    if isinstance(values, str):
-        pytest.fail(values)
-    return values, names, said
+    return _whole(found)
+
+
+def _whole(found):
+    if isinstance(found[0], str):
+        pytest.fail(found[0])
+    return found
 
 
 def started(root, calls=CALLS, between=lambda: None):
-    """(values, names of the functions compiled, what was said on standard error) of one start."""
+    """(values, names of the functions compiled, what was said on standard error) of one start, a process."""
     return ended(*begun(root, calls, between))
+
+
+def started_here(root, calls=CALLS):
+    """As `started`, in this process."""
+    with new_to(root):
+        return _whole(_start(root, calls, lambda: None))
 
 
 def started_beside(root, calls=CALLS):
@@ -191,18 +223,18 @@ EDITS_WITHOUT_EFFECT = (
 def test_comments_and_docstrings_compile_nothing(root, warm):
     for module, old, new in EDITS_WITHOUT_EFFECT:
         edited(root, module, old, new)
-    assert started(root) == (VALUES, [], "")
+    assert started_here(root) == (VALUES, [], "")
 
 
 def test_what_an_import_changes_is_compiled_anew_and_nothing_else(root, warm):
     edited(root, "lower", "2.0", "3.0")
-    assert started(root) == ([13.0, 9.0], ["four_times", "twice"], "")
+    assert started_here(root) == ([13.0, 9.0], ["four_times", "twice"], "")
     edited(root, "constants", "1.0", "0.5")
-    assert started(root) == ([11.0, 9.0], ["four_times", "twice"], "")
+    assert started_here(root) == ([11.0, 9.0], ["four_times", "twice"], "")
     edited(root, "apart", "x * x\n\n", "x * x + 1.0\n\n")
-    assert started(root) == ([11.0, 10.0], ["square"], "")
+    assert started_here(root) == ([11.0, 10.0], ["square"], "")
     edited(root, "apart", "x * x + 1.0", "x * x")
-    assert started(root) == ([11.0, 9.0], [], ""), "an earlier state is still there"
+    assert started_here(root) == ([11.0, 9.0], [], ""), "an earlier state is still there"
 
 
 @pytest.mark.parametrize(
@@ -236,9 +268,9 @@ def test_fields_that_change_places_are_compiled_anew(root):
     (root / "tiny" / "pairs.py").write_text(head + pair)
     text = head + "from tiny.pairs import PAIR\n\n\n@kernel\ndef left(pair):\n    return pair.left\n\n\n"
     (root / "tiny" / "reader.py").write_text(text + "def read():\n    return left(PAIR)\n")
-    assert started(root, [("reader.read",)]) == ([1.0], ["left"], "")
+    assert started_here(root, [("reader.read",)]) == ([1.0], ["left"], "")
     edited(root, "pairs", "left: float\n    right: float", "right: float\n    left: float")
-    assert started(root, [("reader.read",)]) == ([1.0], ["left"], "")
+    assert started_here(root, [("reader.read",)]) == ([1.0], ["left"], "")
 
 
 def test_classes_of_one_name_are_kept_apart(root):
@@ -250,8 +282,8 @@ def test_classes_of_one_name_are_kept_apart(root):
     for name in ("one", "two"):
         text += f"def of_{name}():\n    return left(({name}.Pair(left=1.0, right=2.0),))\n\n\n"
     (root / "tiny" / "reader.py").write_text(text)
-    assert started(root, [("reader.of_one",)]) == ([1.0], ["left"], "")
-    assert started(root, [("reader.of_one",), ("reader.of_two",)]) == ([1.0, 1.0], ["left"], "")
+    assert started_here(root, [("reader.of_one",)]) == ([1.0], ["left"], "")
+    assert started_here(root, [("reader.of_one",), ("reader.of_two",)]) == ([1.0, 1.0], ["left"], "")
 
 
 def test_nothing_is_kept_for_a_function_handed_over(root, cache):
@@ -260,17 +292,17 @@ def test_nothing_is_kept_for_a_function_handed_over(root, cache):
         "@kernel\ndef applied(function, x):\n    return function(x)\n\n\ndef run():\n    return applied(twice, 1.0)\n"
     )
     (root / "tiny" / "taker.py").write_text(text)
-    assert started(root, [("taker.run",)]) == ([3.0], ["applied", "twice"], "")
+    assert started_here(root, [("taker.run",)]) == ([3.0], ["applied", "twice"], "")
     assert files(cache) == []
 
 
 def test_two_checkouts_share_what_is_compiled(root, tmp_path):
-    started(root)
+    started_here(root)
     other = made(tmp_path / "a" / "clone")
     for path in other.rglob("*.py"):
         os.utime(path, (1e9, 1e9))
     shutil.rmtree(root)
-    assert started(other) == (VALUES, [], "")
+    assert started_here(other) == (VALUES, [], "")
 
 
 def test_other_types_and_values_in_a_closure_are_kept_apart(root):
@@ -283,11 +315,11 @@ def test_other_types_and_values_in_a_closure_are_kept_apart(root):
     text += "by = _by(_all[2])\n"
     (root / "tiny" / "powers.py").write_text(text)
     calls = [("powers.both", 2.0), ("powers.both", 3)]
-    assert started(root, calls) == ([[4.0, 8.0], [9, 27]], ["power"], "")
-    assert started(root, calls) == ([[4.0, 8.0], [9, 27]], [], "")
+    assert started_here(root, calls) == ([[4.0, 8.0], [9, 27]], ["power"], "")
+    assert started_here(root, calls) == ([[4.0, 8.0], [9, 27]], [], "")
     # What a function in a closure is made of, nobody can tell from this module's sources.
     for _ in range(2):
-        assert started(root, [("powers.by", 3.0)]) == ([9.0], ["applied"], "")
+        assert started_here(root, [("powers.by", 3.0)]) == ([9.0], ["applied"], "")
 
 
 def _other_format(content):
@@ -315,8 +347,8 @@ def test_damaged_files_are_compiled_afresh(root, cache, warm):
     for name, damage in DAMAGES.items():
         for path in (*cache.glob("*/square-*.code"), cache / "sources"):
             path.write_bytes(damage(path.read_bytes()))
-        assert started(root, calls) == (values, ["square"], ""), name
-        assert started(root, calls) == (values, [], ""), name
+        assert started_here(root, calls) == (values, ["square"], ""), name
+        assert started_here(root, calls) == (values, [], ""), name
 
 
 def test_another_processor_or_compiler_has_code_of_its_own(root, warm, monkeypatch):
@@ -324,9 +356,9 @@ def test_another_processor_or_compiler_has_code_of_its_own(root, warm, monkeypat
     for owner, name, value in ((numba.config, "CPU_NAME", "generic"), (code_cache.llvmlite, "__version__", "0.0")):
         with monkeypatch.context() as other:
             other.setattr(owner, name, value)
-            assert started(root, calls) == (values, ["square"], "")
-            assert started(root, calls) == (values, [], "")
-    assert started(root) == (VALUES, [], "")
+            assert started_here(root, calls) == (values, ["square"], "")
+            assert started_here(root, calls) == (values, [], "")
+    assert started_here(root) == (VALUES, [], "")
 
 
 def test_files_that_went_away_are_compiled_afresh(root, cache, warm):
@@ -373,7 +405,7 @@ def test_where_nothing_can_be_kept_one_warning_is_all(root, cache, where, reques
 
 def test_the_folder_is_private(root, cache):
     cache.mkdir(parents=True, mode=0o755)
-    started(root)
+    started_here(root)
     folders = [cache, *(path for path in cache.iterdir() if path.is_dir())]
     assert len(folders) == 3
     assert {stat.S_IMODE(folder.stat().st_mode) for folder in folders} == {0o700}
@@ -382,7 +414,7 @@ def test_the_folder_is_private(root, cache):
 
 def test_the_users_own_folder_for_numba_is_respected(root, cache, tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "wanted"))
-    started(root)
+    started_here(root)
     assert len(files(tmp_path / "wanted" / "bearing_twin")) == 2
     assert not cache.exists()
 
@@ -405,7 +437,7 @@ def test_old_states_are_removed(root, cache):
     foreign = [_aged(cache / name, 99) for name in ("kernels", "tiny.upper-notes", "kernels-00000000000000aaa")]
     _aged(earlier, 9)
     _aged(used, 9)
-    started(root)
+    started_here(root)
     assert [path.exists() for path in upper] == [False] * 4, "three later ones are there"
     assert all(path.exists() for path in [*young, *other, used, *foreign])
     assert not earlier.exists()
@@ -414,7 +446,7 @@ def test_old_states_are_removed(root, cache):
 def test_states_are_kept_while_they_are_few_or_young(root, cache):
     upper = [_aged(cache / f"tiny.upper-{n:020x}", days) for n, days in enumerate((3, 400, 4, 500))]
     apart = [_aged(cache / f"tiny.apart-{n:020x}", 1.5) for n in range(9)]
-    started(root)
+    started_here(root)
     assert [path.exists() for path in upper] == [True, False, True, False]
     assert all(path.exists() for path in apart)
 
@@ -424,7 +456,7 @@ def test_a_use_is_marked_once_a_day(root, cache, warm):
     _aged(old, 1.5)
     marked = _aged(young, 0.5).stat().st_mtime
     began = time.time() - 0.25 * DAY
-    assert started(root) == (VALUES, [], "")
+    assert started_here(root) == (VALUES, [], "")
     assert old.stat().st_mtime > began
     assert young.stat().st_mtime == marked
 
