@@ -185,7 +185,9 @@ def viscous_terms(contact: BearingContact) -> tuple[float, float]:
 
 
 def rubbing_by(parameters: BearingScene, friction: str) -> BearingScene:
-    """The same with another friction model."""
+    """The same with this friction model in the place of `auto`."""
+    if parameters.contact.friction != AUTO:
+        return parameters
     return dataclasses.replace(parameters, contact=dataclasses.replace(parameters.contact, friction=friction))
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.contact.names import AUTO, POINT
+from bearing_twin.contact.names import POINT
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, rubbing_by
@@ -63,9 +63,7 @@ class Equilibrium(NamedTuple):
 
 def setting_of(parameters, law: str, speed: float, arm: str = "groove", control: str = "shared") -> Setting:
     """The numbers of the balance for a scene with the elastic law `law`, the ring turning at `speed` [rad/s]."""
-    if parameters.contact.friction == AUTO:  # equilibria hold none, whichever is chosen
-        parameters = rubbing_by(parameters, POINT)
-    bearing = bearing_of(parameters, law)
+    bearing = bearing_of(rubbing_by(parameters, POINT), law)  # equilibria hold no friction
     lever = bearing.inner.groove_radius
     reach = bearing.inner.locus_radius
     if arm == "pitch":
