@@ -110,7 +110,7 @@ def test_an_ellipsoid_goes_on_to_the_bit_in_the_middle_of_a_contact(monkeypatch,
     def advance(self, times, duration):
         out = move(self, times, duration)
         if self._now > 0.25:
-            out[0][-1] = np.nan
+            out["position"][-1] = np.nan
         return out
 
     monkeypatch.setattr(EllipsoidMotion, "advance", advance)

@@ -219,28 +219,24 @@ def answers_of(
             kept.put(task.key, call(*task))
             update(1.0 - len(waiting) / total)
         return [kept.answers[task.key] for task in tasks]
-    started = [_Worker() for _ in range(min(workers, len(waiting)))]
+    busy, idle = {}, []
     try:
-        busy = []
-        for worker in started:
-            worker.give(waiting.pop())
-            busy.append(worker)
-        while busy:
-            for pipe in wait([worker.pipe for worker in busy]):
-                worker = next(one for one in busy if one.pipe is pipe)
+        while waiting or busy:
+            while waiting and len(busy) < workers:
+                worker = idle.pop() if idle else _Worker()
+                busy[worker.pipe] = worker
+                worker.give(waiting.pop())
+            for pipe in wait(list(busy)):
+                worker = busy[pipe]
                 kept.put(worker.task.key, _received(worker))
-                busy.remove(worker)
-                if not worker.process.is_alive():
+                del busy[pipe]
+                if worker.process.is_alive():
+                    idle.append(worker)
+                else:
                     worker.end()
-                    started.remove(worker)
-                    if waiting:
-                        started.append(worker := _Worker())
-                if waiting:
-                    worker.give(waiting.pop())
-                    busy.append(worker)
                 update(1.0 - (len(waiting) + len(busy)) / total)
     finally:
-        for worker in started:
+        for worker in (*busy.values(), *idle):
             worker.end()
     return [kept.answers[task.key] for task in tasks]
 

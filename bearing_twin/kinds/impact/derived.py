@@ -73,6 +73,14 @@ def disc_law(disc: Disc, name: str):
     return line_law(name, disc.radius, disc.thickness, material.young_modulus, material.poisson_ratio)
 
 
+def strip_of(disc: Disc, load: float) -> tuple[float, float]:
+    """Half-width [m] of the strip on which two of these discs touch under a load [N], and its peak pressure [Pa]."""
+    per_length = load / disc.thickness
+    modulus = effective_modulus(disc.material, disc.material)
+    half_width = math.sqrt(2.0 * per_length * disc.radius / (math.pi * modulus))
+    return half_width, 2.0 * per_length / (math.pi * half_width)
+
+
 def meeting_speed(parameters):
     """Relative speed [m/s], NaN where the bodies never meet; numbers or arrays."""
     speed = np.asarray(parameters.motion.speed, float)

@@ -23,7 +23,7 @@ from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, 
 from bearing_twin.kinds.contract import ClosedForm
 from bearing_twin.kinds.impact import disc_closed_form as disc_closed_form
 from bearing_twin.kinds.impact.collision import ContactPeriod
-from bearing_twin.kinds.impact.derived import disc_law, disc_mass, meeting_speed
+from bearing_twin.kinds.impact.derived import disc_law, disc_mass, meeting_speed, strip_of
 from bearing_twin.kinds.impact.figures import PairFigures
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.impact.pair import pair_impact
@@ -94,10 +94,7 @@ def _half_history(line, reduced, speed):
 
 def _flags(parameters, peak_force, duration):
     disc = parameters.disc
-    modulus = 0.5 * disc.material.young_modulus / (1.0 - disc.material.poisson_ratio**2)
-    per_length = peak_force / disc.thickness
-    half_width = math.sqrt(2.0 * per_length * disc.radius / (math.pi * modulus))
-    pressure = 2.0 * per_length / (math.pi * half_width)
+    half_width, pressure = strip_of(disc, peak_force)
     flags = gathered(
         pressure_doubt(pressure, yield_pressure(disc.material)),
         width_doubt(half_width, disc.radius),

@@ -2,9 +2,9 @@
 
 from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.contact.validity import wave_transit
 from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.kinds.impact.derived import contact_time_by, is_elastic, is_steady, pair_contact_time, sphere_law
+from bearing_twin.kinds.impact.facts import speed_share
 from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.law_words import idle_step
 from bearing_twin.report import Choice
@@ -85,7 +85,7 @@ def off_elements(parameters) -> tuple[float, list[str]]:
     makes the contact longer by 1 / sqrt(1 - nu^2). Both errors have opposite signs where they are small.
     """
     disc = parameters.disc
-    share = 0.5 * parameters.motion.speed * wave_transit(1.0, disc.material.young_modulus, disc.material.density)
+    share = speed_share(parameters)
     error, why, keys = max(JOHNSON_ERROR, LARGE * share), [], "against: disc"
     if error > JOHNSON_ERROR:
         why.append(f"each disc comes with {share:.2g} of the speed of waves in it")

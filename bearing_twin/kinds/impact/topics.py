@@ -4,7 +4,6 @@ The frame of the scene has x along the line on which they meet, forward, and its
 body starts; the axes of discs lie along z.
 """
 
-import math
 from functools import partial
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
+from bearing_twin.kinds.impact.derived import strip_of
 from bearing_twin.kinds.impact.parameters import TwoDiscsScene
 from bearing_twin.kinds.impact.row import TWO_DISCS, TWO_SPHERES
 from bearing_twin.kinds.markers import BLUE, CYLINDER, GREEN, ORANGE, SPHERE, TEXT, marker
@@ -81,10 +81,7 @@ def _spot(parameters, load: float) -> tuple[float, float, float]:
     if load <= 0.0:
         return STILL
     if isinstance(parameters, TwoDiscsScene):
-        disc = parameters.disc
-        modulus, per_length = effective_modulus(disc.material, disc.material), load / disc.thickness
-        half_width = math.sqrt(2.0 * per_length * disc.radius / (math.pi * modulus))
-        return 0.5 * disc.thickness, half_width, 2.0 * per_length / (math.pi * half_width)
+        return 0.5 * parameters.disc.thickness, *strip_of(parameters.disc, load)
     curvature = 0.5 * sum(1.0 / radius for radius in radii(parameters))
     return tuple(
         ellipse(curvature, curvature, effective_modulus(parameters.first.material, parameters.second.material), load)
