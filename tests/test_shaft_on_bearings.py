@@ -284,6 +284,14 @@ def test_a_settled_shaft_does_the_work_of_its_unbalance(turns, more, within):
         assert out["load_work"][-1] - out["load_work"][0] == pytest.approx(out["dissipated"][-1], rel=2e-2)
 
 
+def test_the_second_motion_takes_shorter_steps_where_a_turn_sets_them():
+    """Else it would find what the first one does, and tell no error."""
+    first, second = motion_of(), motion_of(share=0.1)
+    for motion in (first, second):
+        motion.advance(np.zeros(0), 0.2)
+    assert second.counts[0] > 1.8 * first.counts[0]
+
+
 @pytest.mark.parametrize("more", [(), ("drive.change={time: 0.005, speed: 150.0}", "drive.acceleration=20000")])
 def test_what_a_run_is_counted_from_does_not_change_it(more):
     """A whirl that is no answer to anything is added to what the motion is counted from, and taken from its start."""

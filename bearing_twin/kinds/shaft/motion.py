@@ -28,6 +28,7 @@ from bearing_twin.stopping import SIGNALLED
 
 SETTING = 0.01  # tolerance of a step over that of a ball's load
 FINER, FINEST = 0.1, 1e-11  # tolerance of the second motion over the first one's, and the least there is
+CLOSER = 2.0  # times the steps a turn that the first motion takes at least
 FIRST, LEAST = 0.1, 1e-9  # of the stiffest mode's period over 2 pi: first step, least one
 FAILURES = {
     NOT_FINITE: "the motion is not finite any more; lower speed and loads",
@@ -71,6 +72,7 @@ class ShaftMotion:
         place, steady = self._begin[:RATE] + self.rotor.whirl[0], self.rotor.steady
         self._begin[LOAD_WORK], self._begin[BEARING_WORK] = -steady @ place, -(steady + self.rotor.weight) @ place
         self._fastest = stiffest_mode(matrices)
+        self._closer = 1.0 if share == 1.0 else CLOSER
         squeeze = max(float(one.approach.sum(axis=1).max()) for one in begin.contacts)
         setting = max(SETTING * share * parameters.wanted.tolerance, FINEST)
         place = setting * squeeze / POWER  # [m], changes the greatest load by this share of it
@@ -133,7 +135,8 @@ class ShaftMotion:
         """Turns and is loaded by `course` from now on."""
         fastest = max(map(abs, course.speeds))
         as_begun = self.rotor.whirl.any() and all(speed == self.parameters.drive.speed for speed in course.speeds)
-        longest = 2.0 * math.pi / ((WHIRLING if as_begun else TURN) * fastest) if fastest else math.inf
+        turn = self._closer * (WHIRLING if as_begun else TURN)
+        longest = 2.0 * math.pi / (turn * fastest) if fastest else math.inf
         self.course, self._bounds = course, np.array([LEAST / self._fastest, longest])
 
     def _parts(self, until: float) -> np.ndarray:
