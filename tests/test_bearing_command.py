@@ -45,6 +45,11 @@ def test_the_answer_has_its_keys_in_si_units(capsys):
     assert found["ring_displacement_m"][1] < -1e-5
     assert found["basic_life_mrev"] == pytest.approx((found["basic_dynamic_rating_n"] / 1000.0) ** 3, rel=1e-9)
     assert found["static_safety"] == pytest.approx(found["basic_static_rating_n"] / 1000.0, rel=1e-9)
+    assert found["equivalent_dynamic_load_n"] == found["equivalent_static_load_n"] == pytest.approx(1000.0, rel=1e-9)
+    thrust = answered(capsys, "bearing", "bearing_6203", "--load", "0,0,1000")
+    life = (thrust["basic_dynamic_rating_n"] / thrust["equivalent_dynamic_load_n"]) ** 3
+    assert thrust["basic_life_mrev"] == pytest.approx(life, rel=1e-9)
+    assert thrust["equivalent_static_load_n"] == pytest.approx(500.0, rel=1e-9)  # Y_0 of ISO 76, X_0 F_r being nothing
     assert found["normal_load_inner_n"][0] == max(found["normal_load_inner_n"])  # ball 0 lies on the load line
 
 

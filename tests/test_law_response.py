@@ -103,3 +103,17 @@ def test_a_run_under_given_loads_tells_the_errors_of_its_equilibrium():
     assert 0.05 * wide < max(told["greatest_normal_load_inner_n"]["left_out"]) / heaviest < 0.3 * wide
     assert max(told["ring_force_n"]["left_out"]) == 0.0
     assert 1e-7 < max(told["ring_displacement_m"]["left_out"]) < 2e-6
+
+
+def test_a_run_whose_load_rises_tells_the_errors_of_the_equilibrium_it_ends_in():
+    """From 100 N to 1300 N, by a table and by a change: as under 1300 N all the time, not as of a ring that is held."""
+    rig = "run.duration=0.03", "wanted.tolerance=1e-2"
+    ways = (
+        ("rings.inner.load=[0,-1300,0]",),
+        ("rings.inner.load=[0,0,0]", "rings.inner.table=[[0,0,-100,0,0,0],[0.02,0,-1300,0,0,0]]"),
+        ("rings.inner.load=[0,-1000,0]", "rings.inner.change={time: 0.01, load: [0,-300,0]}"),
+    )
+    found = [reported("bearing_6203_rig_400N", *rig, *way) for way in ways]
+    told = [max(one.errors["errors_by_source"]["greatest_normal_load_inner_n"]["left_out"]) for one in found]
+    assert told[0] < 0.025 * max(found[0].figures["greatest_normal_load_inner_n"])
+    assert told[1:] == pytest.approx([told[0]] * 2, rel=0.2)

@@ -95,6 +95,8 @@ def _lives(result):
     dynamic, static = (_short(result[f"basic_{kind}_rating_n"]) for kind in ("dynamic", "static"))
     show_text(f"rating                 C {dynamic} N, C0 {static} N")
     basic, reference = (_life(result[f"{name}_life_mrev"], result) for name in ("basic", "reference"))
+    loads = (_short(result[f"equivalent_{kind}_load_n"]) for kind in ("dynamic", "static"))
+    show_text("equivalent load        P {} N, P0 {} N".format(*loads))
     show_text(f"basic life             {basic} (ISO 281)")
     show_text(f"reference life         {reference} (ISO/TS 16281)")
     for line in textwrap.wrap(NO_PROMISE, 56):

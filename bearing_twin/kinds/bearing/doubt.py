@@ -166,12 +166,17 @@ class BearingDoubt:
         return max(self.outputs - 1, 0) / self.parameters.run.output_rate
 
     @functools.cached_property
-    def _at_rest(self) -> SceneWorth | None:
-        return worth_of_scene(self.parameters, self.choice.law)
+    def _at_rest(self) -> list[SceneWorth]:
+        """The scene's equilibria under the loads that its run begins and ends with."""
+        ends = 0.0, float(self.parameters.run.duration)
+        found = (worth_of_scene(self.parameters, self.choice.law, time) for time in ends)
+        return [one for one in found if one is not None]
 
     def _worth(self, source: str) -> Worth | None:
-        """What an error of contacts does to the scene's equilibrium; None where that does not stand for the run."""
-        return self._at_rest.of(source, float(self.load.max())) if self._at_rest else None
+        """What an error of contacts does to the nearest equilibrium; None where none stands for the run."""
+        greatest = float(self.load.max())
+        nearest = min(self._at_rest, key=lambda one: abs(one.greatest - greatest), default=None)
+        return nearest.of(source, greatest) if nearest else None
 
     def _by_load(self, figures: Mapping[str, Any], share: np.ndarray, source: str) -> dict[str, Any]:
         """Errors of figures where contacts are off by these shares (N, 2) of their load at the same approach.

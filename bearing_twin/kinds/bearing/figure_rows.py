@@ -43,7 +43,8 @@ MEANINGS = {
     "cage_eccentricity_m": f"distance of the cage's centre from the axis, {LATE}; none where it stays centred",
     "cage_whirl_rad_s": f"of the cage's centre round the axis, about +z, {LATE}; none where it stays centred",
     "greatest_land_force_n": "of the land on the cage, greatest over the run; none without guidance by a land",
-    "friction_torque_nm": f"of each ball, not the bearing's: the raceways' torque about its centre, {LATE}",
+    "friction_torque_nm": f"of each ball, not the bearing's: the raceways' torque about its centre, {LATE}; "
+    "from equilibria what its gyroscopic moment needs",
 }
 """What each key of the figures is, in their order."""
 FIGURES_OF = {

@@ -137,6 +137,12 @@ def static_load(geometry, radial: float, axial: float) -> float:
     return max(radial, x * radial + y * axial)
 
 
+def equivalent_loads(geometry, force) -> tuple[float, float]:
+    """P of ISO 281 and P_0 of ISO 76 [N] of a force (3,) [N] on the inner ring."""
+    radial, axial = math.hypot(force[0], force[1]), abs(force[2])
+    return equivalent_load(geometry, radial, axial), static_load(geometry, radial, axial)
+
+
 def reference_life(geometry, dynamic: float, inner_loads, outer_loads) -> float:
     """L_10r [1e6 turns] of ISO/TS 16281 from the loads of the balls [N], the inner ring turning.
 
@@ -156,9 +162,7 @@ def reference_life(geometry, dynamic: float, inner_loads, outer_loads) -> float:
 def lives_of(parameters, ratings: Ratings, force, inner_loads, outer_loads) -> Lives:
     """The lives under a force [N] (3,) on the inner ring that loads the balls like this [N]; see `Lives`."""
     geometry = parameters.geometry
-    radial, axial = math.hypot(force[0], force[1]), abs(force[2])
-    equivalent = equivalent_load(geometry, radial, axial)
-    static = static_load(geometry, radial, axial)
+    equivalent, static = equivalent_loads(geometry, force)
     return Lives(
         (ratings.dynamic / equivalent) ** 3 if equivalent > 0.0 else math.inf,
         reference_life(geometry, ratings.dynamic, inner_loads, outer_loads),

@@ -85,6 +85,6 @@ class ShaftDoubt(SecondRunDoubt):
             "balls": "skidding, friction, forces on the cages and the balls' own ringing, above about 1 kHz, are not "
             "computed",
             "structure": "shaft and housings are rigid",
-            "works": "those of loads and bearings are off by some times energy_closure of what was done either way, of "
-            "which little may be left over whole turns",
+            "works": "those of loads and bearings are off by about a tenth of wanted.tolerance of what was done either "
+            "way, of which little may be left over whole turns; energy_closure is the balance of both and tells less",
         }

@@ -56,6 +56,20 @@ def _part_of(course, phase):
     return Part(row[0], row[1], row[2], row[3], row[LOAD:GROWTH], row[GROWTH:PART])
 
 
+@kernel
+def _works(system, clock, kept):
+    """The works [J] of loads, of bearings and of damping in the step kept, each by its size, added up."""
+    rotor, part, _, _ = system
+    steady = weight = 0.0
+    for i in range(COORDINATES):
+        begin, end = whirl_of(rotor, part, clock[BEGAN], i)[0], whirl_of(rotor, part, clock[TIME], i)[0]
+        moved = end - begin + kept[END, i] - kept[START, i]
+        steady += rotor.steady[i] * moved
+        weight += rotor.weight[i] * moved
+    loads, bearings = kept[END, LOAD_WORK] - kept[START, LOAD_WORK], kept[END, BEARING_WORK] - kept[START, BEARING_WORK]
+    return abs(loads + steady) + abs(bearings + steady + weight) + abs(kept[END, DISSIPATED] - kept[START, DISSIPATED])
+
+
 @inlined
 def _state_at(clock, kept, time, state):
     """Fills the state at `time` [s] of the step kept, beside the whirl; returns the gross work there."""
@@ -138,5 +152,4 @@ def advance(rotor, course, method, work, moved, shown, clock, kept, counts, time
         clock[BEGAN], clock[TIME] = time, ends if arrived else time + step
         clock[STEP] = max(wanted, following) if arrived else following
         clock[GROSS_BEFORE] = clock[GROSS]
-        for n in (LOAD_WORK, BEARING_WORK, DISSIPATED):
-            clock[GROSS] += abs(kept[END, n] - kept[START, n])
+        clock[GROSS] += _works(system, clock, kept)

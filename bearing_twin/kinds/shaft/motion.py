@@ -15,7 +15,7 @@ from bearing_twin.kinds.shaft.modes import matrices_of, stiffest_mode, unbalance
 from bearing_twin.kinds.shaft.operating import explained
 from bearing_twin.kinds.shaft.outputs import channels, contacts_of
 from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene
-from bearing_twin.kinds.shaft.rotor import MOVING, RATE, STATE, new_balls, new_moment
+from bearing_twin.kinds.shaft.rotor import BEARING_WORK, LOAD_WORK, MOVING, RATE, STATE, new_balls, new_moment
 from bearing_twin.kinds.shaft.snapshots import put_back, snapshot_of
 from bearing_twin.kinds.shaft.statics import balance_of, lever_of, longest_of, rotor_of
 from bearing_twin.kinds.shaft.watched import WatchedShaft
@@ -28,6 +28,7 @@ from bearing_twin.stopping import SIGNALLED
 
 SETTING = 0.01  # tolerance of a step over that of a ball's load
 FINER, FINEST = 0.1, 1e-11  # tolerance of the second motion over the first one's, and the least there is
+CLOSER = 2.0  # times the steps a turn that the first motion takes at least
 FIRST, LEAST = 0.1, 1e-9  # of the stiffest mode's period over 2 pi: first step, least one
 FAILURES = {
     NOT_FINITE: "the motion is not finite any more; lower speed and loads",
@@ -35,7 +36,9 @@ FAILURES = {
     TOO_DEEP: "a ball is squeezed too hard, or leaves the grooves; lower the loads, or keep away from a critical speed",
 }
 WORDS = {NOT_FINITE: "not finite", STALLED: "stalled", TOO_DEEP: "too deep"}
-TURN = 12  # steps a turn at least: with 8 the work of bearings is off by 1e-4 of what they do either way in 10 turns
+TURN, WHIRLING = 12, 4
+"""Steps a turn at least: with 8 works are off by 1e-3 of all that an unbalance does either way; and where only what is
+left beside the whirl is stepped."""
 POWER = 1.5  # of a contact's load over its approach, nearly, whatever its law
 
 
@@ -66,7 +69,10 @@ class ShaftMotion:
         if parameters.shaft.start == SETTLED:
             response = unbalance_response(self.rotor, matrices, parameters.drive.speed)
             self.rotor = self.rotor._replace(whirl=np.stack([response.real, response.imag]))
+        place, steady = self._begin[:RATE] + self.rotor.whirl[0], self.rotor.steady
+        self._begin[LOAD_WORK], self._begin[BEARING_WORK] = -steady @ place, -(steady + self.rotor.weight) @ place
         self._fastest = stiffest_mode(matrices)
+        self._closer = 1.0 if share == 1.0 else CLOSER
         squeeze = max(float(one.approach.sum(axis=1).max()) for one in begin.contacts)
         setting = max(SETTING * share * parameters.wanted.tolerance, FINEST)
         place = setting * squeeze / POWER  # [m], changes the greatest load by this share of it
@@ -128,7 +134,9 @@ class ShaftMotion:
     def _follow(self, course: Course) -> None:
         """Turns and is loaded by `course` from now on."""
         fastest = max(map(abs, course.speeds))
-        longest = 2.0 * math.pi / (TURN * fastest) if fastest else math.inf
+        as_begun = self.rotor.whirl.any() and all(speed == self.parameters.drive.speed for speed in course.speeds)
+        turn = self._closer * (WHIRLING if as_begun else TURN)
+        longest = 2.0 * math.pi / (turn * fastest) if fastest else math.inf
         self.course, self._bounds = course, np.array([LEAST / self._fastest, longest])
 
     def _parts(self, until: float) -> np.ndarray:

@@ -108,8 +108,9 @@ def write_row(system, time, state, gross, contacts, row):
         moment.ahead[i] = state[i] + rotor.relaxation_time * state[RATE + i]
     row[10], row[11] = angle, speed
     outer_loads(rotor, part, time, angle, speed, row[LOAD : LOAD + COORDINATES])
-    kinetic = potential = elastic = 0.0
+    kinetic = potential = elastic = steady = 0.0
     for i in range(COORDINATES):
+        steady += rotor.steady[i] * state[i]
         kinetic += 0.5 * (rotor.mass if i < 3 else rotor.transverse) * state[RATE + i] ** 2
         potential -= rotor.weight[i] * state[i]
     shaft_loads(rotor, angle, speed, moment.ahead, balls, moment.load, moment.stiffness)
@@ -143,6 +144,6 @@ def write_row(system, time, state, gross, contacts, row):
                     worst = max(worst, abs(found.angle[k, side]) / GREATEST_ANGLE)
         at += 4 * n
     row[at], row[at + 1], row[at + 2] = kinetic, potential, elastic
-    row[at + 3], row[at + 4] = state[LOAD_WORK], state[BEARING_WORK]
+    row[at + 3], row[at + 4] = state[LOAD_WORK] + steady, state[BEARING_WORK] + steady - potential
     row[at + 5], row[at + 6], row[at + 7] = state[CAGE_WORK], state[DISSIPATED], gross
     return worst

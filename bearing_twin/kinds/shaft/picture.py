@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from bearing_twin.kinds.shaft.modes import last_matrices, modes_at, modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES
@@ -60,8 +61,14 @@ def _draw_loads(axis, values, side, k):
     axis.grid(True, color="white", linewidth=1.2)
     axis.spines["polar"].set_color(STYLE["edge"])
     axis.tick_params(labelsize=10, labelcolor=STYLE["ink"])
+    axis.yaxis.set_major_locator(MaxNLocator(4, prune="lower"))
+    # between two balls, near 45 degrees, where no bar hides the numbers
+    gaps = (azimuth + 0.5 * width) % (2.0 * np.pi)
+    axis.set_rlabel_position(math.degrees(gaps[np.abs(gaps - 0.25 * np.pi).argmin()]))
+    for label in axis.get_yticklabels():
+        label.set(ha="center", bbox={"facecolor": STYLE["panel"], "edgecolor": "none", "alpha": 0.85, "pad": 0.6})
     words = f"{side.capitalize()}: ball loads at the end [N]"
-    heading(axis, words, pad=22)
+    heading(axis, words, pad=26)
     axis.text(
         -0.12, -0.17, f"pushed by {size:.4g} N across, {push[2]:.4g} N along", transform=axis.transAxes, fontsize=10.5,
         color=STYLE["ink"],
@@ -89,6 +96,7 @@ def _draw_motion(axis, values):
     for k, name in enumerate("xyz"):
         axis.plot(values["time"], factor * values["position"][:, k], lw=1.5, **ball_line(k), label=name)
     axis.margins(x=0.0)
+    axis.locator_params(axis="x", nbins=5)
     heading(axis, "Displacement of the centre of mass", "time [s]", f"displacement [{unit}]")
     key_above(axis)
 
@@ -103,6 +111,7 @@ def _draw_forces(axis, values):
         along = np.abs(force[:, k, 2])
         axis.plot(values["time"], along, lw=1.5, ls="--", color=BALL_COLOURS[k], label=f"{side}, along")
     axis.margins(x=0.0)
+    axis.locator_params(axis="x", nbins=5)
     axis.set_ylim(0.0, 1.3 * axis.get_ylim()[1])  # room for the key
     axis.legend(frameon=False, fontsize=10.5, loc="upper right", ncol=2)
     heading(axis, "Force of each bearing on the shaft", "time [s]", "force [N]")

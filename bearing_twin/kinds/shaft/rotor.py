@@ -30,7 +30,7 @@ RATE = COORDINATES  # where the rates stand in a state, behind the coordinates
 MOVING = 2 * COORDINATES
 LOAD_WORK, BEARING_WORK, DISSIPATED, CAGE_WORK, STATE = range(MOVING, MOVING + 5)
 """Works since the start [J]: of loads and unbalances on the shaft, of the shaft on its bearings without what they
-dissipate, that, and of both cages."""
+dissipate, that, and of both cages; of the first two without those of steady loads, which follow from the place."""
 
 
 class Seat(NamedTuple):
@@ -52,7 +52,7 @@ class Seat(NamedTuple):
 class Rotor(NamedTuple):
     """What the equations of motion need at any time (SI): `weight` (5,), `unbalances` (n, 3), `whirl` (2, 5).
 
-    The last has real and imaginary parts of u, [m] and [rad].
+    The last has real and imaginary parts of u, [m] and [rad]; `steady` (5,) are the loads when the run starts.
     """
 
     seats: tuple
@@ -63,6 +63,7 @@ class Rotor(NamedTuple):
     weight: np.ndarray
     unbalances: np.ndarray
     whirl: np.ndarray
+    steady: np.ndarray
 
 
 class Balls(NamedTuple):
@@ -192,8 +193,8 @@ def rates(system, time, state, slopes):
         elif i == 4:
             force += spin * moment.rate[3]
         slopes[RATE + i] = force / inertia - whirl_of(rotor, part, time, i)[2]
-        outer += moment.outer[i] * rate
-        given += moment.load[i] * rate
+        outer += (moment.outer[i] - rotor.steady[i]) * rate
+        given += (moment.load[i] - rotor.steady[i] - rotor.weight[i]) * rate
         for j in range(COORDINATES):
             viscous += rotor.relaxation_time * rate * moment.stiffness[i, j] * moment.rate[j]
     slopes[LOAD_WORK], slopes[BEARING_WORK], slopes[DISSIPATED] = outer, given - viscous, viscous
@@ -215,14 +216,15 @@ def jacobian(system, _state, matrix):
         for j in range(COORDINATES):
             matrix[RATE + i, j] = -k[i, j] / inertia
             matrix[RATE + i, RATE + j] = -late * k[i, j] / inertia
-        matrix[LOAD_WORK, RATE + i] = moment.outer[i]
+        matrix[LOAD_WORK, RATE + i] = moment.outer[i] - rotor.steady[i]
         by_place = lost = 0.0
         for j in range(COORDINATES):
             rate = moment.rate[j]
             by_place += k[j, i] * rate
             lost += late * (k[i, j] + k[j, i]) * rate
         matrix[BEARING_WORK, i] = by_place
-        matrix[BEARING_WORK, RATE + i] = moment.load[i] + late * by_place - lost
+        held = rotor.steady[i] + rotor.weight[i]
+        matrix[BEARING_WORK, RATE + i] = moment.load[i] - held + late * by_place - lost
         matrix[DISSIPATED, RATE + i] = lost
     spin = rotor.polar * moment.turning[1] / rotor.transverse
     matrix[RATE + 3, RATE + 4] -= spin

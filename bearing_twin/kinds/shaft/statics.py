@@ -49,6 +49,7 @@ def rotor_of(parameters: ShaftScene, law: str, ratios=(0.0, 0.0)) -> Rotor:
         weight,
         unbalances,
         np.zeros((2, COORDINATES)),
+        loads_of(parameters, 0.0),
     )
 
 

@@ -13,7 +13,7 @@ from bearing_twin.kinds.bearing.quasi_static.channels import LEFT
 from bearing_twin.kinds.bearing.quasi_static.contacts import shared
 from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, Support, loose_directions
 from bearing_twin.kinds.bearing.quasi_static.worth import errors_of, spots_of
-from bearing_twin.kinds.bearing.ratings import lives_of, ratings_of
+from bearing_twin.kinds.bearing.ratings import equivalent_loads, lives_of, ratings_of
 
 
 def frequencies_of(contacts, balls: int, speed: float) -> dict[str, float]:
@@ -66,6 +66,7 @@ def answer_of(parameters, law: str, solver: Solver, support: Support, found: Equ
     carried, arm = float(contacts.load.sum()), 0.5 * geometry.pitch_diameter
     force = _settled(-found.loads[:3], carried)
     lives = lives_of(parameters, ratings, force, *contacts.load.T)
+    dynamic, static = equivalent_loads(geometry, force)
     clearance = clearance_of(parameters)
     moved = max(np.linalg.norm(found.coordinates[:3]), arm * np.linalg.norm(found.coordinates[3:]))
     stiff = np.sqrt(np.abs(np.diagonal(found.stiffness)))
@@ -85,6 +86,8 @@ def answer_of(parameters, law: str, solver: Solver, support: Support, found: Equ
         "stiffness": _settled(found.stiffness, np.outer(stiff, stiff)),
         "basic_dynamic_rating_n": ratings.dynamic,
         "basic_static_rating_n": ratings.static,
+        "equivalent_dynamic_load_n": dynamic,
+        "equivalent_static_load_n": static,
         "basic_life_mrev": lives.basic,
         "reference_life_mrev": lives.reference,
         "static_safety": lives.static_safety,

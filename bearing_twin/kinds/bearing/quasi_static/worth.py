@@ -11,6 +11,7 @@ import numpy as np
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
+from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.outputs import ellipses
 from bearing_twin.kinds.bearing.quasi_static.response import Response, response_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
@@ -88,11 +89,15 @@ def _worths(parameters, law: str, solver: Solver, support: Support, found: Equil
     )
 
 
-def worth_of_scene(parameters, law: str) -> SceneWorth | None:
-    """As the scene loads and holds the ring, a ball on the load line; None where the ring moves as prescribed."""
+def worth_of_scene(parameters, law: str, time: float = 0.0) -> SceneWorth | None:
+    """As the scene loads the ring at `time` [s] and holds it, a ball on the load line.
+
+    None where the ring moves as prescribed, and where nothing carries that load.
+    """
     if dimension_of(parameters) not in (QUASI_STATIC, FREE_RING):
         return None
-    support, setting = weighed_support(parameters), setting_of(parameters, law, parameters.drive.speed)
+    support = weighed_support(parameters, Loading(parameters.rings.inner).at(time)[0])
+    setting = setting_of(parameters, law, parameters.drive.speed)
     azimuths = azimuths_of(parameters.geometry.balls, load_line(support))
     solver = weighed_solver(parameters, setting, azimuths)
     try:
