@@ -91,7 +91,7 @@ class Simulation(Commanded):
             return
         try:
             self._motion.resume(failure.state)
-        except (AttributeError, KeyError, TypeError, ValueError) as error:
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             raise SceneError("the failed run does not fit its scene and first model; simulate it again") from error
         begun = self._block(failure.sequence, self._motion.first_outputs())
         self._health.check(begun)
