@@ -276,11 +276,15 @@ def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, caps
     ("words", "kept"),
     [
         (["report", "run.mcap"], ""),
-        (["report", "run.mcap", "--plot=run.png"], "; what was written so far is kept"),
+        (["report", "run.mcap", "--plot=run.png"], ""),
+        (["export", "run.mcap", "--to", "csv", "--out", "tables"], ""),
+        (["view", "two_spheres", "--out", "page.html"], ""),
+        (["simulate", "two_spheres", "--plot", "run.png"], ""),
+        (["simulate", "two_spheres", "--out=run.mcap"], "; what was written so far is kept"),
         (["chart", "laws"], "; what was written so far is kept"),
     ],
 )
-def test_an_interrupted_command_speaks_of_files_where_it_writes_some(words, kept, monkeypatch, capsys):
+def test_an_interrupted_command_speaks_of_files_where_it_keeps_some(words, kept, monkeypatch, capsys):
     def run(arguments):
         raise KeyboardInterrupt
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,14 +10,14 @@ import pytest
 from forks import forked
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
-from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import motion as bearing_motion
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.ellipsoid import chunk
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
 from bearing_twin.log.mcap_log import read_log
-from bearing_twin.run.failure import read_failure, write_failure
+from bearing_twin.run.failure import Failure, read_failure, write_failure
 from bearing_twin.run.health import Health
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
@@ -259,6 +260,33 @@ def test_a_file_that_is_no_failure_is_told_in_a_sentence(key, value, words, spoi
     path.write_text(json.dumps(record), encoding="utf-8")
     assert main(["explain", str(path)]) == BAD_INPUT
     assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("setting", 0.0),
+        ("setting", -1.0),
+        ("roughest", 0.0),
+        ("calm_parts", 1e400),
+        ("inherited", [0.0] * 3),
+        ("companion", "drift"),
+        ("commanded", [[1.0]]),
+        ("commanded_torque", [1.0, 2.0]),
+        ("offset", [0.0, 0.0]),
+        ("drive", [0.0, math.nan, 0.0]),
+    ],
+)
+def test_a_state_that_no_bearing_is_in_is_refused(key, value, spoilt):
+    spoilt("normal_load", (40, 3, 1), np.nan)
+    error = failed(BALLS)
+    state = json.loads(json.dumps(error.record["state"]))
+    failure = Failure(BALLS, "", "", 0.1, "", "", 0.1, {}, error.record["state_after_output"], state)
+    Simulation(failure.scene).resume(failure)
+    if key == "companion":
+        value = state[key] | {value: state[key][value][:3]}
+    with pytest.raises(SceneError, match="does not fit its scene"):
+        Simulation(failure.scene).resume(failure._replace(state=state | {key: value}))
 
 
 @pytest.mark.parametrize(("entry", "value"), [(chunk.TIME, -1e308), (chunk.TIME, 1e9), (chunk.IN_CONTACT, 1.0)])

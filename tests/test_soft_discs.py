@@ -452,3 +452,10 @@ def test_what_cannot_be_is_refused_with_a_sentence(override, words):
 def test_a_coarse_mesh_says_what_it_errs_by():
     assert "errs by about" in choose(load_scene("soft_discs_mean", COARSE)).warnings[0]
     assert choose(load_scene("soft_discs_mean")).warnings == ()
+
+
+def test_a_disc_that_is_too_slow_to_touch_the_wall_by_the_end_is_no_result():
+    """No force: nothing to hold its balance against."""
+    found = reported("soft_discs_fast", *COARSE, "motion.first_velocity=1e-6", "solver.companion=off")
+    assert found.status == "failed: the disc has not touched the wall"
+    assert (found.figures["touches"], found.figures["force_balance"]) == (0, None)

@@ -22,7 +22,8 @@ from bearing_twin.spelling import harmless
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
 DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
-WRITING = {"--out", "--plot", "chart", "layouts", "recover", "view"}  # options, and commands without, that write files
+WRITING = {"chart", "layouts", "recover"}  # commands that keep what they have written; others write whole or nothing
+LOGGING = {"simulate", "explain", "study"}  # ... with --out; what else they write is whole or nothing, too
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
@@ -79,8 +80,9 @@ def _told(argv) -> int:
         print(f"bearing_twin: {missing_package(error)}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
-        writes = {word.partition("=")[0] for word in argv} & WRITING
-        kept = "; what was written so far is kept" if writes else ""
+        words = {word.partition("=")[0] for word in argv}
+        keeps = words & WRITING or ("--out" in words and words & LOGGING)
+        kept = "; what was written so far is kept" if keeps else ""
         print(f"bearing_twin: interrupted{kept}", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:

@@ -23,6 +23,7 @@ from bearing_twin.log.study_log import STUDY_RECORD, read_study
 from bearing_twin.paths import put_whole
 from bearing_twin.run.axes import Axis, axes_of
 from bearing_twin.run.dataset import dataset_of, source_of, tables_of
+from bearing_twin.spelling import echo, unknown
 from bearing_twin.uq.frame import columns_of, meanings_of, units_of
 
 OUTPUTS, SAMPLES, CHANNELS = "outputs", "realisations", "channels.csv"
@@ -55,6 +56,8 @@ def export_log(
     would save, and for a path that cannot be written; BearingTwinError where a package is missing. What was begun is
     then removed.
     """
+    if to not in FORMATS:
+        raise LogError(f"a log cannot be written as {echo(to)}; {unknown(to, FORMATS)}")
     target = Path(out)
     if target.exists():
         raise LogError(f"{target} exists and is not overwritten; give another path")

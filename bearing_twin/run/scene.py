@@ -109,6 +109,15 @@ def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
     return read_scene(mapping, origin).resolved(), origin
 
 
+def listed_overrides(overrides: Iterable[str]) -> tuple[str, ...]:
+    """The overrides; raises SceneError for what is no list of texts."""
+    if isinstance(overrides, Iterable) and not isinstance(overrides, (str, bytes, Mapping)):
+        several = tuple(overrides)
+        if all(isinstance(one, str) for one in several):
+            return several
+    raise SceneError(f"overrides {echo(overrides)} must be a list of texts such as ['run.duration=0.1']")
+
+
 def refuse_another(key: str, value, overrides: Iterable[str]) -> None:
     """Raises BearingTwinError where overrides give a key another value than the one that is given beside them."""
     for override in overrides:
@@ -158,9 +167,7 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
     else:
         path = SCENES.find(source, also=(name for kind in KINDS.values() for name in kind.catalogue()))
         text, origin = SCENES.read_text(path), f"scene {path.name}"
-    if isinstance(overrides, (str, Mapping)):
-        raise SceneError(f"overrides {echo(overrides)} must be a list of texts such as ['run.duration=0.1']")
-    overrides = tuple(overrides)
+    overrides = listed_overrides(overrides)
     mapping = _canonical(_mapping_of(text, origin))
     mapping.setdefault("name", Path(origin.removeprefix("scene ")).stem)
     kind = _kind_of(mapping, origin)

@@ -1,13 +1,14 @@
 """A scene in, a stream of samples and a report out."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+from os import PathLike
 
 import numpy as np
 from numba.core import event
 
-from bearing_twin.errors import IntegrationError, Interrupted, SceneError
+from bearing_twin.errors import BearingTwinError, IntegrationError, Interrupted, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.report import Choice, Report
 from bearing_twin.run.broken import Broken, state_of, up_to_break
@@ -90,7 +91,7 @@ class Simulation(Commanded):
             return
         try:
             self._motion.resume(failure.state)
-        except (AttributeError, KeyError, TypeError, ValueError) as error:
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             raise SceneError("the failed run does not fit its scene and first model; simulate it again") from error
         begun = self._block(failure.sequence, self._motion.first_outputs())
         self._health.check(begun)
@@ -220,7 +221,7 @@ class Simulation(Commanded):
 
 
 class Run:
-    """One pass through a scene from start to end; iterate it for `Sample`s or its `blocks()`, then read `report`.
+    """A pass through a scene from start to end; iterate it for `Sample`s or its `blocks()`, then read `report`.
 
     With a `failure` it goes on from the last good state of that run.
     """
@@ -229,7 +230,7 @@ class Run:
         self.scene = scene
         self.simulation = Simulation(scene)
         self.channels = self.simulation.channels
-        self._progress, self._failure = progress, failure
+        self._progress, self._failure, self._passes = progress, failure, 0
 
     @property
     def choice(self) -> Choice:
@@ -252,13 +253,19 @@ class Run:
         return self.scene.outputs
 
     def blocks(self) -> Iterator[Block]:
-        """The run in blocks of up to 400 outputs, whole chunks of the integration, from the start or the failure."""
+        """The run in blocks of up to 400 outputs, whole chunks of the integration, from the start or the failure.
+
+        A pass that is gone on with after another has begun raises BearingTwinError.
+        """
+        self._passes = number = self._passes + 1
         if self._failure is None:
             self.simulation.reset()
         else:
             self.simulation.resume(self._failure)
         done, total = self.simulation.sequence + 1, self.outputs
         while done < total:
+            if number != self._passes:
+                raise BearingTwinError("the run has been begun anew meanwhile; make a run for each pass by `simulate`")
             chunk = self.simulation.chunk_outputs
             block = self.simulation.advance(min(chunk - (done % chunk if self._failure else 0), total - done))
             done += len(block)
@@ -276,10 +283,12 @@ class Run:
 
 
 def simulate(
-    scene: Scene | str, progress: Callable[[float], None] | None = None, failure: Failure | None = None
+    scene: Scene | str | PathLike | Mapping,
+    progress: Callable[[float], None] | None = None,
+    failure: Failure | None = None,
 ) -> Run:
-    """A run of the scene (or the scene of that name); nothing is computed before it is iterated.
+    """A run of the scene, or of that by its name, path or plain data; nothing is computed before it is iterated.
 
     `progress` is called with the share done after each block. It goes on from the last good state of a `failure`.
     """
-    return Run(load_scene(scene) if isinstance(scene, str) else scene, progress, failure)
+    return Run(scene if isinstance(scene, Scene) else load_scene(scene), progress, failure)

@@ -4,6 +4,7 @@ import contextlib
 import dataclasses
 import time
 from collections.abc import Callable
+from os import PathLike
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from bearing_twin.uq.realise import empty
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study import Study
+from bearing_twin.uq.study_file import load_study
 from bearing_twin.uq.summary import summary_of
 from bearing_twin.uq.tabulated import numbers_kept
 
@@ -33,13 +35,13 @@ SAME = (
 
 
 def run_study(
-    study: Study,
+    study: Study | str | PathLike,
     progress: Callable[[Progress], None] | None = None,
     cancelled=None,
     start: StudyResult | None = None,
     keep: Callable | None = None,
 ) -> StudyResult:
-    """Runs a study; the same study and seed give the same numbers whatever the number of workers.
+    """Runs a study, or that of a name or path; the same study and seed give the same numbers by any number of workers.
 
     `progress` is called after every batch and every few realisations, from this thread. `cancelled` is a
     threading.Event or a function: once true the study ends within half a second with what is done; statistics not made
@@ -49,6 +51,7 @@ def run_study(
     StudyError for a study too large for its memory, a method that does not fit it, or a `start` of another study.
     """
     began = time.monotonic()
+    study = study if isinstance(study, Study) else load_study(study)
     asked = getattr(cancelled, "is_set", cancelled) or (lambda: False)
     limit = study.settings.time_limit or np.inf
     tell = progress or (lambda _: None)

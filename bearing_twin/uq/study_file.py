@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 
 from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.parameters import echo, read, read_number, unknown
-from bearing_twin.run.scene import open_scene, parse_scene
+from bearing_twin.run.scene import listed_overrides, open_scene, parse_scene
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
 from bearing_twin.uq.quantities import quantities_of, quantity_of
 from bearing_twin.uq.scene_keys import checked_key, numeric_keys, put, value_at
@@ -42,7 +42,7 @@ def parse_study(text_or_mapping, origin: str, overrides: Iterable[str] = ()) -> 
     mapping = dict(mapping)
     problems: list[str] = []
     try:
-        for_scene, for_study = _sorted_overrides(mapping, overrides)
+        for_scene, for_study = _sorted_overrides(mapping, listed_overrides(overrides))
         scene, scene_origin = _open(mapping, for_scene)
         for override in for_study:
             _apply(mapping, scene["kind"], override)

@@ -7,6 +7,7 @@ from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 
 MOVING = ("state", "orientation", "steps", "carried", "border")  # arrays that a chunk moves on
 ARRAYS = (*MOVING, "_load", "_load_rate")
+LISTS = {"commanded": (0, 5), "commanded_torque": (0, 1), "drive": (3,), "offset": (3,)}  # how many numbers each may be
 
 
 def snapshot_of(motion) -> dict:
@@ -26,6 +27,10 @@ def put_back(motion, kept: dict) -> None:
 
     Raises KeyError, TypeError or ValueError for the state of another bearing.
     """
+    for name, lengths in LISTS.items():
+        numbers = np.array(kept[name], float)
+        if numbers.ndim != 1 or len(numbers) not in lengths or not np.isfinite(numbers).all():
+            raise ValueError(name)
     if kept["commanded"]:
         motion.loading.set(kept["commanded"][:3], kept["commanded"][3:])
     for torque in kept["commanded_torque"]:

@@ -101,9 +101,9 @@ class WatchedMotion(BearingMotion):
         super().resume(kept)
         if "companion" in kept:
             self.companion.remember(kept["companion"])
-            self._set(float(kept["setting"]))
+            self._set(redoing.setting_of(kept["setting"]))
             self._sensitive, self._calm = bool(kept["sensitive"]), int(kept["calm_parts"])
-            self._roughest = float(kept["roughest"])
+            self._roughest = redoing.setting_of(kept["roughest"])
             self._inherited = remembered(kept["inherited"])
             self._keep()
 

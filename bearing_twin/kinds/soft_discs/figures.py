@@ -93,7 +93,7 @@ class SoftDiscFigures:
             "greatest_penetration_m": known.get("greatest_penetration"),
             "energy_closure": known["energy_gained"] / self._brought if known else None,
             "least_stretch": known.get("least_stretch"),
-            "force_balance": known["force_balance"] / known["peak_force"] if known else None,
+            "force_balance": known["force_balance"] / known["peak_force"] if known.get("peak_force") else None,
             "touches": int(known["touches"]) if known else None,
             "wall_speed_m_s": wall_speed(self.parameters),
         }
@@ -124,7 +124,7 @@ class SoftDiscFigures:
         if not self._known:
             return "done"
         if not self._known["ended"]:
-            return "failed: the disc has not left the wall"
+            return f"failed: the disc has not {'left' if self._known['touches'] else 'touched'} the wall"
         figures = self.figures()
         if abs(figures["energy_closure"]) > ENERGY_GAIN:
             return "failed: energy"

@@ -6,6 +6,8 @@ done again, which ends its chunk early. Both end where they do not help, or wher
 often and how long was chosen by `bearing_twin chart tolerance`, as the numbers of the other modules of this room.
 """
 
+import math
+
 SAFE, GOOD = 1.0 / 3.0, 0.5  # share of the tolerance that an estimate may be; once it was done again
 CARRIED = 0.8  # ... of what is carried on: a chunk is dear, and may end up worse where balls meet
 AIM = 0.25  # share of the tolerance that a tighter setting aims at
@@ -28,6 +30,14 @@ class CarriedOn(Exception):
     def __init__(self, worst: float, since: float):
         super().__init__(worst, since)
         self.worst, self.since = worst, since
+
+
+def setting_of(told) -> float:
+    """The setting that a snapshot `told`; raises ValueError for what is none."""
+    setting = float(told)
+    if not 0.0 < setting < math.inf:
+        raise ValueError("setting")
+    return setting
 
 
 def cut_by(worst: float) -> float:
