@@ -35,12 +35,6 @@ def mixed_stages(weights, lanes, column, k):
     )
 
 
-@inlined
-def mixed_two(weights, lanes, column, k):
-    """`mixed_stages` where no more than two stages are earlier."""
-    return weights[0] * get(lanes, at.FIRST_STAGE + column, k) + weights[1] * get(lanes, at.SECOND_STAGE + column, k)
-
-
 @lean_kernel
 def _keep_rates(lanes):
     """Keeps the rates for `_take_slope`."""
@@ -55,8 +49,9 @@ def _take_slope(lanes):
 
 
 @inlined
-def _known(d, lanes, i):
-    return get(lanes, at.LANE_RATES, i) + d * get(lanes, at.SLOPE, i)
+def _put_right(before, d, lanes, i):
+    known = get(lanes, at.LANE_RATES, i) + d * get(lanes, at.SLOPE, i)
+    put(lanes, at.RIGHT, i, known + before * get(lanes, at.INVERSE_STEP, i))
 
 
 @lean_kernel
@@ -65,15 +60,14 @@ def _stage_right(stage, c, d, lanes):
     weights = five(c)
     if stage == 0:
         for i in range(STATE_SPAN):
-            put(lanes, at.RIGHT, i, _known(d, lanes, i))
+            _put_right(0.0, d, lanes, i)
     elif stage <= 2:
         for i in range(STATE_SPAN):
-            before = mixed_two(weights, lanes, 0, i) * get(lanes, at.INVERSE_STEP, i)
-            put(lanes, at.RIGHT, i, _known(d, lanes, i) + before)
+            before = weights[0] * get(lanes, at.FIRST_STAGE, i) + weights[1] * get(lanes, at.SECOND_STAGE, i)
+            _put_right(before, d, lanes, i)
     else:
         for i in range(STATE_SPAN):
-            before = mixed_stages(weights, lanes, 0, i) * get(lanes, at.INVERSE_STEP, i)
-            put(lanes, at.RIGHT, i, _known(d, lanes, i) + before)
+            _put_right(mixed_stages(weights, lanes, 0, i), d, lanes, i)
 
 
 @lean_kernel

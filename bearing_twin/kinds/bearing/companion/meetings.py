@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from bearing_twin.compiled import kernel
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, Window
 from bearing_twin.kinds.bearing.error_scales import APPROACH_SCALE
@@ -77,6 +78,21 @@ def copied_from(met: np.ndarray, before: int) -> int | None:
     return next(stretches_from(met)).begin
 
 
+@kernel
+def _note_driven(times, now, load, until, driven, alone):
+    """Notes which balls both raceways carry at an output later than `until` [s], and for how long [s] others are not.
+
+    That is the time before such outputs, (balls,); `times` (outputs,) [s] are those in the part, `now` in the run.
+    """
+    for output in range(len(times)):
+        before = times[output] - (times[output - 1] if output > 0 else 0.0)
+        for ball in range(len(until)):
+            if now[output] > until[ball]:
+                carried = load[output, ball, 0] > 0.0 and load[output, ball, 1] > 0.0
+                driven[ball] = driven[ball] or carried
+                alone[ball] += 0.0 if carried else before
+
+
 class Drift:
     """How far each ball is off its way round [rad], how fast that grows [rad/s], and until when [s] it is known so.
 
@@ -135,12 +151,9 @@ class Drift:
         if part.all_bear:
             driven_late = now[-1] > self.until
         else:
-            late = now[:, None] > self.until
-            driven = late & part.carried
-            if self.speed.any():
-                between = np.diff(part.times, prepend=0.0)
-                self.angle = self.angle + self.speed * (between[:, None] * (late & ~driven)).sum(axis=0)
-            driven_late = driven.any(axis=0)
+            driven_late, alone = np.zeros(len(self.until), np.bool_), np.zeros(len(self.until))
+            _note_driven(part.times, now, part.load, self.until, driven_late, alone)
+            self.angle = self.angle + self.speed * alone
         self.speed = np.where(driven_late, 0.0, self.speed)
         self.until = np.full(len(self.until), part.elapsed + part.duration)
         if ALL not in followed and part.flies:

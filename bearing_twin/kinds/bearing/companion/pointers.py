@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from bearing_twin.compiled import kernel
 from bearing_twin.kinds.bearing.companion.deviations import Part, lengths
 from bearing_twin.kinds.bearing.companion.windows import ALL, LEAST_STEPS, PLACE, Window, place_of
 from bearing_twin.kinds.bearing.stepping.pointing import OF_FORCE, OF_TORQUE, STEPS_IN
@@ -23,21 +24,35 @@ def pointers(part: Part, least: float) -> tuple[tuple[np.ndarray, ...], np.ndarr
     error of force [m/s^2] changes friction, over load [N].
     """
     load = part.load
-    inner, outer = load[..., 0], load[..., 1]
     if len(part.pointer):
         force, torque, steps = (part.pointer[:, :, place] for place in (OF_FORCE, OF_TORQUE, STEPS_IN))
     else:
         force, torque, steps = bends(part.out)
-    torque = torque / np.maximum(inner + outer, least).T
-    bears = np.maximum(load, least)
-    sliding = part.friction / bears
     if part.partners.active:
-        # What an error of force does to friction: most where a contact that slides bears little, as behind a lift-off.
-        sliding *= force.T[..., None] / np.where(load > 0.0, load, bears)
-    grids = tuple(map(np.ascontiguousarray, (force, torque, np.maximum(sliding[..., 0], sliding[..., 1]).T)))
-    if part.partners.active:
-        grids, steps = tuple(one.max(axis=0)[None] for one in grids), steps.max(axis=0)[None]
-    return grids, steps
+        grids = np.zeros((POINTERS, 1, len(load)))
+        _point_together(force, torque, load, part.friction, least, grids[:, 0])
+        return tuple(grids), steps.max(axis=0)[None]
+    torque = torque / np.maximum(load[..., 0] + load[..., 1], least).T
+    sliding = part.friction / np.maximum(load, least)
+    grids = force, torque, np.maximum(sliding[..., 0], sliding[..., 1]).T
+    return tuple(map(np.ascontiguousarray, grids)), steps
+
+
+@kernel
+def _point_together(force, torque, load, friction, least, grids):
+    """Fills the `grids` (POINTERS, outputs) of balls that are coupled, with what is greatest of all balls."""
+    for output in range(len(load)):
+        for ball in range(len(force)):
+            inner, outer = load[output, ball]
+            values = grids[:, output]
+            values[0] = max(values[0], force[ball, output])
+            values[1] = max(values[1], torque[ball, output] / max(inner + outer, least))
+            for side in range(2):
+                bears = max(load[output, ball, side], least)
+                # What an error of force does to friction: most where a contact that slides bears little, as behind a
+                # lift-off.
+                felt = force[ball, output] / (load[output, ball, side] if load[output, ball, side] > 0.0 else bears)
+                values[SLIDING] = max(values[SLIDING], friction[output, ball, side] / bears * felt)
 
 
 def dearest(row: np.ndarray, balls: int) -> Dearest:
