@@ -130,7 +130,7 @@ def _turn_since(h, room):
     _note(room, BEFORE)
 
 
-class Run(NamedTuple):
+class ExplicitWork(NamedTuple):
     """What steps are made of: the method, what moves by it, the errors a step may make, and room."""
 
     method: RungeKutta
@@ -211,7 +211,7 @@ def explicit_chunk(
     """
     adaptive, room = np.any(method.error != 0.0), _lane_room(state, orientation, near, len(method.nodes) + 1)
     into_blocks(results.carried, room.lanes, CARRIED_INNER)
-    run = Run(method, adaptive, bearing, drive, scales, results.counts, room)
+    run = ExplicitWork(method, adaptive, bearing, drive, scales, results.counts, room)
     pace = Pace(steps[0] if adaptive else greatest_step, method.order if adaptive else 0, False)
     status, wanted = _advance(run, pace, times, duration, state, orientation, results)
     if status == OK:

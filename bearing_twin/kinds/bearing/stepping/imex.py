@@ -112,7 +112,7 @@ def _begin_turning(lanes):
         put_vector(lanes, SPIN_SUM, k, (0.0, 0.0, 0.0))
 
 
-class Run(NamedTuple):
+class ImexWork(NamedTuple):
     """What steps are made of: what moves, and the lanes it moves in."""
 
     bearing: Bearing
@@ -179,7 +179,7 @@ def imex_chunk(bearing, drive, near, times, duration, greatest_step, state, orie
     into_blocks(state, blocks, AXIS_DISTANCE)
     into_blocks(orientation, blocks, ORIENTATION)
     into_blocks(results.carried, blocks, CARRIED_INNER)
-    run, pace = Run(bearing, drive, pairs, results.counts, blocks), Pace(greatest_step, 0, True)
+    run, pace = ImexWork(bearing, drive, pairs, results.counts, blocks), Pace(greatest_step, 0, True)
     status = _advance(run, pace, times, duration, state, orientation, results)
     if status == OK:
         from_blocks(blocks, CARRIED_INNER, results.carried)
