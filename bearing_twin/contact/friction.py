@@ -163,7 +163,7 @@ _ROWS = (
     ),
     FrictionModel(
         name="spot_fine",
-        help="over the spot by 24 x 96 points, at 24 times the cost",
+        help="over the spot by 24 x 96 points, 24 times as many",
         needs=("ellipse",),
         rubbing=spot_friction,
         error=FINE_ERROR,

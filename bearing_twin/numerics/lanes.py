@@ -68,11 +68,17 @@ def increase(lanes, row, k, value):
 
 
 @inlined
-def sum_of(lanes, row):
-    """The sum of the LANES numbers in a row, two and two."""
-    at = row * LANES
-    low = (lanes[at] + lanes[at + 1]) + (lanes[at + 2] + lanes[at + 3])
-    return low + ((lanes[at + 4] + lanes[at + 5]) + (lanes[at + 6] + lanes[at + 7]))
+def with_sum(total, factor, lanes, row):
+    """The total plus a factor times the LANES numbers in a row, four at a time: the same bits whatever LANES."""
+    for at in range(row * LANES, (row + 1) * LANES, 4):
+        total += factor * ((lanes[at] + lanes[at + 1]) + (lanes[at + 2] + lanes[at + 3]))
+    return total
+
+
+@inlined
+def add_sum(numbers, place, factor, lanes, row):
+    """Adds a factor times the numbers in a row to the number at `place`, as `with_sum`."""
+    numbers[place] = with_sum(numbers[place], factor, lanes, row)
 
 
 @inlined

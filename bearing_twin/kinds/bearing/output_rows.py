@@ -28,7 +28,7 @@ from bearing_twin.numerics.lanes import COLUMNS, LANES, first_of, new_lanes, put
 from bearing_twin.numerics.lean import lean_kernel
 
 DRIVE_TORQUE = 16  # columns after the ring's angle
-ONE, TWO, THREE, FOUR = np.arange(1, 5, dtype=np.uint64)
+ONE, TWO, THREE, FOUR, EIGHT = np.array([1, 2, 3, 4, 8], dtype=np.uint64)
 
 
 class Places(NamedTuple):
@@ -60,7 +60,7 @@ def _load(states, orientations, begin, last, lanes):
 
 @inlined
 def _eight(numbers, first):
-    """LANES numbers read before any is written: one instruction each way."""
+    """Eight numbers read before any is written: one instruction each way."""
     low = numbers[first], numbers[first + ONE], numbers[first + TWO], numbers[first + THREE]
     first += FOUR
     return *low, numbers[first], numbers[first + ONE], numbers[first + TWO], numbers[first + THREE]
@@ -77,11 +77,11 @@ def _spread(places, lanes, first, count, ball, begin, out):
         width = places.width[i]
         place, there = np.uint64(begin + places.first[i] + ball * width), np.uint64(source + first * width)
         source += first_of(width)
-        if count == LANES:
+        if np.uint64(count) == EIGHT:
             for _ in range(width):
                 a, b, c, d, e, f, g, h = _eight(lanes, there)
                 out[place], out[place + ONE], out[place + TWO], out[place + THREE] = a, b, c, d
-                place, there = place + FOUR, there + np.uint64(LANES)
+                place, there = place + FOUR, there + EIGHT
                 out[place], out[place + ONE], out[place + TWO], out[place + THREE] = e, f, g, h
                 place += FOUR
         else:
@@ -90,7 +90,7 @@ def _spread(places, lanes, first, count, ball, begin, out):
     for i in range(places.sums):
         place, there = np.uint64(begin + places.shared + i), np.uint64(first_of(INNER_FORCE + i) + first)
         total = out[place] if ball > 0 else -0.0  # to which any number is added to the bit
-        if count == LANES:
+        if np.uint64(count) == EIGHT:
             a, b, c, d, e, f, g, h = _eight(lanes, there)
             total = total + a + b + c + d + e + f + g + h
         else:

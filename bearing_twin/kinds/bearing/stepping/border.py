@@ -42,7 +42,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     WORK_DONE,
 )
 from bearing_twin.kinds.bearing.forces.ring_seat import LevelMotion, RingMotion
-from bearing_twin.numerics.lanes import LANE_RATES, LANES, get, put, sum_of
+from bearing_twin.numerics.lanes import LANE_RATES, LANES, add_sum, get, put, with_sum
 from bearing_twin.numerics.lean import lean_kernel
 
 CAGE_SPEED = PLACES + CAGE
@@ -250,10 +250,10 @@ def border_rates(bearing, drive, border, time, blocks):
     for block in range(len(blocks)):
         lanes = blocks[block]
         for i in range(at.ring_places(border.ring)):
-            numbers[at.RATES + PLACES + i] += sum_of(lanes, BORDER_PUSH + i)
-        numbers[at.RATES + CAGE_SPEED] += sum_of(lanes, BORDER_PUSH + CAGE)
+            add_sum(numbers, at.RATES + PLACES + i, 1.0, lanes, BORDER_PUSH + i)
+        add_sum(numbers, at.RATES + CAGE_SPEED, 1.0, lanes, BORDER_PUSH + CAGE)
         if border.even:
-            inertia += sum_of(lanes, SHARES)
+            inertia = with_sum(inertia, 1.0, lanes, SHARES)
     numbers[at.INVERSE + CAGE] = numbers[at.FREE + CAGE] / inertia
     if len(border.ring) > 0:
         _load_ring(border.ring, drive, time, numbers)
@@ -273,7 +273,7 @@ def _turn_shaft(shaft, land, speed, time, count, numbers, blocks):
         torque = numbers[at.LOAD + CAGE] + time * numbers[at.LOAD_RATE + CAGE]
         moment = torque - shaft.damping * speed + land_moment(land, numbers, speed)
         for block in range(len(blocks)):
-            moment += sum_of(blocks[block], AXIAL_PUSH)
+            moment = with_sum(moment, 1.0, blocks[block], AXIAL_PUSH)
         numbers[at.RATES + SHAFT_ANGLE], numbers[at.RATES + SHAFT_SPEED] = speed, moment / shaft.inertia
         numbers[at.RATES + SHAFT_WORK] = torque * speed
         numbers[at.RATES + LOST] += shaft.damping * speed * speed

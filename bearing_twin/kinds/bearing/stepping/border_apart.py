@@ -46,7 +46,7 @@ from bearing_twin.kinds.bearing.stepping.border_system import (
 )
 from bearing_twin.numerics.block_solve import times
 from bearing_twin.numerics.chain_solve import six
-from bearing_twin.numerics.lanes import COLUMNS, LANES, RIGHT, SOLUTION, get, get_vector, put, put_vector, sum_of
+from bearing_twin.numerics.lanes import COLUMNS, LANES, RIGHT, SOLUTION, add_sum, get, get_vector, put, put_vector
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import add, minus
 
@@ -123,8 +123,8 @@ def _eliminate_balls(g, border, lanes):
     else:
         _eliminate(ring, g, numbers, lanes)
     for r in range(at.ring_places(ring)):
-        numbers[at.SOLUTION + PLACES + r] += sum_of(lanes, SHARES + r)
-    numbers[at.SOLUTION + PLACES + CAGE] += sum_of(lanes, SHARES + CAGE)
+        add_sum(numbers, at.SOLUTION + PLACES + r, 1.0, lanes, SHARES + r)
+    add_sum(numbers, at.SOLUTION + PLACES + CAGE, 1.0, lanes, SHARES + CAGE)
 
 
 @inlined

@@ -33,7 +33,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
 )
 from bearing_twin.numerics import chain_solve
 from bearing_twin.numerics.block_solve import combined, inverse, times
-from bearing_twin.numerics.lanes import LANES, get, get_block, get_vector, put, put_vector, sum_of
+from bearing_twin.numerics.lanes import LANES, add_sum, get, get_block, get_vector, put, put_vector
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import add, dot, scaled
 
@@ -187,8 +187,8 @@ def _eliminate(ring, g, numbers, lanes, c):
         _put_column(lanes, c, k, (velocity, spin))
         _put_shares(ring, lanes, k, velocity, spin)
     for r in range(at.ring_places(ring)):
-        numbers[at.CORNER + 6 * c + r] -= sum_of(lanes, SHARES + r)
-    numbers[at.CORNER + 6 * c + CAGE] -= sum_of(lanes, SHARES + CAGE)
+        add_sum(numbers, at.CORNER + 6 * c + r, -1.0, lanes, SHARES + r)
+    add_sum(numbers, at.CORNER + 6 * c + CAGE, -1.0, lanes, SHARES + CAGE)
 
 
 @inlined

@@ -42,13 +42,13 @@ from bearing_twin.numerics.lanes import (
     RIGHT,
     SOLUTION,
     START,
+    add_sum,
     get,
     get_vector,
     increase,
     increase_vector,
     multiply_rows,
     put,
-    sum_of,
 )
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import dot
@@ -125,8 +125,8 @@ def _sum_row(ring, numbers, r, lanes):
 @inlined
 def _sum_entry(numbers, inverse, r, c, lanes):
     row, own = BORDER_BY_BORDER + r * 2 * PLACES + c, at.OWN + r * 2 * PLACES + c
-    numbers[own] += inverse * sum_of(lanes, row)
-    numbers[own + PLACES] += inverse * sum_of(lanes, row + PLACES)
+    add_sum(numbers, own, inverse, lanes, row)
+    add_sum(numbers, own + PLACES, inverse, lanes, row + PLACES)
 
 
 @lean_kernel
@@ -204,8 +204,8 @@ def border_known(g, border, blocks):
             increase_vector(lanes, SOLUTION + VELOCITY, k, by_places(ring, lanes, 0, k, places))
             increase_vector(lanes, SOLUTION + SPIN, k, by_places(ring, lanes, 3, k, places))
         for r in range(at.ring_places(ring)):
-            numbers[at.SOLUTION + PLACES + r] += sum_of(lanes, SHARES + r)
-        numbers[at.SOLUTION + PLACES + CAGE] += sum_of(lanes, SHARES + CAGE)
+            add_sum(numbers, at.SOLUTION + PLACES + r, 1.0, lanes, SHARES + r)
+        add_sum(numbers, at.SOLUTION + PLACES + CAGE, 1.0, lanes, SHARES + CAGE)
 
 
 @inlined

@@ -60,9 +60,9 @@ def _impulse(bearing, law, begin, end, step):
 def _gaps(bearing, lanes):
     """Puts approaches at the outer raceway at both ends of steps, and the lesser of what is borne by.
 
-    A loop by itself, which takes all lanes at once.
+    A loop by itself, which takes all lanes at once: a short one of known length LLVM would unroll before it looks.
     """
-    for k in range(LANES):
+    for k in range(min(LANES, len(lanes))):
         begin = outer_approach(bearing, get(lanes, START + AXIS_DISTANCE, k), get(lanes, START + HEIGHT, k))
         end = outer_approach(bearing, get(lanes, END + AXIS_DISTANCE, k), get(lanes, END + HEIGHT, k))
         before, after = _borne(bearing, bearing.outer.law, begin, end, get(lanes, STEP, k))

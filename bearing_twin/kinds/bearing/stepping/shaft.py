@@ -45,13 +45,14 @@ from bearing_twin.numerics.lanes import (
     RIGHT,
     SOLUTION,
     STATE_SPAN,
+    add_sum,
     clear_rows,
     get,
     get_vector,
     increase,
     multiply_rows,
     put,
-    sum_of,
+    with_sum,
 )
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import dot
@@ -124,12 +125,12 @@ def _find_answers(shaft, drive, bearing, border, time, blocks):
     own = -shaft.damping
     for block in range(len(blocks)):
         lanes = blocks[block]
-        own += sum_of(lanes, SHAFT_OWN)
+        own = with_sum(own, 1.0, lanes, SHAFT_OWN)
         multiply_rows(lanes, SHAFT_BY_BALL, SHAFT_BY_BORDER, inverse)
         for i in range(PLACES):
-            numbers[at.BY_SHAFT + PLACES + i] += numbers[at.INVERSE + i] * sum_of(lanes, SHARES + i)
+            add_sum(numbers, at.BY_SHAFT + PLACES + i, numbers[at.INVERSE + i], lanes, SHARES + i)
         for i in range(2 * PLACES):
-            numbers[at.SHAFT_ROW + i] += inverse * sum_of(lanes, SHAFT_BY_BORDER + i)
+            add_sum(numbers, at.SHAFT_ROW + i, inverse, lanes, SHAFT_BY_BORDER + i)
     own += answer_to_spin(border.land, drive.speed, numbers)
     for i in range(2 * PLACES):
         numbers[at.SHAFT_ROW + i] += inverse * numbers[at.LAND_TURN + i]
@@ -153,7 +154,7 @@ def _of_solution(numbers, blocks):
             velocity = dot(get_vector(lanes, SHAFT_BY_BALL + VELOCITY, k), get_vector(lanes, SOLUTION + VELOCITY, k))
             spin = dot(get_vector(lanes, SHAFT_BY_BALL + SPIN, k), get_vector(lanes, SOLUTION + SPIN, k))
             put(lanes, SHARES, k, place + velocity + spin)
-        found += sum_of(lanes, SHARES)
+        found = with_sum(found, 1.0, lanes, SHARES)
     return found
 
 
