@@ -84,16 +84,15 @@ class BearingDoubt:
         """The errors of these figures so far."""
         law = law_error(self.parameters, self.choice.law, *self.curvatures, self.load)
         law, found = None if law is None else np.abs(law), {}
-        for key, parts in self._method(figures).items():
-            found.setdefault(key, {}).update({METHOD: parts})
-        if law is not None:
-            for key, error in self._by_load(figures, law, LAW).items():
-                found.setdefault(key, {})[LAW] = error
         width = np.array([half_space_error(self.parameters, figures[f"semi_major_{side}_m"]) for side in SIDES]).T
-        for key, error in self._by_load(figures, width, LEFT_OUT).items():
-            found.setdefault(key, {})[LEFT_OUT] = error
-        for key, error in self._friction(figures).items():
-            found.setdefault(key, {})[FRICTION_MODEL] = error
+        for source, errors in (
+            (METHOD, self._method(figures)),
+            (LAW, {} if law is None else self._by_load(figures, law, LAW)),
+            (LEFT_OUT, self._by_load(figures, width, LEFT_OUT)),
+            (FRICTION_MODEL, self._friction(figures)),
+        ):
+            for key, error in errors.items():
+                found.setdefault(key, {})[source] = error
         if not any(map(any, (figures[key] for key in OUT_OF_PLANE))):
             found |= {key: {source: [0.0, 0.0] for source in found[key]} for key in TILTING if key in found}
         mends = {LAW: HERTZ_MENDS, METHOD: self._mend()}
@@ -103,8 +102,7 @@ class BearingDoubt:
         horizon, wanted = self.growth.horizon, self.parameters.wanted.tolerance * float(self.load.max())
         # Loads cancel in what is left for the ring, which is judged as they are.
         spared = {"ring_force_n": wanted, "ring_moment_nm": 0.5 * self.parameters.geometry.pitch_diameter * wanted}
-        promises = self._promises(law, horizon)
-        return Errors(found, promises, self._notes(), mends, spent, horizon, SUMS, spared)
+        return Errors(found, self._promises(law, horizon), self._notes(), mends, spent, horizon, SUMS, spared)
 
     @property
     def _known(self) -> bool:
@@ -169,8 +167,7 @@ class BearingDoubt:
     def _at_rest(self) -> list[SceneWorth]:
         """The scene's equilibria under the loads that its run begins and ends with."""
         ends = 0.0, float(self.parameters.run.duration)
-        found = (worth_of_scene(self.parameters, self.choice.law, time) for time in ends)
-        return [one for one in found if one is not None]
+        return list(filter(None, (worth_of_scene(self.parameters, self.choice.law, time) for time in ends)))
 
     def _worth(self, source: str) -> Worth | None:
         """What an error of contacts does to the nearest equilibrium; None where none stands for the run."""
