@@ -1,7 +1,7 @@
 """Tests in processes side by side: `--side-by-side 2`. Each is a fork of the one that has imported and collected all.
 
-A fork takes a file whole when it has nothing left to do, so that tests share what their file's fixtures made. What
-becomes of each test it tells the first process, which judges, prints and counts as if it had run it. Where a fork ends
+A fork takes a file whole when it has nothing left to do, so that tests share what their file's fixtures made; files that
+share more are taken together. What becomes of each test it tells the first process, which judges, prints and counts as if it had run it. Where a fork ends
 in the middle of a test, that test has failed, and another fork goes on with the next.
 """
 
@@ -38,11 +38,13 @@ class SideBySide:
         """Runs all tests; None where there is nothing to run, which pytest's own loop knows to tell."""
         if session.testsfailed or self.config.option.collectonly:
             return None
-        self._session, items = session, session.items
-        self._files = {
-            group[0]: group[-1] + 1
-            for group in (list(one) for _, one in itertools.groupby(range(len(items)), lambda k: items[k].path))
-        }
+        self._session, together = session, {}
+        for _, file in itertools.groupby(session.items, lambda item: item.path):
+            tests = list(file)
+            together.setdefault(shared_by(tests), []).extend(tests)
+        session.items[:] = itertools.chain(*together.values())
+        ends = list(itertools.accumulate(map(len, together.values())))
+        self._files = dict(zip([0, *ends], ends, strict=False))  # the end of each by its beginning
         self._taken, waiting = os.pipe()
         for first in self._files:
             os.write(waiting, first.to_bytes(_NUMBER, "little"))
@@ -151,6 +153,14 @@ class SideBySide:
             self.config.hook.pytest_runtest_protocol(item=items[now], nextitem=after)
         self._session._setupstate.teardown_exact(None)  # where others stopped it
         self._shared[1 + 2 * number] = NOTHING
+
+
+def shared_by(tests: list[pytest.Item]):
+    """What tests of a file share with those of others: a process that forks programs, or syntax trees; else the file."""
+    if any("quick_starts" in test.fixturenames for test in tests):
+        return "programs"
+    sources = (getattr(one, "__module__", getattr(one, "__name__", "")) for one in vars(tests[0].module).values())
+    return "trees" if {"sources", "wanted"} & set(map(str, sources)) else tests[0].path
 
 
 class _Teller:
