@@ -1,16 +1,19 @@
 """Tests in processes side by side: `--side-by-side 2`. Each is a fork of the one that has imported and collected all.
 
-A fork takes a file whole when it has nothing left to do, so that tests share what their file's fixtures made; files that
-share more are taken together. What becomes of each test it tells the first process, which judges, prints and counts as if it had run it. Where a fork ends
-in the middle of a test, that test has failed, and another fork goes on with the next.
+A fork takes a file whole when it has nothing left to do, so that tests share what their file's fixtures made; files
+that share more are taken together. What becomes of each test it tells the first process, which judges, prints and
+counts as if it had run it. Where a fork ends in the middle of a test, that test has failed, and another fork goes on
+with the next.
 """
 
 import contextlib
+import ctypes
 import itertools
 import mmap
 import multiprocessing
 import os
 import signal
+import sys
 import traceback
 import warnings
 from collections.abc import Iterator
@@ -134,6 +137,8 @@ class SideBySide:
         factory._basetemp = factory.getbasetemp() / str(os.getpid())
         factory._basetemp.mkdir()
         domains.begin_at(number / self.count)
+        if "bearing_twin.stopping" in sys.modules:
+            _notice_signals_alone(sys.modules["bearing_twin.stopping"])
 
     def _tests(self, first: int) -> Iterator[int]:
         """The tests of a fork: what is left of one file, then files that no other has taken."""
@@ -156,11 +161,25 @@ class SideBySide:
 
 
 def shared_by(tests: list[pytest.Item]):
-    """What tests of a file share with those of others: a process that forks programs, or syntax trees; else the file."""
+    """What tests of a file share with those of others: a process that forks programs, syntax trees; else their file."""
     if any("quick_starts" in test.fixturenames for test in tests):
         return "programs"
     sources = (getattr(one, "__module__", getattr(one, "__name__", "")) for one in vars(tests[0].module).values())
     return "trees" if {"sources", "wanted"} & set(map(str, sources)) else tests[0].path
+
+
+def _notice_signals_alone(stopping) -> None:
+    """Gives a fork a byte of its own at which loops look for signals, in the place of the one that all forks share."""
+    file, place = os.memfd_create("signals", os.MFD_CLOEXEC), stopping.SIGNALLED.ctypes.data
+    os.ftruncate(file, 1)
+    os.set_blocking(file, False)
+    os.dup2(file, stopping._FILE, inheritable=False)
+    os.close(file)
+    map_memory, fixed = ctypes.CDLL(None).mmap, 0x10  # MAP_FIXED, which Python does not know
+    map_memory.restype = ctypes.c_void_p
+    map_memory.argtypes = ctypes.c_void_p, ctypes.c_size_t, *[ctypes.c_int] * 3, ctypes.c_long
+    how = mmap.PROT_READ | mmap.PROT_WRITE, mmap.MAP_SHARED | fixed, stopping._FILE, 0
+    assert map_memory(place, mmap.PAGESIZE, *how) == place
 
 
 class _Teller:
