@@ -61,6 +61,7 @@ class SideBySide:
                     self._hear(pipe)
                 self._shared[0] = bool(session.shouldfail or session.shouldstop)
         finally:
+            self._shared[0] = True
             for pipe, (_, pid) in self._running.items():
                 os.kill(pid, signal.SIGINT)
                 os.waitpid(pid, 0)
