@@ -1,16 +1,19 @@
 """Tests in processes side by side: `--side-by-side 2`. Each is a fork of the one that has imported and collected all.
 
-A fork takes a file whole when it has nothing left to do, so that tests share what their file's fixtures made. What becomes
-of each test it tells the first process, which judges, prints and counts as if it had run it. Where a fork ends in the
-middle of a test, that test has failed, and another fork goes on with the next.
+A fork takes a file whole when it has nothing left to do, so that tests share what their file's fixtures made; files
+that share more are taken together. What becomes of each test it tells the first process, which judges, prints and
+counts as if it had run it. Where a fork ends in the middle of a test, that test has failed, and another fork goes on
+with the next.
 """
 
 import contextlib
+import ctypes
 import itertools
 import mmap
 import multiprocessing
 import os
 import signal
+import sys
 import traceback
 import warnings
 from collections.abc import Iterator
@@ -38,11 +41,13 @@ class SideBySide:
         """Runs all tests; None where there is nothing to run, which pytest's own loop knows to tell."""
         if session.testsfailed or self.config.option.collectonly:
             return None
-        self._session, items = session, session.items
-        self._files = {
-            group[0]: group[-1] + 1
-            for group in (list(one) for _, one in itertools.groupby(range(len(items)), lambda k: items[k].path))
-        }
+        self._session, together = session, {}
+        for _, file in itertools.groupby(session.items, lambda item: item.path):
+            tests = list(file)
+            together.setdefault(shared_by(tests), []).extend(tests)
+        session.items[:] = itertools.chain(*together.values())
+        ends = list(itertools.accumulate(map(len, together.values())))
+        self._files = dict(zip([0, *ends], ends, strict=False))  # the end of each by its beginning
         self._taken, waiting = os.pipe()
         for first in self._files:
             os.write(waiting, first.to_bytes(_NUMBER, "little"))
@@ -56,6 +61,7 @@ class SideBySide:
                     self._hear(pipe)
                 self._shared[0] = bool(session.shouldfail or session.shouldstop)
         finally:
+            self._shared[0] = True
             for pipe, (_, pid) in self._running.items():
                 os.kill(pid, signal.SIGINT)
                 os.waitpid(pid, 0)
@@ -117,7 +123,7 @@ class SideBySide:
             os._exit(0)
 
     def _become(self, number: int, pipe: connection.Connection) -> None:
-        """What is of the first process alone is taken from a fork: what it prints, files of captured streams, folders."""
+        """Takes from a fork what is of the first process alone: the printer, files of captured streams, folders."""
         plugins = self.config.pluginmanager
         teller = _Teller(self.config, pipe, plugins.unregister(name="terminalreporter")._tw)
         plugins.register(teller, "terminalreporter")
@@ -132,6 +138,8 @@ class SideBySide:
         factory._basetemp = factory.getbasetemp() / str(os.getpid())
         factory._basetemp.mkdir()
         domains.begin_at(number / self.count)
+        if "bearing_twin.stopping" in sys.modules:
+            _notice_signals_alone(sys.modules["bearing_twin.stopping"])
 
     def _tests(self, first: int) -> Iterator[int]:
         """The tests of a fork: what is left of one file, then files that no other has taken."""
@@ -151,6 +159,28 @@ class SideBySide:
             self.config.hook.pytest_runtest_protocol(item=items[now], nextitem=after)
         self._session._setupstate.teardown_exact(None)  # where others stopped it
         self._shared[1 + 2 * number] = NOTHING
+
+
+def shared_by(tests: list[pytest.Item]):
+    """What tests of a file share with those of others: a process that forks programs, syntax trees; else their file."""
+    if any("quick_starts" in test.fixturenames for test in tests):
+        return "programs"
+    sources = (getattr(one, "__module__", getattr(one, "__name__", "")) for one in vars(tests[0].module).values())
+    return "trees" if {"sources", "wanted"} & set(map(str, sources)) else tests[0].path
+
+
+def _notice_signals_alone(stopping) -> None:
+    """Gives a fork a byte of its own at which loops look for signals, in the place of the one that all forks share."""
+    file, place = os.memfd_create("signals", os.MFD_CLOEXEC), stopping.SIGNALLED.ctypes.data
+    os.ftruncate(file, 1)
+    os.set_blocking(file, False)
+    os.dup2(file, stopping._FILE, inheritable=False)
+    os.close(file)
+    map_memory, fixed = ctypes.CDLL(None).mmap, 0x10  # MAP_FIXED, which Python does not know
+    map_memory.restype = ctypes.c_void_p
+    map_memory.argtypes = ctypes.c_void_p, ctypes.c_size_t, *[ctypes.c_int] * 3, ctypes.c_long
+    how = mmap.PROT_READ | mmap.PROT_WRITE, mmap.MAP_SHARED | fixed, stopping._FILE, 0
+    assert map_memory(place, mmap.PAGESIZE, *how) == place
 
 
 class _Teller:

@@ -1,8 +1,8 @@
 """What is compiled is kept, compiled anew when it changed and only then, and its cache never ends a program.
 
 Each start imports `tiny`, a package of kernels made in a folder of the test, and tells which of its functions it
-compiled. Where processes are what is tested it is one, forked so that Numba is there already; else this process forgets
-all that it knows of `tiny` and of its cache.
+compiled. Where processes or their objects count it is one, forked so that Numba is there already; else this process
+forgets all that it knows of `tiny` and of its cache.
 """
 
 import contextlib
@@ -282,8 +282,8 @@ def test_classes_of_one_name_are_kept_apart(root):
     for name in ("one", "two"):
         text += f"def of_{name}():\n    return left(({name}.Pair(left=1.0, right=2.0),))\n\n\n"
     (root / "tiny" / "reader.py").write_text(text)
-    assert started_here(root, [("reader.of_one",)]) == ([1.0], ["left"], "")
-    assert started_here(root, [("reader.of_one",), ("reader.of_two",)]) == ([1.0, 1.0], ["left"], "")
+    assert started(root, [("reader.of_one",)]) == ([1.0], ["left"], "")
+    assert started(root, [("reader.of_one",), ("reader.of_two",)]) == ([1.0, 1.0], ["left"], "")
 
 
 def test_nothing_is_kept_for_a_function_handed_over(root, cache):
@@ -292,7 +292,7 @@ def test_nothing_is_kept_for_a_function_handed_over(root, cache):
         "@kernel\ndef applied(function, x):\n    return function(x)\n\n\ndef run():\n    return applied(twice, 1.0)\n"
     )
     (root / "tiny" / "taker.py").write_text(text)
-    assert started_here(root, [("taker.run",)]) == ([3.0], ["applied", "twice"], "")
+    assert started(root, [("taker.run",)]) == ([3.0], ["applied", "twice"], "")
     assert files(cache) == []
 
 
@@ -315,11 +315,11 @@ def test_other_types_and_values_in_a_closure_are_kept_apart(root):
     text += "by = _by(_all[2])\n"
     (root / "tiny" / "powers.py").write_text(text)
     calls = [("powers.both", 2.0), ("powers.both", 3)]
-    assert started_here(root, calls) == ([[4.0, 8.0], [9, 27]], ["power"], "")
-    assert started_here(root, calls) == ([[4.0, 8.0], [9, 27]], [], "")
+    assert started(root, calls) == ([[4.0, 8.0], [9, 27]], ["power"], "")
+    assert started(root, calls) == ([[4.0, 8.0], [9, 27]], [], "")
     # What a function in a closure is made of, nobody can tell from this module's sources.
     for _ in range(2):
-        assert started_here(root, [("powers.by", 3.0)]) == ([9.0], ["applied"], "")
+        assert started(root, [("powers.by", 3.0)]) == ([9.0], ["applied"], "")
 
 
 def _other_format(content):

@@ -56,7 +56,12 @@ def shortened(name):
     """Overrides that keep a scene short, and its log: figures come from outputs, not from what is published."""
     short = [f"run.duration={SHORTER[name]}"] if name in SHORTER else []
     run = load_scene(name, short).parameters.run
-    return [*short, f"run.publish_rate={run.publish_rate / 10.0!r}"] if run.publish_rate == run.output_rate else short
+    return [*short, f"run.publish_rate={run.publish_rate / 50.0!r}"] if run.publish_rate == run.output_rate else short
+
+
+def words_of(name):
+    """The words of a command that keep a scene short."""
+    return [word for change in shortened(name) for word in ("--set", change)]
 
 
 @cache
@@ -85,8 +90,7 @@ def asked(capsys, *words, code=DONE):
 @pytest.mark.parametrize("name", scene_names())
 def test_a_run_and_its_log_report_the_same_to_the_bit(name, tmp_path, capsys):
     log = tmp_path / "run.mcap"
-    changes = [word for change in shortened(name) for word in ("--set", change)]
-    simulated, _ = asked(capsys, "simulate", name, *changes, "--out", log)
+    simulated, _ = asked(capsys, "simulate", name, *words_of(name), "--out", log)
     reported, _ = asked(capsys, "report", log)
     assert set(simulated) - set(reported) == OF_THE_RUN
     assert set(reported) - set(simulated) == OF_THE_LOG
@@ -318,7 +322,7 @@ def test_python_the_command_line_and_studies_judge_energy_alike(share, word, mon
     run = simulate(name)
     assert sum(map(len, run.blocks())) == run.outputs
     assert run.report.status == ("failed: energy" if failed else "doubtful: peaks, forces")
-    for words in (["simulate", name, "--out", log], ["report", log]):
+    for words in (["simulate", name, *words_of(name), "--out", log], ["report", log]):
         result, err = asked(capsys, *words)  # without --strict all that ends is done
         assert result["status"] == run.report.status
         assert result["energy_closure"] == pytest.approx(share, rel=1e-12)
@@ -356,7 +360,8 @@ def test_an_impact_is_solved_once_a_run(name, monkeypatch, tmp_path):
     module, calls = f"bearing_twin.kinds.{IMPACTS[name]}", []
     solve = __import__(module, fromlist=["solve"]).solve
     monkeypatch.setattr(f"{module}.solve", lambda *arguments: calls.append(name) or solve(*arguments))
-    assert main(["simulate", name, "--out", str(tmp_path / "a.mcap"), "--plot", str(tmp_path / "a.png")]) == DONE
+    files = ["--out", str(tmp_path / "a.mcap"), "--plot", str(tmp_path / "a.png")]
+    assert main(["simulate", name, *words_of(name), *files]) == DONE
     assert len(calls) == 1
     run = simulate(name)
     assert len(calls) == 1  # nothing is computed before it is asked for

@@ -45,10 +45,12 @@ SUMMARIES = (DEEP, "[]", "{}", '{"samples": {}}', json.dumps({"quantities": {ESC
 
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory):
-    """A log of a run and one of a study."""
+    """A log of a run and one of a study, short ones: each test writes one again and reads it four times."""
     folder = tmp_path_factory.mktemp("logs")
-    write_log(simulate(load_scene("two_spheres")), folder / "run.mcap")
-    write_study(run_study(load_study("spheres_alpha_4e-5", ["sweep=", "histories=[]"])), folder / "study.mcap")
+    few = ["run.output_rate=5e5", "run.publish_rate=5e5"]
+    write_log(simulate(load_scene("two_spheres", few)), folder / "run.mcap")
+    few = ["sweep=", "histories=[]", "samples=250"]
+    write_study(run_study(load_study("spheres_alpha_4e-5", few)), folder / "study.mcap")
     return folder
 
 

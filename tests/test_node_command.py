@@ -46,14 +46,19 @@ def test_the_nodes_that_can_be_started_are_the_executables():
 @pytest.mark.parametrize("verb", node_command.VERBS, ids=lambda verb: " ".join(verb.words))
 def test_examples_of_the_help_are_legal(verb):
     words = ["node", *verb.words, *shlex.split(verb.example)]
-    assert cli._parsers()[0].parse_args(words).run_verb is verb.run
+    assert parser().parse_args(words).run_verb is verb.run
+
+
+@functools.cache
+def parser():
+    return cli._parsers("node")[0]
 
 
 def test_a_short_word_does_what_the_long_one_does():
     for short, full in node_command.SHORT.items():
         verb = node_command._verb(full)
         words = [*["word"] * len([name for name, _ in verb.arguments if not name.endswith("?")])]
-        assert cli._parsers()[0].parse_args(["node", *short, *words]).run_verb is verb.run
+        assert parser().parse_args(["node", *short, *words]).run_verb is verb.run
 
 
 @pytest.fixture(scope="module")

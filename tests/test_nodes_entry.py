@@ -30,10 +30,11 @@ def run(name, *arguments, python=(), **environment):
     )
 
 
-def without(module, name):
-    """Arguments for Python that call an executable where `module` cannot be imported."""
+def without(module, *names):
+    """Arguments for Python that call executables, one after another, where `module` cannot be imported."""
     hidden = f"import sys; sys.modules[{module!r}] = None"
-    return ("-c", f"{hidden}; from bearing_twin.nodes import entry; sys.exit(entry.{name}())")
+    codes = ", ".join(f"entry.{name}()" for name in names)
+    return ("-c", f"{hidden}; from bearing_twin.nodes import entry; sys.exit(*{{{codes}}})")
 
 
 def one_sentence(result, *words):
@@ -134,19 +135,29 @@ def test_a_node_interrupted_while_it_imports_ends_quietly(number):
     assert (result.returncode, result.stderr) == (0, "")
 
 
-@pytest.mark.parametrize("name", ["sim_node", "recorder_node", "replay_node", "uq_node"])
-def test_a_missing_interface_package_is_named(name):
-    result = run(name, python=without("bearing_twin_msgs", name))
-    one_sentence(result, "the interface package bearing_twin_msgs cannot be imported", "make setup")
+def test_a_missing_interface_package_is_named():
+    names = "sim_node", "recorder_node", "replay_node", "uq_node"
+    said = run("", python=without("bearing_twin_msgs", *names))
+    for name, line in zip(names, said.stderr.splitlines(), strict=True):
+        one = subprocess.CompletedProcess(name, said.returncode, "", f"{line}\n")
+        one_sentence(one, f"{name}: ", "the interface package bearing_twin_msgs cannot be imported", "make setup")
 
 
 def test_a_missing_ros_is_named():
     one_sentence(run("", python=without("rclpy", "sim_node")), "ROS 2 cannot be imported", "source env.bash")
 
 
-def test_a_missing_python_package_is_named():
-    missing = run("", python=without("numba", "uq_node"))
-    one_sentence(missing, "uq_node: the Python package numba is not installed", "rosdep")
+def test_a_missing_python_package_is_named(here, monkeypatch):
+    """By the import of a node; tests/test_journeys.py tries it where there is really none."""
+    found = importlib.import_module
+
+    def import_module(name):
+        if name.endswith("uq_node"):
+            raise ModuleNotFoundError("No module named 'numba'", name="numba")
+        return found(name)
+
+    monkeypatch.setattr(importlib, "import_module", import_module)
+    one_sentence(here("uq_node"), "uq_node: the Python package numba is not installed", "rosdep")
 
 
 def test_the_executables_of_the_package_are_these():

@@ -95,7 +95,7 @@ def test_links_lead_somewhere(page):
 def shortened(words, short=SHORT):
     """The words of a command that takes little time, and whether it is to be run or only read."""
     command = words[0]
-    arguments = cli._parsers()[0].parse_args(words)
+    arguments = cli._parsers(command)[0].parse_args(words)
     if command == "node":
         return words, False  # tests/test_journeys.py runs them
     if command == "simulate":

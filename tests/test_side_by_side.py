@@ -9,7 +9,16 @@ from pathlib import Path
 
 FILES = {
     "ends": (
-        "import os, signal, pytest",
+        "import os, signal, time, pytest",
+        "from bearing_twin.stopping import SIGNALLED, heeding_signals",
+        "def test_alone():",
+        "    for _ in range(100):",
+        "        assert SIGNALLED[0] == 0",
+        "        time.sleep(0.01)",
+        "    with heeding_signals():",
+        "        signal.signal(signal.SIGUSR1, lambda *_: None)",
+        "        signal.raise_signal(signal.SIGUSR1)",
+        "        assert SIGNALLED[0] == signal.SIGUSR1",
         "TORN_DOWN = []",
         "@pytest.fixture(scope='module')",
         "def made():",
@@ -23,6 +32,10 @@ FILES = {
     ),
     "other": (
         "import os, sys, warnings, pytest",
+        "from bearing_twin.stopping import SIGNALLED, heeding_signals",
+        "def test_alone():",
+        "    assert SIGNALLED[0] == 0",
+        "    SIGNALLED[:] = 1",
         "def test_wrong():",
         "    print('to be seen')",
         "    warnings.warn('take care')",
@@ -56,7 +69,7 @@ def test_every_test_is_told_of_once_and_one_that_ends_its_process_has_failed(tmp
     out, code = run(tmp_path, FILES)
     assert code == 1, out
     last = out.splitlines()[-1]
-    assert re.search(r"3 failed, 4 passed, 1 skipped, 1 xfailed, 1 warning, 1 error in", last), out
+    assert re.search(r"3 failed, 6 passed, 1 skipped, 1 xfailed, 1 warning, 1 error in", last), out
     killed = "the process of this test ended in the middle of it, by signal SIGKILL"
     assert f"failed: test_ends.py::test_killed (call, 0 s)\n{killed}" in out
     assert "FAILED test_ends.py::test_left" in out

@@ -14,9 +14,16 @@ from torture_rows import until
 
 SHARES = {"kill": 0.04, "cut": 0.005, "flip": 0.01, "mutant": 0.03, "bomb": 0.03, "size": 0.02, "report": 0.02}
 TIMED = ("bomb", "report")  # where survival is a matter of seconds: measured by `make torture` alone
+SLOW = ("kill", "bomb")  # processes that are killed, or have little memory: tests/test_log_damage.py has one of each
 
 
-@pytest.mark.parametrize("row", [*LOGS, *INPUTS], ids=lambda row: row.name)
+@pytest.mark.parametrize(
+    "row",
+    [
+        pytest.param(row, id=row.name, marks=[pytest.mark.environment] if row.name in SLOW else [])
+        for row in (*LOGS, *INPUTS)
+    ],
+)
 def test_a_short_torture_is_survived(row, tmp_path):
     found = row.run(SHARES.get(row.name, 0.05), tmp_path)
     assert found.tried > 0

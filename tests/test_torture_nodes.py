@@ -6,10 +6,8 @@ from torture_nodes import cancels, ends, frozen, goals, hostile, restarts, soak
 from torture_stops import stops
 
 SHARES = {hostile: 0.03, frozen: 0.1}  # of others the least there is
-SLOW = (
-    soak,
-    restarts,
-)  # three nodes as processes each; that logs of nodes that are ended are whole other tests show, too
+# Processes are started, ended and stopped. That nodes end with whole logs, and goals with answers, other tests show.
+SLOW = (soak, restarts, goals, frozen, ends, stops)
 
 
 @pytest.mark.parametrize(

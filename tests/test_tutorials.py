@@ -47,7 +47,7 @@ def follow(line, capsys) -> bool:
         return False
     assert line.startswith("bearing_twin "), line
     words = words_of(FEWER.sub(r"\g<1>12", line))
-    cli._parsers()[0].parse_args(words)
+    cli._parsers(words[0])[0].parse_args(words)
     if words[0] == "node":
         return False
     if words[0] == "study" and "--list" not in words:

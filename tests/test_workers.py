@@ -33,7 +33,7 @@ TOY = {
 WAYS = {"a fork": ("fork", True, 0), "afresh, then forks": ("spawn", True, 1), "all afresh": ("spawn", False, 2)}
 
 
-@pytest.fixture(params=WAYS)
+@pytest.fixture(params=["a fork", "afresh, then forks", pytest.param("all afresh", marks=pytest.mark.environment)])
 def way(request, monkeypatch):
     method, forks, _ = WAYS[request.param]
     monkeypatch.setattr(workers, "FORKS", forks)
