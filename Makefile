@@ -137,7 +137,7 @@ check: base $(TOOLS)
 	@source env.bash && python tests/wanted.py
 
 # Files of tests go to two processes, each file whole, so that its tests share what its fixtures made.
-SIDE_BY_SIDE := --side-by-side 2
+SIDE_BY_SIDE := --numprocesses 2 --dist loadfile
 
 # With CI set no ROS test may be skipped: a missing ROS is then an error.
 test: setup $(STAMPS)/variants

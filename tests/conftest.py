@@ -13,7 +13,6 @@ import pytest
 import starts
 from domains import own_domain
 from hypothesis import settings
-from side_by_side import SideBySide
 
 from bearing_twin.processors import one_processor
 
@@ -143,7 +142,6 @@ def pytest_addoption(parser):
     parser.addoption(
         "--until", type=float, metavar="S", help="begin no test that would end later than S seconds after the first"
     )
-    parser.addoption("--side-by-side", type=int, default=0, metavar="N", help="files of tests go to N processes")
     parser.addoption("--always", default="", metavar="FILES", help="test files that neither leaves out")
 
 
@@ -198,15 +196,13 @@ def pytest_runtest_logreport(report):
 @pytest.hookimpl(trylast=True)
 def pytest_configure(config):
     config.pluginmanager.register(Named(config), "names of what fails")
-    if count := config.getoption("side_by_side"):
-        config.pluginmanager.register(SideBySide(config, count))
 
 
 class Named:
     """Says at once what failed: of a run that is cut off, nothing else would tell."""
 
     def __init__(self, config):
-        self.terminal = config.pluginmanager.get_plugin("terminalreporter")
+        self.terminal = None if hasattr(config, "workerinput") else config.pluginmanager.get_plugin("terminalreporter")
 
     def pytest_runtest_logreport(self, report):
         if report.failed and self.terminal:
@@ -218,7 +214,7 @@ class Named:
 def pytest_sessionfinish(session):
     for one in starts.STEM:
         one.end()
-    if TIMES and hasattr(session.config, "cache"):
+    if TIMES and hasattr(session.config, "cache") and not hasattr(session.config, "workerinput"):
         session.config.cache.set(TOOK, session.config.cache.get(TOOK, {}) | TIMES)
 
 

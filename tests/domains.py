@@ -15,12 +15,6 @@ FIRST_PORT, PORTS = 7400, 250  # of domain 0, and how many each domain has
 _next = os.getpid() % COUNT
 
 
-def begin_at(share: float) -> None:
-    """Lets this process take its domains from `share` of all on, 0 to 1, so that forks of one go separate ways."""
-    global _next
-    _next = (_next + int(share * COUNT)) % COUNT
-
-
 @contextmanager
 def own_domain() -> Iterator[int]:
     """A domain in which nobody else on this machine is; another one each time, for last messages outlive a node."""

@@ -57,7 +57,7 @@ def test_the_core_exists():
     [("within=0.4", 3, 1), ("until=0", 2, 2), ("until=1e9", 4, 0)],
 )
 def test_what_does_not_fit_is_left_out_and_said(tmp_path, limit, passed, left_out):
-    for name in ("conftest.py", "domains.py", "forks.py", "side_by_side.py", "starts.py"):
+    for name in ("conftest.py", "domains.py", "forks.py", "starts.py"):
         shutil.copy(Path(__file__).parent / name, tmp_path)
     for name in ("always", "other"):
         (tmp_path / f"test_{name}.py").write_text("def test_a():\n    pass\n\n\ndef test_b():\n    pass\n")

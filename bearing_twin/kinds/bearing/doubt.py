@@ -28,6 +28,7 @@ from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LE
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
+LOADS_OF = "normal_load", "greatest_normal_load"
 TILTING = "ring_moment_nm", "misalignment_rad"
 SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
 OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
@@ -296,6 +297,3 @@ class BearingDoubt:
                 f"would add, not what the motion makes of it; contact.friction: spot {built}"
             )
         return notes | self.growth.notes | left_out(self.parameters)
-
-
-LOADS_OF = ("normal_load", "greatest_normal_load")
