@@ -5,8 +5,7 @@ The matrix consists of tiles of SIDE x SIDE: `own_tile(i)` on the diagonal, `ahe
 of bodies is a row of all but one, with that one as border; whatever meets all bodies (a ring, a cage) is another block.
 
 Elimination from the first body to the last, then the border's Schur complement C - sum V_j B_j^-1 U_j. No pivoting
-between tiles, as in `block_solve`: 1/g and what resists motion make the diagonal ones regular. Bodies that do not meet
-now have tiles of zeros, which are left out: of a ring of balls seldom all touch, and its border then meets few of them.
+between tiles, as in `block_solve`: 1/g and what resists motion make the diagonal ones regular.
 """
 
 from typing import NamedTuple
@@ -24,8 +23,7 @@ SIDE = 6  # of a tile, which holds its columns one after the other
 class Chain(NamedTuple):
     """Room for so many bodies and blocks of the border: `tiles` (n, SIDE * SIDE), `right` (bodies + border, SIDE).
 
-    Bodies that are not `linked` answer to the border alone. `meets` (bodies, 1 + border) is whether the factors of a
-    body and the next, and of it and each block of the border, are not zero.
+    Bodies that are not `linked` answer to the border alone.
     """
 
     bodies: int
@@ -33,15 +31,13 @@ class Chain(NamedTuple):
     linked: bool
     tiles: np.ndarray
     right: np.ndarray
-    meets: np.ndarray
 
 
 @kernel
 def new_chain(bodies, border, linked):
     """A `Chain` of zeros."""
     count = 3 * bodies + 2 * bodies * border + border * border
-    tiles, right = np.zeros((count, SIDE * SIDE)), np.zeros((bodies + border, SIDE))
-    return Chain(bodies, border, linked, tiles, right, np.zeros((bodies, 1 + border), np.bool_))
+    return Chain(bodies, border, linked, np.zeros((count, SIDE * SIDE)), np.zeros((bodies + border, SIDE)))
 
 
 @inlined
@@ -186,37 +182,24 @@ def _subtract_vector(target, tile, vector):
         target[r] -= _mixed(tile, r, x)
 
 
-@inlined
-def _any(one, other):
-    """Whether any number of two tiles is not zero."""
-    for i in range(SIDE * SIDE):  # noqa: SIM110 - Numba takes no generator
-        if one[i] != 0.0 or other[i] != 0.0:
-            return True
-    return False
-
-
 @lean_kernel
 def factorise_chain(chain):
     """Replaces the tiles by factors for `solve_chain`; not finite where the matrix is singular."""
-    tiles, last, meets = chain.tiles, chain.bodies - 1 if chain.linked else 0, chain.meets
+    tiles, last = chain.tiles, chain.bodies - 1 if chain.linked else 0
     for i in range(chain.bodies):
         own, ahead, behind = tiles[own_tile(i)], tiles[ahead_tile(i)], tiles[behind_tile(i)]
         invert_tile(own, 0)
-        meets[i, 0] = i < last and _any(ahead, behind)
-        if meets[i, 0]:
+        if i < last:
             _multiply(own, ahead)
             _subtract(tiles[own_tile(i + 1)], behind, ahead)
         for b in range(chain.border):
-            column, row = tiles[column_tile(chain, i, b)], tiles[row_tile(chain, b, i)]
-            meets[i, 1 + b] = _any(column, row)
-            if not meets[i, 1 + b]:
-                continue
+            column = tiles[column_tile(chain, i, b)]
             _multiply(own, column)
             for a in range(chain.border):
                 _subtract(tiles[corner_tile(chain, a, b)], tiles[row_tile(chain, a, i)], column)
-            if meets[i, 0]:
+            if i < last:
                 _subtract(tiles[column_tile(chain, i + 1, b)], behind, column)
-                _subtract(tiles[row_tile(chain, b, i + 1)], row, ahead)
+                _subtract(tiles[row_tile(chain, b, i + 1)], tiles[row_tile(chain, b, i)], ahead)
     for a in range(chain.border):
         invert_tile(tiles[corner_tile(chain, a, a)], 0)
         for b in range(a + 1, chain.border):
@@ -229,14 +212,14 @@ def factorise_chain(chain):
 @lean_kernel
 def solve_chain(chain):
     """Solves for the right-hand side in `chain.right`, in place: bodies first, then the blocks of the border."""
-    tiles, right, bodies, border, meets = chain.tiles, chain.right, chain.bodies, chain.border, chain.meets
+    tiles, right, bodies, border = chain.tiles, chain.right, chain.bodies, chain.border
+    last = bodies - 1 if chain.linked else 0
     for i in range(bodies):
         _multiply_vector(tiles[own_tile(i)], right[i])
-        if meets[i, 0]:
+        if i < last:
             _subtract_vector(right[i + 1], tiles[behind_tile(i)], right[i])
         for b in range(border):
-            if meets[i, 1 + b]:
-                _subtract_vector(right[bodies + b], tiles[row_tile(chain, b, i)], right[i])
+            _subtract_vector(right[bodies + b], tiles[row_tile(chain, b, i)], right[i])
     for a in range(border):
         _multiply_vector(tiles[corner_tile(chain, a, a)], right[bodies + a])
         for b in range(a + 1, border):
@@ -245,8 +228,7 @@ def solve_chain(chain):
         for b in range(a + 1, border):
             _subtract_vector(right[bodies + a], tiles[corner_tile(chain, a, b)], right[bodies + b])
     for i in range(bodies - 1, -1, -1):
-        if meets[i, 0]:
+        if i < last:
             _subtract_vector(right[i], tiles[ahead_tile(i)], right[i + 1])
         for b in range(border):
-            if meets[i, 1 + b]:
-                _subtract_vector(right[i], tiles[column_tile(chain, i, b)], right[bodies + b])
+            _subtract_vector(right[i], tiles[column_tile(chain, i, b)], right[bodies + b])
