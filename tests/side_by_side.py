@@ -1,8 +1,8 @@
 """Tests in processes side by side: `--side-by-side 2`. Each is a fork of the one that has imported and collected all.
 
-A fork takes a file whole when it has nothing left to do, so that tests share what their file's fixtures made. What becomes
-of each test it tells the first process, which judges, prints and counts as if it had run it. Where a fork ends in the
-middle of a test, that test has failed, and another fork goes on with the next.
+A fork takes a file whole when it has nothing left to do, so that tests share what their file's fixtures made. What
+becomes of each test it tells the first process, which judges, prints and counts as if it had run it. Where a fork ends
+in the middle of a test, that test has failed, and another fork goes on with the next.
 """
 
 import contextlib
@@ -117,7 +117,7 @@ class SideBySide:
             os._exit(0)
 
     def _become(self, number: int, pipe: connection.Connection) -> None:
-        """What is of the first process alone is taken from a fork: what it prints, files of captured streams, folders."""
+        """Takes from a fork what is of the first process alone: what it prints, files of captured streams, folders."""
         plugins = self.config.pluginmanager
         teller = _Teller(self.config, pipe, plugins.unregister(name="terminalreporter")._tw)
         plugins.register(teller, "terminalreporter")
