@@ -1,7 +1,7 @@
-"""All balls with ring and cage once more, more exactly, beside a run whose balls bump into a cage.
+"""A second motion of all balls with ring and cage, more exact, beside a run whose balls bump into a cage.
 
-What such a run is off it carries on from bump to bump, and more each time, which no window shows. This goes on from
-part to part from where it got to itself, not from the run's own states: its difference from the run is all that the run
+What such a run is off it carries on from bump to bump, and more each time, which no window shows. In each part this
+motion begins where it got to in the part before, not where the run is: its difference from the run is all that the run
 is off, with what it inherits. Where both raceways carry all balls, none bumps, and nothing is integrated: how far the
 run is off stays as it is.
 """
@@ -18,7 +18,7 @@ from bearing_twin.kinds.bearing.forces.layout import LAND_WORK, MOTION, SHAFT_WO
 from bearing_twin.kinds.bearing.parameters import BearingScene
 
 STRETCHES = 4  # of a part: behind each it is seen how far the run is off
-LISTENING = [*range(WORK_DONE, LAND_WORK + 1), SHAFT_WORK]  # integrals of a border, which move nothing
+WORKS = [*range(WORK_DONE, LAND_WORK + 1), SHAFT_WORK]  # columns of a border that are integrals and move nothing
 
 
 def stretches(outputs: int) -> Iterator[Window]:
@@ -69,5 +69,5 @@ class Second:
             last = found.last
             own = ended if until else (part.filled[0][here], part.filled[2][here])
             # Errors of integrals are told of each stretch by itself.
-            last[0][:, MOTION:], last[4][LISTENING] = own[0][:, MOTION:], own[1][LISTENING]
+            last[0][:, MOTION:], last[4][WORKS] = own[0][:, MOTION:], own[1][WORKS]
         self.apart = last[0] - ended[0], last[4] - ended[1]
