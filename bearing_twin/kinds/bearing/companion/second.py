@@ -14,7 +14,7 @@ from bearing_twin.kinds.bearing.companion.beside import all_beside
 from bearing_twin.kinds.bearing.companion.departures import all_start
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part
 from bearing_twin.kinds.bearing.companion.windows import BESIDE, Window
-from bearing_twin.kinds.bearing.forces.layout import LAND_WORK, MOTION, SHAFT_WORK, WORK_DONE
+from bearing_twin.kinds.bearing.forces.layout import BORDER, COLUMNS, LAND_WORK, MOTION, SHAFT_WORK, WORK_DONE
 from bearing_twin.kinds.bearing.parameters import BearingScene
 
 STRETCHES = 4  # of a part: behind each it is seen how far the run is off
@@ -45,9 +45,15 @@ class Second:
         return [self.shown, *(one.tolist() for one in self.apart or ())]
 
     def remember(self, kept: list) -> None:
-        """Goes on from what `memory` gave; from nothing where that of an older snapshot is empty."""
-        self.shown, *apart = kept or [0.0]
-        self.apart = tuple(np.array(one, float) for one in apart) or None
+        """Goes on from what `memory` gave, from nothing where an older snapshot has none.
+
+        Raises TypeError or ValueError for that of another bearing.
+        """
+        shown, *apart = kept or [0.0]
+        apart = tuple(np.array(one, float) for one in apart)
+        if [one.shape for one in apart] not in ([], [(self.parameters.geometry.balls, COLUMNS), (BORDER,)]):
+            raise ValueError("second")
+        self.shown, self.apart = float(shown), apart or None
 
     def through(self, part: Part, ended: tuple, scales: np.ndarray) -> Iterator[tuple[Window, Found]]:
         """Stretches of a part, each with what was found; fewer where it breaks off, or nobody asks for the next.
