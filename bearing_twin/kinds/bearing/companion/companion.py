@@ -54,7 +54,7 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 BEARABLE = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed
 AT_A_TIME = 2  # balls that are followed
 FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
-THREATENED = 0.33  # ... unless it is off by the tolerance, or loose: then this share, also of a second motion
+THREATENED = 0.33  # ... unless it is off by the tolerance, or loose, or `second`: then where so many were
 BOUNCING = 0.45  # ... or would be, with a ball that bounces although nothing points to it: it may rule a short run
 DEARER = 1.35  # times the run's steps: what a companion takes, at a third of the tolerance by a method of fourth order
 KEPT = {"greatest_load": float, "steps": int, "looked": int, "parts": int, "met": int, "diverged": bool}
