@@ -20,6 +20,7 @@ from bearing_twin.kinds.bearing.companion.departures import (
     affordable,
     all_start,
     bouncing,
+    followed_as,
     loose,
     nowhere,
     taking_off,
@@ -102,10 +103,7 @@ class Companion(Looking):
         """Goes on from what `memory` gave; raises KeyError, TypeError or ValueError for anything else."""
         vars(self).update((name, kind(kept[name])) for name, kind in KEPT.items())
         self.best = np.array(kept["best"], float).reshape(POINTERS, MOST)
-        self.followed = [
-            Followed(int(ball), float(begin), tuple(np.array(array, float) for array in last), float(left))
-            for ball, begin, last, left, *_ in kept["followed"]
-        ]
+        self.followed = [followed_as(told, self.parameters.geometry.balls) for told in kept["followed"]]
         self.drift.remember(kept["drift"])
         self.second.remember(kept.get("second", []))
 
