@@ -44,11 +44,7 @@ from bearing_twin.uq.knowledge import FACTS, FORMS
 from bearing_twin.uq.sampling import SAMPLERS
 
 ROOT = Path(__file__).resolve().parent.parent
-MEASURED_TABLES = (
-    "steppers.csv",
-    "dimensions.csv",
-    "bearing_friction.csv",
-)  # of charts, read by `kinds.bearing.measured`
+MEASURED_TABLES = ("steppers.csv", "dimensions.csv", "bearing_friction.csv")  # read by `kinds.bearing.measured`
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SHIPPED = {name: kind for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")}  # not those of tests
 _PLACE = re.compile(r"(<!-- table: (\w+) -->\n)(.*?)(<!-- end -->)", flags=re.DOTALL)

@@ -11,7 +11,14 @@ from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.kinds.bearing.companion import beside
 from bearing_twin.kinds.bearing.companion.beside import all_beside, some_beside
 from bearing_twin.kinds.bearing.companion.companion import Companion
-from bearing_twin.kinds.bearing.companion.departures import SETTLING, bouncing, taking_off, to_the_end, together
+from bearing_twin.kinds.bearing.companion.departures import (
+    SETTLING,
+    bouncing,
+    followed_as,
+    taking_off,
+    to_the_end,
+    together,
+)
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, drive_later, left_over
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
@@ -19,6 +26,8 @@ from bearing_twin.kinds.bearing.companion.windows import ALL, APART, PLACE, UNKN
 from bearing_twin.kinds.bearing.forces.equations import RingDrive, approaches
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
+    BORDER,
+    CARRIED_COLUMNS,
     DISSIPATED,
     DRIVE_WORK,
     MOTION,
@@ -425,3 +434,15 @@ def test_how_far_a_ball_has_gone_round_is_no_error_that_comes_back(part):
     assert told_of(part, moved) == {"orbit_angle": pytest.approx(1e-3, rel=1e-6)}
     moved[-1, 2, AXIS_DISTANCE] += 2e-9
     assert left_over(part, WHOLE, Found(part.out, moved, (), 0), allowed) == pytest.approx(2.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("ball", [3, ALL])
+def test_who_is_followed_is_known_again_and_what_none_tells_is_refused(ball):
+    rows = 8 if ball == ALL else 1
+    last = [np.ones(shape).tolist() for shape in ((rows, COLUMNS), (rows, 4), rows, (rows, CARRIED_COLUMNS), BORDER)]
+    found = followed_as([ball, 0.5, last, 2.0], 8)
+    assert (found.ball, found.begin, found.left) == (ball, 0.5, 2.0)
+    assert [array.tolist() for array in found.last] == last
+    for told in ([8, 0.5, last, 2.0], [-2, 0.5, last, 2.0], [ball, 0.5, last[:4], 2.0], [ball, 0.5, last[::-1], 2.0]):
+        with pytest.raises(ValueError, match="followed"):
+            followed_as(told, 8)

@@ -9,7 +9,7 @@ from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.charts.bearing_variants import UNSEEN
 from bearing_twin.charts.tolerance import up_to
 from bearing_twin.kinds.bearing.companion.growth import BUMPED, Growth
-from bearing_twin.kinds.bearing.companion.second import STRETCHES, stretches
+from bearing_twin.kinds.bearing.companion.second import STRETCHES, Second, stretches
 from bearing_twin.kinds.bearing.companion.windows import ALL, BESIDE, PLACE, WINDOW, Window
 from bearing_twin.kinds.bearing.forces.layout import LAND_WORK, LOST, MOTION, SHAFT_WORK, WORK_DONE
 from bearing_twin.kinds.bearing.motion import BearingMotion
@@ -112,6 +112,14 @@ def test_it_goes_on_from_a_snapshot_to_the_bit():
     del old["companion"]["second"]  # a snapshot of before
     other.resume(old)
     assert other.companion.second.apart is None
+
+
+@pytest.mark.parametrize("told", [5, ["a"], [[1.0]], [0.0, [1.0]], [0.0, [[1.0, 2.0]], [3.0]], [0.0, "a", "b"]])
+def test_what_no_memory_is_is_refused(told):
+    second = Second(load_scene("bearing_6203", PRESSED).parameters)
+    with pytest.raises((TypeError, ValueError)):
+        second.remember(told)
+    assert second.memory() == [0.0]
 
 
 def test_it_is_the_same_however_a_run_is_cut():

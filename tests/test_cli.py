@@ -338,6 +338,11 @@ def test_a_key_that_is_given_twice_alike_is_taken(capsys):
         assert asked(capsys, "simulate", "two_spheres", *words)["simulated_s"] == pytest.approx(2e-4)
 
 
+def test_a_refusal_names_each_override_once(capsys):
+    told = refused(capsys, "simulate", "bearing_6203", "--allow-invalid", "--set", "geometry.balls=70")
+    assert told.count("solver.allow_invalid=on") == 1
+
+
 def test_a_key_is_swept_or_set(capsys):
     words = ("bearing", "6203", "--load", "0,-500,0", "--sweep", "speed=100:200:2", "--set", "drive.speed=100")
     assert "drive.speed is given by --set and by --sweep" in refused(capsys, *words)

@@ -113,6 +113,12 @@ def test_a_sum_over_time_is_told_by_what_it_sums_and_what_is_far_below_what_canc
         assert "moment 0" in judged(more, figures, "done").flags[0]
 
 
+@pytest.mark.parametrize(("before", "told"), [({"load_error": 2e-4}, 2e-4), ({"load_error": "x"}, None), ({}, None)])
+def test_what_was_predicted_is_told_where_it_is_a_number(before, told):
+    wanted = judged(Errors(promises=(promise(1.0),)), {}, "done", predicted=before).keys["wanted_errors"]
+    assert wanted["loads"].get("predicted") == told
+
+
 def test_the_first_word_of_every_status_is_in_the_table():
     for found in (judged(Errors(), {}, "done"), judged(Errors(promises=(promise(1.0),)), {}, "done")):
         assert found.status.partition(":")[0] in STATUSES

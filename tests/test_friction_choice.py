@@ -5,12 +5,13 @@ import re
 import numpy as np
 import pytest
 
+from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.measured import friction_costs
 from bearing_twin.log.mcap_log import read_log, write_log
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
+from bearing_twin.run.simulation import Simulation, simulate
 
 SHORT = ("run.duration=0.002", "run.output_rate=1000", "run.publish_rate=1000")
 
@@ -98,3 +99,24 @@ def test_a_log_keeps_what_was_chosen_and_its_report_is_that_of_the_run(tmp_path)
     same = simulate(rubbing("spot", "bearing_6203"))
     list(same.blocks())
     assert same.report.figures == run.report.figures
+
+
+def test_a_log_that_names_no_model_there_is_gets_the_one_chosen_now():
+    scene = rubbing("auto", "bearing_6203")
+    choice = choose(scene)
+    for name in ("", "hay"):
+        assert as_chosen(scene.parameters, choice._replace(friction=name)).contact.friction == "spot"
+    assert as_chosen(scene.parameters, choice._replace(friction="pade1")).contact.friction == "pade1"
+
+
+def test_what_a_run_began_with_stays_where_its_model_is_chosen_anew():
+    """Balls that go on rub as they did, though a scene that began at the new speed would have another model."""
+    asked = ("wanted.tolerance=0.02", "run.output_rate=1e4", "drive.acceleration=1e5")
+    assert choose(rubbing("auto", "bearing_6203", *asked, "drive.speed=1500")).friction == "spot"
+    simulation = Simulation(rubbing("auto", "bearing_6203", *asked))
+    begun = simulation.choice
+    simulation.advance(11)
+    simulation.set_speed(1500.0)
+    simulation.advance(5)
+    assert simulation.choice.stepper != begun.stepper
+    assert simulation.choice.friction == begun.friction == "point"

@@ -216,6 +216,7 @@ def _sweep(text: str) -> tuple[str, list[float]]:
 def _swept(arguments, given, angle, key, values) -> dict:
     """Curves over a sweep, with how its axis is shown."""
     from bearing_twin.kinds.bearing.quasi_static.sweep import curves_of
+    from bearing_twin.run.scene import gives
     from bearing_twin.units import with_unit
 
     scene = _bearing_scene(arguments)
@@ -229,7 +230,7 @@ def _swept(arguments, given, angle, key, values) -> dict:
             return _solved(arguments, given, angle, factor=value / size)
     else:
         path = SHORT_KEYS.get(key, key)
-        if any(one.partition("=")[0].strip() == path for one in arguments.set):
+        if gives(arguments.set, path):
             raise SceneError(f"{path} is given by --set and by --sweep; keep one of them")
         unit, axis = _axis_of(scene, path, values)
 

@@ -64,14 +64,13 @@ def overrides_of(arguments: argparse.Namespace, **keys: str) -> list[str]:
     """
     from bearing_twin.run.scene import refuse_another
 
-    given = {key: getattr(arguments, option) for option, key in keys.items()}
-    if ALLOW_INVALID[1]["const"] in arguments.set:
-        key, _, value = ALLOW_INVALID[1]["const"].partition("=")
-        given[key] = value
+    given = {key: value for option, key in keys.items() if (value := getattr(arguments, option)) is not None}
     for key, value in given.items():
-        if value is not None:
-            refuse_another(key, value, arguments.set)
-    return [*arguments.set, *(f"{key}={value}" for key, value in given.items() if value is not None)]
+        refuse_another(key, value, arguments.set)
+    if (allowed := ALLOW_INVALID[1]["const"]) in arguments.set:
+        key, _, value = allowed.partition("=")
+        refuse_another(key, value, arguments.set)
+    return [*arguments.set, *(f"{key}={value}" for key, value in given.items())]
 
 
 def listed(what: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:

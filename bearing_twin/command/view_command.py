@@ -116,7 +116,7 @@ def _of_log(arguments) -> tuple[dict[str, Any], str]:
 
 def _of_scene(arguments) -> tuple[dict[str, Any], str]:
     """The page of a run, as far as it came, and why it came no further."""
-    from bearing_twin.run.scene import load_scene
+    from bearing_twin.run.scene import gives, load_scene
 
     overrides = overrides_of(arguments, duration="run.duration")
     scene = load_scene(arguments.what, overrides)
@@ -126,7 +126,7 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
     from bearing_twin.run.simulation import simulate
     from bearing_twin.view.run_page import document_of_run
 
-    if own > LONGEST and not any(one.partition("=")[0].strip() == "run.duration" for one in overrides):
+    if own > LONGEST and not gives(overrides, "run.duration"):
         say(told(f"{scene.name} is run for {LONGEST:g} s of its {own:g} s; give --duration for more"))
         scene = load_scene(arguments.what, [*overrides, f"run.duration={LONGEST}"])
     else:

@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from bearing_twin.units import two_digits
+
 if TYPE_CHECKING:
     from bearing_twin.report import Choice
     from bearing_twin.sample import Block
@@ -31,8 +33,8 @@ LATER = (
 def horizon(grown: float, since: str, kept: float) -> str:
     """The note on a run whose errors have grown so many times since then, and were as wanted up to `kept` [s]."""
     return (
-        f"errors have grown {grown:.2g} times since {since}: beyond {kept:.4g} s the motion depends on what nobody can "
-        "give exactly, and only statistics of many runs hold"
+        f"errors have grown {two_digits(grown)} times since {since}: beyond {kept:.4g} s the motion depends on what "
+        "nobody can give exactly, and only statistics of many runs hold"
     )
 
 

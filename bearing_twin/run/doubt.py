@@ -141,7 +141,7 @@ def _said(figure: str, value, error, source: str) -> str:
 def _told(promise: Promise, predicted: Mapping[str, float | str]) -> dict[str, Any]:
     told = {"norm": promise.norm, "error": promise.error, "tolerance": promise.tolerance, "where": promise.where}
     before = predicted.get(f"{promise.output.removesuffix('s')}_error")
-    told |= {} if before is None else {"predicted": before}
+    told |= {"predicted": before} if isinstance(before, float) else {}  # a log may say anything
     return told if promise.before is None else told | {"error_up_to_horizon": promise.before}
 
 

@@ -70,8 +70,8 @@ class Gathering:
         choice = figures.chosen() if hasattr(figures, "chosen") else self.choice
         numbers = figures.figures()
         errors = doubt.errors(numbers)
-        status, judged_by = failed(failure) if failure else figures.status(), self.choice
-        judgement = judged(errors, numbers, status, judged_by.outside, judged_by.predicted)
+        status = failed(failure) if failure else figures.status()
+        judgement = judged(errors, numbers, status, self.choice.outside, self.choice.predicted)
         return Report(
             scene=scene,
             law=self.choice.law,

@@ -118,6 +118,11 @@ def listed_overrides(overrides: Iterable[str]) -> tuple[str, ...]:
     raise SceneError(f"overrides {echo(overrides)} must be a list of texts such as ['run.duration=0.1']")
 
 
+def gives(overrides: Iterable[str], key: str) -> bool:
+    """Whether one of the overrides gives this key."""
+    return any(override.partition("=")[0].strip() == key for override in overrides)
+
+
 def refuse_another(key: str, value, overrides: Iterable[str]) -> None:
     """Raises BearingTwinError where overrides give a key another value than the one that is given beside them."""
     for override in overrides:

@@ -21,7 +21,7 @@ from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.left_out import left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
-from bearing_twin.kinds.bearing.quasi_static.worth import SceneWorth, Worth, worth_of_scene
+from bearing_twin.kinds.bearing.quasi_static.worth import SceneWorth, Worth, worths_of_run
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
 from bearing_twin.kinds.bearing.summing import STRETCH, turning
 from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
@@ -101,7 +101,7 @@ class BearingDoubt:
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
         spent = dearest(self.worst.rows["steps"], self.parameters.geometry.balls)
         horizon, wanted = self.growth.horizon, self.parameters.wanted.tolerance * float(self.load.max())
-        # Loads cancel in what is left for the ring, which is judged as they are.
+        # What is left for the ring is a difference of loads, which err by as much as is wanted.
         spared = {"ring_force_n": wanted, "ring_moment_nm": 0.5 * self.parameters.geometry.pitch_diameter * wanted}
         return Errors(found, self._promises(law, horizon), self._notes(), mends, spent, horizon, SUMS, spared)
 
@@ -165,15 +165,13 @@ class BearingDoubt:
         return max(self.outputs - 1, 0) / self.parameters.run.output_rate
 
     @functools.cached_property
-    def _at_rest(self) -> list[SceneWorth]:
-        """The scene's equilibria under the loads that its run begins and ends with."""
-        ends = 0.0, float(self.parameters.run.duration)
-        return list(filter(None, (worth_of_scene(self.parameters, self.choice.law, time) for time in ends)))
+    def _equilibria(self) -> list[SceneWorth]:
+        return worths_of_run(self.parameters, self.choice.law)
 
     def _worth(self, source: str) -> Worth | None:
         """What an error of contacts does to the nearest equilibrium; None where none stands for the run."""
         greatest = float(self.load.max())
-        nearest = min(self._at_rest, key=lambda one: abs(one.greatest - greatest), default=None)
+        nearest = min(self._equilibria, key=lambda one: abs(one.greatest - greatest), default=None)
         return nearest.of(source, greatest) if nearest else None
 
     def _by_load(self, figures: Mapping[str, Any], share: np.ndarray, source: str) -> dict[str, Any]:

@@ -44,10 +44,11 @@ class Chosen(NamedTuple):
 
 
 def as_chosen(parameters: BearingScene, choice: Choice | None = None) -> BearingScene:
-    """The scene with a friction model in the place of `auto`: that of `choice` if it names one, else as chosen now."""
+    """The scene with a friction model in the place of `auto`: that which `choice` names, if any, else as chosen now."""
     if parameters.contact.friction != AUTO:
         return parameters
-    name = choice.friction if choice and choice.friction else chosen_friction(parameters).name
+    named = choice is not None and choice.friction in FRICTIONS  # a log may say anything
+    name = choice.friction if named else chosen_friction(parameters).name
     return rubbing_by(parameters, name)
 
 

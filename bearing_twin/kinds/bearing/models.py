@@ -166,9 +166,7 @@ def choose(parameters) -> Choice:
     if left:
         reasons.append(chosen_friction(asked).reason)
     elif friction.over_spot:
-        reasons.append(
-            f"friction over the spot ({friction.name}), as the scene asks: it resists spin, and a step costs more"
-        )
+        reasons.append(f"friction over the spot ({friction.name}): it resists spin, and a step costs more")
     if parameters.cage.kind != "none":
         reasons.append(f"the balls of the cage ({parameters.cage.kind}) share one step")
     warnings += [*roughness(friction), *of_falling_balls(parameters, law)]

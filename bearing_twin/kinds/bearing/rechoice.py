@@ -69,6 +69,7 @@ def rechosen(parameters: BearingScene, choice: Choice, motion, load: tuple) -> R
     parameters, here, speed = as_chosen(parameters, choice), motion.first_outputs(), _speed(motion)
     try:
         chosen = choose(scene_now(parameters, motion.goal_speed, _changed(motion), speed, load))
+        chosen = chosen._replace(friction=choice.friction)
         if (chosen.stepper, _setting(parameters, chosen)) == (choice.stepper, _setting(parameters, choice)):
             return Rechosen(chosen, motion, _waiting(motion))
         other = _going_on(parameters, chosen, motion, here)

@@ -86,5 +86,6 @@ class ShaftDoubt(SecondRunDoubt):
             "computed",
             "structure": "shaft and housings are rigid",
             "works": "those of loads and bearings are off by about a tenth of wanted.tolerance of what was done either "
-            "way, of which little may be left over whole turns; energy_closure is the balance of both and tells less",
+            "way, of which little may be left over whole turns, and by up to twice the tolerance where the speed "
+            "changes or shaft.start is equilibrium; energy_closure is the balance of both and tells less",
         }

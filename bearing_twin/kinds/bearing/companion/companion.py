@@ -20,6 +20,7 @@ from bearing_twin.kinds.bearing.companion.departures import (
     affordable,
     all_start,
     bouncing,
+    followed_as,
     loose,
     nowhere,
     taking_off,
@@ -54,7 +55,7 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 BEARABLE = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed
 AT_A_TIME = 2  # balls that are followed
 FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
-THREATENED = 0.33  # ... unless it is off by the tolerance, or loose; of bumps after EARLY parts
+THREATENED = 0.33  # ... unless it is off by the tolerance, or loose, or `second`: then where so many were
 BOUNCING = 0.45  # ... or would be, with a ball that bounces although nothing points to it: it may rule a short run
 DEARER = 1.35  # times the run's steps: what a companion takes, at a third of the tolerance by a method of fourth order
 KEPT = {"greatest_load": float, "steps": int, "looked": int, "parts": int, "met": int, "diverged": bool}
@@ -102,10 +103,7 @@ class Companion(Looking):
         """Goes on from what `memory` gave; raises KeyError, TypeError or ValueError for anything else."""
         vars(self).update((name, kind(kept[name])) for name, kind in KEPT.items())
         self.best = np.array(kept["best"], float).reshape(POINTERS, MOST)
-        self.followed = [
-            Followed(int(ball), float(begin), tuple(np.array(array, float) for array in last), float(left))
-            for ball, begin, last, left, *_ in kept["followed"]
-        ]
+        self.followed = [followed_as(told, self.parameters.geometry.balls) for told in kept["followed"]]
         self.drift.remember(kept["drift"])
         self.second.remember(kept.get("second", []))
 

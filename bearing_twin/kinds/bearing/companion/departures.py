@@ -6,8 +6,8 @@ import numpy as np
 
 from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.companion.meetings import until_met
-from bearing_twin.kinds.bearing.companion.windows import WINDOW, Window, steps_before, steps_in, window_at
-from bearing_twin.kinds.bearing.forces.layout import BORDER
+from bearing_twin.kinds.bearing.companion.windows import ALL, WINDOW, Window, steps_before, steps_in, window_at
+from bearing_twin.kinds.bearing.forces.layout import BORDER, CARRIED_COLUMNS
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
 from bearing_twin.kinds.bearing.stepping.steps import Results
 from bearing_twin.numerics.lanes import COLUMNS
@@ -25,6 +25,16 @@ class Followed(NamedTuple):
     begin: float
     last: tuple[np.ndarray, ...]
     left: float
+
+
+def followed_as(told: list, balls: int) -> Followed:
+    """What plain data `told` of one of so many balls that is followed; raises TypeError or ValueError for another's."""
+    ball, begin, last, left, *_ = told
+    ball, last, rows = int(ball), tuple(np.array(array, float) for array in last), balls if ball == ALL else 1
+    shapes = [(rows, COLUMNS), (rows, 4), (rows,), (rows, CARRIED_COLUMNS), (BORDER,)]
+    if not ALL <= ball < balls or [array.shape for array in last] != shapes:
+        raise ValueError("followed")
+    return Followed(ball, float(begin), last, float(left))
 
 
 def loose(part: Part, window: Window) -> bool:

@@ -1,7 +1,7 @@
-"""All balls with ring and cage once more, more exactly, beside a run whose balls bump into a cage.
+"""A second motion of all balls with ring and cage, more exact, beside a run whose balls bump into a cage.
 
-What such a run is off it carries on from bump to bump, and more each time, which no window shows. This goes on from
-part to part from where it got to itself, not from the run's own states: its difference from the run is all that the run
+What such a run is off it carries on from bump to bump, and more each time, which no window shows. In each part this
+motion begins where it got to in the part before, not where the run is: its difference from the run is all that the run
 is off, with what it inherits. Where both raceways carry all balls, none bumps, and nothing is integrated: how far the
 run is off stays as it is.
 """
@@ -14,11 +14,11 @@ from bearing_twin.kinds.bearing.companion.beside import all_beside
 from bearing_twin.kinds.bearing.companion.departures import all_start
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part
 from bearing_twin.kinds.bearing.companion.windows import BESIDE, Window
-from bearing_twin.kinds.bearing.forces.layout import LAND_WORK, MOTION, SHAFT_WORK, WORK_DONE
+from bearing_twin.kinds.bearing.forces.layout import BORDER, COLUMNS, LAND_WORK, MOTION, SHAFT_WORK, WORK_DONE
 from bearing_twin.kinds.bearing.parameters import BearingScene
 
 STRETCHES = 4  # of a part: behind each it is seen how far the run is off
-LISTENING = [*range(WORK_DONE, LAND_WORK + 1), SHAFT_WORK]  # integrals of a border, which move nothing
+WORKS = [*range(WORK_DONE, LAND_WORK + 1), SHAFT_WORK]  # columns of a border that are integrals and move nothing
 
 
 def stretches(outputs: int) -> Iterator[Window]:
@@ -45,9 +45,15 @@ class Second:
         return [self.shown, *(one.tolist() for one in self.apart or ())]
 
     def remember(self, kept: list) -> None:
-        """Goes on from what `memory` gave; from nothing where that of an older snapshot is empty."""
-        self.shown, *apart = kept or [0.0]
-        self.apart = tuple(np.array(one, float) for one in apart) or None
+        """Goes on from what `memory` gave, from nothing where an older snapshot has none.
+
+        Raises TypeError or ValueError for that of another bearing.
+        """
+        shown, *apart = kept or [0.0]
+        apart = tuple(np.array(one, float) for one in apart)
+        if [one.shape for one in apart] not in ([], [(self.parameters.geometry.balls, COLUMNS), (BORDER,)]):
+            raise ValueError("second")
+        self.shown, self.apart = float(shown), apart or None
 
     def through(self, part: Part, ended: tuple, scales: np.ndarray) -> Iterator[tuple[Window, Found]]:
         """Stretches of a part, each with what was found; fewer where it breaks off, or nobody asks for the next.
@@ -69,5 +75,5 @@ class Second:
             last = found.last
             own = ended if until else (part.filled[0][here], part.filled[2][here])
             # Errors of integrals are told of each stretch by itself.
-            last[0][:, MOTION:], last[4][LISTENING] = own[0][:, MOTION:], own[1][LISTENING]
+            last[0][:, MOTION:], last[4][WORKS] = own[0][:, MOTION:], own[1][WORKS]
         self.apart = last[0] - ended[0], last[4] - ended[1]

@@ -224,7 +224,7 @@ def _newton(setting, opening_r, opening_z, place_r, place_z, weight_r, weight_z)
         step_z = (c * here.left_r - a * here.left_z) / determinant
         if abs(step_r) + abs(step_z) <= smallest:
             return place_r, place_z, here, True
-        # the step leaves a share of size over a contact's load, of which the ring's is less
+        # A step leaves about what was off, squared, over a contact's load, and the ring bears no more than that load.
         carried = abs(here.force[0]) + abs(here.force[1])
         if size <= NEAR * here.scale or size * size <= setting.unseen * here.scale * carried:
             return place_r + step_r, place_z + step_z, _moved(here, step_r, step_z), True

@@ -89,14 +89,21 @@ def _worths(parameters, law: str, solver: Solver, support: Support, found: Equil
     )
 
 
-def worth_of_scene(parameters, law: str, time: float = 0.0) -> SceneWorth | None:
-    """As the scene loads the ring at `time` [s] and holds it, a ball on the load line.
+def worths_of_run(parameters, law: str) -> list[SceneWorth]:
+    """As the scene loads the ring where its run begins and where it ends, and holds it, a ball on the load line.
 
-    None where the ring moves as prescribed, and where nothing carries that load.
+    Nothing where the ring moves as prescribed, or of a load that nothing carries; one where both loads are the same.
     """
     if dimension_of(parameters) not in (QUASI_STATIC, FREE_RING):
-        return None
-    support = weighed_support(parameters, Loading(parameters.rings.inner).at(time)[0])
+        return []
+    loading = Loading(parameters.rings.inner)
+    loads = dict.fromkeys(tuple(loading.at(time)[0].tolist()) for time in (0.0, float(parameters.run.duration)))
+    found = (_worth_under(parameters, law, load) for load in loads)
+    return [one for one in found if one is not None]
+
+
+def _worth_under(parameters, law: str, load: tuple[float, ...]) -> SceneWorth | None:
+    support = weighed_support(parameters, load)
     setting = setting_of(parameters, law, parameters.drive.speed)
     azimuths = azimuths_of(parameters.geometry.balls, load_line(support))
     solver = weighed_solver(parameters, setting, azimuths)
