@@ -8,6 +8,7 @@ import pytest
 from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.measured import friction_costs
 from bearing_twin.log.mcap_log import read_log, write_log
+from bearing_twin.run.failure import Failure
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
@@ -120,3 +121,12 @@ def test_what_a_run_began_with_stays_where_its_model_is_chosen_anew():
     simulation.advance(5)
     assert simulation.choice.stepper != begun.stepper
     assert simulation.choice.friction == begun.friction == "point"
+
+
+def test_a_failed_run_goes_on_with_the_friction_that_it_had():
+    """At a tenth of 0.05 `auto` would take `spot`."""
+    failed = Failure(rubbing("auto", "bearing_6203", "wanted.tolerance=0.05"), "", "", 0.0, "", "", 0.0, {}, -1, None)
+    assert failed.tightened().parameters.contact.friction == "point"
+    assert failed.tightened().parameters.wanted.tolerance == pytest.approx(0.005)
+    pinned = failed._replace(scene=rubbing("spot", "bearing_6203"))
+    assert pinned.tightened().parameters.contact.friction == "spot"

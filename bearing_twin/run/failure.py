@@ -13,6 +13,7 @@ import bearing_twin
 from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.report import json_text, parsed_json
+from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import Scene, parse_scene, read_logged
 from bearing_twin.sample import Channel, Sample
 
@@ -56,8 +57,13 @@ class Failure(NamedTuple):
         return rows
 
     def tightened(self, tolerance: float | None = None) -> Scene:
-        """The scene with a tenth of its tolerance, or with `tolerance`, and a fixed step a quarter as long."""
+        """The scene with a tenth of its tolerance, or with `tolerance`, and a fixed step a quarter as long.
+
+        Friction that was chosen stays, for a tighter tolerance might choose another.
+        """
         mapping = self.scene.resolved()
+        if chosen := choose(self.scene).friction:
+            mapping["contact"]["friction"] = chosen
         wanted, solver = mapping.get("wanted", {}), mapping.get("solver", {})
         if "tolerance" in wanted:
             wanted["tolerance"] = wanted["tolerance"] * TIGHTER if tolerance is None else tolerance
