@@ -5,6 +5,8 @@ import re
 import numpy as np
 import pytest
 
+from bearing_twin.kinds.bearing.doubt import BearingDoubt
+from bearing_twin.kinds.bearing.figures import BearingFigures
 from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.measured import friction_costs
 from bearing_twin.log.mcap_log import read_log, write_log
@@ -121,6 +123,15 @@ def test_what_a_run_began_with_stays_where_its_model_is_chosen_anew():
     simulation.advance(5)
     assert simulation.choice.stepper != begun.stepper
     assert simulation.choice.friction == begun.friction == "point"
+
+
+def test_all_who_ask_get_the_same_scene():
+    """Interim reports copy the writers of a run, but not the scene that they share."""
+    scene = rubbing("auto", "bearing_6203")
+    choice = choose(scene)
+    one, other = (writer(scene.parameters, choice).parameters for writer in (BearingFigures, BearingDoubt))
+    assert one is other
+    assert one.contact.friction == choice.friction
 
 
 def test_a_failed_run_goes_on_with_the_friction_that_it_had():

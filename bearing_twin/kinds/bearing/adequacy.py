@@ -179,7 +179,7 @@ def _squeezes(parameters) -> list[tuple[float, float]]:
     middle = free - 0.5 * geometry.radial_clearance
     places = [drive.offset]
     if drive.change.time:
-        places.append(tuple(a + b for a, b in zip(drive.offset, drive.change.offset, strict=True)))
+        places.append(drive.changed_offset)
     return [
         (math.hypot(middle + radial, z) - free, math.hypot(middle - radial, z) - free)
         for radial, z in ((math.hypot(x, y), z) for x, y, z in places)

@@ -51,6 +51,12 @@ class Drive:
     )
     greatest_speed: float = quantity(1.0e4, "rad/s", "by drive.kind: torque, faster than which a run ends", above=0.0)
 
+    @property
+    def changed_offset(self) -> tuple[float, float, float]:
+        """Displacement of the ring's centre [m] once the change has come."""
+        x, y, z = (here + more for here, more in zip(self.offset, self.change.offset, strict=True))
+        return x, y, z
+
 
 def shaft_inertia(parameters) -> float:
     """Moment of inertia [kg m^2] about the axis of all that a torque turns."""

@@ -49,7 +49,10 @@ def as_chosen(parameters: BearingScene, choice: Choice | None = None) -> Bearing
         return parameters
     named = choice is not None and choice.friction in FRICTIONS  # a log may say anything
     name = choice.friction if named else chosen_friction(parameters).name
-    return rubbing_by(parameters, name)
+    return _rubbing_kept(parameters, name)
+
+
+_rubbing_kept = functools.lru_cache(KEPT)(rubbing_by)  # one scene for all who ask: a copy of a run's writers shares it
 
 
 @functools.lru_cache(KEPT)
@@ -138,6 +141,5 @@ def _settings(parameters):
     drive = parameters.drive
     yield parameters
     if drive.change.time:
-        offset = tuple(a + b for a, b in zip(drive.offset, drive.change.offset, strict=True))
-        changed = dataclasses.replace(drive, offset=offset, speed=drive.speed + drive.change.speed)
+        changed = dataclasses.replace(drive, offset=drive.changed_offset, speed=drive.speed + drive.change.speed)
         yield dataclasses.replace(parameters, drive=changed)

@@ -233,9 +233,8 @@ def check(parameters: BearingScene) -> list[str]:
             f"geometry.radial_clearance = {geometry.radial_clearance:g} m is outside what a ball of {ball:g} m bears; "
             f"it must be between {-GREATEST_INTERFERENCE * ball:.6g} and {GREATEST_CLEARANCE * ball:.6g} m"
         )
-    first, added = parameters.drive.offset, parameters.drive.change.offset
-    changed = tuple(a + b for a, b in zip(first, added, strict=True))
-    for key, vector in (("drive.offset", first), ("drive.offset + drive.change.offset", changed)):
+    drive = parameters.drive
+    for key, vector in (("drive.offset", drive.offset), ("drive.offset + drive.change.offset", drive.changed_offset)):
         found = _check_offset(key, vector, geometry)
         if found and legal:
             problems.append(found)

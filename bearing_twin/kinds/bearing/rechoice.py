@@ -52,7 +52,7 @@ def scene_now(parameters: BearingScene, goal: float, changed: bool, speed: float
         speeds.append(goal + change.speed)
         shift = change.offset
     elif change.time:
-        offset = tuple(np.add(offset, change.offset).tolist())
+        offset = drive.changed_offset
     fastest, slowest = max(speeds, key=abs), min(speeds, key=abs)
     coming = COMING if any(shift) or slowest != fastest else 0.0
     change = dataclasses.replace(change, time=coming, speed=slowest - fastest, offset=shift)
