@@ -3,14 +3,33 @@
 import math
 import re
 
+import numpy as np
 import pytest
 from doc_tables import MEASURED_TABLES, ROOT
+from made_up_costs import made_up_ladders
 
 from bearing_twin.charts import fidelity
 from bearing_twin.charts.fidelity import judge, reading
-from bearing_twin.kinds.bearing.measured import FINEST, error_of, ladders, motions_of, predictions
+from bearing_twin.kinds.bearing import measured
+from bearing_twin.kinds.bearing.friction_choice import chosen_friction
+from bearing_twin.kinds.bearing.measured import FINEST, SPREAD, error_of, ladders, motions_of, predictions
 from bearing_twin.run.fidelity import choose
-from bearing_twin.run.scene import load_scene
+from bearing_twin.run.scene import load_scene, scene_names
+
+COSTS = "seconds", "cost_at_100_hz"  # columns of the tables
+
+
+def clear_tables():
+    """Forgets what was made of the tables, and chosen by them."""
+    measured.ladders.cache_clear()
+    chosen_friction.cache_clear()
+
+
+@pytest.fixture
+def forgotten():
+    """Tables that a test changes are read again after it."""
+    yield
+    clear_tables()
 
 
 @pytest.mark.parametrize("name", MEASURED_TABLES)
@@ -41,7 +60,7 @@ def test_the_cheapest_row_that_keeps_what_is_wanted_is_taken_and_told(tolerance)
     choice, found = choose(scene), predictions(scene.parameters)
     assert choice.predicted == found[0]._asdict()
     assert choice.setting >= FINEST
-    assert all(found[0].cost <= 1.05 * other.cost for other in found)
+    assert all(found[0].cost <= (1.0 + SPREAD) * other.cost for other in found)
     assert f"{choice.stepper} at a tolerance of {choice.setting:g}" in choice.reason
     assert found[1].stepper in choice.reason
     assert max(found[0].load_error, found[0].friction_error) <= tolerance
@@ -51,10 +70,60 @@ def test_the_cheapest_row_that_keeps_what_is_wanted_is_taken_and_told(tolerance)
 
 @pytest.mark.parametrize("scene", ["bearing_6203", "bearing_6203_start", "bearing_6203_loose", "bearing_6203_sudden"])
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3, 1e-5])
-def test_a_runner_up_is_said_to_cost_more_or_as_much(scene, tolerance):
+def test_a_runner_up_is_said_to_cost_more_or_the_same(scene, tolerance):
     reason = choose(load_scene(scene, [f"wanted.tolerance={tolerance}"])).reason
     told = re.search(r"next came \w+ at ([0-9.e+-]+) times its cost", reason)
-    assert reason.endswith("cost as much") if told is None else float(told[1]) > 1.0, reason
+    assert reason.endswith("cost the same within 33 %") if told is None else float(told[1]) > 1.33, reason
+
+
+@pytest.mark.parametrize(
+    ("costs", "taken", "told"),
+    [
+        ((1.0, 1.1, 1.2), "rodas4", "rodas4_landing and rodas3 cost the same within 33 %"),
+        ((1.2, 1.1, 1.0), "rodas4", "rodas4_landing and rodas3 cost the same within 33 %"),
+        ((1.3, 1.4, 1.0), "rodas4", "rodas3 cost the same within 33 %"),
+        ((1.4, 1.3, 1.0), "rodas4_landing", "rodas3 cost the same within 33 %"),
+        ((1.4, 1.5, 1.0), "rodas3", "next came rodas4 at 1.4 times its cost"),
+        ((1.0, 1.5, 1.4), "rodas4", "next came rodas3 at 1.4 times its cost"),
+    ],
+)
+def test_of_steppers_whose_costs_no_measurement_tells_apart_the_first_of_their_table_is_taken(
+    costs, taken, told, monkeypatch
+):
+    names = "rodas4", "rodas4_landing", "rodas3"
+    made_up = made_up_ladders(**{name: {"settled": cost} for name, cost in zip(names, costs, strict=True)})
+    monkeypatch.setattr(measured, "ladders", lambda: made_up)
+    choice = choose(load_scene("bearing_6203"))
+    assert choice.stepper == taken
+    assert choice.setting == (3e-3 if taken == "rodas3" else 1e-2)  # the loosest that keeps 1e-3 in that table
+    assert choice.reason.endswith(told)
+
+
+def off(row, random):
+    """A row of a table whose costs are up to five percent off."""
+    return row | {key: float(row[key]) * random.uniform(0.95, 1.05) for key in COSTS if key in row}
+
+
+def chosen(scenes):
+    """Dimension or stepper, its setting and the friction model for each, by the tables as they are now."""
+    clear_tables()
+    return [(one.stepper, one.predicted and one.setting, one.friction) for one in map(choose, scenes)]
+
+
+@pytest.mark.usefixtures("forgotten")
+def test_no_choice_for_a_shipped_bearing_turns_with_costs_that_are_five_percent_off(monkeypatch):
+    """Nor between equilibria and moving balls where loads alone are wanted, or between friction models."""
+    shipped = [name for name in scene_names() if name.startswith("bearing")]
+    pinned = "wanted.outputs=loads", "solver.stepper=rodas4"
+    scenes = [load_scene(name, words) for words in ((), pinned, ("contact.friction=auto",)) for name in shipped]
+    tables = {name: measured._read(name) for name in MEASURED_TABLES}
+    before = chosen(scenes)
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        noisy = {name: [off(row, random) for row in rows] for name, rows in tables.items()}
+        monkeypatch.setattr(measured, "_read", noisy.__getitem__)
+        assert chosen(scenes) == before, seed
+    assert ladders()["settled", "rodas4"][0].cost != float(tables["steppers.csv"][0]["seconds"])  # noise arrived
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])

@@ -7,7 +7,7 @@ import pytest
 
 from bearing_twin.kinds.bearing.doubt import BearingDoubt
 from bearing_twin.kinds.bearing.figures import BearingFigures
-from bearing_twin.kinds.bearing.friction_choice import as_chosen
+from bearing_twin.kinds.bearing.friction_choice import as_chosen, chosen_friction
 from bearing_twin.kinds.bearing.measured import friction_costs
 from bearing_twin.log.mcap_log import read_log, write_log
 from bearing_twin.run.failure import Failure
@@ -90,6 +90,17 @@ def test_costs_are_those_measured_at_the_nearest_tolerance():
     assert 1.0 < costs["spot"] < 5.0 < costs["spot_fine"]
 
 
+@pytest.mark.parametrize(("spot", "model"), [(0.9, "spot"), (1.3, "spot"), (1.4, "pade2")])
+def test_of_models_whose_costs_no_measurement_tells_apart_the_first_of_their_table_is_taken(spot, model, monkeypatch):
+    """Within 1e-3 are `spot` and `pade2`, which costs 1; `point` would cost less."""
+    costs = {"point": 0.5, "spot": spot, "spot_fine": 9.0, "pade1": 0.5, "pade2": 1.0}
+    monkeypatch.setattr("bearing_twin.kinds.bearing.friction_choice.friction_costs", lambda parameters: costs)
+    chosen = chosen_friction.__wrapped__(rubbing("auto", "bearing_6203_fast", "wanted.tolerance=1e-3").parameters)
+    assert chosen.name == model
+    assert "; pade1 would be off by" in chosen.reason
+    assert chosen.reason.endswith("; spot would cost 1.4 times as much") == (model == "pade2")
+
+
 def test_a_log_keeps_what_was_chosen_and_its_report_is_that_of_the_run(tmp_path):
     scene, log = rubbing("auto", "bearing_6203"), tmp_path / "auto.mcap"
     run = simulate(scene)
@@ -112,6 +123,7 @@ def test_a_log_that_names_no_model_there_is_gets_the_one_chosen_now():
     assert as_chosen(scene.parameters, choice._replace(friction="pade1")).contact.friction == "pade1"
 
 
+@pytest.mark.usefixtures("made_up_costs")
 def test_what_a_run_began_with_stays_where_its_model_is_chosen_anew():
     """Balls that go on rub as they did, though a scene that began at the new speed would have another model."""
     asked = ("wanted.tolerance=0.02", "run.output_rate=1e4", "drive.acceleration=1e5")

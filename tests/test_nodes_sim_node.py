@@ -248,6 +248,7 @@ def test_the_speed_follows_commands_and_ignores_impossible_ones():
         assert states(lists)[-1].inner_ring_speed == 200.0
 
 
+@pytest.mark.usefixtures("made_up_costs")
 def test_another_model_after_a_command_is_told_on_diagnostics_and_as_the_scene(tmp_path):
     with ros_executor(threads=2) as executor:
         node, watcher, lists = paused_node(executor, log=str(tmp_path / "run.mcap"))

@@ -68,11 +68,12 @@ class Switch(NamedTuple):
         why = f"at {self.speed:.6g} rad/s"
         if self.goal != self.speed:
             why = f"told to go from {self.speed:.6g} to {self.goal:.6g} rad/s"
+        former = self.before if self.before != self.stepper else "the former one"  # of tolerances
         if self.taken:
-            return f"from {self.time:.9g} s on {chosen} in place of {self.before}, {why}; loads jumped by {jumped}"
+            return f"from {self.time:.9g} s on {chosen} in place of {former}, {why}; loads jumped by {jumped}"
         return (
-            f"at {self.time:.9g} s {chosen} would have been taken in place of {self.before}, {why}; loads would have "
-            f"jumped by {jumped}, more than {100.0 * GREATEST_JUMP:g} %, so {self.before} stayed"
+            f"at {self.time:.9g} s {chosen} would have been taken in place of {former}, {why}; loads would have "
+            f"jumped by {jumped}, more than {100.0 * GREATEST_JUMP:g} %, so {former} stayed"
         )
 
 

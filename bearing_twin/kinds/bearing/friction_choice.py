@@ -14,7 +14,7 @@ from bearing_twin.contact.friction import FRICTIONS, FrictionModel
 from bearing_twin.contact.names import AUTO, POINT
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.facts import axis_ratio
-from bearing_twin.kinds.bearing.measured import friction_costs
+from bearing_twin.kinds.bearing.measured import as_cheap, friction_costs
 from bearing_twin.kinds.bearing.outputs import ellipses, moduli
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene, rubbing_by
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
@@ -57,7 +57,10 @@ _rubbing_kept = functools.lru_cache(KEPT)(rubbing_by)  # one scene for all who a
 
 @functools.lru_cache(KEPT)
 def chosen_friction(parameters: BearingScene) -> Chosen:
-    """The cheapest friction model that is adequate for a scene, else the most exact, and why."""
+    """The cheapest friction model that is adequate for a scene, else the most exact, and why.
+
+    Of those `as_cheap` the first in the table of friction models is taken.
+    """
     why = _no_spots(parameters)
     if why:
         return Chosen(POINT, f"friction at a point, because {why}")
@@ -66,18 +69,19 @@ def chosen_friction(parameters: BearingScene) -> Chosen:
     except SceneError:  # of a bearing without balance: what runs it says why
         return Chosen(POINT, "friction at a point, because the bearing finds no balance to judge others in")
     wanted = parameters.wanted.tolerance
-    first = next((one for one in rows if one.error <= wanted), min(rows, key=lambda one: one.error))
+    first, *_ = as_cheap([one for one in rows if one.error <= wanted]) or [min(rows, key=lambda one: one.error)]
     told = f"off by {first.error:.2g} of mu N, or mu N R of a ball, in a contact"
     reason = f"friction {first.model.name}, the cheapest within the wanted {wanted:g}: {told}"
     if first.model.name == FINEST:
         reason = f"friction {FINEST}, because no other is within the wanted {wanted:g}"
     closer = [one for one in rows if one.error < first.error and one.cost > first.cost]
-    cheaper = [one for one in rows if one.cost < first.cost]
+    cheaper = [one for one in rows if one.cost < first.cost and one.error > wanted]
     if cheaper:
         best = min(cheaper, key=lambda one: one.error)
         reason += f"; {best.model.name} would be off by {best.error:.2g}"
     if closer:
-        reason += f"; {closer[0].model.name} would cost {closer[0].cost / first.cost:.2g} times as much"
+        best = min(closer, key=lambda one: one.cost)
+        reason += f"; {best.model.name} would cost {best.cost / first.cost:.2g} times as much"
     return Chosen(first.model.name, reason)
 
 
@@ -97,7 +101,7 @@ def _no_spots(parameters) -> str:
 
 
 def _weighed(parameters) -> list[Weighed]:
-    """The friction models by cost; the finest is what the others are off from."""
+    """The friction models, in the order of their table; the finest is what the others are off from."""
     costs, errors = friction_costs(parameters), dict.fromkeys(FRICTIONS, 0.0)
     contact, radius = parameters.contact, 0.5 * parameters.geometry.ball_diameter
     for load, major, minor, slip, spin in _met(parameters):
@@ -106,8 +110,7 @@ def _weighed(parameters) -> list[Weighed]:
         limit = contact.friction_coefficient * load * np.array([1.0, 1.0, radius])
         for name, one in rubbed.items():
             errors[name] = max(errors[name], float(np.abs((one - rubbed[FINEST]) / limit).max()))
-    rows = [Weighed(model, costs[name], errors[name]) for name, model in FRICTIONS.items()]
-    return sorted(rows, key=lambda one: one.cost)
+    return [Weighed(model, costs[name], errors[name]) for name, model in FRICTIONS.items()]
 
 
 def _met(parameters):

@@ -8,6 +8,7 @@ tables: only ratios mean something.
 import csv
 import functools
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from bearing_twin.contact.friction import FRICTIONS
@@ -25,7 +26,7 @@ LIKE_MEASURED = 30.0, 2.0  # what a scene of the same motion may err more: setti
 LEAST_DAMPING = 2e-7  # s of relaxation time, a fifth of the one measured with: less lets contacts ring for long
 FINEST = 1e-9  # no setting is finer
 LIKE_LANDING = "rodas4"  # the method whose steps end elsewhere where it lands
-SPREAD = 0.05  # of costs, measured again
+SPREAD = 1.0 / 3.0  # of costs: two tables of the same code lie that far apart (docs/models.md, Steppers)
 ROOM = 1.1  # ball diameters from centre to centre: less, and neighbours soon meet
 RATES = {"seconds": 1000.0, "cost_at_100_hz": 100.0}  # outputs a second, by the columns of costs of dimensions
 DIMENSIONS = QUASI_STATIC, PRESCRIBED
@@ -157,10 +158,20 @@ def _enough(rungs: tuple[Rung, ...], wanted: float, outputs: str) -> Rung | None
     return last._replace(load_error=share * last.load_error, friction_error=share * last.friction_error)
 
 
-def predictions(parameters) -> list[Prediction]:
-    """Each stepper at the loosest setting that keeps what is wanted in all motions the scene is like; cheapest first.
+def as_cheap(rows: Sequence) -> list:
+    """Those of the rows, which have a `cost`, that cost no more than SPREAD above the least, in the order given.
 
-    Costs within SPREAD of each other were measured equal: the stepper that stands first in the table of steppers leads.
+    Of these equals the first is to be taken: by a fixed order, lest the noise of a measurement decides.
+    """
+    least = min((one.cost for one in rows), default=0.0)
+    return [one for one in rows if one.cost <= (1.0 + SPREAD) * least]
+
+
+def predictions(parameters) -> list[Prediction]:
+    """Each stepper at the loosest setting that keeps what is wanted in all motions the scene is like; best first.
+
+    Those that are `as_cheap` lead, in the order of the table of steppers, which begins with `rodas4`; the others follow
+    by their cost. The scene alone decides, not what runs: a node that is slow again comes back to what it began with.
     """
     found, motions, wanted = [], motions_of(parameters), parameters.wanted
     wanted_of = wanted.tolerance, wanted.outputs
@@ -172,8 +183,8 @@ def predictions(parameters) -> list[Prediction]:
         motion, worst = max(rungs.items(), key=lambda one: one[1].cost)
         setting = max(FINEST, min(rung.setting for rung in rungs.values()))
         found.append(Prediction(motion, stepper, *worst._replace(setting=setting)))
-    least = min((one.cost for one in found), default=0.0)
-    return sorted(found, key=lambda one: one.cost if one.cost > (1.0 + SPREAD) * least else least)
+    equals = as_cheap(found)
+    return equals + sorted((one for one in found if one not in equals), key=lambda one: one.cost)
 
 
 def of_asked(parameters) -> Prediction | None:

@@ -22,6 +22,7 @@ from bearing_twin.kinds.bearing.friction_choice import as_chosen, chosen_frictio
 from bearing_twin.kinds.bearing.measured import (
     SPREAD,
     Prediction,
+    as_cheap,
     dimension_costs,
     error_of,
     of_asked,
@@ -123,11 +124,11 @@ def _stepper(parameters, warnings: list[str]) -> tuple[str, Prediction | None, s
         f"{first.stepper} at a tolerance of {first.setting:g}, because it was the cheapest within the wanted "
         f"{wanted.tolerance:g} where the motion was most like this one ({first.motion}): off by {worst:.2g}"
     )
-    if others:
-        next_one, cost = others[0].stepper, others[0].cost
-        equal = abs(cost - first.cost) <= SPREAD * min(cost, first.cost)
-        told = f"{next_one} cost as much" if equal else f"next came {next_one} at {_times(cost, first.cost)} its cost"
-        why += f"; {told}"
+    equals = [one.stepper for one in as_cheap(found)[1:]]
+    if equals:
+        why += f"; {' and '.join(equals)} cost the same within {100.0 * SPREAD:.0f} %"
+    elif others:
+        why += f"; next came {others[0].stepper} at {_times(others[0].cost, first.cost)} its cost"
     return first.stepper, first, why
 
 
