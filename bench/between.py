@@ -25,6 +25,7 @@ from bearing_twin.kinds.bearing.stepping.integrate import check
 from bearing_twin.numerics.stretches import alike
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
+from bearing_twin.units import two_digits
 
 BETWEEN, PRODUCT, EXPLICIT = tuple(METHODS), ("rodas4", "rodas3"), "dopri5"
 JUMP = CASES["sudden"]._replace(overrides=("drive.change.time=2e-4", "drive.change.speed=0"))
@@ -86,8 +87,8 @@ def compared(rows: list[Row], name: str) -> list[str]:
             cells.append("-")
             continue
         best, other = (min(filter(None, one), key=lambda row: row.seconds) for one in found)
-        time, count = best.seconds / other.seconds, best.evaluations / other.evaluations
-        cells.append(f"{time:.2g}, evaluations {count:.2g} ({best.method}, {other.method})")
+        time, count = (two_digits(getattr(best, key) / getattr(other, key)) for key in ("seconds", "evaluations"))
+        cells.append(f"{time}, evaluations {count} ({best.method}, {other.method})")
     return cells
 
 
@@ -143,13 +144,16 @@ def observed_order(method: str, step: float = 2.5e-7) -> tuple[float, float]:
 
 def main(folder: str = "", *names: str) -> None:
     """Runs the problems named, or all, and prints what was found."""
+    if (folder and not Path(folder).is_dir()) or not set(names) <= set(PROBLEMS):
+        print(f"give a folder that exists, then some of {', '.join(PROBLEMS)}, or none for all", file=sys.stderr)
+        raise SystemExit(2)
     for method in METHODS:
         print(f"{method}: order {' and '.join(f'{one:.2f}' for one in observed_order(method))} in load and in friction")
     rows = []
     for name in names or PROBLEMS:
         for method, setting in CHART.entries(name):
             rows.append(judge(name, method, setting))
-            print(*rows[-1].__dict__.values(), file=sys.stderr)
+            print(name, method, setting, file=sys.stderr, flush=True)
     rows.sort(key=lambda row: (list(PROBLEMS).index(row.problem), (*BETWEEN, *PRODUCT, EXPLICIT).index(row.method)))
     print(*CHART.reading(rows), sep="\n")
     if folder:

@@ -66,3 +66,12 @@ def test_a_run_is_judged_as_the_product_and_charted(tmp_path, monkeypatch, capsy
     assert all(row.status == DONE and 1e-7 < row.error < 3e-3 for row in rows)
     assert (tmp_path / "between.png").stat().st_size > 1e4
     assert "the cheapest method between takes so many times what the product does" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("words", [("nowhere",), ("docs", "nothing")])
+def test_bad_input_gets_a_sentence_before_anything_runs(words, monkeypatch, capsys):
+    monkeypatch.chdir(between.Path(between.__file__).parents[1])
+    with pytest.raises(SystemExit) as ended:
+        between.main(*words)
+    assert ended.value.code == 2
+    assert capsys.readouterr().err.startswith("give a folder that exists, then some of sudden,")
