@@ -167,6 +167,16 @@ def _costs() -> str:
     return _table(("what", "by", "measured", "goal", "on"), lines)
 
 
+def _between() -> str:
+    """What `bench/between.py` found."""
+    sys.path.append(str(ROOT / "bench"))
+    import between  # late: where this is a script, only now it is found
+
+    rows = read_table(ROOT / "docs" / "between.csv")
+    lines = ((title, *between.compared(rows, name)) for name, title in between.CHART.problems.items())
+    return _table(("errors within", *(f"{error:g}" for error in between.HELD)), lines)
+
+
 def _confirmed() -> str:
     return confirmed(rows_of_steppers())[0] + "\n"
 
@@ -293,6 +303,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "speeds_in_short": partial(_speeds, ("rodas4", "imex", "rk4", "radau")),
     "charts": _charts,
     "costs": _costs,
+    "between": _between,
     "failures": _failures,
     **{
         f"reading_{name}": partial(_reading, name)

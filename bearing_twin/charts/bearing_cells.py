@@ -7,6 +7,7 @@ explicit Euler, and SciPy's `solve_ivp` with its default tolerances on the plain
 
 import functools
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -162,6 +163,14 @@ def bearing_row(
             return naive(motion, case, row.setting)
         to_start(motion, row.setting)
         return motion.advance(case.times, float(case.times[-1])), motion.costs()["ball_rates"]
+
+    return worked(row, work, motion, case, exact, limit, enough)
+
+
+def worked(
+    row: Row, work: Callable[[], tuple], motion: BearingMotion, case: Case, exact, limit: float, enough: float
+) -> Row:
+    """The row with what the outputs of a motion err by that `work` gives, with its evaluations, and what it costs."""
 
     def outcome():
         (out, evaluations), cost = timed(work, enough)
