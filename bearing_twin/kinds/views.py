@@ -253,6 +253,18 @@ def curves(title: str, unit: str, *rows: tuple) -> Panel:
     return Panel(title, unit, lines)
 
 
+def along_axes(series: str, first: int = 0) -> tuple[tuple, ...]:
+    """Rows of `curves` for a vector along x, y and z, whose numbers are the columns of a series from `first` on."""
+    return tuple((series, axis, first + k) for k, axis in enumerate("xyz"))
+
+
+def ball_curves(title: str, unit: str, series: str, balls: int, raceway: int) -> Panel:
+    """A panel of a series (balls, 2) on raceway 0 (inner) or 1 (outer): one curve a ball, of the first MOST_CURVES."""
+    return Panel(
+        title, unit, tuple(Line(series, f"ball {k}", 2 * k + raceway, k, k) for k in range(min(balls, MOST_CURVES)))
+    )
+
+
 def plain_view(facts, channels) -> View:
     """The view of a kind that has none of its own: every channel over time."""
     shown = tuple(channel for channel in channels if channel.width <= MOST_CURVES)

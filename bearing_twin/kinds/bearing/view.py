@@ -15,19 +15,18 @@ from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBE
 from bearing_twin.kinds.views import (
     BLUE,
     BRASS,
-    MOST_CURVES,
     ORANGE,
     PALETTE,
     RED,
     Arrows,
     Details,
     Enlarged,
-    Line,
     Look,
-    Panel,
     Solid,
     Spots,
     View,
+    along_axes,
+    ball_curves,
     curves,
     picked,
 )
@@ -224,19 +223,12 @@ def _marks(geometry):
 
 
 def _panels(balls: int, moves: bool):
-    shown = range(min(balls, MOST_CURVES))
-
-    def each(series, side):
-        return tuple(Line(series, f"ball {k}", 2 * k + side, k, k) for k in shown)
-
-    displaced = Panel(
-        "Inner ring's displacement", "m", tuple(Line("inner_ring_offset", one, k, k) for k, one in enumerate("xyz"))
-    )
+    displaced = curves("Inner ring's displacement", "m", *along_axes("inner_ring_offset"))
     return (
-        Panel("Load on each ball, inner raceway", "N", each("normal_load", 0)),
-        Panel("Load on each ball, outer raceway", "N", each("normal_load", 1)),
+        ball_curves("Load on each ball, inner raceway", "N", "normal_load", balls, 0),
+        ball_curves("Load on each ball, outer raceway", "N", "normal_load", balls, 1),
         *((displaced,) if moves else ()),
-        Panel("Peak pressure, inner raceway", "Pa", each("peak_pressure", 0)),
+        ball_curves("Peak pressure, inner raceway", "Pa", "peak_pressure", balls, 0),
         curves("Friction torque on the inner ring", "N m", ("friction_torque", "about the axis")),
         curves("Speeds about the axis", "rad/s", ("inner_ring_speed", "inner ring"), ("orbit_speed", "balls, mean")),
         curves(

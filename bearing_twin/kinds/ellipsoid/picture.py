@@ -6,14 +6,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
+from bearing_twin.kinds.ellipsoid.view import LOST, STORED
 from bearing_twin.numerics.rotation import rotation_matrix
 from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
 
 OUTLINES = 9  # of the body along its path
-STORED = (("kinetic_energy", "kinetic"), ("potential_energy", "of height"), ("elastic_energy", "in the contact"))
-LOST = (("dissipated_viscous", "lost to viscosity"), ("dissipated_friction", "lost to friction"))
-"""Channels and words of the energies, in the order in which they are stacked."""
 
 
 class EllipsoidPicture(RunPicture):

@@ -4,7 +4,20 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bearing_twin.kinds.views import GLASS, ORANGE, Arrows, Look, Panel, Solid, Spots, Trail, View, curves, picked
+from bearing_twin.kinds.views import (
+    GLASS,
+    ORANGE,
+    Arrows,
+    Look,
+    Panel,
+    Solid,
+    Spots,
+    Trail,
+    View,
+    along_axes,
+    curves,
+    picked,
+)
 from bearing_twin.sample import Channel, Sample
 
 ARROW, SPOT = 1.6, 0.35  # longest arrow, greatest drawn semi-axis of a contact; in sizes of the body
@@ -13,6 +26,10 @@ TAKEN = (
     *("semi_major", "semi_minor", "peak_pressure", "normal_load", "kinetic_energy", "potential_energy"),
     *("elastic_energy", "dissipated_viscous", "dissipated_friction"),
 )
+
+STORED = (("kinetic_energy", "kinetic"), ("potential_energy", "of height"), ("elastic_energy", "in the contact"))
+LOST = (("dissipated_viscous", "lost to viscosity"), ("dissipated_friction", "lost to friction"))
+"""Channels and words of the energies, in the order in which they are shown."""
 
 
 def view(facts, channels) -> View:
@@ -54,16 +71,8 @@ def contact_view(
             curves("Normal load", "N", ("normal_load", "normal load")),
             motion,
             curves("Peak pressure", "Pa", ("peak_pressure", "peak pressure")),
-            curves("Slip at the contact", "m/s", *(("slip", name, k) for k, name in enumerate("xyz"))),
-            curves(
-                "Energy",
-                "J",
-                ("kinetic_energy", "kinetic"),
-                ("potential_energy", "of height"),
-                ("elastic_energy", "in the contact"),
-                ("dissipated_viscous", "lost to viscosity"),
-                ("dissipated_friction", "lost to friction"),
-            ),
+            curves("Slip at the contact", "m/s", *along_axes("slip")),
+            curves("Energy", "J", *STORED, *LOST),
         ),
         solids=solids,
         marks=(

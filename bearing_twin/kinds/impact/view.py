@@ -9,6 +9,7 @@ from bearing_twin.sample import Channel
 
 REACH, ARROW, ABOVE = 0.3, 0.9, 1.25  # radii of the smaller body: displacement, longest arrow, height of the arrows
 TAKEN = ("approach", "normal_load", "displacement", "velocity", "kinetic_energy", "elastic_energy")
+ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "in the contact"))
 
 
 def view(facts, channels) -> View:
@@ -47,7 +48,7 @@ def view(facts, channels) -> View:
             curves("Contact force", "N", ("normal_load", "force")),
             curves("Approach, negative while there is a gap", "m", ("approach", "approach")),
             curves("Velocities", "m/s", ("velocity", "first", 0), ("velocity", "second", 1)),
-            curves("Energy", "J", ("kinetic_energy", "kinetic"), ("elastic_energy", "in the contact")),
+            curves("Energy", "J", *ENERGIES),
         ),
         solids=tuple(_bodies(parameters, first, second)),
         marks=(

@@ -5,7 +5,6 @@ from itertools import pairwise
 import numpy as np
 
 from bearing_twin.kinds.shaft.course import constant_loads
-from bearing_twin.kinds.shaft.outputs import channels as channels_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.topics import longest_arrow, ring_centres, ring_sizes, sizes
 from bearing_twin.kinds.views import (
@@ -14,11 +13,12 @@ from bearing_twin.kinds.views import (
     STEEL,
     Arrows,
     Enlarged,
-    Line,
     Look,
     Panel,
     Solid,
     View,
+    along_axes,
+    ball_curves,
     curves,
     picked,
 )
@@ -86,20 +86,18 @@ def view(facts, channels) -> View:
 
 
 def _panels(parameters) -> tuple[Panel, ...]:
-    axes = tuple("xyz")
     return (
-        Panel("Centre of mass", "m", tuple(Line("position", one, k, k) for k, one in enumerate(axes))),
+        curves("Centre of mass", "m", *along_axes("position")),
         curves("Tilt", "rad", ("tilt", "about x", 0), ("tilt", "about y", 1)),
         *(
-            Panel(
-                f"Force of the {side} bearing on the shaft",
-                "N",
-                tuple(Line("bearing_force", one, 3 * b + k, k) for k, one in enumerate(axes)),
-            )
+            curves(f"Force of the {side} bearing on the shaft", "N", *along_axes("bearing_force", 3 * b))
             for b, side in enumerate(SIDES)
         ),
-        Panel("Load on the shaft but its weight", "N", tuple(Line("load", one, k, k) for k, one in enumerate(axes))),
-        *(_balls(parameters, side) for side in SIDES),
+        curves("Load on the shaft but its weight", "N", *along_axes("load")),
+        *(
+            ball_curves(f"Load on each ball, {side} bearing, inner raceway", "N", f"{side}_normal_load", balls, 0)
+            for side, balls in ((side, getattr(parameters, side).geometry.balls) for side in SIDES)
+        ),
         curves("Speed of the shaft", "rad/s", ("shaft_speed", "about z")),
         curves("Energy", "J", ("kinetic_energy", "kinetic"), ("elastic_energy", "in the contacts")),
         curves(
@@ -110,13 +108,6 @@ def _panels(parameters) -> tuple[Panel, ...]:
             ("dissipated", "lost to damping"),
         ),
     )
-
-
-def _balls(parameters, side: str) -> Panel:
-    """Loads on the inner raceway."""
-    [channel] = picked(channels_of(parameters), (f"{side}_normal_load",))
-    lines = tuple(Line(channel.name, f"ball {k}", 2 * k, k, k) for k in range(min(channel.shape[0], 32)))
-    return Panel(f"Load on each ball, {side} bearing, inner raceway", "N", lines)
 
 
 def _rows(parameters, sample) -> dict[str, np.ndarray]:

@@ -12,6 +12,7 @@ TAKEN = (
     *("normal_load", "position", "velocity", "penetration", "least_stretch", "kinetic_energy", "elastic_energy"),
     *("contact_energy", "shape", "other_velocity", "other_shape"),
 )
+ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "strain"), ("contact_energy", "in the penalty"))
 HALVES = {  # signs of x and y of the halves drawn of a disc, by what it meets; the mesh is of one half
     "wall": ((1.0, 1.0), (-1.0, 1.0)),
     "disc": ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)),
@@ -51,13 +52,7 @@ def view(facts, channels) -> View:
         panels=(
             curves("Contact force", "N", ("normal_load", "force")),
             curves(f"Velocity of the centre of mass, away from {facing}", "m/s", *velocities),
-            curves(
-                "Energy",
-                "J",
-                ("kinetic_energy", "kinetic"),
-                ("elastic_energy", "strain"),
-                ("contact_energy", "in the penalty"),
-            ),
+            curves("Energy", "J", *ENERGIES),
             curves("Least principal stretch", "1", ("least_stretch", "least stretch")),
             curves(f"Depth of the rim in {facing}", "m", ("penetration", "depth")),
         ),
