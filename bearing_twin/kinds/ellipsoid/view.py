@@ -8,8 +8,8 @@ from bearing_twin.kinds.views import (
     GLASS,
     ORANGE,
     Arrows,
+    CurvePanel,
     Look,
-    Panel,
     Solid,
     Spots,
     Trail,
@@ -57,7 +57,12 @@ def travels(axes, start) -> bool:
 
 
 def contact_view(
-    channels, solids: tuple[Solid, ...], size: float, look: Look, motion: Panel, push: Callable[[Sample], np.ndarray]
+    channels,
+    solids: tuple[Solid, ...],
+    size: float,
+    look: Look,
+    motion: CurvePanel,
+    push: Callable[[Sample], np.ndarray],
 ) -> View:
     """The view of a body of that `size` [m] on another: what an ellipsoid on a plane and two bodies have in common.
 

@@ -12,9 +12,9 @@ from bearing_twin.kinds.views import (
     ORANGE,
     STEEL,
     Arrows,
+    CurvePanel,
     Enlarged,
     Look,
-    Panel,
     Solid,
     View,
     along_axes,
@@ -85,7 +85,7 @@ def view(facts, channels) -> View:
     )  # fmt: skip
 
 
-def _panels(parameters) -> tuple[Panel, ...]:
+def _panels(parameters) -> tuple[CurvePanel, ...]:
     return (
         curves("Centre of mass", "m", *along_axes("position")),
         curves("Tilt", "rad", ("tilt", "about x", 0), ("tilt", "about y", 1)),

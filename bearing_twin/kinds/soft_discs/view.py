@@ -5,7 +5,7 @@ import numpy as np
 from bearing_twin.kinds.soft_discs.derived import bodies_of
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, edges_of, triangles_of
-from bearing_twin.kinds.views import DARK, Look, Sheet, Solid, View, curves, picked
+from bearing_twin.kinds.views import DARK, Look, MovingMesh, Solid, View, curves, picked
 from bearing_twin.sample import Channel
 
 TAKEN = (
@@ -58,7 +58,7 @@ def view(facts, channels) -> View:
         ),
         solids=(wall,) if parameters.against == "wall" else (),
         marks=tuple(
-            Sheet(name, "strain energy", name, triangles, edges, f"{name}_energy", shared, signs[name])
+            MovingMesh(name, "strain energy", name, triangles, edges, f"{name}_energy", shared, signs[name])
             for name in bodies
         ),
         look=Look(1.1 * tall, middle=(0.0, middle, 0.0)),

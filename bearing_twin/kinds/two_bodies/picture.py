@@ -18,7 +18,7 @@ OUTLINES, SIDES = 9, 96  # of a body along its path; sides of an outline
 GRID = 160  # points across the section of a body that is drawn by it
 
 
-class PairPicture(RunPicture):
+class TwoBodiesPicture(RunPicture):
     """The picture of one run of any length."""
 
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
