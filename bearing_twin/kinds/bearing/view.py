@@ -73,22 +73,16 @@ def view(facts, channels) -> View:
         enlarged=Enlarged(
             "displacements and clearance",
             ("deviation", "inner_ring_offset", *(("cage_place",) if moving_centre(parameters) else ())),
-            REACH * 0.5 * ball,
-            0.25 * abs(geometry.radial_clearance),
+            REACH * 0.5 * ball, 0.25 * abs(geometry.radial_clearance),
         ),
         details=Details(
-            "balls",
-            "ball",
-            ("inner raceway", "outer raceway"),
-            "semi_major",
-            "semi_minor",
-            "peak_pressure",
+            "balls", "ball", ("inner raceway", "outer raceway"), "semi_major", "semi_minor", "peak_pressure",
             (("load", "normal_load"), ("contact angle", "contact_angle"), ("slip", "slip_speed")),
         ),
         period=_period(parameters, ball / geometry.pitch_diameter),
         words="Rings are cut through the middle of the balls; the outer ring is at rest.",
         axes=True,
-    )
+    )  # fmt: skip
 
 
 def _period(parameters, slenderness: float) -> float:
@@ -141,16 +135,9 @@ def _solids(parameters, geometry):
             marked=inner,
         )
     yield Solid(
-        "balls",
-        "balls",
-        {"ellipsoid": (0.5 * ball,) * 3},
-        PALETTE,
-        parameters.geometry.balls,
-        "seat",
-        "deviation",
-        "orientation",
-        marked=True,
-    )
+        "balls", "balls", {"ellipsoid": (0.5 * ball,) * 3}, PALETTE, parameters.geometry.balls,
+        "seat", "deviation", "orientation", marked=True,
+    )  # fmt: skip
     if parameters.cage.kind in (EVEN, POCKETS):
         outlines = _webs(parameters.geometry.balls, pitch, ball, parameters.cage.pocket_clearance)
         shape = {"extruded": {"outlines": outlines, "low": -0.42 * ball, "high": 0.06 * ball}}
@@ -197,29 +184,15 @@ def _marks(geometry):
     bore = 0.5 * geometry.pitch_diameter - (0.5 + WALL) * ball
     return (
         Arrows(
-            "loads",
-            "load on a ball by inner and outer raceway",
-            "N",
-            "normal",
-            ARROW * ball,
-            (BLUE, ORANGE),
-            "normal_load",
-            on="balls",
-            radius=0.5 * ball,
+            "loads", "load on a ball by inner and outer raceway", "N", "normal", ARROW * ball, (BLUE, ORANGE),
+            "normal_load", on="balls", radius=0.5 * ball,
         ),
         Arrows("ring_load", "load on the inner ring", "N", "ring_load", RING_ARROW * bore, (RED,), from_point=True),
         Spots(
-            "ellipses",
-            "contact ellipses",
-            "normal",
-            "semi_major",
-            "semi_minor",
-            "peak_pressure",
-            0.45 * ball,
-            on="balls",
-            radius=0.5 * ball,
+            "ellipses", "contact ellipses", "normal", "semi_major", "semi_minor", "peak_pressure", 0.45 * ball,
+            on="balls", radius=0.5 * ball,
         ),
-    )
+    )  # fmt: skip
 
 
 def _panels(balls: int, moves: bool):
@@ -232,16 +205,11 @@ def _panels(balls: int, moves: bool):
         curves("Friction torque on the inner ring", "N m", ("friction_torque", "about the axis")),
         curves("Speeds about the axis", "rad/s", ("inner_ring_speed", "inner ring"), ("orbit_speed", "balls, mean")),
         curves(
-            "Energy",
-            "J",
-            ("kinetic_energy", "kinetic"),
-            ("elastic_energy", "elastic"),
-            ("potential_energy", "of height"),
+            "Energy", "J",
+            ("kinetic_energy", "kinetic"), ("elastic_energy", "elastic"), ("potential_energy", "of height"),
         ),
         curves(
-            "Work since the start",
-            "J",
-            ("drive_work", "by drive and loads"),
-            ("dissipated", "lost to friction, damping"),
+            "Work since the start", "J",
+            ("drive_work", "by drive and loads"), ("dissipated", "lost to friction, damping"),
         ),
-    )
+    )  # fmt: skip

@@ -83,27 +83,14 @@ def contact_view(
         marks=(
             Trail("way", "way of the centre", "position"),
             Arrows(
-                "load",
-                "normal load on the body",
-                "N",
-                "push",
-                ARROW * size,
-                (ORANGE,),
-                "normal_load",
+                "load", "normal load on the body", "N", "push", ARROW * size, (ORANGE,), "normal_load",
                 point="contact_point",
             ),
             Spots(
-                "contact",
-                "contact",
-                "push",
-                "semi_major",
-                "semi_minor",
-                "peak_pressure",
-                SPOT * size,
-                major_axis="major_axis",
-                point="contact_point",
+                "contact", "contact", "push", "semi_major", "semi_minor", "peak_pressure", SPOT * size,
+                major_axis="major_axis", point="contact_point",
             ),
         ),
         look=look,
         words="Bodies and places are true to scale.",
-    )
+    )  # fmt: skip

@@ -53,13 +53,7 @@ def view(facts, channels) -> View:
         solids=tuple(_bodies(parameters, first, second)),
         marks=(
             Arrows(
-                "forces",
-                "force on each body",
-                "N",
-                "forces",
-                ARROW * least,
-                (BLUE, ORANGE),
-                point="tails",
+                "forces", "force on each body", "N", "forces", ARROW * least, (BLUE, ORANGE), point="tails",
                 from_point=True,
             ),
         ),
@@ -71,7 +65,7 @@ def view(facts, channels) -> View:
         ),
         enlarged=Enlarged("displacements", ("ways",), REACH * least),
         words="Where the bodies overlap they are pressed flat: the overlap is the approach, as much enlarged.",
-    )
+    )  # fmt: skip
 
 
 def _bodies(parameters, first: float, second: float):
@@ -82,12 +76,6 @@ def _bodies(parameters, first: float, second: float):
         else:
             shape = {"ellipsoid": (radius,) * 3}
         yield Solid(
-            name,
-            f"{name} body",
-            shape,
-            (BLUE, ORANGE)[place],
-            place=place,
-            position="middles",
-            deviation="ways",
-            opacity=0.62,
-        )
+            name, f"{name} body", shape, (BLUE, ORANGE)[place],
+            place=place, position="middles", deviation="ways", opacity=0.62,
+        )  # fmt: skip

@@ -47,34 +47,20 @@ def view(facts, channels) -> View:
         panels=_panels(parameters),
         solids=(
             Solid(
-                "shaft",
-                "shaft",
-                {"turned": {"strokes": _rod(radius, low, high)}},
-                STEEL,
-                deviation="position",
-                turn="turn",
-                tilt="tilt",
-                marked=True,
+                "shaft", "shaft", {"turned": {"strokes": _rod(radius, low, high)}}, STEEL,
+                deviation="position", turn="turn", tilt="tilt", marked=True,
             ),
             *(
                 Solid(
-                    f"{side}_bearing",
-                    f"{side} bearing",
-                    {"turned": {"strokes": _housing(getattr(parameters, side))}},
-                    DARK,
-                    opacity=0.5,
+                    f"{side}_bearing", f"{side} bearing", {"turned": {"strokes": _housing(getattr(parameters, side))}},
+                    DARK, opacity=0.5,
                 )
                 for side in SIDES
             ),
         ),
         marks=(
             Arrows(
-                "forces",
-                "force on the shaft",
-                "N",
-                "bearing_force",
-                longest_arrow(parameters),
-                (ORANGE,),
+                "forces", "force on the shaft", "N", "bearing_force", longest_arrow(parameters), (ORANGE,),
                 point="centres",
             ),
         ),
@@ -101,13 +87,10 @@ def _panels(parameters) -> tuple[CurvePanel, ...]:
         curves("Speed of the shaft", "rad/s", ("shaft_speed", "about z")),
         curves("Energy", "J", ("kinetic_energy", "kinetic"), ("elastic_energy", "in the contacts")),
         curves(
-            "Work since the start",
-            "J",
-            ("load_work", "of loads and unbalances"),
-            ("bearing_work", "on the bearings"),
+            "Work since the start", "J", ("load_work", "of loads and unbalances"), ("bearing_work", "on the bearings"),
             ("dissipated", "lost to damping"),
         ),
-    )
+    )  # fmt: skip
 
 
 def _rows(parameters, sample) -> dict[str, np.ndarray]:
