@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from quantiles import from_table
 
 from bearing_twin.charts import coverage
 from bearing_twin.charts.coverage import CLOSER, LEAST, STATISTICS, draw, measure, reading, too_narrow
@@ -34,6 +35,8 @@ def points():
         patch.setattr("scipy.stats._qmc.copy", SimpleNamespace(deepcopy=lambda one: one))
         # Every problem takes the same points.
         patch.setattr(coverage, "UnitPoints", cache(drawn_once))
+        gamma = coverage.PROBLEMS["gamma"]
+        patch.setitem(coverage.PROBLEMS, "gamma", gamma._replace(each=SimpleNamespace(ppf=from_table(gamma.each.ppf))))
         patch.setattr(coverage, "CLOSER", DECIDING)
         return [
             *measure(("gamma",), tuple(SAMPLERS), (128, 1024), SEEDS),

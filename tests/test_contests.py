@@ -15,7 +15,6 @@ from bearing_twin.charts import (
     bearing_outputs,
     body_limits,
     contest,
-    limit_picture,
     limits,
     model_limits,
     model_maps,
@@ -157,9 +156,9 @@ def test_a_ninth_method_is_drawn_where_there_are_eight_colours(tmp_path, monkeyp
     facts = model_limits.LIMITED["impact_stiffness"]._replace(methods=nine)
     monkeypatch.setitem(model_limits.LIMITED, "impact_stiffness", facts)
     drawn = []
-    monkeypatch.setattr(limit_picture, "save_chart", lambda figure, *_: drawn.append(figure))
+    monkeypatch.setattr(stability_picture, "save_chart", lambda figure, *_: drawn.append(figure))
     found = [limits.Limit(one, "impact_stiffness", across, 1e-6, 2e-6, 1e-6) for one in nine for across in (1e10, 1e11)]
-    limit_picture.of_limits(found, tmp_path / "l.png")
+    stability_picture.of_limits(found, tmp_path / "l.png")
     lines = {line.get_label(): (line.get_color(), line.get_linestyle()) for line in drawn[0].axes[0].lines}
     assert len({lines[one] for one in nine}) == 9
     assert len({(look["color"], look["linestyle"]) for look in map(study_samples.colour, range(9))}) == 9

@@ -17,7 +17,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.encoding import encoded
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes import demo
-from bearing_twin.nodes.watching import Watch
+from bearing_twin.nodes.watching import Received
 
 
 @pytest.mark.environment
@@ -49,7 +49,7 @@ def test_the_demo_ends_with_a_table_a_log_and_a_picture(tmp_path):
     ("force", "shown"), [(-1.0, "-1.000"), (-594.7, "-594.70"), (-12345.67, "-12346"), (3e8, "+3.0e+08")]
 )
 def test_the_live_table_fits_80_columns_and_cuts_no_number(force, shown):
-    watch = Watch(8)
+    watch = Received(8)
     watch.force[:], watch.torque[:], watch.count[:] = force, -1.234e-5, 123456
     console = Console(width=80, file=io.StringIO())
     console.print(demo.ball_table(watch))
@@ -61,7 +61,7 @@ def test_the_live_table_fits_80_columns_and_cuts_no_number(force, shown):
 
 @pytest.mark.parametrize(("load", "outputs"), [(0.5, 51), (12345.67, 20001)])
 def test_the_table_at_the_end_fits_80_columns(load, outputs):
-    watch = Watch(8)
+    watch = Received(8)
     watch.greatest[:], watch.contact_angle[:] = load, -0.3
     watch.semi_major[:], watch.semi_minor[:], watch.count[:] = 2345.6e-6, 234.5e-6, outputs
     console = Console(width=80, file=io.StringIO())
@@ -97,14 +97,14 @@ def test_a_watch_keeps_the_greatest_load_of_every_output_of_a_block():
         fields = {"first_sequence": first, "count": len(loads), **names, "time_ns": times, "values": values.reshape(-1)}
         return encoded(cdr.SAMPLE_BLOCK, fields, int(times[0]), "bearing_link")
 
-    watch = Watch(2)
+    watch = Received(2)
     watch.samples(block(0, [[1.0, 9.0, 3.0, 4.0], [8.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 0.0]]))
     watch.samples(block(3, [[2.0, 2.0, 2.0, 5.0], [0.0, 0.0, 0.0, 0.0]]))
     assert watch.greatest.tolist() == [[8.0, 9.0], [7.0, 5.0]]
 
 
 def test_a_watch_keeps_each_ellipse_where_its_load_was_greatest():
-    watch = Watch(1)
+    watch = Received(1)
     for load, angle in (([3.0, 1.0], [0.3, 0.1]), ([2.0, 2.0], [0.2, 0.2])):
         watch.contacts(
             SimpleNamespace(normal_load=load, contact_angle=angle, semi_major=load, semi_minor=load, law="hertz")

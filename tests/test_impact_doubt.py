@@ -257,7 +257,7 @@ def test_errors_of_a_beam_fall_with_its_modes_as_its_companion_takes_for_granted
 
 STEPS_OF = {
     "two_spheres": (pair, 10.0, 1e-6, (*CELLS["spheres, steady"][1], "solver.stepper=dop853")),
-    "two_bodies_groove": (two_bodies, 30.0, 1e-4, ("run.duration=0.03",)),
+    "two_bodies_groove": (two_bodies, 30.0, 1e-4, ("run.duration=0.025",)),
     "ellipsoid_rocking": (ellipsoid, 30.0, 1e-4, ("run.duration=0.3",)),
 }
 

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
-from bearing_twin.command.logged import Watched
+from bearing_twin.command.logged import ShownStream
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds.impact.figures import CONTACT
 from bearing_twin.kinds.impact.picture import draw_force
@@ -164,7 +164,7 @@ def test_a_picture_that_cannot_be_written_takes_no_figure_along(tmp_path, monkey
     def refuse(*_):
         raise BearingTwinError("the disk is full")
 
-    monkeypatch.setattr(Watched, "write", refuse)
+    monkeypatch.setattr(ShownStream, "write", refuse)
     assert main(["simulate", "two_spheres", "--plot", str(tmp_path / "a.png"), "--json"]) == BAD_INPUT
     told, error = capsys.readouterr()
     assert json.loads(told)["peak_force_n"] > 0.0

@@ -14,7 +14,7 @@ from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.model_error import SPREAD, _doubted, _gathered, _large, chosen, model_errors, spread, told_of_model
 from bearing_twin.uq.propagation import task_of
 from bearing_twin.uq.quantities import errors_of, quantities_of
-from bearing_twin.uq.realise import Worth, empty, only_what_is_wanted
+from bearing_twin.uq.realise import RealisationWorth, empty, only_what_is_wanted
 from bearing_twin.uq.study_file import parse_study
 from bearing_twin.view.study_page import document_of_study
 
@@ -104,7 +104,7 @@ def test_what_companions_alone_doubt_is_told_with_their_number():
     task = task_of(parse_study(LOOSE, "study"))
     found = empty(task, 3)._replace(
         doubts={0: ("loads off by 0.2", "pressure 5 GPa"), 2: ("loads off by 0.3",)},
-        worth=dict.fromkeys(range(3), Worth({}, {})),
+        worth=dict.fromkeys(range(3), RealisationWorth({}, {})),
     )
     assert list(_doubted(found, ["pressure 6 GPa"])) == ["2 of 3 realisations with a companion: loads off by 0.2"]
 
@@ -112,7 +112,7 @@ def test_what_companions_alone_doubt_is_told_with_their_number():
 def test_the_greatest_error_by_each_source_stands_for_all_and_their_sum_for_the_model():
     study = parse_study(SPHERES, "study")
     each = [{METHOD: 3.0, LAW: 0.1}, {METHOD: 1.0, LAW: 0.4}, {METHOD: 2.0, LAW: 0.3}]
-    worth = {row: Worth(dict.fromkeys(study.quantities, errors), {}) for row, errors in enumerate(each)}
+    worth = {row: RealisationWorth(dict.fromkeys(study.quantities, errors), {}) for row, errors in enumerate(each)}
     found = empty(task_of(study), len(each))._replace(worth=worth)
     of, told = _gathered(study, found, found.quantities, "")
     assert told["realisations"] == 3

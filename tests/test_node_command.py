@@ -11,13 +11,13 @@ import pytest
 
 from bearing_twin.command import cli, node_command
 from bearing_twin.command.node_start import NODES, words_of
-from bearing_twin.command.pace import Pace
+from bearing_twin.command.pace import MessagePace
 from bearing_twin.errors import BearingTwinError
 
 
 def test_a_pace_is_counted_from_its_periods():
     times = iter([0.0, 0.5, 1.0, 2.0])
-    pace = Pace(lambda: next(times))
+    pace = MessagePace(lambda: next(times))
     assert [pace.message() for _ in range(4)] == [False, False, True, True]
     figures = pace.figures()
     assert (figures["messages"], figures["rate_hz"]) == (4, 1.5)

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from bearing_twin.nodes.pacing import GREATEST_LAG, LAG_SHOWN, SLOWEST, Pace, PacedStream, Pacer, Timed
+from bearing_twin.nodes.pacing import GREATEST_LAG, LAG_SHOWN, SLOWEST, PacedStream, Pacer, StreamPace, Timed
 from bearing_twin.nodes.worker import Worker
 
 MS = 1_000_000
@@ -44,7 +44,7 @@ def test_every_message_goes_out_when_it_is_due(factor):
     ]
     assert stream.finished
     assert stream.pacer.pace().lag_ns == 0
-    assert stream.pacer.pace().real_time_factor(Pace(0, 0, 0, 0)) == pytest.approx(factor)
+    assert stream.pacer.pace().real_time_factor(StreamPace(0, 0, 0, 0)) == pytest.approx(factor)
 
 
 def test_as_fast_as_possible_waits_for_nothing():
@@ -103,7 +103,7 @@ def test_a_late_stream_says_how_late_it_is_and_catches_up():
     assert pace.lag_ns == 290 * MS
     assert pace.behind
     assert pace.slipped_ns == 0
-    assert pace.real_time_factor(Pace(0, 0, 0, 0)) < 0.1
+    assert pace.real_time_factor(StreamPace(0, 0, 0, 0)) < 0.1
 
 
 def test_a_hopelessly_late_stream_gives_up_the_lag_and_counts_it():

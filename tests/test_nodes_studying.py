@@ -23,7 +23,7 @@ from bearing_twin.nodes.study_goal import (
 from bearing_twin.nodes.study_goal import (
     told as feedback_of,
 )
-from bearing_twin.nodes.study_limits import Limits, free_path, log_bytes
+from bearing_twin.nodes.study_limits import StudyLimits, free_path, log_bytes
 from bearing_twin.nodes.studying import (
     LONGEST_END_NS,
     LONGEST_READ_NS,
@@ -125,7 +125,7 @@ def test_a_goal_names_a_study_or_a_file_or_is_one(tmp_path):
     ],
 )
 def test_what_makes_no_study_is_aborted_before_its_turn_and_the_next_runs(goal, sentence):
-    begun, studies = [], Studies(limits=Limits(memory=1e8), run=lambda *_: pytest.fail("it ran"))
+    begun, studies = [], Studies(limits=StudyLimits(memory=1e8), run=lambda *_: pytest.fail("it ran"))
     request = asked(studies, goal, begin=lambda: begun.append(goal))
     assert begun == [goal]
     assert request.answer.state == ABORTED
@@ -138,7 +138,7 @@ def test_what_makes_no_study_is_aborted_before_its_turn_and_the_next_runs(goal, 
 
 def test_no_study_starts_more_workers_than_the_node_allows():
     used = []
-    studies = Studies(limits=Limits(workers=3), run=lambda study, *_: used.append(study.settings.workers) or 1 / 0)
+    studies = Studies(limits=StudyLimits(workers=3), run=lambda study, *_: used.append(study.settings.workers) or 1 / 0)
     for workers in (0, 2, 512):
         answered(studies, QUICK._replace(overrides=(f"workers={workers}",)))
     assert used == [3, 2, 3]
@@ -424,11 +424,11 @@ def test_a_study_ends_at_the_nodes_time_limit_and_is_logged(tmp_path):
         now[0] += int(6e9)
         return run_study(study, tell, cancelled)
 
-    studies = Studies(str(tmp_path), run=run, clock=lambda: now[0], limits=Limits(time_limit=5.0))
+    studies = Studies(str(tmp_path), run=run, clock=lambda: now[0], limits=StudyLimits(time_limit=5.0))
     answer = answered(studies)
     assert answer.state == ABORTED
     assert "time_limit = 5 s was reached" in answer.message
-    assert answered(Studies(run=run, clock=lambda: now[0], limits=Limits(time_limit=7.0))).state == SUCCEEDED
+    assert answered(Studies(run=run, clock=lambda: now[0], limits=StudyLimits(time_limit=7.0))).state == SUCCEEDED
 
 
 def test_a_goal_carries_a_time_limit_of_its_own(tmp_path):
@@ -439,9 +439,9 @@ def test_a_goal_carries_a_time_limit_of_its_own(tmp_path):
 
 
 def test_samples_and_room_for_logs_are_the_nodes_limits(tmp_path):
-    assert "samples = 499" in answered(Studies(limits=Limits(samples=499)), QUICK).message
+    assert "samples = 499" in answered(Studies(limits=StudyLimits(samples=499)), QUICK).message
     quota = 1.5 * log_bytes(study_of(QUICK))
-    studies = Studies(str(tmp_path), Limits(log_quota=quota))
+    studies = Studies(str(tmp_path), StudyLimits(log_quota=quota))
     first, second = answered(studies), answered(studies, QUICK._replace(samples=1000))
     assert os.path.getsize(first.log) < log_bytes(study_of(QUICK)) + 20_000
     assert (first.state, second.state, second.log) == (SUCCEEDED, SUCCEEDED, "")
@@ -464,7 +464,7 @@ def test_what_is_done_of_a_study_outlives_what_ends_it(tmp_path, broken_off, log
 def test_a_named_executor_is_allowed():
     used = []
     studies = Studies(
-        run=lambda study, *_: used.append(study.executor) or 1 / 0, limits=Limits(executors=["dask://here:1"])
+        run=lambda study, *_: used.append(study.executor) or 1 / 0, limits=StudyLimits(executors=["dask://here:1"])
     )
     answered(studies, QUICK._replace(overrides=("executor=dask://here:1",)))
     assert used == ["dask://here:1"]

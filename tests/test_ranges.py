@@ -16,7 +16,7 @@ from bearing_twin.kinds.ranges import FASTEST_CHANGE, RANGES
 from bearing_twin.log.cdr import deserialise
 from bearing_twin.log.mcap_log import raw_messages, recover, write_log
 from bearing_twin.nodes.study_goal import Goal, study_of
-from bearing_twin.nodes.study_limits import Limits
+from bearing_twin.nodes.study_limits import StudyLimits
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.run.simulation import simulate
@@ -254,8 +254,8 @@ def test_a_study_is_refused_and_marked_as_its_scene_is(stepper, quick_workers):
 def test_a_goal_cannot_allow_what_its_node_does_not():
     study = study_of(Goal(json.dumps(STUDY), (ON,)))
     with pytest.raises(StudyError, match="parameter allow_invalid = false forbids"):
-        Limits().bounded(study)
-    assert Limits(allow_invalid=True).bounded(study).scene["solver"]["allow_invalid"] == "on"
+        StudyLimits().bounded(study)
+    assert StudyLimits(allow_invalid=True).bounded(study).scene["solver"]["allow_invalid"] == "on"
 
 
 def test_the_volumetric_law_leaves_its_half_per_cent_where_its_range_says():

@@ -12,7 +12,7 @@ from shafts import energy, motion_of
 from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.contract import Output
-from bearing_twin.kinds.shaft.course import Course
+from bearing_twin.kinds.shaft.course import ShaftCourse
 from bearing_twin.kinds.shaft.models import choose, shares_of
 from bearing_twin.kinds.shaft.motion import motion
 from bearing_twin.kinds.shaft.operating import rechosen
@@ -215,7 +215,7 @@ def test_figures_keep_the_errors_they_had_where_a_finer_motion_follows_anew():
 @pytest.mark.parametrize("now", [0.03, 0.04, 0.05])
 def test_a_load_commanded_before_at_or_after_a_change_of_speed_leaves_the_speed_what_it_was_to_be(now):
     parameters = load_scene("shaft_two_6203", ("drive.change={time: 0.04, speed: 10.0}",)).parameters
-    own = Course(parameters, Loading(parameters.shaft))
+    own = ShaftCourse(parameters, Loading(parameters.shaft))
     loaded = own.loaded(now, (0.0, -10.0, 0.0), (0.0, 0.0))
     for time in (now, 0.041, 0.043, 0.06):
         assert loaded.turned(time) == pytest.approx(own.turned(time), rel=1e-12) or time < now

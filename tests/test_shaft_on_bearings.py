@@ -20,7 +20,7 @@ from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, azimuths_of, setting_of
 from bearing_twin.kinds.bearing.ratings import equivalent_load, ratings_of, reference_life
-from bearing_twin.kinds.shaft.course import Course, constant_loads
+from bearing_twin.kinds.shaft.course import ShaftCourse, constant_loads
 from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of, speeds_of
 from bearing_twin.kinds.shaft.figures import wanted_errors
 from bearing_twin.kinds.shaft.modes import (
@@ -633,7 +633,7 @@ def test_the_greatest_speed_tells_what_balance_is_worth_whichever_way_the_shaft_
 def test_a_scene_ends_with_the_speed_that_its_shaft_has_then(duration):
     """Before a change of speed, while it speeds up, and long after."""
     parameters = parameters_of("drive.change={time: 0.01, speed: 50}", f"run.duration={duration}")
-    end = Course(parameters, Loading(parameters.shaft)).turned(duration)[1]
+    end = ShaftCourse(parameters, Loading(parameters.shaft)).turned(duration)[1]
     assert speeds_of(parameters)[-1] == pytest.approx(end, rel=1e-12)
 
 

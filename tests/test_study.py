@@ -17,7 +17,7 @@ from bearing_twin.uq.realise import without_numbers
 from bearing_twin.uq.result import Tally
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.scene_keys import Reader, numeric_keys, put, replaced, value_at
-from bearing_twin.uq.stopping import Rule, looks
+from bearing_twin.uq.stopping import StopRule, looks
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
 
 ALPHA = "contact.measured_alpha"
@@ -92,7 +92,7 @@ def test_keys_that_follow_an_input_take_its_value():
 
 
 @pytest.mark.parametrize("more", [[], ["contact.restitution=0.9"]])
-def test_a_number_that_the_scene_wants_may_be_uncertain(more):
+def test_a_number_that_the_scene_wants_may_be_uncertain(more, quick_workers):
     """The law asks for a measured alpha, which the scene alone has not; by closed forms, and by simulating."""
     scene, words = {"kind": "two_spheres", "contact": {"normal": "measured"}}, [*more, "samples=40", "workers=1"]
     left_open = run_study(parse_study(PLAIN, "s", words)).as_dict()["quantities"]["contact_duration"]
@@ -301,13 +301,13 @@ def test_looks_grow_and_end_with_all_samples():
 
 
 def test_a_rule_wants_a_narrow_interval_and_never_takes_a_nan():
-    rule = Rule("q", "mean", 0.5, 0.1, 0.0)
+    rule = StopRule("q", "mean", 0.5, 0.1, 0.0)
     assert rule.bounds
     assert rule.satisfied(3.0, 0.1)
     assert not rule.satisfied(3.0, 0.11)
     assert not rule.satisfied(math.nan, math.nan)
-    assert Rule("q", "mean", 0.5, 0.0, 0.1).satisfied(-3.0, 0.3)
-    assert not Rule("q", "mean", 0.5, 0.0, 0.0).bounds
+    assert StopRule("q", "mean", 0.5, 0.0, 0.1).satisfied(-3.0, 0.3)
+    assert not StopRule("q", "mean", 0.5, 0.0, 0.0).bounds
 
 
 @pytest.mark.parametrize("name", scene_names())

@@ -206,7 +206,7 @@ def test_pictures_of_little_and_of_nothing(tmp_path, quick_pictures):
         plot_study(few, tmp_path / "nowhere" / "few.png")
 
 
-def test_numbers_below_a_panel_stand_apart_and_what_is_not_drawn_is_named(tmp_path, monkeypatch):
+def test_numbers_below_a_panel_stand_apart_and_what_is_not_drawn_is_named(tmp_path, monkeypatch, quick_workers):
     """Five quantities of eight samples, which are looked at once."""
     drawn = []
     monkeypatch.setattr(picture, "finish", lambda figure, title, footer, path, **_: drawn.append((figure, footer)))

@@ -23,7 +23,7 @@ from bearing_twin.uq.sampling import SAMPLERS, UnitPoints
 from bearing_twin.uq.statistics import estimate
 
 
-class Problem(NamedTuple):
+class KnownQuantity(NamedTuple):
     """A quantity: the sum of `inputs` values of the frozen SciPy distribution `each`, distributed as `whole`."""
 
     title: str
@@ -34,9 +34,9 @@ class Problem(NamedTuple):
 
 SHAPE = (1.138 / 0.6) ** 2  # of alpha in paper 3's widest study
 PROBLEMS = {
-    "gamma": Problem("gamma, deviation 0.53", 1, stats.gamma(SHAPE), stats.gamma(SHAPE)),
-    "sum": Problem("the same as a sum of four", 4, stats.gamma(SHAPE / 4.0), stats.gamma(SHAPE)),
-    "lognormal": Problem("lognormal, deviation 1.3", 1, stats.lognorm(1.0), stats.lognorm(1.0)),
+    "gamma": KnownQuantity("gamma, deviation 0.53", 1, stats.gamma(SHAPE), stats.gamma(SHAPE)),
+    "sum": KnownQuantity("the same as a sum of four", 4, stats.gamma(SHAPE / 4.0), stats.gamma(SHAPE)),
+    "lognormal": KnownQuantity("lognormal, deviation 1.3", 1, stats.lognorm(1.0), stats.lognorm(1.0)),
 }
 STATISTICS = ("mean", "std", "skewness", 0.05, 0.5, 0.95, 0.99)
 SIZES = (128, 1024, 8192)

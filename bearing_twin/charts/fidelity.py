@@ -67,7 +67,7 @@ class FidelityRow(Row):
         return self.error <= self.wanted
 
 
-class Trial(NamedTuple):
+class StepperTrial(NamedTuple):
     """Errors of load and friction of a stepper at a setting, CPU seconds and their spread; infinite where it broke."""
 
     load_error: float
@@ -112,21 +112,21 @@ class _Trials:
         motion = BearingMotion(self.scene(setting).parameters, Choice("hertz", stepper, 0.0, "", ()))
         return motion, *_timed_run(motion)
 
-    def trial(self, stepper: str, setting: float) -> Trial:
+    def trial(self, stepper: str, setting: float) -> StepperTrial:
         """How a stepper does at a setting."""
         if (stepper, setting) not in self._found:
             try:
                 motion, out, cost = self._run(stepper, setting)
-                self._found[stepper, setting] = Trial(*errors(motion, out, self.exact), *cost)
+                self._found[stepper, setting] = StepperTrial(*errors(motion, out, self.exact), *cost)
             except (IntegrationError, ArithmeticError):
-                self._found[stepper, setting] = Trial(math.inf, math.inf, math.inf)
+                self._found[stepper, setting] = StepperTrial(math.inf, math.inf, math.inf)
         return self._found[stepper, setting]
 
-    def at_rest(self, choice: Choice, wanted: float) -> Trial:
+    def at_rest(self, choice: Choice, wanted: float) -> StepperTrial:
         """How equilibria do."""
         out, cost = _timed_run(bearing_motion(self.scene(wanted, LOADS).parameters, choice))
         loads = np.abs(out.normal_load - self.exact.normal_load).max() / self.exact.normal_load.max()
-        return Trial(float(loads), math.nan, *cost)
+        return StepperTrial(float(loads), math.nan, *cost)
 
 
 def judge(name: str, _: str, __: float, limit: float) -> list[FidelityRow]:

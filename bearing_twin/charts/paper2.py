@@ -14,7 +14,7 @@ import numpy as np
 
 from bearing_twin.charts.sheets import Axis, Line, Panel, Sheet, SheetRow, Sheets
 from bearing_twin.kinds.beam.derived import resolve
-from bearing_twin.kinds.beam.motion import Watch, throw_scene
+from bearing_twin.kinds.beam.motion import WatchedPoints, throw_scene
 from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, TIMOSHENKO
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.reference.struck_beam import strike
@@ -37,7 +37,7 @@ def motion(height: int, theory: str, damping: float = 0.0, duration: float = 0.0
     given = [f"beam.theory={theory}", f"beam.damping_ratio={damping!r}", f"run.duration={duration!r}"]
     parameters = resolve(load_scene(f"sphere_on_beam_drop_{height}mm", given).parameters)
     found = throw_scene(parameters)
-    return parameters, found, Watch(parameters, found)
+    return parameters, found, WatchedPoints(parameters, found)
 
 
 def drops(update) -> Sheet:

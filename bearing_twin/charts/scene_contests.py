@@ -19,7 +19,7 @@ class Field(NamedTuple):
     ladder: tuple[float, ...]
 
 
-class Problem(NamedTuple):
+class SceneProblem(NamedTuple):
     """A scene of a contest: overrides of all runs, those of the truth, and what takes part."""
 
     scene: str
@@ -33,7 +33,7 @@ CONTACT, DISCS, ELLIPSOID = 7.13e-5, 6.49e-3, 5.1e-5  # s, of two spheres, of tw
 CLOSED, FIXED = "closed_form", ("rk4", "symplectic_euler")
 
 
-def _pair(scene: str, contact: float, *always: str, steppers: tuple[str, ...] = (CLOSED, *FIXED)) -> Problem:
+def _pair(scene: str, contact: float, *always: str, steppers: tuple[str, ...] = (CLOSED, *FIXED)) -> SceneProblem:
     """A contact of about that many seconds, by these steppers and by `dop853`; outputs are 440 in 1.23 of it."""
     steps = tuple(contact / count for count in (4, 8, 16, 32, 64, 128, 512))
     fields = {"dop853": Field(("solver.stepper=dop853",), "wanted.tolerance", LADDER)}
@@ -41,10 +41,10 @@ def _pair(scene: str, contact: float, *always: str, steppers: tuple[str, ...] = 
         ladder = Field((), "wanted.tolerance", (1e-6,)) if one == CLOSED else Field((), "solver.step", steps)
         fields[one] = ladder._replace(fixed=(f"solver.stepper={one}",))
     same = (*always, f"run.duration={1.23 * contact:.3g}", f"run.output_rate={360.0 / contact:.3g}")
-    return Problem(scene, same, ("solver.stepper=dop853", *TIGHT), fields)
+    return SceneProblem(scene, same, ("solver.stepper=dop853", *TIGHT), fields)
 
 
-def _beam(scene: str, *always: str) -> Problem:
+def _beam(scene: str, *always: str) -> SceneProblem:
     steps = (12, 24, 48, 96, 192, 384)
     fields = {
         "tolerance": Field((), "wanted.tolerance", (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8)),
@@ -56,12 +56,12 @@ def _beam(scene: str, *always: str) -> Problem:
         "sinusoidal": Field(("solver.stepper=sinusoidal",), "wanted.tolerance", (1e-6,)),
     }
     same = ("beam.theory=euler", "run.output_rate=1e6", "run.publish_rate=1e6", *always)
-    return Problem(scene, same, ("wanted.tolerance=1e-9",), fields)
+    return SceneProblem(scene, same, ("wanted.tolerance=1e-9",), fields)
 
 
-def _tracked(scene: str, trackings: tuple[str, ...], true: str, *always: str) -> Problem:
+def _tracked(scene: str, trackings: tuple[str, ...], true: str, *always: str) -> SceneProblem:
     fields = {one: Field((f"contact.tracking={one}",), "wanted.tolerance", LADDER) for one in trackings}
-    return Problem(scene, always, (f"contact.tracking={true}", "wanted.tolerance=1e-11"), fields)
+    return SceneProblem(scene, always, (f"contact.tracking={true}", "wanted.tolerance=1e-11"), fields)
 
 
 PAIRS = {

@@ -26,7 +26,7 @@ SCENE, SPAN = "bearing_6203", 2e-3
 BODIES = ("ball", "inner_ring", "outer_ring")
 
 
-class Axis(NamedTuple):
+class MapAxis(NamedTuple):
     """The second number of a map: what it is, its unit, its values, and the keys of a scene that it sets."""
 
     title: str
@@ -42,20 +42,20 @@ def _regularised(value: float) -> tuple[str, ...]:
 
 FROM_REST = ("initial.motion=rest", "drive.offset=[0.0,-1e-6,5e-6]")
 AXES = {
-    "stiffness": Axis(
+    "stiffness": MapAxis(
         "Young's modulus",
         "Pa",
         spread(2e10, 2e12, 9),
         lambda value: tuple(f"materials.{body}.young_modulus={value}" for body in BODIES),
     ),
-    "regularisation": Axis(
+    "regularisation": MapAxis(
         "friction regularisation",
         "m/s",
         spread(1e-3, 1e-1, 9),
         _regularised,
     ),
-    "sliding": Axis("friction regularisation", "m/s", spread(1e-3, 1e-1, 9), _regularised, FROM_REST),
-    "damping": Axis(
+    "sliding": MapAxis("friction regularisation", "m/s", spread(1e-3, 1e-1, 9), _regularised, FROM_REST),
+    "damping": MapAxis(
         "relaxation time",
         "s",
         spread(1e-7, 1e-5, 9),

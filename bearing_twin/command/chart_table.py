@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 
-class Chart(NamedTuple):
+class Listed(NamedTuple):
     """A row: module in charts/, what it shows, about how many seconds it takes on one free core, how it is made.
 
     `made`: a "contest" compares methods: its table has the one row of `charts.table`, it has a limit of cost, and can
@@ -18,52 +18,52 @@ class Chart(NamedTuple):
 
 
 CHARTS = {
-    "steppers": Chart("work_precision", "error in load and friction against cost", 400, "contest"),
-    "tolerance": Chart(
+    "steppers": Listed("work_precision", "error in load and friction against cost", 400, "contest"),
+    "tolerance": Listed(
         "tolerance", "the error asked for against the error got, and what runs say of it", 20, "contest"
     ),
-    "fidelity": Chart(
+    "fidelity": Listed(
         "fidelity", "what is chosen for bearings: error against what was wanted, cost against the least", 80, "contest"
     ),
-    "stability": Chart(
+    "stability": Listed(
         "stability_picture", "maps of where methods fail: limits predicted, found, and what is refused", 90, "contest"
     ),
-    "newcomers": Chart(
+    "newcomers": Listed(
         "newcomers", "SciPy with its defaults, Euler, a step of 0.1 ms: their error and cost", 25, "contest"
     ),
-    "bearing_laws": Chart("bearing_laws", "elastic laws inside a bearing's run: error and cost", 15, "contest"),
-    "bearing_friction": Chart("bearing_laws", "friction models inside a bearing's run: error and cost", 10, "contest"),
-    "output_rate": Chart("bearing_outputs", "figures of a bearing over the output rate", 8, "contest"),
-    "quantiles": Chart("bearing_outputs", "what a quantile of a bearing's load costs, by sampler", 45, "contest"),
-    "pairs": Chart(
+    "bearing_laws": Listed("bearing_laws", "elastic laws inside a bearing's run: error and cost", 15, "contest"),
+    "bearing_friction": Listed("bearing_laws", "friction models inside a bearing's run: error and cost", 10, "contest"),
+    "output_rate": Listed("bearing_outputs", "figures of a bearing over the output rate", 8, "contest"),
+    "quantiles": Listed("bearing_outputs", "what a quantile of a bearing's load costs, by sampler", 45, "contest"),
+    "pairs": Listed(
         "scene_contests", "spheres, discs, an ellipsoid meet: closed form, adaptive and fixed steps", 20, "contest"
     ),
-    "beams": Chart("scene_contests", "a sphere on a beam: modes, Volterra's equation, steps", 15, "contest"),
-    "two_bodies": Chart("scene_contests", "opposing points in closed form, by Newton, as a DAE", 15, "contest"),
-    "cost": Chart("cost", "where the time of a run goes, from the contacts to a log", 40, "told"),
-    "laws": Chart("laws", "error and cost of the elastic laws", 4, "contest"),
-    "friction": Chart("friction", "error and cost of friction over a spot that slides and spins", 12, "contest"),
-    "bounces": Chart("bounces", "a ball by the Hertz and by the volumetric law, and which comes late", 12),
-    "dimensions": Chart(
+    "beams": Listed("scene_contests", "a sphere on a beam: modes, Volterra's equation, steps", 15, "contest"),
+    "two_bodies": Listed("scene_contests", "opposing points in closed form, by Newton, as a DAE", 15, "contest"),
+    "cost": Listed("cost", "where the time of a run goes, from the contacts to a log", 40, "told"),
+    "laws": Listed("laws", "error and cost of the elastic laws", 4, "contest"),
+    "friction": Listed("friction", "error and cost of friction over a spot that slides and spins", 12, "contest"),
+    "bounces": Listed("bounces", "a ball by the Hertz and by the volumetric law, and which comes late", 12),
+    "dimensions": Listed(
         "dimensions", "equilibria against balls that move: error and cost over speed and load", 60, "contest"
     ),
-    "cages": Chart(
+    "cages": Listed(
         "cages", "equilibria, a held ring, a ring with mass, with and without a cage: error and cost", 20, "contest"
     ),
-    "samplers": Chart(
+    "samplers": Listed(
         "samplers", "error of mean and deviation of a contact time against realisations and cost", 70, "contest"
     ),
-    "coverage": Chart(
+    "coverage": Listed(
         "coverage", "how often 95 % intervals hold the truth, by sampler, statistic and samples", 90, "told"
     ),
-    "discs": Chart(
+    "discs": Listed(
         "soft_discs", "error of a soft disc's force against seconds, over meshes, formulations and steps", 60, "contest"
     ),
-    "paper1": Chart(
+    "paper1": Listed(
         "paper1", "paper 1's bearing in space, contact point and normal of a ball by several laws, their cost", 15
     ),
-    "studies": Chart("studies", "densities, forces and convergence of impacts with uncertain inputs", 150, "sheets"),
-    "paper2": Chart(
+    "studies": Listed("studies", "densities, forces and convergence of impacts with uncertain inputs", 150, "sheets"),
+    "paper2": Listed(
         "paper2",
         "a sphere falls on a beam: both drops by both beam theories, and what a paper says of them",
         5,

@@ -24,7 +24,7 @@ from bearing_twin.command import (
     view_command,
     watch_command,
 )
-from bearing_twin.command.logged import Watched, ended
+from bearing_twin.command.logged import ShownStream, ended
 from bearing_twin.command.outcome import (
     Outcome,
     add_allow_invalid,
@@ -40,7 +40,7 @@ from bearing_twin.parameters import echo, read_number
 from bearing_twin.units import Limits
 
 
-class Command(NamedTuple):
+class Subcommand(NamedTuple):
     """One subcommand; `examples` are whole lines as one would type them."""
 
     help: str
@@ -49,9 +49,9 @@ class Command(NamedTuple):
     examples: tuple[str, ...] = ()
 
 
-def _of(module) -> Command:
+def _of(module) -> Subcommand:
     """The subcommand of a module of its own."""
-    return Command(module.HELP, module.add_arguments, module.run, module.EXAMPLES)
+    return Subcommand(module.HELP, module.add_arguments, module.run, module.EXAMPLES)
 
 
 def _simulate_arguments(parser):
@@ -105,7 +105,7 @@ def _simulate(arguments) -> Outcome:
             for warning in (*late_keys(scene, scene.parameters.run.duration), *run.choice.warnings):
                 say(told(f"{scene.name}: {warning}"))
             compile_seconds = run.simulation.warm_up()
-        drawing = Watched(run, bool(picture))
+        drawing = ShownStream(run, bool(picture))
         incomplete, failure = ended(drawing, log, max_loss)
     problems = [incomplete] if incomplete else []
     if failure is not None:
@@ -182,7 +182,7 @@ def _report(arguments) -> Outcome:
     stream = read_log(arguments.log, allow_gaps=True, topic=arguments.topic, last_run=True)
     if STUDY_RECORD in stream.metadata:
         return study_command.report(arguments.log, picture)
-    watched = Watched(stream, bool(picture))
+    watched = ShownStream(stream, bool(picture))
     report, missing = report_of(stream, with_progress(watched.blocks(), stream.seconds, f"reading {stream.path}"))
     result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
     if stream.kept_rate:
@@ -218,7 +218,7 @@ def _recover(arguments) -> Outcome:
 
 
 COMMANDS = {
-    "simulate": Command(
+    "simulate": Subcommand(
         "integrate a scene, faster than real time",
         _simulate_arguments,
         _simulate,
@@ -228,19 +228,19 @@ COMMANDS = {
             "bearing_twin simulate bearing_6203_loose --out run.mcap --plot run.png",
         ),
     ),
-    "verify": Command(
+    "verify": Subcommand(
         "simulate the scene of a log again and compare every number",
         _verify_arguments,
         _verify,
         ("bearing_twin verify run.mcap",),
     ),
-    "report": Command(
+    "report": Subcommand(
         "the figures of a log, of a run or of a study, without simulating",
         _report_arguments,
         _report,
         ("bearing_twin report run.mcap", "bearing_twin report run.mcap --plot run.png --json"),
     ),
-    "recover": Command(
+    "recover": Subcommand(
         "copy what can be read of a damaged log into a new one",
         _recover_arguments,
         _recover,

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from bearing_twin.command.logged import Watched, ended
+from bearing_twin.command.logged import ShownStream, ended
 from bearing_twin.command.outcome import Outcome, new_log
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, read_number
@@ -73,7 +73,7 @@ def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
     again = ""
     with progress(f"going on with {scene.name}") as update:
         run = simulate(scene, update, failure)
-        incomplete, broken = ended(Watched(run), log)
+        incomplete, broken = ended(ShownStream(run), log)
         if broken is not None:
             left = write_failure(broken, log.parent if log else Path())
             again = f"it fails again {broken}" + (f"; see bearing_twin explain {left}" if left else "")

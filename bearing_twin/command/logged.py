@@ -6,7 +6,7 @@ from typing import NamedTuple
 from bearing_twin.errors import IntegrationError, LogError
 
 
-class Watched:
+class ShownStream:
     """A run or log whose blocks, gone through once, are shown to its picture, if one is wanted."""
 
     def __init__(self, stream, wanted: bool = False):
@@ -47,7 +47,7 @@ class Ended(NamedTuple):
     failure: IntegrationError | None
 
 
-def ended(run: Watched, log: Path | None, max_loss: float = 0.0) -> Ended:
+def ended(run: ShownStream, log: Path | None, max_loss: float = 0.0) -> Ended:
     """Has a run go to its end, into a new `log` if one is wanted; where that cannot grow, on without it.
 
     Raises LogError where no log can be begun, before anything is computed.
@@ -63,7 +63,7 @@ def ended(run: Watched, log: Path | None, max_loss: float = 0.0) -> Ended:
     return Ended(incomplete, run.failure)
 
 
-def _logged(run: Watched, log: Path, max_loss: float) -> str:
+def _logged(run: ShownStream, log: Path, max_loss: float) -> str:
     from bearing_twin.command.terminal import say
     from bearing_twin.log.mcap_log import write_log
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from bearing_twin.command.node_start import replace_by_node
 from bearing_twin.command.outcome import Outcome, listed, overrides_of
-from bearing_twin.command.pace import Pace
+from bearing_twin.command.pace import MessagePace
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, read_number
 from bearing_twin.report import json_text
@@ -127,7 +127,7 @@ def hz(arguments) -> Outcome:
     """Counts messages and times them."""
     from bearing_twin.command.terminal import say
 
-    pace, count = Pace(), _count(arguments)
+    pace, count = MessagePace(), _count(arguments)
     with _graph(arguments) as graph:
         try:
             for _ in graph.messages(arguments.topic, _silent(arguments), raw=True):

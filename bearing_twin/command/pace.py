@@ -7,7 +7,7 @@ from collections.abc import Callable
 SAID_EVERY = 1.0  # s
 
 
-class Pace:
+class MessagePace:
     """Counts messages and the periods between them; sums only, so that it can run for days."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic):

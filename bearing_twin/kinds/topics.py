@@ -13,7 +13,7 @@ import numpy as np
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.contract import ONCE, PUBLISH, Command, Output, Topic
 from bearing_twin.kinds.ranges import OUTSIDE
-from bearing_twin.kinds.urdf import Solid, urdf
+from bearing_twin.kinds.urdf import LinkShape, urdf
 from bearing_twin.sample import Sample, Wrench
 
 CONTACTS = "bearing_twin_msgs/msg/Contacts"
@@ -35,7 +35,7 @@ NUMBERS = (
 
 WrenchesOf = Callable[[Any, Sample], list[Wrench]]
 OriginsOf = Callable[[Any, Sample], Mapping[str, Iterable[float]]]
-SolidsOf = Callable[[Any], Mapping[str, Iterable[Solid]]]
+SolidsOf = Callable[[Any], Mapping[str, Iterable[LinkShape]]]
 
 
 def body_topics(

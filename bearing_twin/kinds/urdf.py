@@ -7,7 +7,7 @@ from typing import NamedTuple
 Color = tuple[float, float, float, float]
 
 
-class Solid(NamedTuple):
+class LinkShape(NamedTuple):
     """One shape of a body, in the frame of the body: URDF's name of the shape, its sizes [m], colour.
 
     `center` [m] is that of the shape; a cylinder's axis is z.
@@ -19,22 +19,24 @@ class Solid(NamedTuple):
     center: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def sphere(radius: float, color: Color) -> Solid:
+def sphere(radius: float, color: Color) -> LinkShape:
     """A sphere of `radius` [m]."""
-    return Solid("sphere", {"radius": radius}, color)
+    return LinkShape("sphere", {"radius": radius}, color)
 
 
-def cylinder(radius: float, length: float, color: Color) -> Solid:
+def cylinder(radius: float, length: float, color: Color) -> LinkShape:
     """A cylinder about z, of `radius` and `length` [m]."""
-    return Solid("cylinder", {"radius": radius, "length": length}, color)
+    return LinkShape("cylinder", {"radius": radius, "length": length}, color)
 
 
-def box(size: tuple[float, float, float], color: Color, center: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Solid:
+def box(
+    size: tuple[float, float, float], color: Color, center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> LinkShape:
     """A box with these edges [m]."""
-    return Solid("box", {"size": size}, color, center)
+    return LinkShape("box", {"size": size}, color, center)
 
 
-def urdf(link: str, bodies: Iterable[str], solids: Mapping[str, Iterable[Solid]], prefix: str = "") -> str:
+def urdf(link: str, bodies: Iterable[str], solids: Mapping[str, Iterable[LinkShape]], prefix: str = "") -> str:
     """URDF text: `link` with one floating link for each body, which `/tf` places; `prefix` stands before every name.
 
     Floating joints are published by no robot_state_publisher, so that nothing contradicts `/tf`.
@@ -50,7 +52,7 @@ def urdf(link: str, bodies: Iterable[str], solids: Mapping[str, Iterable[Solid]]
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)
 
 
-def _add_link(robot: ElementTree.Element, name: str, solids: Iterable[Solid]) -> None:
+def _add_link(robot: ElementTree.Element, name: str, solids: Iterable[LinkShape]) -> None:
     link = ElementTree.SubElement(robot, "link", name=name)
     for number, solid in enumerate(solids):
         visual = ElementTree.SubElement(link, "visual")

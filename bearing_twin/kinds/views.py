@@ -89,7 +89,7 @@ class Spots(NamedTuple):
     radius: float = 0.0
 
 
-class Sheet(NamedTuple):
+class MovingMesh(NamedTuple):
     """A surface whose nodes move: `nodes` (n, 2) in the plane of the picture, `triangles`, `values` (n,) as colours.
 
     The colours go up to the greatest value of the series `scale`. `signs` gives the signs of x and y of each copy
@@ -127,7 +127,7 @@ class Trail(NamedTuple):
     colour: str = BLUE
 
 
-class Line(NamedTuple):
+class PanelCurve(NamedTuple):
     """One curve of a panel: a column of a series, its name, and the number of its colour; `body` is its place there."""
 
     series: str
@@ -137,12 +137,12 @@ class Line(NamedTuple):
     body: int = -1
 
 
-class Panel(NamedTuple):
+class CurvePanel(NamedTuple):
     """Curves over time on one axis."""
 
     title: str
     unit: str
-    lines: tuple[Line, ...]
+    lines: tuple[PanelCurve, ...]
 
 
 class Details(NamedTuple):
@@ -205,7 +205,7 @@ class View:
 
     series: tuple[Channel, ...]
     rows: Callable[[Sample], Mapping[str, np.ndarray]]
-    panels: tuple[Panel, ...]
+    panels: tuple[CurvePanel, ...]
     solids: tuple[Solid, ...] = ()
     marks: tuple[NamedTuple, ...] = ()
     look: Look = EYE
@@ -222,13 +222,13 @@ def picked(channels, names) -> tuple[Channel, ...]:
     return tuple(known[name] for name in names if name in known)
 
 
-def lines_of(channel: Channel) -> tuple[Line, ...]:
+def lines_of(channel: Channel) -> tuple[PanelCurve, ...]:
     """Curves of all the numbers of a channel, the first MOST_CURVES of them."""
     if not channel.shape:
-        return (Line(channel.name, channel.name.replace("_", " ")),)
+        return (PanelCurve(channel.name, channel.name.replace("_", " ")),)
     names = "xyzw" if channel.shape in ((3,), (4,)) else ""
     return tuple(
-        Line(channel.name, names[k] if names else _place(k, channel.shape), k, k)
+        PanelCurve(channel.name, names[k] if names else _place(k, channel.shape), k, k)
         for k in range(min(math.prod(channel.shape), MOST_CURVES))
     )
 
@@ -241,16 +241,30 @@ def _place(number: int, shape: tuple[int, ...]) -> str:
     return ", ".join(places)
 
 
-def panel_of(channel: Channel) -> Panel:
+def panel_of(channel: Channel) -> CurvePanel:
     """The panel of one channel."""
     words = channel.name.replace("_", " ").capitalize()
-    return Panel(f"{words}: {channel.meaning}" if channel.meaning else words, channel.unit, lines_of(channel))
+    return CurvePanel(f"{words}: {channel.meaning}" if channel.meaning else words, channel.unit, lines_of(channel))
 
 
-def curves(title: str, unit: str, *rows: tuple) -> Panel:
+def curves(title: str, unit: str, *rows: tuple) -> CurvePanel:
     """A panel of rows (series, words) or (series, words, column), each with the next colour."""
-    lines = tuple(Line(row[0], row[1], row[2] if len(row) > 2 else 0, place) for place, row in enumerate(rows))
-    return Panel(title, unit, lines)
+    lines = tuple(PanelCurve(row[0], row[1], row[2] if len(row) > 2 else 0, place) for place, row in enumerate(rows))
+    return CurvePanel(title, unit, lines)
+
+
+def along_axes(series: str, first: int = 0) -> tuple[tuple, ...]:
+    """Rows of `curves` for a vector along x, y and z, whose numbers are the columns of a series from `first` on."""
+    return tuple((series, axis, first + k) for k, axis in enumerate("xyz"))
+
+
+def ball_curves(title: str, unit: str, series: str, balls: int, raceway: int) -> CurvePanel:
+    """A panel of a series (balls, 2) on raceway 0 (inner) or 1 (outer): one curve a ball, of the first MOST_CURVES."""
+    return CurvePanel(
+        title,
+        unit,
+        tuple(PanelCurve(series, f"ball {k}", 2 * k + raceway, k, k) for k in range(min(balls, MOST_CURVES))),
+    )
 
 
 def plain_view(facts, channels) -> View:

@@ -21,7 +21,7 @@ from bearing_twin.extras import wanted
 from bearing_twin.log.run_log import read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
 from bearing_twin.paths import put_whole
-from bearing_twin.run.axes import Axis, axes_of
+from bearing_twin.run.axes import ChannelAxis, axes_of
 from bearing_twin.run.dataset import dataset_of, source_of, tables_of
 from bearing_twin.spelling import echo, unknown
 from bearing_twin.uq.frame import columns_of, meanings_of, units_of
@@ -34,7 +34,7 @@ class Group(NamedTuple):
     """A file to be: its stem, the axes that its columns share, its columns as (name, unit, meaning)."""
 
     stem: str
-    axes: tuple[Axis, ...]
+    axes: tuple[ChannelAxis, ...]
     columns: tuple[tuple[str, str, str], ...]
 
 
@@ -87,7 +87,7 @@ def read_log_or_study(log, topic: str | None):
 def groups_of(stream) -> list[Group]:
     """The groups of a run's channels, those of single numbers first, then the tables of its records."""
     kind = None if stream.scene is None else stream.scene.kind
-    found: dict[tuple[Axis, ...], list] = {}
+    found: dict[tuple[ChannelAxis, ...], list] = {}
     for channel in stream.channels:
         found.setdefault(axes_of(channel, kind), []).append((channel.name, channel.unit, channel.meaning))
     groups = [

@@ -22,7 +22,7 @@ TITLES = ("foxglovePanelTitle", "lichtblickPanelTitle")  # what Foxglove shows, 
 LEGEND_PIXELS = 150  # beside the curves: in front of them it hides those of small panels
 
 
-class Layout(NamedTuple):
+class ViewerLayout(NamedTuple):
     """One program: end of the file's name, what makes its bytes, how to open them, and `data`, a log with them."""
 
     suffix: str
@@ -230,7 +230,9 @@ def _colored(plot: Plot):
 
 
 LAYOUTS = {
-    "rviz": Layout(".rviz", rviz, "rviz2 -d {file}"),
-    "foxglove": Layout(".foxglove.json", foxglove, "in Foxglove: Layouts, import from file"),
-    "plotjuggler": Layout(".plotjuggler.xml", plotjuggler, "plotjuggler {data}--layout {file}", "--datafile {log} "),
+    "rviz": ViewerLayout(".rviz", rviz, "rviz2 -d {file}"),
+    "foxglove": ViewerLayout(".foxglove.json", foxglove, "in Foxglove: Layouts, import from file"),
+    "plotjuggler": ViewerLayout(
+        ".plotjuggler.xml", plotjuggler, "plotjuggler {data}--layout {file}", "--datafile {log} "
+    ),
 }

@@ -69,7 +69,7 @@ class DamagedLog(LogError):
         self.path, self.offset, self.what, self.hopeless = path, offset, what, hopeless
 
 
-class Topic(NamedTuple):
+class StoredTopic(NamedTuple):
     """A channel of a log: full topic name, ROS type, definition text, encoding and metadata as stored."""
 
     name: str
@@ -82,7 +82,7 @@ class Topic(NamedTuple):
 class LoggedMessage(NamedTuple):
     """One message as stored; times in ns."""
 
-    topic: Topic
+    topic: StoredTopic
     log_time: int
     publish_time: int
     data: bytes
@@ -108,7 +108,7 @@ class McapReader:
         self.path = Path(path)
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Channel] = {}
-        self._topics: dict[int, Topic] = {}
+        self._topics: dict[int, StoredTopic] = {}
         self._packed = self._unpacked = self._records = 0
         self._starts: list[int] = []  # of chunks, where the index is known
         self._chunked = False
@@ -329,13 +329,13 @@ class McapReader:
             topic = self._topics[channel] = self._topic(offset, self._channels[channel])
         return LoggedMessage(topic, log_time, publish_time, data)
 
-    def _topic(self, offset: int, channel: Channel) -> Topic:
+    def _topic(self, offset: int, channel: Channel) -> StoredTopic:
         schema = self._schemas[channel.schema_id]
         try:
             text = schema.data.decode()
         except UnicodeDecodeError as error:
             raise DamagedLog(self.path, offset, f"the definition of {schema.name!r} is not text") from error
-        return Topic(channel.topic, schema.name, text, channel.message_encoding, dict(channel.metadata))
+        return StoredTopic(channel.topic, schema.name, text, channel.message_encoding, dict(channel.metadata))
 
 
 def _lz4_unpacked(packed: bytes, size: int) -> bytearray:

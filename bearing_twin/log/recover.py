@@ -10,7 +10,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, Topic
+from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, StoredTopic
 from bearing_twin.log.parts import BAG_RECORD
 from bearing_twin.log.raw_log import RawLogWriter, log_files
 from bearing_twin.log.thinning import KEPT_KEY
@@ -45,7 +45,7 @@ def recover(path, out) -> Recovered:
     files = log_files(path)
     problems: list[str] = []
     messages = samples = 0
-    numbers: dict[Topic, int] = {}
+    numbers: dict[StoredTopic, int] = {}
     kept: set[tuple] = set()
     with RawLogWriter(out, run_record=False) as log:
         for item in _salvage(files, problems):

@@ -24,7 +24,7 @@ from bearing_twin.log.mcap_log import read_log
 from bearing_twin.log.stream import topics
 from bearing_twin.nodes.messages import message_class, qos_profile, rclpy
 from bearing_twin.nodes.processes import NodeProcess, node_command, started
-from bearing_twin.nodes.watching import Watch, Watcher, ball_table, load_line
+from bearing_twin.nodes.watching import Received, Watcher, ball_table, load_line
 from bearing_twin.run.picture import plot
 from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.view.logs import document_of_log
@@ -93,7 +93,7 @@ def _keep_to_itself() -> None:
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
 
-def _simulate(scene: Scene, wanted: argparse.Namespace, folder: Path, recording: Path) -> Watch:
+def _simulate(scene: Scene, wanted: argparse.Namespace, folder: Path, recording: Path) -> Received:
     names = [topic.full_name for topic in topics(scene)]
     parameters = {"scene": wanted.scene, "duration": wanted.duration, "start_paused": True}
     progress.print(f"sim_node and recorder_node start; what they say goes to {folder}", soft_wrap=True)
@@ -138,7 +138,7 @@ def _simulate(scene: Scene, wanted: argparse.Namespace, folder: Path, recording:
         return watcher.watch
 
 
-def _replay(scene: Scene, folder: Path, recording: Path) -> Watch:
+def _replay(scene: Scene, folder: Path, recording: Path) -> Received:
     progress.print(f"replay_node plays {recording} at {REPLAY_RATE:g} times the pace", soft_wrap=True)
     parameters = {"log": recording, "rate": REPLAY_RATE, "discovery": DISCOVERY, "start_paused": True}
     command = node_command("replay_node", parameters)
@@ -222,7 +222,7 @@ def _spin(executor, done: Callable[[], bool], show: Callable[[], None], nodes, m
 
 
 @contextlib.contextmanager
-def _live_table(watch: Watch) -> Iterator[Callable[[], None]]:
+def _live_table(watch: Received) -> Iterator[Callable[[], None]]:
     """A function that shows the wrenches as they are: a table that stays in place, lines where there is no terminal."""
     if not output.is_terminal:
         yield _lines(watch)
@@ -231,7 +231,7 @@ def _live_table(watch: Watch) -> Iterator[Callable[[], None]]:
         yield lambda: live.update(ball_table(watch), refresh=True)
 
 
-def _lines(watch: Watch) -> Callable[[], None]:
+def _lines(watch: Received) -> Callable[[], None]:
     printed_ns = 0
 
     def show() -> None:
@@ -243,7 +243,7 @@ def _lines(watch: Watch) -> Callable[[], None]:
     return show
 
 
-def result_table(title: str, live: Watch, lost: int) -> Table:
+def result_table(title: str, live: Received, lost: int) -> Table:
     """What was received of each ball, and how many samples were `lost`, for a terminal of 80 columns."""
     table = Table(title=title, padding=0)
     for heading in (
@@ -256,7 +256,9 @@ def result_table(title: str, live: Watch, lost: int) -> Table:
     return table
 
 
-def _show_results(scene: Scene, duration: float, folder: Path, recording: Path, live: Watch, replayed: Watch) -> int:
+def _show_results(
+    scene: Scene, duration: float, folder: Path, recording: Path, live: Received, replayed: Received
+) -> int:
     progress.print("the log is read and drawn")
     log = read_log(recording, allow_gaps=True)
     recorded = sum(len(block) for block in log.blocks())

@@ -22,7 +22,7 @@ class Timed(NamedTuple):
     cdr: bytes
 
 
-class Pace(NamedTuple):
+class StreamPace(NamedTuple):
     """How far a stream is: its time, how long it has been running, how late it is and what it gave up, all in ns."""
 
     stream_ns: int
@@ -34,7 +34,7 @@ class Pace(NamedTuple):
     def behind(self) -> bool:
         return self.lag_ns > LAG_SHOWN
 
-    def real_time_factor(self, earlier: "Pace") -> float:
+    def real_time_factor(self, earlier: "StreamPace") -> float:
         """Stream time per wall time since `earlier`, pauses left out; 0 when nothing ran."""
         running = self.running_ns - earlier.running_ns
         return (self.stream_ns - earlier.stream_ns) / running if running > 0 else 0.0
@@ -82,9 +82,9 @@ class Pacer:
                 self._slipped += self._lag
                 self._wall, self._stream = now, stream_ns
 
-    def pace(self) -> Pace:
+    def pace(self) -> StreamPace:
         """Totals since the beginning and the lag of the last delivery."""
-        return Pace(self._passed, self._running, self._lag, self._slipped)
+        return StreamPace(self._passed, self._running, self._lag, self._slipped)
 
 
 class PacedStream:

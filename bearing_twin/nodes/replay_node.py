@@ -12,7 +12,7 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.outlet import Outlet
-from bearing_twin.nodes.pacing import Pace
+from bearing_twin.nodes.pacing import StreamPace
 from bearing_twin.nodes.replaying import ReplayLoop
 from bearing_twin.nodes.running import Heartbeat, acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.worker import Worker
@@ -58,7 +58,7 @@ class ReplayNode(Node):
         topics = ((name, topic.ros_type, topic.qos) for name, topic in self.loop.topics.items())
         self._outlet = Outlet(self, topics, values["publish_clock"])
         self.loop.paced.tick = self._outlet.tick
-        self._earlier = Pace(0, 0, 0, 0)
+        self._earlier = StreamPace(0, 0, 0, 0)
         self._warned = False
         self.create_service(SetBool, "~/pause", self._on_pause)
         self._heartbeat = Heartbeat(self, "replay")

@@ -7,7 +7,7 @@ from pathlib import Path
 from bearing_twin.errors import BearingTwinError, Interrupted
 from bearing_twin.kinds.contract import Command
 from bearing_twin.nodes.commanding import Commands
-from bearing_twin.nodes.pacing import FASTEST, Pace, PacedStream, Pacer, Timed
+from bearing_twin.nodes.pacing import FASTEST, PacedStream, Pacer, StreamPace, Timed
 
 CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
 LONGEST_STEP = 10.0  # s
@@ -52,7 +52,7 @@ class SimulationLoop:
         self._done = self._flushed = False
         self._repeat = repeat_ns
         self._began: int | None = None
-        self._earlier = Pace(0, 0, 0, 0)
+        self._earlier = StreamPace(0, 0, 0, 0)
         self._worth: dict[str, float | str] = {}
         self._judge_at = 0
         self.tells_time = False  # whether somebody is told every instant, also where no message is due

@@ -27,7 +27,7 @@ class Goal(NamedTuple):
     seed: int = 0
 
 
-class Answer(NamedTuple):
+class GoalAnswer(NamedTuple):
     """How a request ended (SUCCEEDED, ABORTED or CANCELLED), the sentence about it, and what there is of a result.
 
     `problem` is what whoever looks after the node should know of, empty where all is well.
@@ -58,7 +58,7 @@ class Request:
     ):
         self.goal, self.called_off, self.tell = goal, called_off, tell
         self.study: Study | None = None
-        self.answer: Answer | None = None
+        self.answer: GoalAnswer | None = None
         self.since_ns = 0  # monotonic time at which it began to wait
         self.finished = threading.Event()
         self._begin, self._begun = begin, False

@@ -18,7 +18,7 @@ from bearing_twin.uq.study import Study
 MESSAGE, DESCRIBED = 80, 40  # bytes: of a realisation's message in a log; of a number in it, beside its name
 
 
-class Limits(NamedTuple):
+class StudyLimits(NamedTuple):
     """The node's limits: `memory` [B] and `samples` of a study, `workers` (0 = one a processor), `time_limit` [s].
 
     `log_quota` [B] is what all logs in their folder may take together, `executors` where a study may run. 0 = no limit.

@@ -15,8 +15,8 @@ from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.study_log import StudyLog
-from bearing_twin.nodes.study_goal import ABORTED, CANCELLED, SUCCEEDED, Answer, Request, study_of, told
-from bearing_twin.nodes.study_limits import Limits, free_path
+from bearing_twin.nodes.study_goal import ABORTED, CANCELLED, SUCCEEDED, GoalAnswer, Request, study_of, told
+from bearing_twin.nodes.study_limits import StudyLimits, free_path
 from bearing_twin.report import json_text
 from bearing_twin.uq.drawing import Progress
 from bearing_twin.uq.result import StudyResult
@@ -41,8 +41,8 @@ class Studies:
     def __init__(
         self,
         log_folder: str = "",
-        limits: Limits = Limits(),  # noqa: B008 - it cannot change
-        ended: Callable[[Answer], None] = lambda answer: None,
+        limits: StudyLimits = StudyLimits(),  # noqa: B008 - it cannot change
+        ended: Callable[[GoalAnswer], None] = lambda answer: None,
         folders: Iterable[str] = (),
         run: Callable = run_study,
         open_log: Callable = StudyLog,
@@ -125,7 +125,7 @@ class Studies:
             if now - self._called_off < LONGEST_END_NS:
                 return
         done = "the study is still putting away what is done" + (f" in {self._path}" if self._path else "")
-        self._reply(request, Answer(CANCELLED, f"cancelled; {done}", stopped_because=CANCELLED))
+        self._reply(request, GoalAnswer(CANCELLED, f"cancelled; {done}", stopped_because=CANCELLED))
 
     def close(self) -> None:
         """Ends the study that runs within half a second, besides its statistics and log; aborts those that wait."""
@@ -177,7 +177,7 @@ class Studies:
             return f"a study runs and {QUEUE} wait for it, so there is no room: ask again when one has ended"
         return ""
 
-    def _run(self, request: Request) -> Answer:
+    def _run(self, request: Request) -> GoalAnswer:
         def tell(progress: Progress) -> None:
             self._progress, self._moved = progress, self._clock()
             self._tell(self._clock())
@@ -202,7 +202,7 @@ class Studies:
             if result is None or not isinstance(error, (LogError, OSError)):
                 _drop_empty(log, path)
                 reason = _sentence(error)
-                return Answer(ABORTED, reason, stopped_because=f"failed: {reason}", problem=reason)
+                return GoalAnswer(ABORTED, reason, stopped_because=f"failed: {reason}", problem=reason)
             path, no_log = "", str(error)
         return self._answer(request, result, self._clock() > limit, (log, path, no_log))
 
@@ -215,7 +215,7 @@ class Studies:
             self._told, self._next_word = progress, now + PROGRESS_PERIOD_NS
         request.tell(*told(request.goal, request.study, progress))
 
-    def _answer(self, request: Request, result: StudyResult, late: bool, logged: tuple) -> Answer:
+    def _answer(self, request: Request, result: StudyResult, late: bool, logged: tuple) -> GoalAnswer:
         summary = result.as_dict()
         because = summary["stopped_because"]
         state = SUCCEEDED
@@ -235,7 +235,7 @@ class Studies:
         if no_log:
             message += f"; there is no log of it, because {no_log}"
         problem = message if state == ABORTED else no_log
-        return Answer(state, message, json_text(summary | ({"log": log} if log else {})), log, because, problem)
+        return GoalAnswer(state, message, json_text(summary | ({"log": log} if log else {})), log, because, problem)
 
     def _new_log(self, study: Study) -> tuple[StudyLog | None, str, str]:
         """(log, its path, why there is none): filled as the study goes, so that what is done outlives the node."""
@@ -249,13 +249,13 @@ class Studies:
         except (BearingTwinError, OSError) as error:
             return None, "", str(error)
 
-    def _finish(self, request: Request, answer: Answer) -> None:
+    def _finish(self, request: Request, answer: GoalAnswer) -> None:
         with self._lock:
             if request is self._running:
                 self._running = None
         self._reply(request, answer)
 
-    def _reply(self, request: Request, answer: Answer) -> None:
+    def _reply(self, request: Request, answer: GoalAnswer) -> None:
         """Gives a request its answer, once."""
         with self._lock:
             if request.answer is not None:
@@ -269,10 +269,10 @@ class Studies:
         request.begin()
 
     def _abort(self, request: Request, reason: str) -> None:
-        self._finish(request, Answer(ABORTED, reason, problem=reason))
+        self._finish(request, GoalAnswer(ABORTED, reason, problem=reason))
 
     def _cancel(self, request: Request) -> None:
-        self._finish(request, Answer(CANCELLED, "cancelled while it waited", stopped_because=CANCELLED))
+        self._finish(request, GoalAnswer(CANCELLED, "cancelled while it waited", stopped_because=CANCELLED))
 
 
 def _drop_empty(log: StudyLog | None, path: str) -> str:

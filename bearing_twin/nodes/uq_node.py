@@ -22,8 +22,8 @@ from bearing_twin.nodes.counted_server import Arrivals, CountedActionServer, Rus
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NodeParameter
 from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
-from bearing_twin.nodes.study_goal import CANCELLED, SUCCEEDED, Answer, Goal, Request
-from bearing_twin.nodes.study_limits import Limits
+from bearing_twin.nodes.study_goal import CANCELLED, SUCCEEDED, Goal, GoalAnswer, Request
+from bearing_twin.nodes.study_limits import StudyLimits
 from bearing_twin.nodes.studying import Studies
 from bearing_twin.nodes.worker import Worker
 from bearing_twin.uq.drawing import Progress
@@ -63,7 +63,7 @@ class UqNode(Node):
         values = declare(self, PARAMETERS)
         self.studies = Studies(
             values["log_folder"],
-            Limits(**{name: values[name] for name in Limits._fields}),
+            StudyLimits(**{name: values[name] for name in StudyLimits._fields}),
             self._answered,
             [one for one in values["study_folders"] if one],
         )
@@ -125,7 +125,7 @@ class UqNode(Node):
         )
         self._to_ros(goal_handle.publish_feedback, feedback)
 
-    def _answered(self, answer: Answer) -> None:
+    def _answered(self, answer: GoalAnswer) -> None:
         text = f"{answer.state}: {answer.message}" + (f"; log: {answer.log}" if answer.log else "")
         if not self.context.ok():  # a signal has ended ROS, which logs no more
             print(f"uq_node: {text}", file=sys.stderr)

@@ -23,7 +23,7 @@ RATE_WINDOW = 100  # messages
 ROOM = 7  # columns of a number in the live table
 
 
-class Watch:
+class Received:
     """What has been received so far; arrays have one row a ball."""
 
     def __init__(self, balls: int):
@@ -101,7 +101,7 @@ class Watcher(Node):
     def __init__(self, scene: Scene, **options):
         super().__init__("watcher", **options)
         balls = scene.parameters.geometry.balls
-        self.watch = Watch(balls)
+        self.watch = Received(balls)
         namespace = KINDS[scene.kind].namespace
         qos = qos_profile(Qos(DEPTH))
         for ball in range(balls):
@@ -112,7 +112,7 @@ class Watcher(Node):
         self.create_subscription(samples, f"{namespace}/samples", self.watch.samples, qos, raw=True)
 
 
-def ball_table(watch: Watch) -> Table:
+def ball_table(watch: Received) -> Table:
     """The wrench of each ball as it was last received, and the rate it comes at."""
     table = Table(title=f"t = {watch.time_ns * 1e-9:.2f} s, net wrench on each ball in bearing_link", padding=0)
     forces, torques = ("Fx", "Fy", "Fz", "|F|"), ("Tx", "Ty", "Tz")
@@ -130,7 +130,7 @@ def _signed(value: float, decimals: int) -> str:
     return next((one for one in told if len(one) <= ROOM), f"{value:+.1e}")
 
 
-def load_line(watch: Watch) -> str:
+def load_line(watch: Received) -> str:
     """The same in one line: time, the size of each ball's force, both raceways together, and the mean rate."""
     sizes = " ".join(f"{size:7.3f}" for size in np.linalg.norm(watch.force, axis=1))
     return f"t = {watch.time_ns * 1e-9:5.2f} s  net |F| on balls [N]: {sizes}  at {watch.rate().mean():5.1f} Hz"

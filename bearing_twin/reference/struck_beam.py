@@ -19,7 +19,7 @@ from bearing_twin.compiled import kernel
 COURANT = 0.9  # of the longest stable step
 
 
-class Blow(NamedTuple):
+class BeamResponse(NamedTuple):
     """The point of impact over `time` [s]: `force` [N], `deflection` [m] and bending `stress` [Pa] of the fibre away.
 
     `contacts` as rows of (start [s], end [s], peak [N]); `leaving` [m/s], the mass's speed at the end.
@@ -33,7 +33,7 @@ class Blow(NamedTuple):
     leaving: float
 
 
-def strike(beam, mass: float, coefficient: float, speed: float, point: float, until: float, cells: int) -> Blow:
+def strike(beam, mass: float, coefficient: float, speed: float, point: float, until: float, cells: int) -> BeamResponse:
     """The motion of `beam` (`kinds.beam.modes.Beam` with shear) and a mass [kg] that touches it at time 0.
 
     `coefficient` [N/m^1.5] of the Hertz spring, infinite for a rigid contact; `point`, a share of the span, on a node.
@@ -47,7 +47,7 @@ def strike(beam, mass: float, coefficient: float, speed: float, point: float, un
     node = round(point * cells)
     leaving = march(numbers, node, cells, mass, coefficient, speed, step, rows)
     time, (gap, force, deflection, moment) = step * np.arange(len(rows)), rows.T
-    return Blow(
+    return BeamResponse(
         time, force, deflection, -moment * beam.half_height / beam.area_moment, _contacts(time, gap, force), leaving
     )
 

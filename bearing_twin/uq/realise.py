@@ -50,7 +50,7 @@ class Task(NamedTuple):
         return max(1, round(1e9 * self.duration / max(self.points - 1, 1)))
 
 
-class Worth(NamedTuple):
+class RealisationWorth(NamedTuple):
     """What a companion says of a realisation: errors by quantity and source, what is `unknown` by source."""
 
     errors: dict[str, dict[str, float]]
@@ -68,7 +68,7 @@ class Realised(NamedTuple):
     histories: np.ndarray
     failures: dict[int, str]
     doubts: dict[int, tuple[str, ...]]
-    worth: dict[int, Worth]
+    worth: dict[int, RealisationWorth]
 
 
 def realise(task: Task, values: np.ndarray) -> Realised:
@@ -177,7 +177,7 @@ def _by_simulation(task, values):
             if task.watched:
                 by_source = report.errors["errors_by_source"]
                 errors = {name: errors_of(known[name], report.figures, by_source) for name in task.quantities}
-                found.worth[row] = Worth(errors, report.errors["errors_unknown"])
+                found.worth[row] = RealisationWorth(errors, report.errors["errors_unknown"])
     return found
 
 

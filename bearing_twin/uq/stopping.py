@@ -18,7 +18,7 @@ GROWTH = 0.2  # of the samples so far, between later looks
 IN_A_ROW = 2
 
 
-class Rule(NamedTuple):
+class StopRule(NamedTuple):
     """The greatest half width of a statistic of a quantity: absolute, or relative to the estimate; 0 = no bound."""
 
     quantity: str
@@ -53,9 +53,9 @@ class Rule(NamedTuple):
         return f"the half width of the 95 % interval of the {self.watched} is at most {bound}"
 
 
-def rule_of(stop: Stop, quantity: str) -> Rule:
+def rule_of(stop: Stop, quantity: str) -> StopRule:
     """The rule of a study."""
-    return Rule(quantity, stop.statistic, stop.probability, stop.tolerance, stop.relative_tolerance)
+    return StopRule(quantity, stop.statistic, stop.probability, stop.tolerance, stop.relative_tolerance)
 
 
 def looks(samples: int, batch: int, minimum: int, sampler: str) -> Iterator[int]:

@@ -215,4 +215,4 @@ class TrailMarks {
   }
 }
 
-const MARK_VIEWS = { arrows: ArrowMarks, spots: SpotMarks, sheet: SheetMarks, bar: BarMarks, trail: TrailMarks };
+const MARK_VIEWS = { arrows: ArrowMarks, spots: SpotMarks, movingmesh: SheetMarks, bar: BarMarks, trail: TrailMarks };

@@ -11,7 +11,7 @@ from bearing_twin.kinds.beam import contact as beam_contact
 from bearing_twin.kinds.beam import volterra
 from bearing_twin.kinds.beam.contact import ThrownSphere
 from bearing_twin.kinds.beam.free_flight import next_touch
-from bearing_twin.kinds.beam.modes import TERMS, Beam, Modes, beam_energy, count_below, response_at
+from bearing_twin.kinds.beam.modes import TERMS, Beam, BeamModes, beam_energy, count_below, response_at
 from bearing_twin.kinds.impact.collision import ContactPeriod
 from bearing_twin.numerics.statuses import FULL, NOT_FINITE, STALLED, TIME_UP
 from bearing_twin.stopping import SIGNALLED
@@ -35,7 +35,7 @@ class BeamImpact:
     """
 
     beam: Beam
-    modes: Modes
+    modes: BeamModes
     sphere: ThrownSphere
     starts: np.ndarray
     lengths: np.ndarray

@@ -52,7 +52,7 @@ class Beam(NamedTuple):
     rotary_inertia: float = 0.0
 
 
-class Modes(NamedTuple):
+class BeamModes(NamedTuple):
     """The modes a force at one `point` [m] moves: index, lambda [1/s], frequency omega [rad/s] and shape at the point.
 
     `weight` is w_n, `turn` [1/m] the section's angle psi where the beam sinks by sin(k x). `tail` [m/N] is the static
@@ -116,14 +116,14 @@ def branches(beam: Beam, index):
     return np.tile(index, 2), np.sqrt(np.concatenate([slow, fast])), weight, turn
 
 
-def modes_of(beam: Beam, point: float, count: int) -> Modes:
+def modes_of(beam: Beam, point: float, count: int) -> BeamModes:
     """The modes of n = 1 .. `count` that a force at `point` [m] from a support moves; the others are left out."""
     index = np.arange(1, count + 1)
     index, omega, weight, turn = branches(beam, index[np.abs(shapes(index, beam, point)) > NEGLIGIBLE])
     shape, zeta = weight * shapes(index, beam, point), beam.damping_ratio
     rate = omega * complex(-zeta, math.sqrt(1.0 - zeta**2))
     tail = static_deflection(beam, point, point) - np.sum(shape**2 / omega**2) / (0.5 * beam.mass)
-    return Modes(point, index, rate, omega, shape, weight, turn, 0.5 * beam.mass, max(float(tail), 0.0))
+    return BeamModes(point, index, rate, omega, shape, weight, turn, 0.5 * beam.mass, max(float(tail), 0.0))
 
 
 def shapes(index, beam: Beam, points) -> np.ndarray:
@@ -145,14 +145,14 @@ def static_stress(beam: Beam, point, load_point):
     return near * far / beam.span * beam.half_height / beam.area_moment
 
 
-def deflection_shapes(beam: Beam, modes: Modes, points):
+def deflection_shapes(beam: Beam, modes: BeamModes, points):
     """Deflection [m] at points = first result @ q + second result * force: modal shapes, and the static tail."""
     shape = modes.weight * shapes(modes.index, beam, points)
     flexibility = modes.shape / (modes.omega**2 * modes.modal_mass)
     return shape, static_deflection(beam, np.asarray(points, float), modes.point) - shape @ flexibility
 
 
-def stress_shapes(beam: Beam, modes: Modes, points):
+def stress_shapes(beam: Beam, modes: BeamModes, points):
     """As `deflection_shapes`, for the bending stress [Pa], positive in the fibre away from the force (tension)."""
     curvature = modes.weight * modes.turn * modes.index * math.pi / beam.span
     stress = shapes(modes.index, beam, points) * curvature * beam.rigidity * beam.half_height / beam.area_moment
@@ -160,7 +160,7 @@ def stress_shapes(beam: Beam, modes: Modes, points):
     return stress, static_stress(beam, np.asarray(points, float), modes.point) - stress @ flexibility
 
 
-def beam_energy(modes: Modes, state, force=0.0) -> np.ndarray:
+def beam_energy(modes: BeamModes, state, force=0.0) -> np.ndarray:
     """Kinetic and elastic energy [J] of modes and tail; `state` is z, modes along its last axis, `force` in N."""
     q = np.imag(state) / np.imag(modes.rate)
     rate = np.real(state) + np.real(modes.rate) * q

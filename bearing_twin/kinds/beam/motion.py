@@ -88,7 +88,7 @@ def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "mod
     parameters = resolve(parameters)
     found = throw_scene(parameters, stepper, stop)
     brought = 0.5 * found.sphere.mass * touch_speed(parameters.blow) ** 2
-    watch = Watch(parameters, found)
+    watch = WatchedPoints(parameters, found)
     # What is greatest in the beam costs more than all contacts: it is left out where contacts alone are wanted.
     wanted = parameters.wanted.outputs == "history"
     tops = watch.greatest() if wanted else ()
@@ -111,7 +111,7 @@ def _second(parameters: SphereOnBeamScene, stepper: str, stop):
     if held > MOST_BYTES:
         return None
     found = throw_scene(parameters, "modes", stop, FINER)
-    return found, Watch(parameters, found)
+    return found, WatchedPoints(parameters, found)
 
 
 class BeamMotion(ImpactMotion):
@@ -122,7 +122,7 @@ class BeamMotion(ImpactMotion):
         super().__init__(lambda *scene: solve(*scene, self.stop), parameters, choice)
 
 
-class Watch:
+class WatchedPoints:
     """The channels of a known motion at increasing times [s]; beyond its end the last instant stands."""
 
     def __init__(self, parameters: SphereOnBeamScene, found: BeamImpact):

@@ -3,15 +3,10 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from bearing_twin.kinds.beam.view import ENERGIES, watched_points
 from bearing_twin.kinds.impact.picture import PairPicture, draw_energies, draw_force
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
 from bearing_twin.pictures.values import scaled_time
-
-ENERGIES = (
-    ("kinetic_energy", "kinetic"),
-    ("elastic_energy", "in the contact"),
-    ("beam_energy", "in the beam"),
-)
 
 
 class BeamPicture(PairPicture):
@@ -23,16 +18,14 @@ class BeamPicture(PairPicture):
         time, scale, unit = scaled_time(values["time"])
         force, deflection, stress = (figure.add_subplot(grid[row, 0]) for row in range(3))
         draw_force(force, time, values)
-        shares, point = scene.parameters.outputs.points, scene.parameters.blow.point
-        others = {i + 1: share for i, share in enumerate(shares) if share != point}
-        names, columns = ["impact", *(f"{share:g} of the span" for share in others.values())], [0, *others]
-        _draw_points(deflection, time, 1e6 * values["deflection"], columns, names)
+        watched = watched_points(scene.parameters)
+        _draw_points(deflection, time, 1e6 * values["deflection"], watched)
         deflection.invert_yaxis()
         heading(deflection, "Deflection, downward", up="deflection [µm]")
         deflection.legend(
             frameon=False, fontsize=10, ncol=4, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderpad=0
         )
-        _draw_points(stress, time, 1e-6 * values["bending_stress"], columns, names)
+        _draw_points(stress, time, 1e-6 * values["bending_stress"], watched)
         heading(stress, "Bending stress of the lower fibre, tension positive", f"time [{unit}]", "bending stress [MPa]")
         for axis in (force, deflection):
             axis.tick_params(labelbottom=False)
@@ -41,9 +34,9 @@ class BeamPicture(PairPicture):
         draw_energies(figure.add_subplot(grid[2, 1]), time, unit, values, ENERGIES)
 
 
-def _draw_points(axis, time, lines, columns, names):
+def _draw_points(axis, time, lines, watched):
     frame(axis)
-    for i, (column, name) in enumerate(zip(columns, names, strict=True)):
+    for i, (column, name) in enumerate(watched.items()):
         style = "-" if i == 0 else (0, (5, 1 + 2 * i))
         axis.plot(time, lines[:, column], color=BALL_COLOURS[i], linewidth=1.8, linestyle=style, label=name)
     axis.margins(x=0.0)

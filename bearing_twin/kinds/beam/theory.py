@@ -20,7 +20,7 @@ SHARE = 0.1  # of the tolerance, that a trial may be off
 TRIAL_STEPS = 40  # a contact, good to 1e-5
 
 
-class Trial(NamedTuple):
+class BothTheories(NamedTuple):
     """The blow by both theories.
 
     First contact [s], how often a shear wave crosses the height in it, how far off Euler's first peak is (relative,
@@ -55,7 +55,7 @@ class Trial(NamedTuple):
 
 
 @functools.lru_cache(maxsize=64)
-def trial(parameters: SphereOnBeamScene) -> Trial:
+def trial(parameters: SphereOnBeamScene) -> BothTheories:
     """The blow of a checked scene by both theories, roughly."""
     beam, material = parameters.beam, parameters.beam.material
     sphere, speed, until = thrown_sphere(parameters), touch_speed(parameters.blow), resolve(parameters).run.duration
@@ -69,7 +69,7 @@ def trial(parameters: SphereOnBeamScene) -> Trial:
     by_euler, by_timoshenko = found
     shear_modulus = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
     first = by_timoshenko.contacts[0]
-    return Trial(
+    return BothTheories(
         first.duration,
         first.duration / wave_transit(beam.height, shear_modulus, material.density),
         by_euler.contacts[0].peak_force / first.peak_force - 1.0,

@@ -13,7 +13,7 @@ from bearing_twin.kinds.beam.row import SPHERE_ON_BEAM
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
 from bearing_twin.kinds.markers import BLUE, GREEN, LINE_STRIP, SPHERE, STEEL, TEXT, marker
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
-from bearing_twin.kinds.urdf import Solid, box, sphere
+from bearing_twin.kinds.urdf import LinkShape, box, sphere
 from bearing_twin.sample import Sample, Wrench
 
 FRAME = SPHERE_ON_BEAM.frame
@@ -42,7 +42,7 @@ def origins(parameters: SphereOnBeamScene, sample: Sample) -> dict[str, np.ndarr
     return {BODY: np.array([along, 0.0, height]), BEAM: np.array([along, 0.0, 0.0])}
 
 
-def solids(parameters: SphereOnBeamScene) -> dict[str, list[Solid]]:
+def solids(parameters: SphereOnBeamScene) -> dict[str, list[LinkShape]]:
     """The bodies for `robot_description`; the frame of the beam stands at the point of impact, on its surface."""
     beam = parameters.beam
     middle = (0.5 - parameters.blow.point) * beam.span

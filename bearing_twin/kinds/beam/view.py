@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bearing_twin.kinds.views import DARK, ORANGE, Arrows, Bar, Enlarged, Line, Look, Panel, Solid, View, curves, picked
+from bearing_twin.kinds.views import DARK, ORANGE, Arrows, Bar, Enlarged, Look, Solid, View, curves, picked
 from bearing_twin.sample import Channel
 
 REACH, ARROW = 0.06, 0.22  # of the span: greatest drawn deflection, longest arrow
@@ -10,6 +10,7 @@ TAKEN = (
     *("approach", "normal_load", "sphere_position", "sphere_velocity", "deflection", "bending_stress", "shape"),
     *("kinetic_energy", "beam_energy", "elastic_energy"),
 )
+ENERGIES = (("kinetic_energy", "sphere"), ("beam_energy", "beam"), ("elastic_energy", "in the contact"))
 
 
 def view(facts, channels) -> View:
@@ -24,14 +25,10 @@ def view(facts, channels) -> View:
         Channel("blow", "N", (3,), "on the beam by the sphere"),
         Channel("above", "m", (3,), "where the arrow of the blow ends"),
     )
-
-    shares = parameters.outputs.points
-    watched = {0: "impact"} | {k + 1: f"{share:g} of the span" for k, share in enumerate(shares) if share != point}
+    watched = watched_points(parameters)
 
     def points(title, unit, name):
-        return Panel(
-            title, unit, tuple(Line(name, words, column, k) for k, (column, words) in enumerate(watched.items()))
-        )
+        return curves(title, unit, *((name, words, column) for column, words in watched.items()))
 
     return View(
         series=series,
@@ -41,13 +38,7 @@ def view(facts, channels) -> View:
             points("Deflection, along the blow", "m", "deflection"),
             points("Bending stress of the lower fibre, tension positive", "Pa", "bending_stress"),
             curves("Velocity of the sphere, along the blow", "m/s", ("sphere_velocity", "sphere")),
-            curves(
-                "Energy",
-                "J",
-                ("kinetic_energy", "sphere"),
-                ("beam_energy", "beam"),
-                ("elastic_energy", "in the contact"),
-            ),
+            curves("Energy", "J", *ENERGIES),
         ),
         solids=(
             Solid("sphere", "sphere", {"ellipsoid": (radius,) * 3}, position="sphere_rest", deviation="sphere_way"),
@@ -66,6 +57,12 @@ def view(facts, channels) -> View:
         enlarged=Enlarged("deflection and approach", ("shape",), REACH * beam.span),
         words="The sphere's way is as much enlarged as the deflection, so that contact and gap are seen.",
     )
+
+
+def watched_points(parameters) -> dict[int, str]:
+    """Columns of deflection and stress that are shown, and where on the beam each is; the point of impact once."""
+    shares, point = parameters.outputs.points, parameters.blow.point
+    return {0: "impact"} | {k + 1: f"{share:g} of the span" for k, share in enumerate(shares) if share != point}
 
 
 def _rows(sample, struck: float, radius: float, beside: float) -> dict[str, np.ndarray]:

@@ -32,7 +32,7 @@ FOUND = {  # how a ball set was found: what that means
 }
 
 
-class Rule(NamedTuple):
+class BallRule(NamedTuple):
     """Ball diameter over (outside - bore), part of the pitch circle that the balls fill, doubts of number and diameter.
 
     Fitted to the rows of the package, which it meets within its doubts but for the 6200, whose balls are 18 % smaller
@@ -45,7 +45,7 @@ class Rule(NamedTuple):
     diameter_doubt: float
 
 
-DEEP_GROOVE, ANGULAR_CONTACT = Rule(0.29, 0.57, 2, 0.11), Rule(0.32, 0.90, 1, 0.05)
+DEEP_GROOVE, ANGULAR_CONTACT = BallRule(0.29, 0.57, 2, 0.11), BallRule(0.32, 0.90, 1, 0.05)
 PITCH_DOUBT = 0.015  # relative; makers place the pitch circle off the middle between bore and outside by up to this
 # ISO 5753-1, group N of radial clearance of deep groove bearings: up to this bore [m], least and greatest [m]
 NORMAL_CLEARANCE = (

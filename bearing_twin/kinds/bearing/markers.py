@@ -28,7 +28,7 @@ from bearing_twin.kinds.markers import (
     marker,
     outlines,
 )
-from bearing_twin.kinds.urdf import Solid, cylinder, sphere
+from bearing_twin.kinds.urdf import LinkShape, cylinder, sphere
 
 LONGEST_ARROW = 1.0  # ball diameters
 OUTER_WIDTH = 0.95  # of the inner ring's: faces in one plane flicker where they are drawn
@@ -90,7 +90,7 @@ def ring_sizes(parameters) -> tuple[float, float, float]:
     return geometry.pitch_diameter - reach, geometry.pitch_diameter + reach, 1.2 * geometry.ball_diameter
 
 
-def solids(parameters) -> dict[str, list[Solid]]:
+def solids(parameters) -> dict[str, list[LinkShape]]:
     """The bodies for `robot_description`: balls, a solid inner ring in a translucent outer one."""
     inner, outer, wide = ring_sizes(parameters)
     ball = sphere(0.5 * parameters.geometry.ball_diameter, STEEL)

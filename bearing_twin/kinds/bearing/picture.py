@@ -33,9 +33,10 @@ from bearing_twin.sample import Block, Sample
 
 FLAT = 0.6  # where the lowest load exceeds this part of the highest, the axis need not show zero
 GREATEST_TURNS = 8  # of the balls round the bearing: more waves than this become a solid block
-WORDS = {
-    "inner_ring_offset": "Inner ring's centre, from where it started",
-    "cage_offset": "Cage's centre, off the axis",
+WORDS = {  # panel and axis of what moves, and the factor into its unit
+    "inner_ring_offset": ("Inner ring's centre, from where it started", "displacement [µm]", 1e6),
+    "cage_offset": ("Cage's centre, off the axis", "displacement [µm]", 1e6),
+    "inner_ring_speed": ("Speed of the inner ring, turned by a torque", "speed [rpm]", 30.0 / np.pi),
 }
 GREATEST_NUMBERED = 40
 RING = 0.55  # radial thickness of a drawn ring, in ball radii
@@ -76,7 +77,7 @@ class BearingPicture:
             above.tick_params(labelbottom=False)
             above.set_xlabel("")
             above = figure.add_subplot(left[2 + row])
-            (_draw_displacement if moved.channel in WORDS else _draw_speed)(above, moved)
+            _draw_moved(above, moved)
         _draw_bearing(figure.add_subplot(right[0]), history.last, scene)
         _draw_contacts(figure.add_subplot(right[1]), figure.add_subplot(right[2]), history.last, scene)
         return finish(figure, _title(history, scene), _footer(self._facts, history), path, worth=worth)
@@ -104,30 +105,23 @@ def _draw_loads(figure, axes, history):
     axes[1].set_xlabel(f"time [{unit}]")
 
 
-def _draw_speed(axis, history):
-    """The speed that a torque gives the inner ring."""
-    time, low, high = _shown(history) or history.envelope()
-    (scale, unit), turns = scaled(time[-1], "s"), np.stack([low, high], axis=1).ravel() * 30.0 / np.pi
+def _draw_moved(axis, history):
+    """A ring's speed; or how far its centre is from where it started, or a cage's from the axis, along each axis."""
+    name, envelope = history.channel, _shown(history) or history.envelope()
+    time, low, high = (one.reshape(len(one), -1) for one in envelope)
+    words, up, factor = WORDS[name]
+    start = np.ravel(history.first[name]) * (name == "inner_ring_offset")
+    scale, unit = scaled(time[-1], "s")
     frame(axis)
-    axis.plot(np.repeat(time * scale, 2), turns, linewidth=1.6, color=STYLE["ink"])
-    heading(axis, "Speed of the inner ring, turned by a torque")
-    axis.set(xlabel=f"time [{unit}]", ylabel="speed [rpm]")
+    for i, begin in enumerate(start):
+        path = factor * (np.stack([low[:, i], high[:, i]], axis=1).ravel() - begin)
+        look = {"label": "xyz"[i], "color": BALL_COLOURS[i]} if len(start) > 1 else {"color": STYLE["ink"]}
+        axis.plot(np.repeat(time * scale, 2), path, linewidth=1.6, **look)
+    heading(axis, words, f"time [{unit}]", up)
     axis.margins(x=0.0)
-
-
-def _draw_displacement(axis, history):
-    """How far the centre of a ring with mass is from where it started, or of a cage from the axis, along each axis."""
-    time, low, high = _shown(history) or history.envelope()
-    (scale, unit), name = scaled(time[-1], "s"), history.channel
-    start = history.first[name] * (name == "inner_ring_offset")
-    frame(axis)
-    for i, along in enumerate("xyz"[: len(start)]):
-        path = 1e6 * (np.stack([low[:, i], high[:, i]], axis=1).ravel() - start[i])
-        axis.plot(np.repeat(time * scale, 2), path, linewidth=1.6, label=along, color=BALL_COLOURS[i])
-    heading(axis, WORDS[name])
-    axis.set(xlabel=f"time [{unit}]", ylabel="displacement [µm]")
-    axis.margins(x=0.0)
-    axis.legend(ncols=3, frameon=False, fontsize=10, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+    if len(start) > 1:
+        look = {"frameon": False, "fontsize": 10, "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.0}
+        axis.legend(ncols=3, loc="lower right", **look)
 
 
 def _shown(history):

@@ -40,7 +40,7 @@ class Greatest(NamedTuple):
     land_force: np.ndarray
 
 
-class Stretches(NamedTuple):
+class StretchSums(NamedTuple):
     """Sums over stretches of outputs, one row each; times [s] and orbit angles (N,) are those of their last outputs.
 
     So are `turned` (2,), the work [J] of turning the inner ring and its angle [rad].
@@ -75,12 +75,12 @@ def new_greatest(balls: int) -> Greatest:
     return Greatest(np.zeros(contacts), there, without, np.zeros(1), np.zeros(1), np.zeros(1))
 
 
-def new_stretches(count: int, balls: int) -> Stretches:
+def new_stretches(count: int, balls: int) -> StretchSums:
     """Sums over `count` stretches without an output."""
     widths = {"orbit_angle": balls, "turned": 2, "load": 2 * balls, "torque": balls, "centre": 3}
-    found = {name: np.zeros((count, widths[name]) if name in widths else count) for name in Stretches._fields}
+    found = {name: np.zeros((count, widths[name]) if name in widths else count) for name in StretchSums._fields}
     ring = {name: np.zeros((count, RING_WIDTH)) for name in ("ring", "ring_least", "ring_greatest")}
-    return Stretches(**(found | ring))
+    return StretchSums(**(found | ring))
 
 
 def columns_of(layout: Layout) -> np.ndarray:
@@ -204,7 +204,7 @@ class Sums:
         self.stretches = pairs + odd
 
     def from_row(self, first: int) -> dict:
-        """All stretches from number `first` on as one, by the names of `Stretches`."""
+        """All stretches from number `first` on as one, by the names of `StretchSums`."""
         found = {}
         for name, kept in self._kept._asdict().items():
             rows = kept[first : self.stretches]

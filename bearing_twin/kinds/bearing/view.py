@@ -15,19 +15,18 @@ from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBE
 from bearing_twin.kinds.views import (
     BLUE,
     BRASS,
-    MOST_CURVES,
     ORANGE,
     PALETTE,
     RED,
     Arrows,
     Details,
     Enlarged,
-    Line,
     Look,
-    Panel,
     Solid,
     Spots,
     View,
+    along_axes,
+    ball_curves,
     curves,
     picked,
 )
@@ -74,22 +73,16 @@ def view(facts, channels) -> View:
         enlarged=Enlarged(
             "displacements and clearance",
             ("deviation", "inner_ring_offset", *(("cage_place",) if moving_centre(parameters) else ())),
-            REACH * 0.5 * ball,
-            0.25 * abs(geometry.radial_clearance),
+            REACH * 0.5 * ball, 0.25 * abs(geometry.radial_clearance),
         ),
         details=Details(
-            "balls",
-            "ball",
-            ("inner raceway", "outer raceway"),
-            "semi_major",
-            "semi_minor",
-            "peak_pressure",
+            "balls", "ball", ("inner raceway", "outer raceway"), "semi_major", "semi_minor", "peak_pressure",
             (("load", "normal_load"), ("contact angle", "contact_angle"), ("slip", "slip_speed")),
         ),
         period=_period(parameters, ball / geometry.pitch_diameter),
         words="Rings are cut through the middle of the balls; the outer ring is at rest.",
         axes=True,
-    )
+    )  # fmt: skip
 
 
 def _period(parameters, slenderness: float) -> float:
@@ -142,16 +135,9 @@ def _solids(parameters, geometry):
             marked=inner,
         )
     yield Solid(
-        "balls",
-        "balls",
-        {"ellipsoid": (0.5 * ball,) * 3},
-        PALETTE,
-        parameters.geometry.balls,
-        "seat",
-        "deviation",
-        "orientation",
-        marked=True,
-    )
+        "balls", "balls", {"ellipsoid": (0.5 * ball,) * 3}, PALETTE, parameters.geometry.balls,
+        "seat", "deviation", "orientation", marked=True,
+    )  # fmt: skip
     if parameters.cage.kind in (EVEN, POCKETS):
         outlines = _webs(parameters.geometry.balls, pitch, ball, parameters.cage.pocket_clearance)
         shape = {"extruded": {"outlines": outlines, "low": -0.42 * ball, "high": 0.06 * ball}}
@@ -198,58 +184,32 @@ def _marks(geometry):
     bore = 0.5 * geometry.pitch_diameter - (0.5 + WALL) * ball
     return (
         Arrows(
-            "loads",
-            "load on a ball by inner and outer raceway",
-            "N",
-            "normal",
-            ARROW * ball,
-            (BLUE, ORANGE),
-            "normal_load",
-            on="balls",
-            radius=0.5 * ball,
+            "loads", "load on a ball by inner and outer raceway", "N", "normal", ARROW * ball, (BLUE, ORANGE),
+            "normal_load", on="balls", radius=0.5 * ball,
         ),
         Arrows("ring_load", "load on the inner ring", "N", "ring_load", RING_ARROW * bore, (RED,), from_point=True),
         Spots(
-            "ellipses",
-            "contact ellipses",
-            "normal",
-            "semi_major",
-            "semi_minor",
-            "peak_pressure",
-            0.45 * ball,
-            on="balls",
-            radius=0.5 * ball,
+            "ellipses", "contact ellipses", "normal", "semi_major", "semi_minor", "peak_pressure", 0.45 * ball,
+            on="balls", radius=0.5 * ball,
         ),
-    )
+    )  # fmt: skip
 
 
 def _panels(balls: int, moves: bool):
-    shown = range(min(balls, MOST_CURVES))
-
-    def each(series, side):
-        return tuple(Line(series, f"ball {k}", 2 * k + side, k, k) for k in shown)
-
-    displaced = Panel(
-        "Inner ring's displacement", "m", tuple(Line("inner_ring_offset", one, k, k) for k, one in enumerate("xyz"))
-    )
+    displaced = curves("Inner ring's displacement", "m", *along_axes("inner_ring_offset"))
     return (
-        Panel("Load on each ball, inner raceway", "N", each("normal_load", 0)),
-        Panel("Load on each ball, outer raceway", "N", each("normal_load", 1)),
+        ball_curves("Load on each ball, inner raceway", "N", "normal_load", balls, 0),
+        ball_curves("Load on each ball, outer raceway", "N", "normal_load", balls, 1),
         *((displaced,) if moves else ()),
-        Panel("Peak pressure, inner raceway", "Pa", each("peak_pressure", 0)),
+        ball_curves("Peak pressure, inner raceway", "Pa", "peak_pressure", balls, 0),
         curves("Friction torque on the inner ring", "N m", ("friction_torque", "about the axis")),
         curves("Speeds about the axis", "rad/s", ("inner_ring_speed", "inner ring"), ("orbit_speed", "balls, mean")),
         curves(
-            "Energy",
-            "J",
-            ("kinetic_energy", "kinetic"),
-            ("elastic_energy", "elastic"),
-            ("potential_energy", "of height"),
+            "Energy", "J",
+            ("kinetic_energy", "kinetic"), ("elastic_energy", "elastic"), ("potential_energy", "of height"),
         ),
         curves(
-            "Work since the start",
-            "J",
-            ("drive_work", "by drive and loads"),
-            ("dissipated", "lost to friction, damping"),
+            "Work since the start", "J",
+            ("drive_work", "by drive and loads"), ("dissipated", "lost to friction, damping"),
         ),
-    )
+    )  # fmt: skip

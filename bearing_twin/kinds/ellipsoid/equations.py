@@ -75,7 +75,7 @@ class Pose(NamedTuple):
     spin_body: tuple[float, float, float]
 
 
-class Touch(NamedTuple):
+class PlaneTouch(NamedTuple):
     """The contact of one state: forces on the body in fixed axes, about its centre with the arm `arm`.
 
     `approach_rate` [m/s] is that of the point of application, `slip` its velocity along the plane, `effective_mass`
@@ -192,7 +192,7 @@ def touch_of(body, state, pose):
     ratio_rate = 0.0
     if low.shape_excess > 1e-12:
         ratio_rate = -2.0 * low.curvature_small / low.curvature_large * dot(shape_slopes, turning) / low.shape_excess
-    return Touch(
+    return PlaneTouch(
         approach, rate, load, spring.load, spring.energy, friction_x, friction_y, torque, slip_x, slip_y, arm,
         c, 1.0 / mobility, low.curvature_small, low.curvature_large, to_fixed(pose, low.major_axis), ratio_rate,
     )  # fmt: skip

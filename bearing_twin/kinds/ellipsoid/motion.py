@@ -23,7 +23,7 @@ from bearing_twin.kinds.ellipsoid.equations import COLUMNS, Ellipsoid, begin_sha
 from bearing_twin.kinds.ellipsoid.figures import WATCH, EllipsoidFigures
 from bearing_twin.kinds.ellipsoid.outputs import channels, outputs_of
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
-from bearing_twin.kinds.ellipsoid.steps import Plan, Work
+from bearing_twin.kinds.ellipsoid.steps import EllipsoidPlan, EllipsoidWork
 from bearing_twin.numerics.dop853 import DOP853
 from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP
 from bearing_twin.numerics.steppers import RK4
@@ -59,13 +59,13 @@ def setting_of(parameters) -> float:
     return max(SETTING * float(parameters.wanted.tolerance), FINEST)
 
 
-def plan_of(parameters: EllipsoidOnPlaneScene, stepper: str) -> Plan:
+def plan_of(parameters: EllipsoidOnPlaneScene, stepper: str) -> EllipsoidPlan:
     """How a scene is stepped."""
     axes, shortest = parameters.body.semi_axes, shortest_contact(parameters)
     low, high = float(min(axes)), float(max(axes))
     chosen = min(shortest / 64.0, 0.5 * longest_creep_step(parameters))
     fixed = (parameters.solver.step or chosen) if stepper == "rk4" else 0.0
-    return Plan(
+    return EllipsoidPlan(
         method=RK4 if stepper == "rk4" else DOP853,
         tolerance=setting_of(parameters),
         fixed=float(fixed),
@@ -94,9 +94,9 @@ class EllipsoidMotion(BouncingMotion):
         start = self.parameters.start
         return start_state(self.body, start.height, start_orientation(start), start.velocity, start.angular_velocity)
 
-    def work(self) -> Work:
+    def work(self) -> EllipsoidWork:
         """Room for a step."""
-        return Work(np.zeros((len(self.plan.method.weights), COLUMNS)), *(np.zeros(COLUMNS) for _ in range(5)))
+        return EllipsoidWork(np.zeros((len(self.plan.method.weights), COLUMNS)), *(np.zeros(COLUMNS) for _ in range(5)))
 
     def outputs(self, states: np.ndarray):
         """The outputs at states (n, COLUMNS)."""

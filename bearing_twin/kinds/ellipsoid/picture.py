@@ -6,14 +6,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
+from bearing_twin.kinds.ellipsoid.view import LOST, STORED
 from bearing_twin.numerics.rotation import rotation_matrix
 from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
 
 OUTLINES = 9  # of the body along its path
-STORED = (("kinetic_energy", "kinetic"), ("potential_energy", "of height"), ("elastic_energy", "in the contact"))
-LOST = (("dissipated_viscous", "lost to viscosity"), ("dissipated_friction", "lost to friction"))
-"""Channels and words of the energies, in the order in which they are stacked."""
 
 
 class EllipsoidPicture(RunPicture):
@@ -23,14 +21,9 @@ class EllipsoidPicture(RunPicture):
         grid = figure.add_gridspec(3, 2, left=0.06, right=0.98, top=0.90, bottom=0.095, hspace=0.36, wspace=0.16)
         _draw_side(figure.add_subplot(grid[0, 0]), values, self._facts.scene)
         _draw_plan(figure.add_subplot(grid[1:, 0]), values, self._facts.scene)
-        time, tilt = values["time"], figure.add_subplot(grid[0, 1])
-        _draw_tilt(tilt, time, values)
-        load = figure.add_subplot(grid[1, 1], sharex=tilt)
-        draw_load(load, time, values, self._values.greatest["normal_load"])
-        energy = figure.add_subplot(grid[2, 1], sharex=tilt)
-        draw_energy(energy, time, values)
-        for axis in (tilt, load):
-            axis.tick_params(labelbottom=False)
+        tilt = figure.add_subplot(grid[0, 1])
+        _draw_tilt(tilt, values["time"], values)
+        draw_load_and_energy(figure, grid, tilt, values, self._values.greatest["normal_load"])
 
 
 def _draw_side(axis, values, scene):
@@ -113,7 +106,16 @@ def _draw_tilt(axis, time, values):
     heading(axis, "Tilt of the body's axes", up="to the vertical [°]")
 
 
-def draw_load(axis, time, values, greatest):
+def draw_load_and_energy(figure, grid, above, values, greatest):
+    """Both below the panel `above` at the right; the load was at most `greatest` [N]."""
+    load, energy = (figure.add_subplot(grid[row, 1], sharex=above) for row in (1, 2))
+    _draw_load(load, values["time"], values, greatest)
+    _draw_energy(energy, values["time"], values)
+    for axis in (above, load):
+        axis.tick_params(labelbottom=False)
+
+
+def _draw_load(axis, time, values, greatest):
     """Normal load over time."""
     frame(axis)
     load = values["normal_load"]
@@ -127,7 +129,7 @@ def draw_load(axis, time, values, greatest):
     heading(axis, f"Normal load at the outputs, at most {greatest:.4g} N", up="normal load [N]")
 
 
-def draw_energy(axis, time, values):
+def _draw_energy(axis, time, values):
     """Where the energy is, stacked: potential energy from where it is least."""
     frame(axis)
     scale = max(float(sum(values[name] for name, _ in STORED).max()), 1e-300)

@@ -36,7 +36,7 @@ TOUCHES, COUNTS = 3, 4
 ROUNDING = 1e-15  # of the body's size: gaps below are none
 
 
-class Plan(NamedTuple):
+class EllipsoidPlan(NamedTuple):
     """How to step: a `RungeKutta` method, its tolerance, its fixed step in contact [s] (0 = adaptive).
 
     `spread` and `lean` [m] bound how fast the body's extent downwards bends when it turns, `floor` [s] is the shortest
@@ -51,7 +51,7 @@ class Plan(NamedTuple):
     floor: float
 
 
-class Work(NamedTuple):
+class EllipsoidWork(NamedTuple):
     """Arrays to work in.
 
     Stages (stages, COLUMNS), states of a trial, after a step and before the last, error scales, a state to look at.

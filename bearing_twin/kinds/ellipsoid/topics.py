@@ -10,7 +10,7 @@ from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
 from bearing_twin.kinds.ellipsoid.row import ELLIPSOID_ON_PLANE
 from bearing_twin.kinds.markers import BLUE, CUBE, GLASS, LINE_LIST, SPHERE, STEEL, contact_markers, marker
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed, pose_topic
-from bearing_twin.kinds.urdf import Solid, box, sphere
+from bearing_twin.kinds.urdf import LinkShape, box, sphere
 from bearing_twin.numerics.rotation import rotation_matrix
 from bearing_twin.sample import Sample, Wrench
 
@@ -38,7 +38,7 @@ def origins(parameters: EllipsoidOnPlaneScene, sample: Sample) -> dict[str, np.n
     return {BODY: sample["position"], PLANE: np.zeros(3)}
 
 
-def solids(parameters: EllipsoidOnPlaneScene) -> dict[str, list[Solid]]:
+def solids(parameters: EllipsoidOnPlaneScene) -> dict[str, list[LinkShape]]:
     """The bodies for `robot_description`: URDF has no ellipsoid, so only a ball is drawn, and the plane."""
     axes = parameters.body.semi_axes
     longest = max(axes)

@@ -4,7 +4,20 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bearing_twin.kinds.views import GLASS, ORANGE, Arrows, Look, Panel, Solid, Spots, Trail, View, curves, picked
+from bearing_twin.kinds.views import (
+    GLASS,
+    ORANGE,
+    Arrows,
+    CurvePanel,
+    Look,
+    Solid,
+    Spots,
+    Trail,
+    View,
+    along_axes,
+    curves,
+    picked,
+)
 from bearing_twin.sample import Channel, Sample
 
 ARROW, SPOT = 1.6, 0.35  # longest arrow, greatest drawn semi-axis of a contact; in sizes of the body
@@ -13,6 +26,10 @@ TAKEN = (
     *("semi_major", "semi_minor", "peak_pressure", "normal_load", "kinetic_energy", "potential_energy"),
     *("elastic_energy", "dissipated_viscous", "dissipated_friction"),
 )
+
+STORED = (("kinetic_energy", "kinetic"), ("potential_energy", "of height"), ("elastic_energy", "in the contact"))
+LOST = (("dissipated_viscous", "lost to viscosity"), ("dissipated_friction", "lost to friction"))
+"""Channels and words of the energies, in the order in which they are shown."""
 
 
 def view(facts, channels) -> View:
@@ -40,7 +57,12 @@ def travels(axes, start) -> bool:
 
 
 def contact_view(
-    channels, solids: tuple[Solid, ...], size: float, look: Look, motion: Panel, push: Callable[[Sample], np.ndarray]
+    channels,
+    solids: tuple[Solid, ...],
+    size: float,
+    look: Look,
+    motion: CurvePanel,
+    push: Callable[[Sample], np.ndarray],
 ) -> View:
     """The view of a body of that `size` [m] on another: what an ellipsoid on a plane and two bodies have in common.
 
@@ -54,42 +76,21 @@ def contact_view(
             curves("Normal load", "N", ("normal_load", "normal load")),
             motion,
             curves("Peak pressure", "Pa", ("peak_pressure", "peak pressure")),
-            curves("Slip at the contact", "m/s", *(("slip", name, k) for k, name in enumerate("xyz"))),
-            curves(
-                "Energy",
-                "J",
-                ("kinetic_energy", "kinetic"),
-                ("potential_energy", "of height"),
-                ("elastic_energy", "in the contact"),
-                ("dissipated_viscous", "lost to viscosity"),
-                ("dissipated_friction", "lost to friction"),
-            ),
+            curves("Slip at the contact", "m/s", *along_axes("slip")),
+            curves("Energy", "J", *STORED, *LOST),
         ),
         solids=solids,
         marks=(
             Trail("way", "way of the centre", "position"),
             Arrows(
-                "load",
-                "normal load on the body",
-                "N",
-                "push",
-                ARROW * size,
-                (ORANGE,),
-                "normal_load",
+                "load", "normal load on the body", "N", "push", ARROW * size, (ORANGE,), "normal_load",
                 point="contact_point",
             ),
             Spots(
-                "contact",
-                "contact",
-                "push",
-                "semi_major",
-                "semi_minor",
-                "peak_pressure",
-                SPOT * size,
-                major_axis="major_axis",
-                point="contact_point",
+                "contact", "contact", "push", "semi_major", "semi_minor", "peak_pressure", SPOT * size,
+                major_axis="major_axis", point="contact_point",
             ),
         ),
         look=look,
         words="Bodies and places are true to scale.",
-    )
+    )  # fmt: skip

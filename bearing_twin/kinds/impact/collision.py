@@ -42,7 +42,7 @@ class ContactPeriod(NamedTuple):
     impulse: float
 
 
-class Work(NamedTuple):
+class CollisionWork(NamedTuple):
     """Arrays to work in, as `advance_adaptively` wants them."""
 
     stages: np.ndarray
@@ -65,7 +65,7 @@ def march_fixed(method, spring, reduced_mass, speed, step, phase, nodes):
     first node is before the touch, the last after separation.
     """
     state, after, slopes = np.zeros(3), np.zeros(3), np.zeros(3)
-    work = Work(np.zeros((len(RK4.weights), 3)), np.zeros(3), np.zeros(3), np.ones(3))
+    work = CollisionWork(np.zeros((len(RK4.weights), 3)), np.zeros(3), np.zeros(3), np.ones(3))
     state[0], state[1] = -phase * step * speed, speed
     nodes[0, 0], nodes[0, 1:] = -phase * step, state
     for n in range(1, len(nodes)):
@@ -177,7 +177,7 @@ def collide(spring: Spring, reduced_mass: float, speed: float, method: str, tole
         return _fixed(spring, reduced_mass, speed, method, step, expected)
     bodies = spring, reduced_mass
     unit = np.array([speed * expected, speed, reduced_mass * speed**2])
-    work = Work(np.zeros((len(DOP853.weights), 3)), np.zeros(3), np.zeros(3), tolerance * unit)
+    work = CollisionWork(np.zeros((len(DOP853.weights), 3)), np.zeros(3), np.zeros(3), tolerance * unit)
     nodes, state, clock = np.zeros((MOST_ENDS + 1, 4)), np.array([0.0, speed, 0.0]), np.zeros(CURSOR + 1)
     nodes[0, 1:], clock[STEP] = state, FIRST_STEP * expected
     counts, longest = np.zeros(3, np.int64), LONGEST * expected

@@ -4,11 +4,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin.kinds.impact.collision import peak_of
+from bearing_twin.kinds.impact.view import ENERGIES
 from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, scaled
 from bearing_twin.pictures.values import scaled_time
-
-ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "in the contact"))
 
 
 class PairPicture(RunPicture):
@@ -48,13 +47,12 @@ def draw_force(axis, time, values) -> None:
     heading(axis, f"Contact force, at most {peak:.5g} {unit}", up=f"contact force [{unit}]")
 
 
-def draw_energies(axis, time, unit, values, parts_shown=ENERGIES) -> None:
+def draw_energies(axis, time, unit, values, shown=ENERGIES) -> None:
     """Stored energies on top of each other, as a share of what was brought: the books are closed where they reach 1."""
     frame(axis)
     brought = values["kinetic_energy"][0]
-    present = [(name, text) for name, text in parts_shown]
-    parts = [values[name] / brought for name, _ in present]
-    axis.stackplot(time, parts, labels=[text for _, text in present], colors=BALL_COLOURS[: len(parts)], alpha=0.75)
+    parts = [values[name] / brought for name, _ in shown]
+    axis.stackplot(time, parts, labels=[text for _, text in shown], colors=BALL_COLOURS[: len(parts)], alpha=0.75)
     axis.axhline(1.0, color=STYLE["ink"], linewidth=1.0, linestyle=":")
     axis.margins(x=0.0)
     axis.set_ylim(0.0, max(1.3, 1.15 * float(np.sum(parts, axis=0).max())))

@@ -16,7 +16,7 @@ from bearing_twin.kinds.impact.parameters import TwoDiscsScene
 from bearing_twin.kinds.impact.row import TWO_DISCS, TWO_SPHERES
 from bearing_twin.kinds.markers import BLUE, CYLINDER, GREEN, ORANGE, SPHERE, TEXT, marker
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
-from bearing_twin.kinds.urdf import Solid, cylinder, sphere
+from bearing_twin.kinds.urdf import LinkShape, cylinder, sphere
 from bearing_twin.sample import Sample, Wrench
 
 FIRST, SECOND = "first", "second"
@@ -51,7 +51,7 @@ def origins(parameters, sample: Sample) -> dict[str, np.ndarray]:
     return {FIRST: np.array([first, 0.0, 0.0]), SECOND: np.array([apart + second, 0.0, 0.0])}
 
 
-def solids(parameters) -> dict[str, list[Solid]]:
+def solids(parameters) -> dict[str, list[LinkShape]]:
     """The bodies for `robot_description`."""
     colors = zip((FIRST, SECOND), radii(parameters), (ORANGE, BLUE), strict=True)
     if isinstance(parameters, TwoDiscsScene):

@@ -9,6 +9,7 @@ from bearing_twin.sample import Channel
 
 REACH, ARROW, ABOVE = 0.3, 0.9, 1.25  # radii of the smaller body: displacement, longest arrow, height of the arrows
 TAKEN = ("approach", "normal_load", "displacement", "velocity", "kinetic_energy", "elastic_energy")
+ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "in the contact"))
 
 
 def view(facts, channels) -> View:
@@ -47,18 +48,12 @@ def view(facts, channels) -> View:
             curves("Contact force", "N", ("normal_load", "force")),
             curves("Approach, negative while there is a gap", "m", ("approach", "approach")),
             curves("Velocities", "m/s", ("velocity", "first", 0), ("velocity", "second", 1)),
-            curves("Energy", "J", ("kinetic_energy", "kinetic"), ("elastic_energy", "in the contact")),
+            curves("Energy", "J", *ENERGIES),
         ),
         solids=tuple(_bodies(parameters, first, second)),
         marks=(
             Arrows(
-                "forces",
-                "force on each body",
-                "N",
-                "forces",
-                ARROW * least,
-                (BLUE, ORANGE),
-                point="tails",
+                "forces", "force on each body", "N", "forces", ARROW * least, (BLUE, ORANGE), point="tails",
                 from_point=True,
             ),
         ),
@@ -70,7 +65,7 @@ def view(facts, channels) -> View:
         ),
         enlarged=Enlarged("displacements", ("ways",), REACH * least),
         words="Where the bodies overlap they are pressed flat: the overlap is the approach, as much enlarged.",
-    )
+    )  # fmt: skip
 
 
 def _bodies(parameters, first: float, second: float):
@@ -81,12 +76,6 @@ def _bodies(parameters, first: float, second: float):
         else:
             shape = {"ellipsoid": (radius,) * 3}
         yield Solid(
-            name,
-            f"{name} body",
-            shape,
-            (BLUE, ORANGE)[place],
-            place=place,
-            position="middles",
-            deviation="ways",
-            opacity=0.62,
-        )
+            name, f"{name} body", shape, (BLUE, ORANGE)[place],
+            place=place, position="middles", deviation="ways", opacity=0.62,
+        )  # fmt: skip

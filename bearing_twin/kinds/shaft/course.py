@@ -12,7 +12,7 @@ from bearing_twin.kinds.shaft.derived import course_of
 from bearing_twin.kinds.shaft.parameters import ShaftScene
 
 
-class Part(NamedTuple):
+class CoursePart(NamedTuple):
     """A part of the course, since `begin` [s]: the shaft had turned by `angle` and turns with even acceleration.
 
     From outside acts `load` (5,) [N, N m] about the centre of mass, which grows by `growth` (5,) a second.
@@ -83,7 +83,7 @@ def loads_of(parameters: ShaftScene, time: float) -> np.ndarray:
     return constant_loads(parameters) + about_centre(shaft.load_place, Loading(shaft).at(time)[0])
 
 
-class Course:
+class ShaftCourse:
     """Speed and loads over time, in parts with even acceleration and evenly growing loads, from `now` [s] on.
 
     The shaft then has turned by `angle` [rad], turns at `speed` [rad/s] and is told to go to `goal`; `loading` acts at
@@ -117,7 +117,7 @@ class Course:
         return self._steady + load, rate
 
     def rows(self, since: float, until: float) -> np.ndarray:
-        """The parts (n, PART) from the one at `since` [s] to the first that begins after `until`, see `Part`."""
+        """The parts (n, PART) from the one at `since` [s] to the first that begins after `until`, see `CoursePart`."""
         first = max(int(np.searchsorted(self._times, since, side="right")) - 1, 0)
         last = int(np.searchsorted(self._times, until, side="right"))
         return np.array(
@@ -129,15 +129,15 @@ class Course:
         first, last = np.searchsorted(self._times, (since, until), side="right")
         return bool(last > first)
 
-    def told(self, now: float, goal: float) -> "Course":
+    def told(self, now: float, goal: float) -> "ShaftCourse":
         """That of a shaft that is told at `now` [s] to go to `goal` [rad/s]."""
         angle, speed, _ = self.turned(now)
-        return Course(self._parameters, self.loading, now, angle, speed, goal)
+        return ShaftCourse(self._parameters, self.loading, now, angle, speed, goal)
 
-    def loaded(self, now: float, force, moment) -> "Course":
+    def loaded(self, now: float, force, moment) -> "ShaftCourse":
         """That of a shaft with other loads from `now` [s] on, or the scene's own where both are None."""
         loading = Loading(self._parameters.shaft)
         if force is not None:
             loading.set(force, moment)
         angle, speed, _ = self.turned(now)
-        return Course(self._parameters, loading, now, angle, speed, self.goal_at(now))
+        return ShaftCourse(self._parameters, loading, now, angle, speed, self.goal_at(now))

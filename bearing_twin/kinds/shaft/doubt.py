@@ -13,7 +13,7 @@ from bearing_twin.kinds.shaft.derived import speeds_of
 from bearing_twin.kinds.shaft.figures import WATCH
 from bearing_twin.kinds.shaft.models import law_error, shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES
-from bearing_twin.kinds.shaft.worth import Off, wide_of
+from bearing_twin.kinds.shaft.worth import ShaftErrors, wide_of
 from bearing_twin.sample import Block
 
 LOADS = {"greatest_ball_load_n": 1.0, "peak_pressure_pa": 1.0 / 3.0}  # figures that go with this power of a load
@@ -70,7 +70,7 @@ class ShaftDoubt(SecondRunDoubt):
             found[life] = LIFE * one.balanced * abs(figures[life])
         return found
 
-    def _wide(self, side: str, load: float) -> Off:
+    def _wide(self, side: str, load: float) -> ShaftErrors:
         """As `Wide.at`, by the balance at the run's start or end whose greatest load is nearer to this one [N]."""
         speeds, end = speeds_of(self.parameters), float(self.parameters.run.duration)
         ends = (speeds[0], 0.0), (speeds[-1], end)

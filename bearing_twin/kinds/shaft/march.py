@@ -8,7 +8,7 @@ import math
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
-from bearing_twin.kinds.shaft.course import Part, whirl_of
+from bearing_twin.kinds.shaft.course import CoursePart, whirl_of
 from bearing_twin.kinds.shaft.outputs import write_row
 from bearing_twin.kinds.shaft.rotor import (
     BEARING_WORK,
@@ -31,7 +31,7 @@ loads and bearings with each step's counted by its size [J], and that at the beg
 
 START, END, THIRD, FOURTH, KEPT = range(5)  # rows of the step kept: states at its ends, and its interpolant
 NEAR = 1e-3  # of a step: no shorter one is left before a part of the course ends
-LOAD, GROWTH, PART = 4, 4 + COORDINATES, 4 + 2 * COORDINATES  # of a row of the course: see `Part`
+LOAD, GROWTH, PART = 4, 4 + COORDINATES, 4 + 2 * COORDINATES  # of a row of the course: see `CoursePart`
 SHORTEST, LONGEST = range(2)  # of the bounds of steps [s]
 SLOPES = 2  # rates for the explicit change with time, beside those of the stages
 
@@ -53,7 +53,7 @@ def _keep_step(method, work, kept):
 def _part_of(course, phase):
     """That part of the course."""
     row = course[phase]
-    return Part(row[0], row[1], row[2], row[3], row[LOAD:GROWTH], row[GROWTH:PART])
+    return CoursePart(row[0], row[1], row[2], row[3], row[LOAD:GROWTH], row[GROWTH:PART])
 
 
 @kernel

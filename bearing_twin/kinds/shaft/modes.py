@@ -32,7 +32,7 @@ class Matrices(NamedTuple):
     lever: float
 
 
-class Modes(NamedTuple):
+class WhirlModes(NamedTuple):
     """Natural frequencies [Hz] in rising order, and what share of each whirls forward.
 
     That is 1 forward, 0 backward, 1/2 in a line or along the axis.
@@ -65,7 +65,7 @@ def _forward_share(shape: np.ndarray, lever: float) -> float | None:
     return float(ahead) / whole if whole > STILL * (whole + abs(shape[2]) ** 2) else None
 
 
-def modes_at(matrices: Matrices, speed: float) -> Modes:
+def modes_at(matrices: Matrices, speed: float) -> WhirlModes:
     """The modes of small motion with the shaft turning at `speed` [rad/s]; those that do not swing are left out."""
     inverse = 1.0 / matrices.inertia[:, None]
     damping = matrices.damping + speed * matrices.gyroscopic
@@ -77,7 +77,7 @@ def modes_at(matrices: Matrices, speed: float) -> Modes:
     shares = [_forward_share(shapes[:5, k], matrices.lever) for k in order]
     forward = np.array([0.5 if share is None else share for share in shares])
     # exp(i v t) with v > 0; a shaft that turns backward is seen from its other side
-    return Modes(roots.imag[order] / (2.0 * math.pi), forward if speed >= 0.0 else 1.0 - forward)
+    return WhirlModes(roots.imag[order] / (2.0 * math.pi), forward if speed >= 0.0 else 1.0 - forward)
 
 
 def critical_speeds(matrices: Matrices) -> list[float]:
@@ -117,7 +117,7 @@ def last_matrices(parameters: ShaftScene, law: str) -> tuple[Matrices, float]:
 
 
 @functools.lru_cache(maxsize=8)
-def modes_of(parameters: ShaftScene, law: str) -> tuple[Modes, list[float]]:
+def modes_of(parameters: ShaftScene, law: str) -> tuple[WhirlModes, list[float]]:
     """The modes and the critical speeds of a scene, in balance at the speed and the loads that its run ends with."""
     matrices, speed = last_matrices(parameters, law)
     return modes_at(matrices, speed), critical_speeds(matrices)

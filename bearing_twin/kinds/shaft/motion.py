@@ -9,7 +9,7 @@ from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.second_run import is_watched
 from bearing_twin.kinds.shaft import march
-from bearing_twin.kinds.shaft.course import Course, add_unbalances
+from bearing_twin.kinds.shaft.course import ShaftCourse, add_unbalances
 from bearing_twin.kinds.shaft.figures import WATCH, ShaftFigures, wanted_errors
 from bearing_twin.kinds.shaft.modes import matrices_of, stiffest_mode, unbalance_response
 from bearing_twin.kinds.shaft.operating import explained
@@ -86,7 +86,7 @@ class ShaftMotion:
         """Back to the start."""
         balls = [getattr(self.parameters, side).geometry.balls for side in SIDES]
         scales = np.concatenate([self._scales, self._fastest * self._scales])
-        self._follow(Course(self.parameters, Loading(self.parameters.shaft)))
+        self._follow(ShaftCourse(self.parameters, Loading(self.parameters.shaft)))
         self._work = rosenbrock_work(STATE, MOVING, len(RODAS4.alpha), scales)
         self._moved = tuple(map(new_balls, balls)), new_moment()
         self._shown = tuple(map(new_balls, balls)), new_moment(), contacts_of(self.parameters), np.zeros(STATE)
@@ -115,7 +115,7 @@ class ShaftMotion:
         put_back(self, kept)
         self.keep()
 
-    def follow(self, course: Course, now: float) -> None:
+    def follow(self, course: ShaftCourse, now: float) -> None:
         """Is at `now` [s] of a course, as arrays put back say."""
         self._now_ns = round(1e9 * now)
         self._follow(course)
@@ -131,7 +131,7 @@ class ShaftMotion:
         for values, before in zip(self._arrays(), arrays, strict=True):
             values[...] = before
 
-    def _follow(self, course: Course) -> None:
+    def _follow(self, course: ShaftCourse) -> None:
         """Turns and is loaded by `course` from now on."""
         fastest = max(map(abs, course.speeds))
         as_begun = self.rotor.whirl.any() and all(speed == self.parameters.drive.speed for speed in course.speeds)
@@ -160,7 +160,7 @@ class ShaftMotion:
         """
         self._told(self.course.loaded(self.seconds, force, moment))
 
-    def _told(self, course: Course) -> None:
+    def _told(self, course: ShaftCourse) -> None:
         """Goes on by another course from now on: what of the step kept lies beyond is dropped."""
         march.begin_again(self.clock, self.kept, self.seconds, self._shown[-1])
         self._follow(course)

@@ -33,7 +33,7 @@ LOAD_WORK, BEARING_WORK, DISSIPATED, CAGE_WORK, STATE = range(MOVING, MOVING + 5
 dissipate, that, and of both cages; of the first two without those of steady loads, which follow from the place."""
 
 
-class Seat(NamedTuple):
+class ShaftSeat(NamedTuple):
     """One bearing on the shaft: its balance, place [m], side it faces, `middle` [m] along its own axis.
 
     `first` [rad] is the azimuth of ball 0 at the start, `ratio` the orbit's speed over the shaft's, `gravity` (3,) in

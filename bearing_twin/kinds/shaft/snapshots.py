@@ -6,7 +6,7 @@ import numpy as np
 
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.shaft import march
-from bearing_twin.kinds.shaft.course import Course
+from bearing_twin.kinds.shaft.course import ShaftCourse
 
 ARRAYS = ("clock", "kept")
 
@@ -42,4 +42,4 @@ def put_back(motion, kept: dict) -> None:
         if len(commanded) != len(loading.load) or not all(map(math.isfinite, commanded)):
             raise ValueError(commanded)
         loading.set(commanded[:3], commanded[3:])
-    motion.follow(Course(motion.parameters, loading, told, angle, speed, goal), now)
+    motion.follow(ShaftCourse(motion.parameters, loading, told, angle, speed, goal), now)

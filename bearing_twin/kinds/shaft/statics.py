@@ -13,12 +13,12 @@ from bearing_twin.kinds.bearing.quasi_static.statics import LONGEST, Solver, Sup
 from bearing_twin.kinds.shaft.course import loads_of
 from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
-from bearing_twin.kinds.shaft.rotor import Rotor, Seat, new_balls, shaft_loads
+from bearing_twin.kinds.shaft.rotor import Rotor, ShaftSeat, new_balls, shaft_loads
 
 UNSEEN = 1e-12  # of the loads: what a ball's last step may leave, which spares a quarter of a step's time
 
 
-class Balance(NamedTuple):
+class ShaftBalance(NamedTuple):
     """The shaft in balance: `coordinates` (5,), `stiffness` (5, 5), for each bearing `rings` (5,) and `contacts`.
 
     `ratios` are the orbits' speeds of balls that roll in one cage over the shaft's.
@@ -38,7 +38,7 @@ def rotor_of(parameters: ShaftScene, law: str, ratios=(0.0, 0.0)) -> Rotor:
         mounted, scene = getattr(parameters, side), bearing_scene(parameters, side)
         places = (mounted.place, mounted.facing, middle_of(mounted), mounted.ball_angle, ratio)
         setting = setting_of(scene, law, parameters.drive.speed)._replace(unseen=UNSEEN)
-        seats.append(Seat(setting, *map(float, places), tuple(map(float, scene.gravity))))
+        seats.append(ShaftSeat(setting, *map(float, places), tuple(map(float, scene.gravity))))
     weight = shaft.mass * np.array([*parameters.gravity, 0.0, 0.0])
     unbalances = np.array(shaft.unbalances, float).reshape(-1, 3)
     return Rotor(
@@ -141,7 +141,7 @@ class ShaftSolver(Solver):
 
 
 @functools.lru_cache(maxsize=8)
-def balance_of(parameters: ShaftScene, law: str, speed: float, time: float = 0.0) -> Balance:
+def balance_of(parameters: ShaftScene, law: str, speed: float, time: float = 0.0) -> ShaftBalance:
     """The shaft in balance under its weight and the scene's loads at `time` [s], turning at `speed` [rad/s].
 
     Raises SceneError for what no contact carries or what pushes the shaft through its balls.
@@ -152,7 +152,7 @@ def balance_of(parameters: ShaftScene, law: str, speed: float, time: float = 0.0
     contacts = solver.contacts()
     ratios = tuple(float(shared(one, one.orbit)) / (speed or 1.0) for one in contacts)
     rings = tuple(own.ring.copy() for own in solver.balls)
-    return Balance(solver.q.copy(), solver.stiffness.copy(), rings, tuple(contacts), ratios)
+    return ShaftBalance(solver.q.copy(), solver.stiffness.copy(), rings, tuple(contacts), ratios)
 
 
 def solver_of(parameters: ShaftScene, law: str, speed: float, first=None) -> ShaftSolver:

@@ -11,7 +11,7 @@ from bearing_twin.kinds.markers import BLUE, CYLINDER, GLASS, LINE_LIST, RED, ST
 from bearing_twin.kinds.shaft.parameters import SIDES, Mounted, ShaftScene
 from bearing_twin.kinds.shaft.row import SHAFT
 from bearing_twin.kinds.topics import MARKER_ARRAY, POSE, body_topics, load_command, turning_commands
-from bearing_twin.kinds.urdf import Solid, cylinder
+from bearing_twin.kinds.urdf import LinkShape, cylinder
 from bearing_twin.sample import Sample, Wrench
 
 FRAME = SHAFT.frame
@@ -91,7 +91,7 @@ def sizes(parameters: ShaftScene) -> tuple[float, float, float]:
     return min(ring_sizes(one)[0] for one in mounted), min(places) - beyond, max(places) + beyond
 
 
-def solids(parameters: ShaftScene) -> dict[str, list[Solid]]:
+def solids(parameters: ShaftScene) -> dict[str, list[LinkShape]]:
     """The bodies for `robot_description`."""
     radius, low, high = sizes(parameters)
     found = {BODY: [cylinder(radius, high - low, STEEL)._replace(center=(0.0, 0.0, 0.5 * (low + high)))]}

@@ -5,7 +5,6 @@ from itertools import pairwise
 import numpy as np
 
 from bearing_twin.kinds.shaft.course import constant_loads
-from bearing_twin.kinds.shaft.outputs import channels as channels_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.topics import longest_arrow, ring_centres, ring_sizes, sizes
 from bearing_twin.kinds.views import (
@@ -13,12 +12,13 @@ from bearing_twin.kinds.views import (
     ORANGE,
     STEEL,
     Arrows,
+    CurvePanel,
     Enlarged,
-    Line,
     Look,
-    Panel,
     Solid,
     View,
+    along_axes,
+    ball_curves,
     curves,
     picked,
 )
@@ -47,34 +47,20 @@ def view(facts, channels) -> View:
         panels=_panels(parameters),
         solids=(
             Solid(
-                "shaft",
-                "shaft",
-                {"turned": {"strokes": _rod(radius, low, high)}},
-                STEEL,
-                deviation="position",
-                turn="turn",
-                tilt="tilt",
-                marked=True,
+                "shaft", "shaft", {"turned": {"strokes": _rod(radius, low, high)}}, STEEL,
+                deviation="position", turn="turn", tilt="tilt", marked=True,
             ),
             *(
                 Solid(
-                    f"{side}_bearing",
-                    f"{side} bearing",
-                    {"turned": {"strokes": _housing(getattr(parameters, side))}},
-                    DARK,
-                    opacity=0.5,
+                    f"{side}_bearing", f"{side} bearing", {"turned": {"strokes": _housing(getattr(parameters, side))}},
+                    DARK, opacity=0.5,
                 )
                 for side in SIDES
             ),
         ),
         marks=(
             Arrows(
-                "forces",
-                "force on the shaft",
-                "N",
-                "bearing_force",
-                longest_arrow(parameters),
-                (ORANGE,),
+                "forces", "force on the shaft", "N", "bearing_force", longest_arrow(parameters), (ORANGE,),
                 point="centres",
             ),
         ),
@@ -85,38 +71,26 @@ def view(facts, channels) -> View:
     )  # fmt: skip
 
 
-def _panels(parameters) -> tuple[Panel, ...]:
-    axes = tuple("xyz")
+def _panels(parameters) -> tuple[CurvePanel, ...]:
     return (
-        Panel("Centre of mass", "m", tuple(Line("position", one, k, k) for k, one in enumerate(axes))),
+        curves("Centre of mass", "m", *along_axes("position")),
         curves("Tilt", "rad", ("tilt", "about x", 0), ("tilt", "about y", 1)),
         *(
-            Panel(
-                f"Force of the {side} bearing on the shaft",
-                "N",
-                tuple(Line("bearing_force", one, 3 * b + k, k) for k, one in enumerate(axes)),
-            )
+            curves(f"Force of the {side} bearing on the shaft", "N", *along_axes("bearing_force", 3 * b))
             for b, side in enumerate(SIDES)
         ),
-        Panel("Load on the shaft but its weight", "N", tuple(Line("load", one, k, k) for k, one in enumerate(axes))),
-        *(_balls(parameters, side) for side in SIDES),
+        curves("Load on the shaft but its weight", "N", *along_axes("load")),
+        *(
+            ball_curves(f"Load on each ball, {side} bearing, inner raceway", "N", f"{side}_normal_load", balls, 0)
+            for side, balls in ((side, getattr(parameters, side).geometry.balls) for side in SIDES)
+        ),
         curves("Speed of the shaft", "rad/s", ("shaft_speed", "about z")),
         curves("Energy", "J", ("kinetic_energy", "kinetic"), ("elastic_energy", "in the contacts")),
         curves(
-            "Work since the start",
-            "J",
-            ("load_work", "of loads and unbalances"),
-            ("bearing_work", "on the bearings"),
+            "Work since the start", "J", ("load_work", "of loads and unbalances"), ("bearing_work", "on the bearings"),
             ("dissipated", "lost to damping"),
         ),
-    )
-
-
-def _balls(parameters, side: str) -> Panel:
-    """Loads on the inner raceway."""
-    [channel] = picked(channels_of(parameters), (f"{side}_normal_load",))
-    lines = tuple(Line(channel.name, f"ball {k}", 2 * k, k, k) for k in range(min(channel.shape[0], 32)))
-    return Panel(f"Load on each ball, {side} bearing, inner raceway", "N", lines)
+    )  # fmt: skip
 
 
 def _rows(parameters, sample) -> dict[str, np.ndarray]:

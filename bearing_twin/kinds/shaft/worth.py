@@ -17,7 +17,7 @@ from bearing_twin.kinds.shaft.statics import balance_of, rotor_of
 SIZE = 2.0 / 3.0  # power of a load with which the square of a spot's semi-axis goes
 
 
-class Off(NamedTuple):
+class ShaftErrors(NamedTuple):
     """Shares by which a `contact` is off at the same approach, its `load` is, and the greatest load in balance is."""
 
     contact: float
@@ -35,11 +35,11 @@ class Wide(NamedTuple):
     share: float
     kept: float
 
-    def at(self, load: float) -> Off:
+    def at(self, load: float) -> ShaftErrors:
         """What a contact under `load` [N] is off; its load keeps the whole share where it is not that in balance."""
         share = self.share * (load / self.greatest) ** SIZE if self.greatest else 0.0
         kept = self.kept if abs(load - self.greatest) <= ALIKE * load else 1.0
-        return Off(share, share * kept, self.share * self.kept)
+        return ShaftErrors(share, share * kept, self.share * self.kept)
 
 
 def moved_ring(place: float, facing: float) -> np.ndarray:

@@ -47,7 +47,7 @@ COLUMNS = (
 """What a row of the history holds: `balance` is the force less the integral of rho a dA, round-off alone."""
 
 
-class Body(NamedTuple):
+class DiscBody(NamedTuple):
     """What stays: arrays of the mesh, law and plane, shear modulus, Lame's first parameter, k and m of the contact."""
 
     across: np.ndarray
@@ -70,7 +70,7 @@ class Body(NamedTuple):
     exponent: float
 
 
-class State(NamedTuple):
+class DiscState(NamedTuple):
     """What moves: displacement (2, n), velocity (2, n) half a step before; `load` (2, n) is room for forces."""
 
     displacement: np.ndarray

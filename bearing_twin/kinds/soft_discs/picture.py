@@ -12,11 +12,11 @@ from bearing_twin.kinds.impact.picture import PairPicture, draw_energies, draw_f
 from bearing_twin.kinds.soft_discs.derived import bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, edges_of, triangles_of
+from bearing_twin.kinds.soft_discs.view import ENERGIES
 from bearing_twin.pictures.moving import write_moving
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, scaled
 from bearing_twin.pictures.values import scaled_time
 
-ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "strain"), ("contact_energy", "in the penalty"))
 COLOURS = "viridis"
 FRAMES = 40  # of an animation
 

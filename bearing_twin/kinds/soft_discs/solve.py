@@ -19,7 +19,7 @@ from bearing_twin.kinds.soft_discs.derived import (
 )
 from bearing_twin.kinds.soft_discs.elasticity import FORMULATIONS, LINEAR, NEO_HOOKEAN
 from bearing_twin.kinds.soft_discs.elements import lobatto
-from bearing_twin.kinds.soft_discs.march import COLUMNS, Body, State, march, stiff_part
+from bearing_twin.kinds.soft_discs.march import COLUMNS, DiscBody, DiscState, march, stiff_part
 from bearing_twin.kinds.soft_discs.mesh import Mesh, half_disc
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 
@@ -66,7 +66,7 @@ class Solved:
         return np.moveaxis(rest + moved[:, :, :-1], 1, 2)
 
 
-def bodies_in_units(parameters: SoftDiscsScene) -> tuple[Body, Body]:
+def bodies_in_units(parameters: SoftDiscsScene) -> tuple[DiscBody, DiscBody]:
     """The disc and what it meets, a wall being a copy of it; lengths in its radii, stresses in its Young's moduli."""
     penalty = parameters.contact
     if parameters.against != "other_disc":
@@ -90,7 +90,7 @@ def _scales(parameters):
     return parameters.disc.radius, material.young_modulus, material.density
 
 
-def body_of(parameters: SoftDiscsScene, stiffness: float) -> Body:
+def body_of(parameters: SoftDiscsScene, stiffness: float) -> DiscBody:
     """The disc without units: lengths in radii, stresses in Young's moduli."""
     mesh = half_disc(parameters.mesh.divisions, parameters.mesh.order, parameters.mesh.integration)
     ratio, law = capped_ratio(parameters), FORMULATIONS[parameters.formulation]
@@ -101,8 +101,8 @@ def body_of(parameters: SoftDiscsScene, stiffness: float) -> Body:
     return _body(mesh, law, plane_stress, mu, lame, stiffness, parameters.contact.exponent)
 
 
-def _body(mesh, law, plane_stress, mu, lame, stiffness, exponent) -> Body:
-    return Body(
+def _body(mesh, law, plane_stress, mu, lame, stiffness, exponent) -> DiscBody:
+    return DiscBody(
         mesh.x, mesh.y + 1.0, mesh.mass, mesh.nodes, mesh.gradients, mesh.weights, mesh.full,
         mesh.rim_nodes, mesh.rim_shapes, mesh.rim_weights, lobatto(mesh.order)[0], mesh.on_axis,
         law, plane_stress, mu, lame, stiffness, exponent,
@@ -164,7 +164,7 @@ def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
     bodies, unit, radius = bodies_in_units(parameters), time_unit(parameters), parameters.disc.radius
     step, paired = parameters.solver.step_share * stable_step(parameters), parameters.against == "other_disc"
     size = len(bodies[0].mass)
-    states = tuple(State(*(np.zeros((2, size)) for _ in range(3))) for _ in bodies)
+    states = tuple(DiscState(*(np.zeros((2, size)) for _ in range(3))) for _ in bodies)
     for state, one in zip(states, bodies_of(parameters).values(), strict=False):
         state.velocity[1, :-1] = -wall_speed(one) / wave_speed(parameters)
     least = parameters.run.duration / unit

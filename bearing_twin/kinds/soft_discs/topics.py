@@ -16,7 +16,7 @@ from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.kinds.soft_discs.row import SOFT_DISCS
 from bearing_twin.kinds.soft_discs.solve import bodies_in_units
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
-from bearing_twin.kinds.urdf import Solid, cylinder
+from bearing_twin.kinds.urdf import LinkShape, cylinder
 from bearing_twin.sample import Sample, Wrench
 
 FRAME = SOFT_DISCS.frame
@@ -48,7 +48,7 @@ def origins(parameters: SoftDiscsScene, sample: Sample) -> dict[str, np.ndarray]
     return {disc: np.array([0.0, height, 0.0]), other: np.array([0.0, 0.0 if other == "wall" else -below, 0.0])}
 
 
-def solids(parameters: SoftDiscsScene) -> dict[str, list[Solid]]:
+def solids(parameters: SoftDiscsScene) -> dict[str, list[LinkShape]]:
     """The bodies for `robot_description`, which is said once: the discs, undeformed."""
     shape = [cylinder(parameters.disc.radius, parameters.disc.thickness, GLASS)]
     return dict.fromkeys((body for body in bodies(parameters) if body != "wall"), shape)

@@ -5,13 +5,14 @@ import numpy as np
 from bearing_twin.kinds.soft_discs.derived import bodies_of
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, edges_of, triangles_of
-from bearing_twin.kinds.views import DARK, Look, Sheet, Solid, View, curves, picked
+from bearing_twin.kinds.views import DARK, Look, MovingMesh, Solid, View, curves, picked
 from bearing_twin.sample import Channel
 
 TAKEN = (
     *("normal_load", "position", "velocity", "penetration", "least_stretch", "kinetic_energy", "elastic_energy"),
     *("contact_energy", "shape", "other_velocity", "other_shape"),
 )
+ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "strain"), ("contact_energy", "in the penalty"))
 HALVES = {  # signs of x and y of the halves drawn of a disc, by what it meets; the mesh is of one half
     "wall": ((1.0, 1.0), (-1.0, 1.0)),
     "disc": ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)),
@@ -51,19 +52,13 @@ def view(facts, channels) -> View:
         panels=(
             curves("Contact force", "N", ("normal_load", "force")),
             curves(f"Velocity of the centre of mass, away from {facing}", "m/s", *velocities),
-            curves(
-                "Energy",
-                "J",
-                ("kinetic_energy", "kinetic"),
-                ("elastic_energy", "strain"),
-                ("contact_energy", "in the penalty"),
-            ),
+            curves("Energy", "J", *ENERGIES),
             curves("Least principal stretch", "1", ("least_stretch", "least stretch")),
             curves(f"Depth of the rim in {facing}", "m", ("penetration", "depth")),
         ),
         solids=(wall,) if parameters.against == "wall" else (),
         marks=tuple(
-            Sheet(name, "strain energy", name, triangles, edges, f"{name}_energy", shared, signs[name])
+            MovingMesh(name, "strain energy", name, triangles, edges, f"{name}_energy", shared, signs[name])
             for name in bodies
         ),
         look=Look(1.1 * tall, middle=(0.0, middle, 0.0)),

@@ -4,14 +4,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from bearing_twin.kinds.ellipsoid.doubt import EllipsoidDoubt
-from bearing_twin.kinds.two_bodies.figures import WATCH, PairFigures
+from bearing_twin.kinds.two_bodies.figures import WATCH, TwoBodiesFigures
 
 
-class PairDoubt(EllipsoidDoubt):
+class TwoBodiesDoubt(EllipsoidDoubt):
     """By a second motion; the law against exact Hertz where each contact was hardest."""
 
     watch = WATCH
-    figures_type = PairFigures
+    figures_type = TwoBodiesFigures
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """What waves take is known of a sphere on a half-space alone."""

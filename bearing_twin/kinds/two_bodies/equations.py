@@ -62,7 +62,7 @@ from bearing_twin.shapes.tracking import (
 )
 
 
-class Touch(NamedTuple):
+class PairTouch(NamedTuple):
     """The contact of one state: forces on A at `point`, in fixed axes; `kind` as of `tracking.classify`.
 
     `approach_rate` and `slip` are A's velocity against B there, along A's outward `normal` and across it.
@@ -221,7 +221,7 @@ def touch_of(pair, a, b, unknowns, carried):
             )  # fmt: skip
             friction[:] = rubbed.force_major * axes[0] + rubbed.force_minor * axes[1]
             drilling = rubbed.torque
-    return Touch(
+    return PairTouch(
         spot.kind, approach, rate, load, spring.load, spring.energy, spring.coefficient, effective_mass, small, large,
         under.semi_major, under.semi_minor, under.peak_pressure, point, normal, axes[0].copy(), slip, friction,
         drilling, spin_rate,

@@ -51,7 +51,7 @@ def tables(parameters) -> tuple[Table, ...]:
     return tables_with(WATCH, MEANINGS, parameters, TOUCH, CONTACT)
 
 
-class PairFigures(EllipsoidFigures):
+class TwoBodiesFigures(EllipsoidFigures):
     """Gathers contacts and the books of energy and momentum of the outputs given out."""
 
     spent = SPENT

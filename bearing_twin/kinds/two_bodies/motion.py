@@ -18,7 +18,7 @@ from bearing_twin.kinds.two_bodies.derived import (
     start_unknowns,
     tracking_of,
 )
-from bearing_twin.kinds.two_bodies.figures import WATCH, PairFigures
+from bearing_twin.kinds.two_bodies.figures import WATCH, TwoBodiesFigures
 from bearing_twin.kinds.two_bodies.outputs import channels, outputs_of
 from bearing_twin.kinds.two_bodies.pair import BODY, COLUMNS, QUATERNION, UNKNOWNS, VELOCITY, Pair
 from bearing_twin.kinds.two_bodies.parameters import OVERLAP, TwoBodiesScene
@@ -77,7 +77,7 @@ def start_state(parameters: TwoBodiesScene, pair: Pair) -> np.ndarray:
 def motion(parameters: TwoBodiesScene, choice: Choice):
     """Two bodies in motion, with a finer motion of them beside it unless the scene wants none."""
     short = 0 if choice.law == OVERLAP else SHORT
-    return motion_of(TwoBodiesMotion, parameters, choice, channels, PairFigures, WATCH, wanted_errors, short)
+    return motion_of(TwoBodiesMotion, parameters, choice, channels, TwoBodiesFigures, WATCH, wanted_errors, short)
 
 
 class TwoBodiesMotion(BouncingMotion):
@@ -89,7 +89,7 @@ class TwoBodiesMotion(BouncingMotion):
         pair = pair_of(parameters, choice.law)
         self._start = start_state(parameters, pair)
         setting = max(SETTING * float(parameters.wanted.tolerance), FINEST)
-        plan = steps.Plan(setting, FLOOR * shortest_contact(parameters))
+        plan = steps.PairPlan(setting, FLOOR * shortest_contact(parameters))
         super().__init__(pair, plan, FAILURES_OF_OVERLAP if pair.over_lens else FAILURES)
 
     def reset(self) -> None:
@@ -103,9 +103,9 @@ class TwoBodiesMotion(BouncingMotion):
         """The state (COLUMNS,) at the start."""
         return self._start.copy()
 
-    def work(self) -> steps.Work:
+    def work(self) -> steps.PairWork:
         """Room for a step."""
-        return steps.Work(np.zeros((len(steps.METHOD.weights), COLUMNS)), *(np.zeros(COLUMNS) for _ in range(6)))
+        return steps.PairWork(np.zeros((len(steps.METHOD.weights), COLUMNS)), *(np.zeros(COLUMNS) for _ in range(6)))
 
     def outputs(self, states: np.ndarray):
         """The outputs at states (n, COLUMNS)."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
-from bearing_twin.kinds.ellipsoid.picture import draw_energy, draw_load
+from bearing_twin.kinds.ellipsoid.picture import draw_load_and_energy
 from bearing_twin.kinds.two_bodies.derived import ROWS
 from bearing_twin.numerics.rotation import rotation_matrix
 from bearing_twin.pictures.run import RunPicture
@@ -18,7 +18,7 @@ OUTLINES, SIDES = 9, 96  # of a body along its path; sides of an outline
 GRID = 160  # points across the section of a body that is drawn by it
 
 
-class PairPicture(RunPicture):
+class TwoBodiesPicture(RunPicture):
     """The picture of one run of any length."""
 
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
@@ -27,13 +27,9 @@ class PairPicture(RunPicture):
         time, gap = values["time"], figure.add_subplot(grid[0, 1])
         _draw_slip(figure.add_subplot(grid[2, 0], sharex=gap), time, values)
         _draw_gap(gap, time, values)
-        load = figure.add_subplot(grid[1, 1], sharex=gap)
-        draw_load(load, time, values, self._values.greatest["normal_load"])
-        energy = figure.add_subplot(grid[2, 1], sharex=gap)
-        height = values["potential_energy"]
-        draw_energy(energy, time, values | {"potential_energy": height - height.min()})
-        for axis in (gap, load):
-            axis.tick_params(labelbottom=False)
+        risen = values["potential_energy"] - values["potential_energy"].min()
+        greatest = self._values.greatest["normal_load"]
+        draw_load_and_energy(figure, grid, gap, values | {"potential_energy": risen}, greatest)
 
 
 def _view(parameters, position) -> tuple[np.ndarray, np.ndarray, str, str]:

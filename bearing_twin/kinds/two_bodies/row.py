@@ -18,5 +18,7 @@ TWO_BODIES = Kind(
         f"{HERE}.facts:axis_ratio",
         f"{HERE}.facts:greatest_exponent",
     ),
-    **parts_in(HERE, figures="figures:PairFigures", doubt="doubt:PairDoubt", picture="picture:PairPicture"),
+    **parts_in(
+        HERE, figures="figures:TwoBodiesFigures", doubt="doubt:TwoBodiesDoubt", picture="picture:TwoBodiesPicture"
+    ),
 )

@@ -43,14 +43,14 @@ LONGEST_FLIGHT, TURN = 0.05, 0.1  # s and rad a step in flight
 ROUNDING = 1e-15
 
 
-class Plan(NamedTuple):
+class PairPlan(NamedTuple):
     """How to step: tolerance of a contact, and the shortest step [s] of flight, which may end in a touch."""
 
     tolerance: float
     floor: float
 
 
-class Work(NamedTuple):
+class PairWork(NamedTuple):
     """Arrays to work in.
 
     Stages (stages, COLUMNS), states of a trial, after a step, before it and the one before, and of a look at a peak,

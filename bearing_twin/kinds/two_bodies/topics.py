@@ -8,7 +8,7 @@ from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic,
 from bearing_twin.kinds.two_bodies.parameters import Shaped, TwoBodiesScene
 from bearing_twin.kinds.two_bodies.row import TWO_BODIES
 from bearing_twin.kinds.two_bodies.wire import lines_of
-from bearing_twin.kinds.urdf import Solid, sphere
+from bearing_twin.kinds.urdf import LinkShape, sphere
 from bearing_twin.sample import Sample, Wrench
 
 FRAME = TWO_BODIES.frame
@@ -39,7 +39,7 @@ def origins(parameters: TwoBodiesScene, sample: Sample) -> dict[str, np.ndarray]
     return {FIRST: sample["position"], SECOND: sample["second_position"]}
 
 
-def solids(parameters: TwoBodiesScene) -> dict[str, list[Solid]]:
+def solids(parameters: TwoBodiesScene) -> dict[str, list[LinkShape]]:
     """The bodies for `robot_description`: of those that URDF has, spheres."""
     both = {FIRST: parameters.first, SECOND: parameters.second}
     return {body: [sphere(one.radius, STEEL)] for body, one in both.items() if one.shape == "sphere"}

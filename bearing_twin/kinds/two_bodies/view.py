@@ -7,7 +7,7 @@ import numpy as np
 from bearing_twin.kinds.ellipsoid.view import contact_view
 from bearing_twin.kinds.two_bodies.derived import ROWS, reach_of
 from bearing_twin.kinds.two_bodies.parameters import Shaped
-from bearing_twin.kinds.views import BLUE, GLASS, STEEL, Look, Solid, View, curves
+from bearing_twin.kinds.views import BLUE, GLASS, STEEL, Look, Solid, View, along_axes, curves
 from bearing_twin.shapes.opposing import support
 
 ROUND, ACROSS = 64, 32  # directions of a mesh round its axis and from pole to pole
@@ -41,9 +41,7 @@ def view(facts, channels) -> View:
         at_start=(tuple(amid.tolist()), far),
         follows="first" if second.shape == "plane" else "",
     )
-    motion = curves(
-        "Position of the first body's centre", "m", *(("position", name, k) for k, name in enumerate("xyz"))
-    )
+    motion = curves("Position of the first body's centre", "m", *along_axes("position"))
     return contact_view(channels, solids, reach_of(first) if first in seen else look.radius, look, motion, _push)
 
 
