@@ -1,4 +1,7 @@
-"""Methods between explicit and implicit ones, which `bench/between.py` charts: their tables, their order, a run."""
+"""Methods between explicit and implicit ones, which `bench/between.py` charts: their tables, their order, a run.
+
+What compiles their loops, which no user needs, is for the environments.
+"""
 
 import functools
 import itertools
@@ -42,11 +45,13 @@ def test_the_w_method_meets_the_conditions_of_its_order_whatever_the_jacobian():
         assert order == 3 or np.abs(conditions[order]).max() > 1e-3
 
 
+@pytest.mark.environment
 @pytest.mark.parametrize("method", list(METHODS))
 def test_balls_that_ring_have_the_order_of_the_method(method):
     assert between.observed_order(method) == pytest.approx((METHODS[method].order,) * 2, abs=0.25)
 
 
+@pytest.mark.environment
 @pytest.mark.parametrize("method", list(METHODS))
 def test_friction_however_stiff_does_not_shorten_steps(method, monkeypatch):
     """Regularised at 0.1 mm/s it has dopri5 evaluate rates 500 times as often; contacts are as stiff in both."""
@@ -57,6 +62,7 @@ def test_friction_however_stiff_does_not_shorten_steps(method, monkeypatch):
     assert each[0] < 1.3 * each[1]
 
 
+@pytest.mark.environment
 def test_a_run_is_judged_as_the_product_and_charted(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(between, "LADDER", (1e-3,))
     monkeypatch.setattr(between, "judge", functools.partial(between.judge, enough=0.0))
