@@ -35,6 +35,7 @@ REACH = 0.02  # of the ball radius: rest is looked for so far around the middle 
 NUDGE = 1e-10  # m: over which the force's gradient is taken
 EXACT = 1e-16  # m, of a rest
 MOST_STEPS = 60
+DRILLS = 0.03  # of a ball's surface speed: spin that changes slip by less than this is drilling
 PLACED = 100  # balls placed in one go, within 50 ms: between them Python hears of a signal
 
 
@@ -211,6 +212,8 @@ def rolling(bearing, inner_speed, orbit_angle, axis_distance, height):
     """Tangential velocity and angular velocity (4,) of a ball that slips on neither raceway, by least squares.
 
     Slip is linear in the four unknowns, so one solve gives the rolling motion; among several the one with least spin.
+    Spin about the line through both contacts changes slip only by as much as an inner ring that stands off the axis
+    puts them off one line. It is left out: it would have to turn a ball's axis all over to spare that slip, and drill.
     """
     centre = about_z(math.cos(orbit_angle), -math.sin(orbit_angle), bearing.offset)
     position = (axis_distance, 0.0, height)
@@ -227,7 +230,7 @@ def rolling(bearing, inner_speed, orbit_angle, axis_distance, height):
             matrix[i, j] = (one[i] - none[i]) * scale[j]
     for i in range(len(none)):
         none[i] = -none[i]
-    least_squares(matrix, none, 1e-9, found)
+    least_squares(matrix, none, DRILLS, found)
     for j in range(4):
         found[j] *= scale[j]
     return found
