@@ -210,8 +210,8 @@ def dimension_costs(parameters, share: float) -> dict[str, float]:
     across, nearest, found = any(parameters.drive.offset[:2]), math.inf, {}
     for row in _read("dimensions.csv"):
         away = abs(math.log(float(row["setting"]) / max(share, 1e-3)))
-        if row["method"] not in DIMENSIONS or row["status"] != "done":
-            continue
+        if row["method"] not in DIMENSIONS or row["status"] != "done" or row["cost_at_100_hz"] == "nan":
+            continue  # the table holds bearings with clearance, too, whose costs are at one rate
         if ("across" in row["problem"]) != across or away > nearest + 1e-6:
             continue
         nearest = away
