@@ -39,7 +39,7 @@ def in_balance(load, tilt, overrides):
     return scene_of(*overrides, *parts, "wanted.tolerance=1e-4"), places
 
 
-def off_and_told(load, tilt=(0.0, 0.0), overrides=(), after=0.04):
+def off_and_told(load, tilt=(0.0, 0.0), overrides=(), after=0.1):
     """Greatest differences of angles [rad] over a ball's spacing of way, and the greatest errors told."""
     parameters, places = in_balance(load, tilt, overrides)
     moving = bearing_motion(parameters, Choice(LAW, "rodas4", 0.0, "", ()))

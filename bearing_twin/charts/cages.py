@@ -19,6 +19,7 @@ from bearing_twin.charts.contest import limited
 from bearing_twin.charts.dimension_row import DimensionRow, worst
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE
+from bearing_twin.kinds.bearing.measured import method_of
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading
@@ -37,6 +38,7 @@ MODELS = (
 FULLEST = FREE_RING, POCKETS
 TOLERANCE, FINEST = 1e-3, 1e-5
 SPAN, LATE, RATE = 0.3, 0.2, 1000.0  # s of a run, of its last part, outputs a second
+FEW = 100.0  # outputs a second of another timing
 CHUNK = 20  # outputs at a time
 ERRORS = {"load_error": "greatest ball load", "orbit_error": "orbit speed", "ring_error": "ring's place or force"}
 MARKERS = {NONE: "o", EVEN: "s", POCKETS: "^"}
@@ -49,20 +51,18 @@ AGAIN = "rodas3"  # the stepper that checks the truth
 
 def named(model) -> str:
     """A model in words."""
-    dimension, cage = model
-    if dimension == QUASI_STATIC:
-        return "quasi_static"
-    return f"{dimension}, " + {NONE: "no cage", EVEN: "even cage", POCKETS: "pockets"}[cage]
+    return method_of(*model)
 
 
 class Means(NamedTuple):
-    """Of the last part of a run: greatest ball load [N], orbit speed [rad/s], ring's y [m], its force [N], CPU cost."""
+    """Of a run's last part: greatest ball load [N], orbit speed [rad/s], ring's y [m], its force [N]; CPU costs."""
 
     load: float
     orbit: float
     place: float
     force: float
     cost: float
+    cost_at_100_hz: float
 
 
 def _keys(model, load: float, speed: float, tolerance: float, place: float) -> tuple[str, ...]:
@@ -94,6 +94,9 @@ def run_means(
         if (chunk + 1) * CHUNK / RATE > SPAN - LATE:
             for name, kept in found.items():
                 kept.append(np.array(getattr(out, name)))
+    start = time.thread_time()
+    motion.advance(np.arange(1, round(SPAN * FEW)) / FEW, SPAN)
+    few = (time.thread_time() - start) / SPAN
     late = {name: np.concatenate(kept) for name, kept in found.items()}
     seconds = (len(late["orbit_angle"]) - 1) / RATE
     return Means(
@@ -102,6 +105,7 @@ def run_means(
         float(late["inner_ring_offset"][:, 1].mean()),
         float(late["inner_ring_force"][:, 1].mean()),
         spent / (chunks - 1) * RATE / CHUNK,
+        few,
     )
 
 
@@ -133,6 +137,7 @@ def _row(name, method, speed, found, truth, held) -> DimensionRow:
         speed,
         load_error=_off(found.load, truth.load),
         seconds=found.cost,
+        cost_at_100_hz=found.cost_at_100_hz,
         status=DONE,
         speed=speed,
         orbit_error=_off(found.orbit, truth.orbit),
