@@ -87,6 +87,7 @@ UNITS = {  # by the symbol that declarations use
     "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15, people=("MPa", 1e-6)),
     "B": Unit("bytes", "B", ABOVE_ONE, least=1.0, greatest=1e15),
     "Mrev": Unit("mrev", "Mrev"),
+    "h": Unit("h", "h"),
     "N m": Unit("nm", "N m", ALL, greatest=1e12, people=("N mm", 1e3)),
     "N s": Unit("ns", "N s", ALL),
     "N m s": Unit("nms", "N m s"),

@@ -97,7 +97,7 @@ FAILURES = (
         f"simulate bearing_6203_loose {SHORT}",
         0,
         "a cage prevents",
-        "cages",
+        "dimensions",
     ),
     Failure(
         "an ellipse near a circle: differences of elliptic integrals lose all digits",
@@ -268,7 +268,7 @@ FAILURES = (
         "simulate bearing_6203_rig_1000N --set cage.kind=pockets --set run.duration=0.3",
         0,
         "more than the wanted 0.001: beyond the run's horizon",
-        "cages",
+        "dimensions",
     ),
     Failure(
         "a tolerance is not kept: at low speed balls fall off the outer raceway at the top, and hop",
@@ -276,7 +276,7 @@ FAILURES = (
         "simulate bearing_6203_rig_1000N --set drive.speed=50 --set run.duration=0.01",
         0,
         "below 656 rpm the weight of balls is more than their centrifugal load",
-        "cages",
+        "dimensions",
     ),
     Failure(
         "a figure is smaller than its error: the drive torque of a bearing that sticks",

@@ -1,6 +1,7 @@
 """The topic table and the stream of messages made from it."""
 
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,11 +13,13 @@ from bearing_twin.kinds.bearing.loads import origins, wrenches
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, Output
 from bearing_twin.log import cdr
+from bearing_twin.log.blocks import block_of
 from bearing_twin.log.encoder import Encoder
 from bearing_twin.log.encoding import encoded
 from bearing_twin.log.stream import LARGEST_BLOCK, MessageStream, topics
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
+from bearing_twin.sample import Columns
 
 
 def stream_of(scene, blocks, **options):
@@ -324,3 +327,19 @@ def test_the_message_of_a_bearing_tells_its_energies_as_the_channels_do():
     for name in ("kinetic_energy", "elastic_energy", "potential_energy", "drive_work", "dissipated"):
         line = next(line for line in told.splitlines() if line.startswith(f"float64 {name} "))
         assert line.partition("# ")[2] == f"[{found[name].unit}] {found[name].meaning}"
+
+
+@pytest.mark.parametrize("dimension", ["prescribed", "quasi_static"])
+def test_inner_contact_angles_of_old_logs_have_the_sign_of_todays(dimension):
+    """They counted towards +z as seen from the ball; what is of today stays as it is, to the bit."""
+    keys = [f"model.dimension={dimension}", "drive.offset=[0,-2e-6,3e-5]"]
+    simulation = Simulation(load_scene("bearing_6203", keys))
+    block = simulation.advance(3)
+    angle = block.values["contact_angle"]
+    assert angle.min() > 0.05  # pushed along +z, on both raceways
+    old = block.values.numbers.copy()
+    Columns(block.values.layout, old)["contact_angle"][..., 0] *= -1.0
+    for numbers in (old, block.values.numbers):
+        message = SimpleNamespace(values=numbers.ravel(), count=3, first_sequence=0, time_ns=block.time_ns)
+        assert block_of(block.channels, message).values.numbers.tobytes() == block.values.numbers.tobytes()
+    assert (Columns(block.values.layout, old)["contact_angle"][..., 0] < 0.0).all()

@@ -617,6 +617,10 @@ def test_lives_are_those_of_the_loads_in_the_second_half_of_the_run(angular_run)
         radial, axial = np.hypot(force[:, 0], force[:, 1]).mean(), np.abs(force[:, 2]).mean()
         basic = (rated.dynamic / equivalent_load(scene.geometry, radial, axial)) ** 3
         assert figures[f"{side}_basic_life_mrev"] == pytest.approx(basic, rel=1e-12)
+        turns_an_hour = 3600.0 * figures["shaft_speed_at_end_rad_s"] / (2.0 * math.pi)
+        for name in ("basic_life", "reference_life"):
+            hours = 1e6 * figures[f"{side}_{name}_mrev"] / turns_an_hour
+            assert figures[f"{side}_{name}_h"] == pytest.approx(hours, rel=1e-12)
 
 
 def test_the_greatest_speed_tells_what_balance_is_worth_whichever_way_the_shaft_turns():

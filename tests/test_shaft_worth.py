@@ -56,6 +56,9 @@ def test_a_preload_by_offsets_keeps_what_contacts_are_off_and_a_load_does_not():
         assert 0.011 < report.errors[f"{key}_error"] / report.figures[key] < 0.016
         life = f"{side}_reference_life_mrev"
         assert 0.03 < report.errors[f"{life}_error"] / report.figures[life] < 0.05
+        hours = f"{side}_reference_life_h"
+        shares = [report.errors[f"{key}_error"] / report.figures[key] for key in (life, hours)]
+        assert shares[1] == pytest.approx(shares[0], rel=1e-12)
     parameters = load_scene("shaft_step_load").parameters
     assert wide_of(parameters, "hertz", float(parameters.drive.speed), 1.0)["left"].kept < 0.1
 

@@ -10,27 +10,25 @@ Truth is checked by another stepper. `setting` is the speed, seconds are those o
 
 import math
 import time
-from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import limited
+from bearing_twin.charts.dimension_row import DimensionRow, worst
 from bearing_twin.charts.scene_rows import command_of
-from bearing_twin.charts.table import DONE, Row
+from bearing_twin.charts.table import DONE
+from bearing_twin.kinds.bearing.measured import method_of
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save_chart
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
 from bearing_twin.units import two_digits
 
 SCENE, LAW, STEPPER = "bearing_6203_rig_1000N", "hertz", "rodas4"
-PROBLEMS = {"400 N": 400.0, "1000 N": 1000.0}  # down
+PROBLEMS = {"rig, 400 N": 400.0, "rig, 1000 N": 1000.0}  # down
 SPEEDS = (94.2478, 157.0796, 628.3185)  # rad/s: 900, 1500 and 6000 rpm
 NONE = "none"
 MODELS = (
@@ -40,6 +38,7 @@ MODELS = (
 FULLEST = FREE_RING, POCKETS
 TOLERANCE, FINEST = 1e-3, 1e-5
 SPAN, LATE, RATE = 0.3, 0.2, 1000.0  # s of a run, of its last part, outputs a second
+FEW = 100.0  # outputs a second of another timing
 CHUNK = 20  # outputs at a time
 ERRORS = {"load_error": "greatest ball load", "orbit_error": "orbit speed", "ring_error": "ring's place or force"}
 MARKERS = {NONE: "o", EVEN: "s", POCKETS: "^"}
@@ -47,33 +46,23 @@ RPM = 30.0 / math.pi  # revolutions a minute of 1 rad/s
 LEAST = 1e-7  # smaller errors are drawn here
 
 
-ALL, AGAIN = "all", "rodas3"  # who takes part in a run; the stepper that checks the truth
+AGAIN = "rodas3"  # the stepper that checks the truth
 
 
 def named(model) -> str:
     """A model in words."""
-    dimension, cage = model
-    if dimension == QUASI_STATIC:
-        return "quasi_static"
-    return f"{dimension}, " + {NONE: "no cage", EVEN: "even cage", POCKETS: "pockets"}[cage]
-
-
-@dataclass(frozen=True)
-class CageRow(Row):
-    """One dimension and cage at one load and speed [rad/s]: relative errors of the orbit speed and of the ring, too."""
-
-    orbit_error: float = math.nan
-    ring_error: float = math.nan
+    return method_of(*model)
 
 
 class Means(NamedTuple):
-    """Of the last part of a run: greatest ball load [N], orbit speed [rad/s], ring's y [m], its force [N], CPU cost."""
+    """Of a run's last part: greatest ball load [N], orbit speed [rad/s], ring's y [m], its force [N]; CPU costs."""
 
     load: float
     orbit: float
     place: float
     force: float
     cost: float
+    cost_at_100_hz: float
 
 
 def _keys(model, load: float, speed: float, tolerance: float, place: float) -> tuple[str, ...]:
@@ -105,6 +94,9 @@ def run_means(
         if (chunk + 1) * CHUNK / RATE > SPAN - LATE:
             for name, kept in found.items():
                 kept.append(np.array(getattr(out, name)))
+    start = time.thread_time()
+    motion.advance(np.arange(1, round(SPAN * FEW)) / FEW, SPAN)
+    few = (time.thread_time() - start) / SPAN
     late = {name: np.concatenate(kept) for name, kept in found.items()}
     seconds = (len(late["orbit_angle"]) - 1) / RATE
     return Means(
@@ -113,6 +105,7 @@ def run_means(
         float(late["inner_ring_offset"][:, 1].mean()),
         float(late["inner_ring_force"][:, 1].mean()),
         spent / (chunks - 1) * RATE / CHUNK,
+        few,
     )
 
 
@@ -120,7 +113,7 @@ def _off(value: float, exact: float) -> float:
     return abs(value / exact - 1.0)
 
 
-def judge(name: str, _: str, speed: float, limit: float) -> list[CageRow]:
+def judge(name: str, speed: float, limit: float) -> list[DimensionRow]:
     """All models at one load and speed, and the check of the truth; the limit is of each."""
     load, rows = PROBLEMS[name], []
     with limited(2.0 * limit):
@@ -136,53 +129,44 @@ def judge(name: str, _: str, speed: float, limit: float) -> list[CageRow]:
     return [*rows, _row(name, AGAIN, speed, again, truth, False)]
 
 
-def _row(name, method, speed, found, truth, held) -> CageRow:
+def _row(name, method, speed, found, truth, held) -> DimensionRow:
     ring = _off(found.force, truth.force) if held else _off(found.place, truth.place)
-    return CageRow(
+    return DimensionRow(
         name,
         method,
         speed,
         load_error=_off(found.load, truth.load),
         seconds=found.cost,
+        cost_at_100_hz=found.cost_at_100_hz,
         status=DONE,
+        speed=speed,
         orbit_error=_off(found.orbit, truth.orbit),
         ring_error=ring,
     )
 
 
-def worst(rows: list[CageRow], model, error: str) -> float:
-    """The greatest error of a model; NaN where it was not measured."""
-    return _worst(rows, named(model), error)
-
-
-def _worst(rows, method, error):
-    found = [getattr(row, error) for row in rows if row.method == method and row.status == DONE]
-    return max(found, default=math.nan)
-
-
-def reading(rows: list[CageRow]) -> list[str]:
+def reading(rows: list[DimensionRow]) -> list[str]:
     """What each model errs by and costs, one sentence each, and how near another stepper comes to the truth."""
     said = []
     for method in (named(model) for model in MODELS):
         costs = [1e3 * row.seconds for row in rows if row.method == method]
         if not costs:
             continue
-        errors = ", ".join(f"{words} {100.0 * _worst(rows, method, key):.2g} %" for key, words in ERRORS.items())
+        errors = ", ".join(f"{words} {100.0 * worst(rows, method, key):.2g} %" for key, words in ERRORS.items())
         cost = f"{two_digits(min(costs))} to {two_digits(max(costs))} ms a second"
-        said.append(f"{method}: off by at most: {errors}; {cost}.")
+        said.append(f"Rig, {method}: off by at most: {errors}; {cost}.")
     if any(row.method == AGAIN and row.status == DONE for row in rows):
-        errors = ", ".join(f"{words} {_worst(rows, AGAIN, key):.1g}" for key, words in ERRORS.items())
-        said.append(f"The truth is found again by {AGAIN} at the same tolerance to: {errors}.")
+        errors = ", ".join(f"{words} {worst(rows, AGAIN, key):.1g}" for key, words in ERRORS.items())
+        said.append(f"The truth of the rig is found again by {AGAIN} at the same tolerance to: {errors}.")
     return said
 
 
-def draw(rows: list[CageRow], path: Path) -> None:
-    """The chart: errors of ball load and orbit speed over speed, and the worst error against cost."""
-    figure = Figure(figsize=(14, 7), layout="constrained")
-    load, orbit, cost = figure.subplots(1, 3, sharey=True)
+def draw(rows: list[DimensionRow], axes) -> None:
+    """Errors of ball load and orbit speed over speed, and the worst error against cost, on three axes."""
+    load, orbit, cost = axes
     dimensions = list(dict.fromkeys(dimension for dimension, _ in MODELS))
     for model in MODELS:
-        mine = [row for row in rows if row.method == named(model)]
+        mine = [row for row in rows if row.method == named(model) and row.status == DONE]
         if not mine:
             continue
         look = {"color": ball_line(dimensions.index(model[0]))["color"], "marker": MARKERS[model[1]], "markersize": 7}
@@ -195,33 +179,20 @@ def draw(rows: list[CageRow], path: Path) -> None:
         cost.plot([row.seconds for row in mine], most, **look, linestyle="none", label=named(model))
     lost = [row.seconds for row in rows if row.status != DONE]
     cost.plot(lost, [1.0] * len(lost), "x", color=STYLE["ink"], markersize=10, label="no result" if lost else None)
-    for axis, key in ((load, "load_error"), (orbit, "orbit_error")):
+    for axis in (load, orbit):
         axis.set(xscale="log", yscale="log", xlabel="speed of the inner ring [rpm]")
-        heading(axis, f"error of the {ERRORS[key]}")
         rpm = sorted({row.setting * RPM for row in rows})
         axis.set_xticks(rpm, [f"{one:.0f}" for one in rpm])
         axis.xaxis.set_minor_locator(NullLocator())
-    load.set_ylabel("error, over the value of ring with mass and pockets")
+    heading(load, f"rig with clearance: {ERRORS['load_error']}", up="error, over that of ring with mass and pockets")
+    heading(orbit, ERRORS["orbit_error"])
     cost.set(xscale="log", yscale="log", xlabel="CPU seconds a simulated second, 1000 outputs")
     heading(cost, "worst of both and of the ring, against cost")
     for name, dashes in zip(PROBLEMS, ("-", ":"), strict=True):
         load.plot([], [], color=STYLE["soft"], linestyle=dashes, label=name)
     load.legend(loc="best", frameon=False, fontsize=11)
-    for axis in (load, orbit, cost):
+    for axis in axes:
         frame(axis)
-    handles, place = cost.get_legend_handles_labels(), {"loc": "lower center", "bbox_to_anchor": (0.5, 0.025)}
-    figure.legend(*handles, **place, ncols=7, frameon=False, fontsize=11)
-    figure.get_layout_engine().set(rect=(0.0, 0.08, 1.0, 0.92))  # below is room for both
-    save_chart(figure, "A loaded bearing with clearance: dimensions with and without a cage", path, 15)
-
-
-CONTESTS = {
-    "cages": Chart(
-        judge=judge,
-        problems={name: name for name in PROBLEMS},
-        entries=lambda name: ((ALL, speed) for speed in SPEEDS),
-        kind=CageRow,
-        drawn=draw,
-        told=reading,
+    cost.figure.legend(
+        *cost.get_legend_handles_labels(), loc="outside lower center", ncols=7, frameon=False, fontsize=11
     )
-}

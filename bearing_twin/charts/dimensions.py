@@ -1,267 +1,64 @@
-"""Equilibria against balls that move by themselves: error against cost, over speed and load.
+"""Dimensions of a bearing over speed and load, error against cost: equilibria, a ring held, a ring with mass, cages.
 
-A preloaded 6203 without gravity, its inner ring held where equilibrium puts it under the load. Speeds are those at
-which the centrifugal load of the ball with most of it is a given share of its load on the inner raceway. Truth is the
-motion of the balls at a tolerance a thousand times tighter than by default, early (the axes of the balls' spin have not
-settled, which takes about 0.6 s) and settled; equilibria are taken with the balls where that motion has them. `rk4`
-checks the truth early at every load, at one speed. `setting` is the share, the errors of load and angle are the settled
-ones, seconds those of a simulated second with 1000 outputs.
+Above a preloaded bearing (`preloaded`), in which equilibria are looked at ball by ball; below one with clearance under
+a load down (`cages`), in which balls need a cage. `setting` is the centrifugal load over that on the inner raceway in
+the former, the speed [rad/s] in the latter.
 """
 
-import math
-from dataclasses import dataclass
+from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
 from matplotlib.figure import Figure
 
+from bearing_twin.charts import cages, preloaded
 from bearing_twin.charts.chart import Chart
-from bearing_twin.charts.contest import limited
-from bearing_twin.charts.contest_picture import ring
-from bearing_twin.charts.scene_rows import command_of
-from bearing_twin.charts.table import DONE, Row
-from bearing_twin.charts.timing import Timing, timed
-from bearing_twin.kinds.bearing.motion import bearing_motion
-from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, load_line, setting_of, solver_of
-from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save_chart
-from bearing_twin.report import Choice
-from bearing_twin.run.scene import load_scene
-from bearing_twin.units import two_digits
+from bearing_twin.charts.dimension_row import DimensionRow
+from bearing_twin.pictures.style import save_chart
 
-SCENE, LAW = "bearing_6203", "hertz"
-LOADS = {  # N on the inner ring, thrust last
-    "20 N thrust": (0.0, 0.0, 20.0),
-    "100 N thrust": (0.0, 0.0, 100.0),
-    "500 N thrust": (0.0, 0.0, 500.0),
-    "100 N thrust, 60 N across": (0.0, -60.0, 100.0),
-}
-SHARES = (0.01, 0.03, 0.1, 0.3, 0.6, 1.0, 1.4)  # centrifugal load over load on the inner raceway
-STEPPERS = {QUASI_STATIC: QUASI_STATIC, PRESCRIBED: "rodas4"}
-TOLERANCE, FINEST = 1e-3, 1e-6
-EARLY, SETTLED = 0.02, 2.0  # s after a start with the balls rolling
-RATES = (1000.0, 100.0)  # outputs a second
-SPAN, ENOUGH = 0.2, 0.1  # s of each timed run, and of a timing
-NOTHING = 1e-15  # m: an offset below it is rounding
-FASTEST = 2e4  # rad/s: no speed beyond it is looked for
-LEAST = 1e-7  # smaller errors are drawn here
+ALL = "all"  # who takes part in a run
+PARTS = {preloaded: preloaded.LOADS, cages: cages.PROBLEMS}
 
 
-BOTH = "both"  # who takes part in a run
-AGAIN, AGAIN_AT, AGAIN_STEP = "rk4", 0.3, 2e-7  # the check, its share, its step [s]
+def _part_of(name: str):
+    """The module that compares this problem."""
+    return next(part for part, problems in PARTS.items() if name in problems)
 
 
-@dataclass(frozen=True)
-class DimensionRow(Row):
-    """One dimension at one load and speed [rad/s]: further relative errors, CPU seconds a second with 100 outputs."""
-
-    speed: float = math.nan
-    angle_error: float = math.nan
-    early_load_error: float = math.nan
-    early_angle_error: float = math.nan
-    cost_at_100_hz: float = math.nan
+def judge(name: str, _: str, setting: float, limit: float) -> list[DimensionRow]:
+    """All that is compared of one problem at one setting; the limit is of each run."""
+    return _part_of(name).judge(name, setting, limit)
 
 
-def _keys(speed: float, offset=(0.0, 0.0, 0.0), tolerance: float = TOLERANCE) -> tuple[str, ...]:
-    place = ",".join(f"{one:.12g}" if abs(one) > NOTHING else "0" for one in offset)
-    return ("gravity=[0,0,0]", f"drive.speed={speed!r}", f"drive.offset=[{place}]", f"wanted.tolerance={tolerance!r}")
+def settings(name: str) -> Iterable[tuple[str, float]]:
+    """Who takes part, and at which settings."""
+    return ((ALL, one) for one in (preloaded.SHARES if _part_of(name) is preloaded else cages.SPEEDS))
 
 
-def _parameters(speed: float, offset=(0.0, 0.0, 0.0), tolerance: float = TOLERANCE):
-    return load_scene(SCENE, (*_keys(speed, offset, tolerance), "solver.companion=off")).parameters
+def _rows_of(rows: list[DimensionRow], part) -> list[DimensionRow]:
+    return [row for row in rows if _part_of(row.problem) is part]
 
 
-def _balance(load, speed: float):
-    """The equilibrium under this load [N] with the tilts held, ball 0 on the load line."""
-    support = Support((True, True, True, False, False), (*load, 0.0, 0.0), (0.0,) * 5)
-    return solver_of(_parameters(speed), LAW, load_line(support)).solve(support)
+def reading(rows: list[DimensionRow]) -> list[str]:
+    """What the chart says, of the preloaded bearing and of the one with clearance."""
+    return [sentence for part in PARTS if (mine := _rows_of(rows, part)) for sentence in part.reading(mine)]
 
 
-def _share(found) -> float:
-    """The greatest centrifugal load over the load on the inner raceway; infinite where a ball has none."""
-    load = found.contacts.load[:, 0]
-    return float((found.contacts.centrifugal / load).max()) if load.min() > 0.0 else math.inf
-
-
-def _speed_of(load, share: float) -> float:
-    """The speed [rad/s] at which the centrifugal load is this share of the load on the inner raceway."""
-    low, high = 0.0, FASTEST
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if _share(_balance(load, middle)) < share else (low, middle)
-    return low
-
-
-def _moved(motion, instants) -> list:
-    """Azimuths, loads and angles of a motion from its start at these instants [s], one after the other."""
-    motion.reset()
-    now, found = 0.0, []
-    for instant in instants:
-        span = instant - now
-        out = motion.advance(np.linspace(0.0, span, round(span * RATES[0]) + 1)[1:], span)
-        found.append((out.orbit_angle[-1], out.normal_load[-1], np.abs(out.contact_angle[-1])))
-        now = instant
-    return found
-
-
-def _motion(stepper: str, parameters):
-    return bearing_motion(parameters, Choice(LAW, stepper, 0.0, "", ()))
-
-
-def _static(parameters, azimuths):
-    """Loads and angles of the equilibrium with the balls at these azimuths, the ring held."""
-    held = Support((False,) * 5, (0.0,) * 5, (*parameters.drive.offset, 0.0, 0.0))
-    contacts = Solver(setting_of(parameters, LAW, parameters.drive.speed), azimuths).solve(held).contacts
-    return contacts.load, np.abs(contacts.angle)
-
-
-def _errors(found, exact) -> list[float]:
-    """Greatest differences of loads and of angles, each over the greatest."""
-    return [float(np.abs(a - b).max() / np.abs(b).max()) for a, b in zip(found, exact, strict=True)]
-
-
-def _cost(motion, rate: float) -> Timing:
-    """CPU seconds a simulated second of a motion that is under way."""
-    times = np.arange(1, round(SPAN * rate) + 1) / rate
-    cost = timed(lambda: motion.advance(times, SPAN), ENOUGH)[1]
-    return cost._replace(seconds=cost.seconds / SPAN)
-
-
-def judge(name: str, _: str, share: float, limit: float) -> list[DimensionRow]:
-    """Both dimensions at one load and one share of centrifugal load, and at one share the check of the truth."""
-    with limited(limit):
-        load, instants = LOADS[name], (EARLY, SETTLED)
-        speed = _speed_of(load, share)
-        offset = tuple(_balance(load, speed).coordinates[:3].tolist())
-        given = _parameters(speed, offset)
-        motions = {dimension: _motion(stepper, given) for dimension, stepper in STEPPERS.items()}
-        truth = _moved(_motion(STEPPERS[PRESCRIBED], _parameters(speed, offset, FINEST)), instants)
-        found = {
-            QUASI_STATIC: [_static(given, azimuths) for azimuths, *_ in truth],
-            PRESCRIBED: [rest for _, *rest in _moved(motions[PRESCRIBED], instants)],
-        }
-        motions[QUASI_STATIC].first_outputs()
-        rows = [_row(name, dimension, share, speed, pairs, truth, motions) for dimension, pairs in found.items()]
-        rows[-1] = rows[-1].but(command=command_of(SCENE, _keys(speed, offset)))
-        if share == AGAIN_AT:
-            motion = _motion(AGAIN, given)
-            motion.step = AGAIN_STEP
-            ((_, *early),) = _moved(motion, (EARLY,))
-            rows.append(_row(name, AGAIN, share, speed, [early], truth, {}))
-        return rows
-
-
-def _row(name, dimension, share, speed, pairs, truth, motions) -> DimensionRow:
-    """Errors of pairs (loads, angles), early and settled or early alone, and the costs of a motion under way."""
-    errors = [_errors(pair, exact) for pair, (_, *exact) in zip(pairs, truth, strict=False)]
-    row = DimensionRow(name, dimension, share, status=DONE, speed=speed)
-    row = row.but(early_load_error=errors[0][0], early_angle_error=errors[0][1])
-    if dimension not in motions:
-        return row
-    high, low = (_cost(motions[dimension], rate) for rate in RATES)
-    return row.but(load_error=errors[1][0], angle_error=errors[1][1], cost_at_100_hz=low.seconds, **high._asdict())
-
-
-def worst(points: list[DimensionRow], dimension: str, error: str, share: float = math.inf) -> float:
-    """The greatest error of a dimension up to this share of centrifugal load."""
-    found = (getattr(p, error) for p in points if p.method == dimension and p.setting <= share)
-    return max((one for one in found if not math.isnan(one)), default=math.nan)
-
-
-def reading(points: list[DimensionRow]) -> list[str]:
-    """What the chart says: how far equilibria hold, what settles late, and what each dimension costs."""
-    shares = [one for one in (0.1, 0.3, 1.4) if any(p.setting <= one for p in points)]
-    thrust = [p for p in points if not any(LOADS[p.problem][:2])]
-    across = [p for p in points if p not in thrust]
-
-    def upto(key):
-        return ", ".join(f"{worst(points, QUASI_STATIC, key, one):.1g} up to {one:g}" for one in shares)
-
-    def cost(dimension, key):
-        found = [1e3 * getattr(p, key) for p in points if p.method == dimension and p.status == DONE]
-        return " to ".join(map(two_digits, (min(found), max(found)))) if found else "nan"
-
-    costs = (
-        f"{dimension} {cost(dimension, 'seconds')} ms ({cost(dimension, 'cost_at_100_hz')} ms)"
-        for dimension in STEPPERS
+def draw(rows: list[DimensionRow], path: Path) -> None:
+    """The chart, three panels for each part."""
+    figure = Figure(figsize=(17, 14), layout="constrained")
+    for part, panels in zip(PARTS, figure.subfigures(2, 1, height_ratios=(1.0, 1.05)), strict=True):
+        part.draw(_rows_of(rows, part), panels.subplots(1, 3, sharey=True))
+    figure.get_layout_engine().set(rect=(0.0, 0.02, 1.0, 0.96), hspace=0.04)  # room for title and footer
+    save_chart(
+        figure, "Dimensions of a bearing: equilibria, a ring held, a ring with mass, with and without a cage", path
     )
-    off = (
-        f"{worst(some, PRESCRIBED, 'load_error'):.1g} {words}"
-        for some, words in ((thrust, "under thrust"), (across, "with a load across, where no cage spaces the balls"))
-        if some
-    )
-    return [
-        "quasi_static against the settled motion of the balls, by centrifugal load over load on the inner raceway: "
-        f"loads off by {upto('load_error')}; contact angles by {upto('angle_error')}.",
-        f"{1e3 * EARLY:g} ms after the start, before the spin axes have settled: loads {upto('early_load_error')}; "
-        f"angles {upto('early_angle_error')}.",
-        f"prescribed, {SETTLED:g} s on, at its default tolerance: loads off by at most {' and '.join(off)}.",
-        f"CPU time of a simulated second with 1000 outputs (with 100): {', '.join(costs)}.",
-        *_again(points),
-    ]
-
-
-def _again(points):
-    """How near another method comes to the truth."""
-    off = [max(p.early_load_error, p.early_angle_error) for p in points if p.method == AGAIN]
-    if off:
-        yield (
-            f"The truth is found again by {AGAIN} at steps of {1e6 * AGAIN_STEP:g} µs, {1e3 * EARLY:g} ms after the "
-            f"start, to {max(off):.1g} in loads and angles, at {len(off)} loads."
-        )
-
-
-def _over_speed(axis, points, keys) -> None:
-    """Errors of equilibria over the share of centrifugal load: settled in full lines, early in dashes."""
-    for number, load in enumerate(dict.fromkeys(p.problem for p in points)):
-        mine = [p for p in points if p.problem == load and p.method == QUASI_STATIC]
-        shares = [p.setting for p in mine]
-        for key, dashes in zip(keys, ("-", ":"), strict=True):
-            errors = [max(getattr(p, key), LEAST) for p in mine]
-            look = ball_line(number) | {"linestyle": dashes}
-            axis.plot(shares, errors, "o", **look, markersize=4, label=load if dashes == "-" else None)
-    axis.set(xscale="log", yscale="log", xlabel="centrifugal load / load on the inner raceway")
-
-
-def draw(points: list[DimensionRow], path: Path) -> None:
-    """The chart: errors of load and of angle over speed, and on the right error against cost of both dimensions."""
-    figure = Figure(figsize=(17, 7), layout="constrained")
-    load, angle, cost = figure.subplots(1, 3, sharey=True)
-    _over_speed(load, points, ("load_error", "early_load_error"))
-    _over_speed(angle, points, ("angle_error", "early_angle_error"))
-    heading(load, "quasi_static: ball loads", up="greatest error, over the greatest")
-    heading(angle, "quasi_static: contact angles")
-    load.plot([], [], color=STYLE["soft"], linestyle="-", label="settled, after 2 s")
-    load.plot([], [], color=STYLE["soft"], linestyle=":", label="after 20 ms")
-    load.legend(loc="upper left", frameon=False, fontsize=11)
-    for number, dimension in enumerate(STEPPERS):
-        for key, marker, rate in (("seconds", "o", RATES[0]), ("cost_at_100_hz", "^", RATES[1])):
-            mine = [p for p in points if p.method == dimension and p.status == DONE]
-            cost.plot(
-                [getattr(p, key) for p in mine],
-                [max(p.load_error, p.angle_error, LEAST) for p in mine],
-                marker,
-                color=ball_line(number)["color"],
-                markersize=6,
-                label=f"{dimension}, {rate:g} outputs a second",
-            )
-            timed_here = mine if key == "seconds" else []
-            ring(cost, timed_here, lambda p: (p.seconds, max(p.load_error, p.angle_error, LEAST)), STYLE["ink"])
-    lost = [p.seconds for p in points if p.status != DONE]
-    cost.plot(lost, [1.0] * len(lost), "x", color=STYLE["ink"], markersize=10, label="no result" if lost else None)
-    cost.set(xscale="log", yscale="log", xlabel="CPU seconds a simulated second")
-    heading(cost, "settled, loads and angles, against cost")
-    cost.legend(loc="lower left", frameon=False, fontsize=11, bbox_to_anchor=(0.0, 0.11))
-    for axis in (load, angle, cost):
-        frame(axis)
-    save_chart(figure, "Dimensions of a bearing: equilibria against moving balls", path)
 
 
 CONTESTS = {
     "dimensions": Chart(
         judge=judge,
-        problems={name: name for name in LOADS},
-        entries=lambda name: ((BOTH, share) for share in SHARES),
+        problems={name: name for problems in PARTS.values() for name in problems},
+        entries=settings,
         kind=DimensionRow,
         drawn=draw,
         told=reading,

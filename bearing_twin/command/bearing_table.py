@@ -4,7 +4,9 @@ import math
 import textwrap
 
 from bearing_twin.command import catalogue_table
+from bearing_twin.command.catalogue_table import kilonewtons
 from bearing_twin.command.terminal import show_text
+from bearing_twin.kinds.bearing.ratings import hours_of
 from bearing_twin.units import UNITS
 
 NO_PROMISE = "A life is what nine of ten bearings reach by the standard's assumptions; it is no promise."
@@ -92,8 +94,8 @@ def _lives(result):
     parts = result["clearance_m"]
     shown = [f"{words} {1e6 * parts[key]:+.4g}" for key, words in PARTS.items() if parts[key] or key == "initial"]
     show_text(f"clearance              {1e6 * parts['operating']:.4g} µm ({', '.join(shown)})")
-    dynamic, static = (_short(result[f"basic_{kind}_rating_n"]) for kind in ("dynamic", "static"))
-    show_text(f"rating                 C {dynamic} N, C0 {static} N")
+    dynamic, static = (kilonewtons(result[f"basic_{kind}_rating_n"]) for kind in ("dynamic", "static"))
+    show_text(f"rating                 C {dynamic}, C0 {static}")
     basic, reference = (_life(result[f"{name}_life_mrev"], result) for name in ("basic", "reference"))
     loads = (_short(result[f"equivalent_{kind}_load_n"]) for kind in ("dynamic", "static"))
     show_text("equivalent load        P {} N, P0 {} N".format(*loads))
@@ -116,8 +118,8 @@ def _finite(value):
 def _life(turns, result):
     if not math.isfinite(turns):
         return "without limit"
-    speed = abs(result["speed_rad_s"])
-    hours = f", {_short(1e6 * turns * 2.0 * math.pi / speed / 3600.0)} h" if speed else ""
+    speed = result["speed_rad_s"]
+    hours = f", {_short(hours_of(turns, speed))} h" if speed else ""
     return f"{_short(turns)} million turns{hours}"
 
 

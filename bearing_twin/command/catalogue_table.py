@@ -95,4 +95,9 @@ def _range(pair, scale: float) -> str:
 def _rating(result, name: str, standard: str) -> str:
     value, published = result[f"basic_{name}_rating_n"], result[f"published_{name}_rating_n"]
     beside = f"; published {_range(published, 1e-3)} kN" if published else ""
-    return f"{1e-3 * value:.4g} kN by {standard}{beside}"
+    return f"{kilonewtons(value)} by {standard}{beside}"
+
+
+def kilonewtons(value: float) -> str:
+    """A rating [N] as catalogues give it."""
+    return f"{1e-3 * value:.4g} kN"

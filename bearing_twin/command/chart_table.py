@@ -45,10 +45,10 @@ CHARTS = {
     "friction": Listed("friction", "error and cost of friction over a spot that slides and spins", 12, "contest"),
     "bounces": Listed("bounces", "a ball by the Hertz and by the volumetric law, and which comes late", 12),
     "dimensions": Listed(
-        "dimensions", "equilibria against balls that move: error and cost over speed and load", 60, "contest"
-    ),
-    "cages": Listed(
-        "cages", "equilibria, a held ring, a ring with mass, with and without a cage: error and cost", 20, "contest"
+        "dimensions",
+        "equilibria, a held ring, a ring with mass, with and without a cage: error and cost over speed and load",
+        160,
+        "contest",
     ),
     "samplers": Listed(
         "samplers", "error of mean and deviation of a contact time against realisations and cost", 70, "contest"

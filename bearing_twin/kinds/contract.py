@@ -221,15 +221,14 @@ class Kind:
     """One row of `KINDS`: all that is known of a kind of scene.
 
     `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind. `brief`: a run ends by
-    itself. `steered`: its companion also makes it more exact. `doubt`: see `Doubt`. `animated`: to a .gif. `facts` are
-    numbers that `ranges` of models are about.
-    `commands`: topics obeyed under way. Its motion then has `take_back()`, which puts it back to before the last
-    `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force, moment)` raises nothing,
-    `set_load(force, moment)`; None for both is the scene's own load. `check_drive(parameters, law, key, value, load)`
-    refuses a "speed", or a "torque" for `set_torque`. `rechosen(parameters, choice, motion, load)` looks at the model
-    after each command; nothing but Stopped is raised. `operating_point(parameters, law, sample)` raises where none is.
-    `view(facts, channels)`: a `views.View`. `moved` maps keys of earlier versions to those; `upgraded` rewrites a scene
-    in an old log. `catalogue()` maps names to plain data of scenes; `completed(scene)` fills them in, or says why not.
+    itself. `steered`: its companion also makes it more exact. `doubt`: see `Doubt`. `animated`: to a .gif. `facts`:
+    numbers that `ranges` are about. `commands`: topics obeyed under way. Its motion then has `take_back()`, to before
+    the last `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force, moment)` raises
+    nothing, `set_load(force, moment)`; None for both is the scene's own load. `check_drive(parameters, law, key, value,
+    load)` refuses a "speed", or a "torque" for `set_torque`. `rechosen(parameters, choice, motion, load)` looks after
+    each command; it raises Stopped alone. `operating_point(parameters, law, sample)` raises where none is. `view(facts,
+    channels)`: a `views.View`. `moved` maps earlier keys to those; `upgraded` rewrites an old log's scene, `renewed`
+    its blocks. `catalogue()` maps names to scenes; `completed(scene)` fills them in.
     """
 
     name: str
@@ -263,6 +262,7 @@ class Kind:
     view: Callable[..., Any] = field(default=late("bearing_twin.kinds.views:plain_view"))
     moved: Mapping[str, str] = field(default_factory=dict)
     upgraded: Callable[[dict], dict] = as_given
+    renewed: Callable[[Block], Any] = as_given
     catalogue: Callable[[], Mapping[str, dict]] = dict
     completed: Callable[[dict], tuple[dict, list[str]]] = lambda scene: (scene, [])
     place_of: Callable[[Channel, tuple[int, ...]], tuple[str, str]] = lambda channel, index: ("", "")

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.errors import LogError
+from bearing_twin.kinds import KINDS
 from bearing_twin.run.scene import Scene, parse_scene
 from bearing_twin.sample import Block, Channel
 
@@ -68,10 +69,13 @@ def channels_of(scene: Scene | None, message) -> tuple[Channel, ...]:
 
 
 def block_of(channels: tuple[Channel, ...], message) -> Block:
-    """The outputs of a SampleBlock of these channels."""
+    """The outputs of a SampleBlock of these channels, as they are written today."""
     # A copy: what a message holds can only be read.
     matrix = np.array(message.values).reshape(message.count, -1)
-    return Block(channels, int(message.first_sequence), np.array(message.time_ns), matrix)
+    block = Block(channels, int(message.first_sequence), np.array(message.time_ns), matrix)
+    for kind in KINDS.values():
+        kind.renewed(block)
+    return block
 
 
 class Gathered:

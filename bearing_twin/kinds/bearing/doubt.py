@@ -18,7 +18,7 @@ from bearing_twin.kinds.bearing.companion.worst import TOGETHER, Worst
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
 from bearing_twin.kinds.bearing.forces.drilling import SIDES, Drilled, drilling_of
 from bearing_twin.kinds.bearing.friction_choice import as_chosen
-from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
+from bearing_twin.kinds.bearing.law_error import half_space_error, law_error, spots_off
 from bearing_twin.kinds.bearing.left_out import left_out
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.quasi_static.worth import SceneWorth, Worth, worths_of_run
@@ -89,7 +89,7 @@ class BearingDoubt:
         for source, errors in (
             (METHOD, self._method(figures)),
             (LAW, {} if law is None else self._by_load(figures, law, LAW)),
-            (LEFT_OUT, self._by_load(figures, width, LEFT_OUT)),
+            (LEFT_OUT, self._by_load(figures, width, LEFT_OUT) | self._without_friction()),
             (FRICTION_MODEL, self._friction(figures)),
         ):
             for key, error in errors.items():
@@ -144,7 +144,7 @@ class BearingDoubt:
         turned = torque * abs(figures["inner_ring_speed_at_end_rad_s"])
         moved = seen["ring_displacement"] if free else 0.0
         return {
-            **self._of_loads(figures, share),
+            **spots_off(figures, share),
             **{f"{key}_{side}_n": [bears[side] * seen["load"]] * balls for key in LOADS_OF for side in SIDES},
             **{f"contact_angle_{side}_rad": [seen["contact_angle"]] * balls for side in SIDES},
             "cage_speed_rad_s": turning(self.parameters, seen["orbit_speed"]),
@@ -168,11 +168,23 @@ class BearingDoubt:
     def _equilibria(self) -> list[SceneWorth]:
         return worths_of_run(self.parameters, self.choice.law)
 
+    def _nearest(self) -> SceneWorth | None:
+        """The equilibrium whose greatest load is nearest to the run's; None where there is none."""
+        greatest = float(self.load.max())
+        return min(self._equilibria, key=lambda one: abs(one.greatest - greatest), default=None)
+
     def _worth(self, source: str) -> Worth | None:
         """What an error of contacts does to the nearest equilibrium; None where none stands for the run."""
-        greatest = float(self.load.max())
-        nearest = min(self._equilibria, key=lambda one: abs(one.greatest - greatest), default=None)
-        return nearest.of(source, greatest) if nearest else None
+        nearest = self._nearest()
+        return nearest.of(source, float(self.load.max())) if nearest else None
+
+    def _without_friction(self) -> dict[str, list[float]]:
+        """What contact angles of equilibria are off those of moving balls."""
+        nearest = self._nearest() if self.choice.stepper == QUASI_STATIC else None
+        if nearest is None:
+            return {}
+        balls = self.parameters.geometry.balls
+        return {f"contact_angle_{side}_rad": [float(nearest.angles[i])] * balls for i, side in enumerate(SIDES)}
 
     def _by_load(self, figures: Mapping[str, Any], share: np.ndarray, source: str) -> dict[str, Any]:
         """Errors of figures where contacts are off by these shares (N, 2) of their load at the same approach.
@@ -202,21 +214,11 @@ class BearingDoubt:
                 moved[part] = 2.0 / 3.0 * greatest * math.hypot(*figures.get(key, ())) if given else 0.0
         return {
             **found,
-            **self._of_loads(figures, share),
+            **spots_off(figures, share),
             "ring_force_n": ring[:3].tolist(),
             "ring_moment_nm": ring[3:].tolist(),
             "ring_displacement_m": moved[:3].tolist(),
             "misalignment_rad": moved[3:].tolist(),
-        }
-
-    @staticmethod
-    def _of_loads(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, list[float]]:
-        """Ellipses and pressures go with the cube root of the load."""
-        return {
-            f"{key}_{side}{unit}": [float(share[ball, place]) * value / 3.0 for ball, value in enumerate(values)]
-            for key, unit in (("semi_major", "_m"), ("semi_minor", "_m"), ("peak_pressure", "_pa"))
-            for place, side in enumerate(SIDES)
-            for values in [figures[f"{key}_{side}{unit}"]]
         }
 
     def _friction(self, figures: Mapping[str, Any]) -> dict[str, Any]:
@@ -274,7 +276,7 @@ class BearingDoubt:
         """What is not known, by source and by what is left out."""
         notes = {}
         if self.choice.stepper == QUASI_STATIC:
-            notes[METHOD] = "equilibria are solved to rounding; balls that move about them are off by what docs say"
+            notes[METHOD] = "equilibria are solved to rounding; loads of moving balls are off by what docs say"
         elif self.parameters.solver.companion == "off":
             notes[METHOD] = "solver.companion: off, so nothing is known of the error of the integration method"
         elif not self._known:

@@ -30,7 +30,7 @@ MEANINGS = {
         for key, suffix, words in (
             ("normal_load", "_n", f"load on the {{ring}} raceway, {LATE}"),
             ("greatest_normal_load", "_n", "load on the {ring} raceway, greatest over the run"),
-            ("contact_angle", "_rad", f"on the {{ring}} raceway, {PEAK}"),
+            ("contact_angle", "_rad", f"on the {{ring}} raceway, {PEAK}, > 0 where the ring is pushed along +z"),
             ("semi_major", "_m", f"of the ellipse on the {{ring}} raceway, {PEAK}"),
             ("semi_minor", "_m", f"of the ellipse on the {{ring}} raceway, {PEAK}"),
             ("peak_pressure", "_pa", f"on the {{ring}} raceway, {PEAK}"),

@@ -1,12 +1,15 @@
 """What is not right in a contact's load: its law against Hertz's, and Hertz's half-spaces against round bodies."""
 
 import functools
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
+from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 
 
@@ -40,3 +43,13 @@ def half_space_error(parameters, semi_major):
     The square of semi-axis over ball radius: the next term of the shape of a sphere against its parabola.
     """
     return (np.asarray(semi_major) / (0.5 * parameters.geometry.ball_diameter)) ** 2
+
+
+def spots_off(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, list[float]]:
+    """Errors of ellipses and pressures of contacts whose loads are off by these shares (N, 2): of its cube root."""
+    return {
+        f"{key}_{side}{unit}": [float(share[ball, place]) * value / 3.0 for ball, value in enumerate(values)]
+        for key, unit in (("semi_major", "_m"), ("semi_minor", "_m"), ("peak_pressure", "_pa"))
+        for place, side in enumerate(SIDES)
+        for values in [figures[f"{key}_{side}{unit}"]]
+    }

@@ -15,7 +15,7 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.adequacy import cage_needed, hurried
 from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.kinds.bearing.parameters import LOADS
-from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.numerics.steppers import ROSENBROCK
 from bearing_twin.paths import share_path
 
@@ -30,6 +30,7 @@ SPREAD = 1.0 / 3.0  # of costs: two tables of the same code lie that far apart (
 ROOM = 1.1  # ball diameters from centre to centre: less, and neighbours soon meet
 RATES = {"seconds": 1000.0, "cost_at_100_hz": 100.0}  # outputs a second, by the columns of costs of dimensions
 DIMENSIONS = QUASI_STATIC, PRESCRIBED
+RIG = "rig"  # the problems of a bearing with clearance begin so
 
 
 class Rung(NamedTuple):
@@ -213,21 +214,31 @@ def friction_costs(parameters) -> dict[str, float]:
     return {name: cost / nearest["point"] for name, cost in nearest.items()}
 
 
-def dimension_costs(parameters, share: float) -> dict[str, float]:
-    """Cost of each measured dimension at the scene's output rate, where load across and centrifugal share are nearest.
+def method_of(dimension: str, cage: str) -> str:
+    """How the chart of dimensions names a model of a bearing with clearance."""
+    words = {"none": "no cage", EVEN: "even cage", POCKETS: "pockets"}[cage]
+    return dimension if dimension == QUASI_STATIC else f"{dimension}, {words}"
 
-    Between and beyond the two rates measured it is taken as a cost a second and one an output.
+
+def dimension_costs(parameters, share: float) -> dict[str, float]:
+    """Cost of each measured dimension at the scene's output rate, of the nearest rows.
+
+    With a cage those of the bearing with clearance, by speed; else those of the preloaded one, by whether there is a
+    load across and by the centrifugal `share`. Between and beyond the two rates measured it is taken as a cost a second
+    and one an output.
     """
-    across, nearest, found = any(parameters.drive.offset[:2]), math.inf, {}
+    cage, across = parameters.cage.kind, any(parameters.drive.offset[:2])
+    caged = cage != "none"
+    methods = {method_of(one, cage) if caged else one: one for one in DIMENSIONS}
+    wanted, nearest, found = max(abs(parameters.drive.speed), 1.0) if caged else max(share, 1e-3), math.inf, {}
     for row in _read("dimensions.csv"):
-        away = abs(math.log(float(row["setting"]) / max(share, 1e-3)))
-        if row["method"] not in DIMENSIONS or row["status"] != "done":
-            continue
-        if ("across" in row["problem"]) != across or away > nearest + 1e-6:
+        alike = row["problem"].startswith(RIG) == caged and (caged or ("across" in row["problem"]) == across)
+        away = abs(math.log(float(row["setting"]) / wanted))
+        if row["method"] not in methods or row["status"] != "done" or not alike or away > nearest + 1e-6:
             continue
         nearest = away
         high, low = (float(row[key]) for key in RATES)
         slope = (high - low) / (RATES["seconds"] - RATES["cost_at_100_hz"])
         base = max(0.0, low - slope * RATES["cost_at_100_hz"])
-        found[row["method"]] = base + slope * parameters.run.output_rate
+        found[methods[row["method"]]] = base + slope * parameters.run.output_rate
     return found

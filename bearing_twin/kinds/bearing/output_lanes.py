@@ -88,7 +88,8 @@ def _note(contact, side, lanes, k):
     put_beside(lanes, DRILLING_OUT, 2, side, k, contact.drilling)
     normal = contact.normal
     in_plane = math.sqrt(normal[0] * normal[0] + normal[1] * normal[1])
-    put_beside(lanes, CONTACT_ANGLE_OUT, 2, side, k, arctangent(normal[2] / in_plane))
+    outwards = (2 * side - 1) * normal[2] + 0.0  # along the line of contact, away from the axis; no -0
+    put_beside(lanes, CONTACT_ANGLE_OUT, 2, side, k, arctangent(outwards / in_plane))
     put(lanes, ENERGIES + side, k, contact.energy)
     put(lanes, LOADS + side, k, contact.normal_load)
     put(lanes, DRILLINGS + side, k, contact.drilling)

@@ -13,9 +13,10 @@ from bearing_twin.kinds.bearing.output_border import write_border
 from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS, SHARED_WIDTHS
 from bearing_twin.kinds.bearing.output_rows import Places, write_rows
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.sample import Channel, Columns, Layout, Sample, layout_of
+from bearing_twin.sample import Block, Channel, Columns, Layout, Sample, layout_of
 
 IN_PLANE = ("in_plane",)  # axes: x and y
+ALIKE = 1e-3  # sines of angles by different ways differ by less
 OWN = len(OWN_WIDTHS)  # channels with a ball's own numbers
 
 
@@ -38,9 +39,7 @@ def _channels(n: int) -> tuple[Channel, ...]:
         Channel("raceway_torque", "N m", (n, 3), "on the ball by both raceways, about its centre"),
         Channel("approach", "m", (n, 2), "mutual approach, > 0 in contact"),
         Channel("normal_load", "N", (n, 2), "elastic and viscous part together, >= 0"),
-        Channel(
-            "contact_angle", "rad", (n, 2), "of the contact seen from the ball, against the radial plane, > 0 to +z"
-        ),
+        Channel("contact_angle", "rad", (n, 2), "against the radial plane, > 0 if the inner ring is pushed along +z"),
         Channel("spin_rate", "rad/s", (n, 2), "ball minus ring, about the line from the ball's centre to the contact"),
         Channel("curvature_small", "1/m", (n, 2), "of the gap, P in z = P x^2 + Q y^2"),
         Channel("curvature_large", "1/m", (n, 2), "of the gap, Q in z = P x^2 + Q y^2"),
@@ -220,3 +219,12 @@ def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.nd
         "peak_pressure": pressure,
         "major_axis": axis / np.sqrt(square[..., 0:1] + square[..., 1:2] + square[..., 2:3]),
     }
+
+
+def renewed(block: Block) -> None:
+    """Gives inner contact angles of old logs, which counted towards +z as seen from the ball, the sign of today's."""
+    angle, normal = (block.values.get(name) for name in ("contact_angle", "normal"))
+    if angle is None or normal is None or angle.shape != normal.shape[:-1] or angle.shape[-1:] != (2,):
+        return
+    inner, rises = angle[..., 0], normal[..., 0, 2]  # the load on a ball by the inner raceway points away from the axis
+    np.negative(inner, out=inner, where=np.abs(np.sin(inner) + rises) < ALIKE * np.abs(rises))

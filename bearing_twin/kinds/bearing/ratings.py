@@ -159,6 +159,11 @@ def reference_life(geometry, dynamic: float, inner_loads, outer_loads) -> float:
     return damage**-0.9 if damage > 0.0 else math.inf
 
 
+def hours_of(turns: float, speed: float) -> float:
+    """A life of `turns` [1e6] in hours at this speed [rad/s] of the inner ring; infinite at rest."""
+    return 1e6 * turns * 2.0 * math.pi / abs(speed) / 3600.0 if speed else math.inf
+
+
 def lives_of(parameters, ratings: Ratings, force, inner_loads, outer_loads) -> Lives:
     """The lives under a force [N] (3,) on the inner ring that loads the balls like this [N]; see `Lives`."""
     geometry = parameters.geometry

@@ -31,7 +31,7 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import caged_start
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import FREE, free_coordinates
-from bearing_twin.kinds.bearing.start import rolling
+from bearing_twin.kinds.bearing.start import SAME, least_drilling, rolling
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.kinds.energy import STORED
 from bearing_twin.report import Choice, Rechosen, never
@@ -144,8 +144,9 @@ def _move_balls(other: BearingMotion, motion: QuasiStaticMotion, here) -> None:
     state[:, AXIS_DISTANCE], state[:, HEIGHT] = np.hypot(position[:, 0], position[:, 1]), position[:, 2]
     state[:, ORBIT_ANGLE] = here.orbit_angle[0]
     for ball in state:
-        found = rolling(bearing, speed, ball[ORBIT_ANGLE], ball[AXIS_DISTANCE], ball[HEIGHT])
+        found = rolling(bearing, speed, ball[ORBIT_ANGLE], ball[AXIS_DISTANCE], ball[HEIGHT], SAME)
         ball[TANGENTIAL_VELOCITY], ball[SPIN : SPIN + 3] = found[0], found[1:]
+    least_drilling(bearing, speed, state)
     state, border = caged_start(state, other.partners, speed)
     border[CAGE] = here.cage_angle[0] if other.partners.free[CAGE] else 0.0
     moved = {"state": state.tolist(), "orientation": here.orientation[0].tolist(), "border": border.tolist()}

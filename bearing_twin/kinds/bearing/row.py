@@ -29,6 +29,7 @@ BEARING = Kind(
         resolve="parameters:resolve",
         motion="motion:bearing_motion",
         place_of="outputs:place_of",
+        renewed="outputs:renewed",
         figures="figures:BearingFigures",
         meanings="figures:meanings",
         doubt="doubt:BearingDoubt",

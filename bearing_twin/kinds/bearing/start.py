@@ -35,6 +35,8 @@ REACH = 0.02  # of the ball radius: rest is looked for so far around the middle 
 NUDGE = 1e-10  # m: over which the force's gradient is taken
 EXACT = 1e-16  # m, of a rest
 MOST_STEPS = 60
+SAME = 1e-9  # of a ball's surface speed: spin that changes slip by less than this is rounding
+DRILLS = 0.03  # and by less than this drilling
 PLACED = 100  # balls placed in one go, within 50 ms: between them Python hears of a signal
 
 
@@ -207,10 +209,11 @@ def _slips(bearing, inner_speed, centre, position, unknown, out):
 
 
 @kernel
-def rolling(bearing, inner_speed, orbit_angle, axis_distance, height):
+def rolling(bearing, inner_speed, orbit_angle, axis_distance, height, share):
     """Tangential velocity and angular velocity (4,) of a ball that slips on neither raceway, by least squares.
 
     Slip is linear in the four unknowns, so one solve gives the rolling motion; among several the one with least spin.
+    Spin that changes slip by less than `share` of a ball's surface speed is left out.
     """
     centre = about_z(math.cos(orbit_angle), -math.sin(orbit_angle), bearing.offset)
     position = (axis_distance, 0.0, height)
@@ -227,7 +230,7 @@ def rolling(bearing, inner_speed, orbit_angle, axis_distance, height):
             matrix[i, j] = (one[i] - none[i]) * scale[j]
     for i in range(len(none)):
         none[i] = -none[i]
-    least_squares(matrix, none, 1e-9, found)
+    least_squares(matrix, none, share, found)
     for j in range(4):
         found[j] *= scale[j]
     return found
@@ -240,17 +243,40 @@ def _place_balls(bearing, inner_speed, rolls, first, last, state):
         angle = 2.0 * math.pi * k / bearing.balls
         distance, height = _rest(bearing, 0.0, angle)
         for _ in range(3 if rolls else 0):
-            orbit_rate = rolling(bearing, inner_speed, angle, distance, height)[0] / distance
+            orbit_rate = rolling(bearing, inner_speed, angle, distance, height, SAME)[0] / distance
             distance, height = _rest(bearing, orbit_rate, angle)
         if not distance < math.inf:
             return False
         if rolls:
-            motion = rolling(bearing, inner_speed, angle, distance, height)
+            motion = rolling(bearing, inner_speed, angle, distance, height, SAME)
             state[k, TANGENTIAL_VELOCITY] = motion[0]
             for i in range(3):
                 state[k, SPIN + i] = motion[1 + i]
         state[k, AXIS_DISTANCE], state[k, ORBIT_ANGLE], state[k, HEIGHT] = distance, angle, height
     return True
+
+
+@kernel
+def least_drilling(bearing, inner_speed, state):
+    """Lets balls roll without spin about their contacts, if every one is pressed by both raceways.
+
+    Such spin changes slip only by as much as an inner ring that stands off the axis puts the contacts off one line, but
+    would have to turn a ball's axis all over to spare it, and takes seconds to settle. Balls that come out of a loaded
+    zone have no axis to keep.
+    """
+    for k in range(len(state)):
+        angle, position = state[k, ORBIT_ANGLE], (state[k, AXIS_DISTANCE], 0.0, state[k, HEIGHT])
+        centre, rest = about_z(math.cos(angle), -math.sin(angle), bearing.offset), (0.0, 0.0, 0.0)
+        inner = single_contact(bearing, bearing.inner, centre, inner_speed, position, rest, rest)
+        outer = single_contact(bearing, bearing.outer, rest, 0.0, position, rest, rest)
+        if not (inner.approach > 0.0 and outer.approach > 0.0):
+            return
+    for k in range(len(state)):
+        place = state[k, ORBIT_ANGLE], state[k, AXIS_DISTANCE], state[k, HEIGHT]
+        motion = rolling(bearing, inner_speed, *place, DRILLS)
+        state[k, TANGENTIAL_VELOCITY] = motion[0]
+        for i in range(3):
+            state[k, SPIN + i] = motion[1 + i]
 
 
 def start_state(bearing: Bearing, inner_speed: float, motion: str) -> np.ndarray:
@@ -265,4 +291,6 @@ def start_state(bearing: Bearing, inner_speed: float, motion: str) -> np.ndarray
             raise SceneError(
                 "the balls find no rest between the raceways; check radial_clearance, drive.offset and the speed"
             )
+    if motion == "rolling":
+        least_drilling(bearing, float(inner_speed), state)
     return state

@@ -1,5 +1,6 @@
 """What the figures of a shaft on two bearings are worth: by a second, finer motion, and by what balance leaves out."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -7,10 +8,10 @@ import numpy as np
 
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.adequacy import still_error
-from bearing_twin.kinds.doubt import HERTZ_MENDS, LEFT_OUT
+from bearing_twin.kinds.doubt import HERTZ_MENDS, LEFT_OUT, Errors
 from bearing_twin.kinds.second_run import SecondRunDoubt
 from bearing_twin.kinds.shaft.derived import speeds_of
-from bearing_twin.kinds.shaft.figures import WATCH
+from bearing_twin.kinds.shaft.figures import LIVES, WATCH
 from bearing_twin.kinds.shaft.models import law_error, shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.worth import ShaftErrors, wide_of
@@ -33,6 +34,16 @@ class ShaftDoubt(SecondRunDoubt):
         """Takes a block in."""
         super().add(block)
         self._fastest = max(self._fastest, float(np.abs(block.values["shaft_speed"]).max(initial=0.0)))
+
+    def errors(self, figures: Mapping[str, Any]) -> Errors:
+        """As of every second computation; lives in hours err as those in turns do."""
+        errors = super().errors(figures)
+        for side in SIDES:
+            for turns, hours in ((f"{side}_{life}_mrev", f"{side}_{life}_h") for life in LIVES):
+                if hours in figures and turns in errors.figures and math.isfinite(figures[turns]):
+                    slow = figures[hours] / figures[turns]
+                    errors.figures[hours] = {source: slow * one for source, one in errors.figures[turns].items()}
+        return errors
 
     def _shares(self) -> dict[str, float]:
         """As `shares_of`; none where the scene's own loads are not carried at the speed that was commanded."""

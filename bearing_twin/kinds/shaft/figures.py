@@ -11,7 +11,7 @@ from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt
 from bearing_twin.kinds.bearing.quasi_static.contacts import curvatures_at
 from bearing_twin.kinds.bearing.quasi_static.statics import setting_of
-from bearing_twin.kinds.bearing.ratings import lives_of, ratings_of
+from bearing_twin.kinds.bearing.ratings import hours_of, lives_of, ratings_of
 from bearing_twin.kinds.energy import ENERGY_GAIN
 from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.kinds.shaft.derived import bearing_scene
@@ -38,7 +38,9 @@ MEANINGS = {
             ("greatest_ball_load_n", f"of any contact of the {side} bearing, greatest over the run"),
             ("peak_pressure_pa", f"in the {side} bearing, at the greatest load on each raceway"),
             ("basic_life_mrev", f"of the {side} bearing in 1e6 turns, ISO 281, under its mean sizes of force {HALF}"),
-            ("reference_life_mrev", f"the same by ISO/TS 16281, from the loads of all balls {HALF}"),
+            ("basic_life_h", "the same in hours at the shaft's speed at the end, where it turns then"),
+            ("reference_life_mrev", f"of the {side} bearing by ISO/TS 16281, from the loads of all balls {HALF}"),
+            ("reference_life_h", "the same in hours, as above"),
         )
     },
     "natural_frequencies_hz": f"of the shaft on its bearings, rising, {WHIRL}",
@@ -51,7 +53,8 @@ MEANINGS = {
     "cage_work_j": "of both cages on the balls that they lead round since the start, at the end",
     "dissipated_j": "in viscous contacts since the start, at the end",
 }
-WATCHED = ("greatest_ball_load_n", "peak_pressure_pa", "basic_life_mrev", "reference_life_mrev")
+LIVES = "basic_life", "reference_life"
+WATCHED = ("greatest_ball_load_n", "peak_pressure_pa", *(f"{life}_mrev" for life in LIVES))
 WORKS = ("load_work", "bearing_work", "cage_work", "dissipated")
 WATCH = Watch(
     tuple(f"{side}_{key}" for side in SIDES for key in WATCHED),
@@ -210,12 +213,14 @@ class ShaftFigures:
         inner, outer = (mean ** (1.0 / power) for mean, power in zip(powers, POWERS, strict=True))
         force, loads = (radial, 0.0, axial), (np.array([inner]), np.array([outer]))
         lives = lives_of(self._scenes[side], self._ratings[side], force, *loads)
-        return {
+        speed = float(self._last["shaft_speed"])
+        found = {
             "greatest_ball_load_n": float(own.load.max()),
             "peak_pressure_pa": max(spot.peak_pressure for spot in self._spots(side)),
-            "basic_life_mrev": float(lives.basic),
-            "reference_life_mrev": float(lives.reference),
         }
+        for life, turns in zip(LIVES, (float(lives.basic), float(lives.reference)), strict=True):
+            found |= {f"{life}_mrev": turns} | ({f"{life}_h": hours_of(turns, speed)} if speed else {})
+        return found
 
     def _spots(self, side: str) -> tuple:
         """The ellipses at the greatest load on each raceway."""

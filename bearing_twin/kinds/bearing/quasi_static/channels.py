@@ -57,7 +57,7 @@ def _write_contact(setting, found, out, row, k, side, cosine, sine, position, ve
     relative = minus(add(velocity, cross(spin, arm)), (-ring_speed * about[1], ring_speed * about[0], 0.0))
     out.approach[row, k, side] = approach
     out.normal_load[row, k, side] = load
-    out.contact_angle[row, k, side] = sign * angle
+    out.contact_angle[row, k, side] = angle
     out.curvature_small[row, k, side] = contacts.curvature_small[row, k, side]
     out.curvature_large[row, k, side] = contacts.curvature_large[row, k, side]
     out.spin_rate[row, k, side] = dot(spin, outward) - ring_speed * outward[2]

@@ -1,6 +1,7 @@
 """What the figures of a bearing in balance are worth: errors of its law and of half-spaces, as the balance takes them.
 
-An equilibrium is solved to rounding, so these are the errors there are of what its model holds.
+An equilibrium is solved to rounding, so these are the errors there are of what its model holds. Of what it leaves out,
+friction across the grooves has a number, in contact angles.
 """
 
 import math
@@ -13,6 +14,7 @@ from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.outputs import ellipses
+from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
 from bearing_twin.kinds.bearing.quasi_static.response import Response, response_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Equilibrium,
@@ -45,11 +47,15 @@ class Worth(NamedTuple):
 
 
 class SceneWorth(NamedTuple):
-    """The equilibrium of a scene: its `greatest` contact load [N], what its law is off by, and half-spaces are."""
+    """The equilibrium of a scene: its `greatest` contact load [N], what its law is off by, and half-spaces are.
+
+    `angles` (N, 2) [rad] is how far contact angles are off those of moving balls, of a run (2,) at the greatest load.
+    """
 
     greatest: float
     law: Worth | None
     half_space: Worth
+    angles: np.ndarray
 
     def of(self, source: str, greatest: float) -> Worth | None:
         """The law's worth or the half-spaces'; None for a run whose greatest load [N] is another."""
@@ -85,7 +91,10 @@ def _worths(parameters, law: str, solver: Solver, support: Support, found: Equil
     wide = half_space_error(parameters, spots[0])
     given = solver, support, found
     return SceneWorth(
-        float(contacts.load.max()), None if shares is None else _worth(*given, shares), _worth(*given, wide)
+        float(contacts.load.max()),
+        None if shares is None else _worth(*given, shares),
+        _worth(*given, wide),
+        angle_errors(parameters, solver, found),
     )
 
 
@@ -111,7 +120,8 @@ def _worth_under(parameters, law: str, load: tuple[float, ...]) -> SceneWorth | 
         found = solver.solve(support)
     except SceneError:
         return None
-    return _worths(parameters, law, solver, support, found, spots_of(parameters, found.contacts))
+    worth = _worths(parameters, law, solver, support, found, spots_of(parameters, found.contacts))
+    return worth._replace(angles=worth.angles[found.contacts.load[:, 0].argmax()])
 
 
 def errors_of(parameters, law: str, solver: Solver, support: Support, found: Equilibrium, spots) -> Off:
@@ -130,6 +140,7 @@ def errors_of(parameters, law: str, solver: Solver, support: Support, found: Equ
     worse = lives_of(parameters, ratings, force + np.sign(force) * ring[:3], *(contacts.load + loads).T)
     shorter = (well - badly if math.isfinite(well) else 0.0 for well, badly in zip(lives, worse, strict=True))
     stiffness = float(shares.max()) * np.abs(found.stiffness)
+    angles += np.where(contacts.load > 0.0, worth.angles, 0.0)
     columns = {"normal_load": loads, "contact_angle": angles, **sizes}
     return Off(columns, coordinates, ring, stiffness, Lives(*shorter))
 

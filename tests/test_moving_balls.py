@@ -1,0 +1,137 @@
+"""How far contact angles in balance are off those of moving balls: the error told is the one that there is."""
+
+import numpy as np
+import pytest
+
+from bearing_twin.kinds.bearing.motion import bearing_motion
+from bearing_twin.kinds.bearing.quasi_static.answer import answer_of
+from bearing_twin.kinds.bearing.quasi_static.moving_balls import _late, angle_errors
+from bearing_twin.kinds.bearing.quasi_static.statics import (
+    Solver,
+    Support,
+    load_line,
+    setting_of,
+    solver_of,
+    support_of,
+)
+from bearing_twin.kinds.doubt import LEFT_OUT
+from bearing_twin.report import Choice
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
+
+NO_GRAVITY = "gravity=[0,0,0]"
+LAW, HELD = "hertz", (False,) * 5
+BEARS = 1e-2  # of the greatest load
+NAMES = "drive.offset", "drive.tilt"
+
+
+def scene_of(*overrides):
+    scene = (NO_GRAVITY, "model.dimension=prescribed", "cage.kind=even", "solver.companion=off", *overrides)
+    return load_scene("bearing_6203", scene).parameters
+
+
+def in_balance(load, tilt, overrides):
+    """The scene with the ring held where this load [N] puts it at this tilt [rad], and its coordinates."""
+    support = Support((True, True, True, False, False), (*load, 0.0, 0.0), (0.0, 0.0, 0.0, *tilt))
+    parameters = scene_of(*overrides)
+    places = solver_of(parameters, LAW, load_line(support)).solve(support).coordinates.tolist()
+    parts = (f"{name}={some}" for name, some in zip(NAMES, (places[:3], places[3:]), strict=True))
+    return scene_of(*overrides, *parts, "wanted.tolerance=1e-4"), places
+
+
+def off_and_told(load, tilt=(0.0, 0.0), overrides=(), after=0.1):
+    """Greatest differences of angles [rad] over a ball's spacing of way, and the greatest errors told."""
+    parameters, places = in_balance(load, tilt, overrides)
+    moving = bearing_motion(parameters, Choice(LAW, "rodas4", 0.0, "", ()))
+    moving.advance(np.array([after]), after)
+    speed, balls = parameters.drive.speed, parameters.geometry.balls
+    spacing = 2.0 * np.pi / balls / (0.38 * speed)
+    out = moving.advance(np.linspace(0.0, spacing, 25)[1:], spacing)
+    off, told = 0.0, 0.0
+    for azimuths, angles in zip(out.orbit_angle, out.contact_angle, strict=True):
+        solver = Solver(setting_of(parameters, LAW, speed), azimuths)
+        found = solver.solve(Support(HELD, (0.0,) * 5, tuple(places)))
+        bears = found.contacts.load > BEARS * found.contacts.load.max()
+        off = max(off, np.abs(np.abs(angles) - np.abs(found.contacts.angle))[bears].max())
+        told = max(told, angle_errors(parameters, solver, found)[bears].max())
+    return off, told
+
+
+SMOOTH = "contact.friction_regularisation=0.1"
+SLIPPERY = "contact.friction_coefficient=0.01"
+CLEARANCE = "geometry.radial_clearance=10e-6"
+
+
+@pytest.mark.parametrize(
+    ("load", "tilt", "overrides"),
+    [
+        ((0, 0, 100), (0, 0), ("drive.speed=1000",)),
+        ((0, 0, 100), (0, 0), ("drive.speed=3000",)),
+        ((0, -60, 100), (0, 0), ("drive.speed=183.26",)),
+        ((0, -60, 100), (0, 0), ("drive.speed=1749",)),
+        ((0, -60, 100), (0, 0), ("drive.speed=1000", SMOOTH)),
+        ((0, -60, 100), (0, 0), ("drive.speed=1000", SLIPPERY)),
+        ((0, 0, 100), (5e-4, 0), ("drive.speed=1000",)),
+        ((0, -800, 300), (0, 0), ("drive.speed=157", CLEARANCE)),
+        ((0, -800, 100), (0, 0), ("drive.speed=1000", CLEARANCE)),
+        ((0, -100, 300), (0, 0), ("drive.speed=300", "geometry.designation=7204B")),
+    ],
+)
+def test_the_error_told_of_an_angle_is_within_a_factor_of_three(load, tilt, overrides):
+    off, told = off_and_told(load, tilt, overrides)
+    assert off > 5e-6
+    assert off / 3.0 < told < 3.0 * off
+
+
+def test_friction_is_all_there_is_between_angles_in_balance_and_of_moving_balls():
+    """Ten thousandth of the friction leaves a hundredth of the difference, far below 5e-4 of the angles."""
+    load, speed = (0, -60, 100), "drive.speed=1749"
+    with_friction = off_and_told(load, overrides=(speed,))[0]
+    without = off_and_told(load, overrides=(speed, "contact.friction_coefficient=8e-6"))[0]
+    assert without < 0.03 * with_friction
+    assert without < 2e-4 * 0.13
+
+
+def test_nothing_is_told_without_friction_or_at_rest():
+    support = Support((True, True, True, False, False), (0.0, -60.0, 100.0, 0.0, 0.0), (0.0,) * 5)
+    for overrides in (("drive.speed=0",), ("contact.friction_coefficient=0",)):
+        parameters = scene_of(*overrides)
+        solver = solver_of(parameters, LAW, load_line(support))
+        assert not angle_errors(parameters, solver, solver.solve(support)).any()
+
+
+@pytest.mark.parametrize("lag", [1e-3, 0.02, 0.3, 3.0])
+def test_a_lag_is_that_of_first_order(lag):
+    """a' = (cos - a)/lag once round: off by the part at a right angle and the part in phase."""
+    angles = 2.0 * np.pi * np.arange(192) / 192
+    late = _late(1e-3 * np.cos(angles), np.full(192, lag), np.zeros(192))
+    exact = 1e-3 * (lag * lag * np.cos(angles) - lag * np.sin(angles)) / (1.0 + lag * lag)
+    settled = np.exp(-2.0 * 2.0 * np.pi / lag)  # of the start, at the beginning of the third turn
+    assert late == pytest.approx(exact, abs=1e-3 * (0.02 * lag / (1.0 + lag) + settled))
+    assert settled < 0.02
+
+
+def test_the_lag_holds_whichever_way_the_ring_turns():
+    load, told = (0, -60, 100), []
+    for speed in (1000.0, -1000.0):
+        parameters, places = in_balance(load, (0.0, 0.0), (f"drive.speed={speed}",))
+        solver = solver_of(parameters, LAW, 0.3)
+        told.append(angle_errors(parameters, solver, solver.solve(Support(HELD, (0.0,) * 5, tuple(places)))))
+    assert told[0].max() == pytest.approx(told[1].max(), rel=1e-2)
+    assert told[0].min() > 0.0
+
+
+def test_an_answer_and_a_run_tell_the_error_of_their_angles():
+    """At 3000 rad/s, where friction puts angles off by more than law and half-spaces do."""
+    load = "rings.inner.load=[0,-60,100]", "drive.speed=3000"
+    scene = load_scene("bearing_6203", (*load, NO_GRAVITY, "model.dimension=quasi_static", "run.duration=0.02"))
+    run = simulate(scene)
+    assert len(list(run)) > 10
+    told = run.report.errors["errors_by_source"]["contact_angle_inner_rad"]
+    off = off_and_told((0, -60, 100), overrides=("drive.speed=3000",))[0]
+    assert off / 3.0 < told[LEFT_OUT][0] < 3.0 * off
+    parameters = scene.parameters
+    support = support_of(parameters)
+    solver = solver_of(parameters, LAW, load_line(support))
+    answer = answer_of(parameters, LAW, solver, support, solver.solve(support))
+    assert off / 3.0 < max(answer["contact_angle_inner_rad_error"]) < 3.0 * off
