@@ -336,6 +336,9 @@ def test_a_key_that_is_given_twice_alike_is_taken(capsys):
     alike = ("--duration", "2e-4", "--set", "run.duration=0.0002", "--set", " run.duration = 2E-4")
     for words in (alike, ("--set", "run.duration=1e-4", "--set", "run.duration=2e-4")):
         assert asked(capsys, "simulate", "two_spheres", *words)["simulated_s"] == pytest.approx(2e-4)
+    for word in ("on", "true", "True"):
+        words = ("--allow-invalid", "--set", f"solver.allow_invalid={word}", "--set", "solver.allow_invalid=on")
+        assert asked(capsys, "simulate", "two_spheres", *words)["samples"] > 1
 
 
 def test_a_refusal_names_each_override_once(capsys):
