@@ -288,9 +288,16 @@ def test_an_interrupted_command_speaks_of_files_where_it_keeps_some(words, kept,
     def run(arguments):
         raise KeyboardInterrupt
 
+    def ended(arguments):
+        signal.raise_signal(signal.SIGTERM)
+
     monkeypatch.setitem(COMMANDS, words[0], COMMANDS[words[0]]._replace(run=run))
     assert main(words) == INTERRUPTED
     assert capsys.readouterr().err == f"bearing_twin: interrupted{kept}\n"
+    monkeypatch.setitem(COMMANDS, words[0], COMMANDS[words[0]]._replace(run=ended))
+    with pytest.raises(SystemExit):
+        main(words)
+    assert capsys.readouterr().err == f"bearing_twin: ended by SIGTERM{kept}\n"
 
 
 @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM])
