@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 WIDEST_ELLIPSE = 0.1
 """Semi-axis over radius of the body above which the half-space is a rough picture.
 
@@ -92,11 +90,10 @@ def shoulder_doubt(nominal_angle: float, angles, loads) -> str | None:
     0 on the side of the shoulders, and `loads` [N] those on the inner one. Balls with less than BEARS of the greatest
     do not count.
     """
-    bears = np.asarray(loads) > BEARS * np.max(loads)
-    if nominal_angle <= 0.0 or not bears.any():
-        return None
-    least = float(np.asarray(angles)[bears].min()) + 0.0  # without -0
-    if least > LEVEL:
+    enough = BEARS * max(loads)
+    bearing = (float(angle) for angle, load in zip(angles, loads, strict=True) if load > enough)
+    least = min(bearing, default=math.inf) + 0.0  # without -0
+    if nominal_angle <= 0.0 or least > LEVEL:
         return None
     return (
         f"balls bear load at a contact angle of {least:.3g} rad: where geometry.contact_angle is above 0 one ring "
