@@ -158,6 +158,13 @@ def test_a_log_with_fewer_channels_is_verified_by_those_it_has():
     found = verify(log)
     assert found.greatest == 0.0
     assert set(found.deviations) == {channel.name for channel in kept} | {"contact", "companion"}
+    assert not found.doubts()
+    log.has_records = False  # nor were records written then: that they were not compared is said
+    found = verify(log)
+    assert set(found.deviations) == {channel.name for channel in kept}
+    assert found.as_dict()["records_missing"] == ["companion", "contact"]
+    assert found.doubts() == ["the log has no records, as of companion, contact: outputs alone were compared"]
+    log.has_records = True
     blocks[0].values["approach"][3] += 1e-9
     assert verify(log).deviations["approach"] == pytest.approx(1e-9)
     log.channels = (*kept, run.channels[0]._replace(name="temperature"))
