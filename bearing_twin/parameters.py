@@ -194,6 +194,7 @@ def _read_section(cls, mapping, path, problems, defaults):
 def _read_field(item, given, path, problems, default):
     """The value of one field, or its default after adding to `problems`."""
     metadata = item.metadata
+    given = given.tolist() if hasattr(given, "tolist") else given  # numbers of NumPy, as a sweep in Python has them
     if given is None:
         problems.append(f"{path} has no value; leave the key out for its default")
         return default

@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.spelling import echo, unknown
+
 AT_ONCE = 32 << 20  # bytes of outputs
 
 
@@ -57,12 +59,19 @@ class Wrench(NamedTuple):
     torque: np.ndarray
 
 
+class Places(dict):
+    """Channels by name; a name that is none is refused with those that are meant."""
+
+    def __missing__(self, name):
+        raise KeyError(f"there is no channel {echo(name)}; {unknown(name, self)}")
+
+
 class Layout:
     """Where each channel stands in a row of all channels side by side: `places` maps names to (slice, shape)."""
 
     def __init__(self, channels: tuple[Channel, ...]):
         self.channels = channels
-        self.places, low = {}, 0
+        self.places, low = Places(), 0
         for channel in channels:
             self.places[channel.name] = slice(low, low + channel.width), channel.shape
             low += channel.width
@@ -150,7 +159,12 @@ class Block:
     def __len__(self) -> int:
         return len(self.time_ns)
 
-    def __getitem__(self, row: int) -> Sample:
+    def __getitem__(self, row: int | str):
+        """The `Sample` of a row, counted from the first or, below 0, behind the last; by name a channel of all rows."""
+        if isinstance(row, str):
+            return self.values[row]
+        if isinstance(row, slice):
+            raise TypeError("a block has no slices: take block.part(low, high), or a slice of block['channel']")
         row = range(len(self))[row]
         values = self.values.rows(row)
         return Sample(self.first_sequence + row, int(self.time_ns[row]), values)

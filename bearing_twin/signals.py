@@ -45,7 +45,7 @@ def ended_by_signals() -> Iterator[None]:
 
     def dropped(one):
         """Sends a signal again whose exception Python drops, as where its handler ran while garbage was collected."""
-        number = _signal_of(one.exc_value)
+        number = signal_of(one.exc_value)
         again(number) if number in previous else hook(one)
 
     previous, main_thread, hook = {}, threading.main_thread().ident, sys.unraisablehook
@@ -85,7 +85,8 @@ def _ending(number: int) -> BaseException:
     return KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number)
 
 
-def _signal_of(error) -> int | None:
+def signal_of(error) -> int | None:
+    """The signal that became this exception; 0 or below where none did, None where it is another exception."""
     if isinstance(error, SystemExit) and isinstance(error.code, int):
         return error.code - 128
     return signal.SIGINT if isinstance(error, KeyboardInterrupt) else None

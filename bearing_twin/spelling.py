@@ -67,6 +67,11 @@ def echo(value: Any) -> str:
     return shortened(repr(value))
 
 
+def no_progress(given: Any, loader: str) -> str:
+    """Why what was handed over as `progress` is refused: a list of changes is meant for the `loader`."""
+    return f"progress = {echo(given)} must be a function; changes are handed to {loader}(name, changes)"
+
+
 def harmless(text: str) -> str:
     """Text for a terminal: what would move its cursor, or turn the direction of letters, is shown as an escape."""
     return _CONTROL.sub(lambda one: one[0].encode("unicode_escape").decode(), text)

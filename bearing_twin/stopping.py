@@ -6,6 +6,7 @@ the handlers run as ever. Loops of Python ask by `look`.
 """
 
 import contextlib
+import ctypes
 import mmap
 import os
 import signal
@@ -20,6 +21,7 @@ from bearing_twin.errors import Interrupted, Stopped
 from bearing_twin.signals import PUT_OFF, RAISED
 
 INTERRUPTED, ENDED = 255, 254  # no numbers of signals
+MAP_FIXED = 0x10  # of Linux, where `_FILE` is; Python does not name it
 _ASKED: ContextVar[Callable[[], bool]] = ContextVar("asked", default=lambda: False)
 LOST, SHARE = 1.0, 0.2  # s of computing that interruptions may cost before it is earned, and what it earns a second
 
@@ -28,13 +30,30 @@ def _shared() -> tuple[int, np.ndarray]:
     """A file without a name and its first byte; no file where the system has none of the kind."""
     if not hasattr(os, "memfd_create"):
         return -1, np.zeros(1, np.uint8)
-    file = os.memfd_create("bearing_twin_signals", os.MFD_CLOEXEC)
-    os.ftruncate(file, 1)  # no more than it needs: it counts as a file where those may not grow
-    os.set_blocking(file, False)
+    file = _file()
     return file, np.frombuffer(mmap.mmap(file, 1), np.uint8)
 
 
+def _file() -> int:
+    file = os.memfd_create("bearing_twin_signals", os.MFD_CLOEXEC)
+    os.ftruncate(file, 1)  # no more than it needs: it counts as a file where those may not grow
+    os.set_blocking(file, False)
+    return file
+
+
+def _made_own() -> None:
+    """After a fork: file and byte of this process alone, in the same places; its signals would stop its parent, too."""
+    file = _file()
+    os.dup2(file, _FILE, inheritable=False)
+    os.close(file)
+    replace = ctypes.CDLL(None).mmap  # Python's own chooses the place
+    replace.argtypes = [ctypes.c_void_p, ctypes.c_size_t, *3 * [ctypes.c_int], ctypes.c_long]
+    replace(SIGNALLED.ctypes.data, 1, mmap.PROT_READ | mmap.PROT_WRITE, mmap.MAP_SHARED | MAP_FIXED, _FILE, 0)
+
+
 _FILE, SIGNALLED = _shared()  # SIGNALLED (1,): not 0 once a signal with a handler has come, within `heeding_signals`
+if _FILE >= 0:
+    os.register_at_fork(after_in_child=_made_own)
 
 
 @contextlib.contextmanager

@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import functools
 import os
+import re
 import stat
 
 from bearing_twin.parameters import echo, read_number
@@ -16,8 +17,8 @@ MOST_ROWS = 50_000  # under a second to read
 def table(columns, help, over_time=True):
     """Rows of numbers, one each of `columns` (name, unit); () where none. `over_time`: the first are s, increasing.
 
-    Given as a list of rows, or as the name of a CSV file of rows, whose first may hold names: it is read at once, and
-    its rows stand in the scene from then on.
+    Given as a list of rows, or as the name of a CSV file of rows, whose first may hold names with units in brackets: it
+    is read at once, from the working directory, and its rows stand in the scene from then on.
     """
     read = functools.partial(read_table, over_time=over_time)
     return dataclasses.field(default=(), metadata={"columns": tuple(columns), "help": help, "read": read})
@@ -29,12 +30,14 @@ def read_table(given, columns, over_time=True) -> tuple[tuple, str]:
     legal = f"must be rows of {words}, or the name of a CSV file of them"
     if isinstance(given, str):
         name, (given, problem) = given, _rows_of(given)
+        if not problem and given and len(given[-1]) == 1 < len(columns):
+            problem = "numbers are parted by commas, and have a point before their decimals"
+        elif not problem and given and all(read_number(cell)[1] for cell in given[0]):
+            problem = _misnamed(given.pop(0), columns)
+        if not problem and not given:
+            problem = "it holds no row"
         if problem:
             return (), f" = {echo(name)} {legal}: {problem}"
-        if given and all(read_number(cell)[1] for cell in given[0]):
-            del given[0]  # names of the columns
-        if not given:
-            return (), f" = {echo(name)} {legal}: it holds no row"
     if not isinstance(given, (list, tuple)):
         return (), f" = {echo(given)} {legal}"
     if len(given) > MOST_ROWS:
@@ -54,6 +57,19 @@ def read_table(given, columns, over_time=True) -> tuple[tuple, str]:
     return tuple(rows), ""
 
 
+def _misnamed(header, columns) -> str:
+    """What is wrong with the first row of a file, which names its columns: another unit or order; or nothing."""
+    names = [name for name, _ in columns]
+    for number, (cell, (name, unit)) in enumerate(zip(header, columns, strict=False), start=1):
+        word, _, told = cell.replace("(", "[").replace(")", "]").partition("[")
+        told = re.sub(r"[\s.*·]", "", told.rstrip("] "))
+        if told and told != unit.replace(" ", ""):
+            return f"column {number} is named {echo(cell)}, and is {name} in {unit}"
+        if (word := word.strip().lower()) != name and word in names:
+            return f"column {number} is named {echo(cell)}, and is {name}: the order is {', '.join(names)}"
+    return ""
+
+
 def _rows_of(name: str) -> tuple[list, str]:
     """(rows of text of a CSV file, "") or ([], what is wrong); nothing is read on behalf of somebody else."""
     if ROOM.get() is not None:
@@ -67,4 +83,5 @@ def _rows_of(name: str) -> tuple[list, str]:
     except UnicodeDecodeError:
         return [], "it is not UTF-8 text; save it as CSV in UTF-8"
     except (OSError, ValueError, csv.Error) as error:
-        return [], str(getattr(error, "strerror", None) or error)
+        where = "" if os.path.isabs(name) else f", looked for in {os.getcwd()}"
+        return [], f"{getattr(error, 'strerror', None) or error}{where}"

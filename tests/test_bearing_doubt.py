@@ -596,3 +596,18 @@ def test_balls_that_stand_have_no_speed_and_raise_no_doubt():
     parameters = load_scene("bearing_6203").parameters
     assert (turning(parameters, 1e-9), turning(parameters, -1e-12)) == (1e-9, 0.0)
     assert math.isnan(turning(parameters, math.nan))
+
+
+def test_what_a_friction_model_does_to_the_motion_is_said_to_be_unknown():
+    """Balls of an angular contact bearing turn about axes that drilling sets: pade1 rolls them some per cent slower."""
+    thrust = ["drive.offset=[0.0,0.0,3.4e-4]", "drive.speed=100.0", "gravity=[0.0,0.0,0.0]", "run.duration=0.1"]
+    fine, rough = (
+        reported("7210B", *thrust, f"contact.friction={friction}", "contact.friction_regularisation=1e-4").report
+        for friction in ("spot_fine", "pade1")
+    )
+    off = abs(rough.figures["roll_rate_rad_s"] - fine.figures["roll_rate_rad_s"])
+    assert off > 0.01 * fine.figures["roll_rate_rad_s"] > rough.errors["roll_rate_rad_s_error"]
+    for report, name in ((fine, "spot_fine"), (rough, "pade1")):
+        told = report.errors["errors_unknown"]["friction_model"]
+        assert told.startswith(f"errors hold torque and loss that contact.friction: {name} errs by")
+        assert "as in roll rates" in told

@@ -288,9 +288,16 @@ def test_an_interrupted_command_speaks_of_files_where_it_keeps_some(words, kept,
     def run(arguments):
         raise KeyboardInterrupt
 
+    def ended(arguments):
+        signal.raise_signal(signal.SIGTERM)
+
     monkeypatch.setitem(COMMANDS, words[0], COMMANDS[words[0]]._replace(run=run))
     assert main(words) == INTERRUPTED
     assert capsys.readouterr().err == f"bearing_twin: interrupted{kept}\n"
+    monkeypatch.setitem(COMMANDS, words[0], COMMANDS[words[0]]._replace(run=ended))
+    with pytest.raises(SystemExit):
+        main(words)
+    assert capsys.readouterr().err == f"bearing_twin: ended by SIGTERM{kept}\n"
 
 
 @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM])
@@ -336,6 +343,9 @@ def test_a_key_that_is_given_twice_alike_is_taken(capsys):
     alike = ("--duration", "2e-4", "--set", "run.duration=0.0002", "--set", " run.duration = 2E-4")
     for words in (alike, ("--set", "run.duration=1e-4", "--set", "run.duration=2e-4")):
         assert asked(capsys, "simulate", "two_spheres", *words)["simulated_s"] == pytest.approx(2e-4)
+    for word in ("on", "true", "True"):
+        words = ("--allow-invalid", "--set", f"solver.allow_invalid={word}", "--set", "solver.allow_invalid=on")
+        assert asked(capsys, "simulate", "two_spheres", *words)["samples"] > 1
 
 
 def test_a_refusal_names_each_override_once(capsys):

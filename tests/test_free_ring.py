@@ -299,6 +299,12 @@ def test_loads_come_from_a_table(tmp_path):
         ("0,0,-1\n", "6 numbers a row, none left out"),
         ("time,x,y,z,mx,my\n", "it holds no row"),
         ("", "it holds no row"),
+        ("time [ms],x,y,z,mx,my\n10,0,-1,0,0,0\n", r"column 1 is named 'time \[ms\]', and is time in s"),
+        ("time (s),x (kN),y (N),z,mx,my\n10,0,-1,0,0,0\n", r"column 2 is named 'x \(kN\)', and is x in N"),
+        ("time,y,x,z,mx,my\n10,0,-1,0,0,0\n", "column 2 is named 'y', and is x: the order is time, x, y, z, about x"),
+        ("t;x;y;z;mx;my\n0,01;0;-1;0;0;0\n", "6 numbers a row, none left out"),
+        ("0;0;-1;0;0;0\n", "numbers are parted by commas, and have a point before their decimals"),
+        ("0 0 -1 0 0 0\n1 0 -1 0 0 0\n", "numbers are parted by commas"),
     ],
 )
 def test_a_table_that_is_not_one_is_refused(text, words, tmp_path):
@@ -319,6 +325,15 @@ def test_a_motion_goes_on_from_a_snapshot_to_the_bit(scene):
     advanced(moving, 1e-3, 2)
     other.resume(json.loads(json.dumps(moving.snapshot())))
     assert advanced(moving, 1e-3, 2).numbers.tobytes() == advanced(other, 1e-3, 2).numbers.tobytes()
+
+
+def test_a_table_may_name_its_columns_with_their_units(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    header = "Time [s], x [N], Fy (N), z, about x [N m], My [N·m]\n"
+    (tmp_path / "loads.csv").write_text(header + "0,0,-1,0,0,0\n")
+    assert load_scene(RIG, ["rings.inner.table=loads.csv"]).parameters.rings.inner.table == ((0, 0, -1, 0, 0, 0),)
+    with pytest.raises(SceneError, match=f"No such file or directory, looked for in {tmp_path}"):
+        load_scene(RIG, ["rings.inner.table=load.csv"])
 
 
 def test_tables_are_read_from_regular_files_and_never_for_somebody_else(tmp_path):

@@ -158,11 +158,32 @@ def test_a_log_with_fewer_channels_is_verified_by_those_it_has():
     found = verify(log)
     assert found.greatest == 0.0
     assert set(found.deviations) == {channel.name for channel in kept} | {"contact", "companion"}
+    assert not found.doubts()
+    log.has_records = False  # nor were records written then: that they were not compared is said
+    found = verify(log)
+    assert set(found.deviations) == {channel.name for channel in kept}
+    assert found.as_dict()["records_missing"] == ["companion", "contact"]
+    assert found.doubts() == ["the log has no records, as of companion, contact: outputs alone were compared"]
+    log.has_records = True
     blocks[0].values["approach"][3] += 1e-9
     assert verify(log).deviations["approach"] == pytest.approx(1e-9)
     log.channels = (*kept, run.channels[0]._replace(name="temperature"))
     with pytest.raises(LogError, match="its channels differ"):
         verify(log)
+
+
+def test_a_recording_that_ends_between_records_and_their_outputs_is_verified_up_to_its_last_output():
+    """A node hands over a chunk's records before its last outputs: a recorder may be ended in between."""
+    run = simulate(load_scene("bearing_6203_loose", ["run.duration=0.05"]))
+    whole = joined(list(run.blocks()))
+    cut_off = dataclasses.replace(whole.part(0, 30), records=whole.records)
+    log = SimpleNamespace(kept_rate=0.0, has_records=True, scene=run.scene, channels=run.channels)
+    log.blocks = lambda: iter([cut_off])
+    assert len(whole.records["companion"]) > len(whole.part(0, 30).records["companion"])
+    assert verify(log).greatest == 0.0
+    early = whole.records["companion"][[0, 0]]  # one too many at a time that is compared
+    cut_off = dataclasses.replace(cut_off, records={**whole.records, "companion": early})
+    assert verify(log).greatest == np.inf
 
 
 def test_metadata_tells_scene_versions_and_choice(tmp_path):

@@ -13,6 +13,7 @@ from bearing_twin.kinds.contract import ONCE, PUBLISH
 from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.mcap_log import LogWriter, raw_messages, read_log
 from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.nodes.pacing import FASTEST
 from bearing_twin.nodes.simulating import GREATEST_SPEED, LONGEST_STEP, SimulationLoop, log_path
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
@@ -413,3 +414,24 @@ def test_what_is_published_more_often_is_kept_as_long_for_a_late_subscriber():
     assert [depths(rate) for rate in (20.0, 100.0, 1000.0)] == [{20}, {100}, {1000}]
     impact = load_scene("two_spheres")  # its seconds take hours: a tenth of one is no time
     assert {topic.qos.depth for topic in topics(impact) if topic.rate == PUBLISH} == {20}
+
+
+@pytest.mark.parametrize(("factor", "slow"), [(1.0, True), (FASTEST, False)])
+def test_outputs_that_take_long_are_told_of_while_they_are_computed(factor, slow):
+    """Until they come nothing is delivered, so that no lag of what was delivered would tell of them."""
+    loop, _, clock = made_up_loop(factor=factor)
+    seen, advance = {}, loop.simulation.advance
+
+    def long(outputs):
+        for seconds in (1, 60):
+            seen[seconds] = loop.look(clock[0] + seconds * 1_000_000_000)
+        return advance(outputs)
+
+    assert not loop.look(clock[0] + 10**12)[0]  # nothing was asked for yet
+    loop.simulation.advance = long
+    loop.turn(clock[0])
+    assert "have taken" not in seen[1][1]
+    assert seen[60][0] is slow
+    assert seen[60][1].endswith(": the next outputs have taken 60 s so far")
+    assert seen[60][2]["lag_s"] == pytest.approx(60.0 if slow else 0.0)
+    assert "have taken" not in loop.look(clock[0] + 10**12)[1]

@@ -1,6 +1,7 @@
 """Everything can be stopped: signals and other threads end a compiled loop that would run for ever."""
 
 import importlib
+import os
 import signal
 import subprocess
 import sys
@@ -331,3 +332,26 @@ def test_interruptions_wait_when_they_have_cost_their_share_and_never_undo_an_en
         interrupted()
     assert type(ended.value) is Stopped
     assert halt.flag[0]
+
+
+@pytest.mark.skipif(not hasattr(os, "memfd_create"), reason="the system has no files in memory")
+def test_the_signals_of_a_forked_worker_are_its_own():
+    """The byte at which compiled loops look is in shared memory, for the system writes it: each process has its own."""
+    SIGNALLED[:] = 7
+    reader, writer = os.pipe()
+    child = os.fork()
+    if not child:
+        before = int(SIGNALLED[0])
+        with heeding_signals():
+            signal.signal(signal.SIGUSR1, lambda *_: None)
+            signal.raise_signal(signal.SIGUSR1)
+            os.write(writer, bytes([before, int(SIGNALLED[0])]))
+        os._exit(0)
+    try:
+        os.waitpid(child, 0)
+        assert os.read(reader, 2) == bytes([0, signal.SIGUSR1])
+        assert SIGNALLED[0] == 7
+    finally:
+        SIGNALLED[:] = 0
+        os.close(reader)
+        os.close(writer)

@@ -104,6 +104,22 @@ def test_a_number_that_the_scene_wants_may_be_uncertain(more, quick_workers):
         assert found["quantiles"]["0.50"] == pytest.approx(left_open["quantiles"]["0.50"], rel=1e-12)
 
 
+def test_keys_may_have_their_other_names():
+    """solver.tolerance is another name of wanted.tolerance, in scenes and so in inputs, sweeps and overrides."""
+    low, high = {"distribution": "uniform", "low": 1e-9, "high": 1e-7}, {"distribution": "fixed", "value": 0.01}
+    joint = {"correlation": [["solver.tolerance", "first.radius", 0.0]]}
+    for name in ("solver.tolerance", "wanted.tolerance"):
+        study = parse_study(
+            {**PLAIN, **joint, "inputs": {name: low, "first.radius": high}}, "s", [f"inputs.{name}.high=0.05"]
+        )
+        assert study.resolved()["inputs"]["wanted.tolerance"] == {**low, "high": 0.05}
+        assert study.correlation == (("wanted.tolerance", "first.radius", 0.0),)
+        swept = parse_study({**PLAIN, "sweep": {name: [1e-8, 1e-7]}}, "s")
+        assert swept.sweep == ("wanted.tolerance", (1e-8, 1e-7))
+    both = {"solver.tolerance": low, "wanted.tolerance": low}
+    assert "wanted.tolerance is another name of a key that is given too" in refusal({"inputs": both}, [])
+
+
 def test_a_number_that_the_scene_wants_may_be_swept():
     sweep = {"sweep": {ALPHA: [1e-4, 2e-4]}, "inputs": {"first.radius": {"distribution": "fixed", "value": 0.01}}}
     study = parse_study({**PLAIN, **sweep}, "s", ["contact.normal=measured"])

@@ -153,3 +153,34 @@ def test_a_contact_of_five_transits_leaves_a_quarter_of_its_energy_in_a_half_spa
     lasting = contact_time(coefficient, mass, speeds)
     speed = float(np.interp(-FEWEST_TRANSITS, -lasting / transit, speeds))
     assert 2.0 * restitution_lost_on_half_space(speed, wave) == pytest.approx(0.25, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("bearing", "load", "parts"),
+    [
+        ("7210B", "0,0,-1000", True),
+        ("7210B", "0,-2000,0", True),
+        ("7210B", "0,-500,2000", False),
+        ("6308", "0,-500,-2000", False),
+    ],
+)
+def test_balls_that_press_where_an_angular_contact_bearing_has_no_shoulder_are_named(bearing, load, parts, capsys):
+    assert main(["bearing", bearing, "--load", load, "--json", "--strict"]) == (3 if parts else 0)
+    assert ("no shoulder" in capsys.readouterr().err) == parts
+
+
+@pytest.mark.parametrize(("way", "parts"), [(1.0, False), (-1.0, True)])
+def test_a_run_names_the_missing_shoulder_too(way, parts):
+    scene = load_scene("7204B", [f"drive.offset=[0.0,0.0,{way * 2.7e-4}]", "run.duration=0.002"])
+    run = simulate(scene)
+    list(run.blocks())
+    assert any("no shoulder" in flag for flag in run.report.flags) == parts
+
+
+@pytest.mark.parametrize(("push", "parts"), [(1.0, False), (-1.0, True)])
+def test_bearings_that_face_one_way_are_taken_apart_by_a_load_the_other_way(push, parts):
+    tandem = ["right.facing=1", "right.offset=-4e-6", "run.duration=0.002"]
+    run = simulate(load_scene("shaft_angular_pair", [f"shaft.loads=[[0.0,0.0,-50.0,{push * 900.0},0.0,0.0]]", *tandem]))
+    list(run.blocks())
+    named = [flag.split(":")[0] for flag in run.report.flags if "no shoulder" in flag]
+    assert named == (["left bearing", "right bearing"] if parts else [])

@@ -27,7 +27,7 @@ from bearing_twin.kinds.bearing.motion import BearingMotion, bearing_motion
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.numerics.steppers import ROSENBROCK
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save, stamp
+from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, key_above, save, stamp
 from bearing_twin.report import Choice
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
@@ -207,7 +207,7 @@ def reading(points: list[FidelityRow]) -> list[str]:
 def draw(points: list[FidelityRow], path: Path) -> None:
     """Left: error over what was wanted. Right: cost over the cheapest that is good enough."""
     figure = Figure(figsize=(13.0, 6.5), dpi=100, facecolor="white")
-    grid = figure.add_gridspec(1, 2, left=0.07, right=0.98, top=0.86, bottom=0.13, wspace=0.2)
+    grid = figure.add_gridspec(1, 2, left=0.07, right=0.98, top=0.83, bottom=0.13, wspace=0.2)
     error, cost = figure.add_subplot(grid[0]), figure.add_subplot(grid[1])
     for number, (shipped, label) in enumerate(((True, "scenes as they ship"), (False, "variants"))):
         mine = [p for p in points if (p.problem in SHIPPED) == shipped and p.outputs]
@@ -228,7 +228,7 @@ def draw(points: list[FidelityRow], path: Path) -> None:
         frame(axis)
         axis.invert_xaxis()
         heading(axis, title)
-        axis.legend(frameon=False, fontsize=11, loc="best")
+        key_above(axis)
     title = f"The chooser against all that could be chosen, {len(CASES)} bearings over {1e3 * SPAN:g} ms"
     figure.text(0.07, 0.945, title, fontsize=17, weight="bold", color=STYLE["ink"], va="center")
     stamp(figure)

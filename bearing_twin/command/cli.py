@@ -3,12 +3,14 @@
 Progress, warnings and errors go to standard error.
 
 Exit code 0: done; 2: bad input, said in one sentence; 3: done, but with a loss or outside validity, with --strict;
-130: interrupted.
+130: interrupted; 143 and 129: ended by SIGTERM and SIGHUP.
 """
 
 import argparse
+import contextlib
 import os
 import re
+import signal
 import sys
 import textwrap
 from typing import NoReturn
@@ -17,7 +19,7 @@ from bearing_twin import __version__
 from bearing_twin.errors import BearingTwinError, missing_package
 from bearing_twin.pipes import leave, prepare, while_read
 from bearing_twin.processors import one_processor, seldom_collecting
-from bearing_twin.signals import ended_by_signals
+from bearing_twin.signals import ended_by_signals, signal_of
 from bearing_twin.spelling import harmless
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
@@ -80,16 +82,26 @@ def _told(argv) -> int:
         print(f"bearing_twin: {missing_package(error)}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
-        words = {word.partition("=")[0] for word in argv}
-        keeps = words & WRITING or ("--out" in words and words & LOGGING)
-        kept = "; what was written so far is kept" if keeps else ""
-        print(f"bearing_twin: interrupted{kept}", file=sys.stderr)
+        print(f"bearing_twin: interrupted{_kept(argv)}", file=sys.stderr)
         return INTERRUPTED
+    except SystemExit as end:
+        number = signal_of(end)
+        if number in (signal.SIGTERM, signal.SIGHUP):
+            with contextlib.suppress(OSError):  # the terminal may be gone
+                print(f"bearing_twin: ended by {signal.Signals(number).name}{_kept(argv)}", file=sys.stderr)
+        raise
     except BrokenPipeError:
         raise  # see `while_read`
     except OSError as error:
         print(f"bearing_twin: {error.filename or 'a file'} cannot be used ({error.strerror or error})", file=sys.stderr)
         return BAD_INPUT
+
+
+def _kept(argv) -> str:
+    """What a signal that ends this command leaves, as the tail of a sentence."""
+    words = {word.partition("=")[0] for word in argv}
+    keeps = words & WRITING or ("--out" in words and words & LOGGING)
+    return "; what was written so far is kept" if keeps else ""
 
 
 def _main(argv) -> int:

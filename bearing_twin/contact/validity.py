@@ -29,6 +29,9 @@ No source: a sphere of steel that meets a half-space in five transits leaves a q
 Hunter's estimate (`waves.restitution_lost_on_half_space`; `tests/test_validity.py`).
 """
 
+BEARS, LEVEL = 0.1, 1e-9
+"""Share of the greatest load of a ball, below which it says nothing of the bearing; an angle [rad] that is 0."""
+
 LAW_TOLERANCE = 0.005
 """Relative error of a law's load that paper 1, section 4, claims for the volumetric law: more is named."""
 
@@ -77,6 +80,24 @@ def groove_doubt(semi_axes, ball_radius: float, conformities) -> str | None:
     return (
         f"a spot reaches {axis:.3g} m along its groove, where ball and groove are {100.0 * error:.2g} % further apart "
         f"than the parabolas of Hertz's theory: it bears about {100.0 * FELT * error:.2g} % less at the same approach"
+    )
+
+
+def shoulder_doubt(nominal_angle: float, angles, loads) -> str | None:
+    """Doubt about balls that bear load where one ring of an angular contact bearing has no shoulder.
+
+    `nominal_angle` [rad] is the one without load, 0 of a deep groove; `angles` [rad] those on the outer raceway, above
+    0 on the side of the shoulders, and `loads` [N] those on the inner one. Balls with less than BEARS of the greatest
+    do not count.
+    """
+    enough = BEARS * max(loads)
+    bearing = (float(angle) for angle, load in zip(angles, loads, strict=True) if load > enough)
+    least = min(bearing, default=math.inf) + 0.0  # without -0
+    if nominal_angle <= 0.0 or least > LEVEL:
+        return None
+    return (
+        f"balls bear load at a contact angle of {least:.3g} rad: where geometry.contact_angle is above 0 one ring "
+        "has no shoulder on that side, and a real bearing comes apart; an axial load must keep the angles above 0"
     )
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from bearing_twin.errors import LogError
 from bearing_twin.extras import wanted
-from bearing_twin.log.run_log import read_log
+from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
 from bearing_twin.paths import put_whole
 from bearing_twin.run.axes import ChannelAxis, axes_of
@@ -52,6 +52,7 @@ def export_log(
 ) -> Exported:
     """Writes the log of a run or a study as `to` (a key of FORMATS) at the path `out`, which must not exist.
 
+    `log` is its path, or what `read_log` gave of it: the same samples, gaps allowed.
     `watch(blocks, stream)` is handed the blocks on their way. Raises LogError for a damaged log, saying what `recover`
     would save, and for a path that cannot be written; BearingTwinError where a package is missing. What was begun is
     then removed.
@@ -64,6 +65,8 @@ def export_log(
     if not target.absolute().parent.is_dir():
         raise LogError(f"{target.absolute().parent} is not a folder; make it first, or give another path")
     write = FORMATS[to]
+    if isinstance(log, LogStream):
+        log, topic = log.path, topic or log.topic
     stream = read_log_or_study(log, topic)
     begun: list[Path] = []
     try:

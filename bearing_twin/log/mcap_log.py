@@ -3,6 +3,7 @@
 import functools
 import hashlib
 import json
+import math
 import platform
 import sys
 import time
@@ -14,6 +15,7 @@ from typing import NamedTuple
 from mcap.records import Metadata
 
 import bearing_twin
+from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.consecutive import Consecutive
 from bearing_twin.log.mcap_read import McapReader
@@ -32,6 +34,7 @@ from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.stream import Channelled, MessageStream, choice_record, topics
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Run
+from bearing_twin.spelling import echo
 
 __all__ = [
     "LogStream", "LogSummary", "LogWriter", "RawLogWriter", "Recovered",
@@ -120,6 +123,10 @@ def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) ->
     the same bytes for the same run. Raises LogError if `path` exists, before anything is computed; whatever the run
     raises passes through after the log is completed with the outputs so far, and with the report on them.
     """
+    if not hasattr(run, "blocks"):
+        raise LogError(f"a log is written of a run, and {echo(run)} is none; hand over simulate(scene)")
+    if isinstance(max_loss, bool) or not isinstance(max_loss, (int, float)) or not 0.0 <= max_loss < math.inf:
+        raise LogError(f"max_loss = {echo(max_loss)} must be a number in s, at least 0")
     together = max(
         1, min(ENCODED_TOGETHER, ENCODED_BYTES // (8 * sum(channel.width for channel in run.scene.channels)))
     )

@@ -35,7 +35,7 @@ def read_log(path, allow_gaps: bool = False, topic: str | None = None, last_run:
 
 
 class LogStream:
-    """The samples of a log: iterate it, or its `blocks()`, as often as wanted. Made by `read_log`.
+    """The samples of a log, of its `topic`: iterate it, or its `blocks()`, as often as wanted. Made by `read_log`.
 
     `scene` is that of the metadata or, of a recording, of its topic `scene`; None where there is neither. `choice` is
     the model in use, `report` what the run said of itself (None for recordings). `metadata` maps each record's name to
@@ -66,9 +66,9 @@ class LogStream:
                             texts.add(channel.topic)
         except DamagedLog as error:
             raise advice(path, error) from error
-        self._topic = _chosen(path, {name for name in found if "/records/" not in name}, topic)
-        self.kept_rate: float = kept[self._topic]
-        self._namespace = self._topic.rpartition("/")[0]
+        self.topic = _chosen(path, {name for name in found if "/records/" not in name}, topic)
+        self.kept_rate: float = kept[self.topic]
+        self._namespace = self.topic.rpartition("/")[0]
         self._tables = {name for name in found if name.startswith(f"{self._namespace}/records/")}
         self.report: dict | None = _report(self.metadata.get(RUN_RECORD, {}))
         self.restart: Restart | None = None
@@ -215,8 +215,8 @@ class LogStream:
         What is recorded behind the last samples of a run belongs to the next one.
         """
         restart, skipped, before, expected = None, 0, 0, 0
-        for read, (name, data) in enumerate(self._raw({self._topic, *self._tables}), start=1):
-            if name == self._topic:
+        for read, (name, data) in enumerate(self._raw({self.topic, *self._tables}), start=1):
+            if name == self.topic:
                 first, count = sample_range(data)
                 if first < expected:
                     restart, skipped = Restart(first, expected - 1, restart.runs + 1 if restart else 2), before
@@ -225,11 +225,11 @@ class LogStream:
 
     def _sample_blocks(self):
         """The SampleBlock messages of the samples, checked."""
-        return (message for _, message in self._messages_of({self._topic}))
+        return (message for _, message in self._messages_of({self.topic}))
 
     def _messages_of(self, names: set[str]):
         """(topic, SampleBlock) of these topics, checked."""
-        for place, (name, data) in enumerate(self._raw({self._topic, *self._tables})):
+        for place, (name, data) in enumerate(self._raw({self.topic, *self._tables})):
             if place >= self._skipped and name in names:
                 message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
                 check_block(self.path, message)

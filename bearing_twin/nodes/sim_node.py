@@ -138,9 +138,10 @@ class SimNode(Node):
         loop.tells_time = self._outlet.has_clock
         self.loop, self._doing = loop, "computing"
         self.ready.set()
-        self.get_logger().info(
-            f"{scene.name} by {run.choice.law} and {run.choice.stepper}, ready after {self._seconds():.1f} s"
-        )
+        said = f"{scene.name} by {run.choice.law} and {run.choice.stepper}, ready after {self._seconds():.1f} s"
+        self.get_logger().info(said)
+        for warned in run.choice.warnings:
+            self.get_logger().warning(warned)
 
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
@@ -153,8 +154,7 @@ class SimNode(Node):
 
     def _ended(self, error: Exception | None) -> None:
         if error is not None and not isinstance(error, Stopped) and self.context.ok():
-            left = isinstance(error, IntegrationError) and write_failure(error, Path(self._log_path).parent)
-            if left:
+            if left := isinstance(error, IntegrationError) and write_failure(error, Path(self._log_path).parent):
                 error = BearingTwinError(f"{error}; look into it: bearing_twin explain {left}")
             self.failure = error
             self._publish_status(ERROR, str(error), {})
@@ -268,7 +268,7 @@ class SimNode(Node):
         if self.loop is None:
             self._report_start()
             return
-        slow, message, numbers = self.loop.look()
+        slow, message, numbers = self.loop.look(time.monotonic_ns())
         if slow and not self._warned:
             self._warned = True
             self.get_logger().warning(f"{message}; see /diagnostics, or lower real_time_factor or run.output_rate")

@@ -13,6 +13,7 @@ CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead 
 LONGEST_STEP = 10.0  # s
 SILENCE_NS = 10_000_000  # between words on how far the stream has come, where nobody listens: each wakes the worker
 SHORTFALL = 0.95  # of the wanted pace, below which the loop says so
+LONG_NS = 2_000_000_000  # of computing one batch, from which on the loop says that nothing comes meanwhile
 JUDGED_NS = 1_000_000_000  # of simulated time between looks at what the run is worth
 GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
 
@@ -52,6 +53,7 @@ class SimulationLoop:
         self._done = self._flushed = False
         self._repeat = repeat_ns
         self._began: int | None = None
+        self._computing: int | None = None  # since when the turn under way
         self._earlier = StreamPace(0, 0, 0, 0)
         self._worth: dict[str, float | str] = {}
         self._judge_at = 0
@@ -73,7 +75,11 @@ class SimulationLoop:
         """Does what is due at `now`; returns the wall time of the next turn, None when only a command can go on."""
         if self._began is None and not self.paced.paused:
             self._began = now
-        wake_at = self.paced.turn(now)
+        self._computing = now
+        try:
+            wake_at = self.paced.turn(now)
+        finally:
+            self._computing = None
         if not self.paced.finished or self.over:
             return wake_at
         self.close()
@@ -90,8 +96,12 @@ class SimulationLoop:
         """The writer of the run's log, or None."""
         return self._log
 
-    def look(self) -> tuple[bool, str, dict[str, float | str]]:
-        """Whether it cannot keep up, what it does, and its numbers since the last look."""
+    def look(self, now: int = 0) -> tuple[bool, str, dict[str, float | str]]:
+        """Whether it cannot keep up, what it does, and its numbers since the last look; from any thread.
+
+        `now` tells how long the outputs that are computed meanwhile have taken so far.
+        """
+        held = 0 if (since := self._computing) is None or now - since < LONG_NS else now - since
         pace, wanted = self.paced.pacer.pace(), float(self.paced.pacer.factor)
         factor, earlier = pace.real_time_factor(self._earlier), self._earlier
         self._earlier = pace
@@ -100,6 +110,9 @@ class SimulationLoop:
             slow, message = False, "paused"
         elif self.paced.finished and not self.over:
             slow, message = False, "waiting for the next begin"
+        elif held:
+            slow, word = (True, "cannot keep up") if wanted else (False, "as fast as possible")
+            message = f"{word}: the next outputs have taken {1e-9 * held:.0f} s so far"
         elif slow:
             message = f"cannot keep up: {factor:.3g} of {wanted:g} times real time"
         else:
@@ -107,7 +120,7 @@ class SimulationLoop:
         numbers = {
             "real_time_factor": factor,
             "wanted_real_time_factor": wanted or FASTEST,
-            "lag_s": pace.lag_ns * 1e-9,
+            "lag_s": (pace.lag_ns + (held if wanted else 0)) * 1e-9,
             "given_up_s": pace.slipped_ns * 1e-9,
             "simulation_time_s": self.time_ns * 1e-9,
             "outputs": self.simulation.sequence + 1,

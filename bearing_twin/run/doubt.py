@@ -16,6 +16,8 @@ STATUSES = {
 """What the first word of a report's status means."""
 
 ROUNDING = 1e-12  # of what is large in a unit: an error of a figure that is nearly 0
+MADE_OF = {"N m": (("N", "m"), ""), "J": (("N", "m"), ""), "N m s": (("N", "m", "s"), ""), "m/s": (("m",), "s")}
+"""Units whose figures may all be nearly 0: what is large in them is the product of these others, over that one."""
 MUCH = 0.35  # of a run's steps: a companion that took more says why
 
 
@@ -102,7 +104,7 @@ def _beyond_rounding(error, figure: str, figures: Mapping[str, Any]):
 
 
 def _size(unit: str, figures: Mapping[str, Any]) -> float:
-    """What is large in this unit in a run with these figures: the greatest of them, force times length, or 1 rad."""
+    """What is large in this unit in a run with these figures: the greatest of them, what MADE_OF says, or 1 rad."""
     sizes = {"rad": 1.0}
     for key, value in figures.items():
         values = value if isinstance(value, list) else [value]
@@ -110,9 +112,11 @@ def _size(unit: str, figures: Mapping[str, Any]) -> float:
             continue
         its = named(key)[1]
         sizes[its] = max(sizes.get(its, 0.0), greatest(values))
-    if unit in ("N m", "J"):
-        return max(sizes.get(unit, 0.0), sizes.get("N", 0.0) * sizes.get("m", 0.0))
-    return sizes.get(unit, 0.0)
+    factors, divisor = MADE_OF.get(unit, ((), ""))
+    made = math.prod(sizes.get(one, 0.0) for one in factors) if factors else 0.0
+    if divisor:
+        made = made / sizes[divisor] if sizes.get(divisor) else 0.0
+    return max(sizes.get(unit, 0.0), made)
 
 
 def _added(parts: list):

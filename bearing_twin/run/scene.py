@@ -34,6 +34,7 @@ from bearing_twin.spelling import MOST_NAMED, MOST_NEAR, shortened
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
 LONGEST_LOGGED = 8_000_000  # characters of a scene in a log
 MOST_LOGGED = 360_000  # commas in one, enough for a table of `tables.MOST_ROWS`: a second to read
+SWITCHED = {"true": "on", "false": "off"}  # other words for these, as YAML has them
 MARK = Channel(OUTSIDE, "1", (), "1: a model asked for is outside its range; see solver.allow_invalid")
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # Python's own takes longer than 0.3 s of a settled bearing
 
@@ -127,8 +128,8 @@ def refuse_another(key: str, value, overrides: Iterable[str]) -> None:
     """Raises BearingTwinError where overrides give a key another value than the one that is given beside them."""
     for override in overrides:
         name, equals, text = (part.strip() for part in override.partition("="))
-        number = read_number(text)[0]
-        same = text == str(value) or (number is not None and number == read_number(value)[0])
+        number, word = read_number(text)[0], SWITCHED.get(text.lower(), text)
+        same = word == str(value) or (number is not None and number == read_number(value)[0])
         if equals and name == key and not same:
             raise BearingTwinError(f"{key} is given as {echo(text)} and as {echo(value)}; keep one of them")
 

@@ -22,6 +22,7 @@ from bearing_twin.run.health import Health, worst_contact
 from bearing_twin.run.looks import Looks
 from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.sample import Block, Columns, Sample, joined, layout_of, side_by_side
+from bearing_twin.spelling import no_progress
 from bearing_twin.stopping import SIGNALLED, Halt, heeding_signals
 
 COMPILING = "numba:compiler_lock"  # held while a kernel is compiled or loaded
@@ -213,6 +214,8 @@ class Simulation(Commanded):
 
     def report(self, last: bool = False) -> Report:
         """What the run cost and how far to trust it, up to the last output given out; the `last` one of a run."""
+        if self.sequence < 0:
+            raise BearingTwinError("nothing has been computed yet: iterate the run, or its blocks(), before its report")
         given = self.sequence + 1  # outputs computed but not given out took their share of the seconds
         share = given / (given + len(self._pending)) if self._pending is not None else 0.0
         costs = self.looks.costs(self._motion)
@@ -239,7 +242,7 @@ class Run:
 
     @property
     def report(self) -> Report:
-        """The report on what has been iterated so far."""
+        """The report on what has been iterated so far; raises BearingTwinError before the first output."""
         return self.simulation.report()
 
     @property
@@ -291,4 +294,6 @@ def simulate(
 
     `progress` is called with the share done after each block. It goes on from the last good state of a `failure`.
     """
+    if progress is not None and not callable(progress):
+        raise SceneError(no_progress(progress, "load_scene"))
     return Run(scene if isinstance(scene, Scene) else load_scene(scene), progress, failure)

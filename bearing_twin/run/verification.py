@@ -20,6 +20,7 @@ class Verification:
     samples: int
     deviations: dict[str, float]
     missing: int = 0  # outputs between those of the log
+    lacks: tuple[str, ...] = ()  # records of the new run, of which the log has no topic
 
     @property
     def greatest(self) -> float:
@@ -29,7 +30,8 @@ class Verification:
     def as_dict(self) -> dict:
         """For `--json`."""
         found = {"samples": self.samples, "greatest_deviation": self.greatest, "deviations": self.deviations}
-        return found | ({"outputs_missing": self.missing} if self.missing else {})
+        found |= {"outputs_missing": self.missing} if self.missing else {}
+        return found | ({"records_missing": list(self.lacks)} if self.lacks else {})
 
     def doubts(self) -> list[str]:
         """What keeps the log from being the whole run of its scene, one sentence each."""
@@ -39,6 +41,8 @@ class Verification:
             found.append(f"the log deviates by up to {self.greatest:.3g} from a new run, {why}")
         if self.missing:
             found.append(f"{self.missing} outputs are missing in the log, and nothing is known of them")
+        if self.lacks:
+            found.append(f"the log has no records, as of {', '.join(self.lacks)}: outputs alone were compared")
         return found
 
 
@@ -70,7 +74,7 @@ def verify(
     names = [channel.name for channel in log.channels]
     if not set(names) <= {channel.name for channel in simulation.channels}:
         raise LogError("this log was written by another version: its channels differ; simulate the scene again")
-    deviations, samples, missing = dict.fromkeys(names, 0.0), 0, 0
+    deviations, samples, missing, made = dict.fromkeys(names, 0.0), 0, 0, set()
     for block in log.blocks():
         if block.first_sequence <= simulation.sequence:
             raise LogError(
@@ -88,17 +92,20 @@ def verify(
         for name in names:
             difference = np.abs(block.values[name] - again.values[name])
             deviations[name] = max(deviations[name], float(difference.max()))
+        made.update(name for name, rows in again.records.items() if len(rows))
         for name, rows in (again.records if log.has_records else {}).items():  # earlier versions wrote none
             found = block.records.get(name, np.empty((0, rows.shape[1])))
             if apart and not (samples and log.kept_rate):  # a thinned log holds all of these
                 rows = rows[max(len(rows) - len(found), 0) :]  # those between were not heard either
+            if len(found) > len(rows):  # a recording may end before the outputs that its last records went ahead of
+                found = found[np.rint(1e9 * found[:, 0]) <= block.time_ns[-1]]
             same = found.shape == rows.shape
             difference = float(np.abs(found - rows).max(initial=0.0)) if same else np.inf
             deviations[name] = max(deviations.get(name, 0.0), difference)
         samples += len(block)
         if progress:
             progress(1e-9 * block.time_ns[-1])
-    return Verification(samples, deviations, missing)
+    return Verification(samples, deviations, missing, () if log.has_records else tuple(sorted(made)))
 
 
 def _refuse_far(simulation: Simulation, sequence: int, longest: float) -> None:

@@ -3,12 +3,13 @@
 import contextlib
 import dataclasses
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from os import PathLike
 
 import numpy as np
 
 from bearing_twin.errors import Stopped, StudyError
+from bearing_twin.spelling import no_progress
 from bearing_twin.stopping import heeding
 from bearing_twin.uq.drawing import CANCELLED, Drawn, Progress
 from bearing_twin.uq.ensemble import Ensemble
@@ -35,13 +36,13 @@ SAME = (
 
 
 def run_study(
-    study: Study | str | PathLike,
+    study: Study | str | PathLike | Mapping,
     progress: Callable[[Progress], None] | None = None,
     cancelled=None,
     start: StudyResult | None = None,
     keep: Callable | None = None,
 ) -> StudyResult:
-    """Runs a study, or that of a name or path; the same study and seed give the same numbers by any number of workers.
+    """Runs a study, or that of a name, path or plain data; its numbers follow from study and seed alone.
 
     `progress` is called after every batch and every few realisations, from this thread. `cancelled` is a
     threading.Event or a function: once true the study ends within half a second with what is done; statistics not made
@@ -51,6 +52,8 @@ def run_study(
     StudyError for a study too large for its memory, a method that does not fit it, or a `start` of another study.
     """
     began = time.monotonic()
+    if progress is not None and not callable(progress):
+        raise StudyError(no_progress(progress, "load_study"))
     study = study if isinstance(study, Study) else load_study(study)
     asked = getattr(cancelled, "is_set", cancelled) or (lambda: False)
     limit = study.settings.time_limit or np.inf

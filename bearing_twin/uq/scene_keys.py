@@ -10,6 +10,7 @@ import re
 
 from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.sections import ALIASES
 from bearing_twin.parameters import Parameter, describe, echo, read_number, unknown
 from bearing_twin.run.scene import Scene, checked, parse_scene, read_scene
 
@@ -28,11 +29,19 @@ def numeric_keys(kind: str) -> dict[str, Parameter]:
     return found
 
 
+def first_name(key):
+    """A key by its first name, as `wanted.tolerance` for `solver.tolerance`, also before further words."""
+    for other, first in ALIASES.items() if isinstance(key, str) else ():
+        if key == other or key.startswith(f"{other}."):
+            return first + key.removeprefix(other)
+    return key
+
+
 def checked_key(kind: str, key) -> str:
-    """The key itself if it is a number of that kind of scene; raises StudyError with the nearest one."""
-    known = numeric_keys(kind)
-    if key in known:
-        return key
+    """The first name of the key, if it is a number of that kind of scene; raises StudyError with the nearest one."""
+    known, first = numeric_keys(kind), first_name(key)
+    if first in known:
+        return first
     raise StudyError(f"{echo(key)} is no number of a scene of kind {kind}; {unknown(key, known)}")
 
 

@@ -8,7 +8,7 @@ from bearing_twin.parameters import echo, read, read_number, unknown
 from bearing_twin.run.scene import listed_overrides, open_scene, parse_scene
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
 from bearing_twin.uq.quantities import quantities_of, quantity_of
-from bearing_twin.uq.scene_keys import checked_key, numeric_keys, put, value_at
+from bearing_twin.uq.scene_keys import checked_key, first_name, numeric_keys, put, value_at
 from bearing_twin.uq.study import Settings, Study
 from bearing_twin.uq.study_inputs import possible_scene, read_inputs
 
@@ -25,11 +25,13 @@ def study_names() -> list[str]:
 
 
 def load_study(name_or_path, overrides: Iterable[str] = ()) -> Study:
-    """The study of that name or YAML file; raises StudyError naming every problem.
+    """The study of that name or YAML file, or of its plain data; raises StudyError naming every problem.
 
     Overrides are `samples=500`, `stop.tolerance=1e-7`, `inputs.<key>.std=4e-5`, or a key of the scene such as
     `motion.first_velocity=50`.
     """
+    if isinstance(name_or_path, Mapping):
+        return parse_study(name_or_path, f"study {name_or_path.get('name', 'without a name')}", overrides)
     path = STUDIES.find(name_or_path)
     return parse_study(STUDIES.read_text(path), f"study {path.name}", overrides)
 
@@ -42,6 +44,9 @@ def parse_study(text_or_mapping, origin: str, overrides: Iterable[str] = ()) -> 
     mapping = dict(mapping)
     problems: list[str] = []
     try:
+        for word in ("inputs", "sweep"):
+            if isinstance(mapping.get(word), Mapping):
+                mapping[word] = _by_first_names(word, mapping[word])
         for_scene, for_study = _sorted_overrides(mapping, listed_overrides(overrides))
         scene, scene_origin = _open(mapping, for_scene)
         for override in for_study:
@@ -55,6 +60,16 @@ def parse_study(text_or_mapping, origin: str, overrides: Iterable[str] = ()) -> 
     if problems:
         raise StudyError(f"{origin} has {len(problems)} problems:\n" + "\n".join(f"  {one}" for one in problems))
     return study
+
+
+def _by_first_names(word: str, given: Mapping) -> dict:
+    """What is told of keys, by their first names; raises StudyError where one key is given by both of its names."""
+    found = {}
+    for key, told in given.items():
+        if (first := first_name(key)) in found:
+            raise StudyError(f"{word}: {key} is another name of a key that is given too; keep one of them")
+        found[first] = told
+    return found
 
 
 def _read(mapping, scene, origin, problems):
@@ -129,7 +144,7 @@ def _apply(mapping, kind, override):
     words = key.strip().split(".")
     if words[0] == "inputs" and len(words) > 1:
         known = numeric_keys(kind)
-        rest = key.strip().partition(".")[2]
+        rest = first_name(key.strip().partition(".")[2])
         inner = max((one for one in known if rest == one or rest.startswith(f"{one}.")), key=len, default=None)
         if inner is None:
             raise StudyError(

@@ -8,7 +8,7 @@ from bearing_twin.parameters import echo
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.units import Limits
 from bearing_twin.uq.inputs import Input, Joint, read_input
-from bearing_twin.uq.scene_keys import checked_key, numeric_keys, placed, put
+from bearing_twin.uq.scene_keys import checked_key, first_name, numeric_keys, placed, put
 
 
 def read_inputs(free, scene, problems):
@@ -119,7 +119,7 @@ def _correlation(given, problems):
     rows = []
     for row in given:
         if isinstance(row, (list, tuple)) and len(row) == 3 and all(isinstance(key, str) for key in row[:2]):
-            rows.append(tuple(row))
+            rows.append((*map(first_name, row[:2]), row[2]))
         else:
             problems.append(f"correlation: {echo(row)} must be [key, key, value]")
     return tuple(rows)

@@ -290,10 +290,13 @@ class BearingDoubt:
             notes[METHOD] = "what a moving ring carries on is taken to add up as a random walk does while it rings"
         if self.choice.law in LAWS and LAWS[self.choice.law].measured:
             notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
-        if not FRICTIONS[self.parameters.contact.friction].over_spot:
+        model, beyond = FRICTIONS[self.parameters.contact.friction], "not what the motion makes of it, as in roll rates"
+        if model.over_spot and self.choice.stepper != QUASI_STATIC:
+            notes[FRICTION_MODEL] = f"errors hold torque and loss that contact.friction: {model.name} errs by, {beyond}"
+        elif not model.over_spot:
             built = "computes it" if spots_built(self.parameters) else "is not built for a ring that tilts or moves"
             notes[FRICTION_MODEL] = (
                 "contact.friction: point holds no drilling: errors hold the torque and the loss that the spots' spin "
-                f"would add, not what the motion makes of it; contact.friction: spot {built}"
+                f"would add, {beyond}; contact.friction: spot {built}"
             )
         return notes | self.growth.notes | left_out(self.parameters)

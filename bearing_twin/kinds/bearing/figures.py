@@ -10,7 +10,15 @@ from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
-from bearing_twin.contact.validity import gathered, groove_doubt, law_doubt, pressure_doubt, wave_doubt, wave_transit
+from bearing_twin.contact.validity import (
+    gathered,
+    groove_doubt,
+    law_doubt,
+    pressure_doubt,
+    shoulder_doubt,
+    wave_doubt,
+    wave_transit,
+)
 from bearing_twin.kinds.bearing.adequacy import untouched
 from bearing_twin.kinds.bearing.choices import CHOICE, Switches, may_switch
 from bearing_twin.kinds.bearing.companion.windows import WINDOW, is_watched
@@ -217,6 +225,7 @@ class BearingFigures:
             if pressure > PERMANENT_PRESSURE
             else None,
             groove_doubt(widths, 0.5 * diameter, conformities),
+            shoulder_doubt(geometry.contact_angle, self.at_greatest["contact_angle"][:, 1], self.greatest_load[:, 0]),
             self._law_doubt(),
             self.switches.doubt,
             self._cage_doubt(),

@@ -34,6 +34,8 @@ class EllipsoidDoubt(SecondRunDoubt):
     watch = WATCH
     figures_type = EllipsoidFigures
     shallow = 1.5  # power of a load that is no law's
+    rubbed = ("velocity_change_x_m_s", "velocity_change_y_m_s", "angular_momentum_change_vertical_nms")
+    """Figures that friction alone changes: on a plane, all along it and about its normal."""
 
     def __init__(self, parameters, choice):
         super().__init__(parameters, choice)
@@ -68,10 +70,13 @@ class EllipsoidDoubt(SecondRunDoubt):
         return self._share, HERTZ_MENDS
 
     def friction(self, figures: Mapping[str, Any]) -> dict[str, float]:
-        """What a quadrature over the spot may be off by; of friction at a point nothing is known."""
+        """What friction over the spot may be off by, as a share of what it did; at a point nothing is known."""
         model = FRICTIONS[self.parameters.contact.friction]
-        lost = abs(figures["dissipated_friction_j"])
-        return {"dissipated_friction_j": model.error * lost} if model.over_spot else {}
+        if not model.over_spot:
+            return {}
+        lost = model.error * abs(figures["dissipated_friction_j"])
+        changed = {key: model.error * abs(figures[key]) for key in self.rubbed}
+        return {"dissipated_friction_j": lost, "energy_end_j": lost} | changed
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """What waves in the plane take of the first bounce, as of a sphere."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
-from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt
+from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
 from bearing_twin.kinds.bearing.quasi_static.contacts import curvatures_at
 from bearing_twin.kinds.bearing.quasi_static.statics import setting_of
 from bearing_twin.kinds.bearing.ratings import hours_of, lives_of, ratings_of
@@ -239,13 +239,14 @@ class ShaftFigures:
         """What in this run lies outside the theory's validity, one sentence each."""
         found = []
         for side in SIDES:
-            mounted, spots = getattr(self.parameters, side), self._spots(side)
+            mounted, spots, own = getattr(self.parameters, side), self._spots(side), self.bearings[side]
             geometry, materials = mounted.geometry, mounted.materials
             limit = yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)
             conformities = geometry.inner_conformity, geometry.outer_conformity
             doubts = gathered(
                 pressure_doubt(max(spot.peak_pressure for spot in spots), limit),
                 groove_doubt([spot.semi_major for spot in spots], 0.5 * geometry.ball_diameter, conformities),
+                shoulder_doubt(geometry.contact_angle, own.angle[1:], own.load[:1]),
             )
             found += [f"{side} bearing: {doubt}" for doubt in doubts]
         return found

@@ -12,6 +12,7 @@ class TwoBodiesDoubt(EllipsoidDoubt):
 
     watch = WATCH
     figures_type = TwoBodiesFigures
+    rubbed = ()  # normal loads change the velocities, too
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """What waves take is known of a sphere on a half-space alone."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from bearing_twin.contact.materials import yield_pressure
-from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt
+from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
 from bearing_twin.kinds.bearing.clearance import clearance_of
 from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
 from bearing_twin.kinds.bearing.forces.drilling import SIDES
@@ -128,6 +128,7 @@ def flags_of(parameters, solver: Solver, support: Support, found: Equilibrium, s
         else None,
         f"static safety {safety:.2g} is below 1" if safety < 1.0 else None,
         groove_doubt(widths, 0.5 * geometry.ball_diameter, (geometry.inner_conformity, geometry.outer_conformity)),
+        shoulder_doubt(geometry.contact_angle, contacts.angle[:, 1], contacts.load[:, 0]),
         "the gyroscopic moment of a ball needs more friction than contact.friction_coefficient gives: it slides"
         if slips
         else None,
