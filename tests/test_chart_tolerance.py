@@ -65,7 +65,7 @@ def test_what_is_missed_is_said_with_what_the_run_says_of_it():
     assert "it takes over 35 % in 0 of 3 runs." in text
     dear = good.but(companion_steps=100)
     told = " ".join(reading([dear, dear.but(took=f"it took 83 %: {SHORT_RUN}, 9 steps")]))
-    assert "it takes over 35 % in 2 of 2 runs. Scenes known: what took it 1 of 2 of these say; 1 are short." in told
+    assert "it takes over 35 % in 2 of 2 runs; 1 of these say what took it, 1 are short." in told
     assert not broken.kept
     assert "nobody knows" not in text
     lost = _made("fast", 4e-3, 1e-4, 4e-3, 1e-4, "doubtful: loads", 100, 400, 50).but(load_known=5e-3)

@@ -240,9 +240,8 @@ def _read_group(points: list[ToleranceRow]) -> Iterator[str]:
     )
     dear = [p for p in good if p.watched_steps and p.companion_steps > MUCH * p.watched_steps]
     says, short = sum(bool(p.took) for p in dear), sum(SHORT_RUN in p.took for p in dear)
-    yield f"it takes over {100.0 * MUCH:g} % in {_share(len(dear), len(taken))} runs."
-    if dear:
-        yield f"what took it {_share(says, len(dear))} of these say; {short} are short."
+    said = f"; {says} of these say what took it, {short} are short" if dear else ""
+    yield f"it takes over {100.0 * MUCH:g} % in {_share(len(dear), len(taken))} runs{said}."
 
 
 CONTESTS = {
