@@ -13,7 +13,14 @@ from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.inherited import all_of_it
 from bearing_twin.kinds.bearing.companion.meetings import LEAST_APART, Drift
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, BETWEEN, BUMPING, INHERITED, PLACE, WINDOW
-from bearing_twin.kinds.bearing.companion.worst import MISSED, Worst
+from bearing_twin.kinds.bearing.companion.worst import (
+    MISSED,
+    SPREAD_ALONE,
+    SPREAD_CALM,
+    SPREAD_TOGETHER,
+    Worst,
+    spread_of,
+)
 from bearing_twin.kinds.bearing.doubt import BearingDoubt
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE
 from bearing_twin.kinds.bearing.motion import BearingMotion
@@ -120,7 +127,15 @@ def test_what_windows_miss_is_added_where_contacts_come_and_go():
     assert worst.seen("friction", 1.0, True) == MISSED * 0.2
     assert worst.seen("friction", 30.0, True) == 30.0 * 0.2  # of coupled balls, what bumps do holds it
     assert worst.seen("loss", 1.0, True) == 2.0  # a mean over a window
-    assert worst.windows == 3
+    # What it may be by the spread of such estimates; what is known exactly has none.
+    wide, calm = spread_of(True, False), spread_of(False, False)
+    assert worst.seen("load", 1.0, True, wide) == SPREAD_ALONE * MISSED
+    assert worst.seen("load", 1.0, False, calm) == SPREAD_CALM * 1.2
+    assert worst.seen("friction", 30.0, True, wide) == SPREAD_TOGETHER * 30.0 * 0.2
+    assert spread_of(True, True).told < spread_of(True, False).told
+    worst.add(a_row(0.04, BETWEEN, load=99.0))
+    assert worst.seen("load", 1.0, True, wide) == 99.0
+    assert worst.windows == 4
     assert "all balls together" in worst.where("friction")
     assert worst.where("steps") == ""
 

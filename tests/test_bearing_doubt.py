@@ -530,10 +530,10 @@ def test_an_error_that_grows_by_itself_beyond_what_is_wanted_is_a_horizon():
 def test_a_chunk_in_which_balls_meet_is_done_again_from_its_beginning(retaken, monkeypatch):
     """A ring jumps at 20 ms, and two balls that were thrown meet at 31 ms: 5e-9 m become an error of friction."""
     monkeypatch.setattr(redoing, "RETAKEN", retaken)
-    case, tolerance = "sudden, harder", 2e-3
+    case, tolerance = "sudden, harder", 5e-3
     name, differs = CASES[case]
     point = judge(case, METHOD, tolerance, 0.0)
-    assert point.kept == (retaken > 0)
+    assert (point.error < 0.1 * tolerance) == (retaken > 0)
     assert point.told == ("done" if retaken else "doubtful: friction")
     scene = load_scene(name, (*differs, f"wanted.tolerance={tolerance}"))
     moving = WatchedMotion(scene.parameters, choose(scene))
@@ -548,7 +548,7 @@ def test_a_chunk_in_which_balls_meet_is_done_again_from_its_beginning(retaken, m
     assert moving.costs()["ball_steps"] > (2.0 if retaken else 1.0) * point.steps
 
 
-@pytest.mark.parametrize(("case", "tolerance"), [("jump, six balls", 1e-2), ("loose, jump deeper", 0.07)])
+@pytest.mark.parametrize(("case", "tolerance"), [("jump, six balls", 1e-2), ("loose, jump deeper", 0.06)])
 def test_what_balls_that_fly_are_off_is_found_and_mended(case, tolerance):
     """All that a jump throws are followed; one that hops where it should roll, and comes late, is seen taking off."""
     point = judge(case, METHOD, tolerance, 0.0)

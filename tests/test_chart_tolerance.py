@@ -6,6 +6,7 @@ from bearing_twin.charts import tolerance
 from bearing_twin.charts.contest import Kept, Wanted
 from bearing_twin.charts.table import DONE, FAILED, read_table
 from bearing_twin.charts.tolerance import CASES, CONTESTS, METHOD, ToleranceRow, reading
+from bearing_twin.run.doubt import SHORT_RUN
 from bearing_twin.run.scene import load_scene
 
 pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
@@ -61,6 +62,10 @@ def test_what_is_missed_is_said_with_what_the_run_says_of_it():
     assert text.count("true error in 4 of 6") == 3  # of all, of those without a horizon, of the scenes known
     assert "All without a horizon: estimates" in text
     assert "at most" in text
+    assert "it takes over 35 % in 0 of 3 runs." in text
+    dear = good.but(companion_steps=100)
+    told = " ".join(reading([dear, dear.but(took=f"it took 83 %: {SHORT_RUN}, 9 steps")]))
+    assert "it takes over 35 % in 2 of 2 runs; 1 of these say what took it, 1 are short." in told
     assert not broken.kept
     assert "nobody knows" not in text
     lost = _made("fast", 4e-3, 1e-4, 4e-3, 1e-4, "doubtful: loads", 100, 400, 50).but(load_known=5e-3)

@@ -10,8 +10,8 @@ from bearing_twin.command.terminal import show_result
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, METHOD, Dearest, Errors, Promise
 from bearing_twin.nodes.simulating import worth
 from bearing_twin.report import plain_json
-from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, companion_cost, exceeds, judged
-from bearing_twin.units import sentence_for_people
+from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, companion_cost, exceeds, judged, promise_in_words
+from bearing_twin.units import sentence_for_people, two_digits
 from bearing_twin.view.tables import error_notes
 
 FIGURES = {"torque_nm": 2.0, "load_n": [100.0, 50.0, 0.0], "speed_rad_s": 7.0, "none_j": None}
@@ -55,6 +55,17 @@ def test_a_run_with_a_horizon_says_in_words_what_it_is_off_up_to_it(capsys):
     assert error_notes(found.keys)[0].endswith("; 0.00033 up to the horizon")
     told = worth(SimpleNamespace(status=found.status, errors=found.keys))
     assert told == {"status": "doubtful: loads", "loads_error": 0.12, "horizon_s": 0.101}
+
+
+@pytest.mark.parametrize(("error", "may", "said"), [(4e-4, 9e-4, ""), (8e-4, 1.2e-3, ", which may be 0.0012, more")])
+def test_what_may_be_off_by_more_than_wanted_is_doubtful(error, may, said):
+    found = judged(Errors(promises=(promise(error)._replace(may=may),)), FIGURES, "done")
+    assert found.status == ("doubtful: loads" if said else "done")
+    assert said in " ".join(found.flags)
+    told = found.keys["wanted_errors"]["loads"]
+    assert told["may_be"] == may
+    assert f"{two_digits(error)} (may be {two_digits(may)}) over the greatest load" in promise_in_words(told)
+    assert ", more than the wanted" in judged(Errors(promises=(promise(2e-3),)), {}, "done").flags[0]
 
 
 @pytest.mark.parametrize("error", [0.0, 1e-3, None])

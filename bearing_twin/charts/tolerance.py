@@ -24,7 +24,7 @@ from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.numerics.steppers import NOTHING
-from bearing_twin.run.doubt import MUCH
+from bearing_twin.run.doubt import MUCH, SHORT_RUN
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Run, simulate
 
@@ -45,7 +45,8 @@ class ToleranceRow(Row):
     `load_known` and `friction_known` are the least errors that can be told from those of the reference. Of a run that
     names its `horizon` [s], all these are up to it, and `to_the_end` is the greatest error of the whole run.
     `steps` are those of a run that nobody watches, `watched_steps` those with what was done again, `companion_steps`
-    the companion's; `seconds` are CPU seconds of the whole run, `evaluations` steps of balls.
+    the companion's, and `took` is what the run says took it where that is much; `seconds` are CPU seconds of the whole
+    run, `evaluations` steps of balls.
     """
 
     load_estimate: float = np.nan
@@ -58,6 +59,7 @@ class ToleranceRow(Row):
     friction_known: float = KNOWABLE
     horizon: float = np.nan
     to_the_end: float = np.nan
+    took: str = ""
 
     @property
     def kept(self) -> bool:
@@ -158,6 +160,7 @@ def _outcome(case: str, tolerance: float, exact: Rows, rougher: Rows) -> dict:
         "steps": plain,
         "watched_steps": costs["ball_steps"],
         "companion_steps": costs["companion_ball_steps"],
+        "took": run.report.errors.get("companion_reason", ""),
     }
 
 
@@ -235,8 +238,10 @@ def _read_group(points: list[ToleranceRow]) -> Iterator[str]:
         f"{100.0 * max(taken):.3g} % at most; with what is done again a run takes {np.median(costs):.2g} times the "
         f"steps of one that nobody watches, {max(costs):.2g} at most."
     )
-    dear = sum(share > MUCH for share in taken)
-    yield f"it takes over {100.0 * MUCH:g} % in {_share(dear, len(taken))} runs."
+    dear = [p for p in good if p.watched_steps and p.companion_steps > MUCH * p.watched_steps]
+    says, short = sum(bool(p.took) for p in dear), sum(SHORT_RUN in p.took for p in dear)
+    said = f"; {says} of these say what took it, {short} are short" if dear else ""
+    yield f"it takes over {100.0 * MUCH:g} % in {_share(len(dear), len(taken))} runs{said}."
 
 
 CONTESTS = {

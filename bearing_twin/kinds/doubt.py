@@ -42,7 +42,8 @@ class Promise(NamedTuple):
     """One output wanted: its greatest `error` in the norm `norm`, against the `tolerance` asked for.
 
     `error` is None where none is known. `where` says in which body and when, `mend` what would make it smaller.
-    `before` is the error up to the run's horizon, if it has one.
+    `before` is the error up to the run's horizon, if it has one. `may` is what the error may be by the spread of such
+    estimates, where that is known.
     """
 
     output: str
@@ -52,11 +53,13 @@ class Promise(NamedTuple):
     where: str
     mend: str
     before: float | None = None
+    may: float | None = None
 
     @property
     def broken(self) -> bool:
-        """Whether the error is known and exceeds what was asked; a NaN does."""
-        return self.error is not None and not self.error <= self.tolerance
+        """Whether the error is known and may exceed what was asked; a NaN does."""
+        most = self.error if self.may is None else self.may
+        return most is not None and not most <= self.tolerance
 
 
 class Dearest(NamedTuple):

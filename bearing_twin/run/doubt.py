@@ -19,6 +19,7 @@ ROUNDING = 1e-12  # of what is large in a unit: an error of a figure that is nea
 MADE_OF = {"N m": (("N", "m"), ""), "J": (("N", "m"), ""), "N m s": (("N", "m", "s"), ""), "m/s": (("m",), "s")}
 """Units whose figures may all be nearly 0: what is large in them is the product of these others, over that one."""
 MUCH = 0.35  # of a run's steps: a companion that took more says why
+SHORT_RUN = "the run is short"
 
 
 class Judgement(NamedTuple):
@@ -85,7 +86,7 @@ def companion_cost(costs: Mapping[str, int], dearest: Dearest | None) -> dict[st
     each = steps / dearest.balls
     why = f"its dearest stretch, {dearest.place}, took {dearest.steps} of its {taken} steps of balls"
     if MUCH * each < dearest.least:
-        why = f"the run is short, {each:.0f} steps of a ball; the windows that any run has take about {dearest.least}"
+        why = f"{SHORT_RUN}, {each:.0f} steps of a ball; the windows that any run has take about {dearest.least}"
     return told | {"companion_reason": f"the companion took {100.0 * taken / steps:.0f} % of the run's steps: {why}"}
 
 
@@ -146,13 +147,15 @@ def _told(promise: Promise, predicted: Mapping[str, float | str]) -> dict[str, A
     told = {"norm": promise.norm, "error": promise.error, "tolerance": promise.tolerance, "where": promise.where}
     before = predicted.get(f"{promise.output.removesuffix('s')}_error")
     told |= {"predicted": before} if isinstance(before, float) else {}  # a log may say anything
+    told |= {} if promise.may is None else {"may_be": promise.may}
     return told if promise.before is None else told | {"error_up_to_horizon": promise.before}
 
 
 def promise_in_words(told: Mapping[str, Any]) -> str:
     """A row of `wanted_errors` whose error is known: by how much, what was wanted and predicted, and where."""
     foretold = f", predicted {two_digits(told['predicted'])}" if "predicted" in told else ""
-    parts = [f"{two_digits(told['error'])} {told['norm']}, wanted {told['tolerance']:g}{foretold}", told["where"]]
+    most = f" (may be {two_digits(told['may_be'])})" if "may_be" in told else ""
+    parts = [f"{two_digits(told['error'])}{most} {told['norm']}, wanted {told['tolerance']:g}{foretold}", told["where"]]
     if (before := told.get("error_up_to_horizon")) is not None:
         parts.append(f"{two_digits(before)} up to the horizon")
     return "; ".join(part for part in parts if part)
@@ -164,7 +167,8 @@ def _sentence(promise: Promise, horizon: float | None) -> str:
     if promise.before is not None:
         where += f", by {promise.before:.2g} up to {horizon:.6g} s"
     verb = "are" if promise.output.endswith("s") else "is"
+    most = f", which may be {promise.may:.2g}, " if promise.error <= promise.tolerance else ", "
     return (
-        f"{promise.output} {verb} off by {promise.error:.2g} {promise.norm}{where}, more than the wanted "
+        f"{promise.output} {verb} off by {promise.error:.2g} {promise.norm}{where}{most}more than the wanted "
         f"{promise.tolerance:g}: {promise.mend}"
     )

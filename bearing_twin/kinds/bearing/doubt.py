@@ -14,7 +14,7 @@ from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_
 from bearing_twin.kinds.bearing.companion.means import MeanError
 from bearing_twin.kinds.bearing.companion.pointers import dearest
 from bearing_twin.kinds.bearing.companion.windows import WINDOW, carries, unseen
-from bearing_twin.kinds.bearing.companion.worst import TOGETHER, Worst
+from bearing_twin.kinds.bearing.companion.worst import TOGETHER, Spread, Worst, spread_of
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
 from bearing_twin.kinds.bearing.forces.drilling import SIDES, Drilled, drilling_of
 from bearing_twin.kinds.bearing.friction_choice import as_chosen
@@ -117,15 +117,15 @@ class BearingDoubt:
         """
         return 1.0 if self.least > 0.0 else unseen(self.parameters)
 
-    def _seen(self, name: str, worst: Worst | None = None) -> float:
-        """The greatest error of the method in a quantity, of all windows or those in `worst`."""
+    def _seen(self, name: str, worst: Worst | None = None, spread: Spread | None = None) -> float:
+        """The greatest error of the method in a quantity, of all windows or those in `worst`; with its `spread`."""
         # Up to a horizon windows that are followed show what bumps make of errors: that is how it was found.
         worst, inherited = (worst, 1.0) if worst else (self.worst, self._inherited)
-        seen = worst.seen(name, inherited, self.least <= 0.0)
         if name != "load":
-            return seen
-        if dimension_of(self.parameters) != FREE_RING:  # bumps into a cage drive balls round, not against a held ring
-            seen = worst.seen(name, 1.0, self.least <= 0.0)
+            return worst.seen(name, inherited, self.least <= 0.0, spread)
+        # Bumps into a cage drive balls round, not against a held ring.
+        held = dimension_of(self.parameters) != FREE_RING
+        seen = worst.seen(name, 1.0 if held else inherited, self.least <= 0.0, spread)
         # Between the greatest load and the least a ball goes a radian or so: what a jump or a bounce does is no slope.
         return seen + worst.seen("orbit_angle", inherited, False) * (float(self.load.max()) - self.least)
 
@@ -256,13 +256,15 @@ class BearingDoubt:
         mend = self._mend() if method is not None and method >= off else HERTZ_MENDS
         norm, earlier = "over the greatest load", None if horizon is None else self.worst.until(horizon)
         before = self._seen("load", earlier) / greatest + off if earlier and greatest else None
-        loads = Promise("loads", norm, whole, wanted.tolerance, self.worst.where("load"), mend, before)
+        spread = spread_of(self.least <= 0.0, carries(self.parameters))
+        may = None if method is None else self._seen("load", spread=spread) / greatest + off
+        loads = Promise("loads", norm, whole, wanted.tolerance, self.worst.where("load"), mend, before, may)
         if still or wanted.outputs == LOADS or not self.parameters.contact.friction_coefficient:
             return (loads,)
-        error = max(self._seen("friction"), FLOOR) if self._known else None
+        error, may = (max(self._seen("friction", spread=one), FLOOR) if self._known else None for one in (None, spread))
         norm, place = "over mu N of a contact, or mu N R of a ball", self.worst.where("friction")
         before = max(self._seen("friction", earlier), FLOOR) if earlier else None
-        return loads, Promise("friction", norm, error, wanted.tolerance, place, self._mend(), before)
+        return loads, Promise("friction", norm, error, wanted.tolerance, place, self._mend(), before, may)
 
     def _mend(self) -> str:
         """What makes the method's error smaller."""

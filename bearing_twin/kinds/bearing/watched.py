@@ -61,7 +61,7 @@ class WatchedMotion(BearingMotion):
         self._rows: list[np.ndarray] = []
         self._found: np.ndarray | None = None
         self._added = self._before_it = np.zeros((0, len(WINDOW.columns)))
-        self._chunk_begun, self._may_retake, self._first_go = 0.0, False, False
+        self._chunk_begun, self._may_retake, self._first_go, self._eventful = 0.0, False, False, False
         self._grown, self._sensitive, self._roughest, self._calm = 0.0, False, 1.0, 0
         self._inherited = NOTHING
         super().reset()
@@ -140,7 +140,8 @@ class WatchedMotion(BearingMotion):
                     raise
                 return self._given_up(earlier, before, times, duration)
             tight = self.setting
-            if worst <= redoing.CARRIED or not self._may_retake or tight * self.given <= VERIFIABLE:
+            kept = out is not None and worst <= redoing.CARRIED
+            if kept or not self._may_retake or tight * self.given <= VERIFIABLE:
                 break
             if worst >= redoing.HELPED * last and not further:
                 back = max(tight, min(before, redoing.FUTILE))
@@ -195,7 +196,7 @@ class WatchedMotion(BearingMotion):
                 break
             last, worst = worst, self._worst(since)
             dear = dear or redoing.MOST_SPENT * (self.counts[STEPS] - spent)
-            enough = attempt == redoing.REDONE or worst <= (redoing.GOOD if attempt else redoing.SAFE)
+            enough = redoing.enough(worst, attempt, self._eventful)
             if enough or self.companion.diverged or self.counts[STEPS] - spent > dear:
                 break
             if attempt and worst >= redoing.HELPED * last:
@@ -220,8 +221,8 @@ class WatchedMotion(BearingMotion):
 
     def _stop_carrying(self) -> None:
         """Ends a chunk that is off too far by what it carried into this part."""
-        worst, stops = self._off(self._before_it[:1]), self._may_retake and self.elapsed > self._chunk_begun
-        if stops and worst > redoing.CARRIED and self.tolerance > VERIFIABLE and not bumps(self.parameters):
+        stops = self._may_retake and self.elapsed > self._chunk_begun and self.tolerance > VERIFIABLE
+        if stops and self._off(self._before_it[:1]) > redoing.CARRIED and not bumps(self.parameters):
             raise redoing.CarriedOn(self._off(self._before_it), self._part_begun)
 
     def _relax(self, rows: np.ndarray | None) -> None:
@@ -259,8 +260,7 @@ class WatchedMotion(BearingMotion):
         if bumps(self.parameters):
             rows = rows[rows[:, PLACE["ball"]] != INHERITED]
         rows = rows[(rows[:, PLACE["begin"]] >= since) & (rows[:, PLACE["ball"]] != APART)]
-        carried = (rows[:, PLACE["ball"]] == INHERITED) & carries(self.parameters)  # told rather too great
-        return max(self._off(rows[~carried]), redoing.SAFE / redoing.GOOD * self._off(rows[carried]))
+        return self._off(redoing.weighed(rows, self._eventful, carries(self.parameters)))
 
     def _off(self, rows: np.ndarray) -> float:
         """The greatest error in rows of WINDOW over the wanted tolerance."""
@@ -286,7 +286,7 @@ class WatchedMotion(BearingMotion):
             self._windows = [as_met(one, met) for one in self._windows]
             self.companion.see_again(part, self._windows)
         scales = self.scales if self.stepper not in FIXED_STEP and len(part.pointer) else self._asked[0]
-        self._looked_at = part, scales, self.tolerance
+        self._looked_at, self._eventful = (part, scales, self.tolerance), not part.all_bear
         found, greatest = self.companion.look(part, self._windows, scales, self.tolerance), self.companion.greatest_load
         added, self._before_it = found, found[:0]
         if len(found) or carries(self.parameters):

@@ -208,9 +208,9 @@ def carried_on(
         one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), light * max(those) / greatest if greatest else 0.0)
     falls = 10.0 ** (-part.duration / seconds) if seconds and len(rows) else 1.0
     later, wide = max(loads[0], loads[1] * falls), max(across, wide * falls)
-    both = np.maximum(row, before)
     if not seconds:
-        both[PLACE["friction"]] = max(float(both[PLACE["friction"]]), unseen_landings(part, rows, greatest, apart))
+        row[PLACE["friction"]] = max(float(row[PLACE["friction"]]), unseen_landings(part, rows, greatest, apart))
+    both = np.maximum(row, before)
     friction = float(both[PLACE["friction"]])
     if friction <= max(told, float(rows[:, PLACE["friction"]].max(initial=0.0))) and not len(whole):
         return Carried(rows, rows, np.array([before, unbounded]), (light, later, wide, told))

@@ -8,6 +8,11 @@ often and how long was chosen by `bearing_twin chart tolerance`, as the numbers 
 
 import math
 
+import numpy as np
+
+from bearing_twin.kinds.bearing.companion.windows import ALL, BETWEEN, INHERITED, PLACE
+from bearing_twin.kinds.bearing.companion.worst import MISSED, spread_of
+
 SAFE, GOOD = 1.0 / 3.0, 0.5  # share of the tolerance that an estimate may be; once it was done again
 CARRIED = 0.8  # ... of what is carried on: a chunk is dear, and may end up worse where balls meet
 AIM = 0.25  # share of the tolerance that a tighter setting aims at
@@ -43,3 +48,23 @@ def setting_of(told) -> float:
 def cut_by(worst: float) -> float:
     """The share of the setting that is tried next, where the error was `worst` times the tolerance."""
     return min(LEAST_CUT, max(MOST_CUT, AIM / worst))
+
+
+def weighed(rows: np.ndarray, eventful: bool, carries: bool) -> np.ndarray:
+    """Rows of WINDOW of a part with errors as they count beside SAFE.
+
+    Where contacts come and go (`eventful`), such that with what windows miss, and the spread of estimates, the
+    tolerance is kept. What a ring `carries` on is told rather too great.
+    """
+    balls, spread = rows[:, PLACE["ball"]], spread_of(eventful, carries)
+    windows, told = 1.0, 1.0
+    if eventful:
+        windows, told = SAFE * MISSED * np.where(balls == ALL, spread.together, spread.alone), SAFE * spread.told
+    inherited = SAFE / GOOD if carries else told
+    weights = np.where(balls >= ALL, windows, np.where(balls == INHERITED, inherited, told))
+    return rows * np.where(balls == BETWEEN, 1.0, weights)[:, None]
+
+
+def enough(worst: float, attempt: int, eventful: bool) -> bool:
+    """Whether a part is exact enough at this attempt, by its `worst` error, `weighed` over the tolerance."""
+    return attempt == REDONE or worst <= (GOOD if attempt and not eventful else SAFE)
