@@ -19,7 +19,7 @@ from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
 from bearing_twin.kinds.bearing.forces.drilling import SIDES, Drilled, drilling_of
 from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error, spots_off
-from bearing_twin.kinds.bearing.left_out import left_out
+from bearing_twin.kinds.bearing.left_out import left_out, unknown_drilling
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.quasi_static.worth import SceneWorth, Worth, worths_of_run
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
@@ -292,13 +292,6 @@ class BearingDoubt:
             notes[METHOD] = "what a moving ring carries on is taken to add up as a random walk does while it rings"
         if self.choice.law in LAWS and LAWS[self.choice.law].measured:
             notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
-        model, beyond = FRICTIONS[self.parameters.contact.friction], "not what the motion makes of it, as in roll rates"
-        if model.over_spot and self.choice.stepper != QUASI_STATIC:
-            notes[FRICTION_MODEL] = f"errors hold torque and loss that contact.friction: {model.name} errs by, {beyond}"
-        elif not model.over_spot:
-            built = "computes it" if spots_built(self.parameters) else "is not built for a ring that tilts or moves"
-            notes[FRICTION_MODEL] = (
-                "contact.friction: point holds no drilling: errors hold the torque and the loss that the spots' spin "
-                f"would add, {beyond}; contact.friction: spot {built}"
-            )
+        if drilling := unknown_drilling(self.parameters):
+            notes[FRICTION_MODEL] = drilling
         return notes | self.growth.notes | left_out(self.parameters)

@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of, moving_centre
+from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of, moving_centre, spots_built
 
 
 class LeftOut(NamedTuple):
@@ -46,3 +47,17 @@ ROWS = {
 def left_out(parameters) -> dict[str, str]:
     """The sentences that apply to a scene, by name."""
     return {name: row.sentence for name, row in ROWS.items() if row.applies(parameters)}
+
+
+def unknown_drilling(parameters) -> str:
+    """What errors of the friction model do not hold, of a scene whose friction is chosen; "" for nothing."""
+    model, beyond = FRICTIONS[parameters.contact.friction], "not what the motion makes of it, as in roll rates"
+    if not model.over_spot:
+        built = "computes it" if spots_built(parameters) else "is not built for a ring that tilts or moves"
+        return (
+            "contact.friction: point holds no drilling: errors hold the torque and the loss that the spots' spin would "
+            f"add, {beyond}; contact.friction: spot {built}"
+        )
+    if dimension_of(parameters) == QUASI_STATIC:
+        return ""
+    return f"errors hold torque and loss that contact.friction: {model.name} errs by, {beyond}"
