@@ -18,6 +18,7 @@ from bearing_twin.kinds.bearing.rings import keeps_apart, pocket_pitch
 from bearing_twin.kinds.bearing.start import cage_inertia
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
 from bearing_twin.permission import only_below
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
@@ -456,3 +457,11 @@ def test_loads_that_never_jump_are_put_together_once():
     before = jumping._partners().load.copy()
     jumping.advance(np.array([0.001]), 0.001)
     assert (jumping._partners().load - before)[:3].tolist() == [0.0, -200.0, 0.0]
+
+
+def test_a_step_made_again_takes_rates_and_jacobian_of_the_first_try():
+    moving = motion(scene=RIG)
+    moving.advance(np.array([5e-3]), 5e-3)
+    assert moving.counts[REJECTIONS] > 0
+    assert moving.counts[JACOBIANS] == moving.counts[STEPS]
+    assert moving.counts[EVALUATIONS] == 6 * moving.counts[STEPS] + 5 * moving.counts[REJECTIONS]
