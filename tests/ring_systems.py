@@ -16,11 +16,11 @@ from bearing_twin.kinds.bearing.forces.layout import (
     CAGE_X,
     CAGE_Y,
     CENTRE,
+    COUPLED_ROWS,
     JACOBIAN,
     MOTION,
     PLACES,
     RING_SPEED,
-    SHAFT_ROWS,
 )
 from bearing_twin.kinds.bearing.forces.pairs import add_pairs
 from bearing_twin.kinds.bearing.forces.rates import lane_rates
@@ -71,7 +71,7 @@ class System:
 
     def evaluated(self, state, border, linear=False):
         coupling = new_coupling(self.near, self.balls, self.partners, border)
-        blocks, drive = new_blocks(len(state), SHAFT_ROWS), turning(coupling.border, self.drive, 0.0, at.NOW)
+        blocks, drive = new_blocks(len(state), COUPLED_ROWS), turning(coupling.border, self.drive, 0.0, at.NOW)
         into_blocks(state, blocks, AXIS_DISTANCE)
         put_pockets(self.bearing, self.balls, blocks)
         follow_cage(coupling.border, at.NOW, blocks, AXIS_DISTANCE)

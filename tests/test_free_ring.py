@@ -14,9 +14,11 @@ from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, SPIN, TANGEN
 from bearing_twin.kinds.bearing.quasi_static.operating import check_load
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of, weighed_support
 from bearing_twin.kinds.bearing.quasi_static.worth import worths_of_run
+from bearing_twin.kinds.bearing.rings import keeps_apart, pocket_pitch
 from bearing_twin.kinds.bearing.start import cage_inertia
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
 from bearing_twin.permission import only_below
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
@@ -25,6 +27,7 @@ RIG = "bearing_6203_rig_1000N"
 ROLLING = 0.5 * 157.0796 * (1.0 - 6.75 / 28.55)
 STILL = ("gravity=[0,0,0]", "contact.friction_coefficient=0.0", "drive.speed=0")
 POCKETS = ("cage.kind=pockets", "cage.pocket_clearance=2e-4")
+WIDE = "cage.pocket_clearance=4.2e-3"
 WORKS = (
     "kinetic_energy", "elastic_energy", "potential_energy", "dissipated", "gross_work", "inner_ring_load_work",
     "inner_ring_angle",
@@ -430,13 +433,31 @@ def test_a_ring_free_to_tilt_settles_where_load_and_moment_balance():
     assert out.inner_ring_offset.mean(axis=0) == pytest.approx(still[:3], abs=5e-4 * np.abs(still[:3]).max())
 
 
-def test_an_even_cage_goes_on_in_longer_stretches_than_pockets():
-    """Balls in pockets bump, so that more is done again; an error of a long stretch is dear there."""
-    chunks = [
-        Simulation(load_scene("bearing_6203_rig_400N", [f"cage.kind={one}"])).chunk_outputs
-        for one in ("even", "pockets")
-    ]
-    assert chunks == [200, 50]
+@pytest.mark.parametrize(
+    ("overrides", "outputs"),
+    [
+        (("cage.kind=even",), 200),
+        (("cage.kind=pockets",), 200),
+        (("cage.kind=pockets", WIDE), 50),
+        (("cage.kind=none",), 50),
+    ],
+)
+def test_a_run_goes_on_in_long_stretches_where_a_cage_keeps_the_balls_apart(overrides, outputs):
+    """In pockets so wide that neighbours come together, who may meet is looked at as often as without a cage."""
+    assert Simulation(load_scene("bearing_6203_rig_400N", overrides)).chunk_outputs == outputs
+
+
+def test_pockets_keep_neighbours_as_far_apart_as_is_said():
+    """In a part that nobody cut where they might come together, by their speeds."""
+    moving = motion("cage.kind=pockets", scene=RIG)
+    cage, geometry = moving.parameters.cage, moving.parameters.geometry
+    out = moving.advance(1e-3 * np.arange(1, 101), 0.1)
+    between = np.diff(out.orbit_angle, axis=1, append=out.orbit_angle[:, :1] + 2.0 * math.pi)
+    gaps = 0.5 * geometry.pitch_diameter * between - geometry.ball_diameter
+    least = pocket_pitch(geometry) - geometry.ball_diameter - cage.pocket_clearance
+    assert 0.95 * least < gaps.min() < least + cage.pocket_clearance
+    assert keeps_apart(cage, geometry, 0.99 * least)
+    assert not keeps_apart(cage, geometry, 1.01 * least)
 
 
 def test_loads_that_never_jump_are_put_together_once():
@@ -451,3 +472,11 @@ def test_loads_that_never_jump_are_put_together_once():
     before = jumping._partners().load.copy()
     jumping.advance(np.array([0.001]), 0.001)
     assert (jumping._partners().load - before)[:3].tolist() == [0.0, -200.0, 0.0]
+
+
+def test_a_step_made_again_takes_rates_and_jacobian_of_the_first_try():
+    moving = motion(scene=RIG)
+    moving.advance(np.array([5e-3]), 5e-3)
+    assert moving.counts[REJECTIONS] > 0
+    assert moving.counts[JACOBIANS] == moving.counts[STEPS]
+    assert moving.counts[EVALUATIONS] == 6 * moving.counts[STEPS] + 5 * moving.counts[REJECTIONS]

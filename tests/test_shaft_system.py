@@ -18,7 +18,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     WORK_DONE,
 )
 from bearing_twin.kinds.bearing.stepping.linear_system import couple_jacobians, factorise_together
-from bearing_twin.kinds.bearing.stepping.shaft import factorise_shaft, solve_with_shaft
+from bearing_twin.kinds.bearing.stepping.shaft import factorise_shaft, shaft_answers, solve_with_shaft
 from bearing_twin.numerics.lanes import COLUMNS, GAIN, LANES, RIGHT, SOLUTION, START, from_blocks, into_blocks
 
 TORQUE = ("drive.kind=torque", "drive.torque=0.02", "drive.inertia=1.0e-6", "drive.damping=1.0e-4")
@@ -60,8 +60,9 @@ def test_the_system_with_a_shaft_is_solved(name):
     numbers[at.SOLUTION : at.SOLUTION + at.WIDTH] = np.nan  # as a step leaves it that is made again
     into_blocks(np.full((count, COLUMNS), np.nan), blocks, SOLUTION)
     couple_jacobians(bearing.pockets, bearing, drive, 0.0, coupling, blocks)
+    shaft_answers(coupling.border.shaft, drive, bearing, 0.0, coupling, blocks)
     factorise_together(coupling, blocks)
-    factorise_shaft(coupling.border.shaft, drive, bearing, 0.0, coupling, blocks)
+    factorise_shaft(coupling.border.shaft, drive, 0.0, coupling, blocks)
     numbers[at.RIGHT : at.RIGHT + at.WIDTH] = own
     into_blocks(right, blocks, RIGHT)
     solve_with_shaft(coupling.border.shaft, drive, 0.0, coupling, blocks)

@@ -117,6 +117,12 @@ def put_vector(lanes, row, k, vector):
 
 
 @inlined
+def begins_again(coupling, blocks):
+    """Whether a step begins where one of coupled bodies began that was not accepted; never where bodies are alone."""
+    return len(coupling) > 0 and get(blocks[0], UNTIL, 0) < 0.0
+
+
+@inlined
 def first_of(row):
     """Where a row begins in the array."""
     return row * LANES

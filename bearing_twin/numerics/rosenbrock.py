@@ -12,7 +12,7 @@ import math
 
 from bearing_twin.compiled import inlined, kernel, template
 from bearing_twin.numerics import lanes as at
-from bearing_twin.numerics.lanes import COLUMNS, LANES, STATE_SPAN, get, increase, put, put_from
+from bearing_twin.numerics.lanes import COLUMNS, LANES, STATE_SPAN, begins_again, get, increase, put, put_from
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, OK, REJECTIONS, STALLED, STEPS, STOPPED
 from bearing_twin.numerics.steppers import LEAST_STEP, NOTHING, five, next_step, rosenbrock_dense
@@ -173,12 +173,10 @@ def _agree(row, least, bodies, blocks):
 
 @inlined
 def _put_until(holds, lanes, k):
-    """Notes up to where a lane's step may be given out: never where it is repeated, for ever at the stretch's end.
-
-    So that at the end no instant is lost to rounding.
-    """
+    """Notes up to where a lane's step may be given out: never where it is repeated, for ever at the stretch's end."""
     accepted = holds and get(lanes, at.ERROR, k) <= 1.0 and get(lanes, at.SHARE, k) >= LANDED
     moment = get(lanes, at.TIME, k) + get(lanes, at.STEP, k)
+    # So that at the end no instant is lost to rounding.
     last = math.inf if moment >= get(lanes, at.DURATION, k) * (1.0 - NOTHING) else moment
     put(lanes, at.UNTIL, k, last if accepted else -math.inf)
 
@@ -219,6 +217,7 @@ def fill_lanes(begin, scene, coupling, stretches, bodies, steps, held, cursor, b
 @template
 def _judge(one_step, landing, accept_all, scene, coupling, method, bodies, held, cursor, counts, blocks):
     """Makes a step of every lane and finds what it is worth: its error, its share to the first event, and UNTIL."""
+    kept = 1 if begins_again(coupling, blocks) else 0
     one_step(scene, coupling, blocks)
     if len(coupling) > 0:
         _agree(at.ERROR, False, bodies, blocks)
@@ -227,8 +226,8 @@ def _judge(one_step, landing, accept_all, scene, coupling, method, bodies, held,
         put(lanes, at.SHARE, k, 1.0)
         if held[place] == IDLE:
             continue
-        counts[JACOBIANS] += 1
-        counts[EVALUATIONS] += len(method.alpha)
+        counts[JACOBIANS] += 1 - kept
+        counts[EVALUATIONS] += len(method.alpha) - kept
         if method.lands and get(lanes, at.ERROR, k) <= 1.0:
             put(lanes, at.SHARE, k, landing(scene, lanes, k))
     if len(coupling) > 0:
@@ -247,12 +246,12 @@ def advance_lanes(
 ):  # fmt: skip
     """Steps the `bodies` through `stretches` after `fill_lanes`; returns a status. `steps` (N,) [s] are carried along.
 
-    `cut(scene, coupling, blocks)` cuts the coming steps, to the end at least (`cut_to_end`), and returns the least [s]
-    to go on with; `one_step(scene, coupling, blocks)` makes them and fills at.ERROR, in units of the tolerance;
-    `landing(scene, lanes, k)` is the share of a step to its first event; `accept_all(scene, coupling, instant, blocks)`
-    comes before the coupled are moved on. `give_out(scene, held, cursor, blocks)` writes what is wanted of each lane up
-    to UNTIL [s] and sets its `cursor` to the next instant. Of a lane that accepts, `accept(scene, lanes, k)` follows
-    when START is moved on, `end(scene, coupling, number, lanes, k)` returns a status at the end.
+    `cut(scene, coupling, blocks)` cuts the coming steps, to the end at least, and returns the least [s] to go on with;
+    `one_step(scene, coupling, blocks)` makes them, with kept rates and Jacobian where it `begins_again`, and fills
+    at.ERROR, in tolerances; `landing(scene, lanes, k)` is the share of a step to its first event; `accept_all(scene,
+    coupling, instant, blocks)` precedes the moving on of all; `give_out(scene, held, cursor, blocks)` writes what is
+    wanted of each lane up to UNTIL [s] and sets its `cursor` to the next instant. `accept(scene, lanes, k)` follows
+    where START moved on, `end(scene, coupling, number, lanes, k)`, which returns a status, at the end.
     """
     running = waiting = min(len(held), len(bodies))
     proposed, judged, stepped, counts = 0.0, 0.0, 0.0, results.counts

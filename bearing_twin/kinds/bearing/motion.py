@@ -23,6 +23,7 @@ from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_output
 from bearing_twin.kinds.bearing.overload import check_speed, explained
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import RingLoading, border_scales, caged_start, partners_of, settled_start
+from bearing_twin.kinds.bearing.rings import keeps_apart
 from bearing_twin.kinds.bearing.snapshots import MOVING, put_back, snapshot_of
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
 from bearing_twin.kinds.bearing.stepping.integrate import Chunk, Instants, check, integrated
@@ -39,7 +40,7 @@ SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
 REPLACED = ("drive", "goal_speed", "bearing", "step", "elapsed", "_acceleration", "_changed", "_load", "_load_rate")
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
-LONGEST_ALONE, LONGEST_EVEN = 0.4, 0.2  # s asked for in one go: balls alone; round a ring with mass in an even cage
+LONGEST_ALONE, LONGEST_CAGED = 0.4, 0.2  # s asked for in one go: balls alone; round a ring with mass in a cage
 EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 
@@ -59,7 +60,8 @@ class BearingMotion:
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
         self.loading, self._instants = RingLoading(parameters), Instants()
         partners = partners_of(parameters)
-        together = LONGEST_EVEN if partners.even and partners.ring else None
+        self._apart = keeps_apart(parameters.cage, parameters.geometry, 2.0 * NEAR * self.bearing.ball_radius)
+        together = LONGEST_CAGED if self._apart and partners.ring else None
         self.longest_chunk = together if partners.active else LONGEST_ALONE
         if self.bearing.ring:
             start, self._start_border = settled_start(parameters, choice.law, partners)
@@ -174,7 +176,7 @@ class BearingMotion:
         """Seconds for which the drive accelerates evenly and, unless that is very short, balls stay apart."""
         missing = self.goal_speed - self.drive.speed
         pieces = [duration]
-        if not self.partners.even:
+        if not self._apart:
             apart = time_apart(self.bearing.ball_radius, self.state, NEAR * self.bearing.ball_radius)
             together = min(duration, LONGEST_TOGETHER)
             pieces.append(0.99 * apart if apart > TOGETHER * together else together)
@@ -253,7 +255,7 @@ class BearingMotion:
         moving = [getattr(self, name) for name in MOVING]
         before = [one.copy() for one in moving]
         near, radius = np.zeros(self.bearing.balls, np.bool_), self.bearing.ball_radius
-        if not partners.even:
+        if not self._apart:
             mark_near(radius, self.state, NEAR * radius, duration, near)
         pointer = self._integrate(drive, partners, near, times, duration, filled)
         if not partners.even and mark_met(radius, self.state, filled[0], 0.5 * NEAR * radius, near):

@@ -244,7 +244,7 @@ def _unmet(parameters, dimension) -> list[str]:
             f"contact.friction = {parameters.contact.friction} is not built for a ring that tilts or moves; use point"
         )
     if cage.kind == POCKETS and dimension != QUASI_STATIC:
-        room = 2.0 * math.pi / parameters.geometry.balls * 0.5 * parameters.geometry.pitch_diameter
+        room = pocket_pitch(parameters.geometry)
         if cage.mass == 0.0 and cage.inertia == 0.0:
             problems.append("cage.kind = pockets wants cage.mass or cage.inertia above 0; a cage without is even")
         if cage.pocket_clearance >= 0.5 * room:
@@ -253,6 +253,18 @@ def _unmet(parameters, dimension) -> list[str]:
                 f"{0.5 * room:.4g} m"
             )
     return problems
+
+
+def keeps_apart(cage, geometry, reach: float) -> bool:
+    """Whether a cage keeps more than `reach` [m] between the surfaces of neighbours, as long as its pockets hold."""
+    if cage.kind == POCKETS:
+        return pocket_pitch(geometry) - geometry.ball_diameter - cage.pocket_clearance > reach
+    return cage.kind == EVEN
+
+
+def pocket_pitch(geometry) -> float:
+    """From the middle of a pocket to that of the next along the pitch circle [m]."""
+    return math.pi / geometry.balls * geometry.pitch_diameter
 
 
 def _guidance_problems(parameters, dimension, free) -> list[str]:

@@ -88,9 +88,10 @@ BALL_BY_BORDER, BORDER_BY_BALL, BORDER_BY_BORDER, BALL_TILE, BORDER_TILE, SHARES
     ROSENBROCK_ROWS, ANSWERING * 2 * PLACES, PLACES * MOTION, 2 * PLACES * PLACES, 36, 36, PLACES, 1
 )
 # A shaft that a torque turns: rates of a ball from VELOCITY on by its speed; its acceleration by a ball's motion, by
-# places and velocities of the border and by its speed; and what a ball's state comes to for its speed in a stage.
-BALL_BY_SHAFT, SHAFT_BY_BALL, SHAFT_BY_BORDER, SHAFT_OWN, SHAFT_ANSWER, SHAFT_ROWS = rows(
-    BORDERED_ROWS, ANSWERING, MOTION, 2 * PLACES, 1, COLUMNS
+# places and velocities of the border and by its speed; and what a ball's state comes to for its speed in a stage. Then
+# the rates at a step's start, kept for one that is made again.
+BALL_BY_SHAFT, SHAFT_BY_BALL, SHAFT_BY_BORDER, SHAFT_OWN, SHAFT_ANSWER, FIRST_RATES, COUPLED_ROWS = rows(
+    BORDERED_ROWS, ANSWERING, MOTION, 2 * PLACES, 1, COLUMNS, COLUMNS
 )
 
 

@@ -3,7 +3,8 @@
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.jacobian import rates_and_ring_jacobian
-from bearing_twin.kinds.bearing.forces.pairs import add_pairs
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, FIRST_RATES
+from bearing_twin.kinds.bearing.forces.pairs import add_pairs, look_ahead
 from bearing_twin.kinds.bearing.forces.rates import rates_in_lanes
 from bearing_twin.kinds.bearing.stepping.border import border_rates
 from bearing_twin.kinds.bearing.stepping.border_step import (
@@ -21,10 +22,11 @@ from bearing_twin.kinds.bearing.stepping.linear_system import (
     factorise_together,
     solve_alone,
 )
-from bearing_twin.kinds.bearing.stepping.shaft import factorise_shaft, solve_with_shaft, turning
+from bearing_twin.kinds.bearing.stepping.shaft import factorise_shaft, shaft_answers, solve_with_shaft, turning
 from bearing_twin.kinds.bearing.stepping.stage_places import place_stage, place_start
 from bearing_twin.kinds.bearing.stepping.step_ends import finish_lanes, weigh_light
-from bearing_twin.numerics.lanes import ERROR, LANE_RATES, STEP, TIME, get, put
+from bearing_twin.numerics.lanes import ERROR, LANE_RATES, STATE_SPAN, STEP, TIME, begins_again, get, put
+from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rosenbrock import SLOPE_STEP, rosenbrock_stages
 
 
@@ -42,9 +44,27 @@ def _moment(alpha, blocks):
     return get(blocks[0], TIME, 0) + alpha * get(blocks[0], STEP, 0)
 
 
+@lean_kernel
+def _keep_first_rates(lanes):
+    """Keeps the rates at a step's start."""
+    for i in range(STATE_SPAN):
+        put(lanes, FIRST_RATES, i, get(lanes, LANE_RATES, i))
+
+
+@lean_kernel
+def _take_first_rates(lanes):
+    """Takes the rates at a step's start from what is kept."""
+    for i in range(STATE_SPAN):
+        put(lanes, LANE_RATES, i, get(lanes, FIRST_RATES, i))
+
+
 @inlined
 def _rates(task, coupling, stage, alpha, blocks):
-    """The rates of balls, ring and cage in a stage; in the first with the Jacobians of balls."""
+    """The rates of balls, ring and cage in a stage; in the first with the Jacobians of balls.
+
+    There a step that is made again takes those kept.
+    """
+    again = stage == 0 and begins_again(coupling, blocks)
     bearing, border, method, time = task.bearing, border_of(coupling), task.method, _moment(alpha, blocks)
     if len(coupling) > 0:
         if stage > 0:
@@ -57,17 +77,34 @@ def _rates(task, coupling, stage, alpha, blocks):
             place_stage(border, now, alpha, method.a[stage], blocks[block])
         else:
             place_start(method.gamma, border, now, alpha, blocks[block])
-        if stage == 0:
+        if again:
+            _take_first_rates(blocks[block])
+        elif stage == 0:
             rates_and_ring_jacobian(bearing.ring, border, bearing, blocks[block])
         else:
             rates_in_lanes(bearing, blocks[block])
     if len(coupling) > 0:
-        if coupling.pairs.touching:
-            add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
-        if coupling.border.active:
-            border_rates(bearing, now, coupling.border, time, blocks)
+        if again:
+            copy_state(coupling.border.numbers, at.FIRST_RATES, at.RATES)
+            if coupling.pairs.touching:  # their linear system asks for the motion, too
+                look_ahead(coupling.pairs, blocks, AXIS_DISTANCE)
+        else:
+            _couple(bearing, now, time, coupling, blocks)
         if stage < 0:
             copy_state(coupling.border.numbers, at.RATES, at.SLOPE)
+        if stage == 0:
+            copy_state(coupling.border.numbers, at.RATES, at.FIRST_RATES)
+            for block in range(len(blocks)):
+                _keep_first_rates(blocks[block])
+
+
+@inlined
+def _couple(bearing, drive, time, coupling, blocks):
+    """Adds to the rates of balls alone what couples them, and fills those of ring and cage."""
+    if coupling.pairs.touching:
+        add_pairs(bearing, coupling.pairs, blocks, blocks, LANE_RATES)
+    if coupling.border.active:
+        border_rates(bearing, drive, coupling.border, time, blocks)
 
 
 @inlined
@@ -78,9 +115,11 @@ def _linearise(task, coupling, varies, blocks):
         if varies:
             border_slope(SLOPE_STEP, coupling.border.numbers)
         drive = turning(coupling.border, task.drive, time, at.NOW)
-        couple_jacobians(bearing.pockets, bearing, drive, time, coupling, blocks)
+        if not begins_again(coupling, blocks):
+            couple_jacobians(bearing.pockets, bearing, drive, time, coupling, blocks)
+            shaft_answers(coupling.border.shaft, drive, bearing, time, coupling, blocks)
         factorise_together(coupling, blocks)
-        factorise_shaft(coupling.border.shaft, drive, bearing, time, coupling, blocks)
+        factorise_shaft(coupling.border.shaft, drive, time, coupling, blocks)
     else:
         for block in range(len(blocks)):
             factorise_alone(blocks[block])

@@ -14,7 +14,7 @@ from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.carried import carry_ball
 from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.forces.handing import handed, taken
-from bearing_twin.kinds.bearing.forces.layout import CARRIED_INNER, ORIENTATION, ROSENBROCK_ROWS, SHAFT_ROWS, TURNED
+from bearing_twin.kinds.bearing.forces.layout import CARRIED_INNER, COUPLED_ROWS, ORIENTATION, ROSENBROCK_ROWS, TURNED
 from bearing_twin.kinds.bearing.forces.ring_seat import put_still_ring
 from bearing_twin.kinds.bearing.stepping.border import Partners, bearing_at, follow_cage, put_pockets
 from bearing_twin.kinds.bearing.stepping.border_step import border_at, border_inside, copy_state
@@ -204,7 +204,7 @@ def _end_border(coupling, results):
 def _blocks_of(coupling, balls):
     """Lanes for balls alone, which take turns in one block, or for all that are coupled."""
     if len(coupling) > 0:
-        return new_blocks(balls, SHAFT_ROWS)
+        return new_blocks(balls, COUPLED_ROWS)
     return new_blocks(1, ROSENBROCK_ROWS)
 
 

@@ -105,9 +105,16 @@ def _add_unbalance(drive, time, numbers):
         numbers[at.BY_ANGLE + WORK_DONE] += moving * by_angle[i]
 
 
+@inlined
+def shaft_answers(shaft, drive, bearing, time, coupling, blocks):
+    """How a shaft that a torque turns and all else answer to each other, after `border_jacobian`."""
+    if len(shaft) > 0:
+        _find_answers(shaft, drive, bearing, coupling.border, time, blocks)
+
+
 @lean_kernel
 def _find_answers(shaft, drive, bearing, border, time, blocks):
-    """How shaft, balls, ring and cage answer to each other, after `border_jacobian`."""
+    """`shaft_answers` where there is such a shaft."""
     numbers, inverse = border.numbers, 1.0 / shaft.inertia
     for block in range(len(blocks)):
         lanes = blocks[block]
@@ -180,10 +187,9 @@ def _eliminate(drive, time, coupling, blocks):
 
 
 @inlined
-def factorise_shaft(shaft, drive, bearing, time, coupling, blocks):
+def factorise_shaft(shaft, drive, time, coupling, blocks):
     """The shaft's part of the linear system, after `factorise_together`; `shaft` is the border's."""
     if len(shaft) > 0:
-        _find_answers(shaft, drive, bearing, coupling.border, time, blocks)
         _eliminate(drive, time, coupling, blocks)
 
 
