@@ -196,8 +196,8 @@ class WatchedMotion(BearingMotion):
                 break
             last, worst = worst, self._worst(since)
             dear = dear or redoing.MOST_SPENT * (self.counts[STEPS] - spent)
-            enough = redoing.enough(worst, attempt, self._eventful)
-            if enough or self.companion.diverged or self.counts[STEPS] - spent > dear:
+            eventful = self._eventful and not bumps(self.parameters)  # whose errors no setting spares
+            if redoing.enough(worst, attempt, eventful) or self.companion.diverged or self.counts[STEPS] - spent > dear:
                 break
             if attempt and worst >= redoing.HELPED * last:
                 self._set(max(self.setting, min(before, redoing.FUTILE)))
