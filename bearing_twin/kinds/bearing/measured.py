@@ -22,7 +22,7 @@ from bearing_twin.paths import share_path
 STICKY = 1e-3  # m/s: a regularisation of friction below this is like the sticking one of the table
 FAST = 3e5  # mm/min of speed times pitch diameter, the n d_m of catalogues
 LOOSEST = 30.0  # times the wanted tolerance
-LIKE_MEASURED = 30.0, 2.0  # what a scene of the same motion may err more: settings looser than wanted, and others
+LIKE_MEASURED = 30.0, 2.4  # what a scene of the same motion may err more: settings looser than wanted, and others
 LEAST_DAMPING = 2e-7  # s of relaxation time, a fifth of the one measured with: less lets contacts ring for long
 FINEST = 1e-9  # no setting is finer
 LIKE_LANDING = "rodas4"  # the method whose steps end elsewhere where it lands
