@@ -7,7 +7,7 @@ import pytest
 
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.charts.tolerance import compared, up_to
-from bearing_twin.kinds.bearing import watched
+from bearing_twin.kinds.bearing import measured, watched
 from bearing_twin.kinds.bearing.companion.balance import in_longest_steps, off_balance
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.inherited import all_of_it
@@ -63,6 +63,7 @@ def exact(scene, *overrides):
 @pytest.mark.parametrize("more", [(), ("cage.kind=even",)])
 def test_loads_between_steps_are_off_by_what_their_balance_says(more, monkeypatch):
     """Steps are longer than the 1 ms between outputs; windows see a seventh of it where balls are taken alone."""
+    monkeypatch.setattr(measured, "LIKE_MEASURED", (30.0, 1.0))  # steps as long as can be
     scene = "bearing_6203", *OFF_CENTRE, *more, "wanted.tolerance=1e-4"
     out, rows, said = parts_of(*scene, monkeypatch=monkeypatch)
     true = np.abs(out.normal_load - exact(*scene[:-1])).max(axis=-1)
