@@ -19,7 +19,7 @@ from bearing_twin.errors import SceneError
 
 CELLS = 48  # of the first grid across the window; lobes smaller than a cell are not seen
 CLOSER = 2  # grids laid closer round the spot after that
-FLATNESS = 1e-7  # of the spot's size: an arc that is that near to its parabola is measured as one
+FLATNESS = 3e-8  # of the spot's size: an arc that is that near to its parabola is measured as one
 BENT = 0.05  # height over chord above which an arc is split in any case
 REFINEMENTS = 24
 STENCIL = 0.01  # relative step in h of the five-point derivatives of S and p
