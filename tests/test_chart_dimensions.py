@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 
 from bearing_twin.charts import cages, preloaded
-from bearing_twin.charts.cages import FULLEST, MODELS, PROBLEMS, SPEEDS, named
+from bearing_twin.charts.cages import FULLEST, MODELS, PROBLEMS, SPEEDS
 from bearing_twin.charts.dimension_row import DimensionRow, worst
 from bearing_twin.charts.dimensions import ALL, CONTESTS, draw, judge, reading, settings
 from bearing_twin.charts.preloaded import EARLY, LOADS, SHARES, late
 from bearing_twin.charts.table import read_table, write_table
 from bearing_twin.kinds.bearing.adequacy import still_error
-from bearing_twin.kinds.bearing.measured import dimension_costs
+from bearing_twin.kinds.bearing.measured import dimension_costs, method_of
 from bearing_twin.run.scene import load_scene
 
 pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 SOME = (0.03, 0.3)
 KEYS = ("load_error", "angle_error", "early_load_error", "early_angle_error")
 ACROSS = "100 N thrust, 60 N across"
-HELD, FREE_NONE, FREE_EVEN = map(named, (("prescribed", "even"), ("free", "none"), ("free", "even")))
+HELD, FREE_NONE, FREE_EVEN = (method_of(*one) for one in (("prescribed", "even"), ("free", "none"), ("free", "even")))
 DOCS = Path(__file__).parent.parent / "docs"
 
 
@@ -118,7 +118,7 @@ def test_the_shipped_table_is_within_what_is_believed_and_told(shipped):
 def test_the_shipped_table_holds_every_model_and_its_fullest_is_the_best(shipped):
     rows = [row for row in shipped if row.problem in PROBLEMS]
     assert len(rows) == (len(MODELS) + 1) * len(PROBLEMS) * len(SPEEDS)
-    most = {model: max(worst(rows, named(model), key) for key in cages.ERRORS) for model in MODELS}
+    most = {model: max(worst(rows, method_of(*model), key) for key in cages.ERRORS) for model in MODELS}
     assert min(most, key=most.get) == FULLEST
     assert most[FULLEST] < 2e-3
 

@@ -16,6 +16,7 @@ import numpy as np
 from matplotlib.ticker import NullLocator
 
 from bearing_twin.charts.contest import limited
+from bearing_twin.charts.contest_picture import without_result
 from bearing_twin.charts.dimension_row import DimensionRow, worst
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE
@@ -47,11 +48,6 @@ LEAST = 1e-7  # smaller errors are drawn here
 
 
 AGAIN = "rodas3"  # the stepper that checks the truth
-
-
-def named(model) -> str:
-    """A model in words."""
-    return method_of(*model)
 
 
 class Means(NamedTuple):
@@ -123,7 +119,7 @@ def judge(name: str, speed: float, limit: float) -> list[DimensionRow]:
         with limited(limit):
             found = run_means(model, load, speed, place=place)
         command = command_of(SCENE, (*_keys(model, load, speed, TOLERANCE, place), f"run.duration={SPAN}"))
-        rows.append(_row(name, named(model), speed, found, truth, model[0] == PRESCRIBED).but(command=command))
+        rows.append(_row(name, method_of(*model), speed, found, truth, model[0] == PRESCRIBED).but(command=command))
     with limited(2.0 * limit):
         again = run_means(FULLEST, load, speed, FINEST, stepper=AGAIN)
     return [*rows, _row(name, AGAIN, speed, again, truth, False)]
@@ -148,7 +144,7 @@ def _row(name, method, speed, found, truth, held) -> DimensionRow:
 def reading(rows: list[DimensionRow]) -> list[str]:
     """What each model errs by and costs, one sentence each, and how near another stepper comes to the truth."""
     said = []
-    for method in (named(model) for model in MODELS):
+    for method in (method_of(*model) for model in MODELS):
         costs = [1e3 * row.seconds for row in rows if row.method == method]
         if not costs:
             continue
@@ -166,7 +162,7 @@ def draw(rows: list[DimensionRow], axes) -> None:
     load, orbit, cost = axes
     dimensions = list(dict.fromkeys(dimension for dimension, _ in MODELS))
     for model in MODELS:
-        mine = [row for row in rows if row.method == named(model) and row.status == DONE]
+        mine = [row for row in rows if row.method == method_of(*model) and row.status == DONE]
         if not mine:
             continue
         look = {"color": ball_line(dimensions.index(model[0]))["color"], "marker": MARKERS[model[1]], "markersize": 7}
@@ -176,9 +172,8 @@ def draw(rows: list[DimensionRow], axes) -> None:
                 rpm = [row.setting * RPM for row in some]
                 axis.plot(rpm, [max(getattr(row, key), LEAST) for row in some], **look, linestyle=dashes)
         most = [max(*(getattr(row, key) for key in ERRORS), LEAST) for row in mine]
-        cost.plot([row.seconds for row in mine], most, **look, linestyle="none", label=named(model))
-    lost = [row.seconds for row in rows if row.status != DONE]
-    cost.plot(lost, [1.0] * len(lost), "x", color=STYLE["ink"], markersize=10, label="no result" if lost else None)
+        cost.plot([row.seconds for row in mine], most, **look, linestyle="none", label=method_of(*model))
+    without_result(cost, rows)
     for axis in (load, orbit):
         axis.set(xscale="log", yscale="log", xlabel="speed of the inner ring [rpm]")
         rpm = sorted({row.setting * RPM for row in rows})

@@ -124,6 +124,13 @@ def ring(axis, rows: Iterable[Row], place: Callable[[Row], tuple[float, float]],
         axis.plot(*np.transpose(wide), "o", markerfacecolor="none", color=colour, markersize=14, markeredgewidth=1.5)
 
 
+def without_result(axis, rows: Iterable[Row]) -> None:
+    """Crosses at an error of 1, at what the rows cost that have no result."""
+    lost = [row.seconds for row in rows if row.status != DONE]
+    look = {"color": STYLE["ink"], "markersize": 10, "label": "no result" if lost else None}
+    axis.plot(lost, [1.0] * len(lost), "x", **look)
+
+
 def _settings(rows) -> list[float]:
     return sorted({row.setting for row in rows})
 

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from bearing_twin.charts.contest import limited
-from bearing_twin.charts.contest_picture import ring
+from bearing_twin.charts.contest_picture import ring, without_result
 from bearing_twin.charts.dimension_row import DimensionRow, worst
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE
@@ -272,8 +272,7 @@ def draw(points: list[DimensionRow], axes) -> None:
             )
             timed_here = mine if key == "seconds" else []
             ring(cost, timed_here, lambda p: (p.seconds, max(p.load_error, p.angle_error, LEAST)), STYLE["ink"])
-    lost = [p.seconds for p in points if p.status != DONE]
-    cost.plot(lost, [1.0] * len(lost), "x", color=STYLE["ink"], markersize=10, label="no result" if lost else None)
+    without_result(cost, points)
     cost.set(xscale="log", yscale="log", xlabel="CPU seconds a simulated second")
     heading(cost, "late, loads and angles, against cost")
     keys = cost.get_legend_handles_labels()

@@ -16,8 +16,13 @@ STATUSES = {
 """What the first word of a report's status means."""
 
 ROUNDING = 1e-12  # of what is large in a unit: an error of a figure that is nearly 0
-MADE_OF = {"N m": (("N", "m"), ""), "J": (("N", "m"), ""), "N m s": (("N", "m", "s"), ""), "m/s": (("m",), "s")}
-"""Units whose figures may all be nearly 0: what is large in them is the product of these others, over that one."""
+MADE_OF = {
+    "N m": {"N": 1, "m": 1},
+    "J": {"N": 1, "m": 1},
+    "N m s": {"N": 1, "m": 1, "s": 1},
+    "m/s": {"m": 1, "s": -1},
+}
+"""Units whose figures may all be nearly 0: what is large in them is the product of these powers of others."""
 MUCH = 0.35  # of a run's steps: a companion that took more says why
 SHORT_RUN = "the run is short"
 
@@ -113,10 +118,9 @@ def _size(unit: str, figures: Mapping[str, Any]) -> float:
             continue
         its = named(key)[1]
         sizes[its] = max(sizes.get(its, 0.0), greatest(values))
-    factors, divisor = MADE_OF.get(unit, ((), ""))
-    made = math.prod(sizes.get(one, 0.0) for one in factors) if factors else 0.0
-    if divisor:
-        made = made / sizes[divisor] if sizes.get(divisor) else 0.0
+    powers = MADE_OF.get(unit, {})
+    known = powers and all(sizes.get(one) for one in powers)
+    made = math.prod(sizes[one] ** power for one, power in powers.items()) if known else 0.0
     return max(sizes.get(unit, 0.0), made)
 
 

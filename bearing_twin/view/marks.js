@@ -116,7 +116,7 @@ class SpotMarks {
   }
 }
 
-class SheetMarks {
+class MovingMeshMarks {
   constructor(mark, store) {
     Object.assign(this, { mark, store, group: new THREE.Group() });
     const nodes = store.get(mark.nodes).width / 2;
@@ -215,4 +215,4 @@ class TrailMarks {
   }
 }
 
-const MARK_VIEWS = { arrows: ArrowMarks, spots: SpotMarks, movingmesh: SheetMarks, bar: BarMarks, trail: TrailMarks };
+const MARK_VIEWS = { arrows: ArrowMarks, spots: SpotMarks, movingmesh: MovingMeshMarks, bar: BarMarks, trail: TrailMarks };

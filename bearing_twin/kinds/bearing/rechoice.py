@@ -20,8 +20,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     GROSS_WORK,
     HEIGHT,
     ORBIT_ANGLE,
-    SPIN,
-    TANGENTIAL_VELOCITY,
 )
 from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.models import choose
@@ -31,7 +29,7 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import caged_start
 from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import FREE, free_coordinates
-from bearing_twin.kinds.bearing.start import SAME, least_drilling, rolling
+from bearing_twin.kinds.bearing.start import SAME, least_drilling, let_roll
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.kinds.energy import STORED
 from bearing_twin.report import Choice, Rechosen, never
@@ -144,8 +142,7 @@ def _move_balls(other: BearingMotion, motion: QuasiStaticMotion, here) -> None:
     state[:, AXIS_DISTANCE], state[:, HEIGHT] = np.hypot(position[:, 0], position[:, 1]), position[:, 2]
     state[:, ORBIT_ANGLE] = here.orbit_angle[0]
     for ball in state:
-        found = rolling(bearing, speed, ball[ORBIT_ANGLE], ball[AXIS_DISTANCE], ball[HEIGHT], SAME)
-        ball[TANGENTIAL_VELOCITY], ball[SPIN : SPIN + 3] = found[0], found[1:]
+        let_roll(bearing, speed, SAME, ball)
     least_drilling(bearing, speed, state)
     state, border = caged_start(state, other.partners, speed)
     border[CAGE] = here.cage_angle[0] if other.partners.free[CAGE] else 0.0

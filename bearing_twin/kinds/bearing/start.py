@@ -237,6 +237,15 @@ def rolling(bearing, inner_speed, orbit_angle, axis_distance, height, share):
 
 
 @kernel
+def let_roll(bearing, inner_speed, share, ball):
+    """Gives a ball (COLUMNS,) the motion with which it rolls where it is; `share` as of `rolling`."""
+    motion = rolling(bearing, inner_speed, ball[ORBIT_ANGLE], ball[AXIS_DISTANCE], ball[HEIGHT], share)
+    ball[TANGENTIAL_VELOCITY] = motion[0]
+    for i in range(3):
+        ball[SPIN + i] = motion[1 + i]
+
+
+@kernel
 def _place_balls(bearing, inner_speed, rolls, first, last, state):
     """Fills the state of balls `first` to `last`, that left out; whether each found its rest."""
     for k in range(first, last):
@@ -247,12 +256,9 @@ def _place_balls(bearing, inner_speed, rolls, first, last, state):
             distance, height = _rest(bearing, orbit_rate, angle)
         if not distance < math.inf:
             return False
-        if rolls:
-            motion = rolling(bearing, inner_speed, angle, distance, height, SAME)
-            state[k, TANGENTIAL_VELOCITY] = motion[0]
-            for i in range(3):
-                state[k, SPIN + i] = motion[1 + i]
         state[k, AXIS_DISTANCE], state[k, ORBIT_ANGLE], state[k, HEIGHT] = distance, angle, height
+        if rolls:
+            let_roll(bearing, inner_speed, SAME, state[k])
     return True
 
 
@@ -272,11 +278,7 @@ def least_drilling(bearing, inner_speed, state):
         if not (inner.approach > 0.0 and outer.approach > 0.0):
             return
     for k in range(len(state)):
-        place = state[k, ORBIT_ANGLE], state[k, AXIS_DISTANCE], state[k, HEIGHT]
-        motion = rolling(bearing, inner_speed, *place, DRILLS)
-        state[k, TANGENTIAL_VELOCITY] = motion[0]
-        for i in range(3):
-            state[k, SPIN + i] = motion[1 + i]
+        let_roll(bearing, inner_speed, DRILLS, state[k])
 
 
 def start_state(bearing: Bearing, inner_speed: float, motion: str) -> np.ndarray:

@@ -45,17 +45,10 @@ def _moment(alpha, blocks):
 
 
 @lean_kernel
-def _keep_first_rates(lanes):
-    """Keeps the rates at a step's start."""
+def _copy_rates(source, target, lanes):
+    """Copies the rates in the rows from `source` on to those from `target` on."""
     for i in range(STATE_SPAN):
-        put(lanes, FIRST_RATES, i, get(lanes, LANE_RATES, i))
-
-
-@lean_kernel
-def _take_first_rates(lanes):
-    """Takes the rates at a step's start from what is kept."""
-    for i in range(STATE_SPAN):
-        put(lanes, LANE_RATES, i, get(lanes, FIRST_RATES, i))
+        put(lanes, target, i, get(lanes, source, i))
 
 
 @inlined
@@ -78,7 +71,7 @@ def _rates(task, coupling, stage, alpha, blocks):
         else:
             place_start(method.gamma, border, now, alpha, blocks[block])
         if again:
-            _take_first_rates(blocks[block])
+            _copy_rates(FIRST_RATES, LANE_RATES, blocks[block])
         elif stage == 0:
             rates_and_ring_jacobian(bearing.ring, border, bearing, blocks[block])
         else:
@@ -95,7 +88,7 @@ def _rates(task, coupling, stage, alpha, blocks):
         if stage == 0:
             copy_state(coupling.border.numbers, at.RATES, at.FIRST_RATES)
             for block in range(len(blocks)):
-                _keep_first_rates(blocks[block])
+                _copy_rates(LANE_RATES, FIRST_RATES, blocks[block])
 
 
 @inlined
