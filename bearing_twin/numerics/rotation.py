@@ -126,13 +126,27 @@ def turned(quaternion, omega_start, omega_middle, omega_end, step):
     return (product[0] / norm, product[1] / norm, product[2] / norm, product[3] / norm)
 
 
+def rotation_rows(quaternion):
+    """Rows of the matrix of a unit quaternion (x, y, z, w), of numbers or of arrays: columns are the body's axes."""
+    x, y, z, w = quaternion
+    return (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)),
+        (2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)),
+        (2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)),
+    )
+
+
+_rows = inlined(rotation_rows)
+
+
+@inlined
+def rows_of_state(state, first):
+    """`rotation_rows` of the quaternion in a state's columns from `first` on, taken at unit length."""
+    x, y, z, w = state[first], state[first + 1], state[first + 2], state[first + 3]
+    norm = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
+    return _rows((norm * x, norm * y, norm * z, norm * w))
+
+
 def rotation_matrix(quaternion) -> np.ndarray:
     """3 x 3 matrix of a unit quaternion (x, y, z, w): columns are the body's axes in the fixed frame."""
-    x, y, z, w = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return np.array(rotation_rows(quaternion))

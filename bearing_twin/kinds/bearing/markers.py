@@ -29,6 +29,7 @@ from bearing_twin.kinds.markers import (
     outlines,
 )
 from bearing_twin.kinds.urdf import LinkShape, cylinder, sphere
+from bearing_twin.numerics.rotation import rotation_rows
 
 LONGEST_ARROW = 1.0  # ball diameters
 OUTER_WIDTH = 0.95  # of the inner ring's: faces in one plane flicker where they are drawn
@@ -106,9 +107,8 @@ def _balls(parameters, sample):
     position, orientation = sample["position"], sample["orientation"]
     size = (diameter, diameter, diameter)
     yield marker("balls", 0, SPHERE_LIST, size, STEEL) | {"points": position}
-    x, y, z, w = np.moveaxis(orientation, -1, 0)
-    own_x = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)], axis=-1)
-    own_y = np.stack([2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)], axis=-1)
+    rows = rotation_rows(np.moveaxis(orientation, -1, 0))
+    own_x, own_y = (np.stack([row[axis] for row in rows], axis=-1) for axis in range(2))
     reach = 0.53 * diameter
     ends = [position - reach * own_x, position + reach * own_x, position - reach * own_y, position + reach * own_y]
     width = (0.1 * diameter, 0.0, 0.0)

@@ -34,7 +34,7 @@ from bearing_twin.contact.elasticity import (
 )
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.friction import friction_of
-from bearing_twin.numerics.rotation import cross, dot, quaternion_product
+from bearing_twin.numerics.rotation import cross, dot, quaternion_product, rows_of_state, scaled
 from bearing_twin.shapes.surfaces import ellipsoid_on_plane, ellipsoid_reach, ellipsoid_slopes
 
 POSITION, QUATERNION, VELOCITY, MOMENTUM, VISCOUS, RUBBED, SHAPE = 0, 3, 7, 10, 13, 14, 15
@@ -104,12 +104,8 @@ class PlaneTouch(NamedTuple):
 @kernel
 def pose_of(body, state):
     """Orientation and angular velocity of a state; the quaternion is taken at unit length."""
-    x, y, z, w = state[3], state[4], state[5], state[6]
-    norm = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
-    x, y, z, w = norm * x, norm * y, norm * z, norm * w
-    first = (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w))
-    second = (2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w))
-    down = (-2.0 * (x * z - y * w), -2.0 * (y * z + x * w), -1.0 + 2.0 * (x * x + y * y))
+    first, second, up = rows_of_state(state, QUATERNION)
+    down = scaled(-1.0, up)
     spin_body = (
         (first[0] * state[10] + second[0] * state[11] - down[0] * state[12]) / body.inertia[0],
         (first[1] * state[10] + second[1] * state[11] - down[1] * state[12]) / body.inertia[1],

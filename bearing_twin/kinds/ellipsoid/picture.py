@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from bearing_twin.kinds.ellipsoid.view import LOST, STORED
-from bearing_twin.numerics.rotation import rotation_matrix
+from bearing_twin.numerics.rotation import rotation_matrix, rotation_rows
 from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
 
@@ -94,8 +94,7 @@ def _outline(semi_axes, orientation, plane):
 def _draw_tilt(axis, time, values):
     """Angle of each own axis to the vertical, 0 to 90 degrees: an axis has no direction."""
     frame(axis)
-    x, y, z, w = values["orientation"].T
-    upward = (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y))
+    _, _, upward = rotation_rows(values["orientation"].T)
     for number, (name, cosine) in enumerate(zip("xyz", upward, strict=True)):
         angle = np.degrees(np.arccos(np.minimum(np.abs(cosine), 1.0)))
         axis.plot(time, angle, color=BALL_COLOURS[number], linewidth=1.4, label=f"own {name}")

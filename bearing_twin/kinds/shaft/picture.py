@@ -4,14 +4,13 @@ import math
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from bearing_twin.kinds.shaft.modes import last_matrices, modes_at, modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES
+from bearing_twin.pictures.loads_around import draw_loads_around
 from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import (
     BALL_COLOURS,
-    RACEWAY_COLOURS,
     STYLE,
     ball_line,
     frame,
@@ -46,27 +45,9 @@ def _draw_loads(axis, values, side, k):
     """Loads on both raceways of each ball at the last output; the arrow is the shaft's push on the bearing."""
     load, first = values[f"{side}_normal_load"][-1], values["orbit_angle"][-1, k]
     azimuth = first + 2.0 * np.pi * np.arange(len(load)) / len(load)
-    width = 2.0 * np.pi / len(load)
-    for race, (name, colour, shift) in enumerate(zip(("inner", "outer"), RACEWAY_COLOURS, (-0.18, 0.18), strict=True)):
-        axis.bar(azimuth + shift * width, load[:, race], 0.34 * width, color=colour, label=f"{name} raceway")
-    greatest = float(load.max()) or 1.0
-    axis.set_ylim(0.0, 1.12 * greatest)
     push = -values["bearing_force"][-1, k]
     size = float(np.hypot(push[0], push[1]))
-    if size > 1e-3 * greatest:
-        direction = math.atan2(push[1], push[0])
-        look = {"arrowstyle": "-|>", "lw": 2.5, "color": STYLE["ink"], "mutation_scale": 18}
-        axis.annotate("", (direction, 0.75 * greatest), (direction, 0.0), arrowprops=look, zorder=5)
-    axis.set_facecolor(STYLE["panel"])
-    axis.grid(True, color="white", linewidth=1.2)
-    axis.spines["polar"].set_color(STYLE["edge"])
-    axis.tick_params(labelsize=10, labelcolor=STYLE["ink"])
-    axis.yaxis.set_major_locator(MaxNLocator(4, prune="lower"))
-    # between two balls, near 45 degrees, where no bar hides the numbers
-    gaps = (azimuth + 0.5 * width) % (2.0 * np.pi)
-    axis.set_rlabel_position(math.degrees(gaps[np.abs(gaps - 0.25 * np.pi).argmin()]))
-    for label in axis.get_yticklabels():
-        label.set(ha="center", bbox={"facecolor": STYLE["panel"], "edgecolor": "none", "alpha": 0.85, "pad": 0.6})
+    draw_loads_around(axis, azimuth, load, push[:2])
     words = f"{side.capitalize()}: ball loads at the end [N]"
     heading(axis, words, pad=26)
     axis.text(

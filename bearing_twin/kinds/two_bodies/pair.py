@@ -7,6 +7,7 @@ import numpy as np
 
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.elasticity import Elasticity
+from bearing_twin.numerics.rotation import rows_of_state
 from bearing_twin.shapes.implicit import Surface
 from bearing_twin.shapes.opposing import nearest_pair
 from bearing_twin.shapes.tracking import MU, Body, equations, level_at, projected
@@ -62,13 +63,7 @@ class Pair(NamedTuple):
 @kernel
 def body_at(rigid, state, first):
     """The body (`tracking.Body`) in the state's columns from `first` on; the quaternion is taken at unit length."""
-    x, y, z, w = state[first + 3], state[first + 4], state[first + 5], state[first + 6]
-    norm = 1.0 / math.sqrt(x * x + y * y + z * z + w * w)
-    x, y, z, w = norm * x, norm * y, norm * z, norm * w
-    turn = np.empty((3, 3))
-    turn[0, 0], turn[0, 1], turn[0, 2] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)
-    turn[1, 0], turn[1, 1], turn[1, 2] = 2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)
-    turn[2, 0], turn[2, 1], turn[2, 2] = 2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)
+    turn = np.array(rows_of_state(state, first + QUATERNION))
     own = turn.T @ state[first + MOMENTUM : first + MOMENTUM + 3]
     for i in range(3):
         own[i] /= rigid.inertia[i]

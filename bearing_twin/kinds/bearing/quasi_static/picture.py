@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
+from bearing_twin.pictures.loads_around import draw_loads_around
 from bearing_twin.pictures.style import RACEWAY_COLOURS, RACEWAYS, STYLE, ball_line, frame, heading, key_above
 from bearing_twin.pictures.worth import finish
 
@@ -50,25 +51,8 @@ def draw_equilibrium(result: dict, path) -> Path:
 
 
 def _draw_loads(axis, result):
-    azimuth = np.asarray(result["ball_azimuth_rad"])
-    width = 2.0 * np.pi / len(azimuth)
-    greatest = max(max(result[f"normal_load_{race}_n"]) for race in RACEWAYS)
-    for race, colour, shift in zip(RACEWAYS, RACEWAY_COLOURS, (-0.18, 0.18), strict=True):
-        load = np.asarray(result[f"normal_load_{race}_n"])
-        axis.bar(azimuth + shift * width, load, 0.34 * width, color=colour, label=f"{race} raceway")
-    axis.set_facecolor(STYLE["panel"])
-    axis.grid(True, color="white", linewidth=1.2)
-    axis.spines["polar"].set_color(STYLE["edge"])
-    axis.set_ylim(0.0, 1.12 * greatest or 1.0)
-    heaviest = int(np.argmax(result["normal_load_inner_n"]))
-    axis.set_rlabel_position(np.degrees(azimuth[heaviest] + np.pi + 1.5 * width))
-    axis.tick_params(labelsize=11, labelcolor=STYLE["ink"])
-    force = -np.asarray(result["ring_force_n"][:2])
-    if np.linalg.norm(force) > 1e-6 * greatest:
-        direction = np.arctan2(force[1], force[0])
-        look = {"arrowstyle": "-|>", "lw": 2.5, "color": STYLE["ink"], "mutation_scale": 20}
-        axis.annotate("", (direction, 0.0), (direction + np.pi, 0.6 * greatest), arrowprops=look, zorder=5)
-        axis.text(direction + np.pi, 0.68 * greatest, "load", ha="center", va="center", fontsize=12, color=STYLE["ink"])
+    loads = np.array([result[f"normal_load_{race}_n"] for race in RACEWAYS]).T
+    draw_loads_around(axis, np.asarray(result["ball_azimuth_rad"]), loads, -np.asarray(result["ring_force_n"][:2]))
     axis.set_title("Load on each ball [N]; 0° is +x, 90° is +y", loc="left", fontsize=13.5, color=STYLE["ink"], pad=24)
     axis.legend(frameon=False, fontsize=11, loc="lower left", bbox_to_anchor=(-0.08, -0.1))
 
