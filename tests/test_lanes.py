@@ -2,9 +2,12 @@
 
 import hashlib
 import os
+import platform
 import subprocess
 import sys
 
+import numba
+import numpy as np
 import pytest
 
 from bearing_twin.numerics import lanes
@@ -59,5 +62,29 @@ def said_by(width, **changes):
 
 @pytest.mark.environment
 def test_bits_are_the_same_whatever_the_lanes(tmp_path):
-    """Eight as in use, by the kernels that are kept; what four compile stands in a cache of its own."""
-    assert said_by(4, XDG_CACHE_HOME=str(tmp_path)) == said_by(lanes.LANES)
+    """The width in use by the kernels that are kept; what the other compiles stands in a cache of its own."""
+    other = 12 - lanes.LANES
+    assert said_by(other, XDG_CACHE_HOME=str(tmp_path)) == said_by(lanes.LANES)
+
+
+@pytest.mark.parametrize(
+    ("processor", "features", "width"),
+    [("znver4", "+avx2,+avx512f", 8), ("znver3", "+avx2", 4), ("sapphirerapids", "+avx512f", 4), ("apple-m1", "", 4)],
+)
+def test_lanes_are_as_wide_as_vector_instructions(processor, features, width):
+    """LLVM takes 256 bits on processors that have 512 but are not called znver."""
+    assert lanes.width_for(processor, features) == width
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="names of registers are those of x86")
+def test_lanes_here_are_as_wide_as_the_compiler_takes_them():
+    """Registers zmm of 512 bits are asked for in machine code of a plain loop."""
+
+    @numba.njit
+    def squares(of, into):
+        for k in range(64):
+            into[k] = of[k] * of[k]
+
+    squares(np.ones(64), np.ones(64))
+    (code,) = squares.inspect_asm().values()
+    assert (8 if "zmm" in code else 4) == lanes.LANES

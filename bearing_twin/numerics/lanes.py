@@ -11,11 +11,24 @@ rows are the scene's. All are constants: rows known only when a kernel runs cost
 """
 
 import numpy as np
+from numba.core.registry import cpu_target
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.numerics.steppers import MOST_STAGES
 
-LANES = 8
+
+def width_for(processor: str, features: str) -> int:
+    """As many lanes as fill a vector instruction: 8 of 512 bits, 4 of 256; `processor` is LLVM's name of it.
+
+    Eight where there are 256 bits take 1.3 to 1.5 times as long (`python bench/lanes.py`). LLVM uses 512 bits on
+    processors called znver; on others that have them it takes 256.
+    """
+    return 8 if processor.startswith("znver") and "+avx512f" in features else 4
+
+
+# What Numba compiles for, by which compiled code is kept, too.
+_, _PROCESSOR, _FEATURES = cpu_target.target_context.codegen().magic_tuple()
+LANES = width_for(_PROCESSOR, _FEATURES)
 
 
 def rows(first, *heights):
