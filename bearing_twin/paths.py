@@ -1,6 +1,7 @@
 """Where files that are not Python live, in a checkout or installed, and how files are written: whole or not at all."""
 
 import contextlib
+import functools
 import os
 import shutil
 from collections.abc import Iterator
@@ -15,14 +16,20 @@ def share_path(*parts: str) -> Path:
     In a checkout (also an editable or symlinked install) the folders lie beside the package; installed by
     colcon or pip they lie in share/bearing_twin of the prefix. Raises BearingTwinError when neither has it.
     """
-    package = Path(__file__).resolve().parent
-    roots = [package.parent, *(folder / "share" / "bearing_twin" for folder in package.parents)]
+    roots = _roots(__file__)
     for root in roots:
-        if (root / "package.xml").is_file() and (found := root.joinpath(*parts)).exists():
+        if (found := root.joinpath(*parts)).exists() and (root / "package.xml").is_file():
             return found
     raise BearingTwinError(
         f"{'/'.join(parts)} of bearing_twin is neither in {roots[0]} nor in a share/bearing_twin above: reinstall it."
     )
+
+
+@functools.cache
+def _roots(module: str) -> list[Path]:
+    """Where shared files may lie; kept, for links of all folders above are followed, and every scene asks for it."""
+    package = Path(module).resolve().parent
+    return [package.parent, *(folder / "share" / "bearing_twin" for folder in package.parents)]
 
 
 def own_folder(name: str) -> Path:

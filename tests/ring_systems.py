@@ -7,7 +7,6 @@ from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.equations import RingDrive
 from bearing_twin.kinds.bearing.forces.jacobian import rates_and_ring_jacobian
 from bearing_twin.kinds.bearing.forces.layout import (
-    ANSWERING,
     AXIS_DISTANCE,
     BALL_BY_BORDER,
     BORDER,
@@ -17,10 +16,14 @@ from bearing_twin.kinds.bearing.forces.layout import (
     CAGE_Y,
     CENTRE,
     COUPLED_ROWS,
+    DRIVE_WORK,
     JACOBIAN,
+    LINEARISED,
     MOTION,
     PLACES,
+    POWER_SIGN,
     RING_SPEED,
+    VELOCITY,
 )
 from bearing_twin.kinds.bearing.forces.pairs import add_pairs
 from bearing_twin.kinds.bearing.forces.rates import lane_rates
@@ -113,12 +116,22 @@ class System:
             parts = [array[row * LANES : (row + rows) * LANES].reshape(*shape, LANES) for array in arrays]
             return np.moveaxis(np.concatenate(parts, axis=-1), -1, 0)[: len(self.state)]
 
+        by_ball, by_border = (
+            read(blocks, JACOBIAN, LINEARISED, MOTION),
+            read(blocks, BALL_BY_BORDER, LINEARISED - VELOCITY, 2 * PLACES),
+        )
+        sign = read(blocks, POWER_SIGN, 1, 1)
         return (
-            read(blocks, JACOBIAN, COLUMNS, MOTION),
-            read(blocks, BALL_BY_BORDER, ANSWERING, 2 * PLACES),
+            with_gross_work(by_ball, sign, DRIVE_WORK),
+            with_gross_work(by_border, sign, DRIVE_WORK - VELOCITY),
             read(blocks, BORDER_BY_BALL, PLACES, MOTION),
             coupling.border.numbers[at.OWN : at.CORNER].reshape(PLACES, 2 * PLACES),
         )
+
+
+def with_gross_work(rows, sign, drive):
+    """Rows (..., rates, columns) of a Jacobian with that of GROSS_WORK: row number `drive` times the power's sign."""
+    return np.concatenate([rows, sign * rows[..., drive : drive + 1, :]], axis=-2)
 
 
 def disturbed(name, seed=3, more=()):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from bearings import asking, motion
+from ring_systems import with_gross_work
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.names import law_names
@@ -13,11 +14,14 @@ from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     BORDER,
     DISSIPATED,
+    DRIVE_WORK,
     JACOBIAN,
     JACOBIAN_END,
+    LINEARISED,
     MANY,
     MOTION,
     OWN_BY_AHEAD,
+    POWER_SIGN,
     RING_SPEED,
     ROSENBROCK_ROWS,
     SPOTS,
@@ -66,6 +70,13 @@ def rates(bearing, lanes, column, nudge):
     return moved[LANE_RATES * LANES : (LANE_RATES + COLUMNS) * LANES].reshape(COLUMNS, LANES).copy()
 
 
+def jacobian_in(lanes):
+    """The Jacobians (COLUMNS, MOTION, LANES) that stand in lanes."""
+    rows = lanes[JACOBIAN * LANES :][: LINEARISED * MOTION * LANES].reshape(LINEARISED, MOTION, LANES)
+    found = with_gross_work(np.moveaxis(rows, -1, 0), lanes[POWER_SIGN * LANES :][:LANES, None, None], DRIVE_WORK)
+    return np.moveaxis(found, 0, -1)
+
+
 CASES = [
     *((law, "point") for law in law_names("point", GIVES)),
     *(("hertz", row) for row in FRICTIONS if row != "point"),
@@ -101,7 +112,7 @@ def test_a_law_of_any_power_has_its_derivative(power):
 def check_entries(bearing, lanes, close):
     """The Jacobian of the lanes against central differences of the rates."""
     rates_and_jacobian(bearing.spot, bearing, lanes)
-    found = lanes[JACOBIAN * LANES :].reshape(COLUMNS, MOTION, LANES)
+    found = jacobian_in(lanes)
     together, alone = lanes[LANE_RATES * LANES :][: COLUMNS * LANES], rates(bearing, lanes, 0, 0.0).ravel()
     assert np.all(np.abs(together - alone) <= 1e-12 * np.abs(alone).max())  # both write the same rates
     for column in range(MOTION):
@@ -204,7 +215,7 @@ def whole(coupling, blocks, count):
     jacobian = np.zeros((count, COLUMNS, count, MOTION))
     for i in range(count):
         lanes, pair, k, j = blocks[i // LANES], coupling.pairs.blocks[i // LANES], i % LANES, (i + 1) % count
-        jacobian[i, :, i] += matrix(lanes, JACOBIAN, COLUMNS)[..., k]
+        jacobian[i, :, i] += jacobian_in(lanes)[..., k]
         jacobian[i, VELOCITY : DISSIPATED + 1, j] += matrix(pair, OWN_BY_AHEAD, 8)[..., k]
         jacobian[j, VELOCITY:MOTION, i] += matrix(pair, AHEAD_BY_OWN, 6)[..., k]
     return jacobian

@@ -237,6 +237,7 @@ def test_friction_at_a_point_neither_runs_nor_compiles_the_spots():
     assert not of_spots & called[()]
 
 
+@pytest.mark.environment
 def test_the_spots_are_vector_instructions():
     """Packed operations in every loop over lanes; `over_spots` is scalar, and eight times slower, with 8 to a row.
 

@@ -28,7 +28,7 @@ IMPULSE = 2.0 * 0.1129 * 20.0  # N s, 2 mu v
 @pytest.fixture(scope="module")
 def sheets():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(study_spheres, "SPEEDS", study_spheres.SPEEDS[::4])  # a coarser map
+        patch.setattr(study_spheres, "SPEEDS", study_spheres.SPEEDS[::10])  # a coarser map
         patch.setattr(study_spheres, "EVERY", 1)
         return {name: SHEETS[name].make(lambda share: None) for name in QUICK}
 

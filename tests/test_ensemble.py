@@ -549,6 +549,7 @@ def test_a_worker_that_dies_ends_the_study_with_what_is_done(quick_workers):
     assert children() == []
 
 
+@pytest.mark.environment
 def test_a_script_that_guards_nothing_is_told_so(tmp_path, quick_starts):
     script = tmp_path / "naked.py"
     lines = (

@@ -31,7 +31,7 @@ def log(tmp_path_factory):
 @pytest.fixture(scope="module")
 def impact(tmp_path_factory):
     path = tmp_path_factory.mktemp("export") / "impact.mcap"
-    write_log(simulate(load_scene("sphere_on_beam", ["run.duration=2e-4"])), path)
+    write_log(simulate(load_scene("sphere_on_beam", ["run.duration=2e-4", "run.output_rate=1e6"])), path)
     return path
 
 

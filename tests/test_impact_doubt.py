@@ -275,7 +275,7 @@ def test_steps_have_the_share_of_the_tolerance_that_contacts_bear(name, monkeypa
         found = contacts(tolerance)
         return float((np.abs(found - exact).max(axis=0) / exact.max(axis=0).clip(1e-300)).max())
 
-    exact = contacts(1e-11)
+    exact = contacts(1e-5 * tolerance)
     kept = off()
     monkeypatch.setattr(module, "SETTING", more * module.SETTING)
     assert kept < tolerance < off()

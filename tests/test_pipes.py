@@ -17,7 +17,11 @@ WORDS = {
 }
 
 
-@pytest.mark.parametrize(("what", "both"), [("help of a command", False), *((what, True) for what in WORDS)])
+BY_ITS_WORD = "a node by its word"  # imports the command line first and then the node, two seconds
+BOTH = [pytest.param(one, True, marks=[pytest.mark.environment] if one == BY_ITS_WORD else []) for one in WORDS]
+
+
+@pytest.mark.parametrize(("what", "both"), [("help of a command", False), *BOTH])
 def test_a_reader_that_leaves_is_no_error(what, both, tmp_path, quick_starts):
     said, (reader, printed) = tmp_path / "said", os.pipe()
     os.close(reader)  # before anything is printed

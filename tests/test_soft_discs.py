@@ -313,12 +313,12 @@ def test_a_hard_flat_disc_is_a_wall():
 
 
 def test_an_animation_of_two_discs(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("bearing_twin.kinds.soft_discs.picture.FRAMES", 6)
+    monkeypatch.setattr("bearing_twin.kinds.soft_discs.picture.FRAMES", 4)
     path = tmp_path / "discs.gif"
     quick = [word for change in SMALL for word in ("--set", change)]
     assert main(["simulate", "soft_discs_unequal", *quick, "--plot", str(path)]) == 0
     with Image.open(path) as picture:
-        assert picture.n_frames == 6
+        assert picture.n_frames == 4
         picture.seek(3)
         shades = len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0))
     assert shades > 50

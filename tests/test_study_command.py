@@ -279,7 +279,7 @@ def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, capsys)
 def test_what_a_log_of_a_study_holds_is_held_once(tmp_path):
     """As it is read: a second time a block of it, and the eighth that is kept ready for more."""
     study = load_study("spheres_alpha_4e-5", ["histories=[approach]"])
-    count, points = 30_000, study.settings.history_points
+    count, points = 24_000, study.settings.history_points
     numbers = np.arange(count * points) % 7.0
     columns = [np.ones((count, len(one))) for one in (study.inputs, study.quantities)]
     with StudyLog(study, tmp_path / "long.mcap", max_loss=0.0) as log:

@@ -28,6 +28,7 @@ DROP = {
     "contact": {"normal": "hertz"},
     "gravity": [0.0, 0.0, 0.0],
     "run": {"duration": 4e-4, "output_rate": 1e6},
+    "solver": {"companion": "off"},  # of whose errors no test here asks
 }
 
 
@@ -170,7 +171,7 @@ def test_a_ball_that_rolls_in_a_groove_swings_as_a_rolling_pendulum():
             "shape": "groove", "ring_radius": rho + ball - 0.006, "radius": 0.006, "turn": [0.5 * math.pi, 0.0, 0.0],
             "motion": "held",
         },
-        contact={"friction_coefficient": 0.8, "friction_regularisation": 1e-4, "restitution": 0.3},
+        contact={"friction_coefficient": 0.8, "friction_regularisation": 3e-4, "restitution": 0.3},
         gravity=[0.0, 0.0, -g],
         run={"duration": 0.28 * period, "output_rate": 1000.0},
     )  # fmt: skip

@@ -33,7 +33,10 @@ TOY = {
 WAYS = {"a fork": ("fork", True, 0), "afresh, then forks": ("spawn", True, 1), "all afresh": ("spawn", False, 2)}
 
 
-@pytest.fixture(params=["a fork", "afresh, then forks", pytest.param("all afresh", marks=pytest.mark.environment)])
+AFRESH = [pytest.param(one, marks=pytest.mark.environment) for one in ("afresh, then forks", "all afresh")]
+
+
+@pytest.fixture(params=["a fork", *AFRESH])
 def way(request, monkeypatch):
     method, forks, _ = WAYS[request.param]
     monkeypatch.setattr(workers, "FORKS", forks)
@@ -199,7 +202,9 @@ def test_where_no_process_can_be_started_it_is_told(monkeypatch):
         run(LOSSY)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.environment), signal.SIGKILL]
+)
 def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path, quick_starts):
     path = tmp_path / "long.yaml"
     path.write_text(json.dumps({**LONG_RUN, "workers": 2}), encoding="utf-8")
@@ -221,7 +226,10 @@ def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path, quick_sta
 
 @pytest.mark.parametrize(
     ("until", "more"),
-    [("multiprocessing.active_children()", {}), ("told", {"set": ["run.duration=0.02"], "samples": 10000})],
+    [
+        ("multiprocessing.active_children()", {}),
+        pytest.param("told", {"set": ["run.duration=0.02"], "samples": 10000}, marks=pytest.mark.environment),
+    ],
 )
 def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread(until, more, tmp_path, quick_starts):
     """And takes its workers along, while they start or while they compute; nothing is said of it."""

@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from sources import ROOT, nodes_of
+from sources import ROOT, statements_of
 
 CORE = ("test_architecture", "test_parameters", "test_scene")  # quick, and about the whole house
 MAIN = ("main", "origin/main", "origin/HEAD")
@@ -37,7 +37,7 @@ def import_graph(root: Path = ROOT) -> dict[str, set[str]]:
     graph = {}
     for path in paths:
         found = set()
-        for node in nodes_of(path):
+        for node in statements_of(path):
             if isinstance(node, ast.Import):
                 found |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.module:

@@ -6,9 +6,11 @@ The table knows its greatest error, halfway between nodes; where it would be abo
 down to what doubles cannot hold, quantiles stay the distribution's own.
 """
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
+from scipy import stats
 from scipy.interpolate import CubicHermiteSpline
 from scipy.special import expit, logit
 
@@ -53,6 +55,13 @@ def quantiles(name: str, distribution) -> Quantiles | None:
     """The table of a SciPy distribution of that name; None where it has closed quantiles or no table is good enough."""
     if name not in ITERATED:
         return None
+    return _made(name, distribution.args, tuple(sorted(distribution.kwds.items())))
+
+
+@functools.lru_cache(maxsize=4)
+def _made(name: str, arguments: tuple, keywords: tuple[tuple[str, float], ...]) -> Quantiles | None:
+    """Kept, a quarter of a megabyte each: every value of a sweep and every further study has the same inputs."""
+    distribution = getattr(stats, name)(*arguments, **dict(keywords))
     bounded, t = ITERATED[name], np.linspace(-FARTHEST, FARTHEST, 2 * NODES - 1)
     low, high = map(float, distribution.support())
     width = high - low if bounded else 1.0

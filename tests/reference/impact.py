@@ -1,4 +1,4 @@
-"""Central impacts by the equation of motion, and the load of two discs by bisection: truths without closed forms.
+"""Central impacts by the equation of motion, and the load of two discs by Brent's method: truths without closed forms.
 
 Nothing of `contact/` or `kinds/` is used: m x'' = -F(x, x') is followed by SciPy to the end of the contact.
 """
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.optimize import bisect
+from scipy.optimize import brentq
 
 
 class Strike(NamedTuple):
@@ -31,7 +31,7 @@ def power_load(coefficient: float, damping: float = 0.0) -> Callable[[float, flo
 
 
 def equation_14(radius: float, thickness: float, young_modulus: float, poisson_ratio: float):
-    """The load [N] of two equal discs at an approach [m], paper 3, eq. (14), by bisection; below its greatest approach.
+    """The load [N] of two equal discs at an approach [m], paper 3, eq. (14), by Brent's method, up to its greatest.
 
     x = (F V/a) [1 + ln(8 a^3/(r F V))], V = (1 - nu^2)/(pi E), 2 a = `thickness`.
     """
@@ -47,7 +47,7 @@ def equation_14(radius: float, thickness: float, young_modulus: float, poisson_r
         low = 1e-30 * top
         if approach(low) >= x:
             return 0.0
-        return bisect(lambda product: approach(product) - x, low, top, xtol=1e-300, rtol=1e-15, maxiter=400) / v
+        return brentq(lambda product: approach(product) - x, low, top, xtol=1e-300, rtol=1e-15, maxiter=400) / v
 
     return load
 

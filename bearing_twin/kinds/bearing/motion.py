@@ -40,7 +40,7 @@ SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
 REPLACED = ("drive", "goal_speed", "bearing", "step", "elapsed", "_acceleration", "_changed", "_load", "_load_rate")
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
-LONGEST_ALONE, LONGEST_CAGED = 0.4, 0.2  # s asked for in one go: balls alone; round a ring with mass in a cage
+LONGEST = 0.4  # s asked for in one go: of balls alone, or round a ring with mass in a cage that keeps them apart
 EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 
@@ -61,8 +61,7 @@ class BearingMotion:
         self.loading, self._instants = RingLoading(parameters), Instants()
         partners = partners_of(parameters)
         self._apart = keeps_apart(parameters.cage, parameters.geometry, 2.0 * NEAR * self.bearing.ball_radius)
-        together = LONGEST_CAGED if self._apart and partners.ring else None
-        self.longest_chunk = together if partners.active else LONGEST_ALONE
+        self.longest_chunk = LONGEST if not partners.active or (self._apart and partners.ring) else None
         if self.bearing.ring:
             start, self._start_border = settled_start(parameters, choice.law, partners)
         else:

@@ -28,11 +28,11 @@ from bearing_twin.kinds.bearing.forces.layout import (
     GIVEN_OUTER,
     GIVEN_SLOPE_INNER,
     GIVEN_SLOPE_OUTER,
-    GROSS_WORK,
     HEIGHT,
     MOTION,
     ORBIT_ANGLE,
     PLACES,
+    POWER_SIGN,
     RADIAL_SPIN,
     RADIAL_VELOCITY,
     RING_SPEED,
@@ -49,7 +49,17 @@ from bearing_twin.kinds.bearing.forces.ring_gradient import inner_gradient, of_b
 from bearing_twin.kinds.bearing.forces.ring_seat import from_ring, ring_in_lane
 from bearing_twin.kinds.bearing.forces.spot_jacobian import add_spot_slopes
 from bearing_twin.numerics.block_solve import Linear, plus, scaled_block
-from bearing_twin.numerics.lanes import LANES, clear_rows, get, get_vector, increase, put, put_vector
+from bearing_twin.numerics.lanes import (
+    LANES,
+    RIGHT,
+    SOLUTION,
+    clear_rows,
+    get,
+    get_vector,
+    increase,
+    put,
+    put_vector,
+)
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, scaled
 
 
@@ -64,7 +74,7 @@ def _put_row(lanes, rate, k, by_velocity, by_spin):
 def put_resistance(bearing, position, velocity, spin, power, inner, outer, lanes, k):
     """Writes the columns of velocity and spin of a ball's Jacobian; `power` is that of the drive [W]."""
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
-    inverse, sign = 1.0 / position[0], math.copysign(1.0, power)
+    inverse = 1.0 / position[0]
     rate = velocity[1] * inverse
     put_jacobian_block(lanes, VELOCITY, VELOCITY, k, scaled_block(inverse_mass, plus(inner.force_v, outer.force_v)))
     put_jacobian_block(lanes, VELOCITY, SPIN, k, scaled_block(inverse_mass, plus(inner.force_s, outer.force_s)))
@@ -79,7 +89,7 @@ def put_resistance(bearing, position, velocity, spin, power, inner, outer, lanes
     increase(lanes, entry(TANGENTIAL_SPIN, RADIAL_SPIN), k, -rate)
     _put_row(lanes, DRIVE_WORK, k, inner.power_v, inner.power_s)
     _put_row(lanes, DISSIPATED, k, add(inner.loss_v, outer.loss_v), add(inner.loss_s, outer.loss_s))
-    _put_row(lanes, GROSS_WORK, k, scaled(sign, inner.power_v), scaled(sign, inner.power_s))
+    put(lanes, POWER_SIGN, k, math.copysign(1.0, power))
 
 
 @inlined
@@ -139,8 +149,6 @@ def _put_ball(ring, bearing, lanes, k, place, cosine, sine, contact, inner):
     put_jacobian_block(lanes, SPIN, AXIS_DISTANCE, k, scaled_block(1.0 / bearing.ball_inertia, torque_p))
     put_vector(lanes, entry(DRIVE_WORK, AXIS_DISTANCE), k, inner.power_p)
     put_vector(lanes, entry(DISSIPATED, AXIS_DISTANCE), k, add(inner.loss_p, outer.loss_p))
-    gross_p = scaled(math.copysign(1.0, contact.drive_power), inner.power_p)
-    put_vector(lanes, entry(GROSS_WORK, AXIS_DISTANCE), k, gross_p)
     put_resistance(bearing, position, velocity, spin, contact.drive_power, inner, outer, lanes, k)
     _add_frame(lanes, k, position, velocity, spin, about_z(cosine, -sine, bearing.gravity))
     put_ball_rates(ring, bearing, place, cosine, sine, position, velocity, spin, contact, other, lanes, k)
@@ -253,3 +261,18 @@ def lane_answer(lanes, rate, k, position, velocity, spin):
         + dot(get_vector(lanes, entry(rate, VELOCITY), k), velocity)
         + dot(get_vector(lanes, entry(rate, SPIN), k), spin)
     )
+
+
+@inlined
+def integral_answers(lanes, k, position, velocity, spin):
+    """What an increment of the motion does to the power of the drive and to what is dissipated [W], in lane k."""
+    work = lane_answer(lanes, DRIVE_WORK, k, position, velocity, spin)
+    return work, lane_answer(lanes, DISSIPATED, k, position, velocity, spin)
+
+
+@inlined
+def put_integrals(g, lanes, k, work, lost):
+    """Writes what lane k's integrals come to in a stage, `work` and `lost` being what its changes do to their rates."""
+    right = get_vector(lanes, RIGHT + DRIVE_WORK, k)
+    answers = work, lost, get(lanes, POWER_SIGN, k) * work
+    put_vector(lanes, SOLUTION + DRIVE_WORK, k, scaled(g, add(right, answers)))

@@ -23,6 +23,7 @@ AXIS_DISTANCE, ORBIT_ANGLE, HEIGHT, RADIAL_VELOCITY, TANGENTIAL_VELOCITY, AXIAL_
 RADIAL_SPIN, TANGENTIAL_SPIN, AXIAL_SPIN, DRIVE_WORK, DISSIPATED, GROSS_WORK = np.arange(6, 12)
 VELOCITY, SPIN = RADIAL_VELOCITY, RADIAL_SPIN
 MOTION = 9  # the columns before this one are the motion; the rest only listen
+LINEARISED = GROSS_WORK  # rates before it have rows in a Jacobian; it answers as DRIVE_WORK, by the power's sign
 MOTION_SPAN = MOTION * LANES
 
 # Bodies that meet all balls, the inner ring and the cage: places (the ring's centre, its tilt about x and y, the cage's
@@ -52,9 +53,10 @@ SPOTS = 2 * LANES
 SLIP_MAJOR, SLIP_MINOR, SPIN_RATE, SEMI_MAJOR, SEMI_MINOR, ALONG, ACROSS, MOMENT, MANY = _SPOT_ROWS + 2 * np.arange(9)
 AXIS_GAP, MINOR_X, MINOR_Y, NORMAL_RADIAL, NORMAL_AXIAL, LEVER, LIMIT = _SPOT_ROWS + 18 + 2 * np.arange(7)
 
-# The slopes of the given coefficients; the Jacobian, see `entry`; the orientation at a step's start and at its end.
-GIVEN_SLOPE_INNER, GIVEN_SLOPE_OUTER, JACOBIAN, ORIENTATION, TURNED, _SHARED = rows(
-    LANE_ROWS, 1, 1, COLUMNS * MOTION, 4, 4
+# The slopes of the given coefficients; the Jacobian, see `entry`; the sign of the drive's power there; the orientation
+# at a step's start and at its end.
+GIVEN_SLOPE_INNER, GIVEN_SLOPE_OUTER, JACOBIAN, POWER_SIGN, ORIENTATION, TURNED, _SHARED = rows(
+    LANE_ROWS, 1, 1, LINEARISED * MOTION, 1, 4, 4
 )
 JACOBIAN_END = ORIENTATION
 
@@ -83,7 +85,7 @@ OWN_BY_OWN, OWN_BY_AHEAD, AHEAD_BY_OWN, AHEAD_BY_AHEAD, UPPER, LOWER, PAIR_ROWS 
 # VELOCITY on by the border's places and velocities, the border's accelerations by a ball's motion and by its own, all
 # row after row; two tiles of the linear system without positions, column after column; what goes into sums; and how
 # fast a ball comes to go forward in its pocket.
-ANSWERING = COLUMNS - VELOCITY
+ANSWERING = LINEARISED - VELOCITY
 BALL_BY_BORDER, BORDER_BY_BALL, BORDER_BY_BORDER, BALL_TILE, BORDER_TILE, SHARES, CLOSING, BORDERED_ROWS = rows(
     ROSENBROCK_ROWS, ANSWERING * 2 * PLACES, PLACES * MOTION, 2 * PLACES * PLACES, 36, 36, PLACES, 1
 )
@@ -91,7 +93,7 @@ BALL_BY_BORDER, BORDER_BY_BALL, BORDER_BY_BORDER, BALL_TILE, BORDER_TILE, SHARES
 # places and velocities of the border and by its speed; and what a ball's state comes to for its speed in a stage. Then
 # the rates at a step's start, kept for one that is made again.
 BALL_BY_SHAFT, SHAFT_BY_BALL, SHAFT_BY_BORDER, SHAFT_OWN, SHAFT_ANSWER, FIRST_RATES, COUPLED_ROWS = rows(
-    BORDERED_ROWS, ANSWERING, MOTION, 2 * PLACES, 1, COLUMNS, COLUMNS
+    BORDERED_ROWS, COLUMNS - VELOCITY, MOTION, 2 * PLACES, 1, COLUMNS, COLUMNS
 )
 
 

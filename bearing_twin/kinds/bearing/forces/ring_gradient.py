@@ -5,17 +5,17 @@ A (v - v_c - w x d') and A (s - w). `contact_gradient` differentiates it there; 
 velocities are put in by the chain rule, in the axes of the ball's frame.
 """
 
-import math
 from typing import NamedTuple
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces.equations import RacewayContact, brought_back
 from bearing_twin.kinds.bearing.forces.gradient import Gradient, contact_gradient
 from bearing_twin.kinds.bearing.forces.layout import (
-    ANSWERING,
     BALL_BY_BORDER,
     BORDER_BY_BALL,
     BORDER_BY_BORDER,
+    DISSIPATED,
+    DRIVE_WORK,
     MOTION,
     PLACES,
     SPIN,
@@ -267,11 +267,8 @@ def put_answers(bearing, found, lanes, k, cosine, sine):
     stride = 2 * PLACES
     _put_columns(lanes, BALL_BY_BORDER, stride, k, cosine, sine, 1.0 / bearing.ball_mass, found.force)
     _put_columns(lanes, BALL_BY_BORDER + 3 * stride, stride, k, cosine, sine, 1.0 / bearing.ball_inertia, found.torque)
-    work = BALL_BY_BORDER + (ANSWERING - 3) * stride
-    put_number(lanes, work, k, cosine, sine, 1.0, found.power)
-    put_number(lanes, work + stride, k, cosine, sine, 1.0, found.loss)
-    sign = math.copysign(1.0, found.contact.drive_power)
-    put_number(lanes, work + 2 * stride, k, cosine, sine, sign, found.power)
+    put_number(lanes, BALL_BY_BORDER + (DRIVE_WORK - VELOCITY) * stride, k, cosine, sine, 1.0, found.power)
+    put_number(lanes, BALL_BY_BORDER + (DISSIPATED - VELOCITY) * stride, k, cosine, sine, 1.0, found.loss)
     _put_reaction(lanes, 0, True, k, cosine, sine, found.contact.force, found.force)
     _put_moment(found.seat, found, lanes, k, cosine, sine)
 

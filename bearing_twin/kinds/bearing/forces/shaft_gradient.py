@@ -11,10 +11,12 @@ from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces.equations import lane_position
 from bearing_twin.kinds.bearing.forces.gradient import contact_gradient
 from bearing_twin.kinds.bearing.forces.layout import (
-    ANSWERING,
     BALL_BY_SHAFT,
+    DISSIPATED,
+    DRIVE_WORK,
     GIVEN_INNER,
     GIVEN_SLOPE_INNER,
+    GROSS_WORK,
     ORBIT_ANGLE,
     PLACES,
     RING_SPEED,
@@ -68,9 +70,9 @@ def _put_column(bearing, lanes, k, found, force, torque, power):
     """Writes how a ball's rates answer to the shaft's speed; force and torque in the ball's frame."""
     put_vector(lanes, BALL_BY_SHAFT, k, scaled(1.0 / bearing.ball_mass, force))
     put_vector(lanes, BALL_BY_SHAFT + SPIN - VELOCITY, k, scaled(1.0 / bearing.ball_inertia, torque))
-    put(lanes, BALL_BY_SHAFT + ANSWERING - 3, k, found.power)
-    put(lanes, BALL_BY_SHAFT + ANSWERING - 2, k, found.loss)
-    put(lanes, BALL_BY_SHAFT + ANSWERING - 1, k, math.copysign(1.0, power) * found.power)
+    put(lanes, BALL_BY_SHAFT + DRIVE_WORK - VELOCITY, k, found.power)
+    put(lanes, BALL_BY_SHAFT + DISSIPATED - VELOCITY, k, found.loss)
+    put(lanes, BALL_BY_SHAFT + GROSS_WORK - VELOCITY, k, math.copysign(1.0, power) * found.power)
     put(lanes, SHAFT_OWN, k, -found.moment)
 
 

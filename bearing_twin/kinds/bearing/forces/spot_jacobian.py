@@ -20,6 +20,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     MOTION,
     MOTION_SPAN,
     ORBIT_ANGLE,
+    POWER_SIGN,
     RING_SPEED,
     SHAFT_BY_BALL,
     SHAFT_OWN,
@@ -154,9 +155,7 @@ def add_spot_slopes(spot, bearing, lanes):
             for i in range(MOTION_SPAN):
                 increase(lanes, entry(VELOCITY + rate, 0), i, get(room, ANSWERS + rate * MOTION, i))
         for k in range(LANES):
-            sign = math.copysign(1.0, get(lanes, LANE_RATES + DRIVE_WORK, k))
-            for column in range(MOTION):
-                put(lanes, entry(GROSS_WORK, column), k, sign * get(lanes, entry(DRIVE_WORK, column), k))
+            put(lanes, POWER_SIGN, k, math.copysign(1.0, get(lanes, LANE_RATES + DRIVE_WORK, k)))
 
 
 @owning_kernel

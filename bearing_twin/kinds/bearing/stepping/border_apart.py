@@ -7,7 +7,7 @@ because each pass over the lanes costs more than what is reckoned in it.
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces import border_rows as at
-from bearing_twin.kinds.bearing.forces.jacobian import lane_answer, lane_linear
+from bearing_twin.kinds.bearing.forces.jacobian import integral_answers, lane_linear, put_integrals
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIAL_VELOCITY,
     AXIS_DISTANCE,
@@ -16,6 +16,8 @@ from bearing_twin.kinds.bearing.forces.layout import (
     BORDER_BY_BALL,
     BORDER_TILE,
     CAGE,
+    DISSIPATED,
+    DRIVE_WORK,
     FACTOR_RADIUS,
     FACTOR_VELOCITY,
     HEIGHT,
@@ -46,7 +48,7 @@ from bearing_twin.kinds.bearing.stepping.border_system import (
 )
 from bearing_twin.numerics.block_solve import times
 from bearing_twin.numerics.chain_solve import six
-from bearing_twin.numerics.lanes import COLUMNS, LANES, RIGHT, SOLUTION, add_sum, get, get_vector, put, put_vector
+from bearing_twin.numerics.lanes import LANES, RIGHT, SOLUTION, add_sum, get, get_vector, put, put_vector
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import add, minus
 
@@ -148,10 +150,10 @@ def _follow_border(g, border, lanes):
         spin = minus(get_vector(lanes, SOLUTION + SPIN, k), _answer(ring, lanes, 3, k, speeds))
         turn = get(lanes, FACTOR_RADIUS, k) * velocity[0] + get(lanes, FACTOR_VELOCITY, k) * velocity[1]
         position = add(get_vector(lanes, SOLUTION, k), (g * velocity[0], turn, g * velocity[2]))
-        for integral in range(MOTION, COLUMNS):
-            found = lane_answer(lanes, integral, k, position, velocity, spin)
-            found += follow_integral(ring, lanes, integral, k, places, speeds)
-            put(lanes, SOLUTION + integral, k, g * (get(lanes, RIGHT + integral, k) + found))
+        work, lost = integral_answers(lanes, k, position, velocity, spin)
+        work += follow_integral(ring, lanes, DRIVE_WORK, k, places, speeds)
+        lost += follow_integral(ring, lanes, DISSIPATED, k, places, speeds)
+        put_integrals(g, lanes, k, work, lost)
         put(lanes, SOLUTION + AXIS_DISTANCE, k, position[0])
         angle, along = follow_even(lanes, k, places, speeds, cage_speed)
         turn, along = angle if even else position[1], along if even else velocity[1]

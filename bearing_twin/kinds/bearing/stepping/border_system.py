@@ -17,12 +17,15 @@ from bearing_twin.kinds.bearing.forces.layout import (
     BORDER_BY_BALL,
     BORDER_BY_BORDER,
     CAGE,
+    DISSIPATED,
     DRIVE_WORK,
     LAND_WORK,
+    LINEARISED,
     LOST,
     MOTION,
     ORBIT_ANGLE,
     PLACES,
+    POWER_SIGN,
     RADIAL_VELOCITY,
     SHARES,
     SPIN,
@@ -36,7 +39,6 @@ from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, border_load, 
 from bearing_twin.kinds.bearing.stepping.border_solve import mixed, of_cage
 from bearing_twin.numerics.chain_solve import six
 from bearing_twin.numerics.lanes import (
-    COLUMNS,
     LANE_RATES,
     LANES,
     RIGHT,
@@ -51,7 +53,7 @@ from bearing_twin.numerics.lanes import (
     put,
 )
 from bearing_twin.numerics.lean import lean_kernel
-from bearing_twin.numerics.rotation import dot
+from bearing_twin.numerics.rotation import dot, scaled
 
 
 @inlined
@@ -91,7 +93,7 @@ def _make_even(bearing, border, lanes):
             put(lanes, BORDER_BY_BORDER + CAGE * stride + i, k, lever * get(lanes, tangential + i, k))
             put(lanes, tangential + i, k, 0.0)
         to_cage(entry(RADIAL_VELOCITY, 0), BALL_BY_BORDER, lanes, k)
-        for rate in range(AXIAL_VELOCITY, COLUMNS):
+        for rate in range(AXIAL_VELOCITY, LINEARISED):
             to_cage(entry(rate, 0), BALL_BY_BORDER + (rate - VELOCITY) * stride, lanes, k)
         for i in range(at.ring_places(border.ring)):
             to_cage(BORDER_BY_BALL + i * MOTION, BORDER_BY_BORDER + i * stride, lanes, k)
@@ -229,7 +231,7 @@ def follow_places(g, drive, time, border):
 
 @inlined
 def follow_integral(ring, lanes, integral, k, places, speeds):
-    """What the border's changes do to the rate of an integral of a ball."""
+    """What the border's changes do to the rate of an integral of a ball that has a row in the Jacobian."""
     row = BALL_BY_BORDER + (integral - VELOCITY) * 2 * PLACES
     return mixed(ring, lanes, row, 1, k, places) + mixed(ring, lanes, row + PLACES, 1, k, speeds)
 
@@ -250,9 +252,9 @@ def border_follow(g, drive, time, border, blocks):
     for block in range(len(blocks)):
         lanes = blocks[block]
         for k in range(LANES):
-            for integral in range(DRIVE_WORK, COLUMNS):
-                found = follow_integral(ring, lanes, integral, k, places, speeds)
-                increase(lanes, SOLUTION + integral, k, g * found)
+            work = follow_integral(ring, lanes, DRIVE_WORK, k, places, speeds)
+            lost = follow_integral(ring, lanes, DISSIPATED, k, places, speeds)
+            increase_vector(lanes, SOLUTION + DRIVE_WORK, k, scaled(g, (work, lost, get(lanes, POWER_SIGN, k) * work)))
         if border.even:
             speed = numbers[at.BEGIN + CAGE_SPEED]
             for k in range(LANES):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.forces import border_rows as at
-from bearing_twin.kinds.bearing.forces.jacobian import lane_answer, lane_linear
+from bearing_twin.kinds.bearing.forces.jacobian import integral_answers, lane_linear, put_integrals
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     FACTOR_BELOW,
@@ -18,7 +18,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     FACTOR_SCHUR,
     FACTOR_VELOCITY,
     LOWER,
-    MOTION,
     PLACES,
     SPIN,
     SYSTEM,
@@ -43,7 +42,6 @@ from bearing_twin.numerics.block_solve import (
     times,
 )
 from bearing_twin.numerics.lanes import (
-    COLUMNS,
     GAIN,
     LANES,
     RIGHT,
@@ -120,9 +118,7 @@ def solve_alone(lanes):
         put_vector(lanes, SOLUTION + AXIS_DISTANCE, k, position)
         put_vector(lanes, SOLUTION + VELOCITY, k, velocity)
         put_vector(lanes, SOLUTION + SPIN, k, spin)
-        for integral in range(MOTION, COLUMNS):
-            answer = lane_answer(lanes, integral, k, position, velocity, spin)
-            put(lanes, SOLUTION + integral, k, g * (get(lanes, RIGHT + integral, k) + answer))
+        put_integrals(g, lanes, k, *integral_answers(lanes, k, position, velocity, spin))
 
 
 @lean_kernel
@@ -218,9 +214,7 @@ def _follow(lanes):
         position = add(get_vector(lanes, SOLUTION + AXIS_DISTANCE, k), (g * velocity[0], turn, g * velocity[2]))
         put_vector(lanes, SOLUTION + AXIS_DISTANCE, k, position)
         spin = get_vector(lanes, SOLUTION + SPIN, k)
-        for integral in range(MOTION, COLUMNS):
-            answer = lane_answer(lanes, integral, k, position, velocity, spin)
-            put(lanes, SOLUTION + integral, k, g * (get(lanes, RIGHT + integral, k) + answer))
+        put_integrals(g, lanes, k, *integral_answers(lanes, k, position, velocity, spin))
 
 
 @lean_kernel

@@ -14,7 +14,6 @@ from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.equations import RingDrive
 from bearing_twin.kinds.bearing.forces.land import answer_to_spin
 from bearing_twin.kinds.bearing.forces.layout import (
-    ANSWERING,
     AXIS_DISTANCE,
     BALL_BY_SHAFT,
     CAGE,
@@ -40,6 +39,7 @@ from bearing_twin.kinds.bearing.stepping.border import leave_out_spares
 from bearing_twin.kinds.bearing.stepping.border_system import to_cage
 from bearing_twin.kinds.bearing.stepping.linear_system import solve_together
 from bearing_twin.numerics.lanes import (
+    COLUMNS,
     GAIN,
     LANES,
     RIGHT,
@@ -174,7 +174,7 @@ def _eliminate(drive, time, coupling, blocks):
     for block in range(len(blocks)):
         lanes = blocks[block]
         clear_rows(lanes, RIGHT, RIGHT + VELOCITY)
-        for row in range(ANSWERING):
+        for row in range(COLUMNS - VELOCITY):
             for k in range(LANES):
                 put(lanes, RIGHT + VELOCITY + row, k, get(lanes, BALL_BY_SHAFT + row, k))
     solve_together(drive, time, coupling, blocks)
