@@ -115,6 +115,8 @@ def shortened(words, short=SHORT):
         study = load_study(arguments.what, arguments.set)
         closed = KINDS[study.kind].closed_form() is not None
         return [*words, f"--set=samples={FEW}", "--set=workers=1", *two_of_the_sweep(study)], closed
+    if command == "bearing" and arguments.sweep:
+        return [re.sub(r"^(\w+=[^:]+:[^:]+):\d+$", r"\1:3", word) for word in words], True
     if command == "chart":
         known = problems_of(arguments.chart) if arguments.problem else ()
         assert set(arguments.problem or ()) <= set(known)

@@ -12,7 +12,7 @@ from torture_inputs import ROWS as INPUTS
 from torture_logs import ROWS as LOGS
 from torture_rows import until
 
-SHARES = {"kill": 0.04, "cut": 0.003, "flip": 0.004, "mutant": 0.015, "bomb": 0.03, "size": 0.02, "report": 0.02}
+SHARES = {"kill": 0.04, "cut": 0.005, "flip": 0.01, "mutant": 0.03, "bomb": 0.03, "size": 0.02, "report": 0.02}
 TIMED = ("bomb", "report")  # where survival is a matter of seconds: measured by `make torture` alone
 SLOW = ("kill", "bomb")  # processes that are killed, or have little memory: tests/test_log_damage.py has one of each
 
