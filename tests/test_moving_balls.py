@@ -99,6 +99,7 @@ def test_the_error_told_of_an_angle_is_within_a_factor_of_three(load, tilt, over
         ((0, -60, 100), (0, 0), ("drive.speed=183.26",), 20.0),
         ((0, -60, 100), (0, 0), ("drive.speed=977",), 0.1),
         ((0, -60, 100), (0, 0), ("drive.speed=977",), 20.0),
+        ((0, -60, 100), (0, 0), ("drive.speed=1350",), 12.0),
         ((0, -60, 100), (0, 0), ("drive.speed=1660",), 0.1),
         ((0, 0, 100), (5e-4, 0), ("drive.speed=183.26",), 5.0),
         ((0, -100, 300), (0, 0), ("drive.speed=300", "geometry.designation=7204B"), 5.0),
