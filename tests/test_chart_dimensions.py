@@ -70,7 +70,13 @@ def angles_told(rows):
 
 
 def test_errors_told_of_angles_are_those_there_are(rows):
-    assert angles_told(rows) == pytest.approx([1.0] * 4, abs=0.3)
+    """Across, errors of this short time are less than what is told, which is of axes of spin that have settled."""
+    told = angles_told(rows)
+    assert told[:2] == pytest.approx([1.0] * 2, abs=0.3)
+    assert min(told[2:]) > 1.0
+    across = [row for row in rows if row.method == "quasi_static" and row.problem == ACROSS]
+    assert worst(across, "quasi_static", "angle_error", 0.03) < 1e-4
+    assert worst(across, "quasi_static", "angle_error", 0.3) < 2e-3
 
 
 def test_a_late_look_under_thrust_is_when_the_axes_of_spin_have_settled():

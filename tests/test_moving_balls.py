@@ -1,10 +1,13 @@
 """How far contact angles in balance are off those of moving balls: the error told is the one that there is."""
 
+import math
+
 import numpy as np
 import pytest
 
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static.answer import answer_of
+from bearing_twin.kinds.bearing.quasi_static.friction_across import solved_in_motion
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import _late, angle_errors
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Solver,
@@ -39,18 +42,23 @@ def in_balance(load, tilt, overrides):
     return scene_of(*overrides, *parts, "wanted.tolerance=1e-4"), places
 
 
-def off_and_told(load, tilt=(0.0, 0.0), overrides=(), after=0.1):
+def in_balance_alone(_, solver, support):
+    return solver.solve(support)
+
+
+def off_and_told(load, tilt=(0.0, 0.0), overrides=(), after=0.1, solved=solved_in_motion):
     """Greatest differences of angles [rad] over a ball's spacing of way, and the greatest errors told."""
     parameters, places = in_balance(load, tilt, overrides)
     moving = bearing_motion(parameters, Choice(LAW, "rodas4", 0.0, "", ()))
-    moving.advance(np.array([after]), after)
+    for _ in range(math.ceil(after)):
+        moving.advance(np.array([after / math.ceil(after)]), after / math.ceil(after))
     speed, balls = parameters.drive.speed, parameters.geometry.balls
     spacing = 2.0 * np.pi / balls / (0.38 * speed)
     out = moving.advance(np.linspace(0.0, spacing, 25)[1:], spacing)
     off, told = 0.0, 0.0
     for azimuths, angles in zip(out.orbit_angle, out.contact_angle, strict=True):
         solver = Solver(setting_of(parameters, LAW, speed), azimuths)
-        found = solver.solve(Support(HELD, (0.0,) * 5, tuple(places)))
+        found = solved(parameters, solver, Support(HELD, (0.0,) * 5, tuple(places)))
         bears = found.contacts.load > BEARS * found.contacts.load.max()
         off = max(off, np.abs(np.abs(angles) - np.abs(found.contacts.angle))[bears].max())
         told = max(told, angle_errors(parameters, solver, found)[bears].max())
@@ -63,31 +71,83 @@ CLEARANCE = "geometry.radial_clearance=10e-6"
 
 
 @pytest.mark.parametrize(
-    ("load", "tilt", "overrides"),
+    ("load", "tilt", "overrides", "after"),
     [
-        ((0, 0, 100), (0, 0), ("drive.speed=1000",)),
-        ((0, 0, 100), (0, 0), ("drive.speed=3000",)),
-        ((0, -60, 100), (0, 0), ("drive.speed=183.26",)),
-        ((0, -60, 100), (0, 0), ("drive.speed=1749",)),
-        ((0, -60, 100), (0, 0), ("drive.speed=1000", SMOOTH)),
-        ((0, -60, 100), (0, 0), ("drive.speed=1000", SLIPPERY)),
-        ((0, 0, 100), (5e-4, 0), ("drive.speed=1000",)),
-        ((0, -800, 300), (0, 0), ("drive.speed=157", CLEARANCE)),
-        ((0, -800, 100), (0, 0), ("drive.speed=1000", CLEARANCE)),
-        ((0, -100, 300), (0, 0), ("drive.speed=300", "geometry.designation=7204B")),
+        ((0, 0, 100), (0, 0), ("drive.speed=1000",), 0.1),
+        ((0, 0, 100), (0, 0), ("drive.speed=3000",), 0.1),
+        ((0, -60, 100), (0, 0), ("drive.speed=567",), 20.0),
+        ((0, -60, 100), (0, 0), ("drive.speed=1749",), 4.0),
+        ((0, -60, 100), (0, 0), ("drive.speed=1000", SMOOTH), 6.0),
+        ((0, -60, 100), (0, 0), ("drive.speed=1000", SLIPPERY), 6.0),
+        ((0, 0, 100), (5e-4, 0), ("drive.speed=1000",), 4.0),
+        ((0, -800, 300), (0, 0), ("drive.speed=157", CLEARANCE), 0.1),
+        ((0, -800, 100), (0, 0), ("drive.speed=1000", CLEARANCE), 0.1),
+        ((0, -100, 300), (0, 0), ("drive.speed=300", "geometry.designation=7204B"), 10.0),
     ],
 )
-def test_the_error_told_of_an_angle_is_within_a_factor_of_three(load, tilt, overrides):
-    off, told = off_and_told(load, tilt, overrides)
+def test_the_error_told_of_an_angle_is_within_a_factor_of_three(load, tilt, overrides, after):
+    """Under thrust before the axes of spin settle, elsewhere once they have, which is worse there."""
+    off, told = off_and_told(load, tilt, overrides, after)
     assert off > 5e-6
     assert off / 3.0 < told < 3.0 * off
+
+
+@pytest.mark.parametrize(
+    ("load", "tilt", "overrides", "after"),
+    [
+        ((0, -60, 100), (0, 0), ("drive.speed=183.26",), 0.1),
+        ((0, -60, 100), (0, 0), ("drive.speed=183.26",), 20.0),
+        ((0, -60, 100), (0, 0), ("drive.speed=977",), 0.1),
+        ((0, -60, 100), (0, 0), ("drive.speed=977",), 20.0),
+        ((0, -60, 100), (0, 0), ("drive.speed=1350",), 12.0),
+        ((0, -60, 100), (0, 0), ("drive.speed=1660",), 0.1),
+        ((0, 0, 100), (5e-4, 0), ("drive.speed=183.26",), 5.0),
+        ((0, -100, 300), (0, 0), ("drive.speed=300", "geometry.designation=7204B"), 5.0),
+    ],
+)
+def test_angles_are_those_of_moving_balls_where_centrifugal_loads_are_a_tenth(load, tilt, overrides, after):
+    """Within 5e-4 of the greatest, at the start and once the axes of spin have settled."""
+    off, _ = off_and_told(load, tilt, overrides, after)
+    parameters, places = in_balance(load, tilt, overrides)
+    found = solver_of(parameters, LAW, 0.0).solve(Support(HELD, (0.0,) * 5, tuple(places)))
+    contacts = found.contacts
+    assert (contacts.centrifugal / contacts.load[:, 0]).max() < 0.1
+    assert off < 5e-4 * np.abs(contacts.angle).max()
+
+
+def test_what_friction_acts_on_adds_up():
+    """The ring bears its load, contacts make up their ball's wrench; all forces are 0 but for where friction points."""
+    load = "rings.inner.load=[20,-60,100]", "rings.inner.moment=[0.1,0.05]", "drive.speed=1500"
+    scene = load_scene("bearing_6203", (*load, NO_GRAVITY, "model.dimension=quasi_static", "run.duration=0.02"))
+    out = bearing_motion(scene.parameters, Choice(LAW, "quasi_static", 0.0, "", ())).advance(np.array([0.01]), 0.01)
+    across = np.abs(out.friction_force.sum(axis=2)).max()
+    assert across > 1e-3
+    assert out.inner_ring_force[0] == pytest.approx([-20.0, 60.0, -100.0], rel=1e-9)
+    assert out.inner_ring_torque[0, :2] == pytest.approx([-0.1, -0.05], rel=1e-9)
+    own = (out.normal * out.normal_load[..., None] + out.friction_force).sum(axis=2)
+    assert out.raceway_force == pytest.approx(own, abs=1e-8)
+    sums = out.inner_ring_force + out.outer_ring_force + out.raceway_force.sum(axis=1)
+    assert np.abs(sums).max() < 5e-6 * out.normal_load.sum()
+    assert np.abs(sums).max() < 1e-2 * across
+
+
+def test_a_bearing_at_rest_or_without_friction_is_in_balance_to_the_bit():
+    support = Support((True, True, True, False, False), (0.0, -60.0, 100.0, 0.0, 0.0), (0.0,) * 5)
+    for overrides in (("drive.speed=0",), ("contact.friction_coefficient=0",), ("contact.friction=spot",)):
+        parameters = scene_of(*overrides)
+        solver = solver_of(parameters, LAW, load_line(support))
+        pair = solved_in_motion(parameters, solver, support), solver.solve(support)
+        (*ones, contacts, left), (*others, other_contacts, other_left) = pair
+        assert left == other_left
+        assert all(np.array_equal(*two) for two in zip((*ones, *contacts), (*others, *other_contacts), strict=True))
 
 
 def test_friction_is_all_there_is_between_angles_in_balance_and_of_moving_balls():
     """Ten thousandth of the friction leaves a hundredth of the difference, far below 5e-4 of the angles."""
     load, speed = (0, -60, 100), "drive.speed=1749"
-    with_friction = off_and_told(load, overrides=(speed,))[0]
-    without = off_and_told(load, overrides=(speed, "contact.friction_coefficient=8e-6"))[0]
+    with_friction = off_and_told(load, overrides=(speed,), solved=in_balance_alone)[0]
+    slippery = (speed, "contact.friction_coefficient=8e-6")
+    without = off_and_told(load, overrides=slippery, solved=in_balance_alone)[0]
     assert without < 0.03 * with_friction
     assert without < 2e-4 * 0.13
 
@@ -122,16 +182,16 @@ def test_the_lag_holds_whichever_way_the_ring_turns():
 
 
 def test_an_answer_and_a_run_tell_the_error_of_their_angles():
-    """At 3000 rad/s, where friction puts angles off by more than law and half-spaces do."""
-    load = "rings.inner.load=[0,-60,100]", "drive.speed=3000"
+    """At 1749 rad/s, once the axes of spin have settled; that of the answer holds law and half-spaces as well."""
+    load = "rings.inner.load=[0,-60,100]", "drive.speed=1749"
     scene = load_scene("bearing_6203", (*load, NO_GRAVITY, "model.dimension=quasi_static", "run.duration=0.02"))
     run = simulate(scene)
     assert len(list(run)) > 10
     told = run.report.errors["errors_by_source"]["contact_angle_inner_rad"]
-    off = off_and_told((0, -60, 100), overrides=("drive.speed=3000",))[0]
+    off = off_and_told((0, -60, 100), overrides=("drive.speed=1749",), after=20.0)[0]
     assert off / 3.0 < told[LEFT_OUT][0] < 3.0 * off
     parameters = scene.parameters
     support = support_of(parameters)
     solver = solver_of(parameters, LAW, load_line(support))
     answer = answer_of(parameters, LAW, solver, support, solver.solve(support))
-    assert off / 3.0 < max(answer["contact_angle_inner_rad_error"]) < 3.0 * off
+    assert max(answer["contact_angle_inner_rad_error"]) > off

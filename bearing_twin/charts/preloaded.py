@@ -20,6 +20,7 @@ from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE
 from bearing_twin.charts.timing import Timing, timed
 from bearing_twin.kinds.bearing.motion import bearing_motion
+from bearing_twin.kinds.bearing.quasi_static.friction_across import solved_in_motion
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
 from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, load_line, setting_of, solver_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
@@ -118,7 +119,7 @@ def _static(parameters, azimuths):
     """Loads and angles in balance with the balls at these azimuths, the ring held, and errors told of the angles."""
     held = Support((False,) * 5, (0.0,) * 5, (*parameters.drive.offset, 0.0, 0.0))
     solver = Solver(setting_of(parameters, LAW, parameters.drive.speed), azimuths)
-    found = solver.solve(held)
+    found = solved_in_motion(parameters, solver, held)
     return found.contacts.load, np.abs(found.contacts.angle), angle_errors(parameters, solver, found)
 
 

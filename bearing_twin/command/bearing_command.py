@@ -175,7 +175,7 @@ def _row_alone(arguments, given) -> Outcome | None:
 def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     """One equilibrium; `factor` multiplies the loads."""
     from bearing_twin.kinds.bearing import catalogue_answer
-    from bearing_twin.kinds.bearing.quasi_static import answer, statics
+    from bearing_twin.kinds.bearing.quasi_static import answer, friction_across, statics
     from bearing_twin.run.fidelity import choose
 
     scene = _bearing_scene(arguments, overrides)
@@ -185,7 +185,7 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
         support = support._replace(loads=tuple(factor * value for value in support.loads))
     first = statics.load_line(support) if angle is None else angle
     solver = statics.solver_of(parameters, law, first, arguments.arm, arguments.control)
-    found = solver.solve(support)
+    found = friction_across.solved_in_motion(parameters, solver, support)
     head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": arguments.control}
     if catalogued := _row(parameters):
         head["catalogue"] = catalogue_answer.row_of(catalogued)

@@ -8,6 +8,11 @@ import numpy as np
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, shared, write_contacts
 from bearing_twin.kinds.bearing.quasi_static.forces import Setting
+from bearing_twin.kinds.bearing.quasi_static.friction_across import (
+    SIZES,
+    add_ring_friction,
+    friction_at,
+)
 from bearing_twin.kinds.bearing.quasi_static.newton import FOUND
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import first_ring, ring_in_balance
 from bearing_twin.numerics.rotation import quaternion_product, turned
@@ -102,13 +107,13 @@ def place_balls(setting, gravity, azimuth, directions, weight):
 
 
 @kernel
-def _solve(setting, directions, course, t, state, weight, longest, load, stiffness):
+def _solve(setting, directions, course, t, wanted, state, weight, longest, load, stiffness):
     """The equilibrium of instant t, from the one before, and if that leads nowhere from nothing."""
     for i in range(5):
         if not course.free[i]:
             state.q[i] = course.held[t, i]
     status, _, _ = ring_in_balance(
-        setting, directions, state.q, course.free, course.wanted, state.place, weight, longest, load, stiffness
+        setting, directions, state.q, course.free, wanted, state.place, weight, longest, load, stiffness
     )
     if status == FOUND:
         return status
@@ -116,16 +121,35 @@ def _solve(setting, directions, course, t, state, weight, longest, load, stiffne
         state.q[i] = 0.0 if course.free[i] else course.held[t, i]
     state.place[:] = np.nan
     scales = np.array([1.0, 1.0, 1.0, setting.arm, setting.arm])
-    first_ring(setting, directions, course.free, course.wanted, scales, longest, state.q)
+    first_ring(setting, directions, course.free, wanted, scales, longest, state.q)
     status, _, _ = ring_in_balance(
-        setting, directions, state.q, course.free, course.wanted, state.place, weight, longest, load, stiffness
+        setting, directions, state.q, course.free, wanted, state.place, weight, longest, load, stiffness
     )
     return status
 
 
 @kernel
-def equilibria(setting, gravity, course, state, longest, out, stop):
+def _rub(setting, friction, azimuth, directions, rows, weight, wanted, left):
+    """Adds friction (`rows`) to the forces on the balls, and leaves of the wanted loads (5,) what it does not carry.
+
+    It acts along the contacts as they were looked at, which lie within 1e-4 rad of those found.
+    """
+    balls = len(rows)
+    for k in range(balls):
+        friction_at(friction, azimuth + 2.0 * math.pi * k / balls, k, rows)
+        weight[k, 0] += rows[k, 0] + rows[k, 2]
+        weight[k, 1] += rows[k, 1] + rows[k, 3]
+    left[:] = 0.0
+    add_ring_friction(setting, directions, rows, left)
+    for i in range(5):
+        left[i] = wanted[i] - left[i]
+
+
+@kernel
+def equilibria(setting, gravity, friction, course, state, longest, out, stop):
     """Fills `out` (`Instants`); returns (status, instant) of the first that has no equilibrium, else (FOUND, T).
+
+    `friction` (LOOKS, SIZES) is that across the grooves (`friction_across`), empty where the balance holds it.
 
     Looks at `stop` (1,) before every instant, and ends with STOPPED there where it is not 0.
 
@@ -135,6 +159,7 @@ def equilibria(setting, gravity, course, state, longest, out, stop):
     balls = len(state.place)
     directions, weight = np.empty((balls, 2)), np.empty((balls, 2))
     load, stiffness = np.zeros(5), np.zeros((5, 5))
+    rows, wanted = np.zeros((balls, SIZES)), course.wanted.copy()
     gamma = 2.0 * setting.ball_radius / setting.pitch_diameter
     for t in range(len(course.turn)):
         if stop[0] != 0:
@@ -142,11 +167,17 @@ def equilibria(setting, gravity, course, state, longest, out, stop):
         here = at_speed(setting, course.speed[t])
         state.cage[0] += state.cage[1] * course.turn[t]
         place_balls(here, gravity, state.cage[0], directions, weight)
-        status = _solve(here, directions, course, t, state, weight, longest, load, stiffness)
+        if len(friction) > 0:
+            _rub(here, friction, state.cage[0], directions, rows, weight, course.wanted, wanted)
+        status = _solve(here, directions, course, t, wanted, state, weight, longest, load, stiffness)
         if status != FOUND:
             return status, t
         contacts = _row(out.contacts, t)
         write_contacts(here, directions, state.q, state.place, contacts)
+        if len(friction) > 0:
+            add_ring_friction(here, directions, rows, load)
+            for k in range(balls):
+                contacts.friction[k, 0], contacts.friction[k, 1] = rows[k, 4], rows[k, 5]
         ratio = 0.5 * (1.0 - gamma)
         if here.speed != 0.0:
             ratio = shared(contacts, contacts.orbit) / here.speed

@@ -1,16 +1,29 @@
 """A run from equilibria: the ring turns as driven, the balls go round in one cage, every output is a static answer."""
 
+import math
+
 import numpy as np
 
-from bearing_twin.errors import IntegrationError, Stopped
+from bearing_twin.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.kinds.bearing.outputs import Outputs, channels
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.quasi_static.channels import write_channels
-from bearing_twin.kinds.bearing.quasi_static.chunk import Course, State, equilibria, new_instants
-from bearing_twin.kinds.bearing.quasi_static.contacts import limits_used
+from bearing_twin.kinds.bearing.quasi_static.chunk import Course, Instants, State, equilibria, new_instants
+from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, limits_used
+from bearing_twin.kinds.bearing.quasi_static.friction_across import (
+    NO_FRICTION,
+    friction_on_the_way,
+    without_shares,
+)
 from bearing_twin.kinds.bearing.quasi_static.newton import FOUND
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES
-from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of, setting_of, support_of, weighed_solver
+from bearing_twin.kinds.bearing.quasi_static.statics import (
+    azimuths_of,
+    load_line,
+    setting_of,
+    support_of,
+    weighed_solver,
+)
 from bearing_twin.kinds.energy import STORED
 from bearing_twin.numerics.rotation import quaternion_product
 from bearing_twin.numerics.statuses import STOPPED
@@ -21,6 +34,7 @@ MOVING = (
     "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored", "_gross",
     "_worked", "_lost",
 )  # fmt: skip
+NEAR = 0.02  # relative: speeds nearer than this have one friction while they only pass
 SAME = 1e-9  # relative: instants nearer than this are one
 
 
@@ -37,6 +51,8 @@ class QuasiStaticMotion:
         azimuths = azimuths_of(parameters.geometry.balls, 0.0)
         solver = weighed_solver(parameters, self.setting, azimuths)
         self._start = solver.solve(self.support)
+        self._tables = {}
+        self._gravity = tuple(map(float, parameters.gravity))
         self._longest, self.stop = solver.longest, SIGNALLED
         self.reset()
 
@@ -179,8 +195,7 @@ class QuasiStaticMotion:
 
     def _outputs(self, course: Course, angle) -> Outputs:
         found = new_instants(len(angle), self.parameters.geometry.balls)
-        gravity = tuple(map(float, self.parameters.gravity))
-        status, instant = equilibria(self.setting, gravity, course, self.state, self._longest, found, self.stop)
+        status, instant = self._solve(course, found)
         seconds = self.elapsed + float(course.step[: instant + 1].sum())
         if status == STOPPED:
             raise Stopped(f"the computation was stopped at {seconds:.9g} s")
@@ -196,9 +211,49 @@ class QuasiStaticMotion:
         self.solved += len(angle)
         count = len(angle)
         out = Outputs(*(np.zeros((count, *channel.shape)) for channel in channels(self.parameters)))
-        write_channels(self.setting, gravity, found, course.speed, angle, out)
+        write_channels(self.setting, self._gravity, found, course.speed, angle, out)
         self._write_work(out)
         return out
+
+    def _friction(self, speed: float, held) -> np.ndarray:
+        """Friction across the grooves at this speed [rad/s], the ring's held coordinates being these (5,).
+
+        Of speeds that only pass, that of the nearest power of 1 + NEAR.
+        """
+        if speed != self.parameters.drive.speed and speed != self.goal_speed and speed != 0.0:
+            speed = math.copysign((1.0 + NEAR) ** round(math.log(abs(speed)) / math.log1p(NEAR)), speed)
+        key = speed, tuple(self.loads), tuple(held.tolist())
+        if key not in self._tables:
+            setting = self.setting._replace(speed=speed)
+            support = self.support._replace(loads=self.loads, held=key[2])
+            azimuths = azimuths_of(self.parameters.geometry.balls, load_line(support))
+            try:
+                found = weighed_solver(self.parameters, setting, azimuths).solve(support)
+            except SceneError:  # the run says so where it comes there
+                table = NO_FRICTION
+            else:
+                table = friction_on_the_way(self.parameters, setting, found.coordinates)
+            self._tables = dict([*self._tables.items()][-1:]) | {key: table}
+        return self._tables[key]
+
+    def _solve(self, course: Course, found) -> tuple[int, int]:
+        """Fills `found` by `equilibria`, from one change of what friction depends on to the next."""
+        begin, count, gravity = 0, len(course.turn), self._gravity
+        tables = [self._friction(float(s), h) for s, h in zip(course.speed, course.held, strict=True)]
+        while begin < count:
+            end = begin + 1
+            while end < count and tables[end] is tables[begin]:
+                end += 1
+            part = slice(begin, end)
+            some = Course(*(v[part] for v in course[:4]), course.free, course.wanted)
+            out = Instants(*(v[part] for v in found[:-1]), Contacts(*(v[part] for v in found.contacts)))
+            setting = without_shares(self.setting) if len(tables[begin]) else self.setting
+            numbers = setting, gravity, tables[begin], some, self.state, self._longest, out, self.stop
+            status, instant = equilibria(*numbers)
+            if status != FOUND:
+                return status, begin + instant
+            begin = end
+        return FOUND, count
 
     def _refuse_illegal(self, found, course) -> None:
         """Raises IntegrationError at the first output whose contacts bear too much or leave the grooves."""
