@@ -61,7 +61,7 @@ setup(
         "rerun": ["rerun-sdk>=0.41"],
         "view": ["playwright>=1.40", "imageio-ffmpeg>=0.5"],
     },
-    package_data={f"{PACKAGE}.view": ["*.js", "*.css", "*.html", "libraries/*"]},
+    package_data={PACKAGE: ["py.typed", "*.pyi"], f"{PACKAGE}.view": ["*.js", "*.css", "*.html", "libraries/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),

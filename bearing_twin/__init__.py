@@ -18,7 +18,7 @@ _HOMES = {
     "run_study": "bearing_twin.uq.run",
     "read_study": "bearing_twin.log.study_log",
     "write_study": "bearing_twin.log.study_log",
-    "read_log": "bearing_twin.log.mcap_log",
+    "read_log": "bearing_twin.log.run_log",
     "write_log": "bearing_twin.log.mcap_log",
     "export_log": "bearing_twin.log.export",
     "BearingTwinError": "bearing_twin.errors",

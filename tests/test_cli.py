@@ -175,6 +175,26 @@ def test_each_mistake_gets_one_sentence_and_exit_code_2(words, sentence, capsys,
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("simulate", "two_spheres", "--out", ""),
+        ("simulate", "two_spheres", "--plot="),
+        ("study", "discs_small_10", "--resume", ""),
+        ("report", ""),
+        ("recover", "", "new.mcap"),
+        ("export", "run.mcap", "--to", "csv", "--out", ""),
+    ],
+    ids=" ".join,
+)
+def test_a_variable_of_a_script_without_a_value_is_no_path(words, capsys):
+    assert "is empty; give it a value" in refused(capsys, *words)
+
+
+def test_a_log_is_not_put_on_disk_often_where_there_is_none(capsys):
+    assert "give --out, too" in refused(capsys, "simulate", "two_spheres", "--max-loss", "0.1")
+
+
 def test_help_is_a_word_too(capsys):
     for words in (["help"], ["help", "simulate"]):
         with pytest.raises(SystemExit) as ended:

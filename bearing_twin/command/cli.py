@@ -124,6 +124,7 @@ def _main(argv) -> int:
     arguments, rest = parser.parse_known_args(argv)
     if rest:
         _refuse(rest, subparsers[arguments.command])
+    _refuse_empty(arguments, subparsers[arguments.command])
     from bearing_twin.command.terminal import SI, told
 
     units = SI.set(arguments.si or arguments.json)
@@ -194,6 +195,15 @@ def _joined(argv) -> list[str]:
         else:
             words.append(word)
     return words
+
+
+def _refuse_empty(arguments, subparser):
+    """A path of no letters would be passed over, or be the folder itself: a script's variable has no value."""
+    for action in subparser._actions:
+        if getattr(arguments, action.dest, None) == "" and action.default != "":
+            name = "/".join(action.option_strings) or action.metavar or action.dest
+            rest = ", or leave it out" if action.option_strings else ""
+            raise BearingTwinError(f"{name} is empty; give it a value{rest}")
 
 
 def _refuse(rest, subparser):

@@ -88,6 +88,8 @@ def _simulate(arguments) -> Outcome:
 
     log = new_log(arguments.out) if arguments.out else None
     max_loss = _max_loss(arguments.max_loss)
+    if max_loss and not log:
+        raise BearingTwinError("--max-loss is of a log that is written: give --out, too")
     scene = load_scene(arguments.scene, overrides_of(arguments, duration="run.duration"))
     picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
 

@@ -11,8 +11,9 @@ import itertools
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
+from os import PathLike
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,7 +49,7 @@ class Exported(NamedTuple):
 
 
 def export_log(
-    log, to: str, out, topic: str | None = None, watch: Callable = lambda blocks, stream: blocks
+    log: Any, to: str, out: str | PathLike, topic: str | None = None, watch: Callable = lambda blocks, stream: blocks
 ) -> Exported:
     """Writes the log of a run or a study as `to` (a key of FORMATS) at the path `out`, which must not exist.
 

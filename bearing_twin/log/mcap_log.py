@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
+from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
@@ -116,7 +117,7 @@ class LogWriter(Told):
         return self._log.messages
 
 
-def write_log(run: Run, path, run_record: bool = True, max_loss: float = 0.0) -> LogSummary:
+def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss: float = 0.0) -> LogSummary:
     """Simulates `run` to its end into a new log at `path`, as far as it comes.
 
     What was written more than `max_loss` [s] ago is on disk whatever happens; 0 = as chunks become full, which gives

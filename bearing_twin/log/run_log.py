@@ -5,6 +5,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from bearing_twin.run.scene import Scene, read_logged
 from bearing_twin.sample import Block, Channel, Sample, between
 
 
-def read_log(path, allow_gaps: bool = False, topic: str | None = None, last_run: bool = False) -> "LogStream":
+def read_log(path: Any, allow_gaps: bool = False, topic: str | None = None, last_run: bool = False) -> "LogStream":
     """The samples of a log (.mcap file or bag folder), as the run gave them out.
 
     Raises LogError if it is no log, is damaged (then also how much `recover` saves) or holds no `samples`; with several
@@ -124,7 +125,7 @@ class LogStream:
         for block in self.blocks():
             yield from block
 
-    def to_xarray(self):
+    def to_xarray(self) -> Any:
         """The whole log as an `xarray.Dataset` (extra `export`); see `run.dataset.dataset_of`."""
         return dataset_of(self)
 

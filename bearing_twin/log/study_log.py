@@ -12,6 +12,7 @@ import json
 import math
 import time
 from collections.abc import Iterator
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -154,14 +155,14 @@ class StudyLog:
             self._log.add_metadata(STUDY_RECORD, record)
 
 
-def write_study(result: StudyResult, path, run_record: bool = True) -> Path:
+def write_study(result: StudyResult, path: str | PathLike, run_record: bool = True) -> Path:
     """Writes a result with all its samples to a new log; raises LogError if `path` exists. See `StudyLog`."""
     with StudyLog(result.study, path, run_record, max_loss=0.0) as log:
         log.finish(result)
     return Path(path)
 
 
-def read_study(path, unfinished: bool = False) -> StudyResult:
+def read_study(path: str | PathLike, unfinished: bool = False) -> StudyResult:
     """The result in a log of a study, as it was written; raises LogError where there is none, or not all of it.
 
     With `unfinished` also a study that was broken off, as far as it came, to go on from; its summary is empty.

@@ -7,6 +7,7 @@ from bearing_twin.numerics.statuses import EVALUATIONS
 MOST_HALVINGS = 100
 MOST_LOOKS = 100  # of regula falsi
 CLOSE = 4e-16  # share of a step that is no shorter
+TOP_LOOKS = 2  # at a number where its rate changes its sign
 NEAR_GREATEST, SAME_TOP = 0.9, 1e-3  # of the greatest value so far; of the span between the places about a top
 
 
@@ -73,6 +74,31 @@ def landing_step(value, one_step, scene, method, state, step, nearest, work, cou
         length = high
         one_step(scene, method, state, high, True, work, work.after)
     return length
+
+
+@template
+def greatest_within(look, what, step, start, end, greatest):
+    """The greater of `greatest` and the most that a number comes to in a step [s], by the zero of its rate.
+
+    `start` and `end` are (value, rate) at the ends; `look(what, place)` is that `place` [s] after the start. Looks are
+    by regula falsi; what the last one is still off the top goes with the square of its rate.
+    """
+    greatest = max(greatest, start[0], end[0])
+    if not start[1] > 0.0 > end[1] or max(start[0], end[0]) < NEAR_GREATEST * greatest:
+        return greatest
+    low, rise, high, fall = 0.0, start[1], step, end[1]
+    for _ in range(TOP_LOOKS):
+        place = (rise * high - fall * low) / (rise - fall)
+        value, rate = look(what, place)
+        bend = (rise - fall) / (high - low)
+        greatest = max(greatest, value + 0.5 * rate * rate / bend)
+        if rate > 0.0:
+            low, rise = place, rate
+        else:
+            high, fall = place, rate
+        if rate == 0.0 or not low < high:
+            break
+    return greatest
 
 
 @inlined

@@ -6,6 +6,7 @@ import functools
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -96,7 +97,7 @@ def scene_names() -> list[str]:
     return SCENES.names()
 
 
-def load_scene(name_or_path, overrides: Iterable[str] = ()) -> Scene:
+def load_scene(name_or_path: str | PathLike | Mapping, overrides: Iterable[str] = ()) -> Scene:
     """The scene of that name or YAML file, with overrides such as `contact.normal=volumetric`; raises SceneError."""
     return parse_scene(*_opened(name_or_path, overrides))
 
@@ -134,7 +135,7 @@ def refuse_another(key: str, value, overrides: Iterable[str]) -> None:
             raise BearingTwinError(f"{key} is given as {echo(text)} and as {echo(value)}; keep one of them")
 
 
-def parse_scene(text_or_mapping, origin: str) -> Scene:
+def parse_scene(text_or_mapping: str | Mapping, origin: str) -> Scene:
     """The scene in a YAML text or a mapping; `origin` names it in errors and, without a `name` key, is its name."""
     return checked(read_scene(text_or_mapping, origin), origin)
 

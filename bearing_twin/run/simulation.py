@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from os import PathLike
+from typing import Any
 
 import numpy as np
 from numba.core import event
@@ -165,8 +166,7 @@ class Simulation(Commanded):
             self._good = self._pending[0]
             seconds = max(0.0, time.perf_counter() - start - sum(compiling))
             self._compute_seconds += seconds
-            if self.kind.known_when_solved:
-                self._solved_seconds += seconds
+            self._solved_seconds += seconds if self.kind.known_when_solved else 0.0
         return self._pending
 
     def _block(self, first: int, arrays) -> Block:
@@ -219,8 +219,8 @@ class Simulation(Commanded):
         given = self.sequence + 1  # outputs computed but not given out took their share of the seconds
         share = given / (given + len(self._pending)) if self._pending is not None else 0.0
         costs = self.looks.costs(self._motion)
-        failure = None if self.failure is None else told_of(self.failure)
-        return self._gathering.report(self.scene.name, share * self._compute_seconds, costs, last, failure)
+        failure, seconds = self.failure and told_of(self.failure), share * self._compute_seconds
+        return self._gathering.report(self.scene.name, seconds, costs, last, failure)
 
 
 class Run:
@@ -230,8 +230,7 @@ class Run:
     """
 
     def __init__(self, scene: Scene, progress: Callable[[float], None] | None = None, failure: Failure | None = None):
-        self.scene = scene
-        self.simulation = Simulation(scene)
+        self.scene, self.simulation = scene, Simulation(scene)
         self.channels = self.simulation.channels
         self._progress, self._failure, self._passes = progress, failure, 0
 
@@ -261,10 +260,8 @@ class Run:
         A pass that is gone on with after another has begun raises BearingTwinError.
         """
         self._passes = number = self._passes + 1
-        if self._failure is None:
-            self.simulation.reset()
-        else:
-            self.simulation.resume(self._failure)
+        begin = self.simulation.reset if self._failure is None else partial(self.simulation.resume, self._failure)
+        begin()
         done, total = self.simulation.sequence + 1, self.outputs
         while done < total:
             if number != self._passes:
@@ -280,7 +277,10 @@ class Run:
         for block in self.blocks():
             yield from block
 
-    def to_xarray(self):
+    def __reduce__(self):
+        raise BearingTwinError("a run cannot be copied or sent: take run.scene, run.report, its blocks or its log")
+
+    def to_xarray(self) -> Any:
         """The whole run, computed now, as an `xarray.Dataset` (extra `export`); see `dataset_of`."""
         return dataset_of(self)
 

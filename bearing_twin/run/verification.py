@@ -95,6 +95,7 @@ def verify(
         made.update(name for name, rows in again.records.items() if len(rows))
         for name, rows in (again.records if log.has_records else {}).items():  # earlier versions wrote none
             found = block.records.get(name, np.empty((0, rows.shape[1])))
+            rows = rows[:, : found.shape[1]]  # earlier versions wrote fewer columns
             if apart and not (samples and log.kept_rate):  # a thinned log holds all of these
                 rows = rows[max(len(rows) - len(found), 0) :]  # those between were not heard either
             if len(found) > len(rows):  # a recording may end before the outputs that its last records went ahead of

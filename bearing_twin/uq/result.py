@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -44,7 +45,7 @@ class StudyResult:
         """The summary as plain data, as `--json` gives it; statistics that do not exist are null, with the reason."""
         return dict(self.summary)
 
-    def to_dataframe(self):
+    def to_dataframe(self) -> Any:
         """One row a realisation as a pandas DataFrame (extra `export`); see `uq.frame.frame_of`."""
         from bearing_twin.uq.frame import frame_of
 

@@ -5,6 +5,7 @@ import dataclasses
 import time
 from collections.abc import Callable, Mapping
 from os import PathLike
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +39,7 @@ SAME = (
 def run_study(
     study: Study | str | PathLike | Mapping,
     progress: Callable[[Progress], None] | None = None,
-    cancelled=None,
+    cancelled: Any = None,
     start: StudyResult | None = None,
     keep: Callable | None = None,
 ) -> StudyResult:

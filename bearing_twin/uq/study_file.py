@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterable, Mapping
+from os import PathLike
 
 from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.parameters import echo, read, read_number, unknown
@@ -24,7 +25,7 @@ def study_names() -> list[str]:
     return STUDIES.names()
 
 
-def load_study(name_or_path, overrides: Iterable[str] = ()) -> Study:
+def load_study(name_or_path: str | PathLike | Mapping, overrides: Iterable[str] = ()) -> Study:
     """The study of that name or YAML file, or of its plain data; raises StudyError naming every problem.
 
     Overrides are `samples=500`, `stop.tolerance=1e-7`, `inputs.<key>.std=4e-5`, or a key of the scene such as
@@ -36,7 +37,7 @@ def load_study(name_or_path, overrides: Iterable[str] = ()) -> Study:
     return parse_study(STUDIES.read_text(path), f"study {path.name}", overrides)
 
 
-def parse_study(text_or_mapping, origin: str, overrides: Iterable[str] = ()) -> Study:
+def parse_study(text_or_mapping: str | Mapping, origin: str, overrides: Iterable[str] = ()) -> Study:
     """The study in a YAML text or a mapping; `origin` names it in errors and, without a `name` key, is its name."""
     mapping = STUDIES.load(text_or_mapping, origin) if isinstance(text_or_mapping, str) else text_or_mapping
     if not isinstance(mapping, Mapping) or "scene" not in mapping:

@@ -24,7 +24,7 @@ from bearing_twin.kinds.ellipsoid.steps import (
     safe_flight,
 )
 from bearing_twin.numerics.adaptive import REPEAT, STEP, TIME, advance_adaptively
-from bearing_twin.numerics.events import landing_step, look_at_top
+from bearing_twin.numerics.events import greatest_within, landing_step, look_at_top
 from bearing_twin.numerics.runge_kutta import copy_numbers
 from bearing_twin.numerics.statuses import EVALUATIONS, OK, TOO_DEEP
 
@@ -34,15 +34,15 @@ CLOCK = 5
 
 (
     BEGAN, ENDED, PEAK_LOAD, PEAK_APPROACH, PEAK_SMALL, PEAK_LARGE, PEAK_COEFFICIENT, SPEED_IN, SPEED_OUT,
-    IMPULSE_X, IMPULSE_Y, IMPULSE_Z, LOAD_BEFORE, LOAD_LAST, LAST_STEP,
-) = range(15)  # fmt: skip
-RECORD = 15
+    IMPULSE_X, IMPULSE_Y, IMPULSE_Z, DEEPEST_APPROACH, LOAD_BEFORE, LOAD_LAST, LAST_STEP,
+) = range(16)  # fmt: skip
+RECORD = 16
 """Of a contact: times [s], peak load [N] with approach, curvatures and law's coefficient there, speeds [m/s], impulse
-[N s] (velocities at the touch until it ends); the rest is work room."""
+[N s] (velocities at the touch until it ends), greatest approach [m]; the rest is work room."""
 
 RECORDED = (
     ENDED, BEGAN, PEAK_LOAD, PEAK_APPROACH, PEAK_SMALL, PEAK_LARGE, PEAK_COEFFICIENT, SPEED_IN, SPEED_OUT,
-    IMPULSE_X, IMPULSE_Y, IMPULSE_Z,
+    IMPULSE_X, IMPULSE_Y, IMPULSE_Z, DEEPEST_APPROACH,
 )  # fmt: skip
 """What is given out of a contact that has ended, in the order of the table `figures.CONTACT`."""
 
@@ -85,6 +85,22 @@ def note_peak(body, plan, state, step, record, counts, work):
     trail = record[LOAD_BEFORE : LAST_STEP + 1]
     look_at_top(_load_at, (body, plan, state, record, counts, work), trail, step, load, record[PEAK_LOAD], 1)
     keep_peak(touch_of(body, state, pose_of(body, state)), record)
+
+
+@template
+def _approach_at(what, place):
+    """The approach [m] and its rate [m/s] `place` [s] after the step began."""
+    body, plan, state, counts, work = what
+    one_step(body, plan.method, state, place, True, work, work.spare)
+    counts[EVALUATIONS] += len(plan.method.weights)
+    return gap_of(body, work.spare)
+
+
+@kernel
+def note_depth(body, plan, state, step, record, counts, work):
+    """Keeps the greatest approach of a contact over the step to `work.after`: damping puts it after the load's."""
+    what, ends = (body, plan, state, counts, work), (gap_of(body, state), gap_of(body, work.after))
+    record[DEEPEST_APPROACH] = greatest_within(_approach_at, what, step, ends[0], ends[1], record[DEEPEST_APPROACH])
 
 
 @kernel
@@ -185,6 +201,7 @@ def _accept(body, plan, method, state, clock, record, seen, step, following, loa
     """Takes the step, and completes the record of a contact that it has ended."""
     if loaded:
         note_peak(body, plan, state, step, record, counts, work)
+        note_depth(body, plan, state, step, record, counts, work)
     commit(body, state, clock, work)
     clock[STEP] = following if plan.fixed == 0.0 else math.inf
     if ended:

@@ -44,6 +44,7 @@ MEANINGS = {
 }
 
 TOUCH = Table("touch", (Channel("time", "s", (), "begin of the contact"),), "a contact that begins")
+DEEPEST = Channel("greatest_approach", "m", (), "which damping puts after the greatest load")
 CONTACT = Table(
     "contact",
     (
@@ -59,6 +60,7 @@ CONTACT = Table(
         Channel("impulse_x", "N s", (), "on the body, of gravity and contact together"),
         Channel("impulse_y", "N s", (), "on the body"),
         Channel("impulse_z", "N s", (), "on the body, by the contact alone"),
+        DEEPEST,
     ),
     "a contact that has ended",
 )
@@ -76,7 +78,10 @@ def tables(parameters) -> tuple[Table, ...]:
 
 
 class Bounce(NamedTuple):
-    """One contact: seconds, N, m, Pa, N s; of one that goes on, peaks are those at the outputs, the rest is None."""
+    """One contact: seconds, N, m, Pa, N s; of one that goes on, peaks are those at the outputs, the rest is None.
+
+    `approach` is the greatest; semi-axes, radii and the law's error are those at the greatest load.
+    """
 
     start: float
     duration: float
@@ -97,14 +102,15 @@ class Bounce(NamedTuple):
 
 
 def _ended(row: np.ndarray, modulus: float) -> Bounce:
-    end, start, load, approach, small, large, coefficient, into, out, x, y, z = map(float, row)
+    """One contact from its record, which in logs of earlier versions lacks the greatest approach."""
+    end, start, load, approach, small, large, coefficient, into, out, x, y, z, *deepest = map(float, row)
     spot = ellipse(small, large, modulus, load)
     exact = hertz_coefficient(small, large, modulus) if load > 0.0 else 1.0
     return Bounce(
         start=start,
         duration=end - start,
         peak_load=load,
-        approach=approach,
+        approach=deepest[0] if deepest else approach,
         semi_axes=(spot.semi_major, spot.semi_minor),
         radii=(0.5 / small, 0.5 / large) if load > 0.0 else (math.inf, math.inf),
         peak_pressure=spot.peak_pressure,

@@ -9,8 +9,8 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import wave_transit
 from bearing_twin.kinds.ellipsoid.figures import CONTACT as ELLIPSOID_CONTACT
+from bearing_twin.kinds.ellipsoid.figures import DEEPEST, NOT_WATCHED, STEADY, TOUCH, WANTED, Bounce, EllipsoidFigures
 from bearing_twin.kinds.ellipsoid.figures import MEANINGS as OF_ELLIPSOID
-from bearing_twin.kinds.ellipsoid.figures import NOT_WATCHED, STEADY, TOUCH, WANTED, Bounce, EllipsoidFigures
 from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.kinds.two_bodies.derived import ROWS, modulus_of, reach_of
 from bearing_twin.kinds.two_bodies.outputs import SPENT
@@ -27,6 +27,7 @@ CONTACT = Table(
         *ELLIPSOID_CONTACT.columns[7:9],
         Channel("impulse", "N s", (), "of the normal load"),
         Channel("friction_impulse", "N s", (), "size of that of friction"),
+        DEEPEST,
     ),
     "a contact that has ended",
 )
@@ -70,16 +71,15 @@ class TwoBodiesFigures(EllipsoidFigures):
 
     def ended(self, row: np.ndarray) -> Bounce:
         """One contact from its record."""
-        end, start, load, approach, small, large, coefficient, major, minor, pressure, into, out, impulse, rub = map(
-            float, row
-        )
+        end, start, load, approach, small, large, coefficient, major, minor, pressure, *rest = map(float, row)
+        into, out, impulse, rub, *deepest = rest
         ellipse = small > 0.0 and load > 0.0 and self.law != OVERLAP
         exact = hertz_coefficient(small, large, modulus_of(self.parameters)) if ellipse else 1.0
         return Bounce(
             start=start,
             duration=end - start,
             peak_load=load,
-            approach=approach,
+            approach=deepest[0] if deepest else approach,
             semi_axes=(major, minor),
             radii=(0.5 / small if small > 0.0 else math.inf, 0.5 / large if large > 0.0 else math.inf),
             peak_pressure=pressure,

@@ -16,7 +16,7 @@ from bearing_twin.kinds.two_bodies.steps import (
     touch_now,
 )
 from bearing_twin.numerics.adaptive import STEP, TIME, advance_adaptively
-from bearing_twin.numerics.events import crossing, look_at_top
+from bearing_twin.numerics.events import crossing, greatest_within, look_at_top
 from bearing_twin.numerics.runge_kutta import copy_numbers
 from bearing_twin.numerics.statuses import EVALUATIONS, OK, TOO_DEEP
 from bearing_twin.shapes.tracking import FOUND
@@ -28,9 +28,11 @@ greatest distance [m] of the opposing points from meeting their equations at the
 
 (
     ENDED, BEGAN, PEAK_LOAD, PEAK_APPROACH, PEAK_SMALL, PEAK_LARGE, PEAK_COEFFICIENT, PEAK_MAJOR, PEAK_MINOR,
-    PEAK_PRESSURE, SPEED_IN, SPEED_OUT, IMPULSE, RUB_X, RUB_Y, RUB_Z, LOAD_BEFORE, LOAD_LAST, LAST_STEP, RECORD,
-) = range(20)  # fmt: skip
-"""Of a contact: times [s], greatest load with what it had there, speeds [m/s], impulses [N s]; the rest: room."""
+    PEAK_PRESSURE, SPEED_IN, SPEED_OUT, IMPULSE, RUB_X, RUB_Y, RUB_Z, DEEPEST_APPROACH,
+    LOAD_BEFORE, LOAD_LAST, LAST_STEP, RECORD,
+) = range(21)  # fmt: skip
+"""Of a contact: times [s], greatest load with what it had there, speeds [m/s], impulses [N s], greatest
+approach [m]; the rest: room."""
 
 PEAK_ROUNDS = 3  # parabolas through the greatest load, each about the top of the one before
 
@@ -69,6 +71,25 @@ def note_peak(pair, step, touch, record, counts, work):
     """
     what, trail = (pair, record, counts, work), record[LOAD_BEFORE : LAST_STEP + 1]
     look_at_top(_load_at, what, trail, step, touch.normal_load, record[PEAK_LOAD], PEAK_ROUNDS)
+
+
+@template
+def _approach_at(what, place):
+    """The approach [m] and its rate [m/s] `place` [s] after the step began."""
+    pair, counts, work = what
+    one_step(pair, METHOD, work.now, place, True, work, work.spare)
+    finish(pair, work.spare)
+    counts[EVALUATIONS] += len(METHOD.weights)
+    touch = touch_now(pair, work.spare)
+    return touch.approach, touch.approach_rate
+
+
+@kernel
+def note_depth(pair, step, before, touch, record, counts, work):
+    """Keeps the greatest approach of a contact over the step from `work.now`: damping puts it after the load's."""
+    ends = (before.approach, before.approach_rate), (touch.approach, touch.approach_rate)
+    what, deepest = (pair, counts, work), record[DEEPEST_APPROACH]
+    record[DEEPEST_APPROACH] = greatest_within(_approach_at, what, step, ends[0], ends[1], deepest)
 
 
 @kernel
@@ -140,6 +161,7 @@ def _accept(pair, plan, method, state, clock, record, before, step, following, l
     ended = note(clock, step, before, touch, state, record)
     if clock[IN_CONTACT] > 0.0:
         note_peak(pair, step, touch, record, counts, work)
+        note_depth(pair, step, before, touch, record, counts, work)
     copy_numbers(work.now, work.before)
     return OK, touch, ended
 

@@ -113,8 +113,8 @@ class TwoBodiesMotion(BouncingMotion):
 
     def contacts(self, records: np.ndarray) -> np.ndarray:
         """The rows of contacts that have ended; of the impulse of friction its magnitude."""
-        rubbed = [np.linalg.norm(row) for row in records[:, march.RUB_X : march.LOAD_BEFORE]]
-        return np.column_stack([records[:, : march.RUB_X], rubbed])
+        rubbed = [np.linalg.norm(row) for row in records[:, march.RUB_X : march.DEEPEST_APPROACH]]
+        return np.column_stack([records[:, : march.RUB_X], rubbed, records[:, march.DEEPEST_APPROACH]])
 
     def advance(self, times: np.ndarray, duration: float):
         """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError."""
