@@ -1,6 +1,7 @@
 """recorder_node and replay_node on the wire: the bytes sent are in the log, and the bytes in the log are sent."""
 
 import itertools
+import json
 import signal
 import time
 
@@ -14,6 +15,7 @@ from ros import (
     QoSCompatibility,
     SetBool,
     call,
+    deserialize_message,
     executable,
     heard,
     message_class,
@@ -28,6 +30,7 @@ from ros import (
     started,
 )
 
+from bearing_twin.command.cli import DOUBTFUL, main
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
@@ -146,6 +149,48 @@ def test_lost_outputs_are_counted_and_said(tmp_path):
         )
     with pytest.raises(LogError, match="100 outputs are missing"):
         list(read_log(tmp_path / "out.mcap"))
+
+
+def test_what_is_sent_as_samples_and_is_none_is_counted_and_ends_no_recording(tmp_path, capsys):
+    path = tmp_path / "out.mcap"
+    blocks = [data for topic, data in messages() if topic.name == "samples"]
+    with ros_executor() as executor:
+        talker, seen = plain_node(executor), []
+        samples = talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        recorder = started(executor, RecorderNode, log=str(path), full=True)
+        spin_until(executor, samples.get_subscription_count, "discovery")
+        for data in (blocks[0], b"\0\1\0\0", blocks[1][:-100], *blocks[1:]):
+            samples.publish(data)
+        spin_until(
+            executor, lambda: any("2 messages sent as samples" in status.message for status in seen), "a warning"
+        )
+        spin_until(executor, lambda: recorder.recording.messages == len(blocks), "all that is whole")
+        assert recorder.failure is None
+    assert bits(read_log(path)) == bits(BLOCK)
+    assert main(["report", str(path), "--strict", "--json"]) == DOUBTFUL
+    said = capsys.readouterr()
+    assert json.loads(said.out)["messages_unreadable"] == 2
+    assert "2 messages sent as samples were none" in said.err
+
+
+def test_a_publisher_that_offers_less_than_those_before_is_recorded_too(tmp_path):
+    path = tmp_path / "out.mcap"
+    with ros_executor() as executor:
+        talker = plain_node(executor)
+        first = talker.create_publisher(Float64, "/elsewhere", qos_profile(Qos(10, durability="transient_local")))
+        recorder = started(executor, RecorderNode, log=str(path), topics=["/elsewhere"], full=True)
+        spin_until(executor, first.get_subscription_count, "discovery")
+        first.publish(Float64(data=1.0))
+        spin_until(executor, lambda: recorder.recording.messages == 1, "the first message")
+        second = talker.create_publisher(Float64, "/elsewhere", qos_profile(Qos(10, "best_effort")))
+        both = (first, second)
+        spin_until(executor, lambda: all(one.get_subscription_count() == 1 for one in both), "it is heard, once")
+        for publisher in both:
+            publisher.publish(Float64(data=2.0))
+        spin_until(executor, lambda: recorder.recording.messages == 3, "messages of both")
+        spin_for(executor, 0.2)
+    assert [deserialize_message(one.data, Float64).data for one in raw_messages(path)] == [1.0, 2.0, 2.0]
 
 
 def test_lost_messages_of_any_topic_are_counted_said_and_written_before_the_end(tmp_path, monkeypatch):

@@ -82,7 +82,7 @@ def test_a_report_tells_what_a_recorder_lost(tmp_path, capsys):
     recording.publishers("/third", 2)
     recording.close()
     assert read_log(tmp_path / "out.mcap").losses == {
-        "messages_lost": 2, "messages_dropped": 0, "uncounted": "/third",
+        "messages_lost": 2, "messages_dropped": 0, "messages_unreadable": 0, "uncounted": "/third",
     }  # fmt: skip
     assert main(["report", str(tmp_path / "out.mcap"), "--json", "--strict"]) == DOUBTFUL
     said = capsys.readouterr()

@@ -8,6 +8,7 @@ import numpy as np
 
 from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
+from bearing_twin.log import cdr
 from bearing_twin.run.scene import Scene, parse_scene
 from bearing_twin.sample import Block, Channel
 
@@ -40,6 +41,13 @@ def sample_range(data: bytes) -> tuple[int, int]:
         raise LogError(
             f"a SampleBlock of {len(data)} bytes cannot be read: update publisher and recorder alike"
         ) from error
+
+
+def readable_range(data: bytes) -> tuple[int, int]:
+    """`sample_range` of a SampleBlock that is decoded and checked as whoever reads a log does; raises LogError."""
+    message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+    check_block("what was sent", message)
+    return int(message.first_sequence), int(message.count)
 
 
 def check_block(place, message) -> None:

@@ -106,7 +106,7 @@ class LogStream:
         `uncounted` names topics of several publishers, whose losses nobody knows.
         """
         told = self.metadata.get(RECORDING_RECORD, {})
-        said = {key: told.get(key, "") for key in ("messages_lost", "messages_dropped")}
+        said = {key: told.get(key, "") for key in ("messages_lost", "messages_dropped", "messages_unreadable")}
         counts = {key: int(text) for key, text in said.items() if text.isdecimal() and len(text) <= DIGITS}
         return counts | ({"uncounted": told["uncounted"]} if told.get("uncounted") else {})
 
