@@ -31,12 +31,12 @@ from ros import (
 )
 
 from bearing_twin.command.cli import DOUBTFUL, main
-from bearing_twin.errors import LogError
+from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
 from bearing_twin.log.mcap_read import McapReader
-from bearing_twin.log.raw_log import RECORDING_RECORD
+from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
@@ -258,6 +258,34 @@ def test_a_replay_that_cannot_keep_up_warns(log, monkeypatch):
         (DiagnosticStatus.OK, "paused"),
         (DiagnosticStatus.WARN, "cannot keep up: 0.25 s behind"),
     ]
+
+
+def test_a_topic_that_ros_does_not_know_is_left_out_of_a_replay_and_told(tmp_path, capfd):
+    """Logs of other programs may call topics what they like, and name types that are none."""
+    others = {"/two words": cdr.STRING, "/1st": cdr.STRING, "/type": "std_msgs/msg/_string"}
+    for name, played in (("mixed", {"/good": cdr.STRING} | others), ("none", {"/a\x1b[2Jb": cdr.STRING})):
+        with RawLogWriter(tmp_path / f"{name}.mcap") as log:
+            for topic, ros_type in played.items():
+                log.write(
+                    log.add_topic(topic, ros_type, "string data", "", (Qos(),)), 1, 1, padded(b"\0\1\0\0\1\0\0\0\0")
+                )
+    with ros_executor() as executor:
+        node = started(executor, ReplayNode, log=str(tmp_path / "mixed.mcap"), discovery=0.0)
+        spin_until(executor, node.done.is_set, "end of the replay")
+        assert (node.failure, node._outlet.published) == (None, 1)
+        with pytest.raises(BearingTwinError, match=r"'/a\\x1b\[2Jb' is not published: it is no name of a topic"):
+            started(executor, ReplayNode, log=str(tmp_path / "none.mcap"))
+    said = capfd.readouterr().err
+    assert all(f"{name} is not published" in said for name in ("'/two words'", "'/1st'", "/type"))
+
+
+def test_a_time_that_ros_cannot_tell_ends_a_replay_in_a_sentence(tmp_path):
+    with RawLogWriter(tmp_path / "late.mcap") as log:
+        log.write(log.add_topic("/late", cdr.STRING, "string data", "", (Qos(),)), 1 << 63, 1 << 63, bytes(12))
+    with ros_executor() as executor:
+        node = started(executor, ReplayNode, log=str(tmp_path / "late.mcap"), discovery=0.0, publish_clock=True)
+        spin_until(executor, node.done.is_set, "end of the replay")
+    assert str(node.failure) == "9.22337e+09 s is no time of ROS, whose seconds end at 2147483647"
 
 
 def test_a_replay_can_loop_start_later_and_pause(log):
