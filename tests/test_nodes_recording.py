@@ -18,7 +18,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.mcap_log import LogStream, raw_messages, read_log, write_log
-from bearing_twin.log.mcap_read import McapReader
+from bearing_twin.log.mcap_read import LARGEST_MESSAGE, McapReader
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
@@ -107,6 +107,17 @@ def test_messages_of_one_publisher_are_counted_by_their_numbers(tmp_path):
     with McapReader(tmp_path / "out.mcap") as reader:
         [told] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
     assert told["uncounted"] == "/four /one /three"
+
+
+def test_a_message_that_no_reader_takes_is_counted_and_left_out(tmp_path):
+    path, large = tmp_path / "out.mcap", bytes(LARGEST_MESSAGE)
+    recording = Recording(path, ["*"])
+    recording.add("/other", cdr.STRING, cdr.type_hash(cdr.STRING), (Qos(),))
+    for number, data in enumerate((b"before", large, large + b"1", b"after"), start=1):
+        receive(recording, "/other", number, number, data, number)
+    assert [recording.status()[f"messages{what}"] for what in ("", "_unreadable", "_lost")] == [3, 1, 0]
+    recording.close()
+    assert [len(message.data) for message in raw_messages(path)] == [6, LARGEST_MESSAGE, 5]
 
 
 def test_outputs_and_restarts_are_those_of_samples_alone(tmp_path):

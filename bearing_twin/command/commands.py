@@ -194,7 +194,7 @@ def _report(arguments) -> Outcome:
     lost = {
         "messages_lost": "were lost on the way to the recorder",
         "messages_dropped": "were dropped on a full disk",
-        "messages_unreadable": "sent as samples were none and are left out",
+        "messages_unreadable": "are left out: sent as samples and none, or too large",
     }
     doubts += [f"{result[key]} messages {words}" for key, words in lost.items() if result.get(key)]
     if stream.kept_rate:

@@ -147,7 +147,7 @@ class RecorderNode(Node):
             unreadable = self.recording.unreadable
             lost = self.recording.receive_all(topic, received, sent, [data for data, _ in found], numbers)
             if self.recording.unreadable > unreadable:
-                said = f"{topic}: what was sent as a SampleBlock is none, so it is not logged: look at who sends it"
+                said = f"{topic}: no SampleBlock though sent as one, or too large: not logged; look at who sends it"
                 self.get_logger().error(said, throttle_duration_sec=TALK)
             if lost:
                 self.get_logger().error(f"{topic}: {lost_in_words(lost, RECORDS in topic)}")
@@ -171,7 +171,7 @@ class RecorderNode(Node):
         if status["messages_lost"]:
             level, message = WARN, f"{status['messages_lost']} messages were lost"
         if status["messages_unreadable"]:
-            level, message = WARN, f"{status['messages_unreadable']} messages sent as samples are none, and not logged"
+            level, message = WARN, f"{status['messages_unreadable']} messages are not logged: no reader takes them"
         for what in ("records", "samples"):  # the outputs have the last word
             if lost := status[f"{what}_lost"]:
                 level, message = WARN, lost_in_words(lost, what == "records")

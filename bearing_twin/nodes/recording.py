@@ -12,6 +12,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.blocks import readable_range
+from bearing_twin.log.mcap_read import LARGEST_MESSAGE
 from bearing_twin.log.parts import Safety, Told
 from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter
 
@@ -120,21 +121,22 @@ class Recording(Told):
         """Logs messages of one topic as they came; returns how many outputs, or rows of records, were lost before them.
 
         `sent_numbers` count the messages of its publisher from 1 on, None where the middleware does not tell. What is
-        sent as a SampleBlock and is none, for anybody may send, is counted as `unreadable` and not logged: no reader
-        would get past it.
+        sent as a SampleBlock and is none, or is larger than LARGEST_MESSAGE, for anybody may send, is counted as
+        `unreadable` and not logged: no reader would get past it.
         """
         with self._lock:
             if self._closed:
                 return 0
             number, has_samples = self._numbers[topic]
-            messages, ranges = zip(repeat(number), received_ns, sent_ns, data, strict=False), []
-            if has_samples:
-                found = [_range_or_none(one) for one in data]
+            messages, ranges, count = zip(repeat(number), received_ns, sent_ns, data, strict=False), [], len(data)
+            if has_samples or max(map(len, data), default=0) > LARGEST_MESSAGE:
+                found = [_range_or_none(one, has_samples) for one in data]
                 ranges = [one for one in found if one]
                 messages = [message for message, one in zip(messages, found, strict=True) if one]
-                self.unreadable += len(data) - len(ranges)
+                count = len(ranges)
             self._log.write_all(messages)
-            self.messages += len(ranges) if has_samples else len(data)
+            self.messages += count
+            self.unreadable += len(data) - count
             if None in sent_numbers:
                 self._uncounted.add(topic)
             sent = self._sent[topic]
@@ -168,7 +170,7 @@ class Recording(Told):
         """Counts so far: topics, messages, bytes, and what was lost, of messages, solver outputs and rows of records.
 
         `uncounted` names the topics whose lost messages nobody can count: several publishers, or no numbers. Messages
-        are dropped while the disk is full; those that are no SampleBlock, though sent as one, are unreadable.
+        are dropped while the disk is full; those that no reader takes are unreadable.
         """
         outputs = [stream for topic, stream in self.sequences.items() if RECORDS not in topic]
         records = [stream for topic, stream in self.sequences.items() if RECORDS in topic]
@@ -209,10 +211,12 @@ class Recording(Told):
         return {key: value for key, value in status.items() if key != "bytes"}
 
 
-def _range_or_none(data: bytes) -> tuple[int, int] | None:
-    """First number and count of the outputs of a SampleBlock, None of what is none."""
+def _range_or_none(data: bytes, has_samples: bool) -> tuple[int, int] | None:
+    """First number and count of the outputs of a SampleBlock, None of what is none or too large; of others (0, 0)."""
+    if len(data) > LARGEST_MESSAGE:
+        return None
     try:
-        return readable_range(data)
+        return readable_range(data) if has_samples else (0, 0)
     except LogError:
         return None
 
