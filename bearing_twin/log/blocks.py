@@ -1,6 +1,7 @@
 """SampleBlock messages back as blocks of solver outputs, checked: what a log or a peer says may be wrong."""
 
 import itertools
+import math
 import struct
 from typing import NamedTuple
 
@@ -74,6 +75,17 @@ def channels_of(scene: Scene | None, message) -> tuple[Channel, ...]:
         fits = channel is not None and channel.width == width and channel.unit == unit
         rows.append(channel if fits else Channel(name, unit, (width,), ""))
     return tuple(rows)
+
+
+def refuse_misfits(place, scene: Scene | None, channels: tuple[Channel, ...]) -> None:
+    """Raises LogError, naming `place`, where a channel has another count of numbers than in the scene beside it."""
+    known = {} if scene is None else {channel.name: channel.width for channel in scene.channels}
+    for name, _, shape, *_ in channels:
+        if (width := known.get(name, math.prod(shape))) != math.prod(shape):
+            raise LogError(
+                f"{place}: an output has {math.prod(shape)} numbers of {name}, but {width} by the scene beside it; "
+                "they are of different runs, so record one of them"
+            )
 
 
 def block_of(channels: tuple[Channel, ...], message) -> Block:
