@@ -116,7 +116,7 @@ def test_a_lag_is_followed_the_way_the_balls_go(speed, monkeypatch):
     found = solver.solve(Support(HELD, (0.0,) * 5, tuple(places)))
     angle_errors(parameters, solver, found)
     met = taken[1][:: int(np.sign(speed))][::24]  # where the eight balls stand now
-    assert met == pytest.approx(found.contacts.angle[:, 1], rel=1e-3)
+    assert met == pytest.approx(found.contacts.angle[:, 1], rel=1e-6)
 
 
 def test_a_ball_is_told_what_it_meets_within_half_a_spacing():
