@@ -23,6 +23,12 @@ class LogError(BearingTwinError):
     """A log cannot be read, or may not be written."""
 
 
+class ChannelError(BearingTwinError, KeyError):
+    """There is no channel of that name."""
+
+    __str__ = Exception.__str__  # that of KeyError puts a sentence into quotes
+
+
 class IntegrationError(BearingTwinError):
     """The integration stopped: `reason` ("not finite", "too deep", ...), at `seconds`, for which `body` and `contact`.
 

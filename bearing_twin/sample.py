@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.errors import ChannelError
 from bearing_twin.spelling import echo, unknown
 
 AT_ONCE = 32 << 20  # bytes of outputs
@@ -63,7 +64,7 @@ class Places(dict):
     """Channels by name; a name that is none is refused with those that are meant."""
 
     def __missing__(self, name):
-        raise KeyError(f"there is no channel {echo(name)}; {unknown(name, self)}")
+        raise ChannelError(f"there is no channel {echo(name)}; {unknown(name, self)}")
 
 
 class Layout:

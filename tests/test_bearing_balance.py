@@ -12,7 +12,7 @@ from bearing_twin.kinds.bearing.companion.balance import in_longest_steps, off_b
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.inherited import all_of_it
 from bearing_twin.kinds.bearing.companion.meetings import LEAST_APART, Drift
-from bearing_twin.kinds.bearing.companion.windows import ALL, APART, BETWEEN, BUMPING, INHERITED, PLACE, WINDOW
+from bearing_twin.kinds.bearing.companion.windows import ALL, APART, BESIDE, BETWEEN, BUMPING, INHERITED, PLACE, WINDOW
 from bearing_twin.kinds.bearing.companion.worst import (
     MISSED,
     SPREAD_ALONE,
@@ -136,7 +136,9 @@ def test_what_windows_miss_is_added_where_contacts_come_and_go():
     assert spread_of(True, True).told < spread_of(True, False).told
     worst.add(a_row(0.04, BETWEEN, load=99.0))
     assert worst.seen("load", 1.0, True, wide) == 99.0
-    assert worst.windows == 4
+    worst.add(a_row(0.05, BESIDE, load=200.0))  # what bumps were seen to grow is no estimate either
+    assert worst.seen("load", 1.0, True, wide) == 200.0
+    assert worst.windows == 5
     assert "all balls together" in worst.where("friction")
     assert worst.where("steps") == ""
 

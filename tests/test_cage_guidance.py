@@ -5,11 +5,13 @@ import math
 import numpy as np
 import pytest
 from bearings import motion, stored_energy
+from made_up_run import made_up_run
 from ring_systems import CASES, disturbed
 
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.forces import border_rows as at
+from bearing_twin.kinds.bearing.forces.land import Land, touch
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
@@ -27,7 +29,9 @@ from bearing_twin.kinds.bearing.rings import land_radius
 from bearing_twin.kinds.bearing.stepping.border_system import border_jacobian
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.log import cdr
+from bearing_twin.log.mcap_log import read_log, write_log
 from bearing_twin.log.stream import MessageStream
+from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 
@@ -185,6 +189,30 @@ def test_the_cage_is_drawn_where_it_is():
     places = view.rows(block.sampled(range(len(block))))[drawn.deviation]
     assert np.array_equal(places[:, :2], block.values["cage_offset"])
     assert drawn.deviation in view.enlarged[1]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_energy_of_a_land_is_the_work_of_pressing_it(side):
+    land, depths = Land(side, 0.012, 1e-4, 1e6, 1e-6, 0.05, 0.01), (4e-6, 6e-6)
+    pressed = [touch(land, (0.6 * (1e-4 + one), 0.8 * (1e-4 + one)), (0.0, 0.0), 0.0, 0.0) for one in depths]
+    work = sum(math.hypot(*one.force) for one in pressed) * 1e-6  # the force grows in a straight line
+    assert pressed[-1].energy - pressed[0].energy == pytest.approx(work, rel=1e-9)
+
+
+@pytest.mark.parametrize("whirl", [300.0, -70.0])
+def test_a_cage_that_goes_round_tells_its_whirl_and_which_way(whirl, tmp_path):
+    """On a circle of 0.1 mm."""
+    scene = load_scene(RIG, ("cage.kind=pockets", "cage.guidance=outer", "run.duration=0.02"))
+    block = Simulation(scene).advance(21)
+    turned = whirl * 1e-9 * block.time_ns
+    circle = 1e-4 * np.stack([np.cos(turned), np.sin(turned)], axis=1)
+    block.values["cage_offset"][:] = circle
+    block.values["cage_velocity"][:] = whirl * np.stack([-circle[:, 1], circle[:, 0]], axis=1)
+    write_log(made_up_run(scene, [block]), tmp_path / "run.mcap")
+    stream = read_log(tmp_path / "run.mcap")
+    figures = report_of(stream, stream.blocks())[0].figures
+    assert figures["cage_eccentricity_m"] == pytest.approx(1e-4)
+    assert figures["cage_whirl_rad_s"] == pytest.approx(whirl)
 
 
 def test_figures_and_topic_of_a_guided_cage():

@@ -140,6 +140,15 @@ def test_the_chooser_reads_costs_of_bearings_with_clearance_where_there_is_a_cag
     assert costs == pytest.approx(wanted, rel=0.1)  # a cost an output, where that is all there is
 
 
+def test_the_chooser_reads_costs_at_both_rates_that_were_measured(shipped):
+    wanted = {"seconds": 1000, "cost_at_100_hz": 100}
+    for column, rate in wanted.items():
+        scene = load_scene("bearing_6203", (f"run.output_rate={rate}", "drive.offset=[0,0,1e-5]")).parameters
+        rows = [row for row in shipped if row.problem == "500 N thrust" and row.setting == 0.03]
+        costs = {row.method: getattr(row, column) for row in rows if row.method in ("quasi_static", "prescribed")}
+        assert dimension_costs(scene, 0.03) == pytest.approx(costs, rel=1e-6)
+
+
 def test_table_picture_and_reading(rows, caged, tmp_path):
     write_table([*rows, *caged], tmp_path / "dimensions.csv")
     again = read_table(tmp_path / "dimensions.csv", DimensionRow)

@@ -45,12 +45,16 @@ def study(tmp_path_factory):
 
 def test_outputs_that_are_missing_from_a_log_are_told(log, tmp_path, capsys):
     whole = joined(list(read_log(log).blocks()))
+    whole.values["drive_torque"][-1] = np.nan
     write_log(made_up_run(load_scene("bearing_6203"), [whole.part(0, 5), whole.part(9, 21)]), tmp_path / "gap.mcap")
     words = ["export", str(tmp_path / "gap.mcap"), "--to", "csv", "--out", str(tmp_path / "out"), "--json"]
     assert cli.main([*words, "--strict"]) == cli.DOUBTFUL
     told = capsys.readouterr()
     assert (json.loads(told.out)["rows"], json.loads(told.out)["missing_outputs"]) == (17, 4)
     assert "4 outputs are missing from the log" in told.err
+    found = columns_in(tmp_path / "out" / "outputs.csv", "csv")
+    assert list(map(int, found["sequence"])) == [*range(5), *range(9, 21)]
+    assert [cell == "" for cell in found["drive_torque"]] == [False] * 16 + [True]
 
 
 def same_bits(found, wanted):

@@ -11,11 +11,11 @@ from ring_systems import AXIAL_PRELOAD, FREE, disturbed
 from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds.bearing.forces.cage import bump
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, SPIN, TANGENTIAL_VELOCITY
+from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.quasi_static.operating import check_load
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of, weighed_support
 from bearing_twin.kinds.bearing.quasi_static.worth import worths_of_run
 from bearing_twin.kinds.bearing.rings import keeps_apart, pocket_pitch
-from bearing_twin.kinds.bearing.start import cage_inertia
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
@@ -224,7 +224,8 @@ def test_the_cage_says_its_angle_speed_and_torque():
     """On its topic; the torque is what changes its speed, but for the friction of the pockets."""
     assert "cage/state" not in {topic.name for topic in topics(load_scene("bearing_6203"))}
     scene = load_scene(RIG, ["cage.kind=pockets", "run.output_rate=1e5", "run.publish_rate=1e5"])
-    block, inertia = Simulation(scene).advance(800), cage_inertia(scene.parameters)
+    block, parameters = Simulation(scene).advance(800), scene.parameters
+    inertia = parameters.cage.mass * (0.5 * parameters.geometry.pitch_diameter) ** 2  # of a thin ring
     found = [cdr.deserialise(cdr.JOINT_STATE, data) for topic, _, data in MessageStream(scene).messages(block)
              if topic.name == "cage/state"]  # fmt: skip
     assert len(found) == 800
@@ -369,6 +370,18 @@ def test_a_load_is_commanded():
     weightless = Simulation(load_scene(RIG, ("gravity=[0,0,0]",)))
     with pytest.raises(BearingTwinError, match="no ball touches both rings"):
         weightless.set_load((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+def test_a_commanded_load_acts_in_place_of_the_load_its_change_and_its_table():
+    overrides = ["rings.inner.load=[0,-100,0]", "rings.inner.table=[[0,1,0,0,0,0],[1,9,0,0,0,0]]"]
+    overrides += ["rings.inner.change={time: 0.5, load: [0,-50,0]}"]
+    loading = Loading(load_scene(RIG, overrides).parameters.rings.inner)
+    assert loading.at(0.75)[0].tolist() == [7.0, -150.0, 0.0, 0.0, 0.0]
+    loading.set((1.0, 2.0, 3.0), (0.4, 0.5, 0.0))
+    for elapsed in (0.0, 0.75, 2.0):
+        load, rate = loading.at(elapsed)
+        assert (load.tolist(), rate.tolist()) == ([1.0, 2.0, 3.0, 0.4, 0.5], [0.0] * 5)
+        assert loading.until_next(elapsed) == math.inf
 
 
 def test_an_unbalance_goes_round_with_the_shaft():

@@ -15,6 +15,7 @@ from mcap.writer import Writer
 
 from bearing_twin.command import study_command
 from bearing_twin.command.cli import main
+from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import write_log
 from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.run.scene import load_scene
@@ -88,6 +89,23 @@ def test_records_of_a_log_are_anybodys(record, key, text, logs, tmp_path, capsys
     source = logs / ("study.mcap" if record == STUDY or key == "work" else "run.mcap")
     path = rewritten(source, tmp_path / "x.mcap", lambda kept: kept | {record: kept.get(record, {}) | {key: text}})
     told(path, tmp_path, capsys)
+
+
+SWAPPED = {"normal_load": "displacement", "displacement": "normal_load"}
+
+
+@pytest.mark.parametrize("change", [SWAPPED, *({name: "x"} for name in ("approach", *SWAPPED, "velocity"))])
+def test_samples_that_are_none_of_the_scene_beside_them_are_anybodys(change, logs, tmp_path, capsys):
+    """A recording may hold the scene of one node and the samples of another, with more balls or other channels."""
+
+    def renamed(topic, data):
+        if not topic.endswith("/samples"):
+            return data
+        block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+        names = [change.get(name, name) for name in block.channel_name]
+        return cdr.serialised(cdr.SAMPLE_BLOCK, dataclasses.replace(block, channel_name=names))
+
+    told(rewritten(logs / "run.mcap", tmp_path / "x.mcap", data=renamed), tmp_path, capsys)
 
 
 @pytest.mark.parametrize("text", SUMMARIES)

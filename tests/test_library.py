@@ -106,8 +106,9 @@ def test_a_block_gives_rows_by_number_and_channels_by_name():
     assert np.array_equal(block["normal_load"], [sample["normal_load"] for sample in block])
     assert block[-1].sequence == len(block) - 1
     for holder in (block, block[0]):
-        with pytest.raises(KeyError, match="there is no channel 'normal_lod'; did you mean normal_load"):
+        with pytest.raises(KeyError, match=r"^there is no channel 'normal_lod'; did you mean normal_load") as refused:
             holder["normal_lod"]
+        assert isinstance(refused.value, BearingTwinError)  # the command line tells it in a sentence
     with pytest.raises(TypeError, match=r"take block.part\(low, high\)"):
         block[1:3]
 

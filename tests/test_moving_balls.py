@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.kinds.bearing.motion import bearing_motion
+from bearing_twin.kinds.bearing.quasi_static import moving_balls
 from bearing_twin.kinds.bearing.quasi_static.answer import answer_of
 from bearing_twin.kinds.bearing.quasi_static.friction_across import solved_in_motion
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import _late, angle_errors
@@ -150,6 +151,42 @@ def test_friction_is_all_there_is_between_angles_in_balance_and_of_moving_balls(
     without = off_and_told(load, overrides=slippery, solved=in_balance_alone)[0]
     assert without < 0.03 * with_friction
     assert without < 2e-4 * 0.13
+
+
+@pytest.mark.parametrize("speed", [1000.0, 3000.0])
+def test_what_the_gyroscopic_moment_does_under_thrust_is_its_closed_form(speed):
+    """0.4 (x/(2 + x))^2 of the angle, x = F_c/Q_i, at the outer race; friction across cannot lag where all is even."""
+    parameters, places = in_balance((0, 0, 100), (0, 0), (f"drive.speed={speed}",))
+    solver = solver_of(parameters, LAW, 0.3)
+    found = solver.solve(Support(HELD, (0.0,) * 5, tuple(places)))
+    geometry, orbit = parameters.geometry, found.contacts.orbit
+    mass = parameters.materials.ball.density * np.pi / 6.0 * geometry.ball_diameter**3
+    x = mass * orbit**2 * 0.5 * geometry.pitch_diameter / found.contacts.load[:, 0]
+    wanted = 0.4 * (x / (2.0 + x)) ** 2 * np.abs(found.contacts.angle[:, 1])
+    assert angle_errors(parameters, solver, found)[:, 1] == pytest.approx(wanted, rel=0.03)
+
+
+@pytest.mark.parametrize("speed", [1000.0, -1000.0])
+def test_a_lag_is_followed_the_way_the_balls_go(speed, monkeypatch):
+    """From one of 192 azimuths to the next: rising where the ring turns about +z."""
+    taken = []
+    monkeypatch.setattr(moving_balls, "_late", lambda wanted, *rest: taken.append(wanted) or 0.0 * wanted)
+    parameters, places = in_balance((0, -60, 100), (0, 0), (f"drive.speed={speed}",))
+    solver = solver_of(parameters, LAW, 0.0)
+    found = solver.solve(Support(HELD, (0.0,) * 5, tuple(places)))
+    angle_errors(parameters, solver, found)
+    met = taken[1][:: int(np.sign(speed))][::24]  # where the eight balls stand now
+    assert met == pytest.approx(found.contacts.angle[:, 1], rel=1e-6)
+
+
+def test_a_ball_is_told_what_it_meets_within_half_a_spacing():
+    azimuths = 2.0 * np.pi * np.arange(192) / 192
+    balls, errors, everywhere = azimuths[::24], np.zeros((192, 2)), np.ones(192, bool)
+    errors[59], errors[0] = (3.0, 1.0), (0.5, 0.7)  # nearly half a spacing before ball 2, at ball 0
+    told = moving_balls._nearby(errors, everywhere, azimuths, balls)
+    assert told.tolist() == [[0.5, 0.7], [0.0, 0.0], [3.0, 1.0], *[[0.0, 0.0]] * 5]
+    told = moving_balls._nearby(errors, ~everywhere, azimuths, balls)
+    assert told.tolist() == [[0.5, 0.7], *[[0.0, 0.0]] * 7]
 
 
 def test_nothing_is_told_without_friction_or_at_rest():

@@ -1,6 +1,7 @@
 """recorder_node and replay_node on the wire: the bytes sent are in the log, and the bytes in the log are sent."""
 
 import itertools
+import json
 import signal
 import time
 
@@ -14,6 +15,7 @@ from ros import (
     QoSCompatibility,
     SetBool,
     call,
+    deserialize_message,
     executable,
     heard,
     message_class,
@@ -28,12 +30,13 @@ from ros import (
     started,
 )
 
-from bearing_twin.errors import LogError
+from bearing_twin.command.cli import DOUBTFUL, main
+from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_log import raw_messages, read_log, write_log
 from bearing_twin.log.mcap_read import McapReader
-from bearing_twin.log.raw_log import RECORDING_RECORD
+from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
@@ -148,6 +151,46 @@ def test_lost_outputs_are_counted_and_said(tmp_path):
         list(read_log(tmp_path / "out.mcap"))
 
 
+def test_what_is_sent_as_samples_and_is_none_is_counted_and_ends_no_recording(tmp_path, capsys):
+    path = tmp_path / "out.mcap"
+    blocks = [data for topic, data in messages() if topic.name == "samples"]
+    with ros_executor() as executor:
+        talker, seen = plain_node(executor), []
+        samples = talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        recorder = started(executor, RecorderNode, log=str(path), full=True)
+        spin_until(executor, samples.get_subscription_count, "discovery")
+        for data in (blocks[0], b"\0\1\0\0", blocks[1][:-100], *blocks[1:]):
+            samples.publish(data)
+        spin_until(executor, lambda: any("2 messages are not logged" in status.message for status in seen), "a warning")
+        spin_until(executor, lambda: recorder.recording.messages == len(blocks), "all that is whole")
+        assert recorder.failure is None
+    assert bits(read_log(path)) == bits(BLOCK)
+    assert main(["report", str(path), "--strict", "--json"]) == DOUBTFUL
+    said = capsys.readouterr()
+    assert json.loads(said.out)["messages_unreadable"] == 2
+    assert "2 messages are left out: sent as samples and none" in said.err
+
+
+def test_a_publisher_that_offers_less_than_those_before_is_recorded_too(tmp_path):
+    path = tmp_path / "out.mcap"
+    with ros_executor() as executor:
+        talker = plain_node(executor)
+        first = talker.create_publisher(Float64, "/elsewhere", qos_profile(Qos(10, durability="transient_local")))
+        recorder = started(executor, RecorderNode, log=str(path), topics=["/elsewhere"], full=True)
+        spin_until(executor, first.get_subscription_count, "discovery")
+        first.publish(Float64(data=1.0))
+        spin_until(executor, lambda: recorder.recording.messages == 1, "the first message")
+        second = talker.create_publisher(Float64, "/elsewhere", qos_profile(Qos(10, "best_effort")))
+        both = (first, second)
+        spin_until(executor, lambda: all(one.get_subscription_count() == 1 for one in both), "it is heard, once")
+        for publisher in both:
+            publisher.publish(Float64(data=2.0))
+        spin_until(executor, lambda: recorder.recording.messages == 3, "messages of both")
+        spin_for(executor, 0.2)
+    assert [deserialize_message(one.data, Float64).data for one in raw_messages(path)] == [1.0, 2.0, 2.0]
+
+
 def test_lost_messages_of_any_topic_are_counted_said_and_written_before_the_end(tmp_path, monkeypatch):
     """A recorder that is held up: its subscription keeps the last messages alone."""
     monkeypatch.setattr(recorder_node, "DEPTH", 5)
@@ -213,6 +256,34 @@ def test_a_replay_that_cannot_keep_up_warns(log, monkeypatch):
         (DiagnosticStatus.OK, "paused"),
         (DiagnosticStatus.WARN, "cannot keep up: 0.25 s behind"),
     ]
+
+
+def test_a_topic_that_ros_does_not_know_is_left_out_of_a_replay_and_told(tmp_path, capfd):
+    """Logs of other programs may call topics what they like, and name types that are none."""
+    others = {"/two words": cdr.STRING, "/1st": cdr.STRING, "/type": "std_msgs/msg/_string"}
+    for name, played in (("mixed", {"/good": cdr.STRING} | others), ("none", {"/a\x1b[2Jb": cdr.STRING})):
+        with RawLogWriter(tmp_path / f"{name}.mcap") as log:
+            for topic, ros_type in played.items():
+                log.write(
+                    log.add_topic(topic, ros_type, "string data", "", (Qos(),)), 1, 1, padded(b"\0\1\0\0\1\0\0\0\0")
+                )
+    with ros_executor() as executor:
+        node = started(executor, ReplayNode, log=str(tmp_path / "mixed.mcap"), discovery=0.0)
+        spin_until(executor, node.done.is_set, "end of the replay")
+        assert (node.failure, node._outlet.published) == (None, 1)
+        with pytest.raises(BearingTwinError, match=r"'/a\\x1b\[2Jb' is not published: it is no name of a topic"):
+            started(executor, ReplayNode, log=str(tmp_path / "none.mcap"))
+    said = capfd.readouterr().err
+    assert all(f"{name} is not published" in said for name in ("'/two words'", "'/1st'", "/type"))
+
+
+def test_a_time_that_ros_cannot_tell_ends_a_replay_in_a_sentence(tmp_path):
+    with RawLogWriter(tmp_path / "late.mcap") as log:
+        log.write(log.add_topic("/late", cdr.STRING, "string data", "", (Qos(),)), 1 << 63, 1 << 63, bytes(12))
+    with ros_executor() as executor:
+        node = started(executor, ReplayNode, log=str(tmp_path / "late.mcap"), discovery=0.0, publish_clock=True)
+        spin_until(executor, node.done.is_set, "end of the replay")
+    assert str(node.failure) == "9.22337e+09 s is no time of ROS, whose seconds end at 2147483647"
 
 
 def test_a_replay_can_loop_start_later_and_pause(log):

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
+from mcap.writer import Writer
 from runs import receive
 
 from bearing_twin.command.cli import DOUBTFUL, main
@@ -17,7 +18,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.mcap_log import LogStream, raw_messages, read_log, write_log
-from bearing_twin.log.mcap_read import McapReader
+from bearing_twin.log.mcap_read import LARGEST_MESSAGE, McapReader
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
@@ -82,7 +83,7 @@ def test_a_report_tells_what_a_recorder_lost(tmp_path, capsys):
     recording.publishers("/third", 2)
     recording.close()
     assert read_log(tmp_path / "out.mcap").losses == {
-        "messages_lost": 2, "messages_dropped": 0, "uncounted": "/third",
+        "messages_lost": 2, "messages_dropped": 0, "messages_unreadable": 0, "uncounted": "/third",
     }  # fmt: skip
     assert main(["report", str(tmp_path / "out.mcap"), "--json", "--strict"]) == DOUBTFUL
     said = capsys.readouterr()
@@ -106,6 +107,17 @@ def test_messages_of_one_publisher_are_counted_by_their_numbers(tmp_path):
     with McapReader(tmp_path / "out.mcap") as reader:
         [told] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
     assert told["uncounted"] == "/four /one /three"
+
+
+def test_a_message_that_no_reader_takes_is_counted_and_left_out(tmp_path):
+    path, large = tmp_path / "out.mcap", bytes(LARGEST_MESSAGE)
+    recording = Recording(path, ["*"])
+    recording.add("/other", cdr.STRING, cdr.type_hash(cdr.STRING), (Qos(),))
+    for number, data in enumerate((b"before", large, large + b"1", b"after"), start=1):
+        receive(recording, "/other", number, number, data, number)
+    assert [recording.status()[f"messages{what}"] for what in ("", "_unreadable", "_lost")] == [3, 1, 0]
+    recording.close()
+    assert [len(message.data) for message in raw_messages(path)] == [6, LARGEST_MESSAGE, 5]
 
 
 def test_outputs_and_restarts_are_those_of_samples_alone(tmp_path):
@@ -407,7 +419,7 @@ def test_a_replay_from_beyond_the_end_says_so(log):
 
 def test_the_topics_of_a_log_are_known_before_it_is_read(log):
     known = logged_topics(log)
-    assert known[SAMPLES] == (cdr.SAMPLE_BLOCK, RELIABLE, False)
+    assert known[SAMPLES] == (cdr.SAMPLE_BLOCK, RELIABLE, False, frozenset())
     assert {name for name in known if "wrench" in name} == {
         "/bearing/ball_0/wrench", "/bearing/ball_1/wrench", "/bearing/inner_ring/wrench", "/bearing/outer_ring/wrench",
     }  # fmt: skip
@@ -428,6 +440,23 @@ def test_a_topic_whose_type_has_changed_since_is_left_out_with_a_word(tmp_path):
     [sentence] = loop.left_out
     assert "/bearing/contacts is not played: bearing_twin_msgs/msg/Contacts has other fields now" in sentence
     assert [topic for _, topic, _ in played(path)] == [SAMPLES]
+
+
+def test_of_a_topic_with_messages_of_two_types_one_is_played(tmp_path):
+    """Subscribers would read the bytes of the other as of the one."""
+    path = tmp_path / "two.mcap"
+    with path.open("wb") as file:
+        log = Writer(file)
+        log.start("ros2")
+        for time_ns, ros_type in enumerate((cdr.STRING, cdr.STATE, cdr.STRING)):
+            schema = log.register_schema(ros_type, "ros2msg", cdr.schema_text(ros_type).encode())
+            log.add_message(log.register_channel("/one", "cdr", schema), time_ns, bytes([time_ns]), time_ns)
+        log.finish()
+    loop = ReplayLoop(path, lambda message: None, 1.0)
+    assert loop.left_out == [
+        f"messages of type {cdr.STATE} on /one are not played, for others there are of type {cdr.STRING}"
+    ]
+    assert [data for _, _, data in played(path)] == [b"\0", b"\2"]
 
 
 def test_everything_of_every_kind_is_recorded_by_default(tmp_path):
@@ -470,6 +499,8 @@ def test_a_damaged_log_is_refused_with_advice(log):
         ("- {reliability: 2, durability: 1, depth: 1}", Qos(1, "best_effort", "transient_local")),
         ("- {reliability: 1, durability: 2, depth: 0}", Qos()),
         ("- {reliability: system_default, durability: unknown, depth: 5}", Qos(5)),
+        ("- depth: 3\n  reliability: 2\n  durability: 2\n- depth: 9\n", Qos(3, "best_effort")),
+        ("- {reliability: 2, durability: 2, depth: 3, more: [" + "1, " * 5000 + "]}", Qos()),
     ],
 )
 def test_quality_of_service_is_read_in_words_and_numbers(text, qos):

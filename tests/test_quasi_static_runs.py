@@ -7,6 +7,7 @@ import pytest
 from bearings import motion
 from made_up_run import a_choice
 
+from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.adequacy import cage_needed
@@ -435,3 +436,18 @@ def test_spin_and_slip_of_equilibria_are_those_of_balls_against_their_raceways()
         slip = across - np.einsum("nbi,nbi->nb", across, normal)[..., None] * normal
         assert values["slip"][:, :, side] == pytest.approx(slip, rel=1e-6, abs=1e-9)
     assert np.abs(values["spin_rate"]).max() > 100.0
+
+
+def test_each_race_is_as_stiff_as_its_own_ring_makes_it():
+    """Of Hertz's law load goes as E* approach^1.5, at contact angles that hardly differ."""
+
+    def stiffness(*overrides):
+        asked = "contact.normal=hertz_exact", "model.dimension=quasi_static", "rings.inner.load=[0,0,100]"
+        sample = Simulation(load_scene("bearing_6203", [*asked, *overrides])).advance(1)
+        return sample["normal_load"][0, 0] / sample["approach"][0, 0] ** 1.5
+
+    steel, ceramic = (MATERIALS[name] for name in ("steel", "silicon_nitride"))
+    gained = effective_modulus(steel, ceramic) / effective_modulus(steel, steel)
+    assert gained > 1.1
+    for ring, wanted in (("inner_ring", [gained, 1.0]), ("outer_ring", [1.0, gained])):
+        assert stiffness(f"materials.{ring}=silicon_nitride") / stiffness() == pytest.approx(wanted, rel=1e-4)

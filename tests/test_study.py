@@ -339,3 +339,18 @@ def test_every_quantity_of_every_scene_is_a_number_of_its_report(name):
     for quantity, row in quantities_of(scene.kind).items():
         known = math.isfinite(row.figure(run.report.figures))
         assert known == (not row.missing(scene.parameters)), quantity
+
+
+@pytest.mark.parametrize(
+    ("free", "refused"),
+    [
+        ("none", {"ring_displacement", "misalignment", "run_up_time"}),
+        ("displacement", {"misalignment", "run_up_time"}),
+        ("all", {"run_up_time"}),
+    ],
+)
+def test_a_quantity_that_the_scene_prescribes_is_refused(free, refused):
+    names = ["ring_displacement", "misalignment", "run_up_time"]
+    scene = {"kind": "bearing", "model": {"dimension": "quasi_static"}, "rings": {"inner": {"free": free}}}
+    said = refusal({"scene": scene, "inputs": {}, "quantities": names})
+    assert {name for name in names if f"quantities: {name}: the scene " in said} == refused

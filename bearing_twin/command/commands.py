@@ -193,7 +193,11 @@ def _report(arguments) -> Outcome:
         result["plot"] = watched.write(picture, report)
     doubts = [stream.restart.told()] if stream.restart else []
     doubts += [f"{missing} outputs are missing from the log"] if missing else []
-    lost = {"messages_lost": "were lost on the way to the recorder", "messages_dropped": "were dropped on a full disk"}
+    lost = {
+        "messages_lost": "were lost on the way to the recorder",
+        "messages_dropped": "were dropped on a full disk",
+        "messages_unreadable": "are left out: sent as samples and none, or too large",
+    }
     doubts += [f"{result[key]} messages {words}" for key, words in lost.items() if result.get(key)]
     if stream.kept_rate:
         doubts.append(

@@ -1,6 +1,7 @@
 """SampleBlock messages back as blocks of solver outputs, checked: what a log or a peer says may be wrong."""
 
 import itertools
+import math
 import struct
 from typing import NamedTuple
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
+from bearing_twin.log import cdr
 from bearing_twin.run.scene import Scene, parse_scene
 from bearing_twin.sample import Block, Channel
 
@@ -42,6 +44,13 @@ def sample_range(data: bytes) -> tuple[int, int]:
         ) from error
 
 
+def readable_range(data: bytes) -> tuple[int, int]:
+    """`sample_range` of a SampleBlock that is decoded and checked as whoever reads a log does; raises LogError."""
+    message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+    check_block("what was sent", message)
+    return int(message.first_sequence), int(message.count)
+
+
 def check_block(place, message) -> None:
     """Raises LogError, naming `place`, for a SampleBlock whose arrays do not belong together."""
     row = int(message.channel_width.sum(dtype=np.int64))
@@ -66,6 +75,17 @@ def channels_of(scene: Scene | None, message) -> tuple[Channel, ...]:
         fits = channel is not None and channel.width == width and channel.unit == unit
         rows.append(channel if fits else Channel(name, unit, (width,), ""))
     return tuple(rows)
+
+
+def refuse_misfits(place, scene: Scene | None, channels: tuple[Channel, ...]) -> None:
+    """Raises LogError, naming `place`, where a channel has another count of numbers than in the scene beside it."""
+    known = {} if scene is None else {channel.name: channel.width for channel in scene.channels}
+    for name, _, shape, *_ in channels:
+        if (width := known.get(name, math.prod(shape))) != math.prod(shape):
+            raise LogError(
+                f"{place}: an output has {math.prod(shape)} numbers of {name}, but {width} by the scene beside it; "
+                "they are of different runs, so record one of them"
+            )
 
 
 def block_of(channels: tuple[Channel, ...], message) -> Block:

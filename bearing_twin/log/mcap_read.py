@@ -35,6 +35,7 @@ from bearing_twin.log.checksum import crc32
 from bearing_twin.log.mcap_write import MAGIC
 
 LARGEST_RECORD = 1 << 26  # bytes, packed or unpacked; writers make chunks of a few megabytes
+LARGEST_MESSAGE = LARGEST_RECORD - (1 << 21)  # bytes, beside what is in its chunk before and what packing adds
 FREE_BYTES = 1 << 26  # unpacked bytes any file may have
 GREATEST_RATIO = 5000  # unpacked / packed bytes beyond that
 FREE_RECORDS = 200_000  # records any file may have

@@ -12,7 +12,7 @@ import numpy as np
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.errors import LogError, SceneError
 from bearing_twin.log import cdr
-from bearing_twin.log.blocks import Restart, block_of, channels_of, check_block, sample_range
+from bearing_twin.log.blocks import Restart, block_of, channels_of, check_block, refuse_misfits, sample_range
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
 from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RUN_RECORD, SCENE_RECORD, log_files
 from bearing_twin.log.recover import advice
@@ -91,6 +91,7 @@ class LogStream:
             self.choice = self.choice._replace(outside=self.scene.outside)
         first = next(self._sample_blocks(), None)
         self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first)
+        refuse_misfits(self.path, self.scene, self.channels)
         self.frame: str = "" if first is None else first.header.frame_id
 
     @property
@@ -107,7 +108,7 @@ class LogStream:
         `uncounted` names topics of several publishers, whose losses nobody knows.
         """
         told = self.metadata.get(RECORDING_RECORD, {})
-        said = {key: told.get(key, "") for key in ("messages_lost", "messages_dropped")}
+        said = {key: told.get(key, "") for key in ("messages_lost", "messages_dropped", "messages_unreadable")}
         counts = {key: int(text) for key, text in said.items() if text.isdecimal() and len(text) <= DIGITS}
         return counts | ({"uncounted": told["uncounted"]} if told.get("uncounted") else {})
 

@@ -6,8 +6,9 @@ Importing this module raises MissingInterfacesError, in one sentence, where ROS 
 import importlib
 from collections.abc import Mapping, Sequence
 
-from bearing_twin.errors import MissingInterfacesError
+from bearing_twin.errors import BearingTwinError, MissingInterfacesError
 from bearing_twin.log.bag import Qos
+from bearing_twin.spelling import harmless
 
 try:
     import rclpy
@@ -41,11 +42,14 @@ def message_class(ros_type: str) -> type:
     """The class of a type such as `geometry_msgs/msg/WrenchStamped`; raises MissingInterfacesError."""
     package, _, name = ros_type.partition("/msg/")
     try:
-        return getattr(importlib.import_module(f"{package}.msg"), name)
+        found = getattr(importlib.import_module(f"{package}.msg"), name)
+        if not hasattr(found, "SLOT_TYPES"):
+            raise AttributeError(f"{name} is no message there")
     except (ImportError, AttributeError, ValueError) as error:
         raise MissingInterfacesError(
-            f"the message type {ros_type} cannot be imported ({error}): install or source its package."
+            harmless(f"the message type {ros_type} cannot be imported ({error}): install or source its package.")
         ) from error
+    return found
 
 
 def qos_profile(qos: Qos) -> QoSProfile:
@@ -72,7 +76,9 @@ def suited(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
 
 
 def stamp(time_ns: int) -> Time:
-    """A ROS time from integer nanoseconds."""
+    """A ROS time from integer nanoseconds; raises BearingTwinError for one that it has no seconds for."""
+    if not -(1 << 31) <= time_ns // 1_000_000_000 < 1 << 31:
+        raise BearingTwinError(f"{time_ns * 1e-9:g} s is no time of ROS, whose seconds end at {(1 << 31) - 1}")
     return Time(sec=time_ns // 1_000_000_000, nanosec=time_ns % 1_000_000_000)
 
 

@@ -3,13 +3,15 @@
 from collections.abc import Iterable
 
 from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from bearing_twin.errors import MissingInterfacesError
+from bearing_twin.errors import BearingTwinError, MissingInterfacesError
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.messages import message_class, qos_profile, stamp
 from bearing_twin.nodes.pacing import Timed
+from bearing_twin.spelling import echo, harmless
 
 MANY = 500  # topics: what DDS and ROS do for each of so many delays the end of a node and its turns
 
@@ -17,7 +19,8 @@ MANY = 500  # topics: what DDS and ROS do for each of so many delays the end of 
 class Outlet:
     """Publishes serialised messages as they are, and counts them; publishes /clock where that is wanted.
 
-    A topic whose type is not installed is left out with a warning; raises MissingInterfacesError where that is all.
+    A topic whose type is not installed, or whose name ROS does not know, is left out with a warning; raises
+    BearingTwinError where that is all.
     Of more than MANY topics ROS does not warn of subscribers with another quality of service.
     """
 
@@ -31,9 +34,11 @@ class Outlet:
                 form = message_class(ros_type), name, qos_profile(qos)
                 self._publishers[name] = node.create_publisher(*form, event_callbacks=events)
             except MissingInterfacesError as error:
-                problems.append(f"{name} is not published: {error}")
+                problems.append(f"{harmless(name)} is not published: {error}")
+            except InvalidTopicNameException:
+                problems.append(f"{echo(name)} is not published: it is no name of a topic in ROS")
         if problems and not self._publishers:
-            raise MissingInterfacesError(problems[0])
+            raise BearingTwinError(problems[0])
         if problems:
             node.get_logger().warning("; ".join(problems))
         self._clock = None

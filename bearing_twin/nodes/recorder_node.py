@@ -7,6 +7,7 @@ from functools import partial
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
 
 from bearing_twin.errors import BearingTwinError, LogError
@@ -22,7 +23,7 @@ from bearing_twin.nodes.recording import (
     definition_prefixes,
     lost_in_words,
 )
-from bearing_twin.nodes.running import Heartbeat, LogWatch, declare, guarded, run
+from bearing_twin.nodes.running import TALK, Heartbeat, LogWatch, declare, guarded, run
 
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file (or bag folder, without .mcap) to write; empty = recording_<date>_<time>.mcap"),
@@ -53,6 +54,7 @@ class RecorderNode(Node):
         self.get_logger().info(f"log: {path}{'' if values['full'] else THINNED}")
         self._refused: set[str] = set()
         self._taken: dict[str, Subscription] = {}
+        self._taking = threading.Lock()
         self._aside, self._stopping, self._time = TakenAside(), threading.Event(), SteadyTime()
         self._taker = threading.Thread(target=self._take, name="take", daemon=True)
         self._taker.start()
@@ -78,6 +80,23 @@ class RecorderNode(Node):
                 publishers = self.get_publishers_info_by_topic(name)
                 if publishers:
                     self._subscribe(name, types, publishers)
+        for name, subscription in list(self._taken.items()):
+            if self.count_publishers(name) > subscription.get_publisher_count():  # one it may not hear
+                self._suit(name, subscription)
+
+    def _suit(self, name: str, subscription: Subscription) -> None:
+        """Subscribes anew where a publisher that came later offers less than was asked for, and so would not be heard.
+
+        Nobody tells: what is sent in between is lost, and counted as such by the numbers of its publisher.
+        """
+        profiles = [one.qos_profile for one in self.get_publishers_info_by_topic(name)]
+        if all(qos_check_compatible(one, subscription.qos_profile)[0] != QoSCompatibility.ERROR for one in profiles):
+            return
+        with self._taking:
+            self._on_messages(name, taken(subscription))
+            self.destroy_subscription(subscription)
+            self._listen(name, subscription.msg_type, profiles)
+        self.get_logger().warning(f"{name}: a publisher offers less than those before; it is subscribed to anew")
 
     def _subscribe(self, name: str, types: list[str], publishers) -> None:
         profiles = [publisher.qos_profile for publisher in publishers]
@@ -91,6 +110,9 @@ class RecorderNode(Node):
             self._refused.add(name)
             self.get_logger().error(f"{name} is not logged: {error}")
             return
+        self._listen(name, message, profiles)
+
+    def _listen(self, name: str, message: type, profiles) -> None:
         wanted, take = suited(profiles, DEPTH), partial(self._on_message, name)
         self._taken[name] = self.create_subscription(message, name, take, wanted, raw=True, callback_group=self._aside)
 
@@ -100,8 +122,9 @@ class RecorderNode(Node):
         while not stopping:
             stopping = self._stopping.wait(TAKE_PERIOD)
             self._look_at_clock()
-            for name, subscription in list(self._taken.items()):
-                self._on_messages(name, taken(subscription))
+            with self._taking:
+                for name, subscription in list(self._taken.items()):
+                    self._on_messages(name, taken(subscription))
 
     def _look_at_clock(self) -> None:
         if jump := self._time.look():
@@ -121,7 +144,11 @@ class RecorderNode(Node):
             received = [self._time.at(info["received_timestamp"]) for _, info in found]
             sent = [info["source_timestamp"] or known for (_, info), known in zip(found, received, strict=True)]
             numbers = [info.get("publication_sequence_number") for _, info in found]
+            unreadable = self.recording.unreadable
             lost = self.recording.receive_all(topic, received, sent, [data for data, _ in found], numbers)
+            if self.recording.unreadable > unreadable:
+                said = f"{topic}: no SampleBlock though sent as one, or too large: not logged; look at who sends it"
+                self.get_logger().error(said, throttle_duration_sec=TALK)
             if lost:
                 self.get_logger().error(f"{topic}: {lost_in_words(lost, RECORDS in topic)}")
         except Exception as error:  # a callback that raises would end the node without saying which message it was
@@ -143,6 +170,8 @@ class RecorderNode(Node):
             level, message = WARN, "no topic matches so far: there is nothing to record"
         if status["messages_lost"]:
             level, message = WARN, f"{status['messages_lost']} messages were lost"
+        if status["messages_unreadable"]:
+            level, message = WARN, f"{status['messages_unreadable']} messages are not logged: no reader takes them"
         for what in ("records", "samples"):  # the outputs have the last word
             if lost := status[f"{what}_lost"]:
                 level, message = WARN, lost_in_words(lost, what == "records")

@@ -7,10 +7,12 @@ from fnmatch import fnmatchcase
 from itertools import repeat
 from pathlib import Path
 
+from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.blocks import sample_range
+from bearing_twin.log.blocks import readable_range
+from bearing_twin.log.mcap_read import LARGEST_MESSAGE
 from bearing_twin.log.parts import Safety, Told
 from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter
 
@@ -77,7 +79,7 @@ class Recording(Told):
         self._closed = False
         self._noted = 0, 0  # losses, and the clock's jumps, that the log tells of
         self.clock_jumped_ns = 0  # see `log_room.SteadyTime`
-        self.messages = 0
+        self.messages = self.unreadable = 0
         self.sequences: dict[str, Sequences] = {}
         self._sent: dict[str, Sequences] = {}  # by the numbers that the middleware gives messages
         self._uncounted: set[str] = set()
@@ -118,14 +120,23 @@ class Recording(Told):
     ) -> int:
         """Logs messages of one topic as they came; returns how many outputs, or rows of records, were lost before them.
 
-        `sent_numbers` count the messages of its publisher from 1 on, None where the middleware does not tell.
+        `sent_numbers` count the messages of its publisher from 1 on, None where the middleware does not tell. What is
+        sent as a SampleBlock and is none, or is larger than LARGEST_MESSAGE, for anybody may send, is counted as
+        `unreadable` and not logged: no reader would get past it.
         """
         with self._lock:
             if self._closed:
                 return 0
             number, has_samples = self._numbers[topic]
-            self._log.write_all(zip(repeat(number), received_ns, sent_ns, data, strict=False))
-            self.messages += len(data)
+            messages, ranges, count = zip(repeat(number), received_ns, sent_ns, data, strict=False), [], len(data)
+            if has_samples or max(map(len, data), default=0) > LARGEST_MESSAGE:
+                found = [_range_or_none(one, has_samples) for one in data]
+                ranges = [one for one in found if one]
+                messages = [message for message, one in zip(messages, found, strict=True) if one]
+                count = len(ranges)
+            self._log.write_all(messages)
+            self.messages += count
+            self.unreadable += len(data) - count
             if None in sent_numbers:
                 self._uncounted.add(topic)
             sent = self._sent[topic]
@@ -133,7 +144,7 @@ class Recording(Told):
             sent.saw_all([one - 1 for one in sent_numbers if one is not None])
             if not has_samples:
                 return 0
-            lost = sum(self.sequences[topic].saw(*sample_range(one)) for one in data)
+            lost = sum(self.sequences[topic].saw(*one) for one in ranges)
             # Where no message is missing, outputs were never sent: those of a thinned log that is played.
             return 0 if sent.lost == before and None not in sent_numbers else lost
 
@@ -145,7 +156,8 @@ class Recording(Told):
     def note_losses(self) -> None:
         """Writes what was lost so far into the log, so that a crash does not take the count along."""
         status = self.status()
-        losses = sum(status[f"{what}_lost"] for what in ("messages", "samples", "records")) + status["messages_dropped"]
+        losses = sum(status[f"{what}_lost"] for what in ("messages", "samples", "records"))
+        losses += status["messages_dropped"] + status["messages_unreadable"]
         with self._lock:
             if self._closed:
                 return
@@ -158,7 +170,7 @@ class Recording(Told):
         """Counts so far: topics, messages, bytes, and what was lost, of messages, solver outputs and rows of records.
 
         `uncounted` names the topics whose lost messages nobody can count: several publishers, or no numbers. Messages
-        are dropped while the disk is full.
+        are dropped while the disk is full; those that no reader takes are unreadable.
         """
         outputs = [stream for topic, stream in self.sequences.items() if RECORDS not in topic]
         records = [stream for topic, stream in self.sequences.items() if RECORDS in topic]
@@ -171,6 +183,7 @@ class Recording(Told):
             "messages_lost": sum(sent.lost for sent in counted),
             "messages_before": sum(sent.before for sent in counted),
             "messages_dropped": self._log.dropped,
+            "messages_unreadable": self.unreadable,
             "uncounted": " ".join(sorted(uncounted)),
             "bytes": self._log.bytes,
             "samples_received": sum(stream.received for stream in outputs),
@@ -196,6 +209,16 @@ class Recording(Told):
     @staticmethod
     def _told(status: dict) -> dict:
         return {key: value for key, value in status.items() if key != "bytes"}
+
+
+def _range_or_none(data: bytes, has_samples: bool) -> tuple[int, int] | None:
+    """First number and count of the outputs of a SampleBlock, None of what is none or too large; of others (0, 0)."""
+    if len(data) > LARGEST_MESSAGE:
+        return None
+    try:
+        return readable_range(data) if has_samples else (0, 0)
+    except LogError:
+        return None
 
 
 def lost_in_words(count: int, records: bool) -> str:

@@ -1,5 +1,6 @@
 """A log as a paced stream of messages: what replay_node thinks, without ROS, clocks or decoding."""
 
+import re
 from collections.abc import Callable, Iterator
 from itertools import islice
 from typing import NamedTuple
@@ -17,18 +18,24 @@ from bearing_twin.nodes.retelling import Retelling
 
 BATCH = 200  # messages read ahead
 PUT_BACK_NS = 1_000_000_000  # between two messages: more than their order in a file can be
+LONGEST_PROFILE = 5000  # characters; those of bags have 300
 NUMBERED = {
     "reliability": {1: "reliable", 2: "best_effort"},
     "durability": {1: "transient_local", 2: "volatile"},
 }  # how older bags write the policies
+_NEXT_PROFILE = re.compile(r"\n(?=-)")
 
 
 class ReplayTopic(NamedTuple):
-    """A topic of a log; `changed` where its type has other fields now: subscribers could not read its bytes."""
+    """A topic of a log; `changed` where its type has other fields now: subscribers could not read its bytes.
+
+    `others` are types of further messages under its name, which are not played.
+    """
 
     ros_type: str
     qos: Qos
     changed: bool
+    others: frozenset[str] = frozenset()
 
 
 class ReplayLoop:
@@ -61,6 +68,12 @@ class ReplayLoop:
         ]
         if not self.topics:
             raise LogError(self.left_out[0])
+        self.left_out += [
+            f"messages of type {', '.join(sorted(topic.others))} on {name} are not played, for others there are of "
+            f"type {topic.ros_type}"
+            for name, topic in logged.items()
+            if topic.others
+        ]
         self.rounds = 0
         self._path, self._start_ns, self._loop = path, start_ns, loop
         self._messages = self._read()
@@ -78,7 +91,7 @@ class ReplayLoop:
         for topic, log_time, _, data in raw_messages(self._path, self._start_ns):
             ahead += max(0, last - log_time) if last - log_time > PUT_BACK_NS else 0
             last = log_time
-            if topic.name in self._played:
+            if topic.name in self._played and topic.ros_type == self._played[topic.name].ros_type:
                 told = self._retelling.data(topic.name, topic.ros_type, data)
                 yield Timed(log_time + ahead, self._retelling.topic(topic.name), told)
 
@@ -113,9 +126,13 @@ def logged_topics(path) -> dict[str, ReplayTopic]:
                 changed = (
                     cdr.is_known(ros_type) and logged_hash.startswith("RIHS") and logged_hash != cdr.type_hash(ros_type)
                 )
-                topics[channel.topic] = ReplayTopic(
-                    ros_type, offered_qos(said.get("offered_qos_profiles", "")), changed
-                )
+                known = topics.get(channel.topic)
+                if known is not None and known.ros_type != ros_type:
+                    topics[channel.topic] = known._replace(others=known.others | {ros_type})
+                    continue
+                others = known.others if known is not None else frozenset()
+                qos = offered_qos(said.get("offered_qos_profiles", ""))
+                topics[channel.topic] = ReplayTopic(ros_type, qos, changed, others)
     if not topics:
         raise LogError(f"{path} holds no ROS topics: give a log written by bearing_twin or `ros2 bag record -s mcap`")
     return topics
@@ -124,7 +141,10 @@ def logged_topics(path) -> dict[str, ReplayTopic]:
 def offered_qos(text: str) -> Qos:
     """The first of the profiles that a bag lists as YAML; reliable and volatile where it says nothing usable."""
     try:
-        profile = yaml.safe_load(text)[0]
+        first = _NEXT_PROFILE.split(text, maxsplit=1)[0]
+        if len(first) > LONGEST_PROFILE:
+            return Qos()
+        profile = yaml.safe_load(first)[0]
         reliability = NUMBERED["reliability"].get(profile["reliability"], profile["reliability"])
         durability = NUMBERED["durability"].get(profile["durability"], profile["durability"])
         depth = int(profile["depth"])
