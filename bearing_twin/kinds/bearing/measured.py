@@ -11,6 +11,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.adequacy import cage_needed, hurried
 from bearing_twin.kinds.bearing.drive import TORQUE
@@ -23,6 +25,7 @@ STICKY = 1e-3  # m/s: a regularisation of friction below this is like the sticki
 FAST = 3e5  # mm/min of speed times pitch diameter, the n d_m of catalogues
 LOOSEST = 30.0  # times the wanted tolerance
 LIKE_MEASURED = 30.0, 2.4  # what a scene of the same motion may err more: settings looser than wanted, and others
+BETWEEN = 1, 1.5, 2, 3, 5, 7  # settings in a decade, of which tables hold 1 and 3
 LEAST_DAMPING = 2e-7  # s of relaxation time, a fifth of the one measured with: less lets contacts ring for long
 FINEST = 1e-9  # no setting is finer
 LIKE_LANDING = "rodas4"  # the method whose steps end elsewhere where it lands
@@ -144,19 +147,42 @@ def _no_better(rung: Rung, other: Rung) -> Rung:
     return Rung(rung.setting, *(max(pair) for pair in errors), rung.cost)
 
 
+@functools.cache
+def _with_between(rungs: tuple[Rung, ...]) -> tuple[Rung, ...]:
+    """Rungs with others between them, by the order measured there, and beyond, where errors fall as settings."""
+    if not rungs:
+        return ()
+    logs, last, found = np.log(rungs[::-1]).T, rungs[-1], {rung.setting: rung for rung in rungs}
+    for setting in (float(f"{one}e{power}") for power in range(-9, 0) for one in BETWEEN):
+        if setting < last.setting:
+            found[setting] = _scaled(last, setting / last.setting)
+        elif setting < rungs[0].setting and setting not in found:
+            at = (math.exp(np.interp(math.log(setting), logs[0], column)) for column in logs[1:])
+            found[setting] = Rung(setting, *at)
+    return tuple(sorted(found.values(), reverse=True))
+
+
+def _scaled(rung: Rung, share: float) -> Rung:
+    """A rung with this share of its setting, and of its errors."""
+    return Rung(*(share * one for one in rung[:3]), rung.cost)
+
+
 def _enough(rungs: tuple[Rung, ...], wanted: float, outputs: str) -> Rung | None:
-    """The loosest rung that keeps a tolerance LIKE_MEASURED times over; beyond the tightest errors fall as settings."""
+    """The loosest rung that keeps a tolerance LIKE_MEASURED times over; beyond the tightest errors fall as settings.
+
+    Settings looser than wanted may lie between those measured; others may not, as there is less room for luck.
+    """
+    looser, kept = (wanted / one for one in LIKE_MEASURED)
+    for rung in _with_between(rungs):
+        if wanted < rung.setting <= LOOSEST * wanted and error_of(rung, outputs) <= looser:
+            return rung
     for rung in rungs:
-        if (
-            error_of(rung, outputs) * LIKE_MEASURED[rung.setting <= wanted] <= wanted
-            and rung.setting <= LOOSEST * wanted
-        ):
+        if rung.setting <= wanted and error_of(rung, outputs) <= kept:
             return rung
     if not rungs:
         return None
-    share = min(1.0, wanted / (LIKE_MEASURED[True] * error_of(rungs[-1], outputs)))
-    last = rungs[-1]._replace(setting=min(wanted, share * rungs[-1].setting))
-    return last._replace(load_error=share * last.load_error, friction_error=share * last.friction_error)
+    share = min(1.0, kept / error_of(rungs[-1], outputs))
+    return _scaled(rungs[-1], share)._replace(setting=min(wanted, share * rungs[-1].setting))
 
 
 def as_cheap(rows: Sequence) -> list:
