@@ -145,6 +145,13 @@ def test_settings_looser_than_wanted_lie_between_those_measured(tolerance, setti
     assert choice.predicted["friction_error"] * (30.0 if setting > tolerance else 2.4) <= tolerance
 
 
+@pytest.mark.parametrize("scene", ["bearing_6203_start", "bearing_6203_sudden"])
+def test_where_errors_hang_on_single_events_settings_are_those_measured(scene, monkeypatch):
+    rungs = tuple(measured.Rung(one, 0.1 * off, off, 1.0) for one, off in ((1e-1, 1e-3), (1e-2, 1e-5), (1e-4, 1e-6)))
+    monkeypatch.setattr(measured, "ladders", lambda: {(motion, "rodas4"): rungs for motion in measured.MOTIONS})
+    assert choose(load_scene(scene, ["wanted.tolerance=1e-3"])).setting == 1e-2
+
+
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
 def test_where_loads_alone_are_wanted_they_alone_set_the_setting(tolerance):
     """At lift-off loads err by a fiftieth of what friction does."""

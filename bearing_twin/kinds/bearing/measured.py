@@ -25,6 +25,7 @@ STICKY = 1e-3  # m/s: a regularisation of friction below this is like the sticki
 FAST = 3e5  # mm/min of speed times pitch diameter, the n d_m of catalogues
 LOOSEST = 30.0  # times the wanted tolerance
 LIKE_MEASURED = 30.0, 2.4  # what a scene of the same motion may err more: settings looser than wanted, and others
+EVENTS = "sudden", "sliding"  # motions in which an error hangs on single events: where a ball that hops lands
 BETWEEN = 1, 1.5, 2, 3, 5, 7  # settings in a decade, of which tables hold 1 and 3
 LEAST_DAMPING = 2e-7  # s of relaxation time, a fifth of the one measured with: less lets contacts ring for long
 FINEST = 1e-9  # no setting is finer
@@ -167,13 +168,14 @@ def _scaled(rung: Rung, share: float) -> Rung:
     return Rung(*(share * one for one in rung[:3]), rung.cost)
 
 
-def _enough(rungs: tuple[Rung, ...], wanted: float, outputs: str) -> Rung | None:
+def _enough(rungs: tuple[Rung, ...], wanted: float, outputs: str, even: bool = True) -> Rung | None:
     """The loosest rung that keeps a tolerance LIKE_MEASURED times over; beyond the tightest errors fall as settings.
 
-    Settings looser than wanted may lie between those measured; others may not, as there is less room for luck.
+    Settings looser than wanted may lie between those measured in an `even` motion, none of EVENTS, where errors follow
+    the order; others may not, as there is less room for luck.
     """
     looser, kept = (wanted / one for one in LIKE_MEASURED)
-    for rung in _with_between(rungs):
+    for rung in _with_between(rungs) if even else rungs:
         if wanted < rung.setting <= LOOSEST * wanted and error_of(rung, outputs) <= looser:
             return rung
     for rung in rungs:
@@ -201,9 +203,9 @@ def predictions(parameters) -> list[Prediction]:
     by their cost. The scene alone decides, not what runs: a node that is slow again comes back to what it began with.
     """
     found, motions, wanted = [], motions_of(parameters), parameters.wanted
-    wanted_of = wanted.tolerance, wanted.outputs
+    wanted_of, even = (wanted.tolerance, wanted.outputs), not set(EVENTS).intersection(motions)
     for stepper in ROSENBROCK:
-        rungs = {one: _enough(ladders().get((one, stepper), ()), *wanted_of) for one in motions}
+        rungs = {one: _enough(ladders().get((one, stepper), ()), *wanted_of, even) for one in motions}
         if None in rungs.values():
             continue
         # The motion that costs most decides; what it errs by at a setting tighter than its own is less than measured.
