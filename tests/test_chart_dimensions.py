@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from bearing_twin.charts import cages, preloaded
 from bearing_twin.charts.cages import FULLEST, MODELS, PROBLEMS, SPEEDS
@@ -166,3 +167,10 @@ def test_table_picture_and_reading(rows, caged, tmp_path):
     alone = [DimensionRow("rig, 400 N", ALL, 94.2478, status="stopped")]
     assert reading(alone) == []
     draw(alone, tmp_path / "alone.png")
+
+
+def test_problems_of_one_kind_of_bearing_are_drawn_by_themselves(shipped, monkeypatch, tmp_path):
+    monkeypatch.undo()  # pictures as they are
+    draw([row for row in shipped if row.problem == ACROSS], tmp_path / "one.png")
+    with Image.open(tmp_path / "one.png") as one:
+        assert one.height < 0.6 * one.width

@@ -17,6 +17,7 @@ from bearing_twin.pictures.style import save_chart
 
 ALL = "all"  # who takes part in a run
 PARTS = {preloaded: preloaded.LOADS, cages: cages.PROBLEMS}
+HEIGHTS = {preloaded: 6.8, cages: 7.2}  # inches
 
 
 def _part_of(name: str):
@@ -44,10 +45,13 @@ def reading(rows: list[DimensionRow]) -> list[str]:
 
 
 def draw(rows: list[DimensionRow], path: Path) -> None:
-    """The chart, three panels for each part."""
-    figure = Figure(figsize=(17, 14), layout="constrained")
-    for part, panels in zip(PARTS, figure.subfigures(2, 1, height_ratios=(1.0, 1.05)), strict=True):
-        part.draw(_rows_of(rows, part), panels.subplots(1, 3, sharey=True))
+    """The chart, three panels for each part of which there are rows."""
+    shown = [(part, mine, height) for part, height in HEIGHTS.items() if (mine := _rows_of(rows, part))]
+    heights = [height for _, _, height in shown]
+    figure = Figure(figsize=(17, sum(heights)), layout="constrained")
+    boxes = figure.subfigures(len(shown), 1, height_ratios=heights, squeeze=False)[:, 0]
+    for (part, mine, _), panels in zip(shown, boxes, strict=True):
+        part.draw(mine, panels.subplots(1, 3, sharey=True))
     figure.get_layout_engine().set(rect=(0.0, 0.02, 1.0, 0.96), hspace=0.04)  # room for title and footer
     save_chart(
         figure, "Dimensions of a bearing: equilibria, a ring held, a ring with mass, with and without a cage", path
