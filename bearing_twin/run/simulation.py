@@ -278,7 +278,7 @@ class Run:
             yield from block
 
     def __reduce__(self):
-        raise BearingTwinError("a run cannot be copied or sent: take run.scene, run.report, its blocks or its log")
+        raise BearingTwinError("a run cannot be copied or sent: take its scene, report, blocks or log")
 
     def to_xarray(self) -> Any:
         """The whole run, computed now, as an `xarray.Dataset` (extra `export`); see `dataset_of`."""

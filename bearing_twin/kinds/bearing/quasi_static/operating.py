@@ -6,6 +6,7 @@ import numpy as np
 
 from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.kinds.bearing.drive import SPEED, TORQUE
+from bearing_twin.kinds.bearing.quasi_static.friction_across import solved_in_motion
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Support,
     azimuths_of,
@@ -91,7 +92,7 @@ def operating_point(parameters, law: str, sample) -> OperatingPoint:
     setting, azimuths = setting_of(parameters, law, float(sample["inner_ring_speed"])), sample["orbit_angle"]
     held = Support((False,) * 5, (0.0,) * 5, tuple(coordinates))
     try:
-        found = weighed_solver(parameters, setting, azimuths).solve(held)
+        found = solved_in_motion(parameters, weighed_solver(parameters, setting, azimuths), held)
     except SceneError as error:
         raise BearingTwinError(f"there is no stiffness where the ring stands now: {error}") from error
     return OperatingPoint(found.coordinates, found.loads, found.stiffness)
