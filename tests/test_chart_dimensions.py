@@ -117,9 +117,12 @@ def test_the_shipped_table_is_within_what_is_believed_and_told(shipped):
     assert {row.problem for row in still} == set(LOADS)
     for row in still:
         assert max(row.load_error, row.early_load_error) <= still_error(row.setting), row
-        if row.setting <= 0.1 and row.problem != ACROSS:
+        if row.setting <= 0.1:
             assert max(row.load_error, row.angle_error) < 5e-4, row
-    assert 1.0 / 3.0 < min(angles_told(shipped)) < max(angles_told(shipped)) < 3.0
+    across = angles_told([row for row in shipped if row.problem == ACROSS])
+    thrust = angles_told([row for row in shipped if row.problem != ACROSS])
+    assert 1.0 / 3.0 < min(thrust) < max(thrust) < 3.0
+    assert min(across) > 0.9  # more than there is after 2 s: of axes that have settled, minutes later at slow speeds
 
 
 def test_the_shipped_table_holds_every_model_and_its_fullest_is_the_best(shipped):
