@@ -12,7 +12,7 @@ import tempfile
 from datetime import date
 from pathlib import Path
 
-WIDTHS, ROUNDS = (8, 4, 2, 1), 3
+WIDTHS, ROUNDS = (8, 4), 3
 NARROW = "znver3"  # 256 bits, otherwise much like processors of its maker with 512
 HERE = "this machine's"
 # Before any other module takes what is set: rows, spans and kernels follow from it.

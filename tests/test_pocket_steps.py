@@ -81,7 +81,13 @@ def test_errors_along_the_groove_count_by_what_a_ball_bears():
     assert border.numbers[at.LIGHT] == light > 0.0
     outer = moving.bearing.outer
     touching = outer.locus_radius + outer.groove_radius - moving.bearing.ball_radius
-    approaches = np.array([-1e-6, 0.0, 0.01, 0.3, 0.5, 0.999, 1.0, 20.0]) * light
+    shares = np.array([-1e-6, 0.0, 0.01, 0.3, 0.5, 0.999, 1.0, 20.0])
+    for approaches in np.split(shares * light, len(shares) // LANES):
+        assert_errors_in_lanes(moving, border, lanes, approaches, touching)
+
+
+def assert_errors_in_lanes(moving, border, lanes, approaches, touching):
+    light = moving.partners.light
     for k, approach in enumerate(approaches):
         for row in (START, END):
             put(lanes, row + AXIS_DISTANCE, k, touching + min(approach, approach * (row == END)))
