@@ -20,8 +20,9 @@ from bearing_twin.numerics.steppers import MOST_STAGES
 def width_for(processor: str, features: str) -> int:
     """As many lanes as fill a vector instruction: 8 of 512 bits, 4 of 256; `processor` is LLVM's name of it.
 
-    Eight where there are 256 bits take 1.3 to 1.5 times as long (`python bench/lanes.py`). LLVM uses 512 bits on
-    processors called znver; on others that have them it takes 256.
+    Eight where there are 256 bits take 1.3 to 1.6 times as long where balls differ, four where there are 512 take 1.2
+    where they do not (`python bench/lanes.py`). LLVM uses 512 bits on processors called znver; on others that have them
+    it takes 256.
     """
     return 8 if processor.startswith("znver") and "+avx512f" in features else 4
 
