@@ -166,7 +166,8 @@ class Simulation(Commanded):
             self._good = self._pending[0]
             seconds = max(0.0, time.perf_counter() - start - sum(compiling))
             self._compute_seconds += seconds
-            self._solved_seconds += seconds if self.kind.known_when_solved else 0.0
+            if self.kind.known_when_solved:
+                self._solved_seconds += seconds
         return self._pending
 
     def _block(self, first: int, arrays) -> Block:
@@ -219,8 +220,8 @@ class Simulation(Commanded):
         given = self.sequence + 1  # outputs computed but not given out took their share of the seconds
         share = given / (given + len(self._pending)) if self._pending is not None else 0.0
         costs = self.looks.costs(self._motion)
-        failure, seconds = self.failure and told_of(self.failure), share * self._compute_seconds
-        return self._gathering.report(self.scene.name, seconds, costs, last, failure)
+        failure = None if self.failure is None else told_of(self.failure)
+        return self._gathering.report(self.scene.name, share * self._compute_seconds, costs, last, failure)
 
 
 class Run:

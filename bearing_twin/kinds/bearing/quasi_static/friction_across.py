@@ -19,9 +19,9 @@ import numpy as np
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.quasi_static.ball_balance import balance_at
-from bearing_twin.kinds.bearing.quasi_static.contacts import empty_contacts, shared, write_contacts
+from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_at, shared
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES, ring_loads
-from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, Support
+from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, Support, azimuths_of
 
 LOOKS = 128  # azimuths at which a ball is looked at on its way round
 TURNS = 12  # after which a lag and the orbit speed repeat themselves at the latest
@@ -137,6 +137,17 @@ def _settle(setting, mu, smooth, way, place, contacts, spin, orbit, out):
             break
 
 
+def balanced_on_the_way(setting, coordinates, azimuths: np.ndarray) -> tuple[np.ndarray, Contacts]:
+    """Places (M, PLACES) and contacts of a ball in balance at these azimuths [rad], its own weight left out.
+
+    The ring stands at `coordinates` (5,).
+    """
+    directions = np.stack([np.cos(azimuths), np.sin(azimuths)], axis=1)
+    place, weights = np.full((len(azimuths), PLACES), np.nan), np.zeros((len(azimuths), 2))
+    ring_loads(setting, directions, coordinates, place, weights, np.zeros(5), np.zeros((5, 5)))
+    return place, contacts_at(setting, directions, coordinates, place)
+
+
 def friction_on_the_way(parameters, setting, coordinates) -> np.ndarray:
     """Friction across the grooves on a ball (LOOKS, SIZES) [N] from +x on, the ring at `coordinates` (5,).
 
@@ -146,16 +157,14 @@ def friction_on_the_way(parameters, setting, coordinates) -> np.ndarray:
     contact = parameters.contact
     if setting.speed == 0.0 or contact.friction_coefficient == 0.0 or FRICTIONS[contact.friction].over_spot:
         return NO_FRICTION
-    azimuths = 2.0 * math.pi * np.arange(LOOKS) / LOOKS
-    directions = np.stack([np.cos(azimuths), np.sin(azimuths)], axis=1)
-    place, contacts = np.full((LOOKS, PLACES), np.nan), empty_contacts(LOOKS)
-    ring_loads(setting, directions, coordinates, place, np.zeros((LOOKS, 2)), np.zeros(5), np.zeros((5, 5)))
-    write_contacts(setting, directions, coordinates, place, contacts)
+    azimuths = azimuths_of(LOOKS, 0.0)
+    place, contacts = balanced_on_the_way(setting, coordinates, azimuths)
     if contacts.load.min() <= BEARS * contacts.load.max() or np.ptp(contacts.angle, axis=0).max() <= SAME:
         return NO_FRICTION
     if (np.abs(contacts.friction) >= contact.friction_coefficient * contacts.load).any():
         return NO_FRICTION
     way, force = np.zeros((LOOKS, 14)), np.zeros(LOOKS)
+    directions = np.stack([np.cos(azimuths), np.sin(azimuths)], axis=1)
     _write_way(setting, directions, coordinates, place, contacts, way)
     orbit = float(shared(contacts, contacts.orbit))
     spin = np.array([contacts.pitch.mean(), orbit - contacts.roll.mean()])

@@ -20,9 +20,8 @@ import math
 import numpy as np
 
 from bearing_twin.contact.friction import FRICTIONS
-from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_at
-from bearing_twin.kinds.bearing.quasi_static.friction_across import friction_on_the_way
-from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES, ring_loads
+from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
+from bearing_twin.kinds.bearing.quasi_static.friction_across import balanced_on_the_way, friction_on_the_way
 from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, azimuths_of
 
 LOOKS = 192  # azimuths at which a ball is looked at on its way round
@@ -40,7 +39,7 @@ def angle_errors(parameters, solver: Solver, found: Equilibrium) -> np.ndarray:
     Friction over spots may leave all of the gyroscopic moment to the outer raceway, which is told then.
     """
     azimuths = azimuths_of(LOOKS, float(found.azimuths[0]))
-    contacts = _on_the_way(solver, found, azimuths)
+    _, contacts = balanced_on_the_way(solver.setting, found.coordinates, azimuths)
     friction = parameters.contact
     held = len(friction_on_the_way(parameters, solver.setting, found.coordinates)) > 0
     distances, springs = _distances_and_springs(solver, contacts)
@@ -61,14 +60,6 @@ def angle_errors(parameters, solver: Solver, found: Equilibrium) -> np.ndarray:
     turned = np.divide(force, springs, out=np.zeros_like(force), where=springs > 0.0)[:, None] / distances
     bears = contacts.load.min(axis=1) >= BEARS * contacts.load.max()
     return _nearby(np.maximum(*late)[:, None] + turned, bears, azimuths, found.azimuths)
-
-
-def _on_the_way(solver: Solver, found: Equilibrium, azimuths: np.ndarray) -> Contacts:
-    """The contacts of a ball in balance at these azimuths [rad], the ring where it is, weights of balls left out."""
-    directions = np.stack([np.cos(azimuths), np.sin(azimuths)], axis=1)
-    place, weights = np.full((LOOKS, PLACES), np.nan), np.zeros((LOOKS, 2))
-    ring_loads(solver.setting, directions, found.coordinates, place, weights, np.zeros(5), np.zeros((5, 5)))
-    return contacts_at(solver.setting, directions, found.coordinates, place)
 
 
 def _distances_and_springs(solver: Solver, contacts: Contacts) -> tuple[np.ndarray, np.ndarray]:
