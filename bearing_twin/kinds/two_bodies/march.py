@@ -51,14 +51,20 @@ def keep_peak(touch, record):
         record[PEAK_MAJOR], record[PEAK_MINOR] = touch.semi_major, touch.semi_minor
 
 
+@kernel
+def _touch_after(pair, state, length, counts, work):
+    """The contact `length` [s] after `state`, by a step of its own whose end is in `work.spare`."""
+    one_step(pair, METHOD, state, length, True, work, work.spare)
+    finish(pair, work.spare)
+    counts[EVALUATIONS] += len(METHOD.weights)
+    return touch_now(pair, work.spare)
+
+
 @template
 def _load_at(what, back, place):
     """The load [N] `place` [s] after the last step began, seen from where the step before did, `back` [s] before."""
     pair, record, counts, work = what
-    one_step(pair, METHOD, work.before, back + place, True, work, work.spare)
-    finish(pair, work.spare)
-    counts[EVALUATIONS] += len(METHOD.weights)
-    touch = touch_now(pair, work.spare)
+    touch = _touch_after(pair, work.before, back + place, counts, work)
     keep_peak(touch, record)
     return touch.normal_load
 
@@ -77,10 +83,7 @@ def note_peak(pair, step, touch, record, counts, work):
 def _approach_at(what, place):
     """The approach [m] and its rate [m/s] `place` [s] after the step began."""
     pair, counts, work = what
-    one_step(pair, METHOD, work.now, place, True, work, work.spare)
-    finish(pair, work.spare)
-    counts[EVALUATIONS] += len(METHOD.weights)
-    touch = touch_now(pair, work.spare)
+    touch = _touch_after(pair, work.now, place, counts, work)
     return touch.approach, touch.approach_rate
 
 
