@@ -11,7 +11,7 @@ _HOMES = {
     "load_scene": "bearing_twin.run.scene",
     "parse_scene": "bearing_twin.run.scene",
     "scene_names": "bearing_twin.run.scene",
-    "simulate": "bearing_twin.run.simulation",
+    "simulate": "bearing_twin.run.passes",
     "load_study": "bearing_twin.uq.study_file",
     "parse_study": "bearing_twin.uq.study_file",
     "study_names": "bearing_twin.uq.study_file",

@@ -12,10 +12,10 @@ from bearing_twin.log.mcap_log import write_log as write_log
 from bearing_twin.log.run_log import read_log as read_log
 from bearing_twin.log.study_log import read_study as read_study
 from bearing_twin.log.study_log import write_study as write_study
+from bearing_twin.run.passes import simulate as simulate
 from bearing_twin.run.scene import load_scene as load_scene
 from bearing_twin.run.scene import parse_scene as parse_scene
 from bearing_twin.run.scene import scene_names as scene_names
-from bearing_twin.run.simulation import simulate as simulate
 from bearing_twin.uq.run import run_study as run_study
 from bearing_twin.uq.study_file import load_study as load_study
 from bearing_twin.uq.study_file import parse_study as parse_study

@@ -397,9 +397,9 @@ def test_there_is_one_version():
 
 
 def test_public_names_of_the_package_are_what_they_say():
-    import bearing_twin.run.simulation
+    import bearing_twin.run.passes
 
-    assert bearing_twin.simulate is bearing_twin.run.simulation.simulate
+    assert bearing_twin.simulate is bearing_twin.run.passes.simulate
     for name in dir(bearing_twin):
         assert getattr(bearing_twin, name)
     with pytest.raises(AttributeError, match="no attribute 'simulat'"):

@@ -13,8 +13,9 @@ from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.kinds.bearing.forces.layout import VELOCITY
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 from bearing_twin.shapes.implicit import sphere, torus
 from bearing_twin.shapes.tracking import body, contact_of, find_opposing
 

@@ -15,8 +15,9 @@ from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE,
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.loads import wrenches
 from bearing_twin.kinds.bearing.outputs import channels, contact_details
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 
 NO_GRAVITY = "gravity=[0.0, 0.0, 0.0]"
 

@@ -29,8 +29,8 @@ from bearing_twin.kinds.bearing.stepping.pointing import POINTED, STEPS_IN
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.numerics.lanes import COLUMNS
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
 
 OFF_CENTRE = "run.duration=0.06", "drive.offset=[0, -2e-6, 0]"
 

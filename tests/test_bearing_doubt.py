@@ -35,8 +35,9 @@ from bearing_twin.kinds.bearing.summing import turning
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.run.doubt import exceeds, promise_in_words
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 from bearing_twin.sample import cut
 from bearing_twin.units import two_digits
 

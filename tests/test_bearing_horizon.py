@@ -42,8 +42,8 @@ from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.numerics.lanes import COLUMNS
 from bearing_twin.numerics.statuses import STALLED, STEPS
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
 
 # Radius, angle, height, velocity and spin of a ball that nears the inner raceway of a 6203 after its ring has jumped.
 FLIGHT = (0.0142466784, 2.28171953, 4.90065269e-6, -0.00583756855, 1.08232378, -0.002066549)

@@ -16,8 +16,9 @@ from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 
 PRESSED = ("cage.kind=pockets", "drive.offset=[0,0,2e-5]", "run.duration=0.05")  # thrust carries all balls
 

@@ -31,9 +31,10 @@ from bearing_twin.kinds.contract import Facts
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import read_log, write_log
 from bearing_twin.log.stream import MessageStream
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 
 RIG = "bearing_6203_rig_1000N"
 GUIDED = [name for name in CASES if "guided" in name]

@@ -14,9 +14,9 @@ from bearing_twin.kinds.bearing.picture import BearingPicture
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.pictures import values as kept
 from bearing_twin.pictures.channels import ChannelPicture
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.picture import plot
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
 from bearing_twin.sample import Block, Channel, cut, joined
 
 PNG = b"\x89PNG\r\n\x1a\n"

@@ -8,8 +8,8 @@ from bearing_twin.command.cli import DONE, main
 from bearing_twin.log.mcap_log import write_log
 from bearing_twin.run import cost
 from bearing_twin.run.cost import cost_of
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
 
 
 @pytest.mark.parametrize("balls", [8, 3])

@@ -22,8 +22,9 @@ from bearing_twin.kinds.ellipsoid.parameters import GIVES
 from bearing_twin.numerics.rotation import quaternion_from_vector, quaternion_product, rotation_matrix
 from bearing_twin.reference import bounce
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 from bearing_twin.shapes.surfaces import ellipsoid_on_plane
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")

@@ -19,8 +19,8 @@ from bearing_twin.kinds.impact.figures import GAINED
 from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.log.mcap_log import write_log
 from bearing_twin.run.gathering import Gathering
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, scene_names
-from bearing_twin.run.simulation import simulate
 from bearing_twin.sample import Block, joined
 from bearing_twin.units import suffix_of
 from bearing_twin.uq.propagation import task_of

@@ -20,8 +20,9 @@ from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
 from bearing_twin.permission import only_below
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 
 RIG = "bearing_6203_rig_1000N"
 ROLLING = 0.5 * 157.0796 * (1.0 - 6.75 / 28.55)

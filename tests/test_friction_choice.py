@@ -12,9 +12,10 @@ from bearing_twin.kinds.bearing.measured import friction_costs
 from bearing_twin.log.mcap_log import read_log, write_log
 from bearing_twin.run.failure import Failure
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 
 SHORT = ("run.duration=0.002", "run.output_rate=1000", "run.publish_rate=1000")
 

@@ -18,9 +18,10 @@ from bearing_twin.kinds.soft_discs.doubt import second_divisions, share_of_diffe
 from bearing_twin.kinds.two_bodies import motion as two_bodies
 from bearing_twin.pictures.worth import ROW
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.picture import worth_of
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 
 ALONE = "solver.companion=off"
 KNOWABLE = 1e-8  # relative true errors below this are not compared: the reference is no better

@@ -16,9 +16,10 @@ from bearing_twin.kinds.impact.figures import CONTACT
 from bearing_twin.kinds.impact.picture import draw_force
 from bearing_twin.log.mcap_log import read_log, write_log
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.picture import picture_of, plot
 from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 from bearing_twin.run.verification import verify
 from bearing_twin.sample import joined
 

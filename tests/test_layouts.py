@@ -25,8 +25,9 @@ from bearing_twin.log.rerun_file import log_span
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.log.study_log import write_study
 from bearing_twin.paths import share_path
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 from bearing_twin.shelf import SCENES
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study_file import load_study

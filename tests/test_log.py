@@ -30,9 +30,9 @@ from bearing_twin.log.mcap_log import LogWriter, content_digest, raw_messages, r
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter
 from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
 from bearing_twin.run.verification import verify
 from bearing_twin.sample import Block, joined
 from bearing_twin.view.logs import document_of_log

@@ -31,8 +31,8 @@ from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.recover import survey
 from bearing_twin.log.stream import MessageStream
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
 
 SCENE = made_up_scene(balls=1)
 BLOCK = made_up_block(SCENE, 400)

@@ -5,8 +5,8 @@ import pytest
 
 from bearing_twin.kinds.bearing.companion.means import MeanError
 from bearing_twin.kinds.bearing.companion.windows import ALL, INHERITED, PLACE, WINDOW
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
 
 
 def means_of(errors, ball=0, seconds=1e-3):

@@ -20,8 +20,8 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
 )
 from bearing_twin.kinds.doubt import LEFT_OUT
 from bearing_twin.report import Choice
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
 
 NO_GRAVITY = "gravity=[0,0,0]"
 LAW, HELD = "hertz", (False,) * 5

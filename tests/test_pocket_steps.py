@@ -26,8 +26,9 @@ from bearing_twin.kinds.bearing.stepping.step_ends import LEAST_FELT, weigh_ligh
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.numerics.lanes import END, ERROR, LANES, SOLUTION, START, get, new_blocks, put
 from bearing_twin.numerics.statuses import REJECTIONS, STEPS
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 
 RIG = "bearing_6203_rig_1000N"
 POCKETS = ("cage.kind=pockets",)

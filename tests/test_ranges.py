@@ -18,8 +18,8 @@ from bearing_twin.log.mcap_log import raw_messages, recover, write_log
 from bearing_twin.nodes.study_goal import Goal, study_of
 from bearing_twin.nodes.study_limits import StudyLimits
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
-from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study_file import load_study, study_names
 

@@ -12,8 +12,8 @@ from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.shaft.modes import modes_of
 from bearing_twin.kinds.shaft.statics import balance_of
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
 from bearing_twin.sample import joined
 
 STILL = ("drive.speed=0", "shaft.unbalances=[]")

@@ -40,8 +40,9 @@ from bearing_twin.kinds.shaft.topics import wrenches
 from bearing_twin.kinds.shaft.worth import wide_of
 from bearing_twin.numerics.rosenbrock_step import factorise, solve_factorised
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 from bearing_twin.sample import joined
 from bearing_twin.uq.quantities import quantities_of
 

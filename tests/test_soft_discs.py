@@ -19,8 +19,8 @@ from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.solve import bodies_in_units, solve, stable_step
 from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, energy_density
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
 from bearing_twin.sample import joined
 
 FORMULATIONS = ("stvk", "neo_hookean", "linear")

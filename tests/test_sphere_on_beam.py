@@ -22,8 +22,9 @@ from bearing_twin.kinds.beam.modes import modes_of, response_at
 from bearing_twin.kinds.beam.motion import solve
 from bearing_twin.numerics.statuses import STOPPED
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, open_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 from bearing_twin.stopping import SIGNALLED, Halt
 from bearing_twin.uq.realise import Task, realise
 

@@ -20,8 +20,9 @@ from bearing_twin.log.mcap_log import raw_messages, read_log
 from bearing_twin.log.mcap_write import McapWriter
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.run.chunks import CHUNK_OUTPUTS, chunk_outputs
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 from bearing_twin.sample import AT_ONCE
 from bearing_twin.signals import AGAIN, RAISED, Unbroken, ended_by_signals
 from bearing_twin.stopping import LOST, SIGNALLED, Halt, heeding_signals

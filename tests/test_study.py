@@ -10,8 +10,8 @@ import yaml
 from bearing_twin.errors import BearingTwinError, SceneError, StudyError
 from bearing_twin.kinds import KINDS
 from bearing_twin.run.gathering import BLOCK_OUTPUTS
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, open_scene, parse_scene, scene_names
-from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.quantities import has_closed_form, quantities_of
 from bearing_twin.uq.realise import without_numbers
 from bearing_twin.uq.result import Tally

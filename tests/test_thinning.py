@@ -19,8 +19,9 @@ from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.log.thinning import KEPT_RATE, Thinning
 from bearing_twin.nodes.recording import Recording
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 from bearing_twin.run.verification import verify
 from bearing_twin.sample import Block, joined
 

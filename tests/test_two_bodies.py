@@ -17,8 +17,8 @@ from bearing_twin.kinds.two_bodies.pair import CARRIED, COLUMNS
 from bearing_twin.kinds.two_bodies.parameters import Shaped
 from bearing_twin.pictures.worth import Worth, draw_worth
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.run.simulation import simulate
 from bearing_twin.sample import joined
 
 STEEL = MATERIALS["steel"]

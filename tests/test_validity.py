@@ -15,8 +15,8 @@ from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, effective_mod
 from bearing_twin.contact.validity import FELT, FEWEST_TRANSITS, OFF_IN_GROOVE, gap_error, groove_doubt, wave_transit
 from bearing_twin.contact.waves import bar_speed, restitution_lost_on_half_space
 from bearing_twin.kinds.bearing.start import nominal_curvatures
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
 
 CALM = {
     "bearing_6203": (),

@@ -20,8 +20,8 @@ from bearing_twin.kinds.views import View, plain_view
 from bearing_twin.log.mcap_log import LogWriter, write_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.report import json_text
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
-from bearing_twin.run.simulation import simulate
 from bearing_twin.sample import Block, Channel
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study_file import load_study

@@ -19,8 +19,8 @@ from test_view import HOSTILE, SHORT
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.mcap_log import write_log
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study_file import load_study
 from bearing_twin.view.film import DRAWN, browser_page

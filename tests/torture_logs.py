@@ -30,9 +30,9 @@ from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.log.thinning import KEPT_RATE
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.study_file import parse_study
 
 MAX_LOSS, ALLOWED = 0.1, 0.15  # s: of the log, and with 50 ms for the flush itself

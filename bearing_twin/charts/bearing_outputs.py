@@ -14,8 +14,8 @@ from bearing_twin.charts.contest_picture import Contest
 from bearing_twin.charts.scene_rows import FORCE, command_of
 from bearing_twin.charts.table import Row
 from bearing_twin.charts.timing import timed
+from bearing_twin.run.passes import Run
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Run
 from bearing_twin.uq.propagation import task_of
 from bearing_twin.uq.realise import realise
 from bearing_twin.uq.sampling import SAMPLERS, UnitPoints

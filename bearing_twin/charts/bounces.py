@@ -18,8 +18,8 @@ from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass, modulus_of
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
 from bearing_twin.pictures.worth import finish
 from bearing_twin.reference import bounce
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
 
 SCENE = "ellipsoid_on_plane"
 DURATION, RESTITUTION = 3.2, 0.8  # s; of speed, at every speed, by Hertz

@@ -24,8 +24,8 @@ from bearing_twin.log.mcap_log import write_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.numerics.lanes import LANES, into_blocks, new_blocks
 from bearing_twin.pictures.style import BALL_COLOURS, frame, save_chart
+from bearing_twin.run.passes import Run
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Run
 
 RUNS = {  # what is said of a run: its scene, what differs there, and the seconds simulated
     "6203, settled": ("bearing_6203", (), 5.0),

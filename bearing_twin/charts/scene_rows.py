@@ -7,8 +7,8 @@ import numpy as np
 from bearing_twin.charts.contest import judged
 from bearing_twin.charts.table import Row
 from bearing_twin.charts.timing import timed
+from bearing_twin.run.passes import Run
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Run
 
 FORCE = "normal_load"
 

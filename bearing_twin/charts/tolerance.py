@@ -25,8 +25,8 @@ from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.numerics.steppers import NOTHING
 from bearing_twin.run.doubt import MUCH, SHORT_RUN
+from bearing_twin.run.passes import Run, simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Run, simulate
 
 EXACT = 1e-8
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)

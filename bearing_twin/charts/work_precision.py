@@ -25,8 +25,8 @@ from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.stepping.integrate import SCIPY
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save_chart
+from bearing_twin.run.passes import Run
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Run
 from bearing_twin.sample import joined
 
 DEFAULT = "rodas4"  # whose share of the tolerance for one step is judged

@@ -96,7 +96,7 @@ def _simulate(arguments) -> Outcome:
     from bearing_twin.command.terminal import progress, said_if_slow, say, told
     from bearing_twin.run.cost import cost_of
     from bearing_twin.run.late import late_keys
-    from bearing_twin.run.simulation import simulate
+    from bearing_twin.run.passes import simulate
 
     large = cost_of(scene).sentence(bool(log), shutil.disk_usage(log.parent).free if log else math.inf)
     if large:

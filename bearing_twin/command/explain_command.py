@@ -68,7 +68,7 @@ def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
     """What came of it, doubts, and why the log is incomplete."""
     from bearing_twin.command.terminal import progress
     from bearing_twin.run.failure import write_failure
-    from bearing_twin.run.simulation import simulate
+    from bearing_twin.run.passes import simulate
 
     again = ""
     with progress(f"going on with {scene.name}") as update:

@@ -33,8 +33,8 @@ from bearing_twin.log.raw_log import (
 from bearing_twin.log.recover import Recovered, recover
 from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.stream import Channelled, MessageStream, choice_record, topics
+from bearing_twin.run.passes import Run
 from bearing_twin.run.scene import Scene
-from bearing_twin.run.simulation import Run
 from bearing_twin.spelling import echo
 
 __all__ = [

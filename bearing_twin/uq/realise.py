@@ -12,8 +12,9 @@ import numpy as np
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS, kind_of
 from bearing_twin.run.doubt import FAILED
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import parse_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 from bearing_twin.uq.quantities import errors_of, quantities_of
 from bearing_twin.uq.scene_keys import Reader, replaced
 

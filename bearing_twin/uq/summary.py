@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from bearing_twin.errors import BearingTwinError, StatisticError, Stopped
-from bearing_twin.run.simulation import simulate
+from bearing_twin.run.passes import simulate
 from bearing_twin.stopping import heeding, look
 from bearing_twin.uq.change_of_variable import Derived
 from bearing_twin.uq.chaos import Chaos
