@@ -203,7 +203,7 @@ SPHERES = {
     "samples": 1_000_000,
 }
 RIG, KILOHERTZ = "bearing_6203_rig_1000N", "run.output_rate=1000"
-SECOND, TEN_SECONDS = ("run.duration=1", KILOHERTZ), ("run.duration=10", KILOHERTZ)
+ONE, TEN, POCKETS = ("run.duration=1", KILOHERTZ), ("run.duration=10", KILOHERTZ), "cage.kind=pockets"
 ROWS: dict[Measured, Callable[[], float]] = {
     Measured(f"{SETTLED}motion", "speed.py", 350, "more", REAL): lambda: _stage("motion and outputs"),
     Measured(f"{SETTLED}blocks", "speed.py", 200, "more", REAL): lambda: _stage("iterate blocks"),
@@ -235,14 +235,10 @@ ROWS: dict[Measured, Callable[[], float]] = {
     Measured("static solve, cold", "static_solve.py", 20, "less", "us"): lambda: solved(157.08)["cold"],
     Measured("static solve, warm", "static_solve.py", 8, "less", "us"): lambda: solved(157.08)["warm"],
     Measured("loads of a held ring", "static_solve.py", 1.5, "less", "us"): lambda: solved(157.08)["held"],
-    Measured("rig 1000 N over 10 s, even cage", "blocks", 20, "more", REAL): lambda: _blocks(RIG, *TEN_SECONDS),
-    Measured("rig 1000 N over 10 s, pockets", "blocks", 8, "more", REAL): lambda: _blocks(
-        RIG, *TEN_SECONDS, "cage.kind=pockets"
-    ),
-    Measured("shaft on two 6203, unbalance", "blocks", 10, "more", REAL): lambda: _blocks("shaft_two_6203", *SECOND),
-    Measured("shaft on two 7204B, overhung", "blocks", 10, "more", REAL): lambda: _blocks(
-        "shaft_angular_pair", *SECOND
-    ),
+    Measured("rig 1000 N over 10 s, even cage", "blocks", 20, "more", REAL): lambda: _blocks(RIG, *TEN),
+    Measured("rig 1000 N over 10 s, pockets", "blocks", 8, "more", REAL): lambda: _blocks(RIG, *TEN, POCKETS),
+    Measured("shaft on two 6203, unbalance", "blocks", 10, "more", REAL): lambda: _blocks("shaft_two_6203", *ONE),
+    Measured("shaft on two 7204B, overhung", "blocks", 10, "more", REAL): lambda: _blocks("shaft_angular_pair", *ONE),
     Measured("even cage, ring held", "motion", 1.1, "less", "of no cage"): _cage_over_none,
     Measured("start, kernels kept", "command", 1.3, "less", "s"): lambda: _start(False),
     Measured("start, kernels compiled", "command", 18, "less", "s"): lambda: _start(True),
