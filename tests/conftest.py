@@ -158,12 +158,32 @@ def pytest_addoption(parser):
     parser.addoption("--always", default="", metavar="FILES", help="test files that neither leaves out")
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Side by side, one process takes files from the front, the other from the back.
+
+    Files that stand together use the same: the process that forks programs, kernels, what is cached. Each process has
+    it for itself, so that files dealt in turn made both have all of it.
+    """
+    from xdist.scheduler import LoadFileScheduling
+
+    class FromBothEnds(LoadFileScheduling):
+        def _assign_work_unit(self, node):
+            if self.nodes.index(node) % 2:
+                self.workqueue.move_to_end(next(reversed(self.workqueue)), last=False)
+            super()._assign_work_unit(node)
+
+    return FromBothEnds(config, log)
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config, items):
-    """Begins with what forks most; with --within, keeps the order of the files and leaves out what does not fit."""
+    """Begins with what forks most, then what starts programs; with --within, leaves out what does not fit."""
     seconds = config.getoption("within")
     if seconds is None:
-        items.sort(key=lambda item: FORKING.index(item.path.stem) if item.path.stem in FORKING else len(FORKING))
+        starting = {item.path for item in items if "quick_starts" in item.fixturenames}
+        first = {name: place for place, name in enumerate(FORKING)}
+        items.sort(key=lambda item: first.get(item.path.stem, len(first) + (item.path not in starting)))
         return
     took, always = config.cache.get(TOOK, {}), config.getoption("always").split(",")
     kept, left_out = [], []
