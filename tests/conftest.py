@@ -82,7 +82,7 @@ def quick_pictures(monkeypatch):
     drawn and told; where things stand is looked at by eye.
     """
     from matplotlib import rcParams
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
     from matplotlib.figure import Figure
     from matplotlib.ticker import FixedLocator, LogFormatter, NullFormatter, ScalarFormatter
 
@@ -98,8 +98,16 @@ def quick_pictures(monkeypatch):
                     axis.set_major_formatter(NullFormatter())
         FigureCanvasAgg(figure).print_png(path, pil_kwargs={"compress_level": 1})
 
+    measured = RendererAgg.get_text_width_height_descent
+
+    def size(renderer, words, font, ismath):
+        """About that of words, which are set letter by letter as they are drawn, not before, too."""
+        points = font.get_size_in_points()
+        return measured(renderer, words, font, ismath) if ismath else (0.3 * points * len(words), 0.4 * points, 0.1)
+
     monkeypatch.setitem(rcParams, "axes.titley", 1.0)  # which else makes room for ticks above
     monkeypatch.setattr(Figure, "savefig", saved)
+    monkeypatch.setattr(RendererAgg, "get_text_width_height_descent", size)
 
 
 @pytest.fixture(scope="module")
@@ -204,7 +212,7 @@ def pytest_collection_modifyitems(config, items):
 def pytest_collection_finish():
     # What modules hold stays to the end: to look through it again and again for garbage took a tenth of the time.
     gc.freeze()
-    gc.set_threshold(1_000_000, 20, 1000)
+    gc.set_threshold(3_000_000, 20, 1000)
     gc.enable()
     BEGAN[:] = [time.monotonic()]
 
