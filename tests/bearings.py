@@ -11,7 +11,7 @@ from made_up_run import a_choice
 
 from bearing_twin.contact.friction import friction_of
 from bearing_twin.kinds.bearing.forces.equations import ball_position, single_contact
-from bearing_twin.kinds.bearing.forces.layout import ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.forces.spot import spot_answer, spot_of
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.numerics.rotation import about_z, add
@@ -57,6 +57,20 @@ def without_compiling(module, function, cases):
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-c", script], env=environment, stdout=subprocess.PIPE, check=True)
     return pickle.loads(done.stdout)
+
+
+def few_balls(stepper, what):
+    """Numbers of a few steps of three balls that two touch by a law, or of two balls with spots."""
+    spots = what == "spot"
+    count, step = (2, "5e-7") if spots else (3, "2e-7")
+    balls = (f"geometry.balls={count}", "geometry.pitch_diameter=11e-3", "geometry.ball_diameter=6.746e-3")
+    rest = ("initial.motion=rest", f"solver.step={step}", *(("contact.friction=spot",) if spots else ()))
+    moving = motion(*balls, *rest, law="hertz" if spots else what, stepper=stepper)
+    if not spots:
+        apart = 2.0 * np.arcsin((6.746e-3 - 1e-6) / (2.0 * moving.state[0, AXIS_DISTANCE]))
+        moving.state[0, ORBIT_ANGLE] = moving.state[1, ORBIT_ANGLE] - apart
+    times = 1e-6 * np.arange(1, count)
+    return flat(moving.advance(times, times[-1]))
 
 
 def in_ball_frame(state, k, vector):

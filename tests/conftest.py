@@ -82,7 +82,7 @@ def quick_pictures(monkeypatch):
     drawn and told; where things stand is looked at by eye.
     """
     from matplotlib import rcParams
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
     from matplotlib.figure import Figure
     from matplotlib.ticker import FixedLocator, LogFormatter, NullFormatter, ScalarFormatter
 
@@ -98,8 +98,16 @@ def quick_pictures(monkeypatch):
                     axis.set_major_formatter(NullFormatter())
         FigureCanvasAgg(figure).print_png(path, pil_kwargs={"compress_level": 1})
 
+    measured = RendererAgg.get_text_width_height_descent
+
+    def size(renderer, words, font, ismath):
+        """About that of words, which are set letter by letter as they are drawn, not before, too."""
+        points = font.get_size_in_points()
+        return measured(renderer, words, font, ismath) if ismath else (0.3 * points * len(words), 0.4 * points, 0.1)
+
     monkeypatch.setitem(rcParams, "axes.titley", 1.0)  # which else makes room for ticks above
     monkeypatch.setattr(Figure, "savefig", saved)
+    monkeypatch.setattr(RendererAgg, "get_text_width_height_descent", size)
 
 
 @pytest.fixture(scope="module")
@@ -158,12 +166,32 @@ def pytest_addoption(parser):
     parser.addoption("--always", default="", metavar="FILES", help="test files that neither leaves out")
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Side by side, one process takes files from the front, the other from the back.
+
+    Files that stand together use the same: the process that forks programs, kernels, what is cached. Each process has
+    it for itself, so that files dealt in turn made both have all of it.
+    """
+    from xdist.scheduler import LoadFileScheduling
+
+    class FromBothEnds(LoadFileScheduling):
+        def _assign_work_unit(self, node):
+            if self.nodes.index(node) % 2:
+                self.workqueue.move_to_end(next(reversed(self.workqueue)), last=False)
+            super()._assign_work_unit(node)
+
+    return FromBothEnds(config, log)
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config, items):
-    """Begins with what forks most; with --within, keeps the order of the files and leaves out what does not fit."""
+    """Begins with what forks most, then what starts programs; with --within, leaves out what does not fit."""
     seconds = config.getoption("within")
     if seconds is None:
-        items.sort(key=lambda item: FORKING.index(item.path.stem) if item.path.stem in FORKING else len(FORKING))
+        starting = {item.path for item in items if "quick_starts" in item.fixturenames}
+        first = {name: place for place, name in enumerate(FORKING)}
+        items.sort(key=lambda item: first.get(item.path.stem, len(first) + (item.path not in starting)))
         return
     took, always = config.cache.get(TOOK, {}), config.getoption("always").split(",")
     kept, left_out = [], []
@@ -184,7 +212,7 @@ def pytest_collection_modifyitems(config, items):
 def pytest_collection_finish():
     # What modules hold stays to the end: to look through it again and again for garbage took a tenth of the time.
     gc.freeze()
-    gc.set_threshold(1_000_000, 20, 1000)
+    gc.set_threshold(3_000_000, 20, 1000)
     gc.enable()
     BEGAN[:] = [time.monotonic()]
 

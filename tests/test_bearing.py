@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bearings import TURNED_REST, flat, motion, run, stored_energy, without_compiling
+from bearings import TURNED_REST, few_balls, motion, run, stored_energy, without_compiling
 from reference.rolling import rolling_rates
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -473,28 +473,19 @@ def test_wrenches_and_ellipses_of_a_sample():
     assert {c.name for c in channels(scene.parameters)} == set(sample.values)
 
 
-STEPPERS_AND_LAWS = [(stepper, law) for stepper in ("rk4", "rodas4") for law in ("hertz", "volumetric")]
-
-
-def three_balls(stepper, law):
-    """Numbers of a few steps of three balls, two of them touching."""
-    balls = ("geometry.balls=3", "geometry.pitch_diameter=11e-3", "geometry.ball_diameter=6.746e-3")
-    moving = motion(*balls, "initial.motion=rest", "solver.step=2e-7", law=law, stepper=stepper)
-    apart = 2.0 * np.arcsin((6.746e-3 - 1e-6) / (2.0 * moving.state[0, AXIS_DISTANCE]))
-    moving.state[0, ORBIT_ANGLE] = moving.state[1, ORBIT_ANGLE] - apart
-    return flat(moving.advance(np.array([1e-6, 2e-6]), 2e-6))
+READ = [(stepper, what) for stepper in ("rk4", "rodas4") for what in ("hertz", "volumetric", "spot")]
 
 
 @pytest.fixture(scope="module")
 def readable():
-    return without_compiling("test_bearing", "three_balls", STEPPERS_AND_LAWS)
+    return without_compiling("bearings", "few_balls", READ)
 
 
-@pytest.mark.parametrize("case", STEPPERS_AND_LAWS, ids="-".join)
+@pytest.mark.parametrize("case", READ, ids="-".join)
 def test_the_compiled_kernel_is_the_readable_function(case, readable):
     """The same numbers without compilation."""
     # Forward differences amplify the last bits, by which fused multiplications differ.
-    assert readable[case] == pytest.approx(three_balls(*case), rel=1e-6, abs=1e-9)
+    assert readable[case] == pytest.approx(few_balls(*case), rel=1e-6, abs=1e-9)
 
 
 def test_the_energy_closure_is_what_stored_lost_and_worked_leave_over():

@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 from bearings import (
     TURNED_REST,
-    flat,
     in_ball_frame,
     motion,
     run,
     stored_energy,
     with_spot,
-    without_compiling,
 )
 from numba import njit, typeof
 from reference.fit_hertz import fit
@@ -205,23 +203,6 @@ def test_balls_that_touch_are_integrated_with_their_spots():
     for name in ("drilling_torque", "raceway_torque"):
         found, expected = (getattr(out, name) for out in outs)
         assert found == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
-
-
-def two_balls(stepper):
-    """Numbers of a few steps of two balls with spots."""
-    balls = ("geometry.balls=2", "geometry.pitch_diameter=11e-3", "geometry.ball_diameter=6.746e-3")
-    moving = motion(*balls, "initial.motion=rest", "solver.step=5e-7", SPOT, stepper=stepper)
-    return flat(moving.advance(np.array([1e-6]), 1e-6))
-
-
-@pytest.fixture(scope="module")
-def readable():
-    return without_compiling("test_bearing_spot", "two_balls", [("rk4",), ("rodas4",)])
-
-
-@pytest.mark.parametrize("stepper", ["rk4", "rodas4"])
-def test_the_compiled_kernel_is_the_readable_function(stepper, readable):
-    assert readable[(stepper,)] == pytest.approx(two_balls(stepper), rel=1e-6, abs=1e-9)
 
 
 def test_friction_at_a_point_neither_runs_nor_compiles_the_spots():

@@ -1,6 +1,7 @@
 """Intervals hold the truth as often as they say, or are marked; by sampler, statistic and number of samples."""
 
 import csv
+import math
 from functools import cache
 from types import SimpleNamespace
 
@@ -16,9 +17,8 @@ from bearing_twin.uq.statistics import estimate
 
 pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
-SEEDS = 300
-SCATTER = 0.026  # twice that of a share of 0.95 among SEEDS
-DECIDING = 1  # times as many other seeds decide here as where few fall short
+SEEDS = 100, pytest.param(300, marks=pytest.mark.environment)
+DECIDING = 5  # times as many other seeds decide here as where few fall short
 
 
 def drawn_once(*given):
@@ -28,8 +28,13 @@ def drawn_once(*given):
     return SimpleNamespace(samples=points.samples, replicates=points.replicates, chunk=chunk)
 
 
-@pytest.fixture(scope="module")
-def points():
+def scatter(points):
+    """Twice that of a share of 0.95 among the least seeds of a cell."""
+    return 2.0 * math.sqrt(0.95 * 0.05 / min(p.seeds for p in points))
+
+
+@pytest.fixture(scope="module", params=SEEDS)
+def points(request):
     with pytest.MonkeyPatch.context() as patch:
         # SciPy copies the generator of each sequence for a `reset` that nobody asks for: a quarter of the time.
         patch.setattr("scipy.stats._qmc.copy", SimpleNamespace(deepcopy=lambda one: one))
@@ -39,18 +44,19 @@ def points():
         patch.setitem(coverage.PROBLEMS, "gamma", gamma._replace(each=SimpleNamespace(ppf=from_table(gamma.each.ppf))))
         patch.setattr(coverage, "CLOSER", DECIDING)
         return [
-            *measure(("gamma",), tuple(SAMPLERS), (128, 1024), SEEDS),
-            *measure(("lognormal",), ("random", "sobol"), (1024,), SEEDS),
+            *measure(("gamma",), tuple(SAMPLERS), (128, 1024), request.param),
+            *measure(("lognormal",), ("random", "sobol"), (1024,), request.param),
         ]
 
 
 def test_intervals_hold_the_truth_or_are_marked(points):
     """Before replicates were bent the 0.99 quantile at 1024 points of sobol was held in 67 %, the deviation in 89 %."""
     assert {p.statistic for p in points} == set(map(str, STATISTICS))
+    least = LEAST - scatter(points)
     for p in points:
-        assert p.either >= LEAST - SCATTER, p
+        assert p.either >= least, p
         if p.statistic in ("mean", "std") and p.problem == "gamma":
-            assert LEAST - SCATTER <= p.covered <= 0.99, p
+            assert least <= p.covered <= 0.99, p
         if p.statistic[0].isdigit():
             assert p.covered >= LEAST, p
     far = [p for p in points if (p.sampler, p.statistic, p.samples) == ("sobol", "0.99", 1024)]
@@ -59,7 +65,7 @@ def test_intervals_hold_the_truth_or_are_marked(points):
 
 def test_a_kind_of_study_whose_intervals_hold_too_little_says_so(points):
     """By 30 effective points for a skewness, 128 samples of a gamma variable were marked in 86 %, and held it in 80."""
-    assert [p for p in points if p.covered < LEAST - SCATTER]
+    assert [p for p in points if p.covered < LEAST - scatter(points)]
     for p in too_narrow(points):
         assert p.covered >= LEAST - 0.01, p
 

@@ -172,8 +172,7 @@ def test_table_picture_and_reading(rows, caged, tmp_path):
     draw(alone, tmp_path / "alone.png")
 
 
-def test_problems_of_one_kind_of_bearing_are_drawn_by_themselves(shipped, monkeypatch, tmp_path):
-    monkeypatch.undo()  # pictures as they are
+def test_problems_of_one_kind_of_bearing_are_drawn_by_themselves(shipped, tmp_path):
     draw([row for row in shipped if row.problem == ACROSS], tmp_path / "one.png")
     with Image.open(tmp_path / "one.png") as one:
         assert one.height < 0.6 * one.width

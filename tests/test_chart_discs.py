@@ -7,7 +7,7 @@ from bearing_twin.charts.contest import Kept, Wanted
 from bearing_twin.charts.soft_discs import ANOTHER, CONTESTS, INTEGRATION, PROBLEMS
 from bearing_twin.charts.table import read_table
 
-pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
+pytestmark = [pytest.mark.environment, pytest.mark.usefixtures("quick_pictures", "quick_timings")]
 
 
 def test_errors_fall_and_files_hold_them(tmp_path, monkeypatch):

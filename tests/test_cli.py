@@ -241,10 +241,13 @@ def test_lists_import_no_kernel(words, heavy):
     assert done.stderr.splitlines()[-1] == "[]"
 
 
-def test_as_a_program_standard_output_is_json_alone(capsys):
+def test_as_a_program_standard_output_is_json_alone(quick_starts):
     done = run("simulate", *SHORT, "--json")
     assert done.returncode == DONE
     assert json.loads(done.stdout)["samples"] == 21
+
+
+def test_a_scene_that_is_nowhere_is_named(capsys):
     assert "nowhere" in refused(capsys, "simulate", "nowhere")
 
 

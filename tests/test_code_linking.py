@@ -11,7 +11,7 @@ from test_compiled import cache, edited, files, numba_is_ready, started, started
 
 from bearing_twin import code_cache, code_linking, source_state
 
-STEPS = "\n".join(f"    x = x * 1.0{n} + {n}.0 / (x * x + {n}.5)" for n in range(1, 30))
+STEPS = "\n".join(f"    x = x * 1.0{n} + {n}.0 / (x * x + {n}.5)" for n in range(1, 11))
 SOURCES = {
     "__init__": "",
     "long": f"from bearing_twin.compiled import kernel\n\n\n@kernel\ndef long(x):\n{STEPS}\n    return x\n",
@@ -26,6 +26,14 @@ SOURCES = {
     "lax": "from bearing_twin import code_linking\n\n\ndef small_up_to(x):\n    code_linking.SMALL = x\n    return x\n",
 }
 UPPER, LONG, SHORT = ("upper.upper", 3.0), ("long.long", 3.0), ("short.short", 3.0)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small():
+    """Ten lines are a long kernel already, which are compiled in a third of the time."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(code_linking, "SMALL", 40)
+        yield
 
 
 def made(root):
@@ -50,7 +58,7 @@ def compiled_once(tmp_path_factory):
 
 
 def long(x):
-    for n in range(1, 30):
+    for n in range(1, 11):
         x = x * float(f"1.0{n}") + n / (x * x + n + 0.5)
     return x
 

@@ -61,6 +61,7 @@ def test_a_mistake_ends_with_code_2_and_one_sentence(name, parameter, words, her
     one_sentence(here(name, "--ros-args", "-p", parameter), *words)
 
 
+@pytest.mark.environment
 def test_a_mistake_ends_the_process_with_code_2():
     one_sentence(run("sim_node", "--ros-args", "-p", "scen:=x"), "sim_node: there is no parameter 'scen'")
 

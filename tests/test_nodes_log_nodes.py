@@ -348,7 +348,7 @@ def test_to_have_recorded_nothing_is_told_and_fails(tmp_path, topics, quick_star
     "number",
     [signal.SIGINT, *(pytest.param(one, marks=pytest.mark.environment) for one in (signal.SIGTERM, signal.SIGHUP))],
 )
-def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number):
+def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number, quick_starts):
     path = tmp_path / "recording.mcap"
     words = ("-p", f"log:={path}", "-p", "full:=true")
     with ros_executor() as executor, executable(executor, "recorder_node", *words) as recorder:

@@ -294,9 +294,10 @@ def test_answers_beyond_the_tenth_in_two_seconds_are_in_doubt():
     assert rush.doubted == 5
 
 
-SIGNALS = signal.SIGINT, *(pytest.param(one, marks=pytest.mark.environment) for one in (signal.SIGKILL, signal.SIGTERM))
+SIGNALS = signal.SIGINT, signal.SIGKILL, signal.SIGTERM
 
 
+@pytest.mark.environment
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_path, number, quick_starts):
     with ros_executor() as executor:

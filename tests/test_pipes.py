@@ -47,10 +47,8 @@ def test_another_pipe_that_breaks_is_an_error():
 CLOSED = {"stdin": "<&-", "stdout": ">&-", "stderr": "2>&-", "all": "<&- >&- 2>&-", "full stderr": "2> /dev/full"}
 
 
-ONE = [pytest.param(what, marks=pytest.mark.environment) for what in ("stdin", "stdout", "stderr", "full stderr")]
-
-
-@pytest.mark.parametrize("what", [*ONE, "all"])
+@pytest.mark.environment
+@pytest.mark.parametrize("what", CLOSED)
 def test_streams_that_are_closed_or_full_end_nothing(what, tmp_path):
     """There were tracebacks, and a log that got the number of standard output would have got what is printed."""
     log = tmp_path / "run.mcap"

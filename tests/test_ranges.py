@@ -139,9 +139,9 @@ QUICK = {
     "bearing_6203": ("contact.normal=volumetric", CLOSE, "run.duration=0.005"),
     "ellipsoid_rocking": ("contact.normal=constant", "run.duration=0.02"),
     "two_bodies_superellipsoid": ("contact.normal=hertz", "run.duration=0.02"),
-    "two_discs": ("disc.thickness=0.5",),
-    "sphere_on_beam": ("beam.span=0.05", "wanted.tolerance=1e-3"),
-    "soft_discs_mean": ("formulation=linear", "mesh.divisions=8", "mesh.order=2"),
+    "two_discs": ("disc.thickness=0.5", "run.output_rate=5000"),
+    "sphere_on_beam": ("beam.span=0.05", "wanted.tolerance=1e-3", "run.output_rate=40000"),
+    "soft_discs_mean": ("formulation=linear", "mesh.divisions=8", "mesh.order=2", "run.output_rate=500"),
 }
 
 

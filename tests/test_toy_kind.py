@@ -96,6 +96,7 @@ def test_its_mistakes_are_named(scene, capsys):
         assert words in capsys.readouterr().err
 
 
+@pytest.mark.environment
 def test_a_study_of_it_runs_in_workers_that_never_heard_of_it(scene):
     study = {
         "scene": str(scene),
