@@ -8,6 +8,7 @@ import bisect
 import io
 import struct
 import zlib
+from array import array
 from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
@@ -20,7 +21,6 @@ from mcap.opcode import Opcode
 from mcap.records import (
     Channel,
     Chunk,
-    ChunkIndex,
     DataEnd,
     Footer,
     Message,
@@ -32,25 +32,25 @@ from mcap.records import (
 
 from bearing_twin.errors import LogError
 from bearing_twin.log.checksum import crc32
-from bearing_twin.log.mcap_write import MAGIC
+from bearing_twin.log.mcap_write import GREATEST_RATIO, MAGIC
 
 LARGEST_RECORD = 1 << 26  # bytes, packed or unpacked; writers make chunks of a few megabytes
 LARGEST_MESSAGE = LARGEST_RECORD - (1 << 21)  # bytes, beside what is in its chunk before and what packing adds
-FREE_BYTES = 1 << 26  # unpacked bytes any file may have
-GREATEST_RATIO = 5000  # unpacked / packed bytes beyond that
+FREE_BYTES = 1 << 26  # unpacked bytes any file may have; beyond that GREATEST_RATIO holds
 FREE_RECORDS = 200_000  # records any file may have
 LZ4_PIECE = 1 << 20  # bytes
 RECORDS_PER_BYTE = 4  # of the file, beyond that
 
 _HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
+_CHUNK_PLACE = struct.Struct("<16xQ")  # where its chunk begins, in the index of one
+_PIECE = 1 << 20  # bytes of an index that are looked at together
 _FOOTER_RECORD = 9 + 20
 _PARSERS = {
     Opcode.FOOTER: Footer,
     Opcode.SCHEMA: Schema,
     Opcode.CHANNEL: Channel,
     Opcode.CHUNK: Chunk,
-    Opcode.CHUNK_INDEX: ChunkIndex,
     Opcode.STATISTICS: Statistics,
     Opcode.METADATA: Metadata,
     Opcode.METADATA_INDEX: MetadataIndex,
@@ -93,12 +93,12 @@ MOST_TOPICS = 10_000  # a tenth of a second to read
 
 
 class Summary(NamedTuple):
-    """The index at the end of a log."""
+    """The index at the end of a log; `chunks` are the bytes at which they begin: a day of a node has a million."""
 
     schemas: dict[int, Schema]
     channels: dict[int, Channel]
     statistics: Statistics | None
-    chunks: list[ChunkIndex]
+    chunks: array
     metadata: list[MetadataIndex]
 
 
@@ -111,7 +111,7 @@ class McapReader:
         self._channels: dict[int, Channel] = {}
         self._topics: dict[int, StoredTopic] = {}
         self._packed = self._unpacked = self._records = 0
-        self._starts: list[int] = []  # of chunks, where the index is known
+        self._starts = array("Q")  # of chunks, where the index is known
         self._chunked = False
         try:
             self._stream: BinaryIO = self.path.open("rb")
@@ -134,14 +134,18 @@ class McapReader:
     def summary(self) -> Summary:
         """The index, checked; raises DamagedLog when the file was not closed properly or the index is altered."""
         start = self._summary_start()
-        summary = Summary({}, {}, None, [], [])
-        for _, record in self._parsed(start, check_data=False):
+        summary = Summary({}, {}, None, array("Q"), [])
+        for offset, opcode, content in self._raw(start, check_data=False):
+            if opcode == Opcode.CHUNK_INDEX:
+                if len(content) < _CHUNK_PLACE.size:
+                    raise DamagedLog(self.path, offset, "the index of a chunk is too short")
+                summary.chunks.append(_CHUNK_PLACE.unpack_from(content)[0])
+                continue
+            record = self._parse(offset, _PARSERS[opcode], content) if opcode in _PARSERS else None
             if isinstance(record, Schema):
                 summary.schemas[record.id] = record
             elif isinstance(record, Channel):
                 summary.channels[record.id] = record
-            elif isinstance(record, ChunkIndex):
-                summary.chunks.append(record)
             elif isinstance(record, MetadataIndex):
                 summary.metadata.append(record)
             elif isinstance(record, Statistics):
@@ -172,7 +176,7 @@ class McapReader:
         """Takes topics from the index, for reading that does not start with the chunk that describes them."""
         self._schemas.update(summary.schemas)
         self._channels.update(summary.channels)
-        self._starts = sorted(index.chunk_start_offset for index in summary.chunks)
+        self._starts = array("Q", sorted(summary.chunks))
 
     def metadata(self, summary: Summary) -> list[Metadata]:
         """The metadata records that the index lists."""
@@ -207,8 +211,10 @@ class McapReader:
         if not len(MAGIC) <= start <= end - _FOOTER_RECORD:
             raise DamagedLog(self.path, end, "it has no index")
         self._stream.seek(start)
-        body = self._stream.read(end - _FOOTER_RECORD - start) if end - start <= LARGEST_RECORD else b""
-        if footer.summary_crc and zlib.crc32(tail[: 9 + 16], zlib.crc32(body)) != footer.summary_crc:
+        crc, left = 0, end - _FOOTER_RECORD - start
+        while footer.summary_crc and left > 0 and (piece := self._stream.read(min(left, _PIECE))):
+            crc, left = zlib.crc32(piece, crc), left - len(piece)
+        if footer.summary_crc and zlib.crc32(tail[: 9 + 16], crc) != footer.summary_crc:
             raise DamagedLog(self.path, start, "its index does not have the CRC it was written with")
         return start
 

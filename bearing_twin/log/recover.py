@@ -1,6 +1,6 @@
 """What can be saved of a damaged log: a file cut short by a crash or a full disk, or one with altered bytes."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -90,11 +90,11 @@ def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage |
     """All that can be read of the files; what cannot is told in `problems`."""
     for file in files:
         with McapReader(file) as reader:
-            chunk_starts: list[int] = []
+            chunk_starts: Sequence[int] = ()
             try:
                 summary = reader.summary()
                 reader.learn(summary)
-                chunk_starts = sorted(index.chunk_start_offset for index in summary.chunks)
+                chunk_starts = sorted(summary.chunks)
             except DamagedLog as error:
                 problems.append(f"{file.name} at byte {error.offset}: {error.what}")
             begin: int | None = None
