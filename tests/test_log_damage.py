@@ -32,6 +32,7 @@ from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.recover import survey
 from bearing_twin.log.stream import MessageStream
+from bearing_twin.nodes.replaying import logged_topics
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 
@@ -134,7 +135,10 @@ def test_recovered_messages_keep_their_times_topics_and_records(tmp_path, monkey
     monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 200)
     path, text = tmp_path / "run.mcap", cdr.schema_text(cdr.CLOCK)
     with RawLogWriter(path, run_record=False) as log:
-        numbers = [log.add_topic(name, cdr.CLOCK, text, cdr.type_hash(cdr.CLOCK), (Qos(),)) for name in ("/a", "/b")]
+        offers = {"/a": Qos(), "/b": Qos(1, "best_effort", "transient_local")}
+        numbers = [
+            log.add_topic(name, cdr.CLOCK, text, cdr.type_hash(cdr.CLOCK), (qos,)) for name, qos in offers.items()
+        ]
         for k in range(20):
             log.write(numbers[k % 2], 1000 + k, 900 - k, bytes([k]) * 12)
             if k in (5, 9):
@@ -148,6 +152,7 @@ def test_recovered_messages_keep_their_times_topics_and_records(tmp_path, monkey
     assert (found.messages, found.samples) == (20, 0)
     saved = [(m.topic.name, m.log_time, m.publish_time, m.data) for m in raw_messages(tmp_path / "saved.mcap")]
     assert saved == sent
+    assert {name: topic.qos for name, topic in logged_topics(tmp_path / "saved.mcap").items()} == offers
     with (tmp_path / "saved.mcap").open("rb") as stream:
         records = list(make_reader(stream).iter_metadata())
     assert [record.metadata["twice"] for record in records if record.name == "told"] == ["the same", "not the same"]

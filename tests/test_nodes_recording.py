@@ -15,7 +15,7 @@ from bearing_twin.command.cli import DOUBTFUL, main
 from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
+from bearing_twin.log.bag import Qos, offered_qos
 from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.mcap_log import LogStream, raw_messages, read_log, write_log
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, McapReader
@@ -26,7 +26,7 @@ from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import RELIABLE, MessageStream, topics
 from bearing_twin.nodes.log_room import Room, SteadyTime, warning
 from bearing_twin.nodes.recording import Recording, Sequences, default_topics, lost_in_words
-from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
+from bearing_twin.nodes.replaying import ReplayLoop, logged_topics
 from bearing_twin.nodes.retelling import Retelling
 from bearing_twin.run.scene import Scene
 

@@ -9,11 +9,11 @@ from mcap.records import Metadata
 from bearing_twin.errors import LogError
 from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
+from bearing_twin.log.bag import offered_qos
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, StoredTopic
 from bearing_twin.log.parts import BAG_RECORD
 from bearing_twin.log.raw_log import RawLogWriter, log_files
-from bearing_twin.log.thinning import KEPT_KEY
+from bearing_twin.log.thinning import kept_rate
 
 RECOVERY_RECORD = "bearing_twin_recovered"
 
@@ -57,10 +57,11 @@ def recover(path, out) -> Recovered:
                 continue
             key = (item.topic.name, item.topic.ros_type, item.topic.definition)
             if key not in numbers:
+                said = item.topic.metadata
                 numbers[key] = log.add_topic(
                     item.topic.name, item.topic.ros_type, item.topic.definition,
-                    item.topic.metadata.get("topic_type_hash", ""), (Qos(),),
-                    float(item.topic.metadata.get(KEPT_KEY, 0.0)), item.topic.metadata.get(OUTSIDE, ""),
+                    said.get("topic_type_hash", ""), (offered_qos(said.get("offered_qos_profiles", "")),),
+                    kept_rate(said), said.get(OUTSIDE, ""),
                 )  # fmt: skip
             log.write(numbers[key], item.log_time, item.publish_time, item.data)
             messages += 1

@@ -16,7 +16,7 @@ from bearing_twin.log.blocks import Restart, block_of, channels_of, check_block,
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
 from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RUN_RECORD, SCENE_RECORD, log_files
 from bearing_twin.log.recover import advice
-from bearing_twin.log.thinning import KEPT_KEY
+from bearing_twin.log.thinning import kept_rate
 from bearing_twin.parameters import echo
 from bearing_twin.report import DIGITS, Choice, parsed_json
 from bearing_twin.run.dataset import dataset_of
@@ -62,7 +62,7 @@ class LogStream:
                         name = summary.schemas[channel.schema_id].name if channel.schema_id in summary.schemas else ""
                         if name == cdr.SAMPLE_BLOCK:
                             found.add(channel.topic)
-                            kept[channel.topic] = _rate(channel.metadata.get(KEPT_KEY, ""))
+                            kept[channel.topic] = kept_rate(channel.metadata)
                         elif name == cdr.STRING:
                             texts.add(channel.topic)
         except DamagedLog as error:
@@ -247,14 +247,6 @@ class LogStream:
                             yield item.topic.name, item.data
         except DamagedLog as error:
             raise advice(self.path, error) from error
-
-
-def _rate(text: str) -> float:
-    try:
-        rate = float(text)
-    except ValueError:
-        return 0.0
-    return rate if 0.0 < rate < math.inf else 0.0
 
 
 def _report(record: Mapping[str, str]) -> dict | None:

@@ -1,15 +1,12 @@
 """A log as a paced stream of messages: what replay_node thinks, without ROS, clocks or decoding."""
 
-import re
 from collections.abc import Callable, Iterator
 from itertools import islice
 from typing import NamedTuple
 
-import yaml
-
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
+from bearing_twin.log.bag import Qos, offered_qos
 from bearing_twin.log.mcap_read import DamagedLog, McapReader
 from bearing_twin.log.raw_log import log_files, raw_messages
 from bearing_twin.log.recover import advice
@@ -18,12 +15,6 @@ from bearing_twin.nodes.retelling import Retelling
 
 BATCH = 200  # messages read ahead
 PUT_BACK_NS = 1_000_000_000  # between two messages: more than their order in a file can be
-LONGEST_PROFILE = 5000  # characters; those of bags have 300
-NUMBERED = {
-    "reliability": {1: "reliable", 2: "best_effort"},
-    "durability": {1: "transient_local", 2: "volatile"},
-}  # how older bags write the policies
-_NEXT_PROFILE = re.compile(r"\n(?=-)")
 
 
 class ReplayTopic(NamedTuple):
@@ -136,22 +127,3 @@ def logged_topics(path) -> dict[str, ReplayTopic]:
     if not topics:
         raise LogError(f"{path} holds no ROS topics: give a log written by bearing_twin or `ros2 bag record -s mcap`")
     return topics
-
-
-def offered_qos(text: str) -> Qos:
-    """The first of the profiles that a bag lists as YAML; reliable and volatile where it says nothing usable."""
-    try:
-        first = _NEXT_PROFILE.split(text, maxsplit=1)[0]
-        if len(first) > LONGEST_PROFILE:
-            return Qos()
-        profile = yaml.safe_load(first)[0]
-        reliability = NUMBERED["reliability"].get(profile["reliability"], profile["reliability"])
-        durability = NUMBERED["durability"].get(profile["durability"], profile["durability"])
-        depth = int(profile["depth"])
-    except (yaml.YAMLError, LookupError, TypeError, ValueError, RecursionError):
-        return Qos()
-    return Qos(
-        depth if 1 <= depth <= 10_000 else Qos().depth,
-        "best_effort" if reliability == "best_effort" else "reliable",
-        "transient_local" if durability == "transient_local" else "volatile",
-    )
