@@ -151,6 +151,22 @@ def test_lost_outputs_are_counted_and_said(tmp_path):
         list(read_log(tmp_path / "out.mcap"))
 
 
+def test_outputs_of_two_nodes_on_one_topic_are_said_to_mix_and_not_to_be_lost(tmp_path, capfd):
+    with ros_executor() as executor:
+        talker, seen = plain_node(executor), []
+        two = [talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10) for _ in range(2)]
+        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        recorder = started(executor, RecorderNode, log=str(tmp_path / "out.mcap"), full=True)
+        spin_until(executor, lambda: all(one.get_subscription_count() for one in two), "discovery")
+        blocks = [data for topic, data in messages() if topic.name == "samples"]
+        for first, second in zip(blocks, blocks[4:], strict=False):
+            for publisher, data in zip(two, (second, first), strict=True):
+                publisher.publish(data)
+        spin_until(executor, lambda: any("outputs are mixed" in status.message for status in seen), "a warning")
+        assert recorder.recording.status()["samples_lost"] == 0
+    assert "lost on the way" not in capfd.readouterr().err
+
+
 def test_what_is_sent_as_samples_and_is_none_is_counted_and_ends_no_recording(tmp_path, capsys):
     path = tmp_path / "out.mcap"
     blocks = [data for topic, data in messages() if topic.name == "samples"]

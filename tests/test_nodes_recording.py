@@ -62,6 +62,25 @@ def test_losses_and_restarts_are_counted():
     assert (stream.received, stream.lost, stream.restarts) == (210, 30, 1)
 
 
+def test_outputs_of_several_publishers_are_mixed_and_none_of_them_counted_as_lost(tmp_path, capsys):
+    """Two bearings in one namespace; one that is started again while its old end is still known steps back once."""
+    for firsts, mixed in (((50, 0, 60, 10, 70), True), ((50, 0, 10, 30), False)):
+        path = tmp_path / f"{mixed}.mcap"
+        recording = Recording(path, ["*"])
+        recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
+        for number, first in enumerate(firsts, start=1):
+            recording.publishers(SAMPLES, 2)
+            assert receive(recording, SAMPLES, 1000, 900, sample_block(first, 10), number) == 0
+        recording.publishers(SAMPLES, 1)
+        receive(recording, SAMPLES, 1000, 900, sample_block(90, 5), 8)  # behind whichever came last
+        assert receive(recording, SAMPLES, 1000, 900, sample_block(97, 3), 10) == 2
+        status = recording.status()
+        assert (status["samples_lost"], status["mixed"], status["uncounted"]) == (2, SAMPLES * mixed, SAMPLES)
+        recording.close()
+        assert main(["report", str(path), "--json", "--strict"]) == DOUBTFUL
+        assert ("several nodes sent samples at a time" in capsys.readouterr().err) is mixed
+
+
 @pytest.mark.parametrize("numbers", [[3, 4, 5, 6], [3, 5, 6, 9], [3, 4, 1, 2], [7], []])
 def test_many_numbers_are_counted_as_one_by_one(numbers):
     many, single = Sequences(), Sequences()

@@ -217,11 +217,12 @@ class LogStream:
         What is recorded behind the last samples of a run belongs to the next one.
         """
         restart, skipped, before, expected = None, 0, 0, 0
+        mixed = self.topic in self.metadata.get(RECORDING_RECORD, {}).get("mixed", "").split()
         for read, (name, data) in enumerate(self._raw({self.topic, *self._tables}), start=1):
             if name == self.topic:
                 first, count = sample_range(data)
                 if first < expected:
-                    restart, skipped = Restart(first, expected - 1, restart.runs + 1 if restart else 2), before
+                    restart, skipped = Restart(first, expected - 1, restart.runs + 1 if restart else 2, mixed), before
                 before, expected = read, first + count
         return restart, skipped, expected
 
