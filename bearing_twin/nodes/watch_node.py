@@ -50,6 +50,7 @@ DEPTH = 5  # samples that may wait: later ones are better than all of them
 LONGEST_STATUS, LONGEST_REFUSAL = 200, 600  # characters: what is refused says why, and what could be had
 MOVING = ("running", "running as fast as possible", "playing")  # what a node says that has a pace
 SAMPLES = "/samples"
+MIXING = 1.0  # s: runs of several nodes that begin anew sooner after each other are outputs among each other
 _NUMBER = re.compile(r"\d{1,6}(\.\d{1,9})?", flags=re.ASCII)  # anybody can send diagnostics
 
 
@@ -74,6 +75,7 @@ class WatchNode(Node):
         self._run: LiveRun | None = None
         self._told, self._refused = threading.Event(), ""
         self._shown, self._asked = threading.Event(), -ASKED_FOR
+        self._mixed, self._again = "", -MIXING
         self._aside, self._listening = TakenAside(), []
         self._commands = MutuallyExclusiveCallbackGroup()
         clients = {"callback_group": self._commands}
@@ -144,20 +146,24 @@ class WatchNode(Node):
         elif not wanted and self._listening:
             for subscription in self._listening:
                 self.destroy_subscription(subscription)
-            self._listening, self._refused = [], ""
+            self._listening, self._refused, self._mixed = [], "", ""
             self._shown.clear()
         for subscription in self._listening:
+            if self._mixed and subscription.topic_name.endswith(SAMPLES) and subscription.get_publisher_count() < 2:
+                self._mixed = ""
             for data, _ in taken(subscription):
                 subscription.callback(data)
 
     @guarded
     def _on_samples(self, data):
-        if self._run is None:
+        if self._run is None or self._mixed:
             return
         try:
             event = self._run.frames(data, time.monotonic())
         except Again:
-            self._begin_again()
+            self._look_at_publishers()
+            if not self._mixed:
+                self._begin_again()
             return
         if event:
             self._shown.set()
@@ -170,13 +176,24 @@ class WatchNode(Node):
                 told = {pair.key: pair.value for pair in status.values}
                 pace, wanted = told.get("real_time_factor", ""), told.get("wanted_real_time_factor", "")
                 at = f" at {pace[:5]} × real time" if pace and status.message in MOVING else ""
-                self.feed.send("status", cut_short(f"{status.message}{at}", LONGEST_STATUS))
+                self.feed.send("status", cut_short(self._mixed or f"{status.message}{at}", LONGEST_STATUS))
                 refused, before = told.get("commands_refused", ""), self._refused
                 self._refused = refused
                 if before not in ("", refused) and refused != "0":
                     self.feed.send("refused", cut_short(told.get("last_refusal", ""), LONGEST_REFUSAL))
                 if _NUMBER.fullmatch(wanted):
                     self.feed.send("pace", wanted)
+
+    def _look_at_publishers(self) -> None:
+        """A run began again: where several nodes send samples and it was just before, too, theirs are mixed."""
+        now, before = time.monotonic(), self._again
+        self._again = now
+        several = any(one.topic_name.endswith(SAMPLES) and one.get_publisher_count() > 1 for one in self._listening)
+        if several and now < before + MIXING:
+            self._mixed = f"several nodes publish {self._place}{SAMPLES}, so nothing is shown: give each a namespace"
+            self._shown.clear()
+            self.get_logger().warning(self._mixed)
+            self.feed.send("status", self._mixed)
 
     def _begin_again(self) -> None:
         self._shown.clear()
@@ -192,10 +209,11 @@ class WatchNode(Node):
                 HTTPStatus.SERVICE_UNAVAILABLE,
                 f"{self._watched} has not said its scene yet; the page comes when it does",
             )
-        if not self._shown.wait(COMING):
+        if not self._shown.wait(0.0 if self._mixed else COMING):
             raise Refused(
                 HTTPStatus.SERVICE_UNAVAILABLE,
-                f"{self._watched} sends no samples: it may be paused, compiling or at its end; the page comes when "
+                self._mixed
+                or f"{self._watched} sends no samples: it may be paused, compiling or at its end; the page comes when "
                 "they do",
             )
         return live_page(self._run, self._watched)
