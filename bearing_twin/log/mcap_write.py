@@ -210,9 +210,9 @@ class McapWriter:
                     self.end_chunk()
             finally:
                 self._failure = None
-                size = self._put((part,) for part in self._tail(self._index.pieces()))
+                self._end += self._put((part,) for part in self._tail(self._index.pieces()))
                 with contextlib.suppress(OSError):
-                    os.ftruncate(self._file, self._end + size)  # what another program appended
+                    os.ftruncate(self._file, self._end)  # what another program appended
                     os.fsync(self._file)
         finally:
             self._index.close()
