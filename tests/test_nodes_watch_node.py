@@ -130,6 +130,10 @@ def test_without_a_node_to_show_it_says_so():
     with ros_executor() as executor:
         with pytest.raises(BearingTwinError, match="no node publishes samples"):
             started(executor, WatchNode, patience=0.0)
+        away = plain_node(executor, "away_node")
+        away.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/elsewhere/x", 10)
+        with pytest.raises(BearingTwinError, match=r"/away_node publishes its samples on /elsewhere/x, .* without"):
+            started(executor, WatchNode, patience=1.0)
         for side in ("left", "right"):
             other = plain_node(executor, f"{side}_node")
             other.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/samples", 10)
@@ -139,6 +143,19 @@ def test_without_a_node_to_show_it_says_so():
             started(executor, WatchNode, node="/lift_node", patience=1.0)
         node = started(executor, WatchNode, node="/left_node", patience=60.0, port=0)
         assert node._watched == "/left_node"
+
+
+def test_a_replay_is_shown_though_its_topics_stand_in_another_namespace():
+    with ros_executor() as executor:
+        replay = plain_node(executor, "replay_node")
+        replay.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        replay.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/bearing/records/choice", 10)
+        node = started(executor, WatchNode, port=0, patience=PATIENCE)
+        assert (node._watched, node._place) == ("/replay_node", "/bearing")
+        replay.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/shaft/samples", 10)
+        spin_until(executor, lambda: node.count_publishers("/shaft/samples"), "discovery")
+        with pytest.raises(BearingTwinError, match="publishes /bearing/samples, /shaft/samples: play a log of one"):
+            started(executor, WatchNode, port=0, patience=PATIENCE)
 
 
 def refusals_told(node, *counts):

@@ -32,6 +32,7 @@ from bearing_twin.nodes.running import declare, guarded, run
 from bearing_twin.nodes.serving import Feed, PageServer, Refused
 from bearing_twin.nodes.watch_orders import number_of, vector_of
 from bearing_twin.parameters import echo, unknown
+from bearing_twin.spelling import harmless
 from bearing_twin.units import UNITS, for_people
 from bearing_twin.view.live import Again, LiveRun
 from bearing_twin.view.live_page import live_page
@@ -69,9 +70,8 @@ class WatchNode(Node):
         self.failure: Exception | None = None
         self.feed = Feed()
         values = declare(self, PARAMETERS)
-        self._watched = self._found(values["node"], values["patience"])
-        place = self._watched.rpartition("/")[0]
-        self._place = place
+        self._watched, samples = self._found(values["node"], values["patience"])
+        self._place = place = samples.removesuffix(SAMPLES)
         self._run: LiveRun | None = None
         self._told, self._refused = threading.Event(), ""
         self._shown, self._asked = threading.Event(), -ASKED_FOR
@@ -96,28 +96,33 @@ class WatchNode(Node):
         if not self.server.stopping.is_set():
             self.server.close()
 
-    def _found(self, name: str, patience: float) -> str:
-        """The full name of the node to look at."""
-        end = time.monotonic() + patience
-        while True:
-            nodes = {}
+    def _found(self, name: str, patience: float) -> tuple[str, str]:
+        """The full name of the node to look at, and its topic of samples: a replay's stand in another namespace."""
+        end, nodes, elsewhere = time.monotonic() + patience, {}, set()
+        while not (len(nodes) == 1 and not name) and name not in nodes and time.monotonic() <= end:
+            time.sleep(LOOK_PERIOD if nodes or elsewhere else 0.0)
+            nodes, elsewhere = {}, set()
             for topic, types in self.get_topic_names_and_types():
-                if cdr.SAMPLE_BLOCK in types and topic.endswith(SAMPLES):
+                if cdr.SAMPLE_BLOCK in types and "/records/" not in topic:
                     for one in self.get_publishers_info_by_topic(topic):
                         full = f"{one.node_namespace.rstrip('/')}/{one.node_name}"
-                        if topic == f"{full.rpartition('/')[0]}{SAMPLES}":
-                            nodes[full] = topic
-            if len(nodes) == 1 and not name:
-                return next(iter(nodes))
-            if name in nodes:
-                return name
-            if time.monotonic() > end:
-                break
-            time.sleep(LOOK_PERIOD)
-        if name and nodes:
-            raise BearingTwinError(f"no node {echo(name)} publishes samples; {unknown(name, sorted(nodes))}")
-        if nodes:
+                        if topic.endswith(SAMPLES):
+                            nodes.setdefault(full, set()).add(topic)
+                        else:
+                            elsewhere.add(harmless(f"{full} publishes its samples on {topic}"))
+        found = name or next(iter(nodes), "")
+        if len(nodes) > 1 and not name:
             raise BearingTwinError(f"{', '.join(sorted(nodes))} publish samples: say which one to look at")
+        if nodes and found not in nodes:
+            raise BearingTwinError(f"no node {echo(name)} publishes samples; {unknown(name, sorted(nodes))}")
+        if len(nodes.get(found, ())) > 1:
+            raise BearingTwinError(f"{found} publishes {', '.join(sorted(nodes[found]))}: play a log of one bearing")
+        if nodes:
+            return found, nodes[found].pop()
+        if elsewhere:
+            raise BearingTwinError(
+                f"{', '.join(sorted(elsewhere))}, not on .../samples: start it without that remapping"
+            )
         raise BearingTwinError(f"no node publishes samples (waited {patience:g} s): start a sim_node or a replay_node")
 
     # Callbacks
