@@ -5,6 +5,7 @@ import http.client
 import json
 import socket
 import threading
+from types import SimpleNamespace
 
 import pytest
 from made_up_run import a_choice, made_up_block, made_up_scene
@@ -145,11 +146,19 @@ def test_without_a_node_to_show_it_says_so():
         assert node._watched == "/left_node"
 
 
-def test_a_replay_is_shown_though_its_topics_stand_in_another_namespace():
+def test_a_replay_is_shown_though_its_topics_stand_in_another_namespace(monkeypatch):
     with ros_executor() as executor:
         replay = plain_node(executor, "replay_node")
         replay.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
         replay.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/bearing/records/choice", 10)
+        found, infos = WatchNode.get_publishers_info_by_topic, []
+
+        def nameless_at_first(self, topic):
+            infos.append(topic)
+            unknown = SimpleNamespace(node_namespace="_NODE_NAMESPACE_UNKNOWN_", node_name=watch_node.NAMELESS)
+            return found(self, topic) if len(infos) > 2 else [unknown]
+
+        monkeypatch.setattr(WatchNode, "get_publishers_info_by_topic", nameless_at_first)
         node = started(executor, WatchNode, port=0, patience=PATIENCE)
         assert (node._watched, node._place) == ("/replay_node", "/bearing")
         replay.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/shaft/samples", 10)

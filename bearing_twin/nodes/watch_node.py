@@ -51,6 +51,7 @@ DEPTH = 5  # samples that may wait: later ones are better than all of them
 LONGEST_STATUS, LONGEST_REFUSAL = 200, 600  # characters: what is refused says why, and what could be had
 MOVING = ("running", "running as fast as possible", "playing")  # what a node says that has a pace
 SAMPLES = "/samples"
+NAMELESS = "_NODE_NAME_UNKNOWN_"  # what ROS calls a node of which it has found a publisher, but not yet the name
 MIXING = 1.0  # s: runs of several nodes that begin anew sooner after each other are outputs among each other
 _NUMBER = re.compile(r"\d{1,6}(\.\d{1,9})?", flags=re.ASCII)  # anybody can send diagnostics
 
@@ -100,12 +101,14 @@ class WatchNode(Node):
         """The full name of the node to look at, and its topic of samples: a replay's stand in another namespace."""
         end, nodes, elsewhere = time.monotonic() + patience, {}, set()
         while not (len(nodes) == 1 and not name) and name not in nodes and time.monotonic() <= end:
-            time.sleep(LOOK_PERIOD if nodes or elsewhere else 0.0)
+            time.sleep(LOOK_PERIOD)
             nodes, elsewhere = {}, set()
             for topic, types in self.get_topic_names_and_types():
                 if cdr.SAMPLE_BLOCK in types and "/records/" not in topic:
                     for one in self.get_publishers_info_by_topic(topic):
                         full = f"{one.node_namespace.rstrip('/')}/{one.node_name}"
+                        if one.node_name == NAMELESS:
+                            continue
                         if topic.endswith(SAMPLES):
                             nodes.setdefault(full, set()).add(topic)
                         else:
