@@ -66,14 +66,14 @@ def test_a_mistake_ends_the_process_with_code_2():
     one_sentence(run("sim_node", "--ros-args", "-p", "scen:=x"), "sim_node: there is no parameter 'scen'")
 
 
-@pytest.mark.parametrize("name", ["sim_node", "uq_node"])
+@pytest.mark.parametrize("name", ["sim_node", "replay_node", "uq_node"])
 def test_help_is_printed_and_nothing_starts(name, here, monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "400")  # a domain that no node could join
     result = here(name, "--help")
     assert (result.returncode, result.stderr) == (0, "")
     assert f"usage: bearing_twin node start {name} -p" in result.stdout
     assert f"ros2 run bearing_twin {name} --ros-args" in result.stdout
-    assert ("changeable while it runs: *" in result.stdout) is (name == "sim_node")
+    assert ("changeable while it runs: *" in result.stdout) is (name != "uq_node")
 
 
 @pytest.mark.parametrize("name", NODES)

@@ -12,6 +12,7 @@ from ros import (
     DiagnosticArray,
     DiagnosticStatus,
     Float64,
+    Parameter,
     QoSCompatibility,
     SetBool,
     call,
@@ -318,6 +319,36 @@ def test_a_replay_can_loop_start_later_and_pause(log):
         assert not node.done.is_set()
     part = [m.data for m in raw_messages(log) if m.topic.name == "/bearing/state" and m.log_time >= 250_000_000]
     assert [bytes(data) for data in lists["/bearing/state"][:15]] == [padded(data) for data in (part * 4)[:15]]
+
+
+def test_the_pace_of_a_replay_is_set_while_it_plays(log):
+    with ros_executor() as executor:
+        watcher, seen = plain_node(executor), []
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        node = started(executor, ReplayNode, log=str(log), rate=0.001, discovery=0.0)
+        for value, successful in ((0.0, False), (1000.0, True)):
+            [result] = node.set_parameters([Parameter("rate", value=value)])
+            assert result.successful is successful
+        spin_until(executor, node.done.is_set, "end of a log that would take minutes")
+        assert node.loop.paced.pacer.factor == 1000
+
+
+def test_two_nodes_that_send_the_same_samples_or_the_time_say_so(log):
+    """As a replay beside the running node of which it was recorded: both go on, and whoever listens hears both."""
+    with ros_executor() as executor:
+        watcher, seen = plain_node(executor), []
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        node = started(executor, ReplayNode, log=str(log), discovery=0.0, loop=True, publish_clock=True)
+        spin_until(executor, lambda: seen, "diagnostics")
+        assert node._outlet.mixed == ""
+        other = watcher.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        told = lambda words: any(words in one.value for status in seen for one in status.values)  # noqa: E731
+        spin_until(executor, lambda: told("other nodes publish /bearing/samples, too"), "a warning")
+        watcher.create_publisher(Clock, "/clock", 10)
+        spin_until(executor, lambda: told("other nodes publish /bearing/samples, /clock, too"), "a warning")
+        assert seen[-1].level == DiagnosticStatus.WARN
+        watcher.destroy_publisher(other)
+        spin_until(executor, lambda: told("other nodes publish /clock, too"), "a warning")
 
 
 def grows(executor, messages):

@@ -401,9 +401,35 @@ def test_a_replay_keeps_bytes_order_and_pace(log, rate):
 
 
 def test_a_replay_can_start_later(log):
+    messages = list(raw_messages(log))
+    latched = [m for m in messages if m.topic.name.endswith(("/scene", "/robot_description"))]
+    assert {m.log_time for m in latched} == {0}
     out = played(log, start_ns=50 * MS)
-    assert [(t, d) for _, t, d in out] == [(m.topic.name, m.data) for m in raw_messages(log) if m.log_time >= 50 * MS]
-    assert out[0][0] == 0
+    assert [(t, d) for _, t, d in out] == [
+        (m.topic.name, m.data) for m in [*latched, *(m for m in messages if m.log_time >= 50 * MS)]
+    ]
+    assert out[0][0] == out[len(latched)][0] == 0
+
+
+def test_a_replay_from_the_middle_of_split_files_tells_what_was_latched_last(tmp_path):
+    """Said anew while it was recorded, in another chunk and another file; what is said later is not told before."""
+    safety = Safety(split_seconds=4.0)
+    with RawLogWriter(tmp_path / "bag", run_record=False, safety=safety) as writer:
+        said, ticks = (
+            writer.add_topic(name, cdr.STRING, cdr.schema_text(cdr.STRING), cdr.type_hash(cdr.STRING), (qos,))
+            for name, qos in (("/said", Qos(1, durability="transient_local")), ("/ticks", Qos()))
+        )
+        for second in range(10):
+            writer.write(ticks, second * 1000 * MS, 0, bytes([second]))
+            if second in (1, 3, 7):
+                writer.write(said, (second * 1000 + 1) * MS, 0, bytes([100 + second]))
+            writer.flush()
+    for start, latched in ((0.5, []), (2.0, [101]), (3.5, [103]), (6.0, [103]), (7.5, [107]), (9.0, [107])):
+        out = played(tmp_path / "bag", start_ns=round(start * 1000 * MS))
+        first = next(data[0] for _, topic, data in out if topic == "/ticks")
+        assert first == math.ceil(start)
+        assert [data[0] for _, topic, data in out if topic == "/said"][: len(latched)] == latched
+        assert [topic for _, topic, _ in out[: len(latched)]] == ["/said"] * len(latched)
 
 
 def test_a_loop_starts_again_at_once(log):

@@ -28,7 +28,8 @@ from bearing_twin.log import cdr
 from bearing_twin.log.stream import LATCHED, MessageStream
 from bearing_twin.nodes import watch_node
 from bearing_twin.nodes.sim_node import SimNode
-from bearing_twin.nodes.watch_node import LONGEST_REFUSAL, LONGEST_STATUS, WatchNode, cut_short
+from bearing_twin.nodes.watch_node import LONGEST_REFUSAL, LONGEST_STATUS, WatchNode
+from bearing_twin.nodes.watch_orders import cut_short
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
@@ -161,6 +162,9 @@ def test_a_replay_is_shown_though_its_topics_stand_in_another_namespace(monkeypa
         monkeypatch.setattr(WatchNode, "get_publishers_info_by_topic", nameless_at_first)
         node = started(executor, WatchNode, port=0, patience=PATIENCE)
         assert (node._watched, node._place) == ("/replay_node", "/bearing")
+        replay.declare_parameter("rate", 1.0)
+        assert asked(executor, node, "POST", "/command", {"do": "pace", "value": 2.0}) == (200, "2 times real time\n")
+        assert replay.get_parameter("rate").value == 2.0
         replay.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/shaft/samples", 10)
         spin_until(executor, lambda: node.count_publishers("/shaft/samples"), "discovery")
         with pytest.raises(BearingTwinError, match="publishes /bearing/samples, /shaft/samples: play a log of one"):

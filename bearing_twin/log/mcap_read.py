@@ -9,7 +9,7 @@ import io
 import struct
 import zlib
 from array import array
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
@@ -44,6 +44,8 @@ RECORDS_PER_BYTE = 4  # of the file, beyond that
 _HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
 _CHUNK_PLACE = struct.Struct("<16xQ")  # where its chunk begins, in the index of one
+_CHUNK_TOPICS = struct.Struct("<Q24xI")  # its first time there, and the length of the list of its channels
+_CHUNK_TOPIC = struct.Struct("<H8x")
 _PIECE = 1 << 20  # bytes of an index that are looked at together
 _FOOTER_RECORD = 9 + 20
 _PARSERS = {
@@ -171,6 +173,33 @@ class McapReader:
                 yield from self._chunk(offset, record)
             elif isinstance(record, DataEnd):
                 break
+
+    def latest(self, topics: Container[str], before_ns: int) -> list[LoggedMessage]:
+        """The last message of each of these topics before a time, if any; reads no chunk without them."""
+        summary, found = self.summary(), {}
+        self.learn(summary)
+        wanted = {number: channel.topic for number, channel in summary.channels.items() if channel.topic in topics}
+        for place in reversed(self._chunks_with(wanted, before_ns)):
+            if found.keys() >= set(wanted.values()):
+                break
+            offset, chunk = next(self._parsed(place, check_data=False), (0, None))
+            if not isinstance(chunk, Chunk):
+                raise DamagedLog(self.path, place, "the index points to something else than a chunk")
+            here = {one.topic.name: one for one in self._chunk(offset, chunk) if one.log_time < before_ns}
+            found = {name: one for name, one in here.items() if name in topics} | found
+        return sorted(found.values(), key=lambda one: one.log_time)
+
+    def _chunks_with(self, channels: Container[int], before_ns: int) -> list[int]:
+        """Where the chunks begin that have a message of one of these channels, and one before a time."""
+        places = []
+        for _, opcode, content in self._raw(self._summary_start(), check_data=False):
+            if opcode == Opcode.CHUNK_INDEX and len(content) >= _CHUNK_TOPICS.size:
+                first_ns, length = _CHUNK_TOPICS.unpack_from(content)
+                rows = content[_CHUNK_TOPICS.size : _CHUNK_TOPICS.size + length]
+                rows = rows[: len(rows) // _CHUNK_TOPIC.size * _CHUNK_TOPIC.size]
+                if first_ns < before_ns and any(one in channels for (one,) in _CHUNK_TOPIC.iter_unpack(rows)):
+                    places.append(_CHUNK_PLACE.unpack_from(content)[0])
+        return places
 
     def learn(self, summary: Summary) -> None:
         """Takes topics from the index, for reading that does not start with the chunk that describes them."""

@@ -23,7 +23,7 @@ from bearing_twin.nodes.log_room import Room, SteadyTime, warning
 from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, rclpy
 from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, limits_of, problem_of
 from bearing_twin.nodes.node_words import advice, files_of_others, refuse_no_assignment, refuse_no_parameters
-from bearing_twin.nodes.outlet import MANY
+from bearing_twin.nodes.outlet import MANY, Outlet
 
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next heartbeat, every 3 s
 DISCOVERY_POLL = 0.02  # s
@@ -84,20 +84,26 @@ def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
 
 
 class Heartbeat:
-    """What a node says of itself on /diagnostics, under its own name and `what` it does."""
+    """What a node says of itself on /diagnostics, under its own name and `what` it does.
 
-    def __init__(self, node: Node, what: str):
-        self._node, self._what, self._namesake = node, what, False
+    Of an `outlet` it says where others publish among what the node does.
+    """
+
+    def __init__(self, node: Node, what: str, outlet: Outlet | None = None):
+        self._node, self._what, self._outlet = node, what, outlet
+        self._told: set[str] = set()
         self._publisher = node.create_publisher(message_class(DIAGNOSTICS), "/diagnostics", 10)
 
     def say(self, level: bytes, message: str, values: dict) -> None:
         """Publishes one status; faults of callbacks so far are added, and make of OK a warning."""
         own = self._node.get_name(), self._node.get_namespace()
-        if self._node.get_node_names_and_namespaces().count(own) > 1:
-            level, values = max(level, WARN), values | {"problem": NAMESAKE}
-            if not self._namesake:
-                self._node.get_logger().warning(NAMESAKE)
-            self._namesake = True
+        problem = NAMESAKE if self._node.get_node_names_and_namespaces().count(own) > 1 else ""
+        problem = problem or (self._outlet.mixed if self._outlet else "")
+        if problem:
+            level, values = max(level, WARN), values | {"problem": problem}
+            if problem not in self._told:
+                self._node.get_logger().warning(problem)
+            self._told.add(problem)
         faults = getattr(self._node.executor, "faults", 0)
         if faults:
             level, values = max(level, WARN), values | {"faults": faults}

@@ -106,7 +106,7 @@ class SimNode(Node):
         for command in kind.commands():
             obey, ros_type = partial(self._on_command, command), message_class(command.ros_type)
             self.create_subscription(ros_type, command.name, obey, profile, callback_group=others)
-        self._heartbeat = Heartbeat(self, "simulation")
+        self._heartbeat = Heartbeat(self, "simulation", self._outlet)
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=others, clock=steady)
         if self._outlet.has_clock:
             self.create_timer(CLOCK_PERIOD, self._on_clock, callback_group=others, clock=steady)

@@ -30,7 +30,7 @@ from bearing_twin.nodes.messages import message_class, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.running import declare, guarded, run
 from bearing_twin.nodes.serving import Feed, PageServer, Refused
-from bearing_twin.nodes.watch_orders import number_of, vector_of
+from bearing_twin.nodes.watch_orders import cut_short, number_of, vector_of
 from bearing_twin.parameters import echo, unknown
 from bearing_twin.spelling import harmless
 from bearing_twin.units import UNITS, for_people
@@ -50,16 +50,11 @@ COMING = 12.0  # s for the scene and a first sample to come: where time is slowe
 DEPTH = 5  # samples that may wait: later ones are better than all of them
 LONGEST_STATUS, LONGEST_REFUSAL = 200, 600  # characters: what is refused says why, and what could be had
 MOVING = ("running", "running as fast as possible", "playing")  # what a node says that has a pace
+PACES = ("real_time_factor", "rate")  # what sim_node and replay_node call it
 SAMPLES = "/samples"
 NAMELESS = "_NODE_NAME_UNKNOWN_"  # what ROS calls a node of which it has found a publisher, but not yet the name
 MIXING = 1.0  # s: runs of several nodes that begin anew sooner after each other are outputs among each other
 _NUMBER = re.compile(r"\d{1,6}(\.\d{1,9})?", flags=re.ASCII)  # anybody can send diagnostics
-
-
-def cut_short(text: str, longest: int) -> str:
-    """The text on one line, of at most so many characters, with an ellipsis where the rest is left out."""
-    line = " ".join(text.split())
-    return line if len(line) <= longest else f"{line[: longest - 2]} …"
 
 
 class WatchNode(Node):
@@ -256,8 +251,11 @@ class WatchNode(Node):
 
     def _obey_pace(self, command) -> str:
         value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=number_of(command, "value", "pace"))
-        request = SetParameters.Request(parameters=[Parameter(name="real_time_factor", value=value)])
-        [result] = self._asked_of(self._set, request).results
+        for name in PACES:
+            request = SetParameters.Request(parameters=[Parameter(name=name, value=value)])
+            [result] = self._asked_of(self._set, request).results
+            if result.successful or "undeclared" not in result.reason:  # else it is another kind of node
+                break
         if not result.successful:
             raise BearingTwinError(result.reason or f"{self._watched} has no pace that can be set")
         return f"{value.double_value:g} times real time"
