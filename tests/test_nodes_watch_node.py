@@ -5,6 +5,7 @@ import http.client
 import json
 import socket
 import threading
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -17,6 +18,7 @@ from ros import (
     WrenchStamped,
     plain_node,
     qos_profile,
+    rclpy,
     ros_executor,
     serialize_message,
     spin_until,
@@ -145,6 +147,24 @@ def test_without_a_node_to_show_it_says_so():
             started(executor, WatchNode, node="/lift_node", patience=1.0)
         node = started(executor, WatchNode, node="/left_node", patience=60.0, port=0)
         assert node._watched == "/left_node"
+
+
+def test_a_node_is_the_only_one_when_discovery_is_at_rest(monkeypatch):
+    """Of two bearings one is found first: to show it would be a guess."""
+    topics, asked = WatchNode.get_topic_names_and_types, []
+
+    def one_by_one(self):
+        asked.append(time.monotonic())
+        return [one for one in topics(self) if one[0] != "/right/samples" or len(asked) > 5]
+
+    monkeypatch.setattr(WatchNode, "get_topic_names_and_types", one_by_one)
+    with ros_executor() as executor:
+        for side in ("left", "right"):
+            one = rclpy.create_node("sim_node", namespace=f"/{side}", context=executor.context)
+            executor.add_node(one)
+            one.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), f"/{side}/samples", 10)
+        with pytest.raises(BearingTwinError, match="/left/sim_node, /right/sim_node publish samples: say which"):
+            started(executor, WatchNode, patience=PATIENCE)
 
 
 def test_a_replay_is_shown_though_its_topics_stand_in_another_namespace(monkeypatch):

@@ -234,7 +234,11 @@ class McapReader:
         self._stream.seek(max(end - _FOOTER_RECORD, 0))
         tail = self._stream.read()
         if len(tail) != _FOOTER_RECORD + len(MAGIC) or tail[-len(MAGIC) :] != MAGIC or tail[0] != Opcode.FOOTER:
-            raise DamagedLog(self.path, self._size, "its end is missing (the writer was stopped or the file was cut)")
+            raise DamagedLog(
+                self.path,
+                self._size,
+                "its end is missing (it is still written, the writer was stopped, or the file was cut)",
+            )
         footer = self._parse(end - _FOOTER_RECORD, Footer, tail[9 : -len(MAGIC)])
         start = footer.summary_start
         if not len(MAGIC) <= start <= end - _FOOTER_RECORD:

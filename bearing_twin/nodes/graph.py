@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
-from bearing_twin.nodes.discovery import NAME, PLUMBING, QUIET, end_of, others_are_whole, quiet_time, rivals
+from bearing_twin.nodes.discovery import NAME, PLUMBING, end_of, others_are_whole, quiet_time, rivals
 from bearing_twin.nodes.messages import qos_profile, rclpy, suited
 from bearing_twin.nodes.reflection import filled, interface, plain
 from bearing_twin.parameters import echo, unknown
@@ -128,7 +128,7 @@ class Graph:
             return publisher.get_subscription_count()
 
         self._look(heard, f"nobody listens to {echo(topic)}", self._names("topic", self._node.count_subscribers))
-        self._spin(QUIET)  # the subscriber learns of the publisher a little later
+        self._at_rest(publisher.get_subscription_count)  # all of them, and each learns of the publisher a little later
         sent = 0
         while not count or sent < count:
             publisher.publish(message)

@@ -26,6 +26,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
 from bearing_twin.nodes.aside import TakenAside, taken
+from bearing_twin.nodes.discovery import quiet_time
 from bearing_twin.nodes.messages import message_class, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.running import declare, guarded, run
@@ -94,20 +95,21 @@ class WatchNode(Node):
 
     def _found(self, name: str, patience: float) -> tuple[str, str]:
         """The full name of the node to look at, and its topic of samples: a replay's stand in another namespace."""
-        end, nodes, elsewhere = time.monotonic() + patience, {}, set()
-        while not (len(nodes) == 1 and not name) and name not in nodes and time.monotonic() <= end:
+        now = changed = time.monotonic()
+        end, nodes, elsewhere = now + patience, {}, set()
+        # That it is the only one is known when discovery adds no other any more.
+        while name not in nodes and now <= end and not (nodes and not name and now > changed + quiet_time()):
             time.sleep(LOOK_PERIOD)
-            nodes, elsewhere = {}, set()
+            now, before, nodes, elsewhere = time.monotonic(), nodes, {}, set()
             for topic, types in self.get_topic_names_and_types():
                 if cdr.SAMPLE_BLOCK in types and "/records/" not in topic:
                     for one in self.get_publishers_info_by_topic(topic):
                         full = f"{one.node_namespace.rstrip('/')}/{one.node_name}"
-                        if one.node_name == NAMELESS:
-                            continue
-                        if topic.endswith(SAMPLES):
+                        if topic.endswith(SAMPLES) and one.node_name != NAMELESS:
                             nodes.setdefault(full, set()).add(topic)
-                        else:
+                        elif one.node_name != NAMELESS:
                             elsewhere.add(harmless(f"{full} publishes its samples on {topic}"))
+            changed = changed if nodes == before else now
         found = name or next(iter(nodes), "")
         if len(nodes) > 1 and not name:
             raise BearingTwinError(f"{', '.join(sorted(nodes))} publish samples: say which one to look at")
