@@ -372,6 +372,24 @@ def test_times_of_arrival_go_on_when_the_clock_is_put(jump):
     assert (clock.look(), clock.at(wall[0]), clock.jumped_ns) == (0, wall[0] - jump, jump)
 
 
+def test_a_pause_between_two_clocks_is_no_jump():
+    """The process is held up by another between reading one and reading the other."""
+    now, held = [0], []
+
+    def read(origin):
+        found = now[0] + origin
+        now[0] += held.pop(0) if held else 10
+        return found
+
+    clock = SteadyTime(lambda: read(10**18), lambda: read(0))
+    for pauses in ([], [300_000_000], [10, 300_000_000], [10, 10, 300_000_000], [300_000_000, 300_000_000] * 10):
+        held.extend(pauses)
+        assert clock.look() == 0
+        assert not held
+        now[0] += 10**7
+    assert clock.jumped_ns == 0
+
+
 def test_a_replay_of_a_log_whose_clock_was_put_back_keeps_the_pace(tmp_path):
     with RawLogWriter(tmp_path / "out.mcap", run_record=False) as writer:
         clock = cdr.schema_text(cdr.CLOCK)
