@@ -654,7 +654,7 @@ def test_of_a_recording_of_several_runs_the_last_is_reported_on(tmp_path, capsys
                 log.write(numbers[topic.full_name], stamp, stamp, data)
     stream = read_log(path, allow_gaps=True, last_run=True)
     found, missing = report_of(stream)
-    assert (found.samples, missing, stream.restart, stream.seconds) == (61, 0, (0, 100, 2), pytest.approx(0.061))
+    assert (found.samples, missing, stream.restart, stream.seconds) == (61, 0, (0, 100, 2, False), pytest.approx(0.061))
     assert (found.figures, found.errors["errors_by_source"]) == (
         run.report.figures,
         run.report.errors["errors_by_source"],

@@ -1,6 +1,7 @@
 """Damaged, hostile and foreign files, full disks, killed writers: an error that says what to do, and nothing lost."""
 
 import errno
+import io
 import os
 import shutil
 import signal
@@ -31,6 +32,7 @@ from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.recover import survey
 from bearing_twin.log.stream import MessageStream
+from bearing_twin.nodes.replaying import logged_topics
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 
@@ -133,7 +135,10 @@ def test_recovered_messages_keep_their_times_topics_and_records(tmp_path, monkey
     monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 200)
     path, text = tmp_path / "run.mcap", cdr.schema_text(cdr.CLOCK)
     with RawLogWriter(path, run_record=False) as log:
-        numbers = [log.add_topic(name, cdr.CLOCK, text, cdr.type_hash(cdr.CLOCK), (Qos(),)) for name in ("/a", "/b")]
+        offers = {"/a": Qos(), "/b": Qos(1, "best_effort", "transient_local")}
+        numbers = [
+            log.add_topic(name, cdr.CLOCK, text, cdr.type_hash(cdr.CLOCK), (qos,)) for name, qos in offers.items()
+        ]
         for k in range(20):
             log.write(numbers[k % 2], 1000 + k, 900 - k, bytes([k]) * 12)
             if k in (5, 9):
@@ -147,6 +152,7 @@ def test_recovered_messages_keep_their_times_topics_and_records(tmp_path, monkey
     assert (found.messages, found.samples) == (20, 0)
     saved = [(m.topic.name, m.log_time, m.publish_time, m.data) for m in raw_messages(tmp_path / "saved.mcap")]
     assert saved == sent
+    assert {name: topic.qos for name, topic in logged_topics(tmp_path / "saved.mcap").items()} == offers
     with (tmp_path / "saved.mcap").open("rb") as stream:
         records = list(make_reader(stream).iter_metadata())
     assert [record.metadata["twice"] for record in records if record.name == "told"] == ["the same", "not the same"]
@@ -246,6 +252,20 @@ def test_bomb_of_zeros(tmp_path, stated):
         assert tracemalloc.get_traced_memory()[1] < 1 << 25  # a sixteenth of what it would unpack to
     finally:
         tracemalloc.stop()
+
+
+def test_what_packs_like_a_bomb_is_read_as_it_was_written(tmp_path):
+    """Messages of zeros, as of an empty picture: by zstd 80 MB of them would be 3 kB."""
+    zeros = bytes(20_000_000)
+    with RawLogWriter(tmp_path / "run.mcap") as log:
+        number = log.add_topic("/picture", cdr.STRING, cdr.schema_text(cdr.STRING), "", (Qos(),))
+        for k in range(5):
+            log.write(number, k, k, zeros)
+        log.write(number, 5, 5, b"after")
+    assert [len(one.data) for one in raw_messages(tmp_path / "run.mcap")] == [len(zeros)] * 5 + [5]
+    reader = make_reader(io.BytesIO((tmp_path / "run.mcap").read_bytes()), validate_crcs=True)
+    assert {one.compression for one in reader.get_summary().chunk_indexes} == {"lz4", "zstd"}
+    assert sum(len(message.data) for _, _, message in reader.iter_messages()) == 5 * len(zeros) + 5
 
 
 def test_bomb_of_empty_records(tmp_path, monkeypatch):
@@ -538,8 +558,7 @@ def test_a_chunk_with_an_absurd_size_or_compression_costs_no_other(tmp_path):
             if k % 10 == 9:
                 log.flush()
     content = (tmp_path / "run.mcap").read_bytes()
-    with McapReader(tmp_path / "run.mcap") as reader:
-        chunk = reader.summary().chunks[1]
+    chunk = make_reader(io.BytesIO(content)).get_summary().chunk_indexes[1]
     start, index = chunk.chunk_start_offset, chunk.chunk_start_offset + chunk.chunk_length
     for position, bit, saved in (
         (start + 9 + 16 + 5, 5, 30), (start + 9 + 24 + 4 + 4, 1, 30), (start, 2, 30), (start + 2, 1, 30),
@@ -554,8 +573,9 @@ def test_a_chunk_with_an_absurd_size_or_compression_costs_no_other(tmp_path):
             list(raw_messages(tmp_path / "flipped.mcap"))
 
 
-def test_the_index_of_a_long_log_takes_no_memory_and_is_whole(tmp_path):
-    """A chunk each flush: an hour of a node's log has 36 000 of them."""
+def test_the_index_of_a_long_log_takes_no_memory_and_is_whole(tmp_path, monkeypatch):
+    """A chunk each flush: an hour of a node's log has 36 000 of them, half a day's index is longer than any record."""
+    monkeypatch.setattr("bearing_twin.log.mcap_read.LARGEST_RECORD", 100_000)
     with RawLogWriter(tmp_path / "run.mcap", run_record=False) as log:
         numbers = [log.add_topic(f"/{k}", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),)) for k in range(18)]
 
@@ -574,5 +594,8 @@ def test_the_index_of_a_long_log_takes_no_memory_and_is_whole(tmp_path):
             tracemalloc.stop()
     with McapReader(tmp_path / "run.mcap") as reader:
         summary = reader.summary()
-    assert len(summary.chunks) == summary.statistics.chunk_count == 600
+    chunks = make_reader(io.BytesIO((tmp_path / "run.mcap").read_bytes())).get_summary().chunk_indexes
+    begins = [chunk.chunk_start_offset for chunk in chunks]
+    assert list(summary.chunks) == begins
+    assert len(begins) == summary.statistics.chunk_count == 600
     assert summary.statistics.message_count == 600 * 18 == len(list(raw_messages(tmp_path / "run.mcap")))

@@ -191,6 +191,38 @@ def test_services_are_called(told):
     until(lambda: "did you mean /toy/pause?" in told(*typo, code=cli.BAD_INPUT))
 
 
+def test_that_several_nodes_answer_is_told(toy, told, capsys):
+    """Two of one name: each carries out what is asked, and one of them is heard."""
+    import ros
+
+    def asked(*words):
+        assert cli.main(["node", *words, "--wait", "300"]) == cli.DONE
+        return capsys.readouterr().err
+
+    context = ros.rclpy.Context()
+    ros.rclpy.init(context=context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
+    other = ros.rclpy.create_node("toy", context=context)
+    other.create_service(ros.SetBool, "/toy/pause", lambda request, response: response)
+    server = ros.ActionServer(other, ros.RunStudy, "/bearing/run_study", lambda handle: ros.RunStudy.Result())
+    executor = ros.SingleThreadedExecutor(context=context)
+    executor.add_node(other)
+    thread = threading.Thread(target=executor.spin, daemon=True)
+    thread.start()
+    try:
+        until(lambda: "2 nodes are named /toy" in asked("list"))
+        for words in (
+            ("param", "list", "/toy"), ("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: true}"),
+            ("action", "send_goal", "/bearing/run_study", "bearing_twin_msgs/action/RunStudy", "{study: a}"),
+        ):  # fmt: skip
+            until(lambda words=words: "2 nodes answer to /" in asked(*words))
+    finally:
+        executor.shutdown()
+        thread.join()
+        server.destroy()
+        other.destroy_node()
+        ros.rclpy.try_shutdown(context=context)
+
+
 def test_goals_are_sent_and_studies_shown(told):
     done = told(
         "action", "send_goal", "/bearing/run_study", "bearing_twin_msgs/action/RunStudy", "{study: a}", "--json"

@@ -15,6 +15,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes import entry
 from bearing_twin.nodes.node_parameters import checked
+from bearing_twin.nodes.node_words import files_of_others
 
 ENTRY = (sys.executable, "-m", "bearing_twin.nodes.entry")
 
@@ -66,14 +67,14 @@ def test_a_mistake_ends_the_process_with_code_2():
     one_sentence(run("sim_node", "--ros-args", "-p", "scen:=x"), "sim_node: there is no parameter 'scen'")
 
 
-@pytest.mark.parametrize("name", ["sim_node", "uq_node"])
+@pytest.mark.parametrize("name", ["sim_node", "replay_node", "uq_node"])
 def test_help_is_printed_and_nothing_starts(name, here, monkeypatch):
     monkeypatch.setenv("ROS_DOMAIN_ID", "400")  # a domain that no node could join
     result = here(name, "--help")
     assert (result.returncode, result.stderr) == (0, "")
     assert f"usage: bearing_twin node start {name} -p" in result.stdout
     assert f"ros2 run bearing_twin {name} --ros-args" in result.stdout
-    assert ("changeable while it runs: *" in result.stdout) is (name == "sim_node")
+    assert ("changeable while it runs: *" in result.stdout) is (name != "uq_node")
 
 
 @pytest.mark.parametrize("name", NODES)
@@ -120,6 +121,39 @@ def test_a_parameter_file_that_is_none_is_refused(text, tmp_path, here):
     file = tmp_path / "parameters.yaml"
     file.write_text(text)
     one_sentence(here("recorder_node", "--ros-args", "--params-file", str(file)), "holds no parameters")
+
+
+@pytest.mark.parametrize(
+    ("text", "others"),
+    [
+        ("/**: {ros__parameters: {scene: a}}", ""),
+        ("/**/sim_node: {ros__parameters: {scene: a}}", ""),
+        ("/bearing/*: {ros__parameters: {scene: a}}", ""),
+        ("bearing: {sim_node: {ros__parameters: {scene: a}}}", ""),
+        ("other: {ros__parameters: {scene: a}}\n/bearing/sim_node: {ros__parameters: {scene: a}}", ""),
+        ("sim_node: {ros__parameters: {scene: a}}", "/sim_node"),
+        ("/*/sim_nodes: {ros__parameters: {scene: a}}\nb: {ros__parameters: {}}", "/*/sim_nodes, /b"),
+        ("/bearing/*/sim_node: {ros__parameters: {scene: a}}", "/bearing/*/sim_node"),
+    ],
+)
+def test_a_parameter_file_for_other_nodes_is_told_of(text, others, tmp_path):
+    """As of one that names sim_node without the namespace in which it is: the default scene would run unsaid."""
+    file = tmp_path / "parameters.yaml"
+    file.write_text(text)
+    told = list(files_of_others(["sim_node", "--ros-args", "--params-file", str(file)], "/bearing/sim_node"))
+    assert [one.partition(" holds ")[2] for one in told] == [
+        f"no parameters for /bearing/sim_node, but for {others}; write /**/sim_node for it"
+    ][: bool(others)]
+
+
+def test_what_ros_cannot_read_is_answered_with_what_to_write(here, tmp_path):
+    for words, better in (
+        (["-r", "__ns:=a"], "-r __ns:=/NAMESPACE"),
+        (["--params-file", str(tmp_path / "no.yaml")], "YAML"),
+    ):
+        result = here("sim_node", "--ros-args", *words)
+        assert result.returncode == 2
+        assert better in result.stderr.splitlines()[-1]  # the lines before are those of ROS itself
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -12,6 +12,7 @@ from ros import (
     DiagnosticArray,
     DiagnosticStatus,
     Float64,
+    Parameter,
     QoSCompatibility,
     SetBool,
     call,
@@ -149,6 +150,22 @@ def test_lost_outputs_are_counted_and_said(tmp_path):
         )
     with pytest.raises(LogError, match="100 outputs are missing"):
         list(read_log(tmp_path / "out.mcap"))
+
+
+def test_outputs_of_two_nodes_on_one_topic_are_said_to_mix_and_not_to_be_lost(tmp_path, capfd):
+    with ros_executor() as executor:
+        talker, seen = plain_node(executor), []
+        two = [talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10) for _ in range(2)]
+        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        recorder = started(executor, RecorderNode, log=str(tmp_path / "out.mcap"), full=True)
+        spin_until(executor, lambda: all(one.get_subscription_count() for one in two), "discovery")
+        blocks = [data for topic, data in messages() if topic.name == "samples"]
+        for first, second in zip(blocks, blocks[4:], strict=False):
+            for publisher, data in zip(two, (second, first), strict=True):
+                publisher.publish(data)
+        spin_until(executor, lambda: any("outputs are mixed" in status.message for status in seen), "a warning")
+        assert recorder.recording.status()["samples_lost"] == 0
+    assert "lost on the way" not in capfd.readouterr().err
 
 
 def test_what_is_sent_as_samples_and_is_none_is_counted_and_ends_no_recording(tmp_path, capsys):
@@ -302,6 +319,36 @@ def test_a_replay_can_loop_start_later_and_pause(log):
         assert not node.done.is_set()
     part = [m.data for m in raw_messages(log) if m.topic.name == "/bearing/state" and m.log_time >= 250_000_000]
     assert [bytes(data) for data in lists["/bearing/state"][:15]] == [padded(data) for data in (part * 4)[:15]]
+
+
+def test_the_pace_of_a_replay_is_set_while_it_plays(log):
+    with ros_executor() as executor:
+        watcher, seen = plain_node(executor), []
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        node = started(executor, ReplayNode, log=str(log), rate=0.001, discovery=0.0)
+        for value, successful in ((0.0, False), (1000.0, True)):
+            [result] = node.set_parameters([Parameter("rate", value=value)])
+            assert result.successful is successful
+        spin_until(executor, node.done.is_set, "end of a log that would take minutes")
+        assert node.loop.paced.pacer.factor == 1000
+
+
+def test_two_nodes_that_send_the_same_samples_or_the_time_say_so(log):
+    """As a replay beside the running node of which it was recorded: both go on, and whoever listens hears both."""
+    with ros_executor() as executor:
+        watcher, seen = plain_node(executor), []
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        node = started(executor, ReplayNode, log=str(log), discovery=0.0, loop=True, publish_clock=True)
+        spin_until(executor, lambda: seen, "diagnostics")
+        assert node._outlet.mixed == ""
+        other = watcher.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        told = lambda words: any(words in one.value for status in seen for one in status.values)  # noqa: E731
+        spin_until(executor, lambda: told("other nodes publish /bearing/samples, too"), "a warning")
+        watcher.create_publisher(Clock, "/clock", 10)
+        spin_until(executor, lambda: told("other nodes publish /bearing/samples, /clock, too"), "a warning")
+        assert seen[-1].level == DiagnosticStatus.WARN
+        watcher.destroy_publisher(other)
+        spin_until(executor, lambda: told("other nodes publish /clock, too"), "a warning")
 
 
 def grows(executor, messages):

@@ -15,7 +15,7 @@ from bearing_twin.command.cli import DOUBTFUL, main
 from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
+from bearing_twin.log.bag import Qos, offered_qos
 from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.mcap_log import LogStream, raw_messages, read_log, write_log
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, McapReader
@@ -26,7 +26,7 @@ from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import RELIABLE, MessageStream, topics
 from bearing_twin.nodes.log_room import Room, SteadyTime, warning
 from bearing_twin.nodes.recording import Recording, Sequences, default_topics, lost_in_words
-from bearing_twin.nodes.replaying import ReplayLoop, logged_topics, offered_qos
+from bearing_twin.nodes.replaying import ReplayLoop, logged_topics
 from bearing_twin.nodes.retelling import Retelling
 from bearing_twin.run.scene import Scene
 
@@ -60,6 +60,25 @@ def test_losses_and_restarts_are_counted():
     stream = Sequences()
     assert [stream.saw(*block) for block in ((100, 50), (150, 50), (230, 50), (0, 50), (50, 10))] == [0, 0, 30, 0, 0]
     assert (stream.received, stream.lost, stream.restarts) == (210, 30, 1)
+
+
+def test_outputs_of_several_publishers_are_mixed_and_none_of_them_counted_as_lost(tmp_path, capsys):
+    """Two bearings in one namespace; one that is started again while its old end is still known steps back once."""
+    for firsts, mixed in (((50, 0, 60, 10, 70), True), ((50, 0, 10, 30), False)):
+        path = tmp_path / f"{mixed}.mcap"
+        recording = Recording(path, ["*"])
+        recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
+        for number, first in enumerate(firsts, start=1):
+            recording.publishers(SAMPLES, 2)
+            assert receive(recording, SAMPLES, 1000, 900, sample_block(first, 10), number) == 0
+        recording.publishers(SAMPLES, 1)
+        receive(recording, SAMPLES, 1000, 900, sample_block(90, 5), 8)  # behind whichever came last
+        assert receive(recording, SAMPLES, 1000, 900, sample_block(97, 3), 10) == 2
+        status = recording.status()
+        assert (status["samples_lost"], status["mixed"], status["uncounted"]) == (2, SAMPLES * mixed, SAMPLES)
+        recording.close()
+        assert main(["report", str(path), "--json", "--strict"]) == DOUBTFUL
+        assert ("several nodes sent samples at a time" in capsys.readouterr().err) is mixed
 
 
 @pytest.mark.parametrize("numbers", [[3, 4, 5, 6], [3, 5, 6, 9], [3, 4, 1, 2], [7], []])
@@ -353,6 +372,24 @@ def test_times_of_arrival_go_on_when_the_clock_is_put(jump):
     assert (clock.look(), clock.at(wall[0]), clock.jumped_ns) == (0, wall[0] - jump, jump)
 
 
+def test_a_pause_between_two_clocks_is_no_jump():
+    """The process is held up by another between reading one and reading the other."""
+    now, held = [0], []
+
+    def read(origin):
+        found = now[0] + origin
+        now[0] += held.pop(0) if held else 10
+        return found
+
+    clock = SteadyTime(lambda: read(10**18), lambda: read(0))
+    for pauses in ([], [300_000_000], [10, 300_000_000], [10, 10, 300_000_000], [300_000_000, 300_000_000] * 10):
+        held.extend(pauses)
+        assert clock.look() == 0
+        assert not held
+        now[0] += 10**7
+    assert clock.jumped_ns == 0
+
+
 def test_a_replay_of_a_log_whose_clock_was_put_back_keeps_the_pace(tmp_path):
     with RawLogWriter(tmp_path / "out.mcap", run_record=False) as writer:
         clock = cdr.schema_text(cdr.CLOCK)
@@ -382,9 +419,35 @@ def test_a_replay_keeps_bytes_order_and_pace(log, rate):
 
 
 def test_a_replay_can_start_later(log):
+    messages = list(raw_messages(log))
+    latched = [m for m in messages if m.topic.name.endswith(("/scene", "/robot_description"))]
+    assert {m.log_time for m in latched} == {0}
     out = played(log, start_ns=50 * MS)
-    assert [(t, d) for _, t, d in out] == [(m.topic.name, m.data) for m in raw_messages(log) if m.log_time >= 50 * MS]
-    assert out[0][0] == 0
+    assert [(t, d) for _, t, d in out] == [
+        (m.topic.name, m.data) for m in [*latched, *(m for m in messages if m.log_time >= 50 * MS)]
+    ]
+    assert out[0][0] == out[len(latched)][0] == 0
+
+
+def test_a_replay_from_the_middle_of_split_files_tells_what_was_latched_last(tmp_path):
+    """Said anew while it was recorded, in another chunk and another file; what is said later is not told before."""
+    safety = Safety(split_seconds=4.0)
+    with RawLogWriter(tmp_path / "bag", run_record=False, safety=safety) as writer:
+        said, ticks = (
+            writer.add_topic(name, cdr.STRING, cdr.schema_text(cdr.STRING), cdr.type_hash(cdr.STRING), (qos,))
+            for name, qos in (("/said", Qos(1, durability="transient_local")), ("/ticks", Qos()))
+        )
+        for second in range(10):
+            writer.write(ticks, second * 1000 * MS, 0, bytes([second]))
+            if second in (1, 3, 7):
+                writer.write(said, (second * 1000 + 1) * MS, 0, bytes([100 + second]))
+            writer.flush()
+    for start, latched in ((0.5, []), (2.0, [101]), (3.5, [103]), (6.0, [103]), (7.5, [107]), (9.0, [107])):
+        out = played(tmp_path / "bag", start_ns=round(start * 1000 * MS))
+        first = next(data[0] for _, topic, data in out if topic == "/ticks")
+        assert first == math.ceil(start)
+        assert [data[0] for _, topic, data in out if topic == "/said"][: len(latched)] == latched
+        assert [topic for _, topic, _ in out[: len(latched)]] == ["/said"] * len(latched)
 
 
 def test_a_loop_starts_again_at_once(log):

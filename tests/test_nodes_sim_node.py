@@ -141,7 +141,7 @@ def test_a_command_that_waits_and_fails_is_said(monkeypatch, capfd):
         tell = node._say_failure
         monkeypatch.setattr(node, "_say_failure", lambda future: (tell(future), told.set()))
         assert call(executor, watcher, Trigger, RESET, Trigger.Request()).success
-        monkeypatch.setattr(node, "_open_log", lambda number: 1 / 0 if number else None)
+        monkeypatch.setattr(node._logs, "begin", lambda run: 1 / 0 if run else None)
         compiled.set()
         # Not by looks at what is captured: what is written during one is lost.
         spin_until(executor, told.is_set, "word")

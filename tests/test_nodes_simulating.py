@@ -14,7 +14,8 @@ from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.mcap_log import LogWriter, raw_messages, read_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.pacing import FASTEST
-from bearing_twin.nodes.simulating import GREATEST_SPEED, LONGEST_STEP, SimulationLoop, log_path
+from bearing_twin.nodes.run_logs import RunLogs, log_path
+from bearing_twin.nodes.simulating import GREATEST_SPEED, LONGEST_STEP, SimulationLoop
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
@@ -302,6 +303,23 @@ def test_a_reset_starts_again_at_zero_with_a_new_log(tmp_path):
     assert bits(second) == whole
     numbers = outputs_in(delivered)
     assert numbers == [*range(len(logged)), *range(61)]
+
+
+def test_resets_begin_so_many_logs_and_all_are_counted(tmp_path):
+    logs = RunLogs(str(tmp_path / "run.mcap"), lambda path: LogWriter(path, SCENE, {"law": "hertz"}), most=3)
+    loop, delivered, clock = made_up_loop(open_log=logs.begin, duration_ns=60 * MS)
+    for run in range(5):
+        drive(loop, clock, 33 * MS)
+        assert bool(logs.doubt) is (run > 2)
+        loop.reset(clock[0])
+    loop.close()
+    assert logs.doubt == "not logged: resets have begun 3 logs; start the node again for more"
+    files = [tmp_path / name for name in ("run.mcap", "run_1.mcap", "run_2.mcap")]
+    assert sorted(tmp_path.iterdir()) == sorted(files)
+    assert all(len(list(read_log(file))) > 20 for file in files)
+    assert (logs.count, logs.problem, logs.dropped) == (3, "", 0)
+    assert logs.bytes == sum(file.stat().st_size for file in files)
+    assert outputs_in(delivered).count(0) == 5 + (not loop.simulation.sequence)
 
 
 def test_where_no_next_log_can_be_opened_a_reset_changes_nothing(tmp_path):

@@ -5,8 +5,11 @@ import http.client
 import json
 import socket
 import threading
+import time
+from types import SimpleNamespace
 
 import pytest
+from made_up_run import a_choice, made_up_block, made_up_scene
 from ros import (
     PATIENCE,
     DiagnosticArray,
@@ -14,6 +17,8 @@ from ros import (
     KeyValue,
     WrenchStamped,
     plain_node,
+    qos_profile,
+    rclpy,
     ros_executor,
     serialize_message,
     spin_until,
@@ -22,9 +27,11 @@ from ros import (
 
 from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.log import cdr
+from bearing_twin.log.stream import LATCHED, MessageStream
 from bearing_twin.nodes import watch_node
 from bearing_twin.nodes.sim_node import SimNode
-from bearing_twin.nodes.watch_node import LONGEST_REFUSAL, LONGEST_STATUS, WatchNode, cut_short
+from bearing_twin.nodes.watch_node import LONGEST_REFUSAL, LONGEST_STATUS, WatchNode
+from bearing_twin.nodes.watch_orders import cut_short
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
@@ -127,6 +134,10 @@ def test_without_a_node_to_show_it_says_so():
     with ros_executor() as executor:
         with pytest.raises(BearingTwinError, match="no node publishes samples"):
             started(executor, WatchNode, patience=0.0)
+        away = plain_node(executor, "away_node")
+        away.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/elsewhere/x", 10)
+        with pytest.raises(BearingTwinError, match=r"/away_node publishes its samples on /elsewhere/x, .* without"):
+            started(executor, WatchNode, patience=1.0)
         for side in ("left", "right"):
             other = plain_node(executor, f"{side}_node")
             other.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/samples", 10)
@@ -136,6 +147,48 @@ def test_without_a_node_to_show_it_says_so():
             started(executor, WatchNode, node="/lift_node", patience=1.0)
         node = started(executor, WatchNode, node="/left_node", patience=60.0, port=0)
         assert node._watched == "/left_node"
+
+
+def test_a_node_is_the_only_one_when_discovery_is_at_rest(monkeypatch):
+    """Of two bearings one is found first: to show it would be a guess."""
+    topics, asked = WatchNode.get_topic_names_and_types, []
+
+    def one_by_one(self):
+        asked.append(time.monotonic())
+        return [one for one in topics(self) if one[0] != "/right/samples" or len(asked) > 5]
+
+    monkeypatch.setattr(WatchNode, "get_topic_names_and_types", one_by_one)
+    with ros_executor() as executor:
+        for side in ("left", "right"):
+            one = rclpy.create_node("sim_node", namespace=f"/{side}", context=executor.context)
+            executor.add_node(one)
+            one.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), f"/{side}/samples", 10)
+        with pytest.raises(BearingTwinError, match="/left/sim_node, /right/sim_node publish samples: say which"):
+            started(executor, WatchNode, patience=PATIENCE)
+
+
+def test_a_replay_is_shown_though_its_topics_stand_in_another_namespace(monkeypatch):
+    with ros_executor() as executor:
+        replay = plain_node(executor, "replay_node")
+        replay.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        replay.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/bearing/records/choice", 10)
+        found, infos = WatchNode.get_publishers_info_by_topic, []
+
+        def nameless_at_first(self, topic):
+            infos.append(topic)
+            unknown = SimpleNamespace(node_namespace="_NODE_NAMESPACE_UNKNOWN_", node_name=watch_node.NAMELESS)
+            return found(self, topic) if len(infos) > 2 else [unknown]
+
+        monkeypatch.setattr(WatchNode, "get_publishers_info_by_topic", nameless_at_first)
+        node = started(executor, WatchNode, port=0, patience=PATIENCE)
+        assert (node._watched, node._place) == ("/replay_node", "/bearing")
+        replay.declare_parameter("rate", 1.0)
+        assert asked(executor, node, "POST", "/command", {"do": "pace", "value": 2.0}) == (200, "2 times real time\n")
+        assert replay.get_parameter("rate").value == 2.0
+        replay.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/shaft/samples", 10)
+        spin_until(executor, lambda: node.count_publishers("/shaft/samples"), "discovery")
+        with pytest.raises(BearingTwinError, match="publishes /bearing/samples, /shaft/samples: play a log of one"):
+            started(executor, WatchNode, port=0, patience=PATIENCE)
 
 
 def refusals_told(node, *counts):
@@ -168,6 +221,35 @@ def test_a_node_that_sends_nothing_is_answered_for_and_its_refusals_are_told_to_
         monkeypatch.setattr(watch_node, "ASKED_FOR", 0.0)  # nobody looks any more
         node._on_look()
         assert refusals_told(node, "4", "5") == ["the 5th"], "the 4th was while nobody looked"
+
+
+def test_outputs_of_two_nodes_are_no_run_that_begins_again_and_again(monkeypatch):
+    monkeypatch.setattr(watch_node, "COMING", 0.2)
+    monkeypatch.setattr(watch_node, "MIXING", PATIENCE)
+    monkeypatch.setattr("bearing_twin.view.live.PERIOD", 0.0)
+    scene = made_up_scene(balls=1)
+    stream = MessageStream(scene, choice=a_choice())
+    messages = [(topic.name, data) for topic, _, data in stream.messages(made_up_block(scene, 400))]
+    blocks = [data for name, data in messages if name == "samples"]
+    with ros_executor() as executor:
+        sims = [plain_node(executor, "sim_node") for _ in range(2)]
+        two = [one.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/samples", 10) for one in sims]
+        latched = sims[0].create_publisher(watch_node.message_class(cdr.STRING), "/scene", qos_profile(LATCHED))
+        latched.publish(next(data for name, data in messages if name == "scene"))
+        node, told = started(executor, WatchNode, port=0), []
+        asked(executor, node)
+        spin_until(executor, lambda: all(one.get_subscription_count() for one in two), "a viewer")
+        monkeypatch.setattr(node.feed, "send", lambda name, text: told.append((name, text)))
+        for first, second in zip(blocks, blocks[4:], strict=False):
+            for publisher, data in zip(two, (second, first), strict=True):
+                publisher.publish(data)
+        spin_until(executor, lambda: node._mixed, "word of the mixture")
+        assert [name for name, _ in told].count("again") == 1  # the first may be a run that begins again
+        assert told[-1] == ("status", node._mixed)
+        status, text = asked(executor, node)
+        assert (status, text.strip()) == (503, node._mixed)
+        sims[1].destroy_publisher(two[1])
+        spin_until(executor, lambda: not node._mixed, "the end of one of them")
 
 
 def test_a_refusal_is_told_whole_and_what_is_longer_ends_with_an_ellipsis():

@@ -16,6 +16,7 @@ import pytest
 from bearing_twin import signals
 from bearing_twin.errors import Interrupted, Stopped
 from bearing_twin.log import cdr
+from bearing_twin.log.index_file import IndexFile
 from bearing_twin.log.mcap_log import raw_messages, read_log
 from bearing_twin.log.mcap_write import McapWriter
 from bearing_twin.log.raw_log import RawLogWriter
@@ -243,8 +244,10 @@ def test_signals_are_noted_within_and_forgotten_after():
     assert signal.set_wakeup_fd(-1) == -1
 
 
-@pytest.mark.parametrize("within", ["_append", "_put", "_keep_index", "_tail"])
-def test_a_signal_splits_nothing_that_is_written(within, monkeypatch, tmp_path):
+@pytest.mark.parametrize(
+    ("writer", "within"), [(McapWriter, "_append"), (McapWriter, "_put"), (IndexFile, "keep"), (McapWriter, "_tail")]
+)
+def test_a_signal_splits_nothing_that_is_written(writer, within, monkeypatch, tmp_path):
     """It comes within an append, at any of its parts; its handler runs after, and is the old one in the end."""
     come = []
 
@@ -258,14 +261,14 @@ def test_a_signal_splits_nothing_that_is_written(within, monkeypatch, tmp_path):
             topic = log.add_topic("/a", cdr.STRING, cdr.schema_text(cdr.STRING), "", ())
             log.write(topic, 1, 1, b"\0\1\0\0\2\0\0\0a\0")
             log.flush()
-            part = getattr(McapWriter, within)
+            part = getattr(writer, within)
 
             def interrupted(self, *given):
                 monkeypatch.undo()
                 signal.raise_signal(signal.SIGTERM)
                 return part(self, *given)
 
-            monkeypatch.setattr(McapWriter, within, interrupted)
+            monkeypatch.setattr(writer, within, interrupted)
             log.write(topic, 2, 2, b"\0\1\0\0\2\0\0\0b\0")
             log.flush()
         assert signal.getsignal(signal.SIGTERM) is leave

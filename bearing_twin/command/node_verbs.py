@@ -6,6 +6,7 @@ Only this module of the command line reaches ROS, and only when one of its funct
 import argparse
 import importlib
 import sys
+from collections import Counter
 from collections.abc import Callable
 
 from bearing_twin.command.node_start import replace_by_node
@@ -74,7 +75,9 @@ def names(what: str) -> Callable[[argparse.Namespace], Outcome]:
             found = getattr(graph, f"{what}s")()
         if isinstance(found, dict):
             return listed(f"{what}s", ("name", "type"), ({"name": name, "type": kind} for name, kind in found.items()))
-        return listed(f"{what}s", ("name",), ({"name": name} for name in found))
+        table = listed(f"{what}s", ("name",), ({"name": name} for name in found))
+        several = [f"{count} nodes are named {name}" for name, count in Counter(found).items() if count > 1]
+        return table._replace(doubts=several)
 
     return run
 
@@ -166,13 +169,16 @@ def parameter_list(arguments) -> Outcome:
     """The parameters of a node with their values."""
     with _graph(arguments) as graph:
         found = graph.parameter_values(arguments.node)
-    return listed("parameters", ("name", "value"), ({"name": name, "value": value} for name, value in found.items()))
+        doubts = graph.rivals(f"{arguments.node}/get_parameters")
+    rows = ({"name": name, "value": value} for name, value in found.items())
+    return listed("parameters", ("name", "value"), rows)._replace(doubts=doubts)
 
 
 def parameter_get(arguments) -> Outcome:
     """One parameter."""
     with _graph(arguments) as graph:
-        return Outcome(graph.parameter(arguments.node, [arguments.name]), [])
+        found = graph.parameter(arguments.node, [arguments.name])
+        return Outcome(found, graph.rivals(f"{arguments.node}/get_parameters"))
 
 
 def parameter_describe(arguments) -> Outcome:
@@ -186,7 +192,8 @@ def parameter_set(arguments) -> Outcome:
     """Sets a parameter and reads it again."""
     with _graph(arguments) as graph:
         graph.set_parameter(arguments.node, arguments.name, _yaml(arguments.value))
-        return Outcome(graph.parameter(arguments.node, [arguments.name]), [])
+        found = graph.parameter(arguments.node, [arguments.name])
+        return Outcome(found, graph.rivals(f"{arguments.node}/set_parameters"))
 
 
 # Services, actions, studies
@@ -196,7 +203,8 @@ def call(arguments) -> Outcome:
     """The answer of a service; one that reports no success is a doubt."""
     with _graph(arguments) as graph:
         answer = graph.call(arguments.service, arguments.type, _yaml(arguments.request))
-    doubts = [f"{arguments.service}: {answer.get('message')}"] if answer.get("success") is False else []
+        doubts = graph.rivals(arguments.service)
+    doubts += [f"{arguments.service}: {answer.get('message')}"] if answer.get("success") is False else []
     return Outcome(answer, doubts, lambda: print(_shown(answer), end=""))
 
 
@@ -207,8 +215,9 @@ def send_goal(arguments) -> Outcome:
     tell = (lambda one: say(_shown(one).rstrip())) if arguments.feedback else lambda one: None
     with _graph(arguments) as graph:
         status, result = graph.send_goal(arguments.action, arguments.type, _yaml(arguments.goal), tell)
+        doubts = graph.rivals(f"{arguments.action}/_action/send_goal")
     answer = {"status": status, "result": result}
-    doubts = [] if status == "succeeded" else [f"the goal was {status}"]
+    doubts += [] if status == "succeeded" else [f"the goal was {status}"]
     return Outcome(answer, doubts, lambda: print(_shown(answer), end=""))
 
 
@@ -227,11 +236,13 @@ def study(arguments) -> Outcome:
             goal[key] = _yaml(text)
     with _graph(arguments) as graph, progress(f"study {arguments.study}") as update:
         tell = lambda one: update(one["done"] / max(one["total"], 1))  # noqa: E731
-        status, result = graph.send_goal(arguments.action or f"{NAMESPACE}/run_study", None, goal, tell)
+        action = arguments.action or f"{NAMESPACE}/run_study"
+        status, result = graph.send_goal(action, None, goal, tell)
+        rivals = graph.rivals(f"{action}/_action/send_goal")
     if not result["summary"]:
         raise BearingTwinError(f"the study was {status}: {result['message']}")
     summary = json.loads(result["summary"]) | ({"log": result["log"]} if result["log"] else {})
-    doubts = [] if status == "succeeded" else [f"the study was {status}: {result['message']}"]
+    doubts = rivals + ([] if status == "succeeded" else [f"the study was {status}: {result['message']}"])
     return Outcome(summary, doubts, lambda: study_command.show(summary))
 
 

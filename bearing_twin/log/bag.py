@@ -1,6 +1,7 @@
 """What rosbag2 wants to know about a log: quality of service in words, and the contents of `metadata.yaml`."""
 
 import functools
+import re
 from textwrap import indent
 from typing import NamedTuple
 
@@ -8,6 +9,12 @@ import yaml
 
 _INFINITE = {"sec": 9223372036, "nsec": 854775807}
 NOTHING_YET = 2**63 - 1  # rosbag2's starting time of a log without messages
+LONGEST_PROFILE = 5000  # characters; those of bags have 300
+NUMBERED = {
+    "reliability": {1: "reliable", 2: "best_effort"},
+    "durability": {1: "transient_local", 2: "volatile"},
+}  # how older bags write the policies
+_NEXT_PROFILE = re.compile(r"\n(?=-)")
 
 
 class Qos(NamedTuple):
@@ -66,6 +73,25 @@ def qos_profiles(profiles: tuple[Qos, ...]) -> list[dict]:
 def qos_text(profiles: tuple[Qos, ...]) -> str:
     """`qos_profiles` as YAML: topics of a log share a few."""
     return as_yaml(qos_profiles(profiles))
+
+
+def offered_qos(text: str) -> Qos:
+    """The first of the profiles that a bag lists as YAML; reliable and volatile where it says nothing usable."""
+    try:
+        first = _NEXT_PROFILE.split(text, maxsplit=1)[0]
+        if len(first) > LONGEST_PROFILE:
+            return Qos()
+        profile = yaml.safe_load(first)[0]
+        reliability = NUMBERED["reliability"].get(profile["reliability"], profile["reliability"])
+        durability = NUMBERED["durability"].get(profile["durability"], profile["durability"])
+        depth = int(profile["depth"])
+    except (yaml.YAMLError, LookupError, TypeError, ValueError, RecursionError):
+        return Qos()
+    return Qos(
+        depth if 1 <= depth <= 10_000 else Qos().depth,
+        "best_effort" if reliability == "best_effort" else "reliable",
+        "transient_local" if durability == "transient_local" else "volatile",
+    )
 
 
 def as_yaml(value) -> str:

@@ -17,14 +17,23 @@ GROWTH = 8  # columns grow by one part in so many
 
 
 class Restart(NamedTuple):
-    """Where a recorded run begins again: output `found` follows `before`, the last of `runs` in the log."""
+    """Where a recorded run begins again: output `found` follows `before`, the last of `runs` in the log.
+
+    `mixed` where outputs of several nodes stand among each other.
+    """
 
     found: int
     before: int
     runs: int
+    mixed: bool = False
 
     def told(self) -> str:
         """What to know of figures of the last run alone."""
+        if self.mixed:
+            return (
+                "several nodes sent samples at a time, so that outputs of them stand among each other: figures are of "
+                "what came last, and hold for none of them; record each in a namespace of its own"
+            )
         return f"the log holds {self.runs} runs, as the node was reset or started again: figures are those of the last"
 
     def __str__(self) -> str:

@@ -8,7 +8,8 @@ import bisect
 import io
 import struct
 import zlib
-from collections.abc import Iterator
+from array import array
+from collections.abc import Container, Iterator
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
@@ -20,7 +21,6 @@ from mcap.opcode import Opcode
 from mcap.records import (
     Channel,
     Chunk,
-    ChunkIndex,
     DataEnd,
     Footer,
     Message,
@@ -32,25 +32,27 @@ from mcap.records import (
 
 from bearing_twin.errors import LogError
 from bearing_twin.log.checksum import crc32
-from bearing_twin.log.mcap_write import MAGIC
+from bearing_twin.log.mcap_write import GREATEST_RATIO, MAGIC
 
 LARGEST_RECORD = 1 << 26  # bytes, packed or unpacked; writers make chunks of a few megabytes
 LARGEST_MESSAGE = LARGEST_RECORD - (1 << 21)  # bytes, beside what is in its chunk before and what packing adds
-FREE_BYTES = 1 << 26  # unpacked bytes any file may have
-GREATEST_RATIO = 5000  # unpacked / packed bytes beyond that
+FREE_BYTES = 1 << 26  # unpacked bytes any file may have; beyond that GREATEST_RATIO holds
 FREE_RECORDS = 200_000  # records any file may have
 LZ4_PIECE = 1 << 20  # bytes
 RECORDS_PER_BYTE = 4  # of the file, beyond that
 
 _HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
+_CHUNK_PLACE = struct.Struct("<16xQ")  # where its chunk begins, in the index of one
+_CHUNK_TOPICS = struct.Struct("<Q24xI")  # its first time there, and the length of the list of its channels
+_CHUNK_TOPIC = struct.Struct("<H8x")
+_PIECE = 1 << 20  # bytes of an index that are looked at together
 _FOOTER_RECORD = 9 + 20
 _PARSERS = {
     Opcode.FOOTER: Footer,
     Opcode.SCHEMA: Schema,
     Opcode.CHANNEL: Channel,
     Opcode.CHUNK: Chunk,
-    Opcode.CHUNK_INDEX: ChunkIndex,
     Opcode.STATISTICS: Statistics,
     Opcode.METADATA: Metadata,
     Opcode.METADATA_INDEX: MetadataIndex,
@@ -93,12 +95,12 @@ MOST_TOPICS = 10_000  # a tenth of a second to read
 
 
 class Summary(NamedTuple):
-    """The index at the end of a log."""
+    """The index at the end of a log; `chunks` are the bytes at which they begin: a day of a node has a million."""
 
     schemas: dict[int, Schema]
     channels: dict[int, Channel]
     statistics: Statistics | None
-    chunks: list[ChunkIndex]
+    chunks: array
     metadata: list[MetadataIndex]
 
 
@@ -111,7 +113,7 @@ class McapReader:
         self._channels: dict[int, Channel] = {}
         self._topics: dict[int, StoredTopic] = {}
         self._packed = self._unpacked = self._records = 0
-        self._starts: list[int] = []  # of chunks, where the index is known
+        self._starts = array("Q")  # of chunks, where the index is known
         self._chunked = False
         try:
             self._stream: BinaryIO = self.path.open("rb")
@@ -134,14 +136,18 @@ class McapReader:
     def summary(self) -> Summary:
         """The index, checked; raises DamagedLog when the file was not closed properly or the index is altered."""
         start = self._summary_start()
-        summary = Summary({}, {}, None, [], [])
-        for _, record in self._parsed(start, check_data=False):
+        summary = Summary({}, {}, None, array("Q"), [])
+        for offset, opcode, content in self._raw(start, check_data=False):
+            if opcode == Opcode.CHUNK_INDEX:
+                if len(content) < _CHUNK_PLACE.size:
+                    raise DamagedLog(self.path, offset, "the index of a chunk is too short")
+                summary.chunks.append(_CHUNK_PLACE.unpack_from(content)[0])
+                continue
+            record = self._parse(offset, _PARSERS[opcode], content) if opcode in _PARSERS else None
             if isinstance(record, Schema):
                 summary.schemas[record.id] = record
             elif isinstance(record, Channel):
                 summary.channels[record.id] = record
-            elif isinstance(record, ChunkIndex):
-                summary.chunks.append(record)
             elif isinstance(record, MetadataIndex):
                 summary.metadata.append(record)
             elif isinstance(record, Statistics):
@@ -168,11 +174,38 @@ class McapReader:
             elif isinstance(record, DataEnd):
                 break
 
+    def latest(self, topics: Container[str], before_ns: int) -> list[LoggedMessage]:
+        """The last message of each of these topics before a time, if any; reads no chunk without them."""
+        summary, found = self.summary(), {}
+        self.learn(summary)
+        wanted = {number: channel.topic for number, channel in summary.channels.items() if channel.topic in topics}
+        for place in reversed(self._chunks_with(wanted, before_ns)):
+            if found.keys() >= set(wanted.values()):
+                break
+            offset, chunk = next(self._parsed(place, check_data=False), (0, None))
+            if not isinstance(chunk, Chunk):
+                raise DamagedLog(self.path, place, "the index points to something else than a chunk")
+            here = {one.topic.name: one for one in self._chunk(offset, chunk) if one.log_time < before_ns}
+            found = {name: one for name, one in here.items() if name in topics} | found
+        return sorted(found.values(), key=lambda one: one.log_time)
+
+    def _chunks_with(self, channels: Container[int], before_ns: int) -> list[int]:
+        """Where the chunks begin that have a message of one of these channels, and one before a time."""
+        places = []
+        for _, opcode, content in self._raw(self._summary_start(), check_data=False):
+            if opcode == Opcode.CHUNK_INDEX and len(content) >= _CHUNK_TOPICS.size:
+                first_ns, length = _CHUNK_TOPICS.unpack_from(content)
+                rows = content[_CHUNK_TOPICS.size : _CHUNK_TOPICS.size + length]
+                rows = rows[: len(rows) // _CHUNK_TOPIC.size * _CHUNK_TOPIC.size]
+                if first_ns < before_ns and any(one in channels for (one,) in _CHUNK_TOPIC.iter_unpack(rows)):
+                    places.append(_CHUNK_PLACE.unpack_from(content)[0])
+        return places
+
     def learn(self, summary: Summary) -> None:
         """Takes topics from the index, for reading that does not start with the chunk that describes them."""
         self._schemas.update(summary.schemas)
         self._channels.update(summary.channels)
-        self._starts = sorted(index.chunk_start_offset for index in summary.chunks)
+        self._starts = array("Q", sorted(summary.chunks))
 
     def metadata(self, summary: Summary) -> list[Metadata]:
         """The metadata records that the index lists."""
@@ -201,14 +234,20 @@ class McapReader:
         self._stream.seek(max(end - _FOOTER_RECORD, 0))
         tail = self._stream.read()
         if len(tail) != _FOOTER_RECORD + len(MAGIC) or tail[-len(MAGIC) :] != MAGIC or tail[0] != Opcode.FOOTER:
-            raise DamagedLog(self.path, self._size, "its end is missing (the writer was stopped or the file was cut)")
+            raise DamagedLog(
+                self.path,
+                self._size,
+                "its end is missing (it is still written, the writer was stopped, or the file was cut)",
+            )
         footer = self._parse(end - _FOOTER_RECORD, Footer, tail[9 : -len(MAGIC)])
         start = footer.summary_start
         if not len(MAGIC) <= start <= end - _FOOTER_RECORD:
             raise DamagedLog(self.path, end, "it has no index")
         self._stream.seek(start)
-        body = self._stream.read(end - _FOOTER_RECORD - start) if end - start <= LARGEST_RECORD else b""
-        if footer.summary_crc and zlib.crc32(tail[: 9 + 16], zlib.crc32(body)) != footer.summary_crc:
+        crc, left = 0, end - _FOOTER_RECORD - start
+        while footer.summary_crc and left > 0 and (piece := self._stream.read(min(left, _PIECE))):
+            crc, left = zlib.crc32(piece, crc), left - len(piece)
+        if footer.summary_crc and zlib.crc32(tail[: 9 + 16], crc) != footer.summary_crc:
             raise DamagedLog(self.path, start, "its index does not have the CRC it was written with")
         return start
 

@@ -6,14 +6,14 @@ written when the disk is full.
 """
 
 import contextlib
-import errno
+import itertools
 import os
 import struct
-import tempfile
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
+import lz4.frame
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -31,17 +31,19 @@ from mcap.records import (
 from bearing_twin.errors import LogError
 from bearing_twin.log.bundles import FIELDS, MESSAGE, Bundle
 from bearing_twin.log.checksum import crc32
+from bearing_twin.log.index_file import IndexFile
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 512 * 1024
-RESERVE_BYTES = 256 * 1024
 HELD_BYTES = 16 * 1024 * 1024  # of messages that may wait for room on the disk
-COMPRESSION = b"zstd"
+COMPRESSION, LESS_PACKED = b"zstd", b"lz4"
 COMPRESSION_LEVEL = -10  # an eighth of the time of the default level 3, for files 13 % larger
+GREATEST_RATIO = 5000  # unpacked / packed bytes, beyond which readers take a chunk for a bomb; of lz4 it is below 256
 _MESSAGE = struct.Struct("<BQHIQQ")
-_CHUNK = struct.Struct("<BQQQQII4sQ")  # a chunk record up to its data
+_CHUNK = struct.Struct("<BQQQQII")  # a chunk record up to the name of its compression
+_LENGTH = struct.Struct("<Q")
 _CHUNK_INDEX = struct.Struct("<QQQQI")  # its fields up to the places of the message indices
-_CHUNK_INDEX_END = struct.Struct("<QI4sQQ")
+_CHUNK_INDEX_END = struct.Struct("<QI"), struct.Struct("<QQ")  # before and after the name of the compression
 _FOOTER_START = struct.Struct("<BQQQ")
 
 
@@ -65,8 +67,7 @@ class McapWriter:
         self._crc = 0
         self._failure: str | None = None
         self._closed = False
-        self._reserved = 0
-        self._reserve_file = None
+        self._index: IndexFile | None = None
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
         self._room = memoryview(bytearray(CHUNK_BYTES))  # the chunk in progress; made once, and longer where it must be
         self._used = 0
@@ -77,14 +78,12 @@ class McapWriter:
         self._channels = 0
         self._described: list[Schema | Channel] = []
         self._chunks = 0
-        self._index_in_memory: list[bytes] = []  # of chunks for which the file of the index had no room
         self._metadata: list[MetadataIndex] = []
         self.counts: dict[int, int] = {}  # messages on disk for good, by channel
         self.first_ns: int | None = None
         self.last_ns = 0
-        self._summary_bytes = 0
         try:
-            self._reserve()
+            self._index = IndexFile(self.path.resolve().parent)
             self._append(MAGIC + _record(Header("ros2", library)))
         except (OSError, LogError) as error:
             self.discard()
@@ -176,7 +175,8 @@ class McapWriter:
         first, last = self._span()
         parts, index = self._sealed(first, last)
         self._append(*parts)
-        self._keep_index(index)
+        self._index.keep(index)
+        self._chunks += 1
         for channel, entries in self._chunk_index.items():
             self.counts[channel] += len(entries) // 2
         self.first_ns = first if self.first_ns is None else min(self.first_ns, first)
@@ -203,25 +203,26 @@ class McapWriter:
         if self._closed:
             return
         self._closed = True
-        index = self._release()
+        self._index.release()
         try:
             try:
                 if self._patient or self._failure is None:
                     self.end_chunk()
             finally:
                 self._failure = None
-                tail = self._tail(index + b"".join(self._index_in_memory))
-                self._put(tail)
+                self._end += self._put((part,) for part in self._tail(self._index.pieces()))
                 with contextlib.suppress(OSError):
-                    os.ftruncate(self._file, self._end + len(tail))  # what another program appended
+                    os.ftruncate(self._file, self._end)  # what another program appended
                     os.fsync(self._file)
         finally:
+            self._index.close()
             os.close(self._file)
 
     def discard(self) -> None:
         """Closes and removes the file."""
         self._closed = True
-        self._release()
+        if self._index is not None:
+            self._index.close()
         os.close(self._file)
         self.path.unlink(missing_ok=True)
 
@@ -278,9 +279,11 @@ class McapWriter:
         `first` and `last` are its least and greatest log time.
         """
         content = self._room[: self._used]
-        packed = self._compressor.compress(content)
-        sizes = _CHUNK.size - 9 + len(packed), first, last, len(content)
-        head = _CHUNK.pack(Opcode.CHUNK, *sizes, crc32(content), len(COMPRESSION), COMPRESSION, len(packed))
+        name, packed = COMPRESSION, self._compressor.compress(content)
+        if len(content) > GREATEST_RATIO * len(packed):  # as zeros, which would look like a bomb
+            name, packed = LESS_PACKED, lz4.frame.compress(content)
+        sizes = _CHUNK.size - 9 + len(name) + _LENGTH.size + len(packed), first, last, len(content)
+        head = _CHUNK.pack(Opcode.CHUNK, *sizes, crc32(content), len(name)) + name + _LENGTH.pack(len(packed))
         start, parts, offsets = head, [], {}
         end_of_chunk = position = self._end + len(head) + len(packed)
         for channel, entries in self._chunk_index.items():
@@ -291,12 +294,13 @@ class McapWriter:
         offset = struct.Struct("<HQ").pack
         places = b"".join([offset(channel, place) for channel, place in offsets.items()])
         head = _CHUNK_INDEX.pack(first, last, self._end, end_of_chunk - self._end, len(places))
-        lengths = position - end_of_chunk, len(COMPRESSION), COMPRESSION, len(packed), len(content)
-        index = head + places + _CHUNK_INDEX_END.pack(*lengths)
+        middle, end = _CHUNK_INDEX_END
+        lengths = middle.pack(position - end_of_chunk, len(name)) + name + end.pack(len(packed), len(content))
+        index = head + places + lengths
         index = struct.pack("<BQ", Opcode.CHUNK_INDEX, len(index)) + index
         return (start, packed, b"".join(parts)), index
 
-    def _tail(self, index: bytes) -> bytes:
+    def _tail(self, index: Iterator[bytes]) -> Iterator[bytes]:
         """End of the data section, summary with the index of the chunks, and footer for what is on disk for good."""
         data_end = _record(DataEnd(self._crc))
         start = self._end + len(data_end)
@@ -314,24 +318,30 @@ class McapWriter:
         )
         schemas_first = sorted(self._described, key=lambda record: isinstance(record, Channel))
         before, after = (b"".join(map(_record, records)) for records in ((*schemas_first, statistics), self._metadata))
-        summary = before + index + after
-        crc = zlib.crc32(_FOOTER_START.pack(Opcode.FOOTER, 20, start, 0), zlib.crc32(summary))
-        footer = _record(Footer(summary_start=start, summary_offset_start=0, summary_crc=crc))
-        return data_end + summary + footer + MAGIC
+        yield data_end
+        crc = 0
+        for part in itertools.chain((before,), index, (after,)):
+            crc = zlib.crc32(part, crc)
+            yield part
+        crc = zlib.crc32(_FOOTER_START.pack(Opcode.FOOTER, 20, start, 0), crc)
+        yield _record(Footer(summary_start=start, summary_offset_start=0, summary_crc=crc)) + MAGIC
 
     def _append(self, *parts: bytes) -> None:
-        self._put(*parts)
-        self._end += sum(map(len, parts))
+        self._end += self._put((parts,))
         for part in parts:
             self._crc = crc32(part, self._crc)
 
-    def _put(self, *parts: bytes) -> None:
-        """Writes `parts` behind what is complete; on failure leaves only what is complete."""
+    def _put(self, writes: Iterable[tuple[bytes, ...]]) -> int:
+        """Writes parts behind what is complete, some at a time, and returns their size; on failure it leaves none."""
         self._look_after()
+        size = 0
         try:
-            done, size = os.pwritev(self._file, parts, self._end), sum(map(len, parts))
-            while done < size:  # a file seldom takes less than all
-                done += os.pwritev(self._file, (memoryview(b"".join(parts))[done:],), self._end + done)
+            for parts in writes:
+                begin, rest = self._end + size, sum(map(len, parts))
+                size += rest
+                done = os.pwritev(self._file, parts, begin)
+                while done < rest:  # a file seldom takes less than all
+                    done += os.pwritev(self._file, (memoryview(b"".join(parts))[done:],), begin + done)
         except OSError as error:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._file, self._end)
@@ -341,6 +351,7 @@ class McapWriter:
                 f"in it; make room{'' if self._patient else ' and write to a new log'}"
             )
             raise LogError(self._failure) from error
+        return size
 
     def _look_after(self) -> None:
         """Puts a removed file back; raises LogError where that fails, and where another program has cut the file."""
@@ -368,38 +379,6 @@ class McapWriter:
             raise
         finally:
             os.close(fresh)
-
-    def _keep_index(self, record: bytes) -> None:
-        """Keeps the index of one more chunk, on the disk: in memory it would grow by tens of megabytes an hour."""
-        self._chunks += 1
-        try:
-            if self._reserve_file is None:
-                raise OSError(errno.EBADF, "closed")
-            if 2 * (self._summary_bytes + len(record)) > self._reserved:
-                self._reserve()
-            self._reserve_file.seek(self._summary_bytes)
-            if self._reserve_file.write(record) != len(record):
-                raise OSError(errno.ENOSPC, "no room")
-            self._summary_bytes += len(record)
-        except OSError:  # the next append will tell
-            self._index_in_memory.append(record)
-
-    def _reserve(self) -> None:
-        """Holds back disk space in a file without a name, which vanishes with this process; the index stands in it."""
-        if self._reserve_file is None:
-            self._reserve_file = tempfile.TemporaryFile(dir=self.path.resolve().parent, buffering=0)  # noqa: SIM115
-        self._reserve_file.seek(self._reserved)
-        self._reserved += self._reserve_file.write(bytes(RESERVE_BYTES))
-
-    def _release(self) -> bytes:
-        """Gives the disk space back; returns the index that stood in it."""
-        if self._reserve_file is None:
-            return b""
-        self._reserve_file.seek(0)
-        index = self._reserve_file.read(self._summary_bytes)
-        self._reserve_file.close()
-        self._reserve_file = None
-        return index
 
 
 def _record(record) -> bytes:

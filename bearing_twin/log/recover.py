@@ -1,6 +1,6 @@
 """What can be saved of a damaged log: a file cut short by a crash or a full disk, or one with altered bytes."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,11 +9,11 @@ from mcap.records import Metadata
 from bearing_twin.errors import LogError
 from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
+from bearing_twin.log.bag import offered_qos
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, StoredTopic
 from bearing_twin.log.parts import BAG_RECORD
 from bearing_twin.log.raw_log import RawLogWriter, log_files
-from bearing_twin.log.thinning import KEPT_KEY
+from bearing_twin.log.thinning import kept_rate
 
 RECOVERY_RECORD = "bearing_twin_recovered"
 
@@ -57,10 +57,11 @@ def recover(path, out) -> Recovered:
                 continue
             key = (item.topic.name, item.topic.ros_type, item.topic.definition)
             if key not in numbers:
+                said = item.topic.metadata
                 numbers[key] = log.add_topic(
                     item.topic.name, item.topic.ros_type, item.topic.definition,
-                    item.topic.metadata.get("topic_type_hash", ""), (Qos(),),
-                    float(item.topic.metadata.get(KEPT_KEY, 0.0)), item.topic.metadata.get(OUTSIDE, ""),
+                    said.get("topic_type_hash", ""), (offered_qos(said.get("offered_qos_profiles", "")),),
+                    kept_rate(said), said.get(OUTSIDE, ""),
                 )  # fmt: skip
             log.write(numbers[key], item.log_time, item.publish_time, item.data)
             messages += 1
@@ -90,11 +91,11 @@ def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage |
     """All that can be read of the files; what cannot is told in `problems`."""
     for file in files:
         with McapReader(file) as reader:
-            chunk_starts: list[int] = []
+            chunk_starts: Sequence[int] = ()
             try:
                 summary = reader.summary()
                 reader.learn(summary)
-                chunk_starts = sorted(index.chunk_start_offset for index in summary.chunks)
+                chunk_starts = sorted(summary.chunks)
             except DamagedLog as error:
                 problems.append(f"{file.name} at byte {error.offset}: {error.what}")
             begin: int | None = None

@@ -16,7 +16,7 @@ from bearing_twin.log.blocks import Restart, block_of, channels_of, check_block,
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
 from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RUN_RECORD, SCENE_RECORD, log_files
 from bearing_twin.log.recover import advice
-from bearing_twin.log.thinning import KEPT_KEY
+from bearing_twin.log.thinning import kept_rate
 from bearing_twin.parameters import echo
 from bearing_twin.report import DIGITS, Choice, parsed_json
 from bearing_twin.run.dataset import dataset_of
@@ -62,7 +62,7 @@ class LogStream:
                         name = summary.schemas[channel.schema_id].name if channel.schema_id in summary.schemas else ""
                         if name == cdr.SAMPLE_BLOCK:
                             found.add(channel.topic)
-                            kept[channel.topic] = _rate(channel.metadata.get(KEPT_KEY, ""))
+                            kept[channel.topic] = kept_rate(channel.metadata)
                         elif name == cdr.STRING:
                             texts.add(channel.topic)
         except DamagedLog as error:
@@ -217,11 +217,12 @@ class LogStream:
         What is recorded behind the last samples of a run belongs to the next one.
         """
         restart, skipped, before, expected = None, 0, 0, 0
+        mixed = self.topic in self.metadata.get(RECORDING_RECORD, {}).get("mixed", "").split()
         for read, (name, data) in enumerate(self._raw({self.topic, *self._tables}), start=1):
             if name == self.topic:
                 first, count = sample_range(data)
                 if first < expected:
-                    restart, skipped = Restart(first, expected - 1, restart.runs + 1 if restart else 2), before
+                    restart, skipped = Restart(first, expected - 1, restart.runs + 1 if restart else 2, mixed), before
                 before, expected = read, first + count
         return restart, skipped, expected
 
@@ -247,14 +248,6 @@ class LogStream:
                             yield item.topic.name, item.data
         except DamagedLog as error:
             raise advice(self.path, error) from error
-
-
-def _rate(text: str) -> float:
-    try:
-        rate = float(text)
-    except ValueError:
-        return 0.0
-    return rate if 0.0 < rate < math.inf else 0.0
 
 
 def _report(record: Mapping[str, str]) -> dict | None:

@@ -3,6 +3,9 @@
 What comes seldom, or says what happened between outputs, is kept whole: what is latched, and records.
 """
 
+import math
+from collections.abc import Mapping
+
 import numpy as np
 
 from bearing_twin.log import cdr
@@ -12,6 +15,15 @@ from bearing_twin.log.stream import SLOW_RATE
 KEPT_RATE = 5.0  # 1/s: an hour of a bearing of eight balls takes 0.3 GB then, and 15 GB whole
 KEPT_KEY = "kept_rate_hz"  # of a topic in a log, beside what rosbag2 says of it
 WHOLE_SPAN = 0.5e9 / SLOW_RATE  # ns: a SampleBlock that covers less is an impact or the end of a run
+
+
+def kept_rate(metadata: Mapping[str, str]) -> float:
+    """How many messages a second of a topic are in a log [1/s], by what stands beside it; 0 = all."""
+    try:
+        rate = float(metadata.get(KEPT_KEY, ""))
+    except ValueError:
+        return 0.0
+    return rate if 0.0 < rate < math.inf else 0.0
 
 
 class Thinning:

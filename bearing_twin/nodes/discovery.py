@@ -1,12 +1,17 @@
 """What a node has found of the others so far: whether it is all of them, and what each end of a topic is."""
 
 import os
+import re
 from collections.abc import Mapping
 from typing import Any
 
 from rclpy.node import Node, NodeNameNonExistentError
 
 QUIET, LONGEST = 1.5, 3.0  # s without a change after which a list is complete on a free machine; how many times that
+
+# anybody on the network can send names: others may hold control characters
+NAME = re.compile(r"/[\w/]*", flags=re.ASCII)
+PLUMBING = re.compile(r"/_action/|_parameters?(_types|_atomically)?$|/get_type_description$")  # services of every node
 
 
 def quiet_time() -> float:
@@ -26,6 +31,17 @@ def others_are_whole(node: Node) -> bool:
         return bool(others) and all(node.get_publisher_names_and_types_by_node(*one) for one in others)
     except NodeNameNonExistentError:  # it has gone since
         return False
+
+
+def rivals(node: Node, service: str) -> list[str]:
+    """What to know where several nodes answer to a service, as two of one name do; empty where one does."""
+    count = node.count_services(service)
+    if count < 2:
+        return []
+    return [
+        f"{count} nodes answer to {service}: each may have done what was asked, and one of them says this; give "
+        "each a name of its own (one that was killed is seen for 20 s more)"
+    ]
 
 
 def end_of(info) -> Mapping[str, Any]:

@@ -2,7 +2,6 @@
 
 import contextlib
 import math
-import re
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -19,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
-from bearing_twin.nodes.discovery import QUIET, end_of, others_are_whole, quiet_time
+from bearing_twin.nodes.discovery import NAME, PLUMBING, end_of, others_are_whole, quiet_time, rivals
 from bearing_twin.nodes.messages import qos_profile, rclpy, suited
 from bearing_twin.nodes.reflection import filled, interface, plain
 from bearing_twin.parameters import echo, unknown
@@ -29,10 +28,6 @@ AT_MOST = 4.0  # s a list is waited for while no other node is seen whole: on a 
 TURN, DEPTH = 0.05, 100  # s; messages that may wait
 GONE = 5.0  # s without a server after which that of a goal is gone; one that was killed is seen for 20 s more
 ENDS = {value: name.removeprefix("STATUS_").lower() for name, value in vars(GoalStatus).items() if "STATUS_" in name}
-
-# anybody on the network can send names: others may hold control characters
-_NAME = re.compile(r"/[\w/]*", flags=re.ASCII)
-_PLUMBING = re.compile(r"/_action/|_parameters?(_types|_atomically)?$|/get_type_description$")  # services of every node
 
 Found = TypeVar("Found")
 
@@ -70,7 +65,7 @@ class Graph:
         """Full names of the nodes."""
         own = self._node.get_fully_qualified_name()
         names = self._at_rest(self._node.get_fully_qualified_node_names)
-        return sorted(name for name in names if name != own and _NAME.fullmatch(name))
+        return sorted(name for name in names if name != own and NAME.fullmatch(name))
 
     def topics(self) -> dict[str, str]:
         """Topics that others publish or listen to, with their types."""
@@ -133,7 +128,7 @@ class Graph:
             return publisher.get_subscription_count()
 
         self._look(heard, f"nobody listens to {echo(topic)}", self._names("topic", self._node.count_subscribers))
-        self._spin(QUIET)  # the subscriber learns of the publisher a little later
+        self._at_rest(publisher.get_subscription_count)  # all of them, and each learns of the publisher a little later
         sent = 0
         while not count or sent < count:
             publisher.publish(message)
@@ -182,6 +177,10 @@ class Graph:
             raise GraphError(f"{node} refuses {name} = {echo(value)}: {result.reason or 'it gives no reason'}")
 
     # Services and actions
+
+    def rivals(self, service: str) -> list[str]:
+        """What to know where several nodes answer to a service; see `discovery.rivals`."""
+        return rivals(self._node, service)
 
     def call(self, service: str, ros_type: str | None, data: Any) -> dict[str, Any]:
         """The answer of a service; its type is looked up where none is given."""
@@ -240,7 +239,7 @@ class Graph:
 
     def _names(self, what: str, chosen: Callable[[str], Any] = bool) -> Callable[[], list[str]]:
         ask = {"topic": self.topics, "service": self.services, "action": self.actions}[what]
-        return lambda: [name for name in ask() if not _PLUMBING.search(name) and chosen(name)]
+        return lambda: [name for name in ask() if not PLUMBING.search(name) and chosen(name)]
 
     def _look(self, found: Callable[[], Found], missing: str, names: Callable[[], list[str]]) -> Found:
         """What `found()` gives as soon as it is true; raises GraphError with near `names` after the wait."""
@@ -248,7 +247,7 @@ class Graph:
         while not (result := found()):
             if time.monotonic() > end:
                 own = self._node.get_fully_qualified_name()
-                there = [one for one in names() if _NAME.fullmatch(one) and not one.startswith(own)]
+                there = [one for one in names() if NAME.fullmatch(one) and not one.startswith(own)]
                 name = missing.rpartition(" ")[2].strip("'")
                 if result := found():  # it came while the names were listed
                     return result
@@ -296,5 +295,5 @@ class Graph:
 
     def _typed(self, ask: Callable[[], list]) -> dict[str, str]:
         own = self._node.get_fully_qualified_name()
-        found = (one for one in sorted(self._at_rest(ask)) if _NAME.fullmatch(one[0]) and not one[0].startswith(own))
+        found = (one for one in sorted(self._at_rest(ask)) if NAME.fullmatch(one[0]) and not one[0].startswith(own))
         return {name: ", ".join(map(name_of_peer, types)) for name, types in found}

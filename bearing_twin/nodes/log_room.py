@@ -8,6 +8,7 @@ from pathlib import Path
 
 SOON = 3600.0  # s: a disk that will be full before is told of
 JUMP_NS = 100_000_000  # between two looks, beyond what a clock that is set gently does
+TOGETHER_NS, TRIES = 1_000_000, 100  # in which two clocks are to be read, and how often that is tried: see `SteadyTime`
 
 
 class Room:
@@ -41,24 +42,32 @@ class SteadyTime:
     """Times of arrival by a clock of the system that may be put right: they go on as if it had not been.
 
     `jumped_ns` is by how much it was put forward in all, negative for back; clocks that are set gently are followed.
+    On a busy machine 0.3 s can lie between one clock and the other, which is no jump: they are read again then.
     """
 
     def __init__(self, wall: Callable[[], int] = time.time_ns, steady: Callable[[], int] = time.monotonic_ns):
         self._wall, self._steady = wall, steady
-        self._ahead = wall() - steady()
+        self._ahead = self._both()[1]
         self.jumped_ns = 0
         self._fresh = 0  # wall time from which on times of arrival were told by the clock as it is now
 
     def look(self) -> int:
         """By how much the clock has been put since the last look [ns], 0 = not; call it between arrival and `at`."""
-        wall = self._wall()
-        ahead = wall - self._steady()
+        wall, ahead = self._both()
         jump, self._ahead = ahead - self._ahead, ahead
         if abs(jump) < JUMP_NS:
             return 0
         self.jumped_ns += jump
         self._fresh = wall
         return jump
+
+    def _both(self) -> tuple[int, int]:
+        """The clock of the system, and by how much it is ahead of the steady one."""
+        for _ in range(TRIES):
+            before, wall, after = self._steady(), self._wall(), self._steady()
+            if after - before < TOGETHER_NS:
+                break
+        return wall, wall - after
 
     def at(self, arrived_ns: int) -> int:
         """The time to log of a message that arrived at `arrived_ns` by the clock, 0 = now."""

@@ -25,7 +25,7 @@ class Outlet:
     """
 
     def __init__(self, node: Node, topics: Iterable[tuple[str, str, Qos]], publish_clock: bool):
-        self._context = node.context
+        self._context, self._count = node.context, node.count_publishers
         self._publishers, problems, topics = {}, [], list(topics)
         # Each handler of events is one more thing to wait for: thousands take half a second of every turn of a node.
         events = PublisherEventCallbacks(use_default_callbacks=len(topics) <= MANY)
@@ -54,6 +54,15 @@ class Outlet:
     def listened_to(self) -> set[str]:
         """The names of the topics that have a subscriber."""
         return {name for name, publisher in self._publishers.items() if publisher.get_subscription_count()}
+
+    @property
+    def mixed(self) -> str:
+        """That another node publishes samples or time where this one does, "" where none does."""
+        full = [one.topic_name for one in (*self.publishers, self._clock) if one is not None]
+        shared = [name for name in full if name.endswith(("/samples", "/clock")) and self._count(name) > 1]
+        return (
+            f"other nodes publish {', '.join(shared)}, too, and what is heard is a mixture: end them" if shared else ""
+        )
 
     @property
     def has_clock(self) -> bool:

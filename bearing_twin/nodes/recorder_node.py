@@ -53,6 +53,7 @@ class RecorderNode(Node):
         self._topics = topics
         self.get_logger().info(f"log: {path}{'' if values['full'] else THINNED}")
         self._refused: set[str] = set()
+        self._mixed = False
         self._taken: dict[str, Subscription] = {}
         self._taking = threading.Lock()
         self._aside, self._stopping, self._time = TakenAside(), threading.Event(), SteadyTime()
@@ -141,6 +142,8 @@ class RecorderNode(Node):
             if not found:
                 return
             self._look_at_clock()  # after they were taken: none of them can have come by a clock put since
+            if topic in self.recording.sequences and topic in self._taken:  # their numbers tell nothing where they mix
+                self.recording.publishers(topic, self._taken[topic].get_publisher_count())
             received = [self._time.at(info["received_timestamp"]) for _, info in found]
             sent = [info["source_timestamp"] or known for (_, info), known in zip(found, received, strict=True)]
             numbers = [info.get("publication_sequence_number") for _, info in found]
@@ -175,6 +178,11 @@ class RecorderNode(Node):
         for what in ("records", "samples"):  # the outputs have the last word
             if lost := status[f"{what}_lost"]:
                 level, message = WARN, lost_in_words(lost, what == "records")
+        if mixed := status["mixed"]:
+            level, message = WARN, f"several nodes publish {mixed}: their outputs are mixed, so give each a namespace"
+            if not self._mixed:
+                self._mixed = True
+                self.get_logger().warning(message)
         log_level, log_says, room = self._watch.look(self.recording)
         if log_says:
             level, message = log_level, log_says

@@ -19,17 +19,20 @@ from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter
 DEPTH = 2000  # messages a subscription may hold back: a lost one is asked for again only after up to 3 s
 FRAMES = ("/tf", "/tf_static")
 RECORDS = "/records/"  # in the name of a topic whose rows are no outputs
+MIXED = 2  # steps back while there are several publishers: one is a node started again, whose end is not known yet
 BRIEF = tuple(f"{kind.namespace}/" for kind in KINDS.values() if kind.brief)  # short runs, which are kept whole
 
 
 class Sequences:
     """Counts what has numbers, messages of one publisher or solver outputs, and what of it never arrived.
 
-    `before` is the number of the first: so many were sent before anything was received.
+    `before` is the number of the first: so many were sent before anything was received. While `several` publishers send
+    with numbers of their own nothing is known to be lost; `mixed` counts how often they then step back.
     """
 
     def __init__(self):
-        self.received = self.lost = self.restarts = self.before = 0
+        self.received = self.lost = self.restarts = self.before = self.mixed = 0
+        self.several = self._doubted = False
         self._expected: int | None = None
 
     @property
@@ -39,12 +42,14 @@ class Sequences:
 
     def saw(self, first: int, count: int) -> int:
         """Notes `count` of them from number `first` on; returns how many were lost just before."""
-        lost = 0
+        lost, doubted = 0, self._doubted or self.several
+        self._doubted = self.several  # the first behind them follows nobody knows what
         if self._expected is None:
             self.before = first
         elif first < self._expected:
             self.restarts += 1
-        else:
+            self.mixed += doubted
+        elif not doubted:
             lost = first - self._expected
         self._expected = first + count
         self.received += count
@@ -77,7 +82,7 @@ class Recording(Told):
         self._lock = threading.Lock()
         self._numbers: dict[str, tuple[int, bool]] = {}
         self._closed = False
-        self._noted = 0, 0  # losses, and the clock's jumps, that the log tells of
+        self._noted = 0, 0, ""  # losses, the clock's jumps and mixed topics that the log tells of
         self.clock_jumped_ns = 0  # see `log_room.SteadyTime`
         self.messages = self.unreadable = 0
         self.sequences: dict[str, Sequences] = {}
@@ -108,6 +113,8 @@ class Recording(Told):
         """Says how many publishers a topic has: of several, losses cannot be counted by number, nor is it thinned."""
         if count > 1:
             self._uncounted.add(topic)
+        if topic in self.sequences:
+            self.sequences[topic].several = count > 1
         self._log.keep_all(self._numbers[topic][0], count > 1)
 
     def receive_all(
@@ -161,7 +168,7 @@ class Recording(Told):
         with self._lock:
             if self._closed:
                 return
-            now = losses, self.clock_jumped_ns
+            now = losses, self.clock_jumped_ns, status["mixed"]
             if now != self._noted and not self._log.problem:  # else once there is room
                 self._noted = now
                 self._log.add_metadata(RECORDING_RECORD, self._told(status))
@@ -169,8 +176,9 @@ class Recording(Told):
     def status(self) -> dict[str, float | str]:
         """Counts so far: topics, messages, bytes, and what was lost, of messages, solver outputs and rows of records.
 
-        `uncounted` names the topics whose lost messages nobody can count: several publishers, or no numbers. Messages
-        are dropped while the disk is full; those that no reader takes are unreadable.
+        `uncounted` names the topics whose lost messages nobody can count: several publishers, or no numbers; `mixed`
+        those on which outputs of several stand among each other. Messages are dropped while the disk is full; those
+        that no reader takes are unreadable.
         """
         outputs = [stream for topic, stream in self.sequences.items() if RECORDS not in topic]
         records = [stream for topic, stream in self.sequences.items() if RECORDS in topic]
@@ -185,6 +193,7 @@ class Recording(Told):
             "messages_dropped": self._log.dropped,
             "messages_unreadable": self.unreadable,
             "uncounted": " ".join(sorted(uncounted)),
+            "mixed": " ".join(sorted(topic for topic, stream in self.sequences.items() if stream.mixed >= MIXED)),
             "bytes": self._log.bytes,
             "samples_received": sum(stream.received for stream in outputs),
             "samples_lost": sum(stream.lost for stream in outputs),

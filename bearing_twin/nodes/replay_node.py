@@ -19,7 +19,7 @@ from bearing_twin.nodes.worker import Worker
 
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file or bag folder to play"),
-    NodeParameter("rate", 1.0, "pace, a multiple of that of the log", "1", 0.001, 1000.0),
+    NodeParameter("rate", 1.0, "pace, a multiple of that of the log", "1", 0.001, 1000.0, read_only=False),
     NodeParameter("start", 0.0, "where to start, from the first message", "s", 0.0, 1e9),
     NodeParameter("loop", False, "start again at the end"),
     NodeParameter("start_paused", False, "wait until ~/pause is called with false"),
@@ -61,7 +61,8 @@ class ReplayNode(Node):
         self._earlier = StreamPace(0, 0, 0, 0)
         self._warned = False
         self.create_service(SetBool, "~/pause", self._on_pause)
-        self._heartbeat = Heartbeat(self, "replay")
+        self.add_post_set_parameters_callback(self._on_parameters)
+        self._heartbeat = Heartbeat(self, "replay", self._outlet)
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info(f"{values['log']}: {len(self._outlet.publishers)} topics")
         wait = partial(wait_for_subscribers, self._outlet.publishers, values["discovery"])
@@ -99,6 +100,12 @@ class ReplayNode(Node):
             response.message = "taken: it is carried out when every topic has a subscriber, or the time for it is over"
         response.success = True
         return response
+
+    @guarded
+    def _on_parameters(self, parameters):
+        for parameter in parameters:
+            if parameter.name == "rate":
+                self.worker.post(self.loop.paced.set_factor, parameter.value)
 
     @guarded
     def _on_diagnostics(self):

@@ -1,16 +1,13 @@
 """A log as a paced stream of messages: what replay_node thinks, without ROS, clocks or decoding."""
 
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from itertools import islice
 from typing import NamedTuple
 
-import yaml
-
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
-from bearing_twin.log.mcap_read import DamagedLog, McapReader
+from bearing_twin.log.bag import Qos, offered_qos
+from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, StoredTopic
 from bearing_twin.log.raw_log import log_files, raw_messages
 from bearing_twin.log.recover import advice
 from bearing_twin.nodes.pacing import PacedStream, Pacer, Timed
@@ -18,12 +15,6 @@ from bearing_twin.nodes.retelling import Retelling
 
 BATCH = 200  # messages read ahead
 PUT_BACK_NS = 1_000_000_000  # between two messages: more than their order in a file can be
-LONGEST_PROFILE = 5000  # characters; those of bags have 300
-NUMBERED = {
-    "reliability": {1: "reliable", 2: "best_effort"},
-    "durability": {1: "transient_local", 2: "volatile"},
-}  # how older bags write the policies
-_NEXT_PROFILE = re.compile(r"\n(?=-)")
 
 
 class ReplayTopic(NamedTuple):
@@ -41,6 +32,7 @@ class ReplayTopic(NamedTuple):
 class ReplayLoop:
     """Delivers the messages of the log at `path` by their log times, from `start_ns` after the first one.
 
+    What is latched comes first where a replay starts later: as it was last before, as late subscribers have it.
     Topics of a type that has changed since are left out; `left_out` says which. With `namespace` and `frame_prefix`
     topics and frames have other names than in the log. Every method runs in the worker's thread; `deliver(timed)` sends
     one message. Raises LogError, also part way.
@@ -76,6 +68,7 @@ class ReplayLoop:
         ]
         self.rounds = 0
         self._path, self._start_ns, self._loop = path, start_ns, loop
+        self._latched = [name for name, topic in self._played.items() if topic.qos.durability == "transient_local"]
         self._messages = self._read()
         self._empty = True
         self.paced = PacedStream(self._next_batch, deliver, Pacer(rate))
@@ -87,13 +80,21 @@ class ReplayLoop:
         return "paused" if paused else "playing"
 
     def _read(self) -> Iterator[Timed]:
+        before = latest_messages(self._path, self._start_ns, self._latched) if self._start_ns else []
         ahead = last = 0  # a log whose clock was put back goes on at the pace at which it was made
         for topic, log_time, _, data in raw_messages(self._path, self._start_ns):
+            for latched in before:
+                yield from self._told(latched.topic, log_time, latched.data)
+            before = ()
             ahead += max(0, last - log_time) if last - log_time > PUT_BACK_NS else 0
             last = log_time
-            if topic.name in self._played and topic.ros_type == self._played[topic.name].ros_type:
-                told = self._retelling.data(topic.name, topic.ros_type, data)
-                yield Timed(log_time + ahead, self._retelling.topic(topic.name), told)
+            yield from self._told(topic, log_time + ahead, data)
+
+    def _told(self, topic: StoredTopic, time_ns: int, data: bytes) -> Iterator[Timed]:
+        """A message as it goes out, if it does."""
+        if topic.name in self._played and topic.ros_type == self._played[topic.name].ros_type:
+            told = self._retelling.data(topic.name, topic.ros_type, data)
+            yield Timed(time_ns, self._retelling.topic(topic.name), told)
 
     def _next_batch(self) -> list[Timed] | None:
         batch = list(islice(self._messages, BATCH))
@@ -138,20 +139,13 @@ def logged_topics(path) -> dict[str, ReplayTopic]:
     return topics
 
 
-def offered_qos(text: str) -> Qos:
-    """The first of the profiles that a bag lists as YAML; reliable and volatile where it says nothing usable."""
-    try:
-        first = _NEXT_PROFILE.split(text, maxsplit=1)[0]
-        if len(first) > LONGEST_PROFILE:
-            return Qos()
-        profile = yaml.safe_load(first)[0]
-        reliability = NUMBERED["reliability"].get(profile["reliability"], profile["reliability"])
-        durability = NUMBERED["durability"].get(profile["durability"], profile["durability"])
-        depth = int(profile["depth"])
-    except (yaml.YAMLError, LookupError, TypeError, ValueError, RecursionError):
-        return Qos()
-    return Qos(
-        depth if 1 <= depth <= 10_000 else Qos().depth,
-        "best_effort" if reliability == "best_effort" else "reliable",
-        "transient_local" if durability == "transient_local" else "volatile",
-    )
+def latest_messages(path, start_ns: int, topics: Container[str]) -> list[LoggedMessage]:
+    """The last message of each of these topics before `start_ns` nanoseconds after the log's first; raises LogError."""
+    found, threshold = {}, None
+    for file in log_files(path):
+        with McapReader(file) as reader:
+            if threshold is None:
+                statistics = reader.summary().statistics
+                threshold = start_ns + (statistics.message_start_time if statistics else 0)
+            found |= {one.topic.name: one for one in reader.latest(topics, threshold)}
+    return list(found.values())

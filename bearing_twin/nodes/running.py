@@ -2,7 +2,6 @@
 
 import contextlib
 import functools
-import itertools
 import signal
 import sys
 import threading
@@ -23,8 +22,8 @@ from bearing_twin.log.cdr import DIAGNOSTICS
 from bearing_twin.nodes.log_room import Room, SteadyTime, warning
 from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, rclpy
 from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, limits_of, problem_of
-from bearing_twin.nodes.outlet import MANY
-from bearing_twin.spelling import ROS_ARGS, echo
+from bearing_twin.nodes.node_words import advice, files_of_others, refuse_no_assignment, refuse_no_parameters
+from bearing_twin.nodes.outlet import MANY, Outlet
 
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next heartbeat, every 3 s
 DISCOVERY_POLL = 0.02  # s
@@ -85,20 +84,26 @@ def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
 
 
 class Heartbeat:
-    """What a node says of itself on /diagnostics, under its own name and `what` it does."""
+    """What a node says of itself on /diagnostics, under its own name and `what` it does.
 
-    def __init__(self, node: Node, what: str):
-        self._node, self._what, self._namesake = node, what, False
+    Of an `outlet` it says where others publish among what the node does.
+    """
+
+    def __init__(self, node: Node, what: str, outlet: Outlet | None = None):
+        self._node, self._what, self._outlet = node, what, outlet
+        self._told: set[str] = set()
         self._publisher = node.create_publisher(message_class(DIAGNOSTICS), "/diagnostics", 10)
 
     def say(self, level: bytes, message: str, values: dict) -> None:
         """Publishes one status; faults of callbacks so far are added, and make of OK a warning."""
         own = self._node.get_name(), self._node.get_namespace()
-        if self._node.get_node_names_and_namespaces().count(own) > 1:
-            level, values = max(level, WARN), values | {"problem": NAMESAKE}
-            if not self._namesake:
-                self._node.get_logger().warning(NAMESAKE)
-            self._namesake = True
+        problem = NAMESAKE if self._node.get_node_names_and_namespaces().count(own) > 1 else ""
+        problem = problem or (self._outlet.mixed if self._outlet else "")
+        if problem:
+            level, values = max(level, WARN), values | {"problem": problem}
+            if problem not in self._told:
+                self._node.get_logger().warning(problem)
+            self._told.add(problem)
         faults = getattr(self._node.executor, "faults", 0)
         if faults:
             level, values = max(level, WARN), values | {"faults": faults}
@@ -198,26 +203,6 @@ def wait_for_subscribers(publishers: Iterable[Publisher], seconds: float) -> Non
     time.sleep(DISCOVERY_GRACE)
 
 
-def refuse_no_assignment(words: Sequence[str]) -> None:
-    """Raises BearingTwinError for a `-p` that assigns nothing, and names what was meant: ROS answers with its lexer."""
-    for option, word in itertools.pairwise(words):
-        if option not in ("-p", "--param"):
-            continue
-        if ROS_ARGS not in words[: words.index(option)]:
-            better = f"{ROS_ARGS} -p {word}"
-            raise BearingTwinError(f"-p {word} stands before {ROS_ARGS} and would set nothing; write {better}")
-        if ":=" not in word:
-            name, _, value = word.replace(":", "=").partition("=")
-            raise BearingTwinError(f"-p {echo(word)} sets nothing; write -p {name or 'NAME'}:={value or 'VALUE'}")
-
-
-def refuse_no_parameters(words: Sequence[str]) -> None:
-    """Raises BearingTwinError for a file of parameters that names none: ROS passes over it in silence."""
-    for option, path in itertools.pairwise(words):
-        if option == "--params-file" and "ros__parameters" not in Path(path).read_text(errors="replace"):
-            raise BearingTwinError(f"{path} holds no parameters; begin it with the node's name and ros__parameters:")
-
-
 def wake_at_jumps(executor, ended: threading.Event, clock: SteadyTime | None = None) -> None:
     """Until the end wakes an executor where the clock is put back: a wait of DDS that has begun lasts that longer."""
     clock = clock or SteadyTime()
@@ -249,12 +234,13 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
         return 2
     except Exception as error:  # ROS arguments that cannot be parsed; of words that it does not know ROS says the list
         said = f"ROS knows no {error}" if str(error).startswith("[") else error
-        advice = "give a ROS_LOG_DIR" if "logging" in str(error) else "write -p NAME:=VALUE for a parameter"
-        print(f"{name}: {said}; {advice}".replace("\n", " "), file=sys.stderr)
+        print(f"{name}: {said}; {advice(str(error))}".replace("\n", " "), file=sys.stderr)
         return 2
     failure, ended = None, threading.Event()
     try:
         node = make_node()
+        for sentence in files_of_others(words, node.get_fully_qualified_name()):
+            node.get_logger().warning(sentence)
         executor = Executor()
         executor.add_node(node)
         threading.Thread(target=wake_at_jumps, args=(executor, ended), name="clock", daemon=True).start()

@@ -35,9 +35,10 @@ from bearing_twin.nodes.messages import (
 )
 from bearing_twin.nodes.node_parameters import THINNED, safety_of
 from bearing_twin.nodes.outlet import Outlet
+from bearing_twin.nodes.run_logs import RunLogs
 from bearing_twin.nodes.running import Heartbeat, LogWatch, acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.scene_parameters import NAME, PARAMETERS, looked_up
-from bearing_twin.nodes.simulating import SimulationLoop, log_path
+from bearing_twin.nodes.simulating import SimulationLoop
 from bearing_twin.nodes.worker import Worker
 from bearing_twin.run.failure import write_failure
 from bearing_twin.run.late import late_keys
@@ -65,12 +66,11 @@ class SimNode(Node):
             refuse_existing(values["log"])
         outgoing = ((topic.name, topic.ros_type, topic.qos) for topic in topics(scene))
         self._outlet = Outlet(self, outgoing, values["publish_clock"])
-        self._log_path = values["log"]
+        self._log_path, self._logs = values["log"], RunLogs(values["log"], self._open_log)
         safety = safety_of(values)
         self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
         self._discovery, self._paused_at_start = values["discovery"], values["start_paused"]
-        self._halt = Halt()
-        self._description = {"scene": scene.name}
+        self._halt, self._description = Halt(), {"scene": scene.name}
         # Both are made in the worker's thread: on a new machine it compiles kernels for a minute or more first.
         self.simulation: Simulation | None = None
         self.loop: SimulationLoop | None = None
@@ -106,7 +106,7 @@ class SimNode(Node):
         for command in kind.commands():
             obey, ros_type = partial(self._on_command, command), message_class(command.ros_type)
             self.create_subscription(ros_type, command.name, obey, profile, callback_group=others)
-        self._heartbeat = Heartbeat(self, "simulation")
+        self._heartbeat = Heartbeat(self, "simulation", self._outlet)
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=others, clock=steady)
         if self._outlet.has_clock:
             self.create_timer(CLOCK_PERIOD, self._on_clock, callback_group=others, clock=steady)
@@ -114,10 +114,7 @@ class SimNode(Node):
 
     # In the worker's thread
 
-    def _open_log(self, number: int) -> LogWriter | None:
-        if not self._log_path:
-            return None
-        path = log_path(self._log_path, number)
+    def _open_log(self, path: Path) -> LogWriter:
         self.get_logger().info(f"log: {path}{THINNED if self._safety.kept_rate else ''}")
         # The choice of the start: a log is opened before the run that it is for begins again.
         return LogWriter(path, self.simulation.scene, choice_record(self.simulation.chosen), safety=self._safety)
@@ -132,7 +129,7 @@ class SimNode(Node):
             return
         make_stream = partial(MessageStream, scene, choice=run.chosen, frame_prefix=values["frame_prefix"])
         commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
-        timing = values["real_time_factor"], duration_ns, self._open_log, round(values["repeat"] * 1e9)
+        timing = values["real_time_factor"], duration_ns, self._logs.begin, round(values["repeat"] * 1e9)
         loop = SimulationLoop(run, make_stream, self._outlet.deliver, *timing, self._outlet.listened_to, commands)
         loop.paced.tick, loop.paced.paused = self._outlet.tick, self._paused_at_start
         loop.tells_time = self._outlet.has_clock
@@ -276,10 +273,13 @@ class SimNode(Node):
             self._switch = numbers["choice_switch"]
             self.get_logger().info(f"model: {self._switch if self._switch != '-' else 'that of the start again'}")
         listeners = min(publisher.get_subscription_count() for publisher in self._outlet.publishers)
-        counts = {"messages": self._outlet.published, "least_subscribers": listeners}
-        doubt = self.loop.doubt()
+        counts = {"messages": self._outlet.published, "least_subscribers": listeners, "logs": self._logs.count}
+        doubt = "; ".join(filter(None, (self.loop.doubt(), self._logs.doubt)))
         message = f"{message}; {doubt}" if doubt else message
-        level, (log_level, log_says, room) = WARN if slow or doubt else OK, self._watch.look(self.loop.log)
+        level, (log_level, log_says, room) = (
+            WARN if slow or doubt else OK,
+            self._watch.look(self._logs if self._logs.count else None),
+        )
         if log_says:
             level, message = log_level, log_says
         self._publish_status(level, message, numbers | counts | room)

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Container
-from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError, Interrupted
 from bearing_twin.kinds.contract import Command
@@ -90,11 +89,6 @@ class SimulationLoop:
             return due
         self._begin_again(None)
         return now
-
-    @property
-    def log(self):
-        """The writer of the run's log, or None."""
-        return self._log
 
     def look(self, now: int = 0) -> tuple[bool, str, dict[str, float | str]]:
         """Whether it cannot keep up, what it does, and its numbers since the last look; from any thread.
@@ -292,9 +286,3 @@ def worth(report) -> dict[str, float | str]:
     known = {f"{output}_error": one["error"] for output, one in wanted.items() if one["error"] is not None}
     until = {"horizon_s": report.errors["horizon_s"]} if "horizon_s" in report.errors else {}
     return {"status": report.status, **known, **until}
-
-
-def log_path(path: str, run: int) -> Path:
-    """Where run 0, 1, 2 ... is logged: run.mcap, run_1.mcap, run_2.mcap ..."""
-    path = Path(path)
-    return path if run == 0 else path.with_name(f"{path.stem}_{run}{path.suffix}")

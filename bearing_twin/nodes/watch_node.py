@@ -26,12 +26,14 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
 from bearing_twin.nodes.aside import TakenAside, taken
+from bearing_twin.nodes.discovery import quiet_time
 from bearing_twin.nodes.messages import message_class, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.running import declare, guarded, run
 from bearing_twin.nodes.serving import Feed, PageServer, Refused
-from bearing_twin.nodes.watch_orders import number_of, vector_of
+from bearing_twin.nodes.watch_orders import cut_short, number_of, vector_of
 from bearing_twin.parameters import echo, unknown
+from bearing_twin.spelling import harmless
 from bearing_twin.units import UNITS, for_people
 from bearing_twin.view.live import Again, LiveRun
 from bearing_twin.view.live_page import live_page
@@ -49,14 +51,11 @@ COMING = 12.0  # s for the scene and a first sample to come: where time is slowe
 DEPTH = 5  # samples that may wait: later ones are better than all of them
 LONGEST_STATUS, LONGEST_REFUSAL = 200, 600  # characters: what is refused says why, and what could be had
 MOVING = ("running", "running as fast as possible", "playing")  # what a node says that has a pace
+PACES = ("real_time_factor", "rate")  # what sim_node and replay_node call it
 SAMPLES = "/samples"
+NAMELESS = "_NODE_NAME_UNKNOWN_"  # what ROS calls a node of which it has found a publisher, but not yet the name
+MIXING = 1.0  # s: runs of several nodes that begin anew sooner after each other are outputs among each other
 _NUMBER = re.compile(r"\d{1,6}(\.\d{1,9})?", flags=re.ASCII)  # anybody can send diagnostics
-
-
-def cut_short(text: str, longest: int) -> str:
-    """The text on one line, of at most so many characters, with an ellipsis where the rest is left out."""
-    line = " ".join(text.split())
-    return line if len(line) <= longest else f"{line[: longest - 2]} …"
 
 
 class WatchNode(Node):
@@ -68,12 +67,12 @@ class WatchNode(Node):
         self.failure: Exception | None = None
         self.feed = Feed()
         values = declare(self, PARAMETERS)
-        self._watched = self._found(values["node"], values["patience"])
-        place = self._watched.rpartition("/")[0]
-        self._place = place
+        self._watched, samples = self._found(values["node"], values["patience"])
+        self._place = place = samples.removesuffix(SAMPLES)
         self._run: LiveRun | None = None
         self._told, self._refused = threading.Event(), ""
         self._shown, self._asked = threading.Event(), -ASKED_FOR
+        self._mixed, self._again = "", -MIXING
         self._aside, self._listening = TakenAside(), []
         self._commands = MutuallyExclusiveCallbackGroup()
         clients = {"callback_group": self._commands}
@@ -94,28 +93,36 @@ class WatchNode(Node):
         if not self.server.stopping.is_set():
             self.server.close()
 
-    def _found(self, name: str, patience: float) -> str:
-        """The full name of the node to look at."""
-        end = time.monotonic() + patience
-        while True:
-            nodes = {}
+    def _found(self, name: str, patience: float) -> tuple[str, str]:
+        """The full name of the node to look at, and its topic of samples: a replay's stand in another namespace."""
+        now = changed = time.monotonic()
+        end, nodes, elsewhere = now + patience, {}, set()
+        # That it is the only one is known when discovery adds no other any more.
+        while name not in nodes and now <= end and not (nodes and not name and now > changed + quiet_time()):
+            time.sleep(LOOK_PERIOD)
+            now, before, nodes, elsewhere = time.monotonic(), nodes, {}, set()
             for topic, types in self.get_topic_names_and_types():
-                if cdr.SAMPLE_BLOCK in types and topic.endswith(SAMPLES):
+                if cdr.SAMPLE_BLOCK in types and "/records/" not in topic:
                     for one in self.get_publishers_info_by_topic(topic):
                         full = f"{one.node_namespace.rstrip('/')}/{one.node_name}"
-                        if topic == f"{full.rpartition('/')[0]}{SAMPLES}":
-                            nodes[full] = topic
-            if len(nodes) == 1 and not name:
-                return next(iter(nodes))
-            if name in nodes:
-                return name
-            if time.monotonic() > end:
-                break
-            time.sleep(LOOK_PERIOD)
-        if name and nodes:
-            raise BearingTwinError(f"no node {echo(name)} publishes samples; {unknown(name, sorted(nodes))}")
-        if nodes:
+                        if topic.endswith(SAMPLES) and one.node_name != NAMELESS:
+                            nodes.setdefault(full, set()).add(topic)
+                        elif one.node_name != NAMELESS:
+                            elsewhere.add(harmless(f"{full} publishes its samples on {topic}"))
+            changed = changed if nodes == before else now
+        found = name or next(iter(nodes), "")
+        if len(nodes) > 1 and not name:
             raise BearingTwinError(f"{', '.join(sorted(nodes))} publish samples: say which one to look at")
+        if nodes and found not in nodes:
+            raise BearingTwinError(f"no node {echo(name)} publishes samples; {unknown(name, sorted(nodes))}")
+        if len(nodes.get(found, ())) > 1:
+            raise BearingTwinError(f"{found} publishes {', '.join(sorted(nodes[found]))}: play a log of one bearing")
+        if nodes:
+            return found, nodes[found].pop()
+        if elsewhere:
+            raise BearingTwinError(
+                f"{', '.join(sorted(elsewhere))}, not on .../samples: start it without that remapping"
+            )
         raise BearingTwinError(f"no node publishes samples (waited {patience:g} s): start a sim_node or a replay_node")
 
     # Callbacks
@@ -144,20 +151,24 @@ class WatchNode(Node):
         elif not wanted and self._listening:
             for subscription in self._listening:
                 self.destroy_subscription(subscription)
-            self._listening, self._refused = [], ""
+            self._listening, self._refused, self._mixed = [], "", ""
             self._shown.clear()
         for subscription in self._listening:
+            if self._mixed and subscription.topic_name.endswith(SAMPLES) and subscription.get_publisher_count() < 2:
+                self._mixed = ""
             for data, _ in taken(subscription):
                 subscription.callback(data)
 
     @guarded
     def _on_samples(self, data):
-        if self._run is None:
+        if self._run is None or self._mixed:
             return
         try:
             event = self._run.frames(data, time.monotonic())
         except Again:
-            self._begin_again()
+            self._look_at_publishers()
+            if not self._mixed:
+                self._begin_again()
             return
         if event:
             self._shown.set()
@@ -170,13 +181,24 @@ class WatchNode(Node):
                 told = {pair.key: pair.value for pair in status.values}
                 pace, wanted = told.get("real_time_factor", ""), told.get("wanted_real_time_factor", "")
                 at = f" at {pace[:5]} × real time" if pace and status.message in MOVING else ""
-                self.feed.send("status", cut_short(f"{status.message}{at}", LONGEST_STATUS))
+                self.feed.send("status", cut_short(self._mixed or f"{status.message}{at}", LONGEST_STATUS))
                 refused, before = told.get("commands_refused", ""), self._refused
                 self._refused = refused
                 if before not in ("", refused) and refused != "0":
                     self.feed.send("refused", cut_short(told.get("last_refusal", ""), LONGEST_REFUSAL))
                 if _NUMBER.fullmatch(wanted):
                     self.feed.send("pace", wanted)
+
+    def _look_at_publishers(self) -> None:
+        """A run began again: where several nodes send samples and it was just before, too, theirs are mixed."""
+        now, before = time.monotonic(), self._again
+        self._again = now
+        several = any(one.topic_name.endswith(SAMPLES) and one.get_publisher_count() > 1 for one in self._listening)
+        if several and now < before + MIXING:
+            self._mixed = f"several nodes publish {self._place}{SAMPLES}, so nothing is shown: give each a namespace"
+            self._shown.clear()
+            self.get_logger().warning(self._mixed)
+            self.feed.send("status", self._mixed)
 
     def _begin_again(self) -> None:
         self._shown.clear()
@@ -192,10 +214,11 @@ class WatchNode(Node):
                 HTTPStatus.SERVICE_UNAVAILABLE,
                 f"{self._watched} has not said its scene yet; the page comes when it does",
             )
-        if not self._shown.wait(COMING):
+        if not self._shown.wait(0.0 if self._mixed else COMING):
             raise Refused(
                 HTTPStatus.SERVICE_UNAVAILABLE,
-                f"{self._watched} sends no samples: it may be paused, compiling or at its end; the page comes when "
+                self._mixed
+                or f"{self._watched} sends no samples: it may be paused, compiling or at its end; the page comes when "
                 "they do",
             )
         return live_page(self._run, self._watched)
@@ -230,8 +253,11 @@ class WatchNode(Node):
 
     def _obey_pace(self, command) -> str:
         value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=number_of(command, "value", "pace"))
-        request = SetParameters.Request(parameters=[Parameter(name="real_time_factor", value=value)])
-        [result] = self._asked_of(self._set, request).results
+        for name in PACES:
+            request = SetParameters.Request(parameters=[Parameter(name=name, value=value)])
+            [result] = self._asked_of(self._set, request).results
+            if result.successful or "undeclared" not in result.reason:  # else it is another kind of node
+                break
         if not result.successful:
             raise BearingTwinError(result.reason or f"{self._watched} has no pace that can be set")
         return f"{value.double_value:g} times real time"

@@ -1,4 +1,4 @@
-"""Numbers in the commands of a page, checked: whoever sends them may send anything."""
+"""Numbers in the commands of a page, checked, and words for it: whoever sends them may send anything."""
 
 import math
 from collections.abc import Mapping
@@ -21,3 +21,9 @@ def vector_of(command: Mapping[str, Any], key: str) -> tuple[float, float, float
     if not isinstance(value, list) or len(value) != 3:
         raise BearingTwinError(f"{key} must be three numbers")
     return tuple(number_of({key: one}, key) for one in value)
+
+
+def cut_short(text: str, longest: int) -> str:
+    """The text on one line, of at most so many characters, with an ellipsis where the rest is left out."""
+    line = " ".join(text.split())
+    return line if len(line) <= longest else f"{line[: longest - 2]} …"
