@@ -57,7 +57,8 @@ def ratios_of(case, asked, factor):
 def studied(cases, factor):
     """Ratios by (come and go, output, half of the scenes), spreads with their kind for an output."""
     gathered = {}
-    stopped = {(row.problem, row.setting) for row in read_table(TABLE, chart.ToleranceRow) if row.status != chart.DONE}
+    rows = [row for row in read_table(TABLE, chart.ToleranceRow) if row.method == chart.METHOD]
+    stopped = {(row.problem, row.setting) for row in rows if row.status != chart.DONE}
     for number, case in enumerate(cases):
         print(f"{number + 1} of {len(cases)}: {case}", file=sys.stderr)
         for asked in chart.TOLERANCES:

@@ -14,6 +14,7 @@ from bearing_twin.kinds.bearing.companion.inherited import all_of_it
 from bearing_twin.kinds.bearing.companion.meetings import LEAST_APART, Drift
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, BESIDE, BETWEEN, BUMPING, INHERITED, PLACE, WINDOW
 from bearing_twin.kinds.bearing.companion.worst import (
+    BEGUN,
     MISSED,
     SPREAD_ALONE,
     SPREAD_CALM,
@@ -120,7 +121,7 @@ def a_row(end, ball, **more):
 
 def test_what_windows_miss_is_added_where_contacts_come_and_go():
     worst = Worst()
-    worst.add(a_row(0.01, 3, load=1.0, friction=0.1, loss=2.0))
+    worst.add(a_row(0.01, 3, load=1.0, friction=0.1, torque=3.0, loss=2.0))
     worst.add(a_row(0.02, ALL, load=0.5, friction=0.2))
     worst.add(a_row(0.03, INHERITED, load=1.2, friction=0.05))
     assert worst.seen("load", 1.0, False) == 1.2
@@ -128,6 +129,10 @@ def test_what_windows_miss_is_added_where_contacts_come_and_go():
     assert worst.seen("friction", 1.0, True) == MISSED * 0.2
     assert worst.seen("friction", 30.0, True) == 30.0 * 0.2  # of coupled balls, what bumps do holds it
     assert worst.seen("loss", 1.0, True) == 2.0  # a mean over a window
+    assert worst.seen("torque", 1.0, False, None, True) == BEGUN * 3.0
+    assert worst.seen("torque", 1.0, False) == 3.0
+    assert worst.seen("load", 1.0, False, None, True) == 1.2  # loads of balls that slide are no others'
+    assert worst.seen("friction", 1.0, True, None, True) == MISSED * 0.2
     # What it may be by the spread of such estimates; what is known exactly has none.
     wide, calm = spread_of(True, False), spread_of(False, False)
     assert worst.seen("load", 1.0, True, wide) == SPREAD_ALONE * MISSED

@@ -230,10 +230,10 @@ def test_a_copy_that_grows_away_names_the_horizon_where_balls_met(first, reached
         assert "times since balls met: beyond 0.031 s" in growth.notes["horizon"]
 
 
-@pytest.mark.parametrize(("error", "until", "place"), [(2e-4, 0.031, "0.031 s, where a copy"), (9e-5, 0.05, "0.05 s")])
+@pytest.mark.parametrize(("error", "until", "place"), [(5e-5, 0.031, "0.031 s, where a copy"), (3e-5, 0.05, "0.05 s")])
 @pytest.mark.parametrize("copy_first", [True, False])
-def test_a_horizon_is_no_later_than_where_a_copy_was_off_by_more_than_is_wanted(error, until, place, copy_first):
-    """However little that copy grew: up to a horizon a run is as exact as wanted, by all that is known of it."""
+def test_a_horizon_is_no_later_than_where_a_copy_was_off_by_a_third_of_what_is_wanted(error, until, place, copy_first):
+    """However little that copy grew: another may show three times as much, and up to a horizon a run is as wanted."""
     growth, rows = Growth(1e-4), []
     for ball, begin, end, friction in (
         (APART, 0.0308, 0.031, 2e-5),

@@ -1,11 +1,13 @@
 """The chart of tolerances: what it measures is what runs say, and what it reads off follows from its points."""
 
+import math
+
 import pytest
 
 from bearing_twin.charts import tolerance
 from bearing_twin.charts.contest import Kept, Wanted
 from bearing_twin.charts.table import DONE, FAILED, read_table
-from bearing_twin.charts.tolerance import CASES, CONTESTS, METHOD, ToleranceRow, reading
+from bearing_twin.charts.tolerance import CASES, CONTESTS, LOADS_ALONE, METHOD, ToleranceRow, reading
 from bearing_twin.run.doubt import SHORT_RUN
 from bearing_twin.run.scene import load_scene
 
@@ -26,21 +28,45 @@ def test_every_case_is_a_scene():
 def test_a_settled_bearing_is_better_than_asked_and_knows_its_errors(tmp_path, monkeypatch):
     monkeypatch.setattr(tolerance, "TOLERANCES", (1e-2,))
     made = CONTESTS["tolerance"].make(tmp_path, "tolerance", here("settled"))
-    (point,) = made.rows
+    point, alone = made.rows
     assert point.kept
     assert (point.status, point.told) == (DONE, "done")
     assert point.seconds > 0.0
     assert 0 < point.companion_steps < point.watched_steps
     assert all(1.0 / 3.0 < ratio < 3.0 for ratio in point.ratios)
-    (row,) = read_table(tmp_path / "tolerance.csv", ToleranceRow)
+    assert alone.kept
+    assert (alone.method, alone.told) == (LOADS_ALONE, "done")
+    assert alone.error == alone.load_error < point.error
+    assert len(alone.ratios) == 1
+    assert 1.0 / 3.0 < alone.ratios[0] < 3.0
+    assert "wanted.outputs=loads" in alone.command
+    row, _ = read_table(tmp_path / "tolerance.csv", ToleranceRow)
     assert row.load_error == pytest.approx(point.load_error, rel=1e-5)
     assert CONTESTS["tolerance"].read(tmp_path, "tolerance") == made.reading
+
+
+LOADS = ("settled", 1e-4), ("sudden", 7e-3)
 
 
 def _made(case, load, friction, *further):
     names = ("load_estimate", "friction_estimate", "told", "steps", "watched_steps", "companion_steps")
     known = dict(zip(names, further, strict=True))
     return ToleranceRow(case, METHOD, 1e-3, load, friction, 1.0, 100, DONE, **known)
+
+
+def test_loads_alone_are_told_apart_and_equilibria_have_no_steps():
+    nothing = math.nan, "done", 0, 0, 0
+    loads = [_made(case, error, math.nan, 2e-4, *nothing).but(method=LOADS_ALONE) for case, error in LOADS]
+    text = " ".join(reading(loads))
+    assert text.startswith(
+        "Loads alone wanted: of runs that call themselves done 1 of 2 are within their tolerance; the furthest of the "
+        "others is off by 7 times it. Loads alone wanted: equilibria are taken in 2 of 2."
+    )
+    assert "Loads alone wanted: unsaid are sudden at 0.001, 0.007." in text
+    assert "All" not in text
+    steps = " ".join(reading([one.but(steps=100, watched_steps=100, companion_steps=20) for one in loads]))
+    assert "equilibria are taken in 0 of 2" in steps
+    assert "20 % of a run's steps as a median" in steps
 
 
 def test_what_is_missed_is_said_with_what_the_run_says_of_it():

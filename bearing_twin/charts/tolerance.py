@@ -23,6 +23,7 @@ from bearing_twin.charts.tolerance_picture import FAR, NEAR, draw
 from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
+from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.numerics.steppers import NOTHING
 from bearing_twin.run.doubt import MUCH, SHORT_RUN
 from bearing_twin.run.passes import Run, simulate
@@ -32,10 +33,11 @@ EXACT = 1e-8
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 KNOWABLE = 1e-8  # true errors below this are not compared with estimates: the reference is no better ...
 ROUGHER, CLEAR = 3.0, 3.0  # ... nor those up to so many times what the reference differs from a run so much rougher
-OUTPUTS = ("loads", "friction")
+OUTPUTS = {"loads": "load", "friction": "friction"}  # what their columns begin with
 ALONE = "solver.companion=off"
 ALL_CASES = CASES | UNSEEN
-METHOD = "as chosen"
+METHOD, LOADS_ALONE = "as chosen", "loads alone"
+WANTED = {METHOD: (), LOADS_ALONE: (f"wanted.outputs={LOADS}",)}  # what differs from the case
 
 
 @dataclass(frozen=True)
@@ -115,11 +117,11 @@ def _exact(case: str) -> tuple[Rows, Rows]:
     return tuple(_run(case, f"wanted.tolerance={one * EXACT!r}", ALONE)[1] for one in (1.0, ROUGHER))
 
 
-def judge(case: str, _: str, tolerance: float, limit: float) -> ToleranceRow:
-    """One run beside the truth."""
-    row = ToleranceRow(case, METHOD, tolerance, command=_command(case, METHOD, tolerance))
+def judge(case: str, method: str, tolerance: float, limit: float) -> ToleranceRow:
+    """One run beside the truth, with what one of WANTED wants."""
+    row = ToleranceRow(case, method, tolerance, command=_command(case, method, tolerance))
     _exact(case)
-    return judged(row, lambda: _outcome(case, tolerance, *_exact(case)), limit)
+    return judged(row, lambda: _outcome(case, method, tolerance, *_exact(case)), limit)
 
 
 def up_to(rows: Rows, outputs: int) -> Rows:
@@ -128,7 +130,10 @@ def up_to(rows: Rows, outputs: int) -> Rows:
 
 
 def compared(run: Run, found: Rows, exact: Rows, rougher: Rows) -> dict:
-    """Errors of a run and what it says of them, up to its horizon if it names one, and what can be known of them."""
+    """Errors of a run and what it says of them, up to its horizon if it names one, and what can be known of them.
+
+    Of outputs that are not wanted there is neither.
+    """
     wanted, horizon = run.report.errors["wanted_errors"], run.report.errors.get("horizon_s", np.nan)
     motion, greatest = BearingMotion(run.scene.parameters, run.choice), float(exact.normal_load.max())
     told, outputs = "error", len(found.numbers)
@@ -137,36 +142,39 @@ def compared(run: Run, found: Rows, exact: Rows, rougher: Rows) -> dict:
     first = [up_to(one, outputs) for one in (found, exact, rougher)]
     # Where the horizon is before the first output, nothing is promised and nothing is off.
     own, other = (errors(motion, one, first[1], greatest) if outputs else (0.0, 0.0) for one in (first[0], first[2]))
-    whole = max(errors(motion, found, exact))
-    estimates = (np.nan if wanted[name][told] is None else wanted[name][told] for name in OUTPUTS)
-    names = "load_error", "friction_error", "load_known", "friction_known", "load_estimate", "friction_estimate"
-    known = (max(KNOWABLE, CLEAR * one) for one in other)
-    return dict(zip(names, (*own, *known, *estimates), strict=True)) | {"horizon": horizon, "to_the_end": whole}
+    numbers = zip(OUTPUTS, own, other, errors(motion, found, exact), strict=True)
+    rows = {name: rest for name, *rest in numbers if name in wanted}
+    columns = {"horizon": horizon, "to_the_end": max(whole for *_, whole in rows.values())}
+    for name, (error, rough, _) in rows.items():
+        column, estimate = OUTPUTS[name], wanted[name][told]
+        columns[f"{column}_error"], columns[f"{column}_known"] = error, max(KNOWABLE, CLEAR * rough)
+        columns[f"{column}_estimate"] = np.nan if estimate is None else estimate
+    return columns
 
 
-def _outcome(case: str, tolerance: float, exact: Rows, rougher: Rows) -> dict:
-    asked, start = f"wanted.tolerance={tolerance!r}", time.thread_time()
-    run, found = _run(case, asked)
+def _outcome(case: str, method: str, tolerance: float, exact: Rows, rougher: Rows) -> dict:
+    asked, start = (*WANTED[method], f"wanted.tolerance={tolerance!r}"), time.thread_time()
+    run, found = _run(case, *asked)
     seconds = time.thread_time() - start
     try:
-        plain = _run(case, asked, ALONE)[0].report.costs["ball_steps"]
+        plain = _run(case, *asked, ALONE)[0].report.costs.get("ball_steps", 0)  # equilibria have no steps
     except IntegrationError:  # too rough where nobody watches: there is nothing to compare with
         plain = 0
-    costs = run.report.costs
+    taken, beside = (run.report.costs.get(f"{name}ball_steps", 0) for name in ("", "companion_"))
     return compared(run, found, exact, rougher) | {
         "seconds": seconds,
-        "evaluations": costs["ball_steps"] + costs["companion_ball_steps"],
+        "evaluations": taken + beside,
         "told": run.report.status,
         "steps": plain,
-        "watched_steps": costs["ball_steps"],
-        "companion_steps": costs["companion_ball_steps"],
+        "watched_steps": taken,
+        "companion_steps": beside,
         "took": run.report.errors.get("companion_reason", ""),
     }
 
 
-def _command(case: str, _: str, tolerance: float) -> str:
+def _command(case: str, method: str, tolerance: float) -> str:
     scene, differs = ALL_CASES[case]
-    return command_of(scene, (*differs, f"wanted.tolerance={tolerance:g}"))
+    return command_of(scene, (*differs, *WANTED[method], f"wanted.tolerance={tolerance:g}"))
 
 
 def _share(number: int, total: int) -> str:
@@ -174,7 +182,8 @@ def _share(number: int, total: int) -> str:
 
 
 def reading(points: list[ToleranceRow]) -> Iterator[str]:
-    """What the chart says of all, of the scenes it was made with, and of those that nothing was fitted to."""
+    """What the chart says of all, of groups of scenes, and of all with loads alone wanted."""
+    alone, points = ([p for p in points if (p.method == LOADS_ALONE) == one] for one in (True, False))
     if good := [p for p in points if p.status == DONE]:
         yield f"All: {_said(good)}"
         yield f"All: {_near(good)}"
@@ -183,6 +192,12 @@ def reading(points: list[ToleranceRow]) -> Iterator[str]:
         mine = [p for p in points if p.problem in cases]
         if mine:
             yield from (f"{who}: {sentence}" for sentence in _read_group(mine))
+    if alone:
+        good = [p for p in alone if p.status == DONE]
+        still = _share(sum(not p.watched_steps for p in good), len(good))
+        yield f"Loads alone wanted: {_said(good)}"
+        yield f"Loads alone wanted: equilibria are taken in {still}."
+        yield from (f"Loads alone wanted: {sentence}" for sentence in _read_group(alone))
 
 
 def _said(good: list[ToleranceRow]) -> str:
@@ -233,6 +248,8 @@ def _read_group(points: list[ToleranceRow]) -> Iterator[str]:
     yield _near(good)
     taken = [p.companion_steps / p.watched_steps for p in good if p.watched_steps]
     costs = [(p.companion_steps + p.watched_steps) / p.steps for p in good if p.steps]
+    if not taken:  # equilibria
+        return
     yield (
         f"the companion takes {100.0 * np.median(taken):.2g} % of a run's steps as a median and "
         f"{100.0 * max(taken):.3g} % at most; with what is done again a run takes {np.median(costs):.2g} times the "
@@ -248,7 +265,7 @@ CONTESTS = {
     "tolerance": Chart(
         judge=judge,
         problems={name: name for name in ALL_CASES},
-        entries=lambda name: ((METHOD, tolerance) for tolerance in TOLERANCES),
+        entries=lambda name: ((method, tolerance) for method in WANTED for tolerance in TOLERANCES),
         kind=ToleranceRow,
         command=_command,
         drawn=draw,

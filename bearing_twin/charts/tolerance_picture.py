@@ -12,7 +12,9 @@ from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, sav
 NEAR, FAR = 3.0, 10.0  # factors between estimate and true error
 
 
-def _look(number: int, case: str) -> dict:
+def _look(number: int, case: str, alone: bool = False) -> dict:
+    if alone:
+        return {"color": STYLE["ink"], "marker": "P"}
     if case in UNSEEN:
         return {"color": STYLE["soft"], "marker": "."}
     return {"color": BALL_COLOURS[number % len(BALL_COLOURS)], "marker": "os^Dv"[number // len(BALL_COLOURS)]}
@@ -26,23 +28,27 @@ def draw(points: list, path: Path) -> None:
     for number, case in enumerate(names):
         look = _look(number, case)
         for p in (p for p in good if p.problem == case):
-            fill = "none" if p.doubtful else look["color"]
-            shift = 1.0 + 0.03 * (min(number, len(CASES)) - 0.5 * len(CASES))  # side by side
-            left.plot(p.setting * shift, p.error, look["marker"], mfc=fill, mec=look["color"], ms=9, mew=1.6)
+            alone = np.isnan(p.friction_error)
+            mine = _look(number, case, alone)
+            fill, size = "none" if p.doubtful else mine["color"], 0.5 if alone else 1.0
+            shift = 1.0 + 0.03 * (min(number, len(CASES)) - 0.5 * len(CASES)) + 0.5 * alone  # side by side
+            marked = {"mfc": fill, "mec": mine["color"]}
+            left.plot(p.setting * shift, p.error, mine["marker"], **marked, ms=9 * size, mew=1.6 * size)
             right.plot(
                 [true for _, true in p.pairs],
                 p.ratios,
-                look["marker"],
-                mfc=fill,
-                mec=look["color"],
-                ms=8,
-                mew=1.4,
+                mine["marker"],
+                **marked,
+                ms=8 * size,
+                mew=1.4 * size,
                 linestyle="none",
             )
         lost = [p.setting for p in points if p.problem == case and p.status != DONE]
         left.plot(lost, [1.0] * len(lost), "x", color=look["color"], ms=11, mew=2.5)
         label = case if case not in UNSEEN else "variants unseen" if case == names[-1] else None
         left.plot([], [], look["marker"], mfc=look["color"], mec=look["color"], ms=9, linestyle="none", label=label)
+    if any(np.isnan(p.friction_error) for p in good):
+        left.plot([], [], "P", mfc=STYLE["ink"], mec=STYLE["ink"], ms=5, linestyle="none", label="loads alone wanted")
     ends = np.array([min(p.setting for p in points), max(p.setting for p in points)])
     left.plot(ends, ends, color=STYLE["ink"], linewidth=1.5)
     middle = float(np.sqrt(ends.prod()))

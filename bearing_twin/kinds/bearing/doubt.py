@@ -9,7 +9,7 @@ import numpy as np
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bearing.adequacy import mend_of_method
+from bearing_twin.kinds.bearing.adequacy import mend_of_method, told_of_equilibria
 from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.companion.means import MeanError
 from bearing_twin.kinds.bearing.companion.pointers import dearest
@@ -45,7 +45,7 @@ class BearingDoubt:
         self.worst = Worst()
         self.outputs = 0
         self.least = math.inf  # load of a ball [N]
-        self.growth = Growth(parameters.wanted.tolerance)
+        self.growth = Growth(parameters.wanted.tolerance, parameters.wanted.outputs == LOADS)
         self.mean = MeanError()
         self.load = np.zeros((balls, 2))
         self.curvatures = np.ones((2, balls, 2))
@@ -122,7 +122,7 @@ class BearingDoubt:
         # Up to a horizon windows that are followed show what bumps make of errors: that is how it was found.
         worst, inherited = (worst, 1.0) if worst else (self.worst, self._inherited)
         if name != "load":
-            return worst.seen(name, inherited, self.least <= 0.0, spread)
+            return worst.seen(name, inherited, self.least <= 0.0, spread, self.parameters.initial.motion == "rest")
         # Bumps into a cage drive balls round, not against a held ring.
         held = dimension_of(self.parameters) != FREE_RING
         seen = worst.seen(name, 1.0 if held else inherited, self.least <= 0.0, spread)
@@ -170,8 +170,7 @@ class BearingDoubt:
 
     def _nearest(self) -> SceneWorth | None:
         """The equilibrium whose greatest load is nearest to the run's; None where there is none."""
-        greatest = float(self.load.max())
-        return min(self._equilibria, key=lambda one: abs(one.greatest - greatest), default=None)
+        return min(self._equilibria, key=lambda one: abs(one.greatest - float(self.load.max())), default=None)
 
     def _worth(self, source: str) -> Worth | None:
         """What an error of contacts does to the nearest equilibrium; None where none stands for the run."""
@@ -251,13 +250,13 @@ class BearingDoubt:
         worth = self._worth(LAW)
         off = 0.0 if law is None else float((law * self.load).max(initial=0.0)) / greatest if greatest else 0.0
         off *= 1.0 if worth is None else worth.kept
-        method = self._seen("load") / greatest if self._known and greatest else None
+        method = self._seen("load") / greatest if self._known and greatest else self._of_equilibria
         whole = None if method is None else method + off
         mend = self._mend() if method is not None and method >= off else HERTZ_MENDS
         norm, earlier = "over the greatest load", None if horizon is None else self.worst.until(horizon)
         before = self._seen("load", earlier) / greatest + off if earlier and greatest else None
         spread = spread_of(self.least <= 0.0, carries(self.parameters))
-        may = None if method is None else self._seen("load", spread=spread) / greatest + off
+        may = self._seen("load", spread=spread) / greatest + off if self._known and greatest else None
         loads = Promise("loads", norm, whole, wanted.tolerance, self.worst.where("load"), mend, before, may)
         if still or wanted.outputs == LOADS or not self.parameters.contact.friction_coefficient:
             return (loads,)
@@ -269,6 +268,10 @@ class BearingDoubt:
     def _mend(self) -> str:
         """What makes the method's error smaller."""
         return LATER if self.growth.grown else self._smaller_steps
+
+    @functools.cached_property
+    def _of_equilibria(self) -> float | None:
+        return told_of_equilibria(self.parameters, self.choice)
 
     @functools.cached_property
     def _smaller_steps(self) -> str:

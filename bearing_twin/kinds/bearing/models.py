@@ -16,6 +16,7 @@ from bearing_twin.kinds.bearing.adequacy import (
     of_temperatures,
     share_at_start,
     still_error,
+    way_doubt,
 )
 from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.kinds.bearing.friction_choice import as_chosen, chosen_friction
@@ -63,17 +64,17 @@ def _dimension(parameters, law: str, warnings: list[str]) -> tuple[str, str]:
         why = "as the scene asks" if asked else "because friction torque, slip and losses are among the outputs"
         return PRESCRIBED, f"prescribed, {why}"
     share = share_at_start(parameters, law)
-    against = doubts(parameters, share)
-    if loads_alone and against:
+    against, way = doubts(parameters, share), way_doubt(parameters, law)
+    if loads_alone and (against or way):
         warnings += of_held_ring(parameters)
-        return PRESCRIBED, f"prescribed, because {' and '.join(against)}"
+        return PRESCRIBED, f"prescribed, because {' and '.join(against or [way])}"
     costs = dimension_costs(parameters, share)
     if loads_alone and not cage_needed(parameters) and costs[PRESCRIBED] <= costs[QUASI_STATIC]:
         return PRESCRIBED, (
             f"prescribed, because at {parameters.run.output_rate:g} outputs a second moving balls cost "
             f"{_times(costs[QUASI_STATIC], costs[PRESCRIBED])} less than equilibria and hold friction too"
         )
-    warnings += [f"{doubt}: a run from equilibria has nothing of that" for doubt in against]
+    warnings += [*(f"{doubt}: a run from equilibria has nothing of that" for doubt in against), *([way] if way else ())]
     if parameters.solver.stepper != "auto":
         warnings.append("solver.stepper does nothing in a run from equilibria, which has no steps")
     why = "as the scene asks"

@@ -50,7 +50,7 @@ from bearing_twin.kinds.bearing.companion.windows import (
     off_by,
     within,
 )
-from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 
 BEARABLE = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed
 AT_A_TIME = 2  # balls that are followed
@@ -178,7 +178,8 @@ class Companion(Looking):
         return rows[np.argsort(rows[:, 0], kind="stable")]
 
     def _off(self, rows) -> float:
-        return off_by(np.array(rows), self.greatest_load or 1.0) / self.parameters.wanted.tolerance
+        wanted = self.parameters.wanted
+        return off_by(np.array(rows), self.greatest_load or 1.0, wanted.outputs == LOADS) / wanted.tolerance
 
     def _row(self, part: Part, window: Window, begin: float, tolerance: float, found: Found) -> list[float]:
         end, each = part.elapsed + part.start(window.begin + window.length), found.steps / found.states.shape[1]
@@ -251,6 +252,7 @@ class Companion(Looking):
         if copied is None:
             return []
         rows, taken, stretches, first = [], 0, stretches_from(met), np.inf
+        loads_alone = self.parameters.wanted.outputs == LOADS
         window = next(stretches)
         begin = part.elapsed + part.start(window.begin)
         moving, border = all_start(part, window.begin, window.length)
@@ -264,7 +266,7 @@ class Companion(Looking):
             last, taken = found.last, taken + found.steps
             rows.append(self._row(part, window, begin, tolerance, found))
             self.drift.see(part, window, found, 1.0)
-            off = max(off_by(np.array(rows[-1]), self.greatest_load or 1.0), FLOOR)
+            off = max(off_by(np.array(rows[-1]), self.greatest_load or 1.0, loads_alone), FLOOR)
             first = min(first, off)
             self.grew, self.reached = max(self.grew, off / first), max(self.reached, off)
             window = next(stretches, None) if off <= self.parameters.wanted.tolerance else None

@@ -20,8 +20,9 @@ UNSEEN = (
     "depends on what nobody can give exactly, and only statistics of many runs hold"
 )
 BEYOND = (
-    "balls met after {:.4g} s, where a copy that started apart by what the run is off was off by more than is wanted: "
-    "beyond that the motion depends on what nobody can give exactly, and only statistics of many runs hold"
+    "balls met after {:.4g} s, where a copy that started apart by what the run is off was off by more than a third of "
+    "what is wanted: beyond that the motion depends on what nobody can give exactly, and only statistics of many runs "
+    "hold"
 )
 BUMPED = 10.0  # times what any window shows, of what goes beside a run whose balls bump
 HOW = {  # the share of the tolerance up to which the run is as exact as wanted, how many times errors grow, since when
@@ -34,17 +35,17 @@ MOST = 32  # balls with their begin whose first error is kept
 class Growth:
     """Takes rows of WINDOW; those of one ball with one begin are of a companion that went on beside the run."""
 
-    def __init__(self, tolerance: float):
-        self.tolerance = tolerance
+    def __init__(self, tolerance: float, loads_alone: bool = False):
+        self.tolerance, self.loads_alone = tolerance, loads_alone
         self.first: dict[tuple[int, float], tuple[float, float]] = {}  # error at first, and kept until [s]
         self.grown, self.kept, self.since = 0.0, 0.0, ""
         self.shown = FLOOR  # the most that a window of all balls is off
         self.unlooked = math.inf  # since when [s] balls met where nobody looked, which counts once meetings are bad
-        self.beyond = math.inf  # since when [s] a copy was off by more than wanted, which counts once errors grow
+        self.beyond = math.inf  # since when [s] a copy was off by too much, which counts once errors grow
 
     def add(self, row, greatest: float) -> None:
         """Takes a row in; `greatest` load [N] so far."""
-        off = max(off_by(row, greatest or 1.0), FLOOR)
+        off = max(off_by(row, greatest or 1.0, self.loads_alone), FLOOR)
         ball, begin, end = int(row[PLACE["ball"]]), float(row[PLACE["begin"]]), float(row[0])
         if ball == UNKNOWN:
             self.unlooked = min(self.unlooked, begin)
@@ -60,7 +61,7 @@ class Growth:
             kept = end
         elif grown > most:
             self._ends(min(kept, self.unlooked) if ball == APART else kept, grown, since)
-        if ball == APART and off > self.tolerance:
+        if ball == APART and off > known * self.tolerance:
             self.beyond = min(self.beyond, kept)
         self.first[key] = first, kept
         if len(self.first) > MOST:
