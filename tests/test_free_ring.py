@@ -114,9 +114,9 @@ def test_the_weight_of_a_heavy_ring_and_of_its_cage_is_load(carried):
     assert found.greatest == pytest.approx(heavy.first_outputs().normal_load.max(), rel=0.02)
     assert weighed_support(parameters).loads == pytest.approx([0.0, -100.0 - weight, 0.0, 0.0, 0.0])
     assert weighed_support(parameters, (0.0, 0.0, 7.0, 0.0, 0.0)).loads[1:3] == pytest.approx([-weight, 7.0])
-    command = "hertz", 100.0, (0.0, -24_300.0, 0.0), (0.0, 0.0, 0.0)  # of 24 430 N that the bearing carries
+    command = "hertz", 100.0, (0.0, -24_150.0, 0.0), (0.0, 0.0, 0.0)  # of 24 290 N that the bearing carries
     check_load(light.parameters, *command)
-    with pytest.raises(SceneError, match=r"the greatest .* \(0, -2.44.e\+04, 0\) N"):
+    with pytest.raises(SceneError, match=r"the greatest .* \(0, -2.429e\+04, 0\) N"):
         check_load(parameters, *command)
 
 

@@ -100,9 +100,15 @@ def test_the_rig_under_load_is_in_balance_at_every_output():
     orbit = (values["orbit_angle"][-1] - values["orbit_angle"][0]) / 0.2
     assert orbit == pytest.approx(0.5 * 157.0796 * (1.0 - 6.75 / 28.55), rel=1e-9)
     assert abs(report.figures["energy_closure"]) < 1e-9
-    # the outer ring takes the load and the half of the balls' weight that is across their orbits; the cage the other
+    # the outer ring takes the load and the half of the balls' weight that is across their orbits; the cage the other,
+    # and what the inner raceway, whose centre is below, pushes along them
     weight = 4.0 * 7850.0 * math.pi / 6.0 * 6.75e-3**3 * 9.80665
-    assert values["outer_ring_force"][:, 1] == pytest.approx(-(1000.0 + weight), rel=1e-5)
+    sine, cosine = np.sin(values["orbit_angle"]), np.cos(values["orbit_angle"])
+    along = cosine * values["raceway_force"][..., 1] - sine * values["raceway_force"][..., 0]
+    x, y = values["inner_ring_offset"][:, :2].T[..., None]
+    aside = (y * cosine - x * sine) / (0.5 * 28.55e-3)
+    assert along == pytest.approx(-values["normal_load"][..., 0] * aside, rel=1e-5, abs=1e-12)
+    assert values["outer_ring_force"][:, 1] == pytest.approx(-1000.0 - weight - (cosine * along).sum(axis=1), rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -150,7 +156,7 @@ def test_a_held_ring_of_the_rig_feels_balls_pass():
     force = values["inner_ring_force"][:, 1]
     assert force.mean() == pytest.approx(988.2, rel=1e-3)
     assert force.min() == pytest.approx(975.5, rel=1e-3)
-    assert force.max() == pytest.approx(1000.1, rel=1e-3)
+    assert force.max() == pytest.approx(1000.1, rel=1.2e-3)  # 1 N of it goes back where the circle is moved sideways
     turns = values["orbit_angle"][:, 0]
     whole_passes = turns < 2.0 * np.pi / 8.0 * 30.0
     swing = force - force[whole_passes].mean()

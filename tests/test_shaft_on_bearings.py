@@ -377,9 +377,11 @@ def ball_loads(setting, azimuths, ring):
     stiff_i, stiff_o = (one.law.given for one in (setting.inner, setting.outer))
     for azimuth in azimuths:
         cosine, sine = math.cos(azimuth), math.sin(azimuth)
+        aside, leans = ring[1] * cosine - ring[0] * sine, ring[3] * cosine + ring[4] * sine
         opening = np.array([
-            setting.inner.locus_radius - setting.outer.locus_radius + ring[0] * cosine + ring[1] * sine,
-            ring[2] + setting.arm * (ring[3] * sine - ring[4] * cosine),
+            setting.inner.locus_radius - setting.outer.locus_radius + ring[0] * cosine + ring[1] * sine
+            - aside**2 / setting.pitch_diameter,
+            ring[2] + setting.arm * (ring[3] * sine - ring[4] * cosine) - aside * leans,
         ])  # fmt: skip
         length = np.linalg.norm(opening)
         squeeze = length - reach_i - reach_o
@@ -388,8 +390,9 @@ def ball_loads(setting, azimuths, ring):
         # linear springs in line without a load on the ball: it rests on the line of both centres
         load = squeeze / (1.0 / stiff_i + 1.0 / stiff_o)
         radial, axial = load * opening / length
-        moment = setting.arm * axial
-        total += [cosine * radial, sine * radial, axial, sine * moment, -cosine * moment]
+        moment, ahead = setting.arm * axial, -2.0 * aside / setting.pitch_diameter * radial - leans * axial
+        total += [cosine * radial - sine * ahead, sine * radial + cosine * ahead, axial, 0.0, 0.0]
+        total[3:] += [sine * moment - cosine * aside * axial, -cosine * moment - sine * aside * axial]
     return total
 
 

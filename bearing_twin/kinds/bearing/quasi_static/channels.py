@@ -3,6 +3,7 @@
 import math
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.quasi_static.opening import leaning, opening_of
 from bearing_twin.numerics.rotation import about_z, add, cross, dot, minus, scaled
 
 LEFT = 1e-12  # of the loads, or of their moments: sums of forces that are less are what the solution leaves of nothing
@@ -42,14 +43,18 @@ def _settle_ball(array, row, k, scale):
 
 
 @inlined
-def _write_contact(setting, found, out, row, k, side, cosine, sine, position, velocity, spin, centre, ring_speed):
-    """Writes one contact; returns the force on the ball and its arm, in `bearing_link`."""
+def _write_contact(setting, found, out, row, k, side, cosine, sine, lean, position, velocity, spin, centre, ring_speed):
+    """Writes one contact; returns the force on the ball and its arm, in `bearing_link`.
+
+    `lean` is how far the pull of the groove's centre points along the orbit.
+    """
     contacts = found.contacts
     load, approach = contacts.load[row, k, side], contacts.approach[row, k, side]
     sign = -1.0 if side == 0 else 1.0
     angle = contacts.angle[row, k, side]
     n_r, n_z = math.cos(angle), math.sin(angle)
-    outward = about_z(cosine, sine, (sign * n_r, 0.0, sign * n_z))  # from the ball to the raceway
+    towards = scaled(sign / math.sqrt(1.0 + lean * lean), (n_r, lean, n_z))
+    outward = about_z(cosine, sine, towards)  # from the ball to the raceway
     friction = about_z(cosine, sine, scaled(contacts.friction[row, k, side], (-n_z, 0.0, n_r)))
     arm = scaled(setting.ball_radius - 0.5 * approach, outward)
     point = add(position, arm)
@@ -80,11 +85,12 @@ def _write_ball(setting, gravity, found, out, row, k, angle, ring_speed, centre)
     roll = contacts.roll[row, k]
     spin = about_z(cosine, sine, (contacts.pitch[row, k], 0.0, orbit - roll))
     middle = (0.0, 0.0, 0.0)
+    lean = leaning(opening_of(setting, cosine, sine, found.q[row]), contacts.angle[row, k, 0])
     inner, inner_arm = _write_contact(
-        setting, found, out, row, k, 0, cosine, sine, position, velocity, spin, centre, ring_speed
+        setting, found, out, row, k, 0, cosine, sine, lean, position, velocity, spin, centre, ring_speed
     )
     outer, outer_arm = _write_contact(
-        setting, found, out, row, k, 1, cosine, sine, position, velocity, spin, middle, 0.0
+        setting, found, out, row, k, 1, cosine, sine, 0.0, position, velocity, spin, middle, 0.0
     )
     out.orbit_angle[row, k], out.roll_rate[row, k] = angle, roll
     _set(out.position, row, k, position)
@@ -108,8 +114,9 @@ def _write_ball(setting, gravity, found, out, row, k, angle, ring_speed, centre)
 def write_channels(setting, gravity, found, speeds, angles, out):
     """Fills `out` (`outputs.Outputs`) from `found` (`chunk.Instants`), the ring at `speeds` [rad/s] and `angles` [rad].
 
-    Sums of forces and moments that come to nothing are 0. Friction carries the gyroscopic moment alone; slip is that of
-    balls in one cage. Works and losses are left at 0.
+    Sums of forces and moments that come to nothing are 0. Friction is that across the grooves; slip is that of balls in
+    one cage, which bears what the inner contacts of a ring that is off the axis push along the orbit. Works and losses
+    are left at 0.
     """
     balls = out.orbit_angle.shape[1]
     for row in range(len(speeds)):

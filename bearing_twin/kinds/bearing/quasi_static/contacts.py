@@ -8,6 +8,7 @@ import numpy as np
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
 from bearing_twin.kinds.bearing.quasi_static.forces import LEVEL, orbit_and_roll, push_of, speeds_of
+from bearing_twin.kinds.bearing.quasi_static.opening import opening_of
 
 IDLE = 1e-3  # of the greatest load: below it the angle of a contact has no limit
 
@@ -49,10 +50,8 @@ def curvatures_at(setting, raceway, side, n_r):
 def write_contacts(setting, azimuths, q, place, out):
     """Fills `out` (`Contacts`) with the balls at their places, the ring at `q`."""
     for k in range(len(azimuths)):
-        opening_r = setting.inner.locus_radius - setting.outer.locus_radius
-        opening_r += q[0] * azimuths[k, 0] + q[1] * azimuths[k, 1]
-        opening_z = q[2] + setting.arm * (q[3] * azimuths[k, 1] - q[4] * azimuths[k, 0])
-        inner = push_of(setting, setting.inner, -1.0, opening_r - place[k, 0], opening_z - place[k, 1])
+        opening = opening_of(setting, azimuths[k, 0], azimuths[k, 1], q)
+        inner = push_of(setting, setting.inner, -1.0, opening.radial - place[k, 0], opening.axial - place[k, 1])
         outer = push_of(setting, setting.outer, 1.0, place[k, 0], place[k, 1])
         speeds = speeds_of(setting, inner, outer)
         gyroscopic = speeds.gyroscopic if inner.load > 0.0 else 0.0

@@ -20,6 +20,7 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.quasi_static.ball_balance import balance_at
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_at, shared
+from bearing_twin.kinds.bearing.quasi_static.opening import opening_of
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES, ring_loads
 from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, Support, azimuths_of
 
@@ -42,25 +43,22 @@ def _write_way(setting, directions, q, place, contacts, way):
     That is: its velocity across over the ring's speed, how far the contact lies aside, the ring's displacement along
     the radius, the ball's distance from the axis, both arms, the tilt along the orbit, the ball's height.
     """
-    rim = setting.inner.locus_radius - setting.outer.locus_radius
     for k in range(len(directions)):
-        cosine, sine = directions[k, 0], directions[k, 1]
-        outward, sideways = q[0] * cosine + q[1] * sine, q[1] * cosine - q[0] * sine
-        leans, along_tilt = q[3] * cosine + q[4] * sine, q[3] * sine - q[4] * cosine
-        opening_r, opening_z = rim + outward, q[2] + setting.arm * along_tilt
-        a, b, c, d = balance_at(setting, opening_r, opening_z, place[k, 0], place[k, 1], 0.0, 0.0).left_p
+        opening = opening_of(setting, directions[k, 0], directions[k, 1], q)
+        a, b, c, d = balance_at(setting, opening.radial, opening.axial, place[k, 0], place[k, 1], 0.0, 0.0).left_p
         inverse = -1.0 / (a * d - b * c) if a * d != b * c else 0.0
         arm = setting.ball_radius - 0.5 * max(contacts.approach[k, 0], 0.0)
         n_r, n_z = math.cos(contacts.angle[k, 0]), math.sin(contacts.angle[k, 0])
         radius, height = setting.outer.locus_radius + place[k, 0], place[k, 1] - q[2]
         low = height - arm * n_z
-        way[k, 0], way[k, 1] = opening_r, opening_z
+        way[k, 0], way[k, 1] = opening.radial, opening.axial
         way[k, 2], way[k, 3], way[k, 4], way[k, 5] = d * inverse, -b * inverse, -c * inverse, a * inverse
+        leans, sideways = opening.across, opening.aside
         way[k, 6] = (radius - arm * n_r) * leans * n_r - (sideways - low * leans) * n_z
         way[k, 7] = arm * (n_r * sideways / radius + (n_z - n_r * height / radius) * leans)
-        way[k, 8], way[k, 9], way[k, 10] = outward, radius, arm
+        way[k, 8], way[k, 9], way[k, 10] = opening.outwards, radius, arm
         way[k, 11] = setting.ball_radius - 0.5 * max(contacts.approach[k, 1], 0.0)
-        way[k, 12], way[k, 13] = along_tilt, height
+        way[k, 12], way[k, 13] = opening.along, height
 
 
 @inlined

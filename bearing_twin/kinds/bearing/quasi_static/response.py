@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.kinds.bearing.quasi_static.ball_balance import balance_at
+from bearing_twin.kinds.bearing.quasi_static.opening import opening_of, slopes_of
 from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, Support
 
 LOOSE = 1e-12  # of the stiffest direction: a direction that nothing holds is not moved
@@ -75,12 +76,11 @@ def pushed_by(solver: Solver, found: Equilibrium, shares: np.ndarray) -> Pushed:
     load, angle = found.contacts.load, found.contacts.angle
     normal = _normals(angle)
     pushes = (shares * load)[..., None] * normal
-    opened = np.array([_openings(solver, k) for k in range(len(load))])  # (N, 2, 5)
+    seen = [opening_of(solver.setting, *one, found.coordinates) for one in solver.directions]
+    opened = np.array([_slopes(solver, k, opening) for k, opening in enumerate(seen)])  # (N, 2, 5)
     moved, follows, ring = np.zeros((len(load), 2)), np.zeros((len(load), 2, 2)), np.zeros(5)
-    rim = solver.setting.inner.locus_radius - solver.setting.outer.locus_radius
     for k in range(len(load)):
-        opening = np.array([rim, 0.0]) + opened[k] @ found.coordinates
-        here = balance_at(solver.setting, *opening, *found.places[k], *solver.weights[k])
+        here = balance_at(solver.setting, seen[k].radial, seen[k].axial, *found.places[k], *solver.weights[k])
         inverse = np.linalg.pinv(np.reshape(here.left_p, (2, 2)))
         moved[k] = -inverse @ (pushes[k, 0] - pushes[k, 1])
         follows[k] = -inverse @ np.reshape(here.left_o, (2, 2))
@@ -100,7 +100,7 @@ def _raceways(solver: Solver):
     return solver.setting.inner, solver.setting.outer
 
 
-def _openings(solver: Solver, k: int) -> np.ndarray:
+def _slopes(solver: Solver, k: int, opening) -> np.ndarray:
     """Derivatives (2, 5) of ball k's opening, radial and axial, by the ring's coordinates."""
-    (cosine, sine), arm = solver.directions[k], solver.setting.arm
-    return np.array([[cosine, sine, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, arm * sine, -arm * cosine]])
+    radial, axial = slopes_of(solver.setting, *solver.directions[k], opening)
+    return np.array([[*radial, 0.0, 0.0, 0.0], [*axial[:2], 1.0, *axial[2:]]])

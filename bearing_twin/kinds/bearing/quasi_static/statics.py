@@ -29,7 +29,7 @@ CONTROLS = {"shared": (1.0, 1.0), "outer": (0.0, 2.0)}
 """Shares of the gyroscopic moment that friction carries on the inner and on the outer raceway."""
 LONGEST = 0.2  # of the ball diameter: no coordinate of the ring goes further
 STAGES = 12  # a load that is not found at once is approached in so many parts
-COARSE, HALVINGS = 8.0, 12  # of the search for the greatest load: steps down, then halvings of the last of them
+COARSE, HALVINGS = 8.0, 14  # of the search for the greatest load: steps down, then halvings of the last of them
 UNFOUND = 4  # halvings that one counts for whose balance is not found, which takes long
 CARRIES, HEAVY = 1e-6, 1e6  # share of a load, of HEAVY [N] at most, below which the greatest load is none
 UNITS = ("N", "N", "N", "N m", "N m")
@@ -284,9 +284,9 @@ def weighed_solver(parameters, setting: Setting, azimuths: np.ndarray) -> Solver
 
 
 def loose_directions(found: Equilibrium, support: Support, scales) -> list[str]:
-    """The free coordinates that nothing holds at an equilibrium: their stiffness is that of rounding."""
-    scaled = np.abs(found.stiffness) / np.outer(scales, scales)
-    greatest = scaled.max()
+    """The free coordinates that nothing holds at an equilibrium: their stiffness is rounding, or below 0."""
+    scaled = found.stiffness / np.outer(scales, scales)
+    greatest = np.abs(scaled).max()
     return [
         name
         for i, (name, one) in enumerate(zip(COORDINATES, support.free, strict=True))
