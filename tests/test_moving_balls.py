@@ -8,6 +8,7 @@ import pytest
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static import moving_balls
 from bearing_twin.kinds.bearing.quasi_static.answer import answer_of
+from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
 from bearing_twin.kinds.bearing.quasi_static.friction_across import solved_in_motion
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import _late, angle_errors
 from bearing_twin.kinds.bearing.quasi_static.statics import (
@@ -232,3 +233,49 @@ def test_an_answer_and_a_run_tell_the_error_of_their_angles():
     solver = solver_of(parameters, LAW, load_line(support))
     answer = answer_of(parameters, LAW, solver, support, solver.solve(support))
     assert max(answer["contact_angle_inner_rad_error"]) > off
+
+
+@pytest.mark.parametrize(("friction", "seconds"), [("point", 80.0), ("spot", 0.3)])
+def test_loads_of_equilibria_err_by_what_settled_axes_of_spin_make_of_them(friction, seconds):
+    """A 218 held where it bears 17.8 kN: axes end parallel to the bearing's, or the outer raceway takes the moment."""
+    held = ["model.dimension=prescribed", "rings.inner.free=none", "rings.inner.load=[0,0,0]", "gravity=[0,0,0]"]
+    rates = [f"run.duration={seconds}", "run.output_rate=10", "run.publish_rate=10", "solver.companion=off"]
+    given = load_scene(
+        "bearing_218_thrust",
+        [*held, *rates, "drive.offset=[0,0,6.8647e-4]", "geometry.balls=3", f"contact.friction={friction}"],
+    )
+    *_, last = simulate(given)
+    parameters = given.parameters
+    support = support_of(parameters)
+    solver = solver_of(parameters, "hertz")
+    rolling = solver.solve(support)
+    told = response_to_axes(parameters, solver, support)
+    off = last["normal_load"] - rolling.contacts.load
+    assert (off > 50.0).all()
+    assert (0.8 * off < told.loads).all()
+    assert (told.loads < 1.3 * off).all()
+
+
+def test_axes_of_spin_change_nothing_at_rest_and_next_to_nothing_in_a_deep_groove():
+    for scene, words, most in (
+        ("bearing_218_thrust", ["drive.speed=0"], 1e-12),
+        ("bearing_6203", ["drive.offset=[0,0,2e-5]"], 1e-4),
+    ):
+        parameters = load_scene(scene, words).parameters
+        solver, support = solver_of(parameters, "hertz"), support_of(parameters)
+        loads = response_to_axes(parameters, solver, support).loads
+        assert np.abs(loads).max() <= most * solver.solve(support).contacts.load.max()
+
+
+def test_a_run_of_equilibria_says_what_settled_axes_do_to_its_loads():
+    run = simulate("bearing_218_thrust")
+    for _ in run.blocks():
+        pass
+    errors = run.report.errors
+    assert errors["errors_by_source"]["normal_load_outer_n"]["friction_model"][0] == pytest.approx(157.5, rel=1e-3)
+    assert errors["normal_load_outer_n_error"][0] > 157.4
+    wants_loads = simulate(load_scene("bearing_218_thrust", ["wanted.outputs=loads"]))
+    for _ in wants_loads.blocks():
+        pass
+    assert wants_loads.report.status == "doubtful: loads"
+    assert wants_loads.report.errors["wanted_errors"]["loads"]["error"] == pytest.approx(157.5 / 1888.75, rel=1e-3)

@@ -21,14 +21,13 @@ from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error, spots_off
 from bearing_twin.kinds.bearing.left_out import left_out, unknown_drilling
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
-from bearing_twin.kinds.bearing.quasi_static.worth import SceneWorth, Worth, worths_of_run
+from bearing_twin.kinds.bearing.quasi_static.worth import LOADS_OF, SceneWorth, Worth, worths_of_run
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
 from bearing_twin.kinds.bearing.summing import STRETCH, turning
 from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
-LOADS_OF = "normal_load", "greatest_normal_load"
 TILTING = "ring_moment_nm", "misalignment_rad"
 SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
 OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
@@ -84,22 +83,25 @@ class BearingDoubt:
     def errors(self, figures: Mapping[str, Any]) -> Errors:
         """The errors of these figures so far."""
         law = law_error(self.parameters, self.choice.law, *self.curvatures, self.load)
-        law, found = None if law is None else np.abs(law), {}
+        law, found, still = None if law is None else np.abs(law), {}, self._still
+        balls = self.parameters.geometry.balls
         width = np.array([half_space_error(self.parameters, figures[f"semi_major_{side}_m"]) for side in SIDES]).T
         for source, errors in (
             (METHOD, self._method(figures)),
             (LAW, {} if law is None else self._by_load(figures, law, LAW)),
-            (LEFT_OUT, self._by_load(figures, width, LEFT_OUT) | self._without_friction()),
-            (FRICTION_MODEL, self._friction(figures)),
+            (LEFT_OUT, self._by_load(figures, width, LEFT_OUT) | (still.by_friction(balls) if still else {})),
+            (FRICTION_MODEL, still.by_axes(balls) if still else self._friction(figures)),
         ):
             for key, error in errors.items():
                 found.setdefault(key, {})[source] = error
         if not any(map(any, (figures[key] for key in OUT_OF_PLANE))):
             found |= {key: {source: [0.0, 0.0] for source in found[key]} for key in TILTING if key in found}
         mends = {LAW: HERTZ_MENDS, METHOD: self._mend()}
-        if not FRICTIONS[self.parameters.contact.friction].over_spot and spots_built(self.parameters):
+        if self.choice.stepper == QUASI_STATIC:
+            mends[FRICTION_MODEL] = self._smaller_steps
+        elif not FRICTIONS[self.parameters.contact.friction].over_spot and spots_built(self.parameters):
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
-        spent = dearest(self.worst.rows["steps"], self.parameters.geometry.balls)
+        spent = dearest(self.worst.rows["steps"], balls)
         horizon, wanted = self.growth.horizon, self.parameters.wanted.tolerance * float(self.load.max())
         # What is left for the ring is a difference of loads, which err by as much as is wanted.
         spared = {"ring_force_n": wanted, "ring_moment_nm": 0.5 * self.parameters.geometry.pitch_diameter * wanted}
@@ -177,13 +179,10 @@ class BearingDoubt:
         nearest = self._nearest()
         return nearest.of(source, float(self.load.max())) if nearest else None
 
-    def _without_friction(self) -> dict[str, list[float]]:
-        """What contact angles of equilibria are off those of moving balls."""
-        nearest = self._nearest() if self.choice.stepper == QUASI_STATIC else None
-        if nearest is None:
-            return {}
-        balls = self.parameters.geometry.balls
-        return {f"contact_angle_{side}_rad": [float(nearest.angles[i])] * balls for i, side in enumerate(SIDES)}
+    @property
+    def _still(self) -> SceneWorth | None:
+        """The equilibrium that a run from equilibria is nearest to; None of other runs."""
+        return self._nearest() if self.choice.stepper == QUASI_STATIC else None
 
     def _by_load(self, figures: Mapping[str, Any], share: np.ndarray, source: str) -> dict[str, Any]:
         """Errors of figures where contacts are off by these shares (N, 2) of their load at the same approach.
@@ -271,7 +270,8 @@ class BearingDoubt:
 
     @functools.cached_property
     def _of_equilibria(self) -> float | None:
-        return told_of_equilibria(self.parameters, self.choice)
+        told = told_of_equilibria(self.parameters, self.choice)
+        return told if told is None or self._still is None else max(told, self._still.share_by_axes)
 
     @functools.cached_property
     def _smaller_steps(self) -> str:

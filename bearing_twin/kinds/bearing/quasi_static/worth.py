@@ -1,7 +1,7 @@
 """What the figures of a bearing in balance are worth: errors of its law and of half-spaces, as the balance takes them.
 
 An equilibrium is solved to rounding, so these are the errors there are of what its model holds. Of what it leaves out,
-friction across the grooves has a number, in contact angles.
+friction across the grooves has a number, in contact angles, and what settled axes of spin do has one, in loads.
 """
 
 import math
@@ -11,9 +11,11 @@ import numpy as np
 
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.outputs import ellipses
+from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
 from bearing_twin.kinds.bearing.quasi_static.response import Response, response_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
@@ -32,6 +34,7 @@ from bearing_twin.kinds.doubt import LAW
 
 ALIKE = 0.1  # of the greatest load: an equilibrium whose greatest is nearer than this stands for a run
 NOTHING = 1e-9  # of the greatest change: less is rounding
+LOADS_OF = "normal_load", "greatest_normal_load"  # figures of contacts' loads
 SPOTS = ("semi_major", "semi_minor", "peak_pressure")  # what `spots_of` gives
 
 
@@ -50,17 +53,46 @@ class SceneWorth(NamedTuple):
     """The equilibrium of a scene: its `greatest` contact load [N], what its law is off by, and half-spaces are.
 
     `angles` (N, 2) [rad] is how far contact angles are off those of moving balls, of a run (2,) at the greatest load.
+    `axes` is what settled axes of spin change; None where nothing is known of that.
     """
 
     greatest: float
     law: Worth | None
     half_space: Worth
     angles: np.ndarray
+    axes: Response | None
 
     def of(self, source: str, greatest: float) -> Worth | None:
         """The law's worth or the half-spaces'; None for a run whose greatest load [N] is another."""
         alike = abs(self.greatest - greatest) <= ALIKE * greatest
         return (self.law if source == LAW else self.half_space) if alike else None
+
+    @property
+    def share_by_axes(self) -> float:
+        """What settled axes of spin change a load by at most, over the greatest."""
+        return 0.0 if self.axes is None else float(np.abs(self.axes.loads).max()) / self.greatest
+
+    def by_friction(self, balls: int) -> dict[str, list[float]]:
+        """Errors of figures of a run, by their names: how far contact angles are off those of moving balls."""
+        return {f"contact_angle_{side}_rad": [float(self.angles[i])] * balls for i, side in enumerate(SIDES)}
+
+    def by_axes(self, balls: int) -> dict[str, list[float]]:
+        """Errors of figures of a run, by their names: what settled axes of spin change at most."""
+        if self.axes is None:
+            return {}
+        loads, _, moved, ring = (np.abs(one) for one in self.axes)
+        moved, ring = _settled(moved).tolist(), _settled(ring).tolist()
+        return {
+            **{
+                f"{key}_{side}_n": [float(loads[:, i].max())] * balls
+                for key in LOADS_OF
+                for i, side in enumerate(SIDES)
+            },
+            "ring_displacement_m": moved[:3],
+            "misalignment_rad": moved[3:],
+            "ring_force_n": ring[:3],
+            "ring_moment_nm": ring[3:],
+        }
 
 
 class Off(NamedTuple):
@@ -95,6 +127,7 @@ def _worths(parameters, law: str, solver: Solver, support: Support, found: Equil
         None if shares is None else _worth(*given, shares),
         _worth(*given, wide),
         angle_errors(parameters, solver, found),
+        response_to_axes(parameters, solver, support),
     )
 
 
@@ -130,7 +163,11 @@ def errors_of(parameters, law: str, solver: Solver, support: Support, found: Equ
     worths = [one for one in (worth.law, worth.half_space) if one is not None]
     shares = np.sum([np.abs(one.shares) for one in worths], axis=0)
     responses = zip(*(one.response for one in worths), strict=True)
-    loads, angles, coordinates, ring = (np.sum(np.abs(parts), axis=0) for parts in responses)
+    parts = [np.sum(np.abs(one), axis=0) for one in responses]
+    if worth.axes is not None:
+        settling = worth.axes._replace(angles=np.zeros_like(contacts.angle))  # which `worth.angles` holds
+        parts = [one + np.abs(more) for one, more in zip(parts, settling, strict=True)]
+    loads, angles, coordinates, ring = parts
     coordinates, ring = _settled(coordinates), _settled(ring)
     off = np.divide(loads, contacts.load, out=np.zeros_like(loads), where=contacts.load > 0.0)
     # A spot goes with the cube root of load and modulus.
