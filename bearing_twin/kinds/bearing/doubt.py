@@ -270,8 +270,7 @@ class BearingDoubt:
 
     @functools.cached_property
     def _of_equilibria(self) -> float | None:
-        told = told_of_equilibria(self.parameters, self.choice)
-        return told if told is None or self._still is None else max(told, self._still.share_by_axes)
+        return told_of_equilibria(self.parameters, self.choice)
 
     @functools.cached_property
     def _smaller_steps(self) -> str:

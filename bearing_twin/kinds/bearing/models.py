@@ -14,8 +14,7 @@ from bearing_twin.kinds.bearing.adequacy import (
     of_falling_balls,
     of_held_ring,
     of_temperatures,
-    share_at_start,
-    still_error,
+    still_at_start,
     way_doubt,
 )
 from bearing_twin.kinds.bearing.drive import TORQUE
@@ -63,12 +62,12 @@ def _dimension(parameters, law: str, warnings: list[str]) -> tuple[str, str]:
         warnings += of_held_ring(parameters)
         why = "as the scene asks" if asked else "because friction torque, slip and losses are among the outputs"
         return PRESCRIBED, f"prescribed, {why}"
-    share = share_at_start(parameters, law)
-    against, way = doubts(parameters, share), way_doubt(parameters, law)
+    still = still_at_start(parameters, law)
+    against, way = doubts(parameters, still), way_doubt(parameters, law)
     if loads_alone and (against or way):
         warnings += of_held_ring(parameters)
         return PRESCRIBED, f"prescribed, because {' and '.join(against or [way])}"
-    costs = dimension_costs(parameters, share)
+    costs = dimension_costs(parameters, still.share)
     if loads_alone and not cage_needed(parameters) and costs[PRESCRIBED] <= costs[QUASI_STATIC]:
         return PRESCRIBED, (
             f"prescribed, because at {parameters.run.output_rate:g} outputs a second moving balls cost "
@@ -89,8 +88,8 @@ def _dimension(parameters, law: str, warnings: list[str]) -> tuple[str, str]:
             "torque, skidding and ringing are not in it"
         )
     return QUASI_STATIC, (
-        f"quasi_static, {why}; the centrifugal load is {share:.2g} of the contact's at the start, where loads are "
-        f"within {100.0 * still_error(share):.2g} % of those of moving balls"
+        f"quasi_static, {why}; the centrifugal load is {still.share:.2g} of the contact's at the start, where loads "
+        f"are within {100.0 * still.error:.2g} % of those of moving balls"
     )
 
 

@@ -67,11 +67,6 @@ class SceneWorth(NamedTuple):
         alike = abs(self.greatest - greatest) <= ALIKE * greatest
         return (self.law if source == LAW else self.half_space) if alike else None
 
-    @property
-    def share_by_axes(self) -> float:
-        """What settled axes of spin change a load by at most, over the greatest."""
-        return 0.0 if self.axes is None else float(np.abs(self.axes.loads).max()) / self.greatest
-
     def by_friction(self, balls: int) -> dict[str, list[float]]:
         """Errors of figures of a run, by their names: how far contact angles are off those of moving balls."""
         return {f"contact_angle_{side}_rad": [float(self.angles[i])] * balls for i, side in enumerate(SIDES)}
