@@ -54,19 +54,17 @@ def _made(case, load, friction, *further):
     return ToleranceRow(case, METHOD, 1e-3, load, friction, 1.0, 100, DONE, **known)
 
 
-def test_loads_alone_are_told_apart_and_equilibria_have_no_steps():
-    nothing = math.nan, "done", 0, 0, 0
+def test_loads_alone_are_told_apart():
+    nothing = math.nan, "done", 0, 0, 0  # equilibria have no steps
     loads = [_made(case, error, math.nan, 2e-4, *nothing).but(method=LOADS_ALONE) for case, error in LOADS]
     text = " ".join(reading(loads))
     assert text.startswith(
         "Loads alone wanted: of runs that call themselves done 1 of 2 are within their tolerance; the furthest of the "
-        "others is off by 7 times it. Loads alone wanted: equilibria are taken in 2 of 2."
+        "others is off by 7 times it. Loads alone wanted: unsaid are sudden at 0.001, 0.007. Loads alone wanted: "
+        "estimates are within a factor 3 of the true error in 1 of 2 (50 %)"
     )
-    assert "Loads alone wanted: unsaid are sudden at 0.001, 0.007." in text
     assert "All" not in text
-    steps = " ".join(reading([one.but(steps=100, watched_steps=100, companion_steps=20) for one in loads]))
-    assert "equilibria are taken in 0 of 2" in steps
-    assert "20 % of a run's steps as a median" in steps
+    assert len(text.split("Loads alone wanted:")) == 4
 
 
 def test_what_is_missed_is_said_with_what_the_run_says_of_it():

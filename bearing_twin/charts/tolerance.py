@@ -194,10 +194,7 @@ def reading(points: list[ToleranceRow]) -> Iterator[str]:
             yield from (f"{who}: {sentence}" for sentence in _read_group(mine))
     if alone:
         good = [p for p in alone if p.status == DONE]
-        still = _share(sum(not p.watched_steps for p in good), len(good))
-        yield f"Loads alone wanted: {_said(good)}"
-        yield f"Loads alone wanted: equilibria are taken in {still}."
-        yield from (f"Loads alone wanted: {sentence}" for sentence in _read_group(alone))
+        yield from (f"Loads alone wanted: {sentence}" for sentence in (_said(good), *_unsaid(good), _near(good)))
 
 
 def _said(good: list[ToleranceRow]) -> str:
@@ -207,6 +204,12 @@ def _said(good: list[ToleranceRow]) -> str:
     furthest = f"; the furthest of the others is off by {max(over):.2g} times it" if over else ""
     kept = sum(p.kept for p in done)
     return f"of runs that call themselves done {_share(kept, len(done))} are within their tolerance{furthest}."
+
+
+def _unsaid(good: list[ToleranceRow]) -> Iterator[str]:
+    """Which runs miss their tolerance and do not say so."""
+    if found := [p for p in good if p.missed and not p.doubtful]:
+        yield "unsaid are " + "; ".join(f"{p.problem} at {p.setting:g}, {p.error:.2g}" for p in found) + "."
 
 
 def _near(good: list[ToleranceRow]) -> str:
@@ -233,23 +236,20 @@ def _read_group(points: list[ToleranceRow]) -> Iterator[str]:
     if lost := [p for p in good if not p.kept and not p.missed]:
         told = ", ".join(dict.fromkeys(p.problem for p in lost)), _share(sum(p.doubtful for p in lost), len(lost))
         yield "in {} runs nobody knows, as the reference is off by more ({}); doubtful are {}.".format(len(lost), *told)
-    unsaid = [p for p in missed if not p.doubtful]
     if missed:
+        doubtful = sum(p.doubtful for p in missed)
         worst = max(p.error / p.setting for p in missed)
         yield (
-            f"where it is more, the run calls itself doubtful in {_share(len(missed) - len(unsaid), len(missed))}; the "
+            f"where it is more, the run calls itself doubtful in {_share(doubtful, len(missed))}; the "
             f"greatest error is {worst:.2g} times the tolerance."
         )
-    if unsaid:
-        yield "unsaid are " + "; ".join(f"{p.problem} at {p.setting:g}, {p.error:.2g}" for p in unsaid) + "."
+    yield from _unsaid(good)
     yield from (f"{p.problem} at {p.setting:g}: {p.reason}" for p in points if p.status != DONE)
     if not good:
         return
     yield _near(good)
     taken = [p.companion_steps / p.watched_steps for p in good if p.watched_steps]
     costs = [(p.companion_steps + p.watched_steps) / p.steps for p in good if p.steps]
-    if not taken:  # equilibria
-        return
     yield (
         f"the companion takes {100.0 * np.median(taken):.2g} % of a run's steps as a median and "
         f"{100.0 * max(taken):.3g} % at most; with what is done again a run takes {np.median(costs):.2g} times the "
