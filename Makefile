@@ -136,7 +136,8 @@ check: base $(TOOLS)
 	$(call stage,tests that the change wants)
 	@source env.bash && python tests/wanted.py
 
-# Files of tests go to two processes, each file whole, so that its tests share what its fixtures made; in our order.
+# Files of tests go to two processes, each file whole, so that its tests share what its fixtures made; from both ends of
+# our order, so that each process has to do with neighbours (`tests/conftest.py`).
 SIDE_BY_SIDE := --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
 # With CI set no ROS test may be skipped: a missing ROS is then an error.
