@@ -153,7 +153,8 @@ class RecorderNode(Node):
                 said = f"{topic}: no SampleBlock though sent as one, or too large: not logged; look at who sends it"
                 self.get_logger().error(said, throttle_duration_sec=TALK)
             if lost:
-                self.get_logger().error(f"{topic}: {lost_in_words(lost, RECORDS in topic)}")
+                said = f"{topic}: {lost_in_words(lost, RECORDS in topic)}; /diagnostics counts all"
+                self.get_logger().error(said, throttle_duration_sec=TALK)
         except Exception as error:  # a callback that raises would end the node without saying which message it was
             self._fail(error)
 
