@@ -109,7 +109,7 @@ class RecorderNode(Node):
             self.recording.add(name, types[0], str(publishers[0].topic_type_hash), offered)
         except BearingTwinError as error:
             self._refused.add(name)
-            self.get_logger().error(f"{name} is not logged: {error}")
+            self.get_logger().error(f"{name} is not logged: {error}", throttle_duration_sec=TALK)
             return
         self._listen(name, message, profiles)
 
