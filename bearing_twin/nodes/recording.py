@@ -96,7 +96,7 @@ class Recording(Told):
         return any(fnmatchcase(topic, pattern) for pattern in self._patterns)
 
     def add(self, topic: str, ros_type: str, type_hash: str, qos: tuple[Qos, ...]) -> None:
-        """Describes a topic in the log; raises LogError for too many, and where the definition of a type is not found."""
+        """Describes a topic in the log; raises LogError for one too many, and for a type without a definition."""
         if len(self._numbers) >= MOST_TOPICS:
             raise LogError(f"there are {MOST_TOPICS} topics in the log, and no reader takes more")
         known = cdr.is_known(ros_type) and type_hash in (cdr.type_hash(ros_type), "INVALID")
