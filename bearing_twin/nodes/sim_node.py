@@ -193,7 +193,7 @@ class SimNode(Node):
 
     @guarded
     def _on_reset(self, request, response):
-        response.message = self._command("reset")
+        response.message = "; ".join(filter(None, (self._command("reset"), self._logs.doubt)))
         response.success = True
         return response
 
