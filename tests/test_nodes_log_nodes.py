@@ -333,6 +333,18 @@ def test_the_pace_of_a_replay_is_set_while_it_plays(log):
         assert node.loop.paced.pacer.factor == 1000
 
 
+def test_a_paused_replay_tells_the_time_where_it_stands_to_whoever_comes_late(log):
+    with ros_executor() as executor:
+        watcher, times = plain_node(executor), []
+        node = started(executor, ReplayNode, log=str(log), discovery=0.0, publish_clock=True, rate=0.001, start=0.05)
+        spin_until(executor, lambda: node.loop.paced.position_ns, "the first message")
+        call(executor, watcher, SetBool, "/replay_node/pause", SetBool.Request(data=True))
+        quality = qos_profile(Qos(10, "best_effort"))
+        watcher.create_subscription(Clock, "/clock", lambda one: times.append(one.clock.nanosec), quality)
+        spin_until(executor, lambda: len(times) > 2, "time that stands still")
+        assert set(times) == {node.loop.paced.position_ns}
+
+
 def test_two_nodes_that_send_the_same_samples_or_the_time_say_so(log):
     """As a replay beside the running node of which it was recorded: both go on, and whoever listens hears both."""
     with ros_executor() as executor:

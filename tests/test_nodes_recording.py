@@ -139,6 +139,23 @@ def test_a_message_that_no_reader_takes_is_counted_and_left_out(tmp_path):
     assert [len(message.data) for message in raw_messages(path)] == [6, LARGEST_MESSAGE, 5]
 
 
+def test_no_more_topics_are_recorded_than_are_read(tmp_path, monkeypatch):
+    """Anybody can publish on as many as he likes; a log of one more would be refused whole."""
+    for module in ("nodes.recording", "log.mcap_read"):
+        monkeypatch.setattr(f"bearing_twin.{module}.MOST_TOPICS", 5)
+    recording = Recording(tmp_path / "out.mcap", ["*"])
+    for k in range(7):
+        topic, what = f"/{k}", (cdr.STRING, cdr.type_hash(cdr.STRING), (Qos(),))
+        if k < 5:
+            recording.add(topic, *what)
+            receive(recording, topic, k, k, bytes(4), 1)
+        else:
+            with pytest.raises(LogError, match="there are 5 topics in the log"):
+                recording.add(topic, *what)
+    recording.close()
+    assert len(list(raw_messages(tmp_path / "out.mcap"))) == 5
+
+
 def test_outputs_and_restarts_are_those_of_samples_alone(tmp_path):
     """A node that is reset begins its records anew, too; they hold rows of their own, which are no outputs."""
     recording = Recording(tmp_path / "out.mcap", ["*"])

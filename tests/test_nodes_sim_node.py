@@ -148,6 +148,20 @@ def test_a_command_that_waits_and_fails_is_said(monkeypatch, capfd):
     assert "could not be carried out: division by zero" in capfd.readouterr().err
 
 
+def test_whoever_resets_once_too_often_is_told_that_the_run_is_not_logged(tmp_path, monkeypatch):
+    monkeypatch.setattr("bearing_twin.nodes.run_logs.MOST_LOGS", 1)
+    with ros_executor(threads=2) as executor:
+        watcher, seen = plain_node(executor), []
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        started(executor, SimNode, log=str(tmp_path / "run.mcap"))
+        answer = call(executor, watcher, Trigger, RESET, Trigger.Request())
+        assert answer.success
+        told = "not logged: the node has begun 1 logs; start it again for more"
+        spin_until(executor, lambda: any(told in status.message for status in seen), "a warning")
+        assert told in call(executor, watcher, Trigger, RESET, Trigger.Request()).message
+    assert [file.name for file in tmp_path.iterdir()] == ["run.mcap"]
+
+
 @pytest.mark.parametrize(("duration", "told"), [(0.1, 1), (0.0, 0)])
 def test_a_change_beyond_the_end_of_a_run_is_said_once_unless_the_run_has_no_end(monkeypatch, capfd, duration, told):
     compiled = threading.Event()

@@ -305,15 +305,16 @@ def test_a_reset_starts_again_at_zero_with_a_new_log(tmp_path):
     assert numbers == [*range(len(logged)), *range(61)]
 
 
-def test_resets_begin_so_many_logs_and_all_are_counted(tmp_path):
-    logs = RunLogs(str(tmp_path / "run.mcap"), lambda path: LogWriter(path, SCENE, {"law": "hertz"}), most=3)
+def test_resets_begin_so_many_logs_and_all_are_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr("bearing_twin.nodes.run_logs.MOST_LOGS", 3)
+    logs = RunLogs(str(tmp_path / "run.mcap"), lambda path: LogWriter(path, SCENE, {"law": "hertz"}))
     loop, delivered, clock = made_up_loop(open_log=logs.begin, duration_ns=60 * MS)
     for run in range(5):
         drive(loop, clock, 33 * MS)
         assert bool(logs.doubt) is (run > 2)
         loop.reset(clock[0])
     loop.close()
-    assert logs.doubt == "not logged: resets have begun 3 logs; start the node again for more"
+    assert logs.doubt == "not logged: the node has begun 3 logs; start it again for more"
     files = [tmp_path / name for name in ("run.mcap", "run_1.mcap", "run_2.mcap")]
     assert sorted(tmp_path.iterdir()) == sorted(files)
     assert all(len(list(read_log(file))) > 20 for file in files)

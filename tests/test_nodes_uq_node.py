@@ -172,7 +172,8 @@ def test_a_cancel_ends_worker_processes_at_once_and_the_next_study_is_served(tmp
         assert ran(executor, client, **QUICK)[0] == "succeeded"
 
 
-def test_bad_goals_are_answered_while_a_study_runs_and_the_next_is_served():
+def test_bad_goals_are_answered_while_a_study_runs_and_the_next_is_served(capfd, monkeypatch):
+    monkeypatch.setattr("bearing_twin.nodes.uq_node.TALK", PATIENCE)
     with ros_executor(threads=3) as executor:
         node = started(executor, UqNode, log_folder="")
         client = client_of(executor)
@@ -191,6 +192,9 @@ def test_bad_goals_are_answered_while_a_study_runs_and_the_next_is_served():
         spin_until(executor, long.cancel_goal_async().done, "cancel")
         assert outcome(executor, long)[0] == "cancelled"
         assert ran(executor, client, **QUICK)[0] == "succeeded"
+    assert capfd.readouterr().err.count("aborted: ") == 1, (
+        "ROS keeps every sentence in a file, and anybody can send these"
+    )
 
 
 def test_one_runs_four_wait_in_order_and_the_next_is_refused():

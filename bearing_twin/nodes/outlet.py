@@ -13,6 +13,7 @@ from bearing_twin.nodes.messages import message_class, qos_profile, stamp
 from bearing_twin.nodes.pacing import Timed
 from bearing_twin.spelling import echo, harmless
 
+CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
 MANY = 500  # topics: what DDS and ROS do for each of so many delays the end of a node and its turns
 
 

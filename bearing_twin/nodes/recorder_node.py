@@ -109,7 +109,7 @@ class RecorderNode(Node):
             self.recording.add(name, types[0], str(publishers[0].topic_type_hash), offered)
         except BearingTwinError as error:
             self._refused.add(name)
-            self.get_logger().error(f"{name} is not logged: {error}")
+            self.get_logger().error(f"{name} is not logged: {error}", throttle_duration_sec=TALK)
             return
         self._listen(name, message, profiles)
 
@@ -153,7 +153,8 @@ class RecorderNode(Node):
                 said = f"{topic}: no SampleBlock though sent as one, or too large: not logged; look at who sends it"
                 self.get_logger().error(said, throttle_duration_sec=TALK)
             if lost:
-                self.get_logger().error(f"{topic}: {lost_in_words(lost, RECORDS in topic)}")
+                said = f"{topic}: {lost_in_words(lost, RECORDS in topic)}; /diagnostics counts all"
+                self.get_logger().error(said, throttle_duration_sec=TALK)
         except Exception as error:  # a callback that raises would end the node without saying which message it was
             self._fail(error)
 

@@ -12,7 +12,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.blocks import readable_range
-from bearing_twin.log.mcap_read import LARGEST_MESSAGE
+from bearing_twin.log.mcap_read import LARGEST_MESSAGE, MOST_TOPICS
 from bearing_twin.log.parts import Safety, Told
 from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter
 
@@ -96,7 +96,9 @@ class Recording(Told):
         return any(fnmatchcase(topic, pattern) for pattern in self._patterns)
 
     def add(self, topic: str, ros_type: str, type_hash: str, qos: tuple[Qos, ...]) -> None:
-        """Describes a topic in the log; raises LogError when the definition of its type cannot be found."""
+        """Describes a topic in the log; raises LogError for one too many, and for a type without a definition."""
+        if len(self._numbers) >= MOST_TOPICS:
+            raise LogError(f"there are {MOST_TOPICS} topics in the log, and no reader takes more")
         known = cdr.is_known(ros_type) and type_hash in (cdr.type_hash(ros_type), "INVALID")
         text = cdr.schema_text(ros_type) if known else cdr.full_definition(ros_type, self._folder_definition)
         has_samples = known and ros_type == cdr.SAMPLE_BLOCK

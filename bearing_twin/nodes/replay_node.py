@@ -11,7 +11,7 @@ from std_srvs.srv import SetBool
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN
 from bearing_twin.nodes.node_parameters import NodeParameter
-from bearing_twin.nodes.outlet import Outlet
+from bearing_twin.nodes.outlet import CLOCK_PERIOD, Outlet
 from bearing_twin.nodes.pacing import StreamPace
 from bearing_twin.nodes.replaying import ReplayLoop
 from bearing_twin.nodes.running import Heartbeat, acknowledged, declare, guarded, run, wait_for_subscribers
@@ -63,7 +63,10 @@ class ReplayNode(Node):
         self.create_service(SetBool, "~/pause", self._on_pause)
         self.add_post_set_parameters_callback(self._on_parameters)
         self._heartbeat = Heartbeat(self, "replay", self._outlet)
-        self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, clock=steady)
+        if self._outlet.has_clock:
+            self.create_timer(CLOCK_PERIOD, self._on_clock, clock=steady)
         self.get_logger().info(f"{values['log']}: {len(self._outlet.publishers)} topics")
         wait = partial(wait_for_subscribers, self._outlet.publishers, values["discovery"])
         self.worker = Worker(self._turn, wait, self._ended)
@@ -100,6 +103,11 @@ class ReplayNode(Node):
             response.message = "taken: it is carried out when every topic has a subscriber, or the time for it is over"
         response.success = True
         return response
+
+    @guarded
+    def _on_clock(self):
+        if self.loop.paced.paused and self.loop.paced.position_ns:  # where it stands still, for whoever comes late
+            self._outlet.tick(self.loop.paced.position_ns)
 
     @guarded
     def _on_parameters(self, parameters):

@@ -7,13 +7,13 @@ MOST_LOGS = 1000  # of one node; each takes 0.1 MB at least
 
 
 class RunLogs:
-    """Opens the logs of runs 0, 1, 2 ... beside `path`, `most` of them, and says how much room all take; "" = none.
+    """Opens the logs of runs 0, 1, 2 ... beside `path` (empty: none), and says how much room all take.
 
     `open_log(path)` gives a log with `problem`, `dropped` and `bytes`.
     """
 
-    def __init__(self, path: str, open_log: Callable[[Path], object], most: int = MOST_LOGS):
-        self._path, self._open, self._most = path, open_log, most
+    def __init__(self, path: str, open_log: Callable[[Path], object]):
+        self._path, self._open = path, open_log
         self._newest: list = []  # the last two: a log is opened before the one before is completed
         self._bytes_before = self._dropped_before = 0
         self.count = 0
@@ -23,8 +23,8 @@ class RunLogs:
         """The log of a run, None where there are too many already; raises LogError, and is then as it was."""
         if not self._path:
             return None
-        if self.count >= self._most:
-            self.doubt = f"not logged: resets have begun {self.count} logs; start the node again for more"
+        if self.count >= MOST_LOGS:
+            self.doubt = f"not logged: the node has begun {self.count} logs; start it again for more"
             return None
         log = self._open(log_path(self._path, run))
         for gone in self._newest[:-1]:

@@ -34,7 +34,7 @@ from bearing_twin.nodes.messages import (
     qos_profile,
 )
 from bearing_twin.nodes.node_parameters import THINNED, safety_of
-from bearing_twin.nodes.outlet import Outlet
+from bearing_twin.nodes.outlet import CLOCK_PERIOD, Outlet
 from bearing_twin.nodes.run_logs import RunLogs
 from bearing_twin.nodes.running import Heartbeat, LogWatch, acknowledged, declare, guarded, run, wait_for_subscribers
 from bearing_twin.nodes.scene_parameters import NAME, PARAMETERS, looked_up
@@ -46,7 +46,6 @@ from bearing_twin.run.scene import Scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.stopping import Halt
 
-CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
 COMMAND_TIMEOUT = 30.0  # s after which a service answers that its command is taken, though not yet carried out
 REFUSALS_APART = 1.0  # s between lines about refused commands; /diagnostics counts all
 SAY_EVERY = 10  # diagnostics while kernels are compiled, for each line about it
@@ -194,7 +193,7 @@ class SimNode(Node):
 
     @guarded
     def _on_reset(self, request, response):
-        response.message = self._command("reset")
+        response.message = "; ".join(filter(None, (self._command("reset"), self._logs.doubt)))
         response.success = True
         return response
 

@@ -21,7 +21,7 @@ from bearing_twin.log.study_log import NAMESPACE
 from bearing_twin.nodes.counted_server import Arrivals, CountedActionServer, Rush
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NodeParameter
-from bearing_twin.nodes.running import Heartbeat, declare, guarded, run
+from bearing_twin.nodes.running import TALK, Heartbeat, declare, guarded, run
 from bearing_twin.nodes.study_goal import CANCELLED, SUCCEEDED, Goal, GoalAnswer, Request
 from bearing_twin.nodes.study_limits import StudyLimits
 from bearing_twin.nodes.studying import Studies
@@ -130,7 +130,7 @@ class UqNode(Node):
         if not self.context.ok():  # a signal has ended ROS, which logs no more
             print(f"uq_node: {text}", file=sys.stderr)
         elif answer.problem:
-            self.get_logger().warning(text)
+            self.get_logger().warning(text, throttle_duration_sec=TALK)  # anybody can send goals that fail
         else:
             self.get_logger().info(text)
         if answer.state == SUCCEEDED:
