@@ -404,3 +404,11 @@ def test_public_names_of_the_package_are_what_they_say():
         assert getattr(bearing_twin, name)
     with pytest.raises(AttributeError, match="no attribute 'simulat'"):
         bearing_twin.simulat  # noqa: B018
+
+
+def test_a_class_has_a_name_of_its_own():
+    homes = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for name in re.findall(r"^class (\w+)", path.read_text(encoding="utf-8"), flags=re.MULTILINE):
+            homes.setdefault(name, []).append(str(path.relative_to(PACKAGE)))
+    assert {name: places for name, places in homes.items() if len(places) > 1} == {}

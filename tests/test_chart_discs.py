@@ -3,7 +3,7 @@
 import pytest
 
 from bearing_twin.charts import soft_discs
-from bearing_twin.charts.contest import Kept, Wanted
+from bearing_twin.charts.contest import Asked, Kept
 from bearing_twin.charts.soft_discs import ANOTHER, CONTESTS, INTEGRATION, PROBLEMS
 from bearing_twin.charts.table import read_table
 
@@ -15,7 +15,7 @@ def test_errors_fall_and_files_hold_them(tmp_path, monkeypatch):
     for name, value in (few | {"REFERENCE": ("mesh.divisions=18", "mesh.order=3")}).items():
         monkeypatch.setattr(soft_discs, name, value)
     chart = CONTESTS["discs"]
-    made = chart.make(tmp_path, "discs", Wanted(tuple(PROBLEMS), lambda share: None, 0, 0.0, Kept(None)))
+    made = chart.make(tmp_path, "discs", Asked(tuple(PROBLEMS), lambda share: None, 0, 0.0, Kept(None)))
     rows = made.rows
     assert {row.problem for row in rows} == set(PROBLEMS)
     for problem in ("mesh", "formulation", "locking"):

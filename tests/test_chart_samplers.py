@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.charts import samplers
-from bearing_twin.charts.contest import Kept, Wanted
+from bearing_twin.charts.contest import Asked, Kept
 from bearing_twin.charts.samplers import (
     CHAOS,
     CONTESTS,
@@ -31,7 +31,7 @@ def points():
     with pytest.MonkeyPatch.context() as patch:
         for name, value in few.items():
             patch.setattr(samplers, name, value)
-        return CONTESTS["samplers"].measure(Wanted(tuple(PROBLEMS), lambda share: None, 0, 0.0, Kept(None)))
+        return CONTESTS["samplers"].measure(Asked(tuple(PROBLEMS), lambda share: None, 0, 0.0, Kept(None)))
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)

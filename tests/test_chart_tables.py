@@ -15,7 +15,7 @@ import pytest
 from bearing_twin import __version__
 from bearing_twin.charts import timing
 from bearing_twin.charts.chart import Chart, unsure
-from bearing_twin.charts.contest import Kept, Wanted
+from bearing_twin.charts.contest import Asked, Kept
 from bearing_twin.charts.made import made, processor
 from bearing_twin.charts.table import (
     DONE,
@@ -117,7 +117,7 @@ def test_a_chart_goes_on_with_finer_settings_and_keeps_its_order(monkeypatch):
         judge=halved, problems={"p": "", "q": ""}, entries=lambda name: (("a", 1.0), ("b", 0.25)), further=_next
     )
     shares = []
-    rows = made.measure(Wanted(("p", "q"), shares.append, 0, 0.0, Kept(None)))
+    rows = made.measure(Asked(("p", "q"), shares.append, 0, 0.0, Kept(None)))
     assert [(row.problem, row.method, row.setting) for row in rows] == [
         (problem, *one) for problem in "pq" for one in (("a", 1.0), ("a", 0.5), ("a", 0.25), ("b", 0.25))
     ]

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from bearing_twin.charts import tolerance
-from bearing_twin.charts.contest import Kept, Wanted
+from bearing_twin.charts.contest import Asked, Kept
 from bearing_twin.charts.table import DONE, FAILED, read_table
 from bearing_twin.charts.tolerance import CASES, CONTESTS, LOADS_ALONE, METHOD, ToleranceRow, reading
 from bearing_twin.run.doubt import SHORT_RUN
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
 def here(*names):
     """All in this process, without a limit."""
-    return Wanted(names, lambda share: None, 0, 0.0, Kept(None))
+    return Asked(names, lambda share: None, 0, 0.0, Kept(None))
 
 
 def test_every_case_is_a_scene():

@@ -24,7 +24,7 @@ from bearing_twin.charts import (
     stability_picture,
     study_samples,
 )
-from bearing_twin.charts.contest import Job, Kept, Wanted, answers_of, rows_of
+from bearing_twin.charts.contest import Asked, Job, Kept, answers_of, rows_of
 from bearing_twin.charts.table import DONE, FAILED, REFUSED, STOPPED, Row, write_table
 from bearing_twin.command import all_charts
 from bearing_twin.command.chart_table import CHARTS
@@ -33,7 +33,7 @@ from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 
 pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
 
-WANTED = Wanted((), lambda share: None, 0, 0.0, Kept(None))
+WANTED = Asked((), lambda share: None, 0, 0.0, Kept(None))
 
 
 def here(*problems):

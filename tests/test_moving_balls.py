@@ -12,7 +12,7 @@ from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
 from bearing_twin.kinds.bearing.quasi_static.friction_across import solved_in_motion
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import _late, angle_errors
 from bearing_twin.kinds.bearing.quasi_static.statics import (
-    Solver,
+    EquilibriumSolver,
     Support,
     load_line,
     setting_of,
@@ -59,7 +59,7 @@ def off_and_told(load, tilt=(0.0, 0.0), overrides=(), after=0.1, solved=solved_i
     out = moving.advance(np.linspace(0.0, spacing, 25)[1:], spacing)
     off, told = 0.0, 0.0
     for azimuths, angles in zip(out.orbit_angle, out.contact_angle, strict=True):
-        solver = Solver(setting_of(parameters, LAW, speed), azimuths)
+        solver = EquilibriumSolver(setting_of(parameters, LAW, speed), azimuths)
         found = solved(parameters, solver, Support(HELD, (0.0,) * 5, tuple(places)))
         bears = found.contacts.load > BEARS * found.contacts.load.max()
         off = max(off, np.abs(np.abs(angles) - np.abs(found.contacts.angle))[bears].max())

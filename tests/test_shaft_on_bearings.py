@@ -18,7 +18,7 @@ from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.loading import Loading
-from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, azimuths_of, setting_of
+from bearing_twin.kinds.bearing.quasi_static.statics import EquilibriumSolver, Support, azimuths_of, setting_of
 from bearing_twin.kinds.bearing.ratings import equivalent_load, ratings_of, reference_life
 from bearing_twin.kinds.shaft.course import ShaftCourse, constant_loads
 from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of, speeds_of
@@ -58,7 +58,7 @@ def alone(parameters, side, law="hertz"):
     """The solver of one bearing by itself, its balls where the shaft has them, without their weight."""
     scene = bearing_scene(parameters, side)
     azimuths = azimuths_of(scene.geometry.balls, getattr(parameters, side).ball_angle)
-    return Solver(setting_of(scene, law, parameters.drive.speed), azimuths)
+    return EquilibriumSolver(setting_of(scene, law, parameters.drive.speed), azimuths)
 
 
 def coupling(parameters, side):
@@ -220,7 +220,7 @@ def test_balls_that_pass_move_the_shaft_as_they_move_a_ring():
     for k in range(33):
         azimuths = azimuths_of(8, ratio * 5.0 * turn * k / 32.0)
         support = Support((True, True, False, False, False), (0.0, -400.0, 0.0, 0.0, 0.0), (0.0,) * 5)
-        heights.append(Solver(setting, azimuths).solve(support).coordinates[1])
+        heights.append(EquilibriumSolver(setting, azimuths).solve(support).coordinates[1])
     swing = np.ptp(heights)
     assert swing > 5e-8
     assert np.abs(out["position"][:, 1] - heights).max() < 0.01 * swing

@@ -15,7 +15,7 @@ from bearing_twin.kinds.two_bodies.derived import rigid_of
 from bearing_twin.kinds.two_bodies.motion import TwoBodiesMotion
 from bearing_twin.kinds.two_bodies.pair import CARRIED, COLUMNS
 from bearing_twin.kinds.two_bodies.parameters import Shaped
-from bearing_twin.pictures.worth import Worth, draw_worth
+from bearing_twin.pictures.worth import JudgedFigure, draw_worth
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene
@@ -336,7 +336,7 @@ def test_errors_drawn_below_a_picture_leave_its_panels_apart():
     """Also a panel with a second scale, whose two axes move as one."""
     figure = Figure(figsize=(8.0, 5.0))
     figure.subplots(2, 1)[1].twinx()
-    draw_worth(figure, [Worth("peak force", "1.00 ± 0.01 N", {"method": 1e-2})] * 5)
+    draw_worth(figure, [JudgedFigure("peak force", "1.00 ± 0.01 N", {"method": 1e-2})] * 5)
     boxes = [axis.get_position() for axis in figure.axes]
     assert boxes[1].bounds == boxes[2].bounds
     assert boxes[0].y0 > boxes[1].y1
@@ -345,7 +345,7 @@ def test_errors_drawn_below_a_picture_leave_its_panels_apart():
 
 def test_errors_of_nothing_and_of_anything_are_drawn_at_the_edges():
     figure = Figure()
-    draw_worth(figure, [Worth("peak force", "1 N", {"method": 0.0, "law": math.inf})])
+    draw_worth(figure, [JudgedFigure("peak force", "1 N", {"method": 0.0, "law": math.inf})])
     low, high = figure.axes[0].get_xlim()
     bar, *marks = (
         one.get_xdata() for one in figure.axes[0].lines if len(one.get_xdata()) and one.get_linestyle() != ":"

@@ -8,7 +8,7 @@ from doc_tables import rows_of_steppers
 
 from bearing_twin.charts import work_precision
 from bearing_twin.charts.bearing_cells import errors, motion_of, truth
-from bearing_twin.charts.contest import Kept, Wanted
+from bearing_twin.charts.contest import Asked, Kept
 from bearing_twin.charts.contest_picture import cheapest
 from bearing_twin.charts.table import DONE, FAILED, REFUSED, STOPPED, Row, read_table
 from bearing_twin.charts.work_precision import (
@@ -35,7 +35,7 @@ LADDERS = {"rodas4": (1e-1, 1e-5), "rk4": (4e-6, 5e-7)}
 
 def made(folder):
     """The sliding problem, cut short, by two methods; one step of rk4 is refused."""
-    wanted = Wanted(("sliding",), lambda share: None, 0, 0.0, Kept(None))
+    wanted = Asked(("sliding",), lambda share: None, 0, 0.0, Kept(None))
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(work_precision.CASES, "sliding", work_precision.CASES["sliding"]._replace(count=5))
         patch.setattr(work_precision, "LADDERS", LADDERS)

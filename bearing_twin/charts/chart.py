@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from bearing_twin.charts.contest import Job, Made, Wanted, answers_of, rows_of
+from bearing_twin.charts.contest import Asked, Job, Made, answers_of, rows_of
 from bearing_twin.charts.table import STOPPED, UNSURE, Row, read_table, write_table
 
 FEW = 3  # of the widest costs are named
@@ -59,7 +59,7 @@ class Chart:
         name, method, setting, _ = task.arguments
         return self.kind(name, method, setting, command=self.command(name, method, setting))
 
-    def measure(self, wanted: Wanted) -> list[Row]:
+    def measure(self, wanted: Asked) -> list[Row]:
         """All runs of the problems that are wanted, problem by problem and method by method."""
         waiting = [(name, *entry) for name in wanted.problems for entry in self.entries(name)]
         rows, order = [], list(dict.fromkeys(one[:2] for one in waiting))
@@ -84,7 +84,7 @@ class Chart:
         """The same from the table that was written there before; raises as `read_table`."""
         return self.reading(read_table(folder / f"{name}.csv", self.kind))
 
-    def make(self, folder: Path, name: str, wanted: Wanted) -> Made:
+    def make(self, folder: Path, name: str, wanted: Asked) -> Made:
         """Runs the contest, and writes picture and table."""
         rows = self.measure(wanted)
         picture, table = folder / f"{name}.png", folder / f"{name}.csv"

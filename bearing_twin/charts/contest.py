@@ -147,7 +147,7 @@ class Kept:
             raise BearingTwinError(f"{self.path} cannot be written ({error.strerror}); give another folder") from error
 
 
-class Wanted(NamedTuple):
+class Asked(NamedTuple):
     """What is asked of a contest: which problems, by how many processes, with which limit of CPU seconds for a run."""
 
     problems: tuple[str, ...]

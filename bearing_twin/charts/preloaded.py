@@ -22,7 +22,7 @@ from bearing_twin.charts.timing import Timing, timed
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static.friction_across import solved_in_motion
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
-from bearing_twin.kinds.bearing.quasi_static.statics import Solver, Support, load_line, setting_of, solver_of
+from bearing_twin.kinds.bearing.quasi_static.statics import EquilibriumSolver, Support, load_line, setting_of, solver_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading
 from bearing_twin.report import Choice
@@ -118,7 +118,7 @@ def _motion(stepper: str, parameters):
 def _static(parameters, azimuths):
     """Loads and angles in balance with the balls at these azimuths, the ring held, and errors told of the angles."""
     held = Support((False,) * 5, (0.0,) * 5, (*parameters.drive.offset, 0.0, 0.0))
-    solver = Solver(setting_of(parameters, LAW, parameters.drive.speed), azimuths)
+    solver = EquilibriumSolver(setting_of(parameters, LAW, parameters.drive.speed), azimuths)
     found = solved_in_motion(parameters, solver, held)
     return found.contacts.load, np.abs(found.contacts.angle), angle_errors(parameters, solver, found)
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from bearing_twin.charts.bearing_cells import Case, bearing_row, found_errors, ready, to_start, truth
-from bearing_twin.charts.contest import LIMIT, Job, Wanted, answers_of, rows_of
+from bearing_twin.charts.contest import LIMIT, Asked, Job, answers_of, rows_of
 from bearing_twin.charts.limits import Limit, command_of, longest, spread
 from bearing_twin.charts.model_limits import LIMITED, limit_cell
 from bearing_twin.charts.model_maps import MODELS, model_cell, model_tasks
@@ -129,7 +129,7 @@ def blank(task: Job) -> MapRow:
     return MapRow(*words[:3], across=words[3], command=command_of(*words))
 
 
-def measure(wanted: Wanted, every: int = 1, steps=STEPS) -> tuple[list[MapRow], list[Limit]]:
+def measure(wanted: Asked, every: int = 1, steps=STEPS) -> tuple[list[MapRow], list[Limit]]:
     """All cells and all limits of the maps that are wanted."""
     cells, limits = tasks_of(wanted.problems, every, steps, wanted.limit)
     answers = answers_of([*limits, *cells], wanted.kept, wanted.update, wanted.workers)

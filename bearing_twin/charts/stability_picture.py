@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from bearing_twin.charts.contest import Made, Wanted
+from bearing_twin.charts.contest import Asked, Made
 from bearing_twin.charts.left_alone import TOLD_FROM
 from bearing_twin.charts.limits import FAILS, Limit
 from bearing_twin.charts.map_picture import PREDICTED, Curves, add_bar, add_legend, draw_map
@@ -26,7 +26,7 @@ problems = MAPS
 __all__ = ("make", "one_cell", "problems", "read")
 
 
-def make(folder: Path, name: str, wanted: Wanted) -> Made:
+def make(folder: Path, name: str, wanted: Asked) -> Made:
     """The maps that are wanted: pictures, the limits and the cells as tables, and what they say."""
     rows, limits = measure(wanted)
     pictures, tables = [], [folder / f"{name}_cells.csv"]

@@ -103,7 +103,7 @@ def _chart(chart, made, arguments, folder) -> Outcome:
 
 def _contest(chart, arguments, folder) -> Outcome:
     """A contest: its rows, pictures, tables, and the sentences that read them; or one cell of a map."""
-    from bearing_twin.charts.contest import LIMIT, Wanted, processors
+    from bearing_twin.charts.contest import LIMIT, Asked, processors
     from bearing_twin.command.terminal import progress, show_result, show_text
 
     chart = getattr(chart, "CONTESTS", {}).get(arguments.chart, chart)
@@ -115,7 +115,7 @@ def _contest(chart, arguments, folder) -> Outcome:
     kept = _kept(arguments.chart, folder)
     with progress(f"chart {arguments.chart}") as update:
         workers = min(arguments.workers or processors(), processors())
-        made = chart.make(folder, arguments.chart, Wanted(tuple(problems), update, workers, limit, kept))
+        made = chart.make(folder, arguments.chart, Asked(tuple(problems), update, workers, limit, kept))
     kept.drop()
 
     def show():

@@ -19,15 +19,15 @@ WHOLE = 1e-6  # relative: a ratio of rates this near to a whole number is one
 
 
 @dataclass(frozen=True)
-class Elastic:
+class ElasticLaw:
     """The elastic law of a contact."""
 
     normal: str = choice("auto", ("auto",), "elastic law; auto = the cheapest adequate one")
 
 
 @dataclass(frozen=True)
-class PointElastic(Elastic):
-    """As Elastic, of a contact at a point."""
+class PointElastic(ElasticLaw):
+    """As ElasticLaw, of a contact at a point."""
 
     stiffness: float = quantity(0.0, "N/m", "of one contact, for the law linear", at_least=0.0)
 

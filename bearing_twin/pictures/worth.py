@@ -13,7 +13,7 @@ ROW, FOOT, MARGIN = 0.26, 0.95, 1.45  # inches: of a row, below the panel, of al
 MARKS = "osD^v"
 
 
-class Worth(NamedTuple):
+class JudgedFigure(NamedTuple):
     """One figure: its name, value with error for people, and `parts`, errors over the figure by source."""
 
     words: str
@@ -21,7 +21,7 @@ class Worth(NamedTuple):
     parts: Mapping[str, float]
 
 
-def draw_worth(figure, rows: Sequence[Worth]) -> None:
+def draw_worth(figure, rows: Sequence[JudgedFigure]) -> None:
     """Makes the figure taller and draws, at its foot, a bar up to the error of each row and a mark for each source."""
     wide, old = figure.get_size_inches()
     tall = old + ROW * len(rows) + MARGIN
@@ -58,7 +58,7 @@ def _drawn(error: float) -> float:
     return min(max(error, LEAST), MOST)
 
 
-def finish(figure, title: str, footer: str, png_path, size: int = 20, worth: Sequence[Worth] = ()) -> Path:
+def finish(figure, title: str, footer: str, png_path, size: int = 20, worth: Sequence[JudgedFigure] = ()) -> Path:
     """Writes title, footer and what figures are `worth` on a picture of a run, and saves it; raises as `style.save`."""
     figure.text(0.06, 0.955, title, fontsize=size, weight="bold", color=STYLE["ink"], va="center")
     if worth:

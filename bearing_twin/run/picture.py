@@ -5,7 +5,7 @@ from pathlib import Path
 
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts, Picture
-from bearing_twin.pictures.worth import Worth
+from bearing_twin.pictures.worth import JudgedFigure
 from bearing_twin.report import Report
 from bearing_twin.run.doubt import greatest
 from bearing_twin.units import known_digits, readable, two_digits, with_unit
@@ -24,7 +24,7 @@ def picture_of(stream) -> Picture:
     return KINDS[scene.kind].picture(facts)
 
 
-def worth_of(report: Report) -> list[Worth]:
+def worth_of(report: Report) -> list[JudgedFigure]:
     """Rows of the errors of a report's figures, for pictures: of figures that are not 0, lists by their greatest."""
     rows = []
     for key, parts in report.errors.get("errors_by_source", {}).items():
@@ -36,7 +36,9 @@ def worth_of(report: Report) -> list[Worth]:
         whole = math.fsum(errors.values())
         words, unit, factor = readable(key, max(size, whole) if math.isfinite(whole) else size)
         text = f"{known_digits(factor * size, factor * whole, 5)} ± {two_digits(factor * whole)}{with_unit(unit)}"
-        rows.append(Worth(words, text, {source: error / size for source, error in errors.items() if error > 0.0}))
+        rows.append(
+            JudgedFigure(words, text, {source: error / size for source, error in errors.items() if error > 0.0})
+        )
     return [row for row in rows if row.parts][:MOST]
 
 

@@ -26,7 +26,7 @@ from bearing_twin.kinds.bearing.partners import RingLoading, border_scales, cage
 from bearing_twin.kinds.bearing.rings import keeps_apart
 from bearing_twin.kinds.bearing.snapshots import MOVING, put_back, snapshot_of
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
-from bearing_twin.kinds.bearing.stepping.integrate import Chunk, Instants, check, integrated
+from bearing_twin.kinds.bearing.stepping.integrate import Chunk, PartRoom, check, integrated
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, Rates, fastest_rates, stable_step, too_long
 from bearing_twin.kinds.bearing.stepping.steps import Results
 from bearing_twin.kinds.contract import late
@@ -58,7 +58,7 @@ class BearingMotion:
         self.parameters = parameters = as_chosen(parameters, choice)
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
-        self.loading, self._instants = RingLoading(parameters), Instants()
+        self.loading, self._instants = RingLoading(parameters), PartRoom()
         partners = partners_of(parameters)
         self._apart = keeps_apart(parameters.cage, parameters.geometry, 2.0 * NEAR * self.bearing.ball_radius)
         self.longest_chunk = LONGEST if not partners.active or (self._apart and partners.ring) else None

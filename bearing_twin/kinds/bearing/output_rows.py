@@ -31,7 +31,7 @@ DRIVE_TORQUE = 16  # columns after the ring's angle
 ONE, TWO, THREE, FOUR, EIGHT = np.array([1, 2, 3, 4, 8], dtype=np.uint64)
 
 
-class Places(NamedTuple):
+class RowPlaces(NamedTuple):
     """Where numbers stand in a row of all channels: those of ball k in own channel i at `first[i] + k width[i]`.
 
     `sums` over the balls begin at `shared`.
@@ -165,7 +165,7 @@ def _write_rest(bearing, drive, times, states, borders, turned, places, near, ou
 @lean_kernel
 def _write(given, moving, times, states, one_by_one, borders, turned, where, near, lanes, out, flat, first):
     """`write_rows` of what is handed over without names and with room; flat are states, orientations, and `out`."""
-    bearing, drive, places, width = taken(given), RingDrive(*moving), Places(*where), out.shape[1]
+    bearing, drive, places, width = taken(given), RingDrive(*moving), RowPlaces(*where), out.shape[1]
     _write_balls(bearing, drive, times, *one_by_one, borders, turned, places, lanes, width, flat, first)
     _write_rest(bearing, drive, times, states, borders, turned, places, near, out, first)
 

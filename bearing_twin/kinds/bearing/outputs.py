@@ -11,7 +11,7 @@ from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.forces.layout import CAGE_X, CAGE_Y, PLACES
 from bearing_twin.kinds.bearing.output_border import write_border
 from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS, SHARED_WIDTHS
-from bearing_twin.kinds.bearing.output_rows import Places, write_rows
+from bearing_twin.kinds.bearing.output_rows import RowPlaces, write_rows
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.sample import Block, Channel, Columns, Layout, Sample, layout_of
 
@@ -117,14 +117,14 @@ def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
 
 
 @functools.cache
-def _places(n: int) -> Places:
+def _places(n: int) -> RowPlaces:
     """Where the numbers of a bearing with n balls stand in a row of all channels."""
     rows = _channels(n)
     edges = {name: columns.start for name, (columns, _) in layout_of(rows).places.items()}
     first, width = np.array([(edges[channel.name], channel.width // n) for channel in rows[:OWN]]).T.copy()
     named = "inner_ring_angle", "inner_ring_force", "neighbour_approach", "position", "raceway_force"
     ring, shared, *others = (edges[name] for name in named)
-    return Places(first, width, ring, shared, sum(SHARED_WIDTHS), *others)
+    return RowPlaces(first, width, ring, shared, sum(SHARED_WIDTHS), *others)
 
 
 def empty_outputs(parameters: BearingScene, count: int) -> Rows:

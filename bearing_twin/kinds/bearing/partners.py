@@ -20,7 +20,7 @@ from bearing_twin.kinds.bearing.loading import Loading, between, next_after
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.quasi_static.contacts import shared
 from bearing_twin.kinds.bearing.quasi_static.statics import (
-    Solver,
+    EquilibriumSolver,
     Support,
     azimuths_of,
     setting_of,
@@ -163,7 +163,7 @@ def partners_of(parameters: BearingScene) -> Partners:
     )
 
 
-def _settled(solver: Solver, support: Support, partners: Partners):
+def _settled(solver: EquilibriumSolver, support: Support, partners: Partners):
     """The equilibrium with the springs of the support, whose force is found by Newton's method."""
     found = solver.solve(support)
     stiffness, free = partners.stiffness[:CAGE], np.array(support.free, np.bool_)

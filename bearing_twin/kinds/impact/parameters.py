@@ -7,7 +7,7 @@ from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.contact.names import law_names
 from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.sections import (
-    Elastic,
+    ElasticLaw,
     PointElastic,
     RunSettings,
     SteadyDamping,
@@ -92,7 +92,7 @@ class Disc:
 
 
 @dataclass(frozen=True)
-class DiscContact(Elastic):
+class DiscContact(ElasticLaw):
     """The law of the line contact."""
 
     normal: str = choice(

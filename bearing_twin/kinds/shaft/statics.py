@@ -9,7 +9,13 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_at, limits_used, shared
 from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES, ROUNDING, coordinates_in_balance
-from bearing_twin.kinds.bearing.quasi_static.statics import LONGEST, Solver, Support, loose_directions, setting_of
+from bearing_twin.kinds.bearing.quasi_static.statics import (
+    LONGEST,
+    EquilibriumSolver,
+    Support,
+    loose_directions,
+    setting_of,
+)
 from bearing_twin.kinds.shaft.course import loads_of
 from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
@@ -77,7 +83,7 @@ def shaft_in_balance(rotor, speed, balls, q, free, wanted, scales, rounding, lon
     return coordinates_in_balance(_of_shaft, system, scales, rounding, free, wanted, longest, q, load, stiffness)
 
 
-class ShaftSolver(Solver):
+class ShaftSolver(EquilibriumSolver):
     """Equilibria of a shaft on two bearings with their balls where they start."""
 
     body = "the shaft"

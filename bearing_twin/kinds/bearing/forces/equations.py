@@ -123,7 +123,7 @@ class RacewayContact(NamedTuple):
     dissipation: float
 
 
-class PairContact(NamedTuple):
+class NeighbourContact(NamedTuple):
     """Contact of a ball with the next ahead, loads on the ball in its own frame; balls that are apart have none.
 
     `normal` points from the ball's centre to the other's, `arm` from its centre to the contact; on the other ball the
@@ -337,7 +337,7 @@ def ball_on_ball(bearing, may_touch, between, velocity, spin):
         normal_load, slip[0], slip[1], slip[2], bearing.friction_coefficient, bearing.friction_regularisation
     )
     friction = scaled(-resistance, slip)
-    return PairContact(
+    return NeighbourContact(
         approach=approach,
         approach_rate=approach_rate,
         normal_load=normal_load,
@@ -367,7 +367,7 @@ def pair_contact(bearing, state, k, side):
     spin = add(ball_vector(state, k, SPIN), about_z(cosine, sine, ball_vector(state, j, SPIN)))
     if dot(between, between) >= 4.0 * bearing.ball_radius * bearing.ball_radius:
         nothing = (0.0, 0.0, 0.0)
-        return PairContact(0.0, 0.0, 0.0, 0.0, nothing, nothing, nothing, nothing, nothing, nothing, 0.0, 0.0)
+        return NeighbourContact(0.0, 0.0, 0.0, 0.0, nothing, nothing, nothing, nothing, nothing, nothing, 0.0, 0.0)
     return ball_on_ball(bearing, True, between, velocity, spin)
 
 

@@ -21,7 +21,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SPIN,
     VELOCITY,
 )
-from bearing_twin.kinds.bearing.forces.ring_seat import Seat, seat_of, seen_from
+from bearing_twin.kinds.bearing.forces.ring_seat import RingSeat, seat_of, seen_from
 from bearing_twin.numerics.block_solve import combined, minus_block, negative, plus, product, times
 from bearing_twin.numerics.lanes import put, put_vector
 from bearing_twin.numerics.rotation import about_z, add, cross, dot, minus, scaled
@@ -49,7 +49,7 @@ class Seated(NamedTuple):
     """A contact with a seated ring and the answers of force, torque, power and loss; `offset` is d'."""
 
     contact: RacewayContact
-    seat: Seat
+    seat: RingSeat
     offset: tuple
     force: Answer
     torque: Answer

@@ -41,7 +41,7 @@ class LevelSeat(NamedTuple):
     velocity: tuple
 
 
-class Seat(NamedTuple):
+class RingSeat(NamedTuple):
     """Centre [m] and tilt [rad], velocity and angular velocity without spin, in the frame of a ball.
 
     `axes` takes vectors from there into the ring's axes: the inverse of 1 + theta x.
@@ -63,7 +63,7 @@ def seat_of(ring, place, cosine, sine):
     tilt = about_z(cosine, -sine, (ring.tilt[0], ring.tilt[1], 0.0))
     x, y = tilt[0], tilt[1]
     share = 1.0 / (1.0 + x * x + y * y)
-    return Seat(
+    return RingSeat(
         centre=centre,
         tilt=tilt,
         axes=(

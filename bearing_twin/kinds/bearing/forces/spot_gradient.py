@@ -20,7 +20,7 @@ from bearing_twin.kinds.bearing.forces.spot import along_axes
 from bearing_twin.numerics.rotation import add, cross, dot, minus
 
 
-class Means(NamedTuple):
+class SpotMeans(NamedTuple):
     """The means over a spot, and how each changes with both slips, spin and both semi-axes."""
 
     along: float
@@ -40,7 +40,7 @@ class _Response(NamedTuple):
     loss: float
 
 
-class Change(NamedTuple):
+class SpotChange(NamedTuple):
     """How what a spot does changes: force and torque on the ball, moment about the ring's axis, loss."""
 
     force: tuple
@@ -50,7 +50,7 @@ class Change(NamedTuple):
 
 
 _STILL = (0.0, 0.0, 0.0)
-UNCHANGED = Change(_STILL, _STILL, 0.0, 0.0)
+UNCHANGED = SpotChange(_STILL, _STILL, 0.0, 0.0)
 
 
 @inlined
@@ -89,7 +89,7 @@ def _reach(spot):
 @inlined
 def _with_axes(spot, by):
     """A response while the spot's axes and its place stay."""
-    return Change(
+    return SpotChange(
         force=along_axes(spot, by.major, by.minor, 0.0),
         torque=along_axes(spot, -spot.lever * by.minor, spot.lever * by.major, by.drilling),
         turning=_reach(spot) * by.minor + spot.normal_axial * by.drilling,
@@ -134,7 +134,7 @@ def _moved(bearing, raceway, friction, contact, spot, means, slopes, place, by_c
     turned = along_axes(spot, 0.0, 0.0, -tilt * major)
     leaned = along_axes(spot, tilt * drilling - lever * minor, lever * major, tilt * spot.lever * minor)
     reach = by.outwards + lever * radial + spot.lever * by.radial
-    return Change(
+    return SpotChange(
         force=add(still.force, add(turned, (-around * force[1], around * force[0], 0.0))),
         torque=add(still.torque, add(leaned, (-around * torque[1], around * torque[0], 0.0))),
         turning=still.turning + reach * minor + by.axial * drilling,
@@ -177,7 +177,7 @@ class SpotGradient(NamedTuple):
     """
 
     changes: tuple
-    by_speed: Change
+    by_speed: SpotChange
     turning: float
 
 

@@ -29,7 +29,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     entry,
 )
 from bearing_twin.kinds.bearing.forces.spot import INNER_SPOTS, OUTER_SPOTS, kept_spot
-from bearing_twin.kinds.bearing.forces.spot_gradient import Means, spot_gradient
+from bearing_twin.kinds.bearing.forces.spot_gradient import SpotMeans, spot_gradient
 from bearing_twin.kinds.bearing.forces.spot_slopes import SLOPES_END, room_of_slopes, slopes_of_mean
 from bearing_twin.numerics.lanes import (
     LANE_RATES,
@@ -53,7 +53,7 @@ ANSWERS, TURNING, BY_SPEED, ROOM_ROWS = SLOPES_END + np.cumsum((0, ANSWERED * MO
 
 @inlined
 def _means(room, k):
-    return Means(
+    return SpotMeans(
         get(room, ALONG, k),
         get(room, ACROSS, k),
         get(room, MOMENT, k),

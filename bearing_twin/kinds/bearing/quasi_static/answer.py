@@ -11,7 +11,7 @@ from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
 from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.quasi_static.channels import LEFT
 from bearing_twin.kinds.bearing.quasi_static.contacts import shared
-from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, Support, loose_directions
+from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, EquilibriumSolver, Support, loose_directions
 from bearing_twin.kinds.bearing.quasi_static.worth import errors_of, spots_of
 from bearing_twin.kinds.bearing.ratings import equivalent_loads, lives_of, ratings_of
 
@@ -45,7 +45,7 @@ def _frequencies(cage: float, spin: float, balls: int, speed: float) -> dict[str
     }
 
 
-def answer_of(parameters, law: str, solver: Solver, support: Support, found: Equilibrium) -> dict:
+def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> dict:
     """What `bearing_twin bearing` gives out: SI units at the end of each key, a list has one entry a ball.
 
     `ring_force_n` and `ring_moment_nm` are those of the balls on the inner ring, about its centre; `stiffness` is
@@ -111,7 +111,9 @@ def _settled(values, scale) -> list:
     return (np.where(np.abs(values) <= LEFT * scale, 0.0, values) + 0.0).tolist()
 
 
-def flags_of(parameters, solver: Solver, support: Support, found: Equilibrium, spots, safety: float) -> list[str]:
+def flags_of(
+    parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, spots, safety: float
+) -> list[str]:
     """What is doubtful about an equilibrium, one sentence each."""
     materials, contacts, geometry = parameters.materials, found.contacts, parameters.geometry
     pressure, widths = spots[2].max(), spots[0].max(axis=0)

@@ -16,12 +16,12 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.response import Response
-from bearing_twin.kinds.bearing.quasi_static.statics import CONTROLS, Equilibrium, Solver, Support
+from bearing_twin.kinds.bearing.quasi_static.statics import CONTROLS, Equilibrium, EquilibriumSolver, Support
 
 NO_SHARES = 0.0, 0.0  # of a gyroscopic moment that is not there
 
 
-def response_to_axes(parameters, solver: Solver, support: Support) -> Response | None:
+def response_to_axes(parameters, solver: EquilibriumSolver, support: Support) -> Response | None:
     """The changes of an equilibrium once the balls' axes have settled; None where then nothing carries the load."""
     try:
         rolling = solver.solve(support)
@@ -35,7 +35,7 @@ def _answers(found: Equilibrium) -> tuple[np.ndarray, ...]:
     return found.contacts.load, found.contacts.angle, found.coordinates, found.loads
 
 
-def _settled_solver(parameters, solver: Solver, contacts: Contacts) -> Solver:
+def _settled_solver(parameters, solver: EquilibriumSolver, contacts: Contacts) -> EquilibriumSolver:
     """The balance of balls whose axes have settled; `contacts` are those in rolling."""
     setting, weights = solver.setting, solver.weights
     if FRICTIONS[parameters.contact.friction].over_spot:
@@ -43,7 +43,7 @@ def _settled_solver(parameters, solver: Solver, contacts: Contacts) -> Solver:
     else:
         shares, weights = NO_SHARES, weights.copy()
         weights[:, 0] += contacts.centrifugal * (_quicker(setting, contacts) ** 2 - 1.0)
-    return Solver(setting._replace(share_inner=shares[0], share_outer=shares[1]), solver.azimuths, weights)
+    return EquilibriumSolver(setting._replace(share_inner=shares[0], share_outer=shares[1]), solver.azimuths, weights)
 
 
 def _quicker(setting, contacts: Contacts) -> np.ndarray:

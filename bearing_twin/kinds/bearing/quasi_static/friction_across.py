@@ -22,7 +22,7 @@ from bearing_twin.kinds.bearing.quasi_static.ball_balance import balance_at
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_at, shared
 from bearing_twin.kinds.bearing.quasi_static.opening import opening_of
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES, ring_loads
-from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, Support, azimuths_of
+from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, EquilibriumSolver, Support, azimuths_of
 
 LOOKS = 128  # azimuths at which a ball is looked at on its way round
 TURNS = 12  # after which a lag and the orbit speed repeat themselves at the latest
@@ -220,7 +220,7 @@ def without_shares(setting):
     return setting._replace(share_inner=0.0, share_outer=0.0)
 
 
-def solved_in_motion(parameters, solver: Solver, support: Support) -> Equilibrium:
+def solved_in_motion(parameters, solver: EquilibriumSolver, support: Support) -> Equilibrium:
     """The equilibrium (`Solver.solve`) with the friction across the grooves of balls that move, where there is any.
 
     Its stiffness is that of the balance, this friction being what it is. Raises SceneError as the solver does.
@@ -236,7 +236,7 @@ def solved_in_motion(parameters, solver: Solver, support: Support) -> Equilibriu
         on_ring[:] = 0.0
         add_ring_friction(solver.setting, solver.directions, rows, on_ring)
         weights = solver.weights + rows[:, 0:2] + rows[:, 2:4]
-        rubbing = Solver(without_shares(solver.setting), solver.azimuths, weights)
+        rubbing = EquilibriumSolver(without_shares(solver.setting), solver.azimuths, weights)
         found = rubbing.solve(support._replace(loads=tuple((np.array(support.loads) - on_ring).tolist())))
         put_friction(found.contacts, rows)
     return found._replace(loads=found.loads + on_ring)

@@ -22,7 +22,7 @@ import numpy as np
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.friction_across import balanced_on_the_way, friction_on_the_way
-from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, azimuths_of
+from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, EquilibriumSolver, azimuths_of
 
 LOOKS = 192  # azimuths at which a ball is looked at on its way round
 TURNS = 3  # after which a lag repeats itself
@@ -32,7 +32,7 @@ WANDERS = 0.6  # of a ball's turning about the radius: by how much its axis sett
 STUCK = 0.1  # of the lag's time: what is left of it where friction slips through
 
 
-def angle_errors(parameters, solver: Solver, found: Equilibrium) -> np.ndarray:
+def angle_errors(parameters, solver: EquilibriumSolver, found: Equilibrium) -> np.ndarray:
     """How far the contact angles (N, 2) [rad] of an equilibrium are off those of moving balls, at least 0.
 
     The greatest of what a ball meets under load within half a spacing to either side; 0 without friction and at rest.
@@ -62,7 +62,7 @@ def angle_errors(parameters, solver: Solver, found: Equilibrium) -> np.ndarray:
     return _nearby(np.maximum(*late)[:, None] + turned, bears, azimuths, found.azimuths)
 
 
-def _distances_and_springs(solver: Solver, contacts: Contacts) -> tuple[np.ndarray, np.ndarray]:
+def _distances_and_springs(solver: EquilibriumSolver, contacts: Contacts) -> tuple[np.ndarray, np.ndarray]:
     """Distances of centres (M, 2) [m], and the force per displacement of a ball across its contacts (M,) [N/m]."""
     setting = solver.setting
     reach = np.array([raceway.groove_radius - setting.ball_radius for raceway in (setting.inner, setting.outer)])
@@ -70,7 +70,7 @@ def _distances_and_springs(solver: Solver, contacts: Contacts) -> tuple[np.ndarr
     return distances, (contacts.load / distances).sum(axis=1)
 
 
-def _aside(solver: Solver, found: Equilibrium, azimuths: np.ndarray, contacts: Contacts) -> np.ndarray:
+def _aside(solver: EquilibriumSolver, found: Equilibrium, azimuths: np.ndarray, contacts: Contacts) -> np.ndarray:
     """How far the inner contact lies beside the ball's meridian plane (M,) [m], at least 0."""
     x, y, _, about_x, about_y = found.coordinates
     cosine, sine = np.cos(azimuths), np.sin(azimuths)

@@ -6,7 +6,7 @@ import numpy as np
 
 from bearing_twin.kinds.bearing.quasi_static.ball_balance import balance_at
 from bearing_twin.kinds.bearing.quasi_static.opening import opening_of, slopes_of
-from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Solver, Support
+from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, EquilibriumSolver, Support
 
 LOOSE = 1e-12  # of the stiffest direction: a direction that nothing holds is not moved
 
@@ -29,7 +29,7 @@ class Pushed(NamedTuple):
     `moved` (N, 2) are those of the balls, `follows` (N, 2, 2) and `opened` (N, 2, 5) what they do when the ring moves.
     """
 
-    solver: Solver
+    solver: EquilibriumSolver
     found: Equilibrium
     pushes: np.ndarray
     loads: np.ndarray
@@ -55,7 +55,7 @@ class Pushed(NamedTuple):
         )
 
 
-def response_of(solver: Solver, support: Support, found: Equilibrium, shares: np.ndarray) -> Response:
+def response_of(solver: EquilibriumSolver, support: Support, found: Equilibrium, shares: np.ndarray) -> Response:
     """The response where each contact bears these shares (N, 2) more than its law gives at the same approach.
 
     The balance of every ball and of the ring, differentiated by the shares: balls move, then the ring does where it is
@@ -71,7 +71,7 @@ def response_of(solver: Solver, support: Support, found: Equilibrium, shares: np
     return Response(*pushed.contacts(coordinates), coordinates, ring_loads)
 
 
-def pushed_by(solver: Solver, found: Equilibrium, shares: np.ndarray) -> Pushed:
+def pushed_by(solver: EquilibriumSolver, found: Equilibrium, shares: np.ndarray) -> Pushed:
     """What contacts that bear these shares (N, 2) more than their law gives do while the ring is held."""
     load, angle = found.contacts.load, found.contacts.angle
     normal = _normals(angle)
@@ -96,11 +96,11 @@ def _normals(angle: np.ndarray) -> np.ndarray:
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
-def _raceways(solver: Solver):
+def _raceways(solver: EquilibriumSolver):
     return solver.setting.inner, solver.setting.outer
 
 
-def _slopes(solver: Solver, k: int, opening) -> np.ndarray:
+def _slopes(solver: EquilibriumSolver, k: int, opening) -> np.ndarray:
     """Derivatives (2, 5) of ball k's opening, radial and axial, by the ring's coordinates."""
     radial, axial = slopes_of(solver.setting, *solver.directions[k], opening)
     return np.array([[*radial, 0.0, 0.0, 0.0], [*axial[:2], 1.0, *axial[2:]]])

@@ -114,7 +114,7 @@ def weights_of(parameters, setting: Setting, azimuths: np.ndarray) -> np.ndarray
     return setting.ball_mass * np.stack([radial, np.full(len(azimuths), z)], axis=1)
 
 
-class Solver:
+class EquilibriumSolver:
     """Equilibria of one bearing; what it found last is where it looks first."""
 
     body = "the ring"
@@ -202,8 +202,8 @@ class Solver:
         """At which the inner ring turns [rad/s]."""
         return self.setting.speed
 
-    def _at_rest(self) -> "Solver":
-        return Solver(self.setting._replace(speed=0.0), self.azimuths, self.weights)
+    def _at_rest(self) -> "EquilibriumSolver":
+        return EquilibriumSolver(self.setting._replace(speed=0.0), self.azimuths, self.weights)
 
     def _too_fast(self, support: Support) -> str:
         """That the speed alone is too much for a load that is carried at rest, "" where it is not."""
@@ -278,9 +278,9 @@ def _vector(values, share) -> str:
     return "(" + ", ".join(f"{share * value:.4g}" for value in values) + ")"
 
 
-def weighed_solver(parameters, setting: Setting, azimuths: np.ndarray) -> Solver:
+def weighed_solver(parameters, setting: Setting, azimuths: np.ndarray) -> EquilibriumSolver:
     """The solver for balls at these azimuths [rad] (N,) that the scene's gravity pulls at."""
-    return Solver(setting, azimuths, weights_of(parameters, setting, azimuths))
+    return EquilibriumSolver(setting, azimuths, weights_of(parameters, setting, azimuths))
 
 
 def loose_directions(found: Equilibrium, support: Support, scales) -> list[str]:
@@ -294,7 +294,7 @@ def loose_directions(found: Equilibrium, support: Support, scales) -> list[str]:
     ]
 
 
-def solver_of(parameters, law, ball_angle=0.0, arm="groove", control="shared") -> Solver:
+def solver_of(parameters, law, ball_angle=0.0, arm="groove", control="shared") -> EquilibriumSolver:
     """The solver of a scene without gravity, ball 0 at `ball_angle` [rad]; see `setting_of`."""
     setting = setting_of(parameters, law, parameters.drive.speed, arm, control)
-    return Solver(setting, azimuths_of(operating_geometry(parameters).balls, ball_angle))
+    return EquilibriumSolver(setting, azimuths_of(operating_geometry(parameters).balls, ball_angle))

@@ -20,7 +20,7 @@ from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
 from bearing_twin.kinds.bearing.quasi_static.response import Response, response_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Equilibrium,
-    Solver,
+    EquilibriumSolver,
     Support,
     azimuths_of,
     load_line,
@@ -107,12 +107,12 @@ def spots_of(parameters, contacts):
     return ellipses(moduli, contacts.curvature_small, contacts.curvature_large, contacts.load)
 
 
-def _worth(solver: Solver, support: Support, found: Equilibrium, shares: np.ndarray) -> Worth:
+def _worth(solver: EquilibriumSolver, support: Support, found: Equilibrium, shares: np.ndarray) -> Worth:
     response, off = response_of(solver, support, found, shares), float(np.abs(shares * found.contacts.load).max())
     return Worth(shares, response, float(np.abs(response.loads).max()) / off if off > 0.0 else 1.0)
 
 
-def _worths(parameters, law: str, solver: Solver, support: Support, found: Equilibrium, spots) -> SceneWorth:
+def _worths(parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium, spots) -> SceneWorth:
     contacts = found.contacts
     shares = law_error(parameters, law, contacts.curvature_small, contacts.curvature_large, contacts.load)
     wide = half_space_error(parameters, spots[0])
@@ -152,7 +152,7 @@ def _worth_under(parameters, law: str, load: tuple[float, ...]) -> SceneWorth | 
     return worth._replace(angles=worth.angles[found.contacts.load[:, 0].argmax()])
 
 
-def errors_of(parameters, law: str, solver: Solver, support: Support, found: Equilibrium, spots) -> Off:
+def errors_of(parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium, spots) -> Off:
     """Greatest errors of an equilibrium with these `spots` (`spots_of`), sources added up."""
     contacts, worth = found.contacts, _worths(parameters, law, solver, support, found, spots)
     worths = [one for one in (worth.law, worth.half_space) if one is not None]

@@ -38,7 +38,7 @@ class Chunk(NamedTuple):
     scales: np.ndarray
 
 
-class Instants:
+class PartRoom:
     """Room for states (count, N, COLUMNS), orientations (count, N, 4) and borders (count, BORDER) of a part.
 
     Parts take turns: memory that is new to a process costs more than the numbers written into it.

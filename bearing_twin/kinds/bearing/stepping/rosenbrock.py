@@ -64,7 +64,7 @@ class ChunkTask(NamedTuple):
     scales: np.ndarray
 
 
-class RosenbrockWork(NamedTuple):
+class ChunkWork(NamedTuple):
     """What a chunk is integrated with: the task, the balls' stretches, states and orientations, results, and room."""
 
     task: ChunkTask
@@ -211,7 +211,7 @@ def _blocks_of(coupling, balls):
 @lean_kernel
 def _advance(task, stretches, coupling, balls, state, orientation, steps, results, held, cursor, dense, blocks):
     """`rosenbrock_chunk` in the room it has made."""
-    run, method = RosenbrockWork(task, stretches, state, orientation, results, dense), task.method
+    run, method = ChunkWork(task, stretches, state, orientation, results, dense), task.method
     fill_lanes(_begin, run, coupling, stretches, balls, steps, held, cursor, blocks)
     _begin_border(coupling, task, balls, blocks)
     status = advance_lanes(
