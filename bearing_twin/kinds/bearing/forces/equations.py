@@ -319,7 +319,7 @@ def neighbour_angle(state, k, side):
 
 @inlined
 def ball_on_ball(bearing, may_touch, between, velocity, spin):
-    """Contact of a ball with another, sphere on sphere with the raceways' damping and friction; see `PairContact`.
+    """Contact of a ball with another, sphere on sphere with the raceways' damping and friction; see `NeighbourContact`.
 
     In the ball's frame: `between` from its centre to the other's, `velocity` [m/s] against the other's centre, `spin`
     [rad/s] the sum of both. Without a branch, for lanes.
