@@ -221,7 +221,7 @@ def without_shares(setting):
 
 
 def solved_in_motion(parameters, solver: EquilibriumSolver, support: Support) -> Equilibrium:
-    """The equilibrium (`EquilibriumSolver.solve`) with the friction across the grooves of balls that move, where there is any.
+    """The equilibrium (as by the solver) with the friction across the grooves of balls that move, where there is any.
 
     Its stiffness is that of the balance, this friction being what it is. Raises SceneError as the solver does.
     """
