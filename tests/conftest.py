@@ -212,7 +212,7 @@ def pytest_collection_modifyitems(config, items):
 def pytest_collection_finish():
     # What modules hold stays to the end: to look through it again and again for garbage took a tenth of the time.
     gc.freeze()
-    gc.set_threshold(3_000_000, 20, 1000)
+    gc.set_threshold(1_000_000, 20, 1000)
     gc.enable()
     BEGAN[:] = [time.monotonic()]
 
