@@ -521,8 +521,8 @@ def test_a_refusal_takes_bounded_work(monkeypatch):
         tried.append(once(solver, support, share))
         return tried[-1]
 
-    once = statics.Solver._tried
-    monkeypatch.setattr(statics.Solver, "_tried", counted)
+    once = statics.EquilibriumSolver._tried
+    monkeypatch.setattr(statics.EquilibriumSolver, "_tried", counted)
     loads = (197303.6, 106908.5, -18872.3, -0.03948, -0.05697)
     scene = load_scene("bearing_6203", ("geometry.radial_clearance=-2.24875e-6", "drive.speed=1936.2423"))
     with pytest.raises(SceneError, match=r"the greatest in this direction is a load of") as caught:

@@ -50,6 +50,6 @@ def _quicker(setting, contacts: Contacts) -> np.ndarray:
     """Orbit speeds (N,) about axes parallel to the bearing's, over those of rolling; 1 where a ball bears nothing."""
     inner, outer = np.cos(contacts.angle.T)
     gamma = 2.0 * setting.ball_radius / setting.pitch_diameter
-    parallel = setting.speed * (1.0 - gamma * inner) * outer / (inner + outer)
-    bears = (contacts.load[:, 0] > 0.0) & (contacts.orbit != 0.0)
-    return np.divide(parallel, contacts.orbit, out=np.ones(len(inner)), where=bears)
+    rolling = contacts.orbit * (inner + outer)
+    parallel = setting.speed * (1.0 - gamma * inner) * outer
+    return np.divide(parallel, rolling, out=np.ones(len(inner)), where=(contacts.load[:, 0] > 0.0) & (rolling != 0.0))
