@@ -412,3 +412,12 @@ def test_a_class_has_a_name_of_its_own():
         for name in re.findall(r"^class (\w+)", path.read_text(encoding="utf-8"), flags=re.MULTILINE):
             homes.setdefault(name, []).append(str(path.relative_to(PACKAGE)))
     assert {name: places for name, places in homes.items() if len(places) > 1} == {}
+
+
+def test_tests_that_are_named_are_there():
+    named = re.compile(r"\btests/\w+\.py\b")
+    pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+    programs = [*PACKAGE.rglob("*.py"), *(ROOT / "bench").glob("*.py")]
+    texts = {path: named.findall(path.read_text(encoding="utf-8")) for path in (*pages, *programs)}
+    assert sum(map(len, texts.values())) > 50
+    assert {str(path): one for path, found in texts.items() for one in found if not (ROOT / one).exists()} == {}
