@@ -31,7 +31,7 @@ from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension
 from bearing_twin.kinds.bearing.run_up import RunUp
 from bearing_twin.kinds.bearing.speeds import off_rolling, speed_figures
 from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING_COLUMNS, Sums, centre_figures, columns_of, mean_torque
-from bearing_twin.kinds.energy import ENERGY_GAIN, STORED
+from bearing_twin.kinds.energy import STORED, adds_up
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Table
 
@@ -236,7 +236,7 @@ class BearingFigures:
 
     def status(self) -> str:
         """Gives "done", or what failed."""
-        return "done" if abs(self.energy_closure) <= ENERGY_GAIN else "failed: energy"
+        return "done" if adds_up(self.energy_closure, self.parameters) else "failed: energy"
 
     def figures(self) -> dict:
         """The run in numbers, SI unit at the end of a key; one value a ball where it is a list: see `figure_rows`."""

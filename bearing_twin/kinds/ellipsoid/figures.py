@@ -11,7 +11,7 @@ from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.ellipsoid.derived import modulus_of
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
-from bearing_twin.kinds.energy import ENERGY_GAIN
+from bearing_twin.kinds.energy import adds_up
 from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Channel, Table
@@ -266,8 +266,7 @@ class EllipsoidFigures:
         return (self.last["total"] - self.first["total"]) / self.scale if self.scale > 0.0 else 0.0
 
     def status(self) -> str:
-        wrong = not max(abs(self.closure), self.gain) <= ENERGY_GAIN
-        return "failed: energy" if wrong else "done"
+        return "done" if adds_up(max(abs(self.closure), self.gain), self.parameters) else "failed: energy"
 
 
 def _row(bounce):

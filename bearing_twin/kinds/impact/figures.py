@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.kinds.energy import ENERGY_GAIN
+from bearing_twin.kinds.energy import adds_up
 from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.sample import Block, Channel, Table
 
@@ -127,7 +127,7 @@ class ImpactFigures:
         return []
 
     def status(self) -> str:
-        return "done" if abs(self.energy_closure) <= ENERGY_GAIN else "failed: energy"
+        return "done" if adds_up(self.energy_closure, self.parameters) else "failed: energy"
 
 
 class PairFigures(ImpactFigures):

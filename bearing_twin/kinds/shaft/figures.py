@@ -12,7 +12,7 @@ from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt
 from bearing_twin.kinds.bearing.quasi_static.contacts import curvatures_at
 from bearing_twin.kinds.bearing.quasi_static.statics import setting_of
 from bearing_twin.kinds.bearing.ratings import hours_of, lives_of, ratings_of
-from bearing_twin.kinds.energy import ENERGY_GAIN
+from bearing_twin.kinds.energy import adds_up
 from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.kinds.shaft.derived import bearing_scene
 from bearing_twin.kinds.shaft.modes import modes_of
@@ -253,4 +253,4 @@ class ShaftFigures:
 
     def status(self) -> str:
         """Gives "done", or what failed."""
-        return "done" if abs(self.energy_closure) <= ENERGY_GAIN else "failed: energy"
+        return "done" if adds_up(self.energy_closure, self.parameters) else "failed: energy"

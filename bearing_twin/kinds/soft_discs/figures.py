@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from bearing_twin.kinds.energy import ENERGY_GAIN
+from bearing_twin.kinds.energy import adds_up
 from bearing_twin.kinds.impact.figures import OUTPUTS as IMPACT_OUTPUTS
 from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, bodies_of, wall_speed
@@ -126,6 +126,6 @@ class SoftDiscFigures:
         if not self._known["ended"]:
             return f"failed: the disc has not {'left' if self._known['touches'] else 'touched'} the wall"
         figures = self.figures()
-        if abs(figures["energy_closure"]) > ENERGY_GAIN:
+        if not adds_up(figures["energy_closure"], self.parameters):
             return "failed: energy"
         return "done" if figures["force_balance"] <= BALANCE else "failed: momentum"
