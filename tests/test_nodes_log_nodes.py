@@ -42,7 +42,7 @@ from bearing_twin.log.recover import recover
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
 from bearing_twin.nodes.log_room import SteadyTime
-from bearing_twin.nodes.messages import qos_words, suited
+from bearing_twin.nodes.messages import OK, WARN, qos_words, suited
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recorder_node import RecorderNode
 from bearing_twin.nodes.replay_node import ReplayNode
@@ -401,6 +401,30 @@ def test_to_have_recorded_nothing_is_told_and_fails(tmp_path, topics, quick_star
     assert "no topic matches so far" in seen[0].message
     assert recorder.returncode == 2
     assert "nothing was recorded" in said.splitlines()[-1]
+
+
+def test_samples_on_a_topic_that_a_recorder_was_not_asked_for_are_told(tmp_path):
+    """As of a node whose topic is remapped; not where topics were named, nor once samples are recorded."""
+    with ros_executor() as executor:
+        recorder = started(executor, RecorderNode, log=str(tmp_path / "log.mcap"))
+        named = started(executor, RecorderNode, log=str(tmp_path / "named.mcap"), topics=["/tf"])
+        talker = plain_node(executor)
+        talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/lab/outputs", 10)
+        spin_until(executor, lambda: recorder._elsewhere, "discovery")
+
+        def said(node):
+            heard = []
+            node._heartbeat.say = lambda level, message, values: heard.append((level, message))
+            node._on_diagnostics()
+            return heard[0]
+
+        assert said(recorder) == (
+            WARN, "no samples are recorded, but there are on /lab/outputs: name them in the parameter topics",
+        )  # fmt: skip
+        assert "/lab/outputs" not in said(named)[1]
+        samples = talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        spin_until(executor, samples.get_subscription_count, "a subscriber")
+        assert said(recorder) == (OK, "recording")
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,9 @@ from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
 
 from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.log import cdr
 from bearing_twin.nodes.aside import TakenAside, taken
+from bearing_twin.nodes.discovery import NAME
 from bearing_twin.nodes.log_room import SteadyTime
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, message_class, qos_words, suited
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
@@ -36,6 +38,7 @@ PARAMETERS = (
 )
 DISCOVERY_PERIOD = 0.1  # s
 TAKE_PERIOD = 0.01  # s between looks for messages: an executor that wakes for each would take five times the time
+SOME = 3  # topics that a sentence names
 OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
 
 
@@ -53,7 +56,8 @@ class RecorderNode(Node):
         self._topics = topics
         self.get_logger().info(f"log: {path}{'' if values['full'] else THINNED}")
         self._refused: set[str] = set()
-        self._mixed = False
+        self._elsewhere: set[str] = set()  # topics of samples that nobody asked for, where none were named
+        self._default, self._mixed, self._missed = not any(values["topics"]), False, False
         self._taken: dict[str, Subscription] = {}
         self._taking = threading.Lock()
         self._aside, self._stopping, self._time = TakenAside(), threading.Event(), SteadyTime()
@@ -81,6 +85,8 @@ class RecorderNode(Node):
                 publishers = self.get_publishers_info_by_topic(name)
                 if publishers:
                     self._subscribe(name, types, publishers)
+            elif self._default and cdr.SAMPLE_BLOCK in types and RECORDS not in name and NAME.fullmatch(name):
+                self._elsewhere.add(name)
         for name, subscription in list(self._taken.items()):
             if self.count_publishers(name) > subscription.get_publisher_count():  # one it may not hear
                 self._suit(name, subscription)
@@ -172,6 +178,15 @@ class RecorderNode(Node):
         level, message = OK, "recording"
         if not status["topics"]:
             level, message = WARN, "no topic matches so far: there is nothing to record"
+        if self._elsewhere and all(RECORDS in topic for topic in self.recording.sequences):
+            some = ", ".join(sorted(self._elsewhere)[:SOME])
+            level, message = (
+                WARN,
+                f"no samples are recorded, but there are on {some}: name them in the parameter topics",
+            )
+            if not self._missed:
+                self._missed = True
+                self.get_logger().warning(message)
         if status["messages_lost"]:
             level, message = WARN, f"{status['messages_lost']} messages were lost"
         if status["messages_unreadable"]:
