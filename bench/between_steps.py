@@ -284,6 +284,6 @@ def advance_between(bearing, drive, method, times, duration, scales, own, balls,
     """As the product's `rosenbrock_chunk` of balls alone, whose bearing, drive, method and so on come without names."""
     task = product.ChunkTask(Between(*method), taken(bearing), RingDrive(*drive), times, duration, scales)
     stretches, filled, held = Stretches(*own), Results(*results), np.full(at.LANES, IDLE)
-    run = product.RosenbrockWork(task, stretches, state, orientation, filled, new_dense_step())
+    run = product.ChunkWork(task, stretches, state, orientation, filled, new_dense_step())
     blocks = at.new_blocks(1, RATES + MOST_STAGES * at.COLUMNS)
     return _advance(run, stretches, balls, steps, filled, held, np.zeros_like(held), blocks)

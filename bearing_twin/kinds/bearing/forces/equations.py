@@ -217,7 +217,7 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
 
 @inlined
 def brought_back(seat, contact):
-    """A contact in the axes of a ring at this `ring_seat.Seat`, in those of the ball's frame."""
+    """A contact in the axes of a ring at this `ring_seat.RingSeat`, in those of the ball's frame."""
     if len(seat) == 2:
         return contact
     axes = seat.axes
