@@ -95,8 +95,9 @@ MOST_TOPICS = 10_000  # a tenth of a second to read
 
 
 class Summary(NamedTuple):
-    """The index at the end of a log; `chunks` are the bytes at which they begin: a day of a node has a million."""
+    """The index from byte `start` of a log on; `chunks` are where they begin: a day of a node has a million."""
 
+    start: int
     schemas: dict[int, Schema]
     channels: dict[int, Channel]
     statistics: Statistics | None
@@ -136,7 +137,7 @@ class McapReader:
     def summary(self) -> Summary:
         """The index, checked; raises DamagedLog when the file was not closed properly or the index is altered."""
         start = self._summary_start()
-        summary = Summary({}, {}, None, array("Q"), [])
+        summary = Summary(start, {}, {}, None, array("Q"), [])
         for offset, opcode, content in self._raw(start, check_data=False):
             if opcode == Opcode.CHUNK_INDEX:
                 if len(content) < _CHUNK_PLACE.size:
@@ -174,12 +175,12 @@ class McapReader:
             elif isinstance(record, DataEnd):
                 break
 
-    def latest(self, topics: Container[str], before_ns: int) -> list[LoggedMessage]:
+    def latest(self, summary: Summary, topics: Container[str], before_ns: int) -> list[LoggedMessage]:
         """The last message of each of these topics before a time, if any; reads no chunk without them."""
-        summary, found = self.summary(), {}
+        found = {}
         self.learn(summary)
         wanted = {number: channel.topic for number, channel in summary.channels.items() if channel.topic in topics}
-        for place in reversed(self._chunks_with(wanted, before_ns)):
+        for place in reversed(self._chunks_with(summary.start, wanted, before_ns)):
             if found.keys() >= set(wanted.values()):
                 break
             offset, chunk = next(self._parsed(place, check_data=False), (0, None))
@@ -189,10 +190,13 @@ class McapReader:
             found = {name: one for name, one in here.items() if name in topics} | found
         return sorted(found.values(), key=lambda one: one.log_time)
 
-    def _chunks_with(self, channels: Container[int], before_ns: int) -> list[int]:
-        """Where the chunks begin that have a message of one of these channels, and one before a time."""
+    def _chunks_with(self, start: int, channels: Container[int], before_ns: int) -> list[int]:
+        """Where the chunks begin that have a message of one of these channels, and one before a time.
+
+        The index begins at byte `start`.
+        """
         places = []
-        for _, opcode, content in self._raw(self._summary_start(), check_data=False):
+        for _, opcode, content in self._raw(start, check_data=False):
             if opcode == Opcode.CHUNK_INDEX and len(content) >= _CHUNK_TOPICS.size:
                 first_ns, length = _CHUNK_TOPICS.unpack_from(content)
                 rows = content[_CHUNK_TOPICS.size : _CHUNK_TOPICS.size + length]

@@ -144,8 +144,9 @@ def latest_messages(path, start_ns: int, topics: Container[str]) -> list[LoggedM
     found, threshold = {}, None
     for file in log_files(path):
         with McapReader(file) as reader:
+            summary = reader.summary()
             if threshold is None:
-                statistics = reader.summary().statistics
+                statistics = summary.statistics
                 threshold = start_ns + (statistics.message_start_time if statistics else 0)
-            found |= {one.topic.name: one for one in reader.latest(topics, threshold)}
+            found |= {one.topic.name: one for one in reader.latest(summary, topics, threshold)}
     return list(found.values())
