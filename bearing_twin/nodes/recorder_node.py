@@ -57,7 +57,7 @@ class RecorderNode(Node):
         self.get_logger().info(f"log: {path}{'' if values['full'] else THINNED}")
         self._refused: set[str] = set()
         self._elsewhere: set[str] = set()  # topics of samples that nobody asked for, where none were named
-        self._default, self._mixed, self._missed = not any(values["topics"]), False, False
+        self._default = not any(values["topics"])
         self._taken: dict[str, Subscription] = {}
         self._taking = threading.Lock()
         self._aside, self._stopping, self._time = TakenAside(), threading.Event(), SteadyTime()
@@ -184,9 +184,7 @@ class RecorderNode(Node):
                 WARN,
                 f"no samples are recorded, but there are on {some}: name them in the parameter topics",
             )
-            if not self._missed:
-                self._missed = True
-                self.get_logger().warning(message)
+            self.get_logger().warning(message, once=True)
         if status["messages_lost"]:
             level, message = WARN, f"{status['messages_lost']} messages were lost"
         if status["messages_unreadable"]:
@@ -196,9 +194,7 @@ class RecorderNode(Node):
                 level, message = WARN, lost_in_words(lost, what == "records")
         if mixed := status["mixed"]:
             level, message = WARN, f"several nodes publish {mixed}: their outputs are mixed, so give each a namespace"
-            if not self._mixed:
-                self._mixed = True
-                self.get_logger().warning(message)
+            self.get_logger().warning(message, once=True)
         log_level, log_says, room = self._watch.look(self.recording)
         if log_says:
             level, message = log_level, log_says

@@ -28,10 +28,8 @@ class RunLogs:
             return None
         log = self._open(log_path(self._path, run))
         for gone in self._newest[:-1]:
-            self._bytes_before, self._dropped_before = (
-                self._bytes_before + gone.bytes,
-                self._dropped_before + gone.dropped,
-            )
+            self._bytes_before += gone.bytes
+            self._dropped_before += gone.dropped
         self._newest = [*self._newest[-1:], log]
         self.count += 1
         return log
