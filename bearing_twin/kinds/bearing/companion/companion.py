@@ -177,9 +177,11 @@ class Companion(Looking):
         rows = np.concatenate([rows, np.array(found).reshape(-1, len(WINDOW.columns))])
         return rows[np.argsort(rows[:, 0], kind="stable")]
 
+    def _off_by(self, rows) -> float:
+        return off_by(np.array(rows), self.greatest_load or 1.0, self.parameters.wanted.outputs == LOADS)
+
     def _off(self, rows) -> float:
-        wanted = self.parameters.wanted
-        return off_by(np.array(rows), self.greatest_load or 1.0, wanted.outputs == LOADS) / wanted.tolerance
+        return self._off_by(rows) / self.parameters.wanted.tolerance
 
     def _row(self, part: Part, window: Window, begin: float, tolerance: float, found: Found) -> list[float]:
         end, each = part.elapsed + part.start(window.begin + window.length), found.steps / found.states.shape[1]
@@ -252,7 +254,6 @@ class Companion(Looking):
         if copied is None:
             return []
         rows, taken, stretches, first = [], 0, stretches_from(met), np.inf
-        loads_alone = self.parameters.wanted.outputs == LOADS
         window = next(stretches)
         begin = part.elapsed + part.start(window.begin)
         moving, border = all_start(part, window.begin, window.length)
@@ -266,7 +267,7 @@ class Companion(Looking):
             last, taken = found.last, taken + found.steps
             rows.append(self._row(part, window, begin, tolerance, found))
             self.drift.see(part, window, found, 1.0)
-            off = max(off_by(np.array(rows[-1]), self.greatest_load or 1.0, loads_alone), FLOOR)
+            off = max(self._off_by(rows[-1]), FLOOR)
             first = min(first, off)
             self.grew, self.reached = max(self.grew, off / first), max(self.reached, off)
             window = next(stretches, None) if off <= self.parameters.wanted.tolerance else None

@@ -15,10 +15,9 @@ import numpy as np
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
+from bearing_twin.kinds.bearing.quasi_static.friction_across import without_shares
 from bearing_twin.kinds.bearing.quasi_static.response import Response
 from bearing_twin.kinds.bearing.quasi_static.statics import CONTROLS, Equilibrium, EquilibriumSolver, Support
-
-NO_SHARES = 0.0, 0.0  # of a gyroscopic moment that is not there
 
 
 def response_to_axes(parameters, solver: EquilibriumSolver, support: Support) -> Response | None:
@@ -39,11 +38,11 @@ def _settled_solver(parameters, solver: EquilibriumSolver, contacts: Contacts) -
     """The balance of balls whose axes have settled; `contacts` are those in rolling."""
     setting, weights = solver.setting, solver.weights
     if FRICTIONS[parameters.contact.friction].over_spot:
-        shares = CONTROLS["outer" if setting.share_inner else "shared"]
-    else:
-        shares, weights = NO_SHARES, weights.copy()
-        weights[:, 0] += contacts.centrifugal * (_quicker(setting, contacts) ** 2 - 1.0)
-    return EquilibriumSolver(setting._replace(share_inner=shares[0], share_outer=shares[1]), solver.azimuths, weights)
+        inner, outer = CONTROLS["outer" if setting.share_inner else "shared"]
+        return EquilibriumSolver(setting._replace(share_inner=inner, share_outer=outer), solver.azimuths, weights)
+    weights = weights.copy()
+    weights[:, 0] += contacts.centrifugal * (_quicker(setting, contacts) ** 2 - 1.0)
+    return EquilibriumSolver(without_shares(setting), solver.azimuths, weights)  # there is no gyroscopic moment
 
 
 def _quicker(setting, contacts: Contacts) -> np.ndarray:
