@@ -45,6 +45,7 @@ from bearing_twin.nodes.log_room import SteadyTime
 from bearing_twin.nodes.messages import OK, WARN, qos_words, suited
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recorder_node import RecorderNode
+from bearing_twin.nodes.recording import Recording
 from bearing_twin.nodes.replay_node import ReplayNode
 
 SCENE = made_up_scene(balls=2)
@@ -122,6 +123,33 @@ def test_a_recording_is_what_was_sent_byte_for_byte(tmp_path):
     stored = read_log(path)
     assert bits(stored) == bits(BLOCK)
     assert stored.metadata[RECORDING_RECORD]["samples_lost"] == "0"
+
+
+@pytest.mark.parametrize(("max_loss", "apart"), [(0.1, 0.025), (0.01, 0.01)])
+def test_messages_of_a_topic_are_logged_some_at_a_time(tmp_path, monkeypatch, max_loss, apart):
+    """Looks of a recorder are `apart` [s], less where less may be lost: what each takes is shared by many messages."""
+    looks, count = [], 250
+    receive_all = Recording.receive_all
+
+    def counted(recording, topic, received, *rest):
+        looks.append(len(received))
+        return receive_all(recording, topic, received, *rest)
+
+    monkeypatch.setattr(Recording, "receive_all", counted)
+    with ros_executor() as executor:
+        publisher = plain_node(executor).create_publisher(Clock, "/x", 1000)
+        recorder = started(
+            executor, RecorderNode, log=str(tmp_path / "x.mcap"), full=True, topics=["/x"], max_loss=max_loss
+        )
+        spin_until(executor, publisher.get_subscription_count, "discovery")
+        began = time.monotonic()
+        for _ in range(count):
+            publisher.publish(Clock())
+            time.sleep(1e-3)
+        spin_until(executor, lambda: recorder.recording.messages == count, f"{count} messages in the log")
+        passed = time.monotonic() - began
+    assert sum(looks) == count
+    assert len(looks) <= passed / apart + 1
 
 
 def test_a_subscription_is_suited_to_all_publishers_of_its_topic():

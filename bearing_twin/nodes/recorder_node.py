@@ -37,7 +37,7 @@ PARAMETERS = (
     *LOG_SAFETY,
 )
 DISCOVERY_PERIOD = 0.1  # s
-TAKE_PERIOD = 0.01  # s between looks for messages: an executor that wakes for each would take five times the time
+TAKE_PERIOD = 0.025  # s between looks for messages, each of which takes as long as several messages
 SOME = 3  # topics that a sentence names
 OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
 
@@ -60,6 +60,7 @@ class RecorderNode(Node):
         self._default = not any(values["topics"])
         self._taken: dict[str, Subscription] = {}
         self._taking = threading.Lock()
+        self._period = min(TAKE_PERIOD, values["max_loss"])  # what waits is lost in a crash too
         self._aside, self._stopping, self._time = TakenAside(), threading.Event(), SteadyTime()
         self._taker = threading.Thread(target=self._take, name="take", daemon=True)
         self._taker.start()
@@ -127,7 +128,7 @@ class RecorderNode(Node):
         """In a thread of its own: takes what has come, topic by topic, until the node closes, and what came last."""
         stopping = False
         while not stopping:
-            stopping = self._stopping.wait(TAKE_PERIOD)
+            stopping = self._stopping.wait(self._period)
             self._look_at_clock()
             with self._taking:
                 for name, subscription in list(self._taken.items()):
