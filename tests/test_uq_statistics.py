@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from scipy import stats
 from bearing_twin.errors import StatisticError
 from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.inputs import read_input
+from bearing_twin.uq.moments import PIECE
 from bearing_twin.uq.sampling import REPLICATES, UnitPoints
 from bearing_twin.uq.statistics import densities_at, density, estimate, half_width, histogram, natural_density, smoothed
 
@@ -72,6 +74,38 @@ def test_a_quantile_beyond_the_replicates_falls_back_to_order_statistics():
     found = estimate(sample, 0.05, replicates=REPLICATES)
     assert found == estimate(sample, 0.05)
     assert found.low <= TRUTH[0.05] <= found.high
+
+
+def by_whole_arrays(sample, statistic):
+    """Value, and interval over independent points, by arrays as long as the sample and SciPy."""
+    z, count = stats.zscore(sample), len(sample)
+    influence, value = {
+        "mean": (sample - np.mean(sample), np.mean(sample)),
+        "std": (0.5 * np.std(sample, ddof=1) * (z**2 - 1.0), np.std(sample, ddof=1)),
+        "skewness": (z**3 - 3.0 * z - np.mean(z**3) - 1.5 * np.mean(z**3) * (z**2 - 1.0), stats.skew(sample)),
+    }[statistic]
+    a = stats.skew(influence, bias=False) / 3.0
+    unbent = [
+        (np.cbrt(1.0 + 3.0 * a * (side * stats.t.ppf(0.975, count - 1) / np.sqrt(count) - a / (2.0 * count))) - 1.0) / a
+        for side in (1.0, -1.0)
+    ]
+    return value, *(value - np.std(influence, ddof=1) * one for one in unbent)
+
+
+@pytest.mark.parametrize("statistic", ["mean", "std", "skewness"])
+@pytest.mark.parametrize("failed", [0, 1000])
+def test_moments_of_many_pieces_are_those_of_whole_arrays_in_less_memory(statistic, failed):
+    """Of the whole sample there are 2 bytes a number, and its copy without what failed."""
+    sample = np.random.default_rng(3).gamma(2.0, size=10 * PIECE + 123)
+    every = np.concatenate([np.full(failed, np.nan), sample])
+    tracemalloc.start()
+    try:
+        found = estimate(every, statistic)
+        held = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert found[:3] == pytest.approx(by_whole_arrays(sample, statistic), rel=1e-10)
+    assert held < 2.0 * len(every) + 8.0 * len(sample) * bool(failed) + 12.0 * 8.0 * PIECE
 
 
 def test_the_deviation_of_points_spread_evenly_has_n_in_its_denominator():

@@ -141,7 +141,7 @@ def summary_of_sample(
     `missing` names moments that do not exist, with the reason; they are None and their reason is in `refused`.
     `unsafe` names those whose interval is too narrow: a few points far out decide, and more of them may be missing.
     """
-    refused, result = dict(missing), {"unsafe": []}
+    refused, result, sample = dict(missing), {"unsafe": []}, np.ascontiguousarray(sample)
     for name in MOMENTS:
         result[name], result[f"{name}_interval"] = None, None
         if name not in refused:

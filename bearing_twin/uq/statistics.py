@@ -22,6 +22,7 @@ from scipy import fft, stats
 from bearing_twin.errors import StatisticError
 from bearing_twin.parameters import echo, unknown
 from bearing_twin.stopping import look
+from bearing_twin.uq.moments import moment, powers, sums
 
 FEWEST = {"mean": 2, "std": 4, "skewness": 8, "quantile": 1}
 MOMENTS = ("mean", "std", "skewness")
@@ -90,9 +91,12 @@ def estimate(sample, statistic, replicates=1) -> Estimate:
         hazen = functools.partial(np.quantile, q=statistic, axis=-1, method="hazen")
         found = hazen(parts) if fewest * replicates == len(kept) else np.array([hazen(part) for part in parts])
         return interval(float(found.mean()), found - found.mean(), replicates)
-    value, influence = _moment(kept, statistic, replicates)
+    value, influence = moment(kept, statistic, replicates)
+    if replicates == 1:
+        found = sums(kept, lambda piece: powers(influence(piece)))
+        return _interval(value, len(kept), found, FEWEST_EFFECTIVE[statistic])
     spread = np.full(len(every), np.nan)
-    spread[good] = influence
+    spread[good] = influence(kept)
     return interval(value, spread, replicates, FEWEST_EFFECTIVE[statistic])
 
 
@@ -107,23 +111,26 @@ def interval(value, influence, replicates=1, least=0.0) -> Estimate:
     look()
     good = np.isfinite(influence)
     kept = influence if good.all() else influence[good]
-    squares = kept * kept  # a general power takes ten times as long
-    square = float(np.mean(squares))
-    heavy = float(np.mean(squares * squares)) / square**2 if square > 0.0 else 0.0
-    safe = bool(heavy * least <= len(kept) and (replicates == 1 or heavy <= HEAVIEST))
-    if replicates > 1:
-        parts = (influence[first::replicates][good[first::replicates]] for first in range(replicates))
-        kept = np.array([part.mean() for part in parts])
-        kept -= kept.mean()
-        squares = kept * kept
-        square = float(np.mean(squares))
-    count, spread, basis = len(kept), math.sqrt(square), "moments" if replicates == 1 else "replicates"
+    if replicates == 1:
+        return _interval(value, len(kept), sums(kept, powers), least)
+    parts = (influence[first::replicates][good[first::replicates]] for first in range(replicates))
+    return _interval(value, len(kept), sums(kept, powers), least, np.array([part.mean() for part in parts]))
+
+
+def _interval(value, count, found, least, parts=None) -> Estimate:
+    """`interval` by the sums of squares, cubes and fourth powers of the influence, and its means over replicates."""
+    square = found[0] / count
+    heavy = found[2] / count / square**2 if square > 0.0 else 0.0
+    safe = bool(heavy * least <= count and (parts is None or heavy <= HEAVIEST))
+    if parts is not None:
+        count, found = len(parts), sums(parts - parts.mean(), powers)
+    spread, basis = math.sqrt(found[0] / count), "moments" if parts is None else "replicates"
     if spread == 0.0:
         return Estimate(value, value, value, basis, safe)
-    skewness = float(np.mean(squares * kept)) / spread**3 * math.sqrt(count * (count - 1.0)) / max(count - 2.0, 1.0)
+    skewness = found[1] / count / spread**3 * math.sqrt(count * (count - 1.0)) / max(count - 2.0, 1.0)
     score = _student(count - 1) / math.sqrt(count)
     error = spread * math.sqrt(count / (count - 1.0))
-    if replicates > 1:
+    if parts is not None:
         score *= WIDER
     ends = (value - error * _unbent(one - skewness / (6.0 * count), skewness / 3.0) for one in (score, -score))
     return Estimate(value, *ends, basis, safe)
@@ -162,29 +169,6 @@ def _statistic(statistic):
             f"{echo(statistic)} is no statistic; {unknown(statistic, MOMENTS)}, or a probability between 0 and 1"
         )
     return probability
-
-
-def _moment(sample, statistic, replicates=1):
-    """Value and influence function (n,), mean 0, of a moment.
-
-    mean: x - m;  std: sigma (z^2 - 1)/2;  skewness g: z^3 - 3 z - g - (3/2) g (z^2 - 1), with z = (x - m)/sigma.
-    Replicates spread their points evenly: n in the denominator of std is right for them, n - 1 for independent ones.
-    """
-    mean = float(np.mean(sample))
-    if statistic == "mean":
-        return mean, sample - mean
-    std = float(np.std(sample, ddof=int(replicates == 1)))
-    if std <= 1e-14 * abs(mean):
-        if statistic == "std":
-            return std, np.zeros_like(sample)
-        raise StatisticError("all samples are equal")
-    z = (sample - mean) / float(np.std(sample))
-    if statistic == "std":
-        return std, 0.5 * std * (z**2 - 1.0)
-    look()
-    cube = z * z * z
-    skewness = float(np.mean(cube))
-    return skewness, cube - 3.0 * z - skewness - 1.5 * skewness * (z**2 - 1.0)
 
 
 @functools.lru_cache(maxsize=256)
