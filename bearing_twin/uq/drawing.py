@@ -64,7 +64,7 @@ class Drawn:
 
     def draw(self, ensemble: Ensemble, start: StudyResult | None) -> None:
         """Samples up to the stop rule, the greatest number of samples, or a cancel."""
-        settings, column = self.study.settings, self.study.quantities.index(self.rule.quantity)
+        settings, self._watched = self.study.settings, np.empty(self.points.samples)
         self.notes = (self.points.note,) if self.points.note else ()
         self.because = f"all {self.points.samples} samples are done"
         narrow = 0
@@ -83,7 +83,7 @@ class Drawn:
             if self.done < size:
                 self.because = CANCELLED
                 break
-            narrow = narrow + 1 if self._look(np.concatenate([part[:, column] for part in self._quantities])) else 0
+            narrow = narrow + 1 if self._look(self._watched[: self.done]) else 0
             self._tell(self.done)
             if narrow == IN_A_ROW:
                 self.because = f"{self.rule.text()}, at {IN_A_ROW} looks in a row"
@@ -126,13 +126,10 @@ class Drawn:
     def _add(self, *columns) -> None:
         for parts, column in zip(self._parts, columns, strict=True):
             parts.append(column)
-        self.done += len(columns[0])
+        first, self.done = self.done, self.done + len(columns[0])
+        self._watched[first : self.done] = columns[1][:, self.study.quantities.index(self.rule.quantity)]
         if self.keep and len(columns[0]):
             self.keep(*columns, tuple(self.reasons.sentences), tuple(self.doubts.sentences))
-
-    @property
-    def _quantities(self) -> list[np.ndarray]:
-        return self._parts[1]
 
     def arrays(self) -> tuple[np.ndarray, ...]:
         """Values (n, d), quantities (n, q), histories (n, h, points), status (n,) and doubts (n,) of all so far."""

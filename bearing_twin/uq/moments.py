@@ -17,7 +17,7 @@ PIECE = 2**13  # numbers
 
 def sums(sample: np.ndarray, of: Callable[[np.ndarray], tuple[np.ndarray, ...]]) -> list[float]:
     """Sums over a sample (n,) of each array that `of` makes of a piece of it."""
-    rows = [list(map(np.sum, of(sample[first : first + PIECE]))) for first in range(0, len(sample), PIECE)]
+    rows = [list(map(np.add.reduce, of(sample[first : first + PIECE]))) for first in range(0, len(sample), PIECE)]
     return [math.fsum(column) for column in zip(*rows, strict=True)]
 
 
