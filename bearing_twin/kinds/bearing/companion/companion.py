@@ -156,6 +156,13 @@ class Companion(Looking):
         rows.sort(key=lambda row: row[:3])
         return np.array(rows).reshape(-1, len(WINDOW.columns))
 
+    def bounces(self, part: Part) -> bool:
+        """Whether all balls are followed through a part: they may bump into a cage, or are coupled and seen in flight.
+
+        Then until what they are off has died out.
+        """
+        return bumps(self.parameters) or (part.partners.active and (part.flies or self.second.apart is not None))
+
     def go_beside(self, part: Part, scales, tolerance: float, ended: tuple, rows: np.ndarray) -> np.ndarray:
         """The rows of WINDOW of a part that stands, in time, with those of what goes beside a run whose balls bump.
 
