@@ -77,7 +77,7 @@ def _rubs(given, coupled, load, angle, torque, force):
 def _changes(before, state, later, first, past, following):
     """How fast three numbers from `first` on change, of second order, and how unlike both intervals are.
 
-    After the last output, where `following` is 0, the change from before it stands for both.
+    At the last output, where `following` is 0, the change from before it stands for both.
     """
     one = scaled(1.0 / past, minus(_three(state, first), _three(before, first)))
     if following == 0.0:
@@ -130,7 +130,7 @@ def _left_over(given, coupled, times, here, bears, load, approach, angle, force,
             swing, dies = math.sqrt((one + two) / given.mass), given.relaxing * (held[0] + held[1])  # rad/s, 1/s
             some, more = SWING * counts[ball, now], SWING * counts[ball, ahead]
             long, slow = swing * past >= some and swing * behind >= more, dies * past >= some
-            slow = slow and dies * behind >= more
+            slow = slow and dies * following >= more and now < last  # one interval does not tell whether it is even
             if not (long or slow):
                 continue
             state = states[now, ball]
