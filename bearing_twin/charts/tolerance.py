@@ -7,6 +7,7 @@ the greatest load, of friction over mu N of a contact or mu N R of a ball. `reas
 `at length` have no errors: they tell what the companion takes (`companion_cost`).
 """
 
+import contextlib
 import functools
 import time
 from collections.abc import Iterator
@@ -22,7 +23,7 @@ from bearing_twin.charts.contest import judged, tried
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE, Row
 from bearing_twin.charts.tolerance_picture import FAR, NEAR, draw
-from bearing_twin.errors import IntegrationError
+from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.parameters import LOADS
@@ -101,21 +102,20 @@ class ToleranceRow(Row):
         return [(estimate, true) for estimate, true, known in found if true > known]
 
 
-def _run(case: str, *overrides: str) -> tuple[Run, Rows]:
-    """A run of a case to its end, and all its outputs but the first."""
-    name, differs = ALL_CASES[case]
-    run = simulate(load_scene(name, (*differs, *overrides)))
+def _run(scene: str, *overrides: str) -> tuple[Run, Rows]:
+    """A run of a scene to its end, and all its outputs but the first."""
+    run = simulate(load_scene(scene, overrides))
     blocks = list(run.blocks())
     return run, Rows(blocks[0].values.layout, np.concatenate([block.matrix() for block in blocks])[1:])
 
 
 @functools.lru_cache(maxsize=1)
-def _exact(case: str) -> tuple[Rows, Rows]:
+def _exact(scene: str, *differs: str) -> tuple[Rows, Rows]:
     """The outputs that count as true, and rougher ones, which tell how far these may be off.
 
     A process is at one case at a time.
     """
-    return tuple(_run(case, f"wanted.tolerance={one * EXACT!r}", ALONE)[1] for one in (1.0, ROUGHER))
+    return tuple(_run(scene, *differs, f"wanted.tolerance={one * EXACT!r}", ALONE)[1] for one in (1.0, ROUGHER))
 
 
 def judge(case: str, method: str, tolerance: float, limit: float) -> ToleranceRow:
@@ -123,8 +123,20 @@ def judge(case: str, method: str, tolerance: float, limit: float) -> ToleranceRo
     row = ToleranceRow(case, method, tolerance, command=_command(case, method, tolerance))
     if method == AT_LENGTH:
         return tried(row, lambda: _counted(case, tolerance), limit)
-    _exact(case)
-    return judged(row, lambda: _outcome(case, method, tolerance, *_exact(case)), limit)
+    scene, differs = ALL_CASES[case]
+    return beside_truth(row, scene, differs, WANTED[method], limit)
+
+
+def beside_truth(
+    row: ToleranceRow, scene: str, differs: tuple[str, ...], wanted: tuple[str, ...], limit: float
+) -> ToleranceRow:
+    """The row with a run of a scene that `differs`, at its setting and with what is `wanted`, beside the truth."""
+    exact = functools.partial(_exact, scene, *differs)
+    with contextlib.suppress(BearingTwinError):  # which the run itself tells in its row
+        exact()  # before time counts
+    return judged(
+        row, lambda: _outcome((scene, *differs), (*wanted, f"wanted.tolerance={row.setting!r}"), *exact()), limit
+    )
 
 
 def up_to(rows: Rows, outputs: int) -> Rows:
@@ -155,12 +167,12 @@ def compared(run: Run, found: Rows, exact: Rows, rougher: Rows) -> dict:
     return columns
 
 
-def _outcome(case: str, method: str, tolerance: float, exact: Rows, rougher: Rows) -> dict:
-    asked, start = (*WANTED[method], f"wanted.tolerance={tolerance!r}"), time.thread_time()
-    run, found = _run(case, *asked)
+def _outcome(case: tuple[str, ...], asked: tuple[str, ...], exact: Rows, rougher: Rows) -> dict:
+    start = time.thread_time()
+    run, found = _run(*case, *asked)
     seconds = time.thread_time() - start
     try:
-        plain = _run(case, *asked, ALONE)[0].report.costs.get("ball_steps", 0)  # equilibria have no steps
+        plain = _run(*case, *asked, ALONE)[0].report.costs.get("ball_steps", 0)  # equilibria have no steps
     except IntegrationError:  # too rough where nobody watches: there is nothing to compare with
         plain = 0
     return compared(run, found, exact, rougher) | steps_of(run) | {"seconds": seconds, "steps": plain}
@@ -195,20 +207,20 @@ def reading(points: list[ToleranceRow]) -> Iterator[str]:
     """What the chart says of all, of groups of scenes, of all with loads alone wanted, and of long runs."""
     points, alone, long = ([p for p in points if p.method == one] for one in (METHOD, LOADS_ALONE, AT_LENGTH))
     if good := [p for p in points if p.status == DONE]:
-        yield f"All: {_said(good)}"
-        yield f"All: {_near(good)}"
-        yield f"All without a horizon: {_near([p for p in good if not p.bounded])}"
+        yield f"All: {said(good)}"
+        yield f"All: {nearness(good)}"
+        yield f"All without a horizon: {nearness([p for p in good if not p.bounded])}"
     for who, cases in GROUPS.items():
         mine = [p for p in points if p.problem in cases]
         if mine:
             yield from (f"{who}: {sentence}" for sentence in _read_group(mine))
     if alone:
         good = [p for p in alone if p.status == DONE]
-        yield from (f"Loads alone wanted: {sentence}" for sentence in (_said(good), *_unsaid(good), _near(good)))
+        yield from (f"Loads alone wanted: {sentence}" for sentence in (said(good), *unsaid(good), nearness(good)))
     yield from long_runs(long)
 
 
-def _said(good: list[ToleranceRow]) -> str:
+def said(good: list[ToleranceRow]) -> str:
     """What a run is worth that calls itself done."""
     done = [p for p in good if p.told == DONE]
     over = [p.error / p.setting for p in done if p.missed]
@@ -217,13 +229,13 @@ def _said(good: list[ToleranceRow]) -> str:
     return f"of runs that call themselves done {_share(kept, len(done))} are within their tolerance{furthest}."
 
 
-def _unsaid(good: list[ToleranceRow]) -> Iterator[str]:
+def unsaid(good: list[ToleranceRow]) -> Iterator[str]:
     """Which runs miss their tolerance and do not say so."""
     if found := [p for p in good if p.missed and not p.doubtful]:
         yield "unsaid are " + "; ".join(f"{p.problem} at {p.setting:g}, {p.error:.2g}" for p in found) + "."
 
 
-def _near(good: list[ToleranceRow]) -> str:
+def nearness(good: list[ToleranceRow]) -> str:
     """How near estimates are to true errors."""
     ratios = np.array([ratio for p in good for ratio in p.ratios])
     if not len(ratios):
@@ -254,11 +266,11 @@ def _read_group(points: list[ToleranceRow]) -> Iterator[str]:
             f"where it is more, the run calls itself doubtful in {_share(doubtful, len(missed))}; the "
             f"greatest error is {worst:.2g} times the tolerance."
         )
-    yield from _unsaid(good)
+    yield from unsaid(good)
     yield from (f"{p.problem} at {p.setting:g}: {p.reason}" for p in points if p.status != DONE)
     if not good:
         return
-    yield _near(good)
+    yield nearness(good)
     costs = [(p.companion_steps + p.watched_steps) / p.steps for p in good if p.steps]
     yield (
         f"the companion takes {taken(good)}; with what is done again a run takes {np.median(costs):.2g} times the "

@@ -23,7 +23,6 @@ from bearing_twin.kinds.bearing.companion.meetings import as_met, meetings
 from bearing_twin.kinds.bearing.companion.windows import (
     ALL,
     APART,
-    BESIDE,
     INHERITED,
     PLACE,
     WINDOW,
@@ -217,8 +216,7 @@ class WatchedMotion(BearingMotion):
                 self._set(redoing.BEYOND)
                 self._sensitive = True
         elif rows is not None:
-            carried = (rows[:, PLACE["begin"]] < begun) | np.isin(rows[:, PLACE["ball"]], (APART, BESIDE))
-            self._grown = max(self._grown, self._off(rows[carried]))
+            self._grown = max(self._grown, self._off(redoing.carried(rows, begun)))
         self._rows += [] if rows is None or not len(rows) else [rows]
 
     def _stop_carrying(self) -> None:
