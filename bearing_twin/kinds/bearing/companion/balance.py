@@ -31,7 +31,8 @@ from bearing_twin.numerics.rotation import add, cross, dot, minus, scaled
 
 SWING = 2.0 * np.pi  # rad: steps shorter than such a period are made for the swing itself, where nothing is in balance
 SURE = 0.8  # of the tolerance: what is known so exactly is done again only above it
-UNKNOWN = 0.5  # of what is left over: more, from changes of acceleration, and nothing is said
+UNKNOWN = 0.1  # of what is left over: where accelerations are known no better, nothing is said of friction
+SAME = 1e-6  # of an interval between outputs: those that differ by less are alike
 ERRORS = 3  # of a ball: of load, friction, torque
 NO_FRICTION = 1e-300  # share of the load: next to nothing, so that no quotient is infinite
 MOST = 100  # outputs of a part that are looked at: those in the longest steps, whose interpolants err most
@@ -75,15 +76,39 @@ def _rubs(given, coupled, load, angle, torque, force):
 
 @inlined
 def _changes(before, state, later, first, past, following):
-    """How fast three numbers from `first` on change, of second order, and how unlike both intervals are.
-
-    At the last output, where `following` is 0, the change from before it stands for both.
-    """
+    """How fast three numbers from `first` on change, of second order; at the last output from the one before."""
     one = scaled(1.0 / past, minus(_three(state, first), _three(before, first)))
     if following == 0.0:
-        return one, (0.0, 0.0, 0.0)
+        return one
     uneven = minus(scaled(1.0 / following, minus(_three(later, first), _three(state, first))), one)
-    return add(one, scaled(past / (past + following), uneven)), uneven
+    return add(one, scaled(past / (past + following), uneven))
+
+
+@inlined
+def _better(states, now, ball, first, change, step):
+    """What fourth order makes of a `change` over even steps [s], from two outputs to either side."""
+    far = scaled(0.25 / step, minus(_three(states[now + 2, ball], first), _three(states[now - 2, ball], first)))
+    return scaled(1.0 / 3.0, minus(change, far))
+
+
+@inlined
+def _bends(states, now, ball, first, step):
+    """How far three numbers from `first` on are from a cubic over even steps [s], as rates: 0 where all is smooth."""
+    middle = _three(states[now, ball], first)
+    near = add(_three(states[now - 1, ball], first), _three(states[now + 1, ball], first))
+    far = add(_three(states[now - 2, ball], first), _three(states[now + 2, ball], first))
+    return scaled(1.0 / step, add(minus(far, scaled(4.0, near)), scaled(6.0, middle)))
+
+
+@inlined
+def _even(times, now, last):
+    """Whether two outputs to either side of one are evenly apart."""
+    if now < 2 or now > last - 2:
+        return False
+    step, unlike = times[now] - times[now - 1], 0.0
+    for other in (now - 1, now + 1, now + 2):
+        unlike = max(unlike, abs(times[other] - times[other - 1] - step))
+    return unlike <= SAME * step
 
 
 @inlined
@@ -130,7 +155,7 @@ def _left_over(given, coupled, times, here, bears, load, approach, angle, force,
             swing, dies = math.sqrt((one + two) / given.mass), given.relaxing * (held[0] + held[1])  # rad/s, 1/s
             some, more = SWING * counts[ball, now], SWING * counts[ball, ahead]
             long, slow = swing * past >= some and swing * behind >= more, dies * past >= some
-            slow = slow and dies * following >= more and now < last  # one interval does not tell whether it is even
+            slow = slow and dies * behind >= more and _even(times, now, last)
             if not (long or slow):
                 continue
             state = states[now, ball]
@@ -139,7 +164,7 @@ def _left_over(given, coupled, times, here, bears, load, approach, angle, force,
             spun = _changes(before, state, later, SPIN, past, following)
             turn = math.cos(state[ORBIT_ANGLE]), math.sin(state[ORBIT_ANGLE])
             speed, orbit = state[TANGENTIAL_VELOCITY], state[TANGENTIAL_VELOCITY] / state[AXIS_DISTANCE]
-            faster = add(moved[0], (-speed * orbit, state[VELOCITY] * orbit, 0.0))
+            faster = add(moved, (-speed * orbit, state[VELOCITY] * orbit, 0.0))
             pulled, pushed = _turned_in(*turn, given.gravity), _turned_in(*turn, force[row, ball])
             left = add(pushed, scaled(given.mass, minus(pulled, faster)))
             if long:
@@ -147,13 +172,18 @@ def _left_over(given, coupled, times, here, bears, load, approach, angle, force,
                 one, two = one * leant[0], two * leant[1]
                 off[row, ball, 0] = abs(left[0]) * max(one, two) / (one * leant[0] + two * leant[1])
             if slow:
-                quicker = add(spun[0], (-orbit * state[SPIN + 1], orbit * state[SPIN], 0.0))
+                quicker = add(spun, (-orbit * state[SPIN + 1], orbit * state[SPIN], 0.0))
                 turning = minus(_turned_in(*turn, torque[row, ball]), scaled(given.inertia, quicker))
-                found = _rubs(given, coupled, held, angle[row, ball, 1], turning, left)
-                # Where accelerations change as much from one interval to the next, they are not known.
-                uneven = scaled(given.inertia, spun[1]), scaled(given.mass, moved[1])
-                unknown = _rubs(given, coupled, held, angle[row, ball, 1], *uneven)
-                if unknown[0] < UNKNOWN * found[0]:
+                # Two orders of accelerations, and how smooth all is, tell how well they are known.
+                more = scaled(given.mass, _better(states, now, ball, VELOCITY, moved, past))
+                turns = scaled(given.inertia, _better(states, now, ball, SPIN, spun, past))
+                mean = 0.5 * (angle[row, ball, 0] + angle[row, ball, 1])
+                found = _rubs(given, coupled, held, mean, minus(turning, turns), minus(left, more))
+                bent = scaled(given.mass, _bends(states, now, ball, VELOCITY, past))
+                twisted = scaled(given.inertia, _bends(states, now, ball, SPIN, past))
+                unknown = _rubs(given, coupled, held, mean, turns, more)[0]
+                unknown += _rubs(given, coupled, held, mean, twisted, bent)[0]
+                if unknown < UNKNOWN * found[0]:
                     off[row, ball, 1], off[row, ball, 2] = found
 
 
