@@ -88,6 +88,9 @@ def test_errors_add_up_as_a_random_walk_while_the_ring_rings(rig):
     assert row[PLACE["orbit_angle"]] == pytest.approx(1e-7 * math.sqrt(43.0))  # nothing damps it: since the beginning
     assert row[PLACE["friction"]] == 0.5  # balls forget their slip
     assert known[1] == pytest.approx(4.0)
+    slowly = carried_on(NOTHING, part, rows, TOLERANCE, 1.0, 0.0, GREATEST)
+    # What the part ends with, at 50 ms: a ring that is thrown in the next one has all of it.
+    assert slowly.known[1] == pytest.approx(2.0 * math.sqrt(50.0))
     assert carried_on(NOTHING, part, rows, TOLERANCE, 0.0, 0.0, GREATEST)[0] is rows
 
 

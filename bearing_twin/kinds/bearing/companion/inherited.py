@@ -27,6 +27,8 @@ ERRORS = slice(PLACE["load"], None)  # of a row of WINDOW
 NO_LOAD = 1e-300  # N: next to nothing, so that no quotient is infinite
 SLIP = [PLACE[one] for one in ("friction", "torque", "mean_torque")]  # ... those that follow from how balls slip
 
+MEANS = [PLACE["drive_torque"], PLACE["loss"]]  # ... and means over windows, which are no instants of a ring that rings
+
 
 def ringing_time(parameters, bearing: Bearing, greatest: float) -> float:
     """Time [s] in which a ring that rings on the ball that bears most, `greatest` [N], falls to a tenth; 0 without one.
@@ -208,8 +210,9 @@ def carried_on(
     row[: PLACE["load"]] = part.elapsed + part.duration, part.elapsed, INHERITED, 0.0, tolerance
     before, whole = row.copy(), rows[rows[:, PLACE["ball"]] == ALL] if seconds else rows[:0]
     for one in whole:
-        # How far balls are off their way round nothing damps.
-        until = np.where(np.arange(len(row)) == PLACE["orbit_angle"], one[0], min(one[0], seconds))
+        until = np.full(len(row), min(row[0], seconds))  # it rings on to the end of the part
+        until[MEANS] = min(one[0], seconds)
+        until[PLACE["orbit_angle"]] = one[0]  # how far balls are off their way round nothing damps
         longer = np.sqrt(np.maximum(until / (one[0] - one[PLACE["begin"]]), 1.0))
         # Balls forget their slip within a window; what a ring's error does to friction follows from that of load.
         longer[SLIP] = 1.0
