@@ -63,7 +63,6 @@ def draw_of(number: int) -> tuple[str, tuple[str, ...], tuple[str, ...], float]:
     chance.sometimes(0.2, "geometry.ball_diameter", chance.between(6.2e-3, 7e-3))
     chance.sometimes(0.1, "materials.ball", "silicon_nitride")
     chance.sometimes(0.4, "drive.speed", chance.one_of((-1.0, 1.0)) * chance.about(20.0, 1500.0))
-    chance.sometimes(0.15, "drive.tilt", *(chance.between(-6e-4, 6e-4) for _ in range(2)))
     chance.sometimes(1.0, "contact.friction_coefficient", chance.about(5e-3, 0.3))
     chance.sometimes(0.15, "contact.friction_regularisation", chance.about(2e-3, 0.1))
     chance.sometimes(0.1, "contact.normal", "volumetric")
@@ -75,6 +74,7 @@ def draw_of(number: int) -> tuple[str, tuple[str, ...], tuple[str, ...], float]:
     else:
         place = (chance.between(low, high) for low, high in ((-6e-6, 6e-6), (-9e-6, 6e-6), (-1.5e-5, 1.5e-5)))
         chance.sometimes(0.4, "drive.offset", *place)
+        chance.sometimes(0.2, "drive.tilt", *(chance.between(-6e-4, 6e-4) for _ in range(2)))
         chance.sometimes(0.2, "cage.kind", "even")
     chance.sometimes(1.0, "model.dimension", "free" if loaded else "prescribed")
     chance.sometimes(1.0, "run.duration", chance.one_of(SECONDS))
