@@ -65,8 +65,8 @@ def test_what_is_said_of_draws_counts_them():
 
     rows = [row(0, 1e-3, "done", 2e-3), row(1, 2e-2, "done", 1e-3), row(2, 3e-2, "doubtful: loads", 2e-2)]
     said = list(drawn.reading([*rows, ToleranceRow(NAMES[3], "as chosen", 1e-2, status="refused", reason="no")]))
-    assert said[0].startswith("Of 4 draws 3 ran")
-    assert "within the tolerance in 1 of 3" in said[1]
+    assert said[0] == "Of 4 draws 1 did not run: no."
+    assert "within the tolerance in 1 of 3 draws" in said[1]
     assert "done 1 of 2" in said[1]
     assert said[2] == "unsaid are draw 2 at 0.01, 0.02."
     assert "in 4 of 6" in said[3]

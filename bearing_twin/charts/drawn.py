@@ -103,11 +103,12 @@ def _command(name: str, _method: str, tolerance: float) -> str:
 def reading(points: list[ToleranceRow]) -> Iterator[str]:
     """What the chart says."""
     good = [p for p in points if p.status == DONE]
-    yield f"Of {len(points)} draws {len(good)} ran; others were refused, as no contact carries their load, or stopped."
+    if lost := [p for p in points if p.status != DONE]:
+        yield f"Of {len(points)} draws {len(lost)} did not run: {'; '.join(p.reason for p in lost)}."
     if not good:
         return
     kept = sum(p.kept for p in good)
-    yield f"The error is within the tolerance in {kept} of {len(good)}; {said(good)}"
+    yield f"The error is within the tolerance in {kept} of {len(good)} draws; {said(good)}"
     yield from unsaid(good)
     yield f"Above {KNOWABLE:g} {nearness(good)}"
     yield f"The companion takes {taken(good)}; {much(good)}."
