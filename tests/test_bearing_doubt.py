@@ -560,6 +560,13 @@ def test_what_balls_that_fly_are_off_is_found_and_mended(case, tolerance, monkey
     assert point.friction_estimate > 0.1 * point.friction_error
 
 
+def test_balls_that_roll_on_after_a_jump_are_looked_at_whatever_pointed_to_the_jump():
+    """In an even cage, at a tolerance of 0.1: the jump's own window shows a twelfth of what friction is off later."""
+    point = judge("even cage, jump", METHOD, 0.1, 0.0)
+    assert all(1.0 / 3.0 < ratio < 3.0 for ratio in point.ratios)
+    assert point.kept
+
+
 def test_a_ball_that_bounces_after_a_jump_names_its_horizon(monkeypatch):
     monkeypatch.setattr(redoing, "RETAKEN", 0)  # done again, the run may be exact enough to have none
     jump = "drive.change.offset=[2e-6,-5e-6,1e-6]"

@@ -286,7 +286,7 @@ def test_a_part_is_read_once_for_all_that_is_asked_of_its_outputs(monkeypatch):
     for _ in range(3):
         moving.advance(1e-3 * np.arange(1, 21), 0.02)
     assert len(reads) >= 3
-    balance = ["approach", "contact_angle", "raceway_force"]
+    balance = ["approach", "contact_angle", "raceway_force", "raceway_torque"]
     assert all(sorted(part) == sorted(["friction_force", "normal_load", *balance]) for part in reads)
 
 

@@ -15,6 +15,7 @@ from bearing_twin.kinds.bearing.companion.inherited import (
     landed,
     light_share,
     remembered,
+    ringing_alone,
     ringing_time,
     thrown,
     unseen_landings,
@@ -24,6 +25,7 @@ from bearing_twin.kinds.bearing.companion.windows import ALL, BETWEEN, BUMPING, 
 from bearing_twin.kinds.bearing.companion.worst import MISSED, spread_of
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
 from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing.stepping.pointing import OF_FORCE, POINTED
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.numerics.lanes import COLUMNS
 from bearing_twin.run.fidelity import choose
@@ -40,7 +42,7 @@ def part_of(bearing, load, friction):
     held = SimpleNamespace(load=np.zeros(6), weight=np.zeros(6), load_rate=np.zeros(6))
     part = {"elapsed": 0.04, "duration": 0.01, "times": np.array([0.005, 0.01]), "partners": held}
     out["inner_ring_force"] = np.zeros((2, 3))
-    part |= dict.fromkeys(("drive", "near", "begun", "pointer", "taken"))
+    part |= dict.fromkeys(("drive", "near", "begun", "taken")) | {"pointer": np.zeros((0, 0, 0))}
     return Part(bearing=bearing, out=out, filled=(np.zeros((2, 1, COLUMNS)),), **part)
 
 
@@ -86,6 +88,9 @@ def test_errors_add_up_as_a_random_walk_while_the_ring_rings(rig):
     assert row[PLACE["orbit_angle"]] == pytest.approx(1e-7 * math.sqrt(43.0))  # nothing damps it: since the beginning
     assert row[PLACE["friction"]] == 0.5  # balls forget their slip
     assert known[1] == pytest.approx(4.0)
+    slowly = carried_on(NOTHING, part, rows, TOLERANCE, 1.0, 0.0, GREATEST)
+    # What the part ends with, at 50 ms: a ring that is thrown in the next one has all of it.
+    assert slowly.known[1] == pytest.approx(2.0 * math.sqrt(50.0))
     assert carried_on(NOTHING, part, rows, TOLERANCE, 0.0, 0.0, GREATEST)[0] is rows
 
 
@@ -211,6 +216,26 @@ def test_balls_that_land_unseen_err_by_what_those_seen_were_off_in_flight(rig):
     assert told.rows[-1, PLACE["friction"]] == pytest.approx(0.5 * (1.5**1.5 - 1.0))
     # A tighter setting betters it: balls that are followed are then less off in flight.
     assert told.added[-1, PLACE["friction"]] == told.rows[-1, PLACE["friction"]]
+
+
+def test_a_ball_on_one_raceway_alone_errs_in_friction_as_steps_err_in_the_force_on_it(rig):
+    """Over GREATEST / 100 at least, by no more than it is, and not where it lies between both raceways."""
+    coefficient, least = rig.bearing.friction_coefficient, GREATEST / 100.0
+    part = part_of(rig.bearing, [9, 9, 0, 2], [0, 0, 0, coefficient])
+    part.pointer = np.zeros((1, 2, POINTED))
+    for cell in (0, 1):  # it rings on
+        part.pointer[:] = 0.0
+        part.pointer[0, cell, OF_FORCE] = 0.1 / rig.bearing.ball_mass
+        assert ringing_alone(part, GREATEST) == pytest.approx(0.1 / 2.0 / least)
+    part.pointer *= 1e3
+    assert ringing_alone(part, GREATEST) == pytest.approx(1.0 / least)
+    told = carried_on(NOTHING, part, np.array([window()]), TOLERANCE, 1e-3, 0.0, GREATEST)
+    # A tighter setting betters it.
+    assert told.added[-1, PLACE["friction"]] == told.rows[-1, PLACE["friction"]] == pytest.approx(1.0 / least)
+    for load in ([9, 9, 5, 2], [9, 9, 0, 0]):
+        both = part_of(rig.bearing, load, [0, 0, 0, coefficient])
+        both.pointer = part.pointer
+        assert ringing_alone(both, GREATEST) == 0.0
 
 
 def test_a_part_where_contacts_come_and_go_is_exact_enough_when_its_spread_is_within_the_tolerance():

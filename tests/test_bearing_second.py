@@ -7,7 +7,7 @@ import pytest
 
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.charts.bearing_variants import UNSEEN
-from bearing_twin.charts.tolerance import up_to
+from bearing_twin.charts.tolerance import METHOD, ToleranceRow, beside_truth, up_to
 from bearing_twin.kinds.bearing.companion.growth import BUMPED, Growth
 from bearing_twin.kinds.bearing.companion.second import STRETCHES, Second, stretches
 from bearing_twin.kinds.bearing.companion.windows import ALL, BESIDE, PLACE, WINDOW, Window
@@ -65,6 +65,36 @@ def test_nothing_goes_beside_a_run_whose_balls_do_not_bump():
     assert run.report.status == "done"
     assert not len(beside(rows))
     assert "horizon_s" not in run.report.errors
+
+
+@pytest.mark.parametrize(
+    ("scene", "tolerance", "differs"),
+    [
+        (
+            "bearing_6203_start",
+            1e-3,
+            ("drive.offset=[-5.65e-6, -1.66e-7, 1.07e-5]", "geometry.radial_clearance=1.27e-5"),
+        ),
+        ("bearing_6203_loose", 1e-1, ("initial.motion=rest", "gravity=[0, -9.81, 0]", "run.duration=0.04")),
+        ("bearing_6203_fast", 1e-2, ("initial.motion=rest", "geometry.radial_clearance=2.05e-5", "drive.speed=246")),
+    ],
+)
+def test_balls_of_an_even_cage_that_bounce_are_followed_and_keep_their_tolerance_or_say_so(scene, tolerance, differs):
+    """Windows of all balls, which begin on the run's own states, show 0.13 to 0.001 of what these are off."""
+    row = ToleranceRow(scene, METHOD, tolerance)
+    row = beside_truth(row, scene, (*differs, "cage.kind=even", "model.dimension=prescribed"), (), 0.0)
+    assert row.status == "done"
+    assert row.kept or row.doubtful
+    assert all(0.1 < ratio < 10.0 for ratio in row.ratios if ratio * row.error > 1e-3 * tolerance)
+
+
+def test_balls_in_flight_are_followed_as_far_as_steps_allow():
+    """A shaft that runs up throws balls for a third of a second."""
+    run, _, rows = ran("bearing_6203_run_up")
+    assert run.report.status == "done"
+    first = beside(rows)[:, PLACE["begin"]].min()
+    assert first == 0.0
+    assert 0.0 < run.report.errors["companion_share"] < 0.35
 
 
 def test_stretches_follow_each_other_through_a_part():

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from bearing_twin.charts import tolerance
+from bearing_twin.charts.companion_cost import AT_LENGTH, SHIPPED, at_length
 from bearing_twin.charts.contest import Asked, Kept
 from bearing_twin.charts.table import DONE, FAILED, read_table
 from bearing_twin.charts.tolerance import CASES, CONTESTS, LOADS_ALONE, METHOD, ToleranceRow, reading
@@ -27,8 +28,9 @@ def test_every_case_is_a_scene():
 
 def test_a_settled_bearing_is_better_than_asked_and_knows_its_errors(tmp_path, monkeypatch):
     monkeypatch.setattr(tolerance, "TOLERANCES", (1e-2,))
+    monkeypatch.setattr(tolerance, "LENGTHS", (1e-2,))
     made = CONTESTS["tolerance"].make(tmp_path, "tolerance", here("settled"))
-    point, alone = made.rows
+    point, alone, long = made.rows
     assert point.kept
     assert (point.status, point.told) == (DONE, "done")
     assert point.seconds > 0.0
@@ -40,9 +42,34 @@ def test_a_settled_bearing_is_better_than_asked_and_knows_its_errors(tmp_path, m
     assert len(alone.ratios) == 1
     assert 1.0 / 3.0 < alone.ratios[0] < 3.0
     assert "wanted.outputs=loads" in alone.command
-    row, _ = read_table(tmp_path / "tolerance.csv", ToleranceRow)
+    assert (long.method, long.status, long.told) == (AT_LENGTH, DONE, "done")
+    assert math.isnan(long.load_error)
+    assert long.command.endswith("--set run.duration=2 --set wanted.tolerance=0.01")
+    # What begins is the same, and what is settled needs few windows more.
+    assert (
+        point.companion_steps <= long.companion_steps < point.companion_steps / point.watched_steps * long.watched_steps
+    )
+    assert made.reading[-1].startswith("Others 10 times as long: the companion takes ")
+    row, *_ = read_table(tmp_path / "tolerance.csv", ToleranceRow)
     assert row.load_error == pytest.approx(point.load_error, rel=1e-5)
     assert CONTESTS["tolerance"].read(tmp_path, "tolerance") == made.reading
+
+
+def test_scenes_as_they_ship_are_counted_and_told_apart():
+    assert at_length("bearing_6203_fast") == ("bearing_6203_fast", ())
+    assert {load_scene(name).kind for name in SHIPPED} == {"bearing"}
+    entries = list(CONTESTS["tolerance"].entries("bearing_6203_fast"))
+    assert {method for method, _ in entries} == {AT_LENGTH}
+    row = tolerance.judge("bearing_6203_fast", *entries[0], 0.0)
+    assert (row.status, row.told) == (DONE, "done")
+    dear = row.but(problem="sudden", companion_steps=row.watched_steps, took=f"it took 100 %: {SHORT_RUN}")
+    share = 100.0 * row.companion_steps / row.watched_steps
+    assert list(reading([row, dear, dear.but(took=""), row.but(watched_steps=0, companion_steps=0)])) == [
+        f"Shipped scenes at their own length: the companion takes {share:.3g} % of a run's steps as a median and "
+        f"{share:.3g} % at most, over 35 % in 0 of 1 runs.",
+        "Others 10 times as long: the companion takes 100 % of a run's steps as a median and 100 % at most, over 35 % "
+        "in 2 of 2 runs; 1 of these say what took it, 1 are short.",
+    ]
 
 
 LOADS = ("settled", 1e-4), ("sudden", 7e-3)

@@ -87,17 +87,24 @@ def limited(seconds: float) -> Iterator[None]:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
-def judged(row: Row, work: Callable[[], dict], limit: float) -> Row:
-    """The row with what `work` gives for its fields, or why it has failed: also where a result is not finite."""
+def tried(row: Row, work: Callable[[], dict], limit: float) -> Row:
+    """The row with what `work` gives for its fields, or why it has failed."""
     try:
         with limited(limit), np.errstate(all="ignore"):
-            found = row.but(status=DONE, **work())
+            return row.but(status=DONE, **work())
     except SceneError as error:
         return row.but(status=REFUSED, reason=str(error))
     except BearingTwinError as error:
         return row.but(status=FAILED, reason=str(error))
     except (ArithmeticError, ValueError) as error:
         return row.but(status=FAILED, reason=f"{type(error).__name__}: {error}")
+
+
+def judged(row: Row, work: Callable[[], dict], limit: float) -> Row:
+    """As `tried`; a row of errors that are not finite has failed, too."""
+    found = tried(row, work, limit)
+    if found.status != DONE:
+        return found
     errors = found.load_error, 0.0 if math.isnan(found.friction_error) else found.friction_error
     return found if all(map(math.isfinite, errors)) else found.but(status=FAILED, reason="not finite")
 

@@ -3,9 +3,11 @@
 Shipped bearing scenes, shortened, and variants of them, run as `simulate` runs them, against the same scene at a
 tolerance so tight that it counts as true; then others that nothing of the companion was fitted to, some chosen later
 still, and some held out while what all these showed was mended. Errors are those of the chart of steppers: of load over
-the greatest load, of friction over mu N of a contact or mu N R of a ball. `reason` tells what failed.
+the greatest load, of friction over mu N of a contact or mu N R of a ball. `reason` tells what failed. Rows of runs
+`at length` have no errors: they tell what the companion takes (`companion_cost`).
 """
 
+import contextlib
 import functools
 import time
 from collections.abc import Iterator
@@ -16,16 +18,16 @@ import numpy as np
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.charts.bearing_variants import CASES, GROUPS, UNSEEN
 from bearing_twin.charts.chart import Chart
-from bearing_twin.charts.contest import judged
+from bearing_twin.charts.companion_cost import AT_LENGTH, LENGTHS, SHIPPED, at_length, long_runs, much, steps_of, taken
+from bearing_twin.charts.contest import judged, tried
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE, Row
 from bearing_twin.charts.tolerance_picture import FAR, NEAR, draw
-from bearing_twin.errors import IntegrationError
+from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.numerics.steppers import NOTHING
-from bearing_twin.run.doubt import MUCH, SHORT_RUN
 from bearing_twin.run.passes import Run, simulate
 from bearing_twin.run.scene import load_scene
 
@@ -100,28 +102,41 @@ class ToleranceRow(Row):
         return [(estimate, true) for estimate, true, known in found if true > known]
 
 
-def _run(case: str, *overrides: str) -> tuple[Run, Rows]:
-    """A run of a case to its end, and all its outputs but the first."""
-    name, differs = ALL_CASES[case]
-    run = simulate(load_scene(name, (*differs, *overrides)))
+def _run(scene: str, *overrides: str) -> tuple[Run, Rows]:
+    """A run of a scene to its end, and all its outputs but the first."""
+    run = simulate(load_scene(scene, overrides))
     blocks = list(run.blocks())
     return run, Rows(blocks[0].values.layout, np.concatenate([block.matrix() for block in blocks])[1:])
 
 
 @functools.lru_cache(maxsize=1)
-def _exact(case: str) -> tuple[Rows, Rows]:
+def _exact(scene: str, *differs: str) -> tuple[Rows, Rows]:
     """The outputs that count as true, and rougher ones, which tell how far these may be off.
 
     A process is at one case at a time.
     """
-    return tuple(_run(case, f"wanted.tolerance={one * EXACT!r}", ALONE)[1] for one in (1.0, ROUGHER))
+    return tuple(_run(scene, *differs, f"wanted.tolerance={one * EXACT!r}", ALONE)[1] for one in (1.0, ROUGHER))
 
 
 def judge(case: str, method: str, tolerance: float, limit: float) -> ToleranceRow:
     """One run beside the truth, with what one of WANTED wants."""
     row = ToleranceRow(case, method, tolerance, command=_command(case, method, tolerance))
-    _exact(case)
-    return judged(row, lambda: _outcome(case, method, tolerance, *_exact(case)), limit)
+    if method == AT_LENGTH:
+        return tried(row, lambda: _counted(case, tolerance), limit)
+    scene, differs = ALL_CASES[case]
+    return beside_truth(row, scene, differs, WANTED[method], limit)
+
+
+def beside_truth(
+    row: ToleranceRow, scene: str, differs: tuple[str, ...], wanted: tuple[str, ...], limit: float
+) -> ToleranceRow:
+    """The row with a run of a scene that `differs`, at its setting and with what is `wanted`, beside the truth."""
+    exact = functools.partial(_exact, scene, *differs)
+    with contextlib.suppress(BearingTwinError):  # which the run itself tells in its row
+        exact()  # before time counts
+    return judged(
+        row, lambda: _outcome((scene, *differs), (*wanted, f"wanted.tolerance={row.setting!r}"), *exact()), limit
+    )
 
 
 def up_to(rows: Rows, outputs: int) -> Rows:
@@ -152,29 +167,36 @@ def compared(run: Run, found: Rows, exact: Rows, rougher: Rows) -> dict:
     return columns
 
 
-def _outcome(case: str, method: str, tolerance: float, exact: Rows, rougher: Rows) -> dict:
-    asked, start = (*WANTED[method], f"wanted.tolerance={tolerance!r}"), time.thread_time()
-    run, found = _run(case, *asked)
+def _outcome(case: tuple[str, ...], asked: tuple[str, ...], exact: Rows, rougher: Rows) -> dict:
+    start = time.thread_time()
+    run, found = _run(*case, *asked)
     seconds = time.thread_time() - start
     try:
-        plain = _run(case, *asked, ALONE)[0].report.costs.get("ball_steps", 0)  # equilibria have no steps
+        plain = _run(*case, *asked, ALONE)[0].report.costs.get("ball_steps", 0)  # equilibria have no steps
     except IntegrationError:  # too rough where nobody watches: there is nothing to compare with
         plain = 0
-    taken, beside = (run.report.costs.get(f"{name}ball_steps", 0) for name in ("", "companion_"))
-    return compared(run, found, exact, rougher) | {
-        "seconds": seconds,
-        "evaluations": taken + beside,
-        "told": run.report.status,
-        "steps": plain,
-        "watched_steps": taken,
-        "companion_steps": beside,
-        "took": run.report.errors.get("companion_reason", ""),
-    }
+    return compared(run, found, exact, rougher) | steps_of(run) | {"seconds": seconds, "steps": plain}
+
+
+def _counted(case: str, tolerance: float) -> dict:
+    scene, differs = at_length(case)
+    start = time.thread_time()
+    run = simulate(load_scene(scene, (*differs, f"wanted.tolerance={tolerance!r}")))
+    for _ in run.blocks():
+        pass
+    return steps_of(run) | {"seconds": time.thread_time() - start}
 
 
 def _command(case: str, method: str, tolerance: float) -> str:
-    scene, differs = ALL_CASES[case]
-    return command_of(scene, (*differs, *WANTED[method], f"wanted.tolerance={tolerance:g}"))
+    scene, differs = at_length(case) if method == AT_LENGTH else ALL_CASES[case]
+    return command_of(scene, (*differs, *WANTED.get(method, ()), f"wanted.tolerance={tolerance:g}"))
+
+
+def _entries(case: str) -> Iterator[tuple[str, float]]:
+    """Which (contestant, tolerance)s there are of a case, or of a scene as it ships."""
+    if case in ALL_CASES:
+        yield from ((method, tolerance) for method in WANTED for tolerance in TOLERANCES)
+    yield from ((AT_LENGTH, tolerance) for tolerance in LENGTHS)
 
 
 def _share(number: int, total: int) -> str:
@@ -182,22 +204,23 @@ def _share(number: int, total: int) -> str:
 
 
 def reading(points: list[ToleranceRow]) -> Iterator[str]:
-    """What the chart says of all, of groups of scenes, and of all with loads alone wanted."""
-    alone, points = ([p for p in points if (p.method == LOADS_ALONE) == one] for one in (True, False))
+    """What the chart says of all, of groups of scenes, of all with loads alone wanted, and of long runs."""
+    points, alone, long = ([p for p in points if p.method == one] for one in (METHOD, LOADS_ALONE, AT_LENGTH))
     if good := [p for p in points if p.status == DONE]:
-        yield f"All: {_said(good)}"
-        yield f"All: {_near(good)}"
-        yield f"All without a horizon: {_near([p for p in good if not p.bounded])}"
+        yield f"All: {said(good)}"
+        yield f"All: {nearness(good)}"
+        yield f"All without a horizon: {nearness([p for p in good if not p.bounded])}"
     for who, cases in GROUPS.items():
         mine = [p for p in points if p.problem in cases]
         if mine:
             yield from (f"{who}: {sentence}" for sentence in _read_group(mine))
     if alone:
         good = [p for p in alone if p.status == DONE]
-        yield from (f"Loads alone wanted: {sentence}" for sentence in (_said(good), *_unsaid(good), _near(good)))
+        yield from (f"Loads alone wanted: {sentence}" for sentence in (said(good), *unsaid(good), nearness(good)))
+    yield from long_runs(long)
 
 
-def _said(good: list[ToleranceRow]) -> str:
+def said(good: list[ToleranceRow]) -> str:
     """What a run is worth that calls itself done."""
     done = [p for p in good if p.told == DONE]
     over = [p.error / p.setting for p in done if p.missed]
@@ -206,13 +229,13 @@ def _said(good: list[ToleranceRow]) -> str:
     return f"of runs that call themselves done {_share(kept, len(done))} are within their tolerance{furthest}."
 
 
-def _unsaid(good: list[ToleranceRow]) -> Iterator[str]:
+def unsaid(good: list[ToleranceRow]) -> Iterator[str]:
     """Which runs miss their tolerance and do not say so."""
     if found := [p for p in good if p.missed and not p.doubtful]:
         yield "unsaid are " + "; ".join(f"{p.problem} at {p.setting:g}, {p.error:.2g}" for p in found) + "."
 
 
-def _near(good: list[ToleranceRow]) -> str:
+def nearness(good: list[ToleranceRow]) -> str:
     """How near estimates are to true errors."""
     ratios = np.array([ratio for p in good for ratio in p.ratios])
     if not len(ratios):
@@ -243,29 +266,24 @@ def _read_group(points: list[ToleranceRow]) -> Iterator[str]:
             f"where it is more, the run calls itself doubtful in {_share(doubtful, len(missed))}; the "
             f"greatest error is {worst:.2g} times the tolerance."
         )
-    yield from _unsaid(good)
+    yield from unsaid(good)
     yield from (f"{p.problem} at {p.setting:g}: {p.reason}" for p in points if p.status != DONE)
     if not good:
         return
-    yield _near(good)
-    taken = [p.companion_steps / p.watched_steps for p in good if p.watched_steps]
+    yield nearness(good)
     costs = [(p.companion_steps + p.watched_steps) / p.steps for p in good if p.steps]
     yield (
-        f"the companion takes {100.0 * np.median(taken):.2g} % of a run's steps as a median and "
-        f"{100.0 * max(taken):.3g} % at most; with what is done again a run takes {np.median(costs):.2g} times the "
+        f"the companion takes {taken(good)}; with what is done again a run takes {np.median(costs):.2g} times the "
         f"steps of one that nobody watches, {max(costs):.2g} at most."
     )
-    dear = [p for p in good if p.watched_steps and p.companion_steps > MUCH * p.watched_steps]
-    says, short = sum(bool(p.took) for p in dear), sum(SHORT_RUN in p.took for p in dear)
-    said = f"; {says} of these say what took it, {short} are short" if dear else ""
-    yield f"it takes over {100.0 * MUCH:g} % in {_share(len(dear), len(taken))} runs{said}."
+    yield f"it takes {much(good)}."
 
 
 CONTESTS = {
     "tolerance": Chart(
         judge=judge,
-        problems={name: name for name in ALL_CASES},
-        entries=lambda name: ((method, tolerance) for method in WANTED for tolerance in TOLERANCES),
+        problems={name: name for name in (*ALL_CASES, *SHIPPED)},
+        entries=_entries,
         kind=ToleranceRow,
         command=_command,
         drawn=draw,

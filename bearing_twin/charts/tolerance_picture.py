@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.bearing_variants import CASES, UNSEEN
+from bearing_twin.charts.companion_cost import AT_LENGTH
 from bearing_twin.charts.table import DONE
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, save_chart
 
@@ -21,7 +22,11 @@ def _look(number: int, case: str, alone: bool = False) -> dict:
 
 
 def draw(points: list, path: Path) -> None:
-    """Error got over tolerance asked, and estimates over true errors; open marks are doubtful runs."""
+    """Error got over tolerance asked, and estimates over true errors; open marks are doubtful runs.
+
+    Rows of runs at length, which have no errors, are left out.
+    """
+    points = [p for p in points if p.method != AT_LENGTH]
     figure = Figure(figsize=(15, 8.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     good, names = [p for p in points if p.status == DONE], list(dict.fromkeys(p.problem for p in points))
@@ -49,6 +54,36 @@ def draw(points: list, path: Path) -> None:
         left.plot([], [], look["marker"], mfc=look["color"], mec=look["color"], ms=9, linestyle="none", label=label)
     if any(np.isnan(p.friction_error) for p in good):
         left.plot([], [], "P", mfc=STYLE["ink"], mec=STYLE["ink"], ms=5, linestyle="none", label="loads alone wanted")
+    heading(left, "error got (open: the run calls itself doubtful; crosses: stopped)")
+    _finish(left, right, points)
+    figure.legend(loc="outside right upper", fontsize=12, frameon=False)
+    save_chart(figure, "A tolerance and what it is worth", path)
+
+
+def draw_all(points: list, path: Path) -> None:
+    """As `draw`, of problems that have no names worth reading; those that miss and do not say so stand out."""
+    figure = Figure(figsize=(14, 7.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    good = [p for p in points if p.status == DONE]
+    kinds = (
+        ("done", STYLE["edge"], "o", [p for p in good if not p.missed and not p.doubtful]),
+        ("doubtful", BALL_COLOURS[0], "x", [p for p in good if p.doubtful]),
+        ("missed, not said", BALL_COLOURS[5], "D", [p for p in good if p.missed and not p.doubtful]),
+    )
+    for number, (label, colour, mark, mine) in enumerate(kinds):
+        look = {"marker": mark, "linestyle": "none", "color": colour, "ms": 6}
+        scatter = 1.0 + 0.5 * np.linspace(-0.5, 0.5, max(len(mine), 1)) + 0.1 * number  # side by side
+        left.plot([p.setting * one for p, one in zip(mine, scatter, strict=False)], [p.error for p in mine], **look)
+        right.plot([true for p in mine for _, true in p.pairs], [one for p in mine for one in p.ratios], **look)
+        left.plot([], [], **look, label=f"{label}: {len(mine)}")
+    heading(left, "error got")
+    _finish(left, right, points)
+    left.legend(loc="lower right", fontsize=13, frameon=False)
+    save_chart(figure, "Scenes drawn by chance, and what their runs say of themselves", path)
+
+
+def _finish(left, right, points: list) -> None:
+    """Lines and scales of both panels."""
     ends = np.array([min(p.setting for p in points), max(p.setting for p in points)])
     left.plot(ends, ends, color=STYLE["ink"], linewidth=1.5)
     middle = float(np.sqrt(ends.prod()))
@@ -61,12 +96,6 @@ def draw(points: list, path: Path) -> None:
         xscale="log", yscale="log", xlabel="tolerance asked for", ylabel="true error of load or friction, the greater"
     )
     right.set(xscale="log", yscale="log", xlabel="true error", ylabel="what the run says of it / true error")
-    titles = (
-        "error got (open: the run calls itself doubtful; crosses: stopped)",
-        f"estimates (dotted: factors {NEAR:g} and {FAR:g})",
-    )
-    for axis, title in zip((left, right), titles, strict=True):
-        heading(axis, title)
+    heading(right, f"estimates (dotted: factors {NEAR:g} and {FAR:g})")
+    for axis in (left, right):
         frame(axis)
-    figure.legend(loc="outside right upper", fontsize=12, frameon=False)
-    save_chart(figure, "A tolerance and what it is worth", path)

@@ -22,6 +22,9 @@ CHARTS = {
     "tolerance": Listed(
         "tolerance", "the error asked for against the error got, and what runs say of it", 20, "contest"
     ),
+    "drawn": Listed(
+        "drawn", "bearing scenes drawn by chance: error against tolerance, and what runs say of it", 300, "contest"
+    ),
     "fidelity": Listed(
         "fidelity", "what is chosen for bearings: error against what was wanted, cost against the least", 80, "contest"
     ),

@@ -209,14 +209,14 @@ class WatchedMotion(BearingMotion):
         if rows is not None and self.companion.unlooked:
             self._rows.append(all_of_it(begun, self.elapsed, self.tolerance, *self.companion.unknown))
         self._relax(rows if rows is None else rows[rows[:, PLACE["begin"]] >= begun])
-        if rows is not None and bumps(self.parameters):
+        if rows is not None and self.companion.bounces(self._looked_at[0]):
             rows = self.companion.go_beside(*self._looked_at, (self.state, self.border), rows)
+        if rows is not None and bumps(self.parameters):
             if self.companion.diverged:
                 self._set(redoing.BEYOND)
                 self._sensitive = True
         elif rows is not None:
-            carried = (rows[:, PLACE["begin"]] < begun) | (rows[:, PLACE["ball"]] == APART)
-            self._grown = max(self._grown, self._off(rows[carried]))
+            self._grown = max(self._grown, self._off(redoing.carried(rows, begun)))
         self._rows += [] if rows is None or not len(rows) else [rows]
 
     def _stop_carrying(self) -> None:
@@ -293,7 +293,7 @@ class WatchedMotion(BearingMotion):
             ringing, drift = ringing_time(self.parameters, self.bearing, greatest), self.companion.drift.angle.max()
             what = part, found, self.tolerance, ringing, drift, greatest, self.companion.apart
             found, added, self._before_it, self._inherited = carried_on(self._inherited, *what)
-        between = between_steps(self.parameters, part, self.tolerance)
+        between = between_steps(self.parameters, part, self.tolerance, greatest)
         self._found = np.concatenate([found, between])
         self._added = np.concatenate([added, between]) if self._off(between) > SURE else added
         if self._first_go:

@@ -1,25 +1,40 @@
-"""What loads are off at outputs inside long steps, read off the balance of forces there.
+"""What loads and friction are off at outputs inside long steps, read off the balance of forces and moments there.
 
 Where a step is longer than a ball takes to swing between its raceways, the ball is in balance with them, and its
 acceleration is known from how its velocity changes from output to output. An interpolant between the ends of such a
-step misses that balance: what is left over of the forces on the ball is what its loads are off, to 1 % or so. Nothing
-is integrated for it. No window shows it so: its own start lies on an interpolant.
+step misses that balance: what is left over of the forces on the ball is what its loads are off, to 1 % or so. So it is
+with friction, where a step is longer than slip takes to die out: what is left over of the torque on the ball, and of
+the force across both normals, is what friction is off. Nothing is integrated for it. No window shows it so: its own
+start lies on an interpolant.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
-from bearing_twin.kinds.bearing.companion.deviations import Part
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
 from bearing_twin.kinds.bearing.companion.windows import BETWEEN, PLACE, WINDOW
-from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE, TANGENTIAL_VELOCITY, VELOCITY
+from bearing_twin.kinds.bearing.forces.equations import Bearing
+from bearing_twin.kinds.bearing.forces.layout import (
+    AXIS_DISTANCE,
+    ORBIT_ANGLE,
+    SPIN,
+    TANGENTIAL_VELOCITY,
+    VELOCITY,
+)
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
+from bearing_twin.numerics.rotation import add, cross, dot, minus, scaled
 
 SWING = 2.0 * np.pi  # rad: steps shorter than such a period are made for the swing itself, where nothing is in balance
 SURE = 0.8  # of the tolerance: what is known so exactly is done again only above it
+UNKNOWN = 0.1  # of what is left over: where accelerations are known no better, nothing is said of friction
+SAME = 1e-6  # of an interval between outputs: those that differ by less are alike
+ERRORS = 3  # of a ball: of load, friction, torque
+NO_FRICTION = 1e-300  # share of the load: next to nothing, so that no quotient is infinite
 MOST = 100  # outputs of a part that are looked at: those in the longest steps, whose interpolants err most
 
 
@@ -30,52 +45,156 @@ def in_longest_steps(part: Part) -> np.ndarray:
     return np.sort(np.argsort(part.pointer[..., STEPS_IN].min(axis=0), kind="stable")[:MOST])
 
 
-@kernel
-def _left_over(given, times, here, bears, load, approach, angle, force, states, begun, counts, off):
-    """Fills `off` (n, balls) where `bears` and steps are long; `counts` (balls, T) are those of steps up to outputs.
+@inlined
+def _turned_in(cosine, sine, vector):
+    """The radial, tangential and axial part of a `vector` of the bearing's frame."""
+    return cosine * vector[0] + sine * vector[1], cosine * vector[1] - sine * vector[0], vector[2]
 
-    `load` to `force` have the outputs `here` (n,) alone, `states` and `counts` all.
+
+@inlined
+def _rubs(given, coupled, load, angle, torque, force):
+    """What friction is off (share of mu N, N m), by the `torque` and the `force` that are left over on a ball.
+
+    Both contacts lie on one line through the ball, nearly: its torque tells what their friction differs, its force
+    across that line what they make in sum. Along the orbit a cage may push as well (`coupled`): that sum is left out.
     """
-    mass, inner, outer, gravity_x, gravity_y = given
+    radius, limit, least = given.radius, given.friction, given.least
+    n = math.cos(angle), 0.0, math.sin(angle)
+    drills = dot(torque, n)
+    across = minus(torque, scaled(drills, n))
+    differ, pushes = scaled(1.0 / radius, cross(across, n)), (force[0], 0.0 if coupled else force[1], force[2])
+    pushes = minus(pushes, scaled(dot(pushes, n), n))
+    inner, outer = minus(pushes, differ), add(pushes, differ)
+    turned = math.sqrt(dot(across, across))
+    share = max(
+        0.5 * math.sqrt(dot(inner, inner)) / max(load[0], least),
+        0.5 * math.sqrt(dot(outer, outer)) / max(load[1], least),
+        turned / radius / max(load[0] + load[1], least),
+    )
+    return share / limit, turned
+
+
+@inlined
+def _changes(before, state, later, first, past, following):
+    """How fast three numbers from `first` on change, of second order; at the last output from the one before."""
+    one = scaled(1.0 / past, minus(_three(state, first), _three(before, first)))
+    if following == 0.0:
+        return one
+    uneven = minus(scaled(1.0 / following, minus(_three(later, first), _three(state, first))), one)
+    return add(one, scaled(past / (past + following), uneven))
+
+
+@inlined
+def _better(states, now, ball, first, change, step):
+    """What fourth order makes of a `change` over even steps [s], from two outputs to either side."""
+    far = scaled(0.25 / step, minus(_three(states[now + 2, ball], first), _three(states[now - 2, ball], first)))
+    return scaled(1.0 / 3.0, minus(change, far))
+
+
+@inlined
+def _bends(states, now, ball, first, step):
+    """How far three numbers from `first` on are from a cubic over even steps [s], as rates: 0 where all is smooth."""
+    middle = _three(states[now, ball], first)
+    near = add(_three(states[now - 1, ball], first), _three(states[now + 1, ball], first))
+    far = add(_three(states[now - 2, ball], first), _three(states[now + 2, ball], first))
+    return scaled(1.0 / step, add(minus(far, scaled(4.0, near)), scaled(6.0, middle)))
+
+
+@inlined
+def _even(times, now, last):
+    """Whether two outputs to either side of one are evenly apart."""
+    if now < 2 or now > last - 2:
+        return False
+    step, unlike = times[now] - times[now - 1], 0.0
+    for other in (now - 1, now + 1, now + 2):
+        unlike = max(unlike, abs(times[other] - times[other - 1] - step))
+    return unlike <= SAME * step
+
+
+@inlined
+def _three(numbers, first):
+    return numbers[first], numbers[first + 1], numbers[first + 2]
+
+
+class _Given(NamedTuple):
+    """Numbers of a bearing: mass, moment of inertia and radius of a ball, powers of its laws, gravity, friction.
+
+    `relaxing` [1/(N s)] is how fast slip dies out for each newton of load; `least` [N] counts as load at least.
+    """
+
+    mass: float
+    inertia: float
+    radius: float
+    inner: float
+    outer: float
+    gravity: tuple[float, float, float]
+    friction: float
+    relaxing: float
+    least: float
+
+
+@kernel
+def _left_over(given, coupled, times, here, bears, load, approach, angle, force, torque, states, begun, counts, off):
+    """Fills `off` (n, balls, ERRORS) where `bears` and steps are long; `counts` (balls, T) are steps up to outputs.
+
+    `load` to `torque` have the outputs `here` (n,) alone, `states` and `counts` all.
+    """
     last = len(times) - 1
     if last == 0:  # here and not before, so that a run of one output compiles what longer ones need
         return
     for row, now in enumerate(here):
         ahead = min(now + 1, last)
-        past = times[now] - (times[now - 1] if now > 0 else 0.0)
-        following = times[ahead] - (times[ahead - 1] if ahead > 0 else 0.0)
-        share = past / (past + following)
+        past, following = times[now] - (times[now - 1] if now > 0 else 0.0), times[ahead] - times[now]
+        behind = following if now < last else past  # what follows the last output is not known
         for ball in range(load.shape[1]):
-            deep = approach[row, ball]
-            one = inner * load[row, ball, 0] / deep[0] if deep[0] > 0.0 else 0.0
-            two = outer * load[row, ball, 1] / deep[1] if deep[1] > 0.0 else 0.0
-            swing = math.sqrt((one + two) / mass)  # rad/s
-            long = swing * past >= SWING * counts[ball, now] and swing * following >= SWING * counts[ball, ahead]
-            if not (bears[row, ball] and long):
+            if not bears[row, ball]:
+                continue
+            deep, held = approach[row, ball], load[row, ball]
+            one = given.inner * held[0] / deep[0] if deep[0] > 0.0 else 0.0
+            two = given.outer * held[1] / deep[1] if deep[1] > 0.0 else 0.0
+            swing, dies = math.sqrt((one + two) / given.mass), given.relaxing * (held[0] + held[1])  # rad/s, 1/s
+            some, more = SWING * counts[ball, now], SWING * counts[ball, ahead]
+            long, slow = swing * past >= some and swing * behind >= more, dies * past >= some
+            slow = slow and dies * behind >= more and _even(times, now, last)
+            if not (long or slow):
                 continue
             state = states[now, ball]
-            before = states[now - 1, ball, VELOCITY] if now > 0 else begun[ball, VELOCITY]
-            change = (state[VELOCITY] - before) / past
-            if now < last:  # of second order between unlike intervals
-                later = (states[ahead, ball, VELOCITY] - state[VELOCITY]) / following
-                change = share * later + (1.0 - share) * change
-            cosine, sine = math.cos(state[ORBIT_ANGLE]), math.sin(state[ORBIT_ANGLE])
-            along = cosine * force[row, ball, 0] + sine * force[row, ball, 1]
-            pulled = cosine * gravity_x + sine * gravity_y
-            speed = state[TANGENTIAL_VELOCITY]
-            left = along + mass * (pulled + speed * speed / state[AXIS_DISTANCE] - change)
-            leant = math.cos(angle[row, ball, 0]), math.cos(angle[row, ball, 1])
-            one, two = one * leant[0], two * leant[1]
-            off[row, ball] = abs(left) * max(one, two) / (one * leant[0] + two * leant[1])
+            before, later = states[now - 1, ball] if now > 0 else begun[ball], states[ahead, ball]
+            moved = _changes(before, state, later, VELOCITY, past, following)
+            spun = _changes(before, state, later, SPIN, past, following)
+            turn = math.cos(state[ORBIT_ANGLE]), math.sin(state[ORBIT_ANGLE])
+            speed, orbit = state[TANGENTIAL_VELOCITY], state[TANGENTIAL_VELOCITY] / state[AXIS_DISTANCE]
+            faster = add(moved, (-speed * orbit, state[VELOCITY] * orbit, 0.0))
+            pulled, pushed = _turned_in(*turn, given.gravity), _turned_in(*turn, force[row, ball])
+            left = add(pushed, scaled(given.mass, minus(pulled, faster)))
+            if long:
+                leant = math.cos(angle[row, ball, 0]), math.cos(angle[row, ball, 1])
+                one, two = one * leant[0], two * leant[1]
+                off[row, ball, 0] = abs(left[0]) * max(one, two) / (one * leant[0] + two * leant[1])
+            if slow:
+                quicker = add(spun, (-orbit * state[SPIN + 1], orbit * state[SPIN], 0.0))
+                turning = minus(_turned_in(*turn, torque[row, ball]), scaled(given.inertia, quicker))
+                # Two orders of accelerations, and how smooth all is, tell how well they are known.
+                more = scaled(given.mass, _better(states, now, ball, VELOCITY, moved, past))
+                turns = scaled(given.inertia, _better(states, now, ball, SPIN, spun, past))
+                mean = 0.5 * (angle[row, ball, 0] + angle[row, ball, 1])
+                found = _rubs(given, coupled, held, mean, minus(turning, turns), minus(left, more))
+                bent = scaled(given.mass, _bends(states, now, ball, VELOCITY, past))
+                twisted = scaled(given.inertia, _bends(states, now, ball, SPIN, past))
+                unknown = _rubs(given, coupled, held, mean, turns, more)[0]
+                unknown += _rubs(given, coupled, held, mean, twisted, bent)[0]
+                if unknown < UNKNOWN * found[0]:
+                    off[row, ball, 1], off[row, ball, 2] = found
 
 
-def off_balance(part: Part, moves: bool, here: np.ndarray) -> np.ndarray:
-    """How far loads (n, balls) [N] are off at outputs number `here` (n,), the greater one of a ball.
+def off_balance(part: Part, moves: bool, here: np.ndarray, greatest: float) -> np.ndarray:
+    """How far outputs number `here` (n,) are off at balls (n, balls, ERRORS): load [N], friction (share), torque [N m].
 
-    It is 0 where this says nothing, as where a ring moves with its balls: they swing with it for longer than a step.
+    The greater one of the contacts of a ball, friction over what it could be, with the `greatest` load [N] of the run.
+    0 where this says nothing, as where a ring moves with its balls: they swing with it for longer than a step.
     """
     outputs, balls = part.load.shape[:2]
-    off = np.zeros((len(here), balls))
+    off = np.zeros((len(here), balls, ERRORS))
     if moves or not len(part.pointer):
         return off
     bears = np.ones((len(here), balls), bool)
@@ -87,18 +206,32 @@ def off_balance(part: Part, moves: bool, here: np.ndarray) -> np.ndarray:
         bears = carried[np.maximum(here - 1, 0)] & carried[here] & carried[np.minimum(here + 1, outputs - 1)]
         if not bears.any():
             return off
-    bearing, out = part.bearing, part.out
-    given = bearing.ball_mass, bearing.inner.law.power, bearing.outer.law.power, *bearing.gravity[:2]
     # Copies of these rows are alike to a kernel, rows of one output and of many are not.
-    channels = part.load[here], *(out[name][here] for name in ("approach", "contact_angle", "raceway_force"))
+    names = "approach", "contact_angle", "raceway_force", "raceway_torque"
+    channels = part.load[here], *(part.out[name][here] for name in names)
     moving = part.filled[0], part.begun[0], part.pointer[..., STEPS_IN]
-    _left_over(tuple(map(float, given)), part.times, here, bears, *channels, *moving, off)
+    given = _given(part.bearing, LEAST_LOAD * greatest)
+    _left_over(given, bool(part.partners.active), part.times, here, bears, *channels, *moving, off)
     return off
 
 
-def between_steps(parameters: BearingScene, part: Part, tolerance: float) -> np.ndarray:
-    """A row of WINDOW with what loads are off between steps; none where nothing is."""
-    off = float(off_balance(part, dimension_of(parameters) == FREE_RING, in_longest_steps(part)).max(initial=0.0))
-    rows = np.zeros((int(off > 0.0), len(WINDOW.columns)))
-    rows[:, : PLACE["friction"]] = part.elapsed + part.duration, part.elapsed, BETWEEN, 0.0, tolerance, off
+def _given(bearing: Bearing, least: float) -> _Given:
+    friction = float(bearing.friction_coefficient)
+    ball = bearing.ball_mass, bearing.ball_inertia, bearing.ball_radius
+    powers = bearing.inner.law.power, bearing.outer.law.power
+    # Slip dies out by what friction does to place and spin of a ball; where there is no friction it never does.
+    relaxing = friction / (bearing.friction_regularisation * bearing.ball_mass)
+    gravity = tuple(map(float, bearing.gravity))
+    return _Given(*map(float, (*ball, *powers)), gravity, max(friction, NO_FRICTION), relaxing, float(least))
+
+
+def between_steps(parameters: BearingScene, part: Part, tolerance: float, greatest: float) -> np.ndarray:
+    """A row of WINDOW with what loads and friction are off between steps; none where nothing is.
+
+    `greatest` [N] is the greatest load of the run.
+    """
+    moves = dimension_of(parameters) == FREE_RING
+    off = off_balance(part, moves, in_longest_steps(part), greatest).max(axis=(0, 1), initial=0.0)
+    rows = np.zeros((int(off.any()), len(WINDOW.columns)))
+    rows[:, : PLACE["contact_angle"]] = part.elapsed + part.duration, part.elapsed, BETWEEN, 0.0, tolerance, *off
     return rows

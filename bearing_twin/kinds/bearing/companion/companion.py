@@ -51,6 +51,7 @@ from bearing_twin.kinds.bearing.companion.windows import (
     within,
 )
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
+from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
 
 BEARABLE = 0.1  # of the wanted tolerance: what a motion may be off at the end of a window without being followed
 AT_A_TIME = 2  # balls that are followed
@@ -156,13 +157,28 @@ class Companion(Looking):
         rows.sort(key=lambda row: row[:3])
         return np.array(rows).reshape(-1, len(WINDOW.columns))
 
+    def bounces(self, part: Part) -> bool:
+        """Whether all balls are followed through a part: they may bump into a cage, or some are seen in flight.
+
+        What is off bounces carry on, and where a ball lands within an output its load is another. They are followed
+        until all balls are carried again.
+        """
+        return bumps(self.parameters) or part.flies or self.second.apart is not None
+
+    def _goes_beside(self, part: Part) -> bool:
+        """Whether steps are left to follow all balls through a part; of those that fly, always through the first."""
+        if bumps(self.parameters):
+            return self.parts <= EARLY or self.steps <= THREATENED * part.taken
+        takes = DEARER * (part.pointer[..., STEPS_IN].sum() if len(part.pointer) else part.taken)
+        return self.parts == 1 or self.steps + takes <= THREATENED * part.taken
+
     def go_beside(self, part: Part, scales, tolerance: float, ended: tuple, rows: np.ndarray) -> np.ndarray:
         """The rows of WINDOW of a part that stands, in time, with those of what goes beside a run whose balls bump.
 
         `ended` are states and border of the run at its end; see `Second`. Once errors are seen to grow, nothing goes
         beside it.
         """
-        if self.diverged or (self.parts > EARLY and self.steps > THREATENED * part.taken):
+        if self.diverged or not self._goes_beside(part):
             self.second.apart = None
             return rows
         second, shown, found = self.second, rows[rows[:, PLACE["ball"]] == ALL], []
@@ -174,6 +190,8 @@ class Companion(Looking):
             if self.diverged:
                 break
         second.shown = max(second.shown, self._off(shown))
+        if not bumps(self.parameters) and not part.flies and (not found or self._off(found) <= BEARABLE):
+            second.apart = None
         rows = np.concatenate([rows, np.array(found).reshape(-1, len(WINDOW.columns))])
         return rows[np.argsort(rows[:, 0], kind="stable")]
 

@@ -3,8 +3,9 @@
 A moving ring carries on what it is off until its contacts have damped it. Errors of steps are as often one way as the
 other, so that they add up as a random walk does: with the root of that time over the time of the window they were seen
 in. What a ring is off, or a ball on its way round, makes loads err; where a contact bears little, that is much of its
-load, and as much of its friction. Windows are short and lie elsewhere: both are therefore found from what all outputs
-say of friction and load, and recorded as a row of WINDOW of its own.
+load, and as much of its friction. A ball that a ring has just set free bears next to nothing on one raceway, and rings
+there by what steps err by. Windows are short and lie elsewhere: all this is therefore found from what all outputs say
+of friction and load, and recorded as a row of WINDOW of its own.
 """
 
 import functools
@@ -19,11 +20,14 @@ from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part, le
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, UNKNOWN, WINDOW, carries
 from bearing_twin.kinds.bearing.forces.equations import Bearing
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
+from bearing_twin.kinds.bearing.stepping.pointing import OF_FORCE
 
 NOTHING = (0.0, 0.0, 0.0, 0.0)  # see `carried_on`
 ERRORS = slice(PLACE["load"], None)  # of a row of WINDOW
 NO_LOAD = 1e-300  # N: next to nothing, so that no quotient is infinite
 SLIP = [PLACE[one] for one in ("friction", "torque", "mean_torque")]  # ... those that follow from how balls slip
+
+MEANS = [PLACE["drive_torque"], PLACE["loss"]]  # ... and means over windows, which are no instants of a ring that rings
 
 
 def ringing_time(parameters, bearing: Bearing, greatest: float) -> float:
@@ -139,6 +143,24 @@ def thrown(part: Part) -> bool:
     return bool((2.0 * moves > lengths(load)).any())
 
 
+def ringing_alone(part: Part, greatest: float) -> float:
+    """Friction over mu N that balls on one raceway alone may be off by, as errors of steps make them ring there.
+
+    Nothing else pushes such a ball, so that the error of the force on it is that of its load. By that share its
+    friction errs, and next to no load has the greatest. It rings on: steps before the last output count as well.
+    """
+    if part.all_bear or not len(part.pointer) or part.bearing.friction_coefficient <= 0.0:
+        return 0.0
+    load = part.load
+    alone = (load > 0.0) & ~part.carried[..., None]
+    if not alone.any():
+        return 0.0
+    force = part.bearing.ball_mass * part.pointer[..., OF_FORCE].T
+    force[1:] = np.maximum(force[1:], force[:-1])
+    share = np.minimum(np.broadcast_to(force[..., None], load.shape)[alone] / load[alone], 1.0)
+    return float((rubbing(part, greatest, alone) * share).max())
+
+
 class Carried(NamedTuple):
     """Rows of WINDOW with that of what a part inherits, if it is more than was told before; what is then known.
 
@@ -188,8 +210,9 @@ def carried_on(
     row[: PLACE["load"]] = part.elapsed + part.duration, part.elapsed, INHERITED, 0.0, tolerance
     before, whole = row.copy(), rows[rows[:, PLACE["ball"]] == ALL] if seconds else rows[:0]
     for one in whole:
-        # How far balls are off their way round nothing damps.
-        until = np.where(np.arange(len(row)) == PLACE["orbit_angle"], one[0], min(one[0], seconds))
+        until = np.full(len(row), min(row[0], seconds))  # it rings on to the end of the part
+        until[MEANS] = min(one[0], seconds)
+        until[PLACE["orbit_angle"]] = one[0]  # how far balls are off their way round nothing damps
         longer = np.sqrt(np.maximum(until / (one[0] - one[PLACE["begin"]]), 1.0))
         # Balls forget their slip within a window; what a ring's error does to friction follows from that of load.
         longer[SLIP] = 1.0
@@ -208,8 +231,8 @@ def carried_on(
         one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), light * max(those) / greatest if greatest else 0.0)
     falls = 10.0 ** (-part.duration / seconds) if seconds and len(rows) else 1.0
     later, wide = max(loads[0], loads[1] * falls), max(across, wide * falls)
-    if not seconds:
-        row[PLACE["friction"]] = max(float(row[PLACE["friction"]]), unseen_landings(part, rows, greatest, apart))
+    slips = ringing_alone(part, greatest) if seconds else unseen_landings(part, rows, greatest, apart)
+    row[PLACE["friction"]] = max(float(row[PLACE["friction"]]), slips)
     both = np.maximum(row, before)
     friction = float(both[PLACE["friction"]])
     if friction <= max(told, float(rows[:, PLACE["friction"]].max(initial=0.0))) and not len(whole):

@@ -1,5 +1,7 @@
 """Where a part of a bearing run is worth a look, by what points to its errors and what was looked at before."""
 
+import math
+
 import numpy as np
 
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
@@ -15,6 +17,7 @@ from bearing_twin.kinds.bearing.companion.windows import (
     window_at,
     within,
 )
+from bearing_twin.kinds.bearing.parameters import BearingScene
 
 LIKE, CHEAP, EARLY = 0.5, 0.005, 8  # times the least of those; of the run's steps: worth a look in so many parts then
 CANDIDATES = 16  # outputs that point most, of which windows are made
@@ -30,6 +33,8 @@ def _nan_last(number: float) -> tuple[bool, float]:
 
 class Looking:
     """Chooses windows of the parts of a run, and keeps what pointed to those that were looked at."""
+
+    parameters: BearingScene
 
     def reset(self) -> None:
         """Forgets the run."""
@@ -71,7 +76,7 @@ class Looking:
                     mine.append(window)
                     if not any(within(window, other) for other in found):
                         found.append(window)
-                        planned += self._see(window, row, grids, steps)
+                        planned += self._see(part, window, row, grids, steps)
         self.spare = spare(self.best, tops) if len(part.pointer) else 1.0
         self.parts += 1
         if (self.parts > 1 or not found) and self.parts.bit_count() == 1 and ALL not in {one.ball for one in found}:
@@ -84,10 +89,21 @@ class Looking:
         """Keeps what the pointers say in windows of a part that was done again."""
         grids, steps = self._pointers(part)
         for window in windows:
-            self._see(window, window.ball, grids, steps)
+            self._see(part, window, window.ball, grids, steps)
 
-    def _see(self, window: Window, row: int, grids: tuple[np.ndarray, ...], steps: np.ndarray) -> float:
-        """Keeps what the pointers say in a window that is looked at; the steps that the run took in it."""
+    def _jumped(self, part: Part) -> bool:
+        """Whether a part begins with a ring that is shifted at once."""
+        change = self.parameters.drive.change
+        return bool(change.time) and any(change.offset) and math.isclose(part.elapsed, change.time)
+
+    def _see(self, part: Part, window: Window, row: int, grids: tuple[np.ndarray, ...], steps: np.ndarray) -> float:
+        """Keeps what the pointers say in a window that is looked at; the steps that the run took in it.
+
+        What they say of a jump of all balls is a thousand times what they say of balls that roll on, which are off by
+        more: it is not kept, so that these are looked at as well.
+        """
+        if window.ball == ALL and window.begin < 0 and self._jumped(part):
+            return steps_in(window, row, steps)
         inside = slice(window.begin + 1, window.begin + 1 + window.length)
         rows = slice(None) if window.ball == ALL else slice(row, row + 1)
         for place, grid in enumerate(grids):

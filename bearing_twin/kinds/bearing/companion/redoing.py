@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.companion.windows import ALL, BETWEEN, INHERITED, PLACE
+from bearing_twin.kinds.bearing.companion.windows import ALL, APART, BESIDE, BETWEEN, INHERITED, PLACE
 from bearing_twin.kinds.bearing.companion.worst import MISSED, spread_of
 
 SAFE, GOOD = 1.0 / 3.0, 0.5  # share of the tolerance that an estimate may be; once it was done again
@@ -48,6 +48,11 @@ def setting_of(told) -> float:
 def cut_by(worst: float) -> float:
     """The share of the setting that is tried next, where the error was `worst` times the tolerance."""
     return min(LEAST_CUT, max(MOST_CUT, AIM / worst))
+
+
+def carried(rows: np.ndarray, begun: float) -> np.ndarray:
+    """Those rows of WINDOW of a part that began at `begun` [s] which hold what it carries on from before."""
+    return rows[(rows[:, PLACE["begin"]] < begun) | np.isin(rows[:, PLACE["ball"]], (APART, BESIDE))]
 
 
 def weighed(rows: np.ndarray, eventful: bool, carries: bool) -> np.ndarray:

@@ -1,6 +1,6 @@
-"""A second motion of all balls with ring and cage, more exact, beside a run whose balls bump into a cage.
+"""A second motion of all balls with ring and cage, more exact, beside a run whose balls bump into a cage, or bounce.
 
-What such a run is off it carries on from bump to bump, and more each time, which no window shows. In each part this
+What such a run is off it carries on from one to the next, and more each time, which no window shows. In each part this
 motion begins where it got to in the part before, not where the run is: its difference from the run is all that the run
 is off, with what it inherits. Where both raceways carry all balls, none bumps, and nothing is integrated: how far the
 run is off stays as it is.

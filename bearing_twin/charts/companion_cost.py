@@ -1,0 +1,70 @@
+"""What the companion takes of the steps of bearing runs: of short ones in the chart of tolerances, and of long ones.
+
+Long are shipped scenes as they ship, and the chart's cases ten times as long as there. Nothing is compared with a truth
+in these: steps are counted alone.
+"""
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from bearing_twin.charts.bearing_variants import CASES, UNSEEN
+from bearing_twin.charts.table import DONE
+from bearing_twin.run.doubt import MUCH, SHORT_RUN
+from bearing_twin.run.passes import Run
+from bearing_twin.run.scene import load_scene
+from bearing_twin.shelf import SCENES
+
+AT_LENGTH = "at length"  # the contestant
+LENGTHS = (1e-2, 1e-3, 1e-4)  # its tolerances
+LONGER = 10.0  # times as long as in the chart: 1 s of nearly all variants
+SHIPPED = {head["name"]: (head["name"], ()) for head in SCENES.heads() if head["kind"] == "bearing"}
+_CASES = CASES | UNSEEN
+
+
+def at_length(problem: str) -> tuple[str, tuple[str, ...]]:
+    """The scene of a problem, and the overrides in which it differs from it, at its full length."""
+    if problem in SHIPPED:
+        return SHIPPED[problem]
+    scene, differs = _CASES[problem]
+    duration = LONGER * load_scene(scene, differs).parameters.run.duration
+    return scene, (*(word for word in differs if not word.startswith("run.duration=")), f"run.duration={duration:g}")
+
+
+def steps_of(run: Run) -> dict[str, Any]:
+    """The columns of a row of the chart of tolerances that tell the steps of a run that is over, and what it says."""
+    taken, beside = (run.report.costs.get(f"{name}ball_steps", 0) for name in ("", "companion_"))
+    return {
+        "evaluations": taken + beside,
+        "told": run.report.status,
+        "watched_steps": taken,
+        "companion_steps": beside,
+        "took": run.report.errors.get("companion_reason", ""),
+    }
+
+
+def long_runs(points: Iterable) -> Iterator[str]:
+    """What the companion takes of the steps of runs at full length, rows of the chart of tolerances."""
+    points = list(points)
+    for who, mine in (
+        ("Shipped scenes at their own length", [p for p in points if p.problem in SHIPPED]),
+        (f"Others {LONGER:g} times as long", [p for p in points if p.problem not in SHIPPED]),
+    ):
+        if counted := [p for p in mine if p.status == DONE and p.watched_steps]:
+            yield f"{who}: the companion takes {taken(counted)}, {much(counted)}."
+
+
+def taken(points: list) -> str:
+    """The companion's share of the steps of runs, rows of the chart of tolerances: median and greatest."""
+    shares = [100.0 * p.companion_steps / p.watched_steps for p in points if p.watched_steps]
+    return f"{np.median(shares):.3g} % of a run's steps as a median and {max(shares):.3g} % at most"
+
+
+def much(points: list) -> str:
+    """In how many runs it takes so much that the run is to say what took it, and how many do."""
+    counted = [p for p in points if p.watched_steps]
+    dear = [p for p in counted if p.companion_steps > MUCH * p.watched_steps]
+    says, short = sum(bool(p.took) for p in dear), sum(SHORT_RUN in p.took for p in dear)
+    said = f"; {says} of these say what took it, {short} are short" if dear else ""
+    return f"over {100.0 * MUCH:g} % in {len(dear)} of {len(counted)} runs{said}"
