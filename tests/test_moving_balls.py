@@ -9,7 +9,7 @@ from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static import moving_balls
 from bearing_twin.kinds.bearing.quasi_static.answer import answer_of
 from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
-from bearing_twin.kinds.bearing.quasi_static.friction_across import solved_in_motion
+from bearing_twin.kinds.bearing.quasi_static.in_motion import solved_in_motion
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import _late, angle_errors
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     EquilibriumSolver,

@@ -20,7 +20,7 @@ from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE
 from bearing_twin.charts.timing import Timing, timed
 from bearing_twin.kinds.bearing.motion import bearing_motion
-from bearing_twin.kinds.bearing.quasi_static.friction_across import solved_in_motion
+from bearing_twin.kinds.bearing.quasi_static.in_motion import solved_in_motion
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
 from bearing_twin.kinds.bearing.quasi_static.statics import EquilibriumSolver, Support, load_line, setting_of, solver_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
