@@ -3,5 +3,5 @@
 from bearing_twin.contact.names import AUTO
 
 SHARED, OUTER, SETTLED = "shared", "outer", "settled"
-WORDS = AUTO, SHARED, OUTER, SETTLED
+CONTROL_WORDS = AUTO, SHARED, OUTER, SETTLED
 """Words of `model.control`."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.names import AUTO, POINT
 from bearing_twin.kinds.bearing.acting import LoadChange, load_table, steady_load, steady_moment
-from bearing_twin.kinds.bearing.controls import WORDS
+from bearing_twin.kinds.bearing.controls import CONTROL_WORDS
 from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.parameters import choice, quantity, section
 
@@ -113,7 +113,7 @@ class Model:
     )
     control: str = choice(
         AUTO,
-        WORDS,
+        CONTROL_WORDS,
         "balls' axes of spin in equilibrium: shared, outer = of rolling, raceways that carry the gyroscopic moment; "
         "settled = as friction at a point leaves them; auto = settled, with friction over spots outer",
     )

@@ -35,9 +35,10 @@ BEARS = 1e-2  # of the greatest load: a ball that bears less is about to leave a
 NUMBERS = """Columns of a table of friction, one row a look, that of a ball at an azimuth [N].
 
 0-3: on the ball by inner and outer raceway (radial, axial); 4, 5: sizes along t of both; 6, 7: along the orbit of both.
-Of balls whose axes have settled (`in_motion`) also 8, 9: what else acts on the ball (radial, axial), its inertia; 10-12: orbit speed, roll and pitch [rad/s] as of `Contacts`; 13: centrifugal load; 14: the moment
-about the radius that holds the ring against 6 [N m]; 15: the ring's speed [rad/s] at which all this is so; 16, 17:
-what viscous terms add to the loads of both contacts, in 0-3 too.
+Of balls whose axes have settled (`in_motion`) also 8, 9: what else acts on the ball (radial, axial), its inertia;
+10-12: orbit speed, roll and pitch [rad/s] as of `Contacts`; 13: centrifugal load; 14: the moment about the radius that
+holds the ring against 6 [N m]; 15: the ring's speed [rad/s] at which all this is so; 16, 17: what viscous terms add to
+the loads of both contacts, in 0-3 too.
 """
 ORBIT, SPEED = 10, 15
 
@@ -197,7 +198,7 @@ def friction_at(table, azimuth, k, rows):
     part, one = place - first, int(first) % len(table)
     two = (one + 1) % len(table)
     for i in range(SIZES):
-        rows[k, i] = (1.0 - part) * table[one, i] + part * table[two, i]
+        rows[k, i] = table[one, i] + part * (table[two, i] - table[one, i])
 
 
 @kernel

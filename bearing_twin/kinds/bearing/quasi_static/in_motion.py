@@ -24,7 +24,7 @@ from bearing_twin.kinds.bearing.quasi_static.friction_across import (
     settled_by,
     without_shares,
 )
-from bearing_twin.kinds.bearing.quasi_static.settled import Turn, no_turn, settled_turn
+from bearing_twin.kinds.bearing.quasi_static.settled import Turn, no_turn, off_by, settled_turn
 from bearing_twin.kinds.bearing.quasi_static.shares import control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Equilibrium,
@@ -119,7 +119,7 @@ def _settled(parameters, solver: EquilibriumSolver, support: Support, found: Equ
         except SceneError:
             return InMotion(found, NO_FRICTION, no_turn("nothing carries the load once they have settled"))
         if not any(support.free) or np.abs(found.contacts.load - before).max() <= AGREE * before.max():
-            return InMotion(found, table, turn)
+            return InMotion(found._replace(settled=off_by(turn)), table, turn)
     return InMotion(found, NO_FRICTION, no_turn("the ring and its balls do not agree on where they stand"))
 
 

@@ -18,6 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.contact.names import POINT
+from bearing_twin.kinds.bearing.parameters import rubbing_by
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, shared
 from bearing_twin.kinds.bearing.quasi_static.friction_across import BEARS, balanced_on_the_way
 from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of
@@ -26,6 +28,8 @@ from bearing_twin.kinds.bearing.quasi_static.turn_search import Search
 
 COUNTS = (17, 33, 65)  # azimuths of a turn, the more the sharper what happens on it; odd, so that no wave is lost
 FINE = 1e-5  # of the greatest angle: what the shortest waves may be before more azimuths are taken
+# Relative: what is off against balls that move, measured up to 3.4e-4, and where they slide on part of their way.
+OFF, OFF_SLIDING = 5e-4, 3e-2
 NO_GRAVITY = (0.0, 0.0, 0.0)
 COARSE = 1e-3  # and at the most azimuths
 EVEN = 1e-9  # of the ball's radius: a ring that is less off the axis, or tilted, loads all balls alike
@@ -67,13 +71,18 @@ def no_turn(why: str) -> Turn:
     return Turn(np.zeros((0, UNKNOWNS)), math.nan, why)
 
 
+def off_by(turn: Turn) -> float:
+    """What loads and angles of equilibria in this motion are off, over the greatest: more where balls slide."""
+    return OFF if len(turn.motion) < COUNTS[-1] else OFF_SLIDING
+
+
 def settled_turn(parameters, setting, coordinates, near: Turn | None = None, gravity=NO_GRAVITY) -> Turn:
     """The motion of balls whose axes have settled, the ring at `coordinates` (5,), or why there is none.
 
     It is looked for from `near` first, one that was found with the ring nearby. The balls have no weight but where
     `gravity` [m/s^2] is given.
     """
-    contact = parameters.contact
+    contact = rubbing_by(parameters, POINT).contact
     if setting.speed == 0.0:
         return no_turn("the ring stands still")
     if contact.friction_coefficient == 0.0:

@@ -49,6 +49,7 @@ class Equilibrium(NamedTuple):
     """A bearing in balance: ring `coordinates` (5,), external `loads` (5,), `stiffness` (5, 5) of loads by coordinates.
 
     `azimuths` [rad] (N,), `places` (N, 2) of the balls, `contacts`; `left` [N] is missing of the ring's balance.
+    `settled` is what loads and angles are off, relative, where axes of spin have settled; NaN with those of rolling.
     """
 
     coordinates: np.ndarray
@@ -58,13 +59,13 @@ class Equilibrium(NamedTuple):
     places: np.ndarray
     contacts: Contacts
     left: float
+    settled: float = math.nan
 
 
 def setting_of(parameters, law: str, speed: float, arm: str = "groove", control: str = "") -> Setting:
     """The numbers of the balance for a scene; `control` is a name of CONTROLS, "" for the scene's own."""
     bearing = bearing_of(rubbing_by(parameters, POINT), law)  # equilibria hold no friction
-    lever = bearing.inner.groove_radius
-    reach = bearing.inner.locus_radius
+    lever, reach = bearing.inner.groove_radius, bearing.inner.locus_radius
     if arm == "pitch":
         lever, reach = bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
     pitch = parameters.geometry.pitch_diameter
@@ -93,7 +94,7 @@ def weighed_support(parameters, loads=None) -> Support:
 
 
 def load_line(support: Support) -> float:
-    """Azimuth [rad] of what pushes the ring sideways: its load, else its displacement, else its tilting, else 0."""
+    """Azimuth [rad] of what pushes the ring sideways: load, else displacement, else tilting, else 0."""
     for values in (support.loads, support.held):
         for x, y in (values[:2], values[3:]):
             if x or y:

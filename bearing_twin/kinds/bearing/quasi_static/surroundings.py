@@ -37,7 +37,7 @@ class Wrench(NamedTuple):
 
 
 class Surroundings:
-    """What acts on a ball at azimuths [rad] (K,), the ring at `coordinates` (5,); `gravity` [m/s^2] is 0 but where given."""
+    """What acts on a ball at azimuths [rad] (K,), the ring at `coordinates` (5,), with this gravity [m/s^2]."""
 
     def __init__(self, parameters, setting, coordinates, azimuths: np.ndarray, gravity=(0.0, 0.0, 0.0)):
         self.setting, self.coordinates = setting, np.asarray(coordinates, float)
