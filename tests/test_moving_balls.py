@@ -31,7 +31,8 @@ NAMES = "drive.offset", "drive.tilt"
 
 
 def scene_of(*overrides):
-    scene = (NO_GRAVITY, "model.dimension=prescribed", "cage.kind=even", "solver.companion=off", *overrides)
+    held = "model.control=shared", "model.dimension=prescribed"
+    scene = (NO_GRAVITY, *held, "cage.kind=even", "solver.companion=off", *overrides)
     return load_scene("bearing_6203", scene).parameters
 
 
@@ -222,7 +223,8 @@ def test_the_lag_holds_whichever_way_the_ring_turns():
 def test_an_answer_and_a_run_tell_the_error_of_their_angles():
     """At 1749 rad/s, once the axes of spin have settled; that of the answer holds law and half-spaces as well."""
     load = "rings.inner.load=[0,-60,100]", "drive.speed=1749"
-    scene = load_scene("bearing_6203", (*load, NO_GRAVITY, "model.dimension=quasi_static", "run.duration=0.02"))
+    still = "model.dimension=quasi_static", "model.control=shared", "run.duration=0.02"
+    scene = load_scene("bearing_6203", (*load, NO_GRAVITY, *still))
     run = simulate(scene)
     assert len(list(run)) > 10
     told = run.report.errors["errors_by_source"]["contact_angle_inner_rad"]
@@ -242,7 +244,10 @@ def test_loads_of_equilibria_err_by_what_settled_axes_of_spin_make_of_them(frict
     rates = [f"run.duration={seconds}", "run.output_rate=10", "run.publish_rate=10", "solver.companion=off"]
     given = load_scene(
         "bearing_218_thrust",
-        [*held, *rates, "drive.offset=[0,0,6.8647e-4]", "geometry.balls=3", f"contact.friction={friction}"],
+        [
+            *(*held, *rates, "model.control=shared"),
+            *("drive.offset=[0,0,6.8647e-4]", "geometry.balls=3", f"contact.friction={friction}"),
+        ],
     )
     *_, last = simulate(given)
     parameters = given.parameters
@@ -268,13 +273,14 @@ def test_axes_of_spin_change_nothing_at_rest_and_next_to_nothing_in_a_deep_groov
 
 
 def test_a_run_of_equilibria_says_what_settled_axes_do_to_its_loads():
-    run = simulate("bearing_218_thrust")
+    rolling = ["model.control=shared", "contact.friction=point"]
+    run = simulate(load_scene("bearing_218_thrust", rolling))
     for _ in run.blocks():
         pass
     errors = run.report.errors
     assert errors["errors_by_source"]["normal_load_outer_n"]["friction_model"][0] == pytest.approx(157.5, rel=1e-3)
     assert errors["normal_load_outer_n_error"][0] > 157.4
-    wants_loads = simulate(load_scene("bearing_218_thrust", ["wanted.outputs=loads"]))
+    wants_loads = simulate(load_scene("bearing_218_thrust", ["wanted.outputs=loads", *rolling]))
     for _ in wants_loads.blocks():
         pass
     assert wants_loads.report.status == "doubtful: loads"

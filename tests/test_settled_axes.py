@@ -226,7 +226,7 @@ def test_a_free_ring_bears_its_load_where_its_balls_have_settled():
     motion = motion_of(moving)
     begin = motion.first_outputs()
     assert begin.inner_ring_offset[0] == pytest.approx(found.coordinates[:3], abs=1e-9)
-    assert begin.normal_load[0] == pytest.approx(found.contacts.load, rel=1e-4)
+    assert begin.normal_load[0] == pytest.approx(found.contacts.load, rel=5e-4)
     rolling = scene_of(*load, "model.dimension=quasi_static", "model.control=shared")
     elsewhere = solver_of(rolling, LAW, 0.0).solve(support).coordinates[:3]
     marched(motion, 0.01)

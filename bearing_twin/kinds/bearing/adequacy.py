@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.kinds.bearing.clearance import operating_geometry
+from bearing_twin.kinds.bearing.controls import SETTLED
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
@@ -148,11 +149,11 @@ def share_at_start(parameters, law: str) -> float:
 def still_at_start(parameters, law: str) -> Still:
     """`Still` with the scene's own load, or the ring where its drive holds it; raises SceneError."""
     solver, support = solver_of(parameters, law), support_of(parameters)
-    found = solved_in_motion(parameters, solver, support)
-    contacts = found.contacts
-    if not math.isnan(found.settled):
-        return Still(centrifugal_share(contacts), found.settled)
-    settling = response_to_axes(parameters, solver, support)
+    if parameters.model.control == SETTLED:  # in which moving balls start as well
+        found = solved_in_motion(parameters, solver, support)
+        if not math.isnan(found.settled):
+            return Still(centrifugal_share(found.contacts), found.settled)
+    contacts, settling = solver.solve(support).contacts, response_to_axes(parameters, solver, support)
     share, greatest = centrifugal_share(contacts), float(contacts.load.max())
     axes = float(np.abs(settling.loads).max()) / greatest if settling and greatest > 0.0 else 0.0
     return Still(share, max(still_error(share), axes))

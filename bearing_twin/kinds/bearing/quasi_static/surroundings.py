@@ -12,7 +12,7 @@ from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES
 UNKNOWNS = 5  # of a ball at one azimuth: place (2), spin (3)
 
 
-class Wrench(NamedTuple):
+class Acting(NamedTuple):
     """What acts on a ball at some azimuths (K,), lists of inner and outer raceway.
 
     `normals` (K, 3) point to the raceway outwards of the ball's centre on both, `viscous` (K,) [N] are what viscous
@@ -53,7 +53,7 @@ class Surroundings:
         self.weight = setting.ball_mass * pulled
         self.inertia = 0.4 * setting.ball_mass * setting.ball_radius**2
 
-    def wrench(self, motion: np.ndarray, orbit) -> Wrench:
+    def wrench(self, motion: np.ndarray, orbit) -> Acting:
         """What acts on balls in this motion (K, 7): place, its rates [m/s] and spin; orbit speeds (K,) [rad/s]."""
         setting, opening = self.setting, self.opening
         place = np.zeros((len(motion), PLACES))
@@ -84,7 +84,7 @@ class Surroundings:
             viscous.append(damped - load)
             friction.append(-resisted[:, None] * slip)
             moment += np.cross(arm, friction[-1])
-        return Wrench(normals, viscous, friction, moment, contacts)
+        return Acting(normals, viscous, friction, moment, contacts)
 
     def balance(self, motion: np.ndarray, orbit) -> np.ndarray:
         """What is left (K, 6): forces (radial, axial), moments, the moment along the orbit; without accelerations."""
