@@ -31,8 +31,7 @@ NAMES = "drive.offset", "drive.tilt"
 
 
 def scene_of(*overrides):
-    held = "model.control=shared", "model.dimension=prescribed"
-    scene = (NO_GRAVITY, *held, "cage.kind=even", "solver.companion=off", *overrides)
+    scene = (NO_GRAVITY, "model.dimension=prescribed", "cage.kind=even", "solver.companion=off", *overrides)
     return load_scene("bearing_6203", scene).parameters
 
 
@@ -140,7 +139,7 @@ def test_a_bearing_at_rest_or_without_friction_is_in_balance_to_the_bit():
         parameters = scene_of(*overrides)
         solver = solver_of(parameters, LAW, load_line(support))
         pair = solved_in_motion(parameters, solver, support), solver.solve(support)
-        (*ones, contacts, left), (*others, other_contacts, other_left) = pair
+        (*ones, contacts, left, _), (*others, other_contacts, other_left, _) = pair
         assert left == other_left
         assert all(np.array_equal(*two) for two in zip((*ones, *contacts), (*others, *other_contacts), strict=True))
 
@@ -223,8 +222,7 @@ def test_the_lag_holds_whichever_way_the_ring_turns():
 def test_an_answer_and_a_run_tell_the_error_of_their_angles():
     """At 1749 rad/s, once the axes of spin have settled; that of the answer holds law and half-spaces as well."""
     load = "rings.inner.load=[0,-60,100]", "drive.speed=1749"
-    still = "model.dimension=quasi_static", "model.control=shared", "run.duration=0.02"
-    scene = load_scene("bearing_6203", (*load, NO_GRAVITY, *still))
+    scene = load_scene("bearing_6203", (*load, NO_GRAVITY, "model.dimension=quasi_static", "run.duration=0.02"))
     run = simulate(scene)
     assert len(list(run)) > 10
     told = run.report.errors["errors_by_source"]["contact_angle_inner_rad"]
@@ -240,14 +238,12 @@ def test_an_answer_and_a_run_tell_the_error_of_their_angles():
 @pytest.mark.parametrize(("friction", "seconds"), [("point", 80.0), ("spot", 0.3)])
 def test_loads_of_equilibria_err_by_what_settled_axes_of_spin_make_of_them(friction, seconds):
     """A 218 held where it bears 17.8 kN: axes end parallel to the bearing's, or the outer raceway takes the moment."""
-    held = ["model.dimension=prescribed", "rings.inner.free=none", "rings.inner.load=[0,0,0]", "gravity=[0,0,0]"]
+    ring = ["model.control=shared", "model.dimension=prescribed", "rings.inner.free=none"]
+    held = [*ring, "rings.inner.load=[0,0,0]", "gravity=[0,0,0]"]
     rates = [f"run.duration={seconds}", "run.output_rate=10", "run.publish_rate=10", "solver.companion=off"]
     given = load_scene(
         "bearing_218_thrust",
-        [
-            *(*held, *rates, "model.control=shared"),
-            *("drive.offset=[0,0,6.8647e-4]", "geometry.balls=3", f"contact.friction={friction}"),
-        ],
+        [*held, *rates, "drive.offset=[0,0,6.8647e-4]", "geometry.balls=3", f"contact.friction={friction}"],
     )
     *_, last = simulate(given)
     parameters = given.parameters
@@ -273,14 +269,13 @@ def test_axes_of_spin_change_nothing_at_rest_and_next_to_nothing_in_a_deep_groov
 
 
 def test_a_run_of_equilibria_says_what_settled_axes_do_to_its_loads():
-    rolling = ["model.control=shared", "contact.friction=point"]
-    run = simulate(load_scene("bearing_218_thrust", rolling))
+    run = simulate("bearing_218_thrust")
     for _ in run.blocks():
         pass
     errors = run.report.errors
     assert errors["errors_by_source"]["normal_load_outer_n"]["friction_model"][0] == pytest.approx(157.5, rel=1e-3)
     assert errors["normal_load_outer_n_error"][0] > 157.4
-    wants_loads = simulate(load_scene("bearing_218_thrust", ["wanted.outputs=loads", *rolling]))
+    wants_loads = simulate(load_scene("bearing_218_thrust", ["wanted.outputs=loads"]))
     for _ in wants_loads.blocks():
         pass
     assert wants_loads.report.status == "doubtful: loads"

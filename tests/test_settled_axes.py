@@ -1,10 +1,13 @@
 """Equilibria of balls whose axes of spin have settled: those of a run that has, which starts there and stays there."""
 
+import json
 import math
 
 import numpy as np
 import pytest
 
+from bearing_twin.command import cli
+from bearing_twin.kinds.bearing.controls import CONTROL_WORDS
 from bearing_twin.kinds.bearing.forces.equations import single_contact
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static.answer import answer_of
@@ -250,6 +253,7 @@ def test_what_is_told_of_settled_equilibria_is_what_is_left():
 def test_a_speed_that_passes_scales_what_balls_do():
     """Loads go on evenly while the ring speeds up, and end where they are at the last speed alone."""
     words = "rings.inner.load=[0,-60,100]", "model.dimension=quasi_static", "drive.acceleration=5000"
+    words = (*words, "model.control=settled")
     motion = bearing_motion(scene_of(*words, "drive.speed=2000"), Choice(LAW, "quasi_static", 0.0, "", ()))
     motion.first_outputs()
     motion.goal_speed = 2500.0
@@ -261,3 +265,38 @@ def test_a_speed_that_passes_scales_what_balls_do():
     there = bearing_motion(scene_of(*words, "drive.speed=2500"), Choice(LAW, "quasi_static", 0.0, "", ()))
     last = motion.advance(np.array([1e-3]), 1e-3)
     assert last.cage_speed[0] == pytest.approx(there.first_outputs().cage_speed[0], rel=1e-7)
+
+
+def answered(capsys, *words):
+    assert cli.main(["bearing", *words, "--json"]) == cli.DONE
+    return json.loads(capsys.readouterr().out)
+
+
+def test_the_command_takes_the_words_of_the_scene(capsys):
+    """An option and the scene's key are one; which axes are taken is told, and why they are not those asked for."""
+    scene = "bearing_218_thrust"
+    orbit = {}
+    for control in CONTROL_WORDS:
+        by_option, by_scene = (
+            answered(capsys, scene, *words) for words in (("--control", control), ("--set", f"model.control={control}"))
+        )
+        assert by_option == by_scene
+        assert by_option["control"] == ("shared" if control == "auto" else control)
+        orbit[control] = by_option["fault_frequencies_hz"]["ftf"]
+    assert orbit["auto"] == orbit["shared"]
+    assert orbit["settled"] > 1.08 * orbit["shared"]
+    assert answered(capsys, scene, "--set", "contact.friction=spot")["control"] == "outer"
+    still = answered(capsys, scene, "--control", "settled", "--set", "drive.speed=0")
+    assert still["control"] == "shared"
+    assert "stands still" in still["control_reason"]
+
+
+def test_a_reset_takes_a_run_of_settled_equilibria_back_to_the_bit():
+    words = "rings.inner.load=[0,-60,100]", "model.dimension=quasi_static", "model.control=settled", "drive.speed=2000"
+    motion = bearing_motion(scene_of(*words), Choice(LAW, "quasi_static", 0.0, "", ()))
+    first = motion.advance(np.array([1e-3]), 1e-3)
+    motion.goal_speed = 2100.0
+    motion.advance(np.array([0.2]), 0.2)
+    motion.reset()
+    again = motion.advance(np.array([1e-3]), 1e-3)
+    assert all(np.array_equal(one, two) for one, two in zip(first, again, strict=True))

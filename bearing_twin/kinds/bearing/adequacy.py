@@ -11,6 +11,7 @@ from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.in_motion import solved_in_motion
+from bearing_twin.kinds.bearing.quasi_static.shares import control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Support,
     azimuths_of,
@@ -149,7 +150,7 @@ def share_at_start(parameters, law: str) -> float:
 def still_at_start(parameters, law: str) -> Still:
     """`Still` with the scene's own load, or the ring where its drive holds it; raises SceneError."""
     solver, support = solver_of(parameters, law), support_of(parameters)
-    if parameters.model.control == SETTLED:  # in which moving balls start as well
+    if control_of(parameters) == SETTLED:  # in which moving balls start as well
         found = solved_in_motion(parameters, solver, support)
         if not math.isnan(found.settled):
             return Still(centrifugal_share(found.contacts), found.settled)

@@ -18,6 +18,7 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import CAGE_SPEED, Partners
 from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion
 from bearing_twin.kinds.bearing.quasi_static.settled import settled_turn
+from bearing_twin.kinds.bearing.quasi_static.shares import control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import setting_of, weighed_solver, weighed_support
 from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of, moving_centre
 
@@ -25,11 +26,10 @@ from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of, moving_cen
 def settle_axes(parameters: BearingScene, law: str, partners: Partners, state: np.ndarray, border: np.ndarray) -> None:
     """Puts into `state` (N, COLUMNS) and `border` (BORDER,) the motion of balls whose axes have settled, if so asked.
 
-    They roll there already, evenly spaced, which stays where none is found; a ring that is free moves with them. Where
-    `model.control` is left to itself they roll: that is how a run begins, from which axes take their time to settle.
+    They roll there already, evenly spaced, which stays where none is found; a ring that is free moves with them.
     """
     speed, drive, free = float(parameters.drive.speed), parameters.drive, dimension_of(parameters) == FREE_RING
-    if parameters.initial.motion != "rolling" or not speed or parameters.model.control != SETTLED:
+    if parameters.initial.motion != "rolling" or not speed or control_of(parameters) != SETTLED:
         return
     if free and np.any(partners.stiffness[:CAGE]):  # springs hold it, which no equilibrium has
         return

@@ -93,7 +93,7 @@ def in_motion(
 ) -> InMotion:
     """The equilibrium with what moving balls add, their axes as `model.control` says. Raises as the solver does.
 
-    A motion `near` the one that has settled is where that is looked for first; without `search` there alone.
+    A motion `near` the one that has settled is where that is looked for first; without `search` only where it is given.
     """
     found = solver.solve(support)
     turn = no_turn("")

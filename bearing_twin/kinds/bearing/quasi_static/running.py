@@ -29,7 +29,7 @@ from bearing_twin.stopping import SIGNALLED
 
 MOVING = (
     "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored", "_gross",
-    "_worked", "_lost",
+    "_worked", "_lost", "_tables", "_turn", "_turned_at",
 )  # fmt: skip
 NEAR = 0.02  # relative: speeds nearer than this have one friction while they only pass
 SAME = 1e-9  # relative: instants nearer than this are one
@@ -48,7 +48,6 @@ class QuasiStaticMotion:
         azimuths = azimuths_of(parameters.geometry.balls, 0.0)
         solver = weighed_solver(parameters, self.setting, azimuths)
         self._start = solver.solve(self.support)
-        self._tables, self._turn, self._turned_at = {}, None, 0.0
         self._gravity = tuple(map(float, parameters.gravity))
         self._longest, self.stop = solver.longest, SIGNALLED
         self.reset()
@@ -67,6 +66,7 @@ class QuasiStaticMotion:
         self.angle = self.elapsed = 0.0
         self.solved = 0
         self._changed = False
+        self._tables, self._turn, self._turned_at = {}, None, 0.0
         self._stored = self._first_stored = None
         self._gross = self._worked = self._lost = 0.0  # the last two: of balls that moved by themselves before
         self._before = None
@@ -225,8 +225,7 @@ class QuasiStaticMotion:
             support = self.support._replace(loads=self.loads, held=key[2])
             azimuths = azimuths_of(self.parameters.geometry.balls, load_line(support))
             passing, near = speed not in (self.parameters.drive.speed, self.goal_speed), self._turn
-            if near is not None and speed:
-                near = near.quicker(speed / self._turned_at)
+            near = near.quicker(speed / self._turned_at) if passing and near is not None else None
             solver = weighed_solver(self.parameters, setting, azimuths)
             try:
                 table, turn = in_motion(self.parameters, solver, support, near, not passing)[1:]

@@ -10,9 +10,9 @@ CONTROLS = {SHARED: (1.0, 1.0), OUTER: (0.0, 2.0), SETTLED: (1.0, 1.0)}
 
 
 def control_of(parameters) -> str:
-    """As the scene says, or what axes of spin settle to under its friction: at a point, or over spots."""
+    """As the scene says; left to itself `outer` with friction over spots, which resist drilling, else `shared`."""
     control = parameters.model.control
     if control != AUTO:
         return control
     friction = rubbing_by(parameters, POINT).contact.friction
-    return OUTER if FRICTIONS[friction].over_spot else SETTLED
+    return OUTER if FRICTIONS[friction].over_spot else SHARED
