@@ -28,6 +28,7 @@ from bearing_twin.kinds.bearing.quasi_static.turn_search import Search
 from bearing_twin.kinds.bearing.start import bearing_of
 from bearing_twin.numerics.rotation import about_z
 from bearing_twin.report import Choice
+from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 
 LAW, FREE, HELD = "hertz", (True, True, True, False, False), (False,) * 5
@@ -300,3 +301,11 @@ def test_a_reset_takes_a_run_of_settled_equilibria_back_to_the_bit():
     motion.reset()
     again = motion.advance(np.array([1e-3]), 1e-3)
     assert all(np.array_equal(one, two) for one, two in zip(first, again, strict=True))
+
+
+def test_a_run_says_why_axes_have_not_settled():
+    words = "rings.inner.load=[0,-60,100]", "model.dimension=quasi_static", "model.control=settled"
+    told = [choose(load_scene("bearing_6203", (*words, *more))).warnings for more in ((), ("contact.friction=spot",))]
+    assert not any("settled" in one for one in told[0])
+    (warning,) = (one for one in told[1] if "settled" in one)
+    assert "because friction over spots resists drilling" in warning
