@@ -13,6 +13,7 @@ from bearing_twin.charts.preloaded import EARLY, LOADS, SHARES, late
 from bearing_twin.charts.table import read_table, write_table
 from bearing_twin.kinds.bearing.adequacy import still_error
 from bearing_twin.kinds.bearing.measured import dimension_costs, method_of
+from bearing_twin.kinds.bearing.quasi_static.settled import OFF
 from bearing_twin.run.scene import load_scene
 
 pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
@@ -29,7 +30,6 @@ def rows():
     """Two loads on the preloaded bearing, one of them across, at two speeds, over a shorter time."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(preloaded, "LATE", 0.15)
-        patch.setattr(preloaded, "SETTLES", 0.1)
         patch.setattr(preloaded, "ENOUGH", 0.0)
         return [row for name in ("100 N thrust", ACROSS) for share in SOME for row in judge(name, ALL, share, 0.0)]
 
@@ -54,8 +54,9 @@ def test_equilibria_are_as_close_as_fidelity_believes(rows):
     still = [row for row in rows if row.method == "quasi_static"]
     assert len(still) == 4
     for row in still:
-        assert 0.0 < max(row.load_error, row.early_load_error) <= still_error(row.setting), row
-    for key in KEYS:  # worse when faster, and worst where the spin axes have not settled
+        assert 0.0 < row.early_load_error <= still_error(row.setting), row
+        assert 0.0 < row.load_error <= OFF, row
+    for key in KEYS[2:]:  # worse when faster, where the spin axes have not settled
         assert worst(rows, "quasi_static", key, 0.03) < 0.3 * worst(rows, "quasi_static", key)
     assert worst(rows, "quasi_static", "early_load_error") > worst(rows, "quasi_static", "load_error")
     thrust = [row for row in rows if row.problem == "100 N thrust"]
@@ -65,26 +66,27 @@ def test_equilibria_are_as_close_as_fidelity_believes(rows):
 
 
 def angles_told(rows):
-    """How many times the greater of both errors is told, of each equilibrium."""
+    """How many times what is off early is told, of each equilibrium."""
     still = [row for row in rows if row.method == "quasi_static" and row.problem in LOADS]
-    return [row.told_angle_error / max(row.angle_error, row.early_angle_error) for row in still]
+    return [row.told_angle_error / row.early_angle_error for row in still]
 
 
 def test_errors_told_of_angles_are_those_there_are(rows):
-    """Across, errors of this short time are less than what is told, which is of axes of spin that have settled."""
+    """Across, errors of axes as in rolling are less than what is told, which holds what they do once they settle."""
     told = angles_told(rows)
     assert told[:2] == pytest.approx([1.0] * 2, abs=0.3)
     assert min(told[2:]) > 1.0
     across = [row for row in rows if row.method == "quasi_static" and row.problem == ACROSS]
-    assert worst(across, "quasi_static", "angle_error", 0.03) < 1e-4
-    assert worst(across, "quasi_static", "angle_error", 0.3) < 2e-3
+    assert worst(across, "quasi_static", "early_angle_error", 0.03) < 1e-4
+    assert worst(across, "quasi_static", "early_angle_error", 0.3) < 2e-3
+    assert worst(across, "quasi_static", "angle_error", 0.3) < 1e-4
 
 
 def test_a_late_look_under_thrust_is_when_the_axes_of_spin_have_settled():
     """tau = 5 mu Q d_m/(2 F_c s) is 5.7 s at a tenth."""
     parameters = load_scene("bearing_6203", ()).parameters
-    assert late(parameters, "20 N thrust", 0.1) == pytest.approx(3.0 * 5.7, rel=1e-2)
-    assert late(parameters, "20 N thrust", 10.0) == late(parameters, ACROSS, 0.01) == 2.0
+    assert late(parameters, "20 N thrust", 0.1) == pytest.approx(10.0 * 5.7, rel=1e-2)
+    assert late(parameters, "20 N thrust", 100.0) == late(parameters, ACROSS, 0.01) == 2.0
 
 
 def test_rk4_finds_the_truth_again(rows):
@@ -116,13 +118,12 @@ def test_the_shipped_table_is_within_what_is_believed_and_told(shipped):
     still = [row for row in shipped if row.method == "quasi_static" and row.problem in LOADS]
     assert {row.problem for row in still} == set(LOADS)
     for row in still:
-        assert max(row.load_error, row.early_load_error) <= still_error(row.setting), row
-        if row.setting <= 0.1:
-            assert max(row.load_error, row.angle_error) < 5e-4, row
+        assert row.early_load_error <= still_error(row.setting), row
+        assert max(row.load_error, row.angle_error) < OFF == 5e-4, row
     across = angles_told([row for row in shipped if row.problem == ACROSS])
     thrust = angles_told([row for row in shipped if row.problem != ACROSS])
     assert 1.0 / 3.0 < min(thrust) < max(thrust) < 3.0
-    assert min(across) > 0.9  # more than there is after 2 s: of axes that have settled, minutes later at slow speeds
+    assert min(across) > 0.9  # more than there is early: of axes that have settled, minutes later at slow speeds
 
 
 def test_the_shipped_table_holds_every_model_and_its_fullest_is_the_best(shipped):
@@ -163,7 +164,7 @@ def test_table_picture_and_reading(rows, caged, tmp_path):
     whole = " ".join(said)
     assert f"{1e3 * EARLY:g} ms after the start" in whole
     assert f"{worst(rows, 'quasi_static', 'load_error'):.1g} up to 0.3" in whole
-    assert "where no cage spaces balls" in whole
+    assert "in an even cage" in whole
     assert "found again by rk4" in whole
     assert said[-3].startswith("Rig, free, no cage: off by at most: greatest ball load")
     assert said[-1].startswith("The truth of the rig is found again by rodas3")

@@ -9,7 +9,7 @@ from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static import moving_balls
 from bearing_twin.kinds.bearing.quasi_static.answer import answer_of
 from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
-from bearing_twin.kinds.bearing.quasi_static.friction_across import solved_in_motion
+from bearing_twin.kinds.bearing.quasi_static.in_motion import solved_in_motion
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import _late, angle_errors
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     EquilibriumSolver,
@@ -139,7 +139,7 @@ def test_a_bearing_at_rest_or_without_friction_is_in_balance_to_the_bit():
         parameters = scene_of(*overrides)
         solver = solver_of(parameters, LAW, load_line(support))
         pair = solved_in_motion(parameters, solver, support), solver.solve(support)
-        (*ones, contacts, left), (*others, other_contacts, other_left) = pair
+        (*ones, contacts, left, _), (*others, other_contacts, other_left, _) = pair
         assert left == other_left
         assert all(np.array_equal(*two) for two in zip((*ones, *contacts), (*others, *other_contacts), strict=True))
 
@@ -238,7 +238,8 @@ def test_an_answer_and_a_run_tell_the_error_of_their_angles():
 @pytest.mark.parametrize(("friction", "seconds"), [("point", 80.0), ("spot", 0.3)])
 def test_loads_of_equilibria_err_by_what_settled_axes_of_spin_make_of_them(friction, seconds):
     """A 218 held where it bears 17.8 kN: axes end parallel to the bearing's, or the outer raceway takes the moment."""
-    held = ["model.dimension=prescribed", "rings.inner.free=none", "rings.inner.load=[0,0,0]", "gravity=[0,0,0]"]
+    ring = ["model.control=shared", "model.dimension=prescribed", "rings.inner.free=none"]
+    held = [*ring, "rings.inner.load=[0,0,0]", "gravity=[0,0,0]"]
     rates = [f"run.duration={seconds}", "run.output_rate=10", "run.publish_rate=10", "solver.companion=off"]
     given = load_scene(
         "bearing_218_thrust",

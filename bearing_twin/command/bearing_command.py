@@ -51,7 +51,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--arm", choices=("groove", "pitch"), default="groove", help="arm of a tilt: groove centre, or pitch circle"
     )
     parser.add_argument(
-        "--control", choices=("shared", "outer"), default="shared", help="raceways that carry the gyroscopic moment"
+        "--control",
+        choices=("auto", "shared", "outer", "settled"),
+        help="balls' axes of spin: settled as under friction at a point, or of rolling, raceways that carry the moment",
     )
     parser.add_argument("--ball-angle", metavar="DEG", help="azimuth of ball 0 from +x (default: on the load line)")
     parser.add_argument(
@@ -142,7 +144,8 @@ def _support(given: dict, parameters):
 def _bearing_scene(arguments, overrides=()):
     from bearing_twin.run.scene import load_scene
 
-    scene = load_scene(arguments.scene, [*overrides_of(arguments), *overrides])
+    control = [f"model.control={arguments.control}"] if arguments.control else []
+    scene = load_scene(arguments.scene, [*overrides_of(arguments), *control, *overrides])
     if scene.kind != "bearing":
         raise SceneError(f"scene {scene.name} is no bearing but a {scene.kind}; give a scene of kind bearing")
     return scene
@@ -175,7 +178,8 @@ def _row_alone(arguments, given) -> Outcome | None:
 def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     """One equilibrium; `factor` multiplies the loads."""
     from bearing_twin.kinds.bearing import catalogue_answer
-    from bearing_twin.kinds.bearing.quasi_static import answer, friction_across, statics
+    from bearing_twin.kinds.bearing.controls import SHARED
+    from bearing_twin.kinds.bearing.quasi_static import answer, in_motion, shares, statics
     from bearing_twin.run.fidelity import choose
 
     scene = _bearing_scene(arguments, overrides)
@@ -184,9 +188,11 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     if factor is not None:
         support = support._replace(loads=tuple(factor * value for value in support.loads))
     first = statics.load_line(support) if angle is None else angle
-    solver = statics.solver_of(parameters, law, first, arguments.arm, arguments.control)
-    found = friction_across.solved_in_motion(parameters, solver, support)
-    head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": arguments.control}
+    solver = statics.solver_of(parameters, law, first, arguments.arm)
+    found, _, turn = in_motion.in_motion(parameters, solver, support)
+    head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": shares.control_of(parameters)}
+    if turn.why:
+        head |= {"control": SHARED, "control_reason": f"axes of spin are those of rolling: {turn.why}"}
     if catalogued := _row(parameters):
         head["catalogue"] = catalogue_answer.row_of(catalogued)
     head["speed_rad_s"] = parameters.drive.speed

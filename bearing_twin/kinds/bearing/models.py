@@ -11,6 +11,7 @@ from bearing_twin.contact.names import AUTO
 from bearing_twin.kinds.bearing.adequacy import (
     cage_needed,
     doubts,
+    of_axes,
     of_falling_balls,
     of_held_ring,
     of_temperatures,
@@ -154,7 +155,7 @@ def choose(parameters) -> Choice:
             f"the law {law} is {100 * error:.2g} % off exact Hertz here, more than the wanted "
             f"{100 * parameters.wanted.tolerance:.2g} %; contact.normal: hertz costs no more"
         )
-    warnings += [*drift(law), *of_temperatures(parameters)]
+    warnings += [*drift(law), *of_temperatures(parameters), *of_axes(parameters, law)]
 
     dimension, why = _dimension(parameters, law, warnings)
     reasons.append(why)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.names import AUTO, POINT
 from bearing_twin.kinds.bearing.acting import LoadChange, load_table, steady_load, steady_moment
+from bearing_twin.kinds.bearing.controls import CONTROL_WORDS
 from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.parameters import choice, quantity, section
 
@@ -109,6 +110,12 @@ class Model:
         ("auto", QUASI_STATIC, PRESCRIBED, FREE_RING),
         "quasi_static = every output is an equilibrium at the balls' places; prescribed = balls move, the ring is held "
         "by the drive; free = balls move, and the ring with its mass",
+    )
+    control: str = choice(
+        AUTO,
+        CONTROL_WORDS,
+        "balls' axes of spin in equilibrium: shared, outer = of rolling, raceways that carry the gyroscopic moment; "
+        "settled = as friction at a point leaves them, where runs start, too; auto = shared, over spots outer",
     )
 
 

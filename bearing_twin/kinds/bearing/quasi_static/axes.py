@@ -14,10 +14,12 @@ import numpy as np
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.controls import OUTER, SHARED
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.friction_across import without_shares
 from bearing_twin.kinds.bearing.quasi_static.response import Response
-from bearing_twin.kinds.bearing.quasi_static.statics import CONTROLS, Equilibrium, EquilibriumSolver, Support
+from bearing_twin.kinds.bearing.quasi_static.shares import CONTROLS
+from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, EquilibriumSolver, Support
 
 
 def response_to_axes(parameters, solver: EquilibriumSolver, support: Support) -> Response | None:
@@ -38,7 +40,7 @@ def _settled_solver(parameters, solver: EquilibriumSolver, contacts: Contacts) -
     """The balance of balls whose axes have settled; `contacts` are those in rolling."""
     setting, weights = solver.setting, solver.weights
     if FRICTIONS[parameters.contact.friction].over_spot:
-        inner, outer = CONTROLS["outer" if setting.share_inner else "shared"]
+        inner, outer = CONTROLS[OUTER if setting.share_inner else SHARED]
         return EquilibriumSolver(setting._replace(share_inner=inner, share_outer=outer), solver.azimuths, weights)
     weights = weights.copy()
     weights[:, 0] += contacts.centrifugal * (_quicker(setting, contacts) ** 2 - 1.0)

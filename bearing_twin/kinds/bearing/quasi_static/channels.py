@@ -55,7 +55,8 @@ def _write_contact(setting, found, out, row, k, side, cosine, sine, lean, positi
     n_r, n_z = math.cos(angle), math.sin(angle)
     towards = scaled(sign / math.sqrt(1.0 + lean * lean), (n_r, lean, n_z))
     outward = about_z(cosine, sine, towards)  # from the ball to the raceway
-    friction = about_z(cosine, sine, scaled(contacts.friction[row, k, side], (-n_z, 0.0, n_r)))
+    across = contacts.friction[row, k, side]
+    friction = about_z(cosine, sine, (-across * n_z, contacts.along[row, k, side], across * n_r))
     arm = scaled(setting.ball_radius - 0.5 * approach, outward)
     point = add(position, arm)
     about = minus(point, centre)

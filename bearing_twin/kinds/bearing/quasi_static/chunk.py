@@ -6,12 +6,15 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, shared, write_contacts
+from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_of, shared, write_contacts
 from bearing_twin.kinds.bearing.quasi_static.forces import Setting
 from bearing_twin.kinds.bearing.quasi_static.friction_across import (
     SIZES,
     add_ring_friction,
     friction_at,
+    pass_speed,
+    put_settled,
+    settled_by,
 )
 from bearing_twin.kinds.bearing.quasi_static.newton import FOUND
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import first_ring, ring_in_balance
@@ -56,9 +59,8 @@ class Instants(NamedTuple):
 
 def new_instants(count: int, balls: int) -> Instants:
     """Room for so many instants."""
-    contacts = Contacts(*(np.zeros((count, balls, 2)) for _ in range(6)), *(np.zeros((count, balls)) for _ in range(4)))
     shapes = ((), (), (5,), (5,), (balls, 2), (balls, 4))
-    return Instants(*(np.zeros((count, *shape)) for shape in shapes), contacts)
+    return Instants(*(np.zeros((count, *shape)) for shape in shapes), contacts_of((count, balls)))
 
 
 @inlined
@@ -92,6 +94,7 @@ def _row(contacts, t):
         contacts.roll[t],
         contacts.pitch[t],
         contacts.centrifugal[t],
+        contacts.along[t],
     )
 
 
@@ -129,7 +132,7 @@ def _solve(setting, directions, course, t, wanted, state, weight, longest, load,
 
 
 @kernel
-def _rub(setting, friction, azimuth, directions, rows, weight, wanted, left):
+def _rub(setting, friction, azimuth, speed, directions, rows, weight, wanted, left):
     """Adds friction (`rows`) to the forces on the balls, and leaves of the wanted loads (5,) what it does not carry.
 
     It acts along the contacts as they were looked at, which lie within 1e-4 rad of those found.
@@ -137,8 +140,11 @@ def _rub(setting, friction, azimuth, directions, rows, weight, wanted, left):
     balls = len(rows)
     for k in range(balls):
         friction_at(friction, azimuth + 2.0 * math.pi * k / balls, k, rows)
-        weight[k, 0] += rows[k, 0] + rows[k, 2]
-        weight[k, 1] += rows[k, 1] + rows[k, 3]
+    if settled_by(friction):
+        pass_speed(rows, speed)
+    for k in range(balls):
+        weight[k, 0] += rows[k, 0] + rows[k, 2] + rows[k, 8]
+        weight[k, 1] += rows[k, 1] + rows[k, 3] + rows[k, 9]
     left[:] = 0.0
     add_ring_friction(setting, directions, rows, left)
     for i in range(5):
@@ -149,7 +155,8 @@ def _rub(setting, friction, azimuth, directions, rows, weight, wanted, left):
 def equilibria(setting, gravity, friction, course, state, longest, out, stop):
     """Fills `out` (`Instants`); returns (status, instant) of the first that has no equilibrium, else (FOUND, T).
 
-    `friction` (LOOKS, SIZES) is that across the grooves (`friction_across`), empty where the balance holds it.
+    `friction` (LOOKS, SIZES) is that across the grooves (`friction_across`), empty where the balance holds it. One of
+    balls whose axes have settled holds all that their motion does to them, and how they move.
 
     Looks at `stop` (1,) before every instant, and ends with STOPPED there where it is not 0.
 
@@ -164,11 +171,11 @@ def equilibria(setting, gravity, friction, course, state, longest, out, stop):
     for t in range(len(course.turn)):
         if stop[0] != 0:
             return STOPPED, t
-        here = at_speed(setting, course.speed[t])
+        here = at_speed(setting, 0.0 if settled_by(friction) else course.speed[t])
         state.cage[0] += state.cage[1] * course.turn[t]
         place_balls(here, gravity, state.cage[0], directions, weight)
         if len(friction) > 0:
-            _rub(here, friction, state.cage[0], directions, rows, weight, course.wanted, wanted)
+            _rub(here, friction, state.cage[0], course.speed[t], directions, rows, weight, course.wanted, wanted)
         status = _solve(here, directions, course, t, wanted, state, weight, longest, load, stiffness)
         if status != FOUND:
             return status, t
@@ -178,11 +185,13 @@ def equilibria(setting, gravity, friction, course, state, longest, out, stop):
             add_ring_friction(here, directions, rows, load)
             for k in range(balls):
                 contacts.friction[k, 0], contacts.friction[k, 1] = rows[k, 4], rows[k, 5]
+            if settled_by(friction):
+                put_settled(contacts, rows)
         ratio = 0.5 * (1.0 - gamma)
-        if here.speed != 0.0:
-            ratio = shared(contacts, contacts.orbit) / here.speed
+        if course.speed[t] != 0.0:
+            ratio = shared(contacts, contacts.orbit) / course.speed[t]
         state.cage[1] = ratio
-        out.azimuth[t], out.orbit[t] = state.cage[0], ratio * here.speed
+        out.azimuth[t], out.orbit[t] = state.cage[0], ratio * course.speed[t]
         out.q[t], out.load[t], out.place[t] = state.q, load, state.place[:, :2]
         for k in range(balls):
             spin = (contacts.pitch[k], 0.0, -contacts.roll[k])

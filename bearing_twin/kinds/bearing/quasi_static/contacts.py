@@ -14,7 +14,7 @@ IDLE = 1e-3  # of the greatest load: below it the angle of a contact has no limi
 
 
 class Contacts(NamedTuple):
-    """Arrays (N, 2), inner and outer; `friction` [N] is along t and carries the gyroscopic moment.
+    """Arrays (N, 2), inner and outer; `friction` [N] is along t, `along` [N] on the ball along its orbit.
 
     A ball's row (N,): `orbit` [rad/s], `roll` [rad/s] along the axis and `pitch` [rad/s] along the radius, both of the
     ball against its orbit; `centrifugal` [N]. Angles count where there is no load too.
@@ -30,11 +30,18 @@ class Contacts(NamedTuple):
     roll: np.ndarray
     pitch: np.ndarray
     centrifugal: np.ndarray
+    along: np.ndarray
+
+
+def contacts_of(shape: tuple[int, ...]) -> Contacts:
+    """Room for the contacts of balls in arrays of this shape."""
+    sides = *shape, 2
+    return Contacts(*(np.zeros(sides) for _ in range(6)), *(np.zeros(shape) for _ in range(4)), np.zeros(sides))
 
 
 def empty_contacts(balls: int) -> Contacts:
     """Room for the contacts of so many balls."""
-    return Contacts(*(np.zeros((balls, 2)) for _ in range(6)), *(np.zeros(balls) for _ in range(4)))
+    return contacts_of((balls,))
 
 
 @inlined
@@ -57,6 +64,7 @@ def write_contacts(setting, azimuths, q, place, out):
         gyroscopic = speeds.gyroscopic if inner.load > 0.0 else 0.0
         out.friction[k, 0] = setting.share_inner * gyroscopic
         out.friction[k, 1] = -setting.share_outer * gyroscopic
+        out.along[k, 0] = out.along[k, 1] = 0.0
         out.centrifugal[k] = speeds.centrifugal
         for side in range(2):
             push = inner if side == 0 else outer

@@ -22,16 +22,25 @@ from bearing_twin.kinds.bearing.quasi_static.ball_balance import balance_at
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_at, shared
 from bearing_twin.kinds.bearing.quasi_static.opening import opening_of
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES, ring_loads
-from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, EquilibriumSolver, Support, azimuths_of
+from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of
 
 LOOKS = 128  # azimuths at which a ball is looked at on its way round
 TURNS = 12  # after which a lag and the orbit speed repeat themselves at the latest
 STEADY = 1e-7  # relative: what an orbit speed may change in the last turn
 PASSES = 3  # over one look, for what friction takes from its own coefficient
-SIZES = 6  # numbers of friction at a look: on the ball by inner and outer raceway (radial, axial), and along t of both
+SIZES = 18  # numbers of friction at a look, see `NUMBERS`
 SAME = 1e-9  # rad: contact angles that vary by less on the way are one
 BEARS = 1e-2  # of the greatest load: a ball that bears less is about to leave a raceway
-TWICE = 2  # solutions: friction acts along the contacts of the first
+
+NUMBERS = """Columns of a table of friction, one row a look, that of a ball at an azimuth [N].
+
+0-3: on the ball by inner and outer raceway (radial, axial); 4, 5: sizes along t of both; 6, 7: along the orbit of both.
+Of balls whose axes have settled (`in_motion`) also 8, 9: what else acts on the ball (radial, axial), its inertia;
+10-12: orbit speed, roll and pitch [rad/s] as of `Contacts`; 13: centrifugal load; 14: the moment about the radius that
+holds the ring against 6 [N m]; 15: the ring's speed [rad/s] at which all this is so; 16, 17: what viscous terms add to
+the loads of both contacts, in 0-3 too.
+"""
+ORBIT, SPEED = 10, 15
 
 NO_FRICTION = np.zeros((0, SIZES))
 
@@ -178,7 +187,7 @@ def friction_on_the_way(parameters, setting, coordinates) -> np.ndarray:
     forces = [
         size[:, None] * np.stack([-np.sin(a), np.cos(a)], axis=1) for a, size in zip(angles, sizes.T, strict=True)
     ]
-    return np.concatenate([*forces, sizes], axis=1)
+    return np.concatenate([*forces, sizes, np.zeros((LOOKS, SIZES - 6))], axis=1)
 
 
 @kernel
@@ -189,7 +198,7 @@ def friction_at(table, azimuth, k, rows):
     part, one = place - first, int(first) % len(table)
     two = (one + 1) % len(table)
     for i in range(SIZES):
-        rows[k, i] = (1.0 - part) * table[one, i] + part * table[two, i]
+        rows[k, i] = table[one, i] + part * (table[two, i] - table[one, i])
 
 
 @kernel
@@ -198,11 +207,11 @@ def add_ring_friction(setting, directions, rows, load):
     for k in range(len(rows)):
         cosine, sine = directions[k, 0], directions[k, 1]
         moment = setting.arm * rows[k, 1] - setting.lever * rows[k, 4]
-        load[0] += cosine * rows[k, 0]
-        load[1] += sine * rows[k, 0]
+        load[0] += cosine * rows[k, 0] - sine * rows[k, 6]
+        load[1] += sine * rows[k, 0] + cosine * rows[k, 6]
         load[2] += rows[k, 1]
-        load[3] += sine * moment
-        load[4] -= cosine * moment
+        load[3] += sine * moment + cosine * rows[k, 14]
+        load[4] += sine * rows[k, 14] - cosine * moment
 
 
 @kernel
@@ -211,32 +220,38 @@ def put_friction(contacts, rows):
     for k in range(len(rows)):
         for side in range(2):
             size, angle = rows[k, 4 + side], contacts.angle[k, side]
-            contacts.friction[k, side] = size
-            rows[k, 2 * side], rows[k, 2 * side + 1] = -size * math.sin(angle), size * math.cos(angle)
+            contacts.friction[k, side], contacts.along[k, side] = size, rows[k, 6 + side]
+            push, sine, cosine = (1.0 - 2.0 * side) * rows[k, 16 + side], math.sin(angle), math.cos(angle)
+            rows[k, 2 * side], rows[k, 2 * side + 1] = push * cosine - size * sine, push * sine + size * cosine
+
+
+@kernel
+def settled_by(table):
+    """Whether a table is one of balls whose axes have settled, which go round."""
+    return len(table) > 0 and table[0, ORBIT] != 0.0
+
+
+@kernel
+def pass_speed(rows, speed):
+    """Makes of `rows` (N, SIZES) of balls whose axes have settled those at a speed [rad/s] nearby."""
+    for k in range(len(rows)):
+        quicker = speed / rows[k, SPEED]
+        rows[k, 8], rows[k, 9] = rows[k, 8] * quicker * quicker, rows[k, 9] * quicker * quicker
+        rows[k, 10], rows[k, 11], rows[k, 12] = rows[k, 10] * quicker, rows[k, 11] * quicker, rows[k, 12] * quicker
+        rows[k, 13], rows[k, SPEED] = rows[k, 13] * quicker * quicker, speed
+
+
+@kernel
+def put_settled(contacts, rows):
+    """Puts into `contacts` how balls whose axes have settled move, their friction along the orbit and viscous terms."""
+    for k in range(len(rows)):
+        contacts.orbit[k], contacts.roll[k], contacts.pitch[k] = rows[k, 10], rows[k, 11], rows[k, 12]
+        contacts.centrifugal[k] = rows[k, 13]
+        for side in range(2):
+            contacts.along[k, side] = rows[k, 6 + side]
+            contacts.load[k, side] += rows[k, 16 + side]
 
 
 def without_shares(setting):
     """The numbers of a balance whose friction is given, all of it."""
     return setting._replace(share_inner=0.0, share_outer=0.0)
-
-
-def solved_in_motion(parameters, solver: EquilibriumSolver, support: Support) -> Equilibrium:
-    """The equilibrium (as by the solver) with the friction across the grooves of balls that move, where there is any.
-
-    Its stiffness is that of the balance, this friction being what it is. Raises SceneError as the solver does.
-    """
-    found = solver.solve(support)
-    table = friction_on_the_way(parameters, solver.setting, found.coordinates)
-    if len(table) == 0:
-        return found
-    rows, on_ring = np.zeros((len(solver.azimuths), SIZES)), np.zeros(5)
-    for k, azimuth in enumerate(solver.azimuths):
-        friction_at(table, azimuth, k, rows)
-    for _ in range(TWICE):
-        on_ring[:] = 0.0
-        add_ring_friction(solver.setting, solver.directions, rows, on_ring)
-        weights = solver.weights + rows[:, 0:2] + rows[:, 2:4]
-        rubbing = EquilibriumSolver(without_shares(solver.setting), solver.azimuths, weights)
-        found = rubbing.solve(support._replace(loads=tuple((np.array(support.loads) - on_ring).tolist())))
-        put_friction(found.contacts, rows)
-    return found._replace(loads=found.loads + on_ring)

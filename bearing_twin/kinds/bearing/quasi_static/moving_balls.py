@@ -1,7 +1,8 @@
 """How far contact angles of equilibria are off those of balls that move.
 
 Those that hold friction across the grooves (`friction_across`) leave LEFT of what it does, and what the axes of spin do
-later: they turn away from rolling, and a ball that drills otherwise slips otherwise. Those in balance miss all of it.
+later: they turn away from rolling, and a ball that drills otherwise slips otherwise. Those in balance miss all of it,
+those whose axes have settled (`settled`) none but what is told with them.
 
 A ball whose contact angle a changes on its way round slips across both grooves, at d da/dt with the distance d from its
 centre to a groove's. Friction, mu Q slip/s at slips far below the s that it is smoothed over, resists, and the ball
@@ -38,6 +39,8 @@ def angle_errors(parameters, solver: EquilibriumSolver, found: Equilibrium) -> n
     The greatest of what a ball meets under load within half a spacing to either side; 0 without friction and at rest.
     Friction over spots may leave all of the gyroscopic moment to the outer raceway, which is told then.
     """
+    if not math.isnan(found.settled):
+        return np.full(found.contacts.angle.shape, found.settled * np.abs(found.contacts.angle).max())
     azimuths = azimuths_of(LOOKS, float(found.azimuths[0]))
     _, contacts = balanced_on_the_way(solver.setting, found.coordinates, azimuths)
     friction = parameters.contact

@@ -6,7 +6,7 @@ import numpy as np
 
 from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.kinds.bearing.drive import SPEED, TORQUE
-from bearing_twin.kinds.bearing.quasi_static.friction_across import solved_in_motion
+from bearing_twin.kinds.bearing.quasi_static.in_motion import solved_in_motion
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Support,
     azimuths_of,

@@ -10,11 +10,8 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.quasi_static.channels import write_channels
 from bearing_twin.kinds.bearing.quasi_static.chunk import Course, Instants, State, equilibria, new_instants
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, limits_used
-from bearing_twin.kinds.bearing.quasi_static.friction_across import (
-    NO_FRICTION,
-    friction_on_the_way,
-    without_shares,
-)
+from bearing_twin.kinds.bearing.quasi_static.friction_across import NO_FRICTION, without_shares
+from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion
 from bearing_twin.kinds.bearing.quasi_static.newton import FOUND
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES
 from bearing_twin.kinds.bearing.quasi_static.statics import (
@@ -32,7 +29,7 @@ from bearing_twin.stopping import SIGNALLED
 
 MOVING = (
     "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored", "_gross",
-    "_worked", "_lost",
+    "_worked", "_lost", "_tables", "_turn", "_turned_at",
 )  # fmt: skip
 NEAR = 0.02  # relative: speeds nearer than this have one friction while they only pass
 SAME = 1e-9  # relative: instants nearer than this are one
@@ -51,7 +48,6 @@ class QuasiStaticMotion:
         azimuths = azimuths_of(parameters.geometry.balls, 0.0)
         solver = weighed_solver(parameters, self.setting, azimuths)
         self._start = solver.solve(self.support)
-        self._tables = {}
         self._gravity = tuple(map(float, parameters.gravity))
         self._longest, self.stop = solver.longest, SIGNALLED
         self.reset()
@@ -70,6 +66,7 @@ class QuasiStaticMotion:
         self.angle = self.elapsed = 0.0
         self.solved = 0
         self._changed = False
+        self._tables, self._turn, self._turned_at = {}, None, 0.0
         self._stored = self._first_stored = None
         self._gross = self._worked = self._lost = 0.0  # the last two: of balls that moved by themselves before
         self._before = None
@@ -220,19 +217,22 @@ class QuasiStaticMotion:
 
         Of speeds that only pass, that of the nearest power of 1 + NEAR.
         """
-        if speed != self.parameters.drive.speed and speed != self.goal_speed and speed != 0.0:
+        if speed not in (self.parameters.drive.speed, self.goal_speed, 0.0):
             speed = math.copysign((1.0 + NEAR) ** round(math.log(abs(speed)) / math.log1p(NEAR)), speed)
         key = speed, tuple(self.loads), tuple(held.tolist())
         if key not in self._tables:
             setting = self.setting._replace(speed=speed)
             support = self.support._replace(loads=self.loads, held=key[2])
             azimuths = azimuths_of(self.parameters.geometry.balls, load_line(support))
+            passing, near = speed not in (self.parameters.drive.speed, self.goal_speed), self._turn
+            near = near.quicker(speed / self._turned_at) if passing and near is not None else None
+            solver = weighed_solver(self.parameters, setting, azimuths)
             try:
-                found = weighed_solver(self.parameters, setting, azimuths).solve(support)
+                table, turn = in_motion(self.parameters, solver, support, near, not passing)[1:]
             except SceneError:  # the run says so where it comes there
                 table = NO_FRICTION
             else:
-                table = friction_on_the_way(self.parameters, setting, found.coordinates)
+                self._turn, self._turned_at = (None if turn.why or not len(turn.motion) else turn), speed
             self._tables = dict([*self._tables.items()][-1:]) | {key: table}
         return self._tables[key]
 

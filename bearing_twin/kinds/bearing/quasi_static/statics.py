@@ -13,6 +13,7 @@ from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_
 from bearing_twin.kinds.bearing.quasi_static.forces import Setting
 from bearing_twin.kinds.bearing.quasi_static.newton import FOUND, NOTHING_CARRIES, SOFT
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES, first_ring, ring_in_balance, ring_loads
+from bearing_twin.kinds.bearing.quasi_static.shares import CONTROLS, control_of
 from bearing_twin.kinds.bearing.rings import (
     COORDINATES,
     FREE_RING,
@@ -25,8 +26,6 @@ from bearing_twin.kinds.bearing.start import bearing_of
 
 ARMS = ("groove", "pitch")
 """Arm of a tilt: to the inner groove's centre, the true geometry; or to the pitch circle, as commercial programs do."""
-CONTROLS = {"shared": (1.0, 1.0), "outer": (0.0, 2.0)}
-"""Shares of the gyroscopic moment that friction carries on the inner and on the outer raceway."""
 LONGEST = 0.2  # of the ball diameter: no coordinate of the ring goes further
 STAGES = 12  # a load that is not found at once is approached in so many parts
 COARSE, HALVINGS = 8.0, 14  # of the search for the greatest load: steps down, then halvings of the last of them
@@ -50,6 +49,7 @@ class Equilibrium(NamedTuple):
     """A bearing in balance: ring `coordinates` (5,), external `loads` (5,), `stiffness` (5, 5) of loads by coordinates.
 
     `azimuths` [rad] (N,), `places` (N, 2) of the balls, `contacts`; `left` [N] is missing of the ring's balance.
+    `settled` is what loads and angles are off, relative, where axes of spin have settled; NaN with those of rolling.
     """
 
     coordinates: np.ndarray
@@ -59,18 +59,18 @@ class Equilibrium(NamedTuple):
     places: np.ndarray
     contacts: Contacts
     left: float
+    settled: float = math.nan
 
 
-def setting_of(parameters, law: str, speed: float, arm: str = "groove", control: str = "shared") -> Setting:
-    """The numbers of the balance for a scene with the elastic law `law`, the ring turning at `speed` [rad/s]."""
+def setting_of(parameters, law: str, speed: float, arm: str = "groove", control: str = "") -> Setting:
+    """The numbers of the balance for a scene; `control` is a name of CONTROLS, "" for the scene's own."""
     bearing = bearing_of(rubbing_by(parameters, POINT), law)  # equilibria hold no friction
-    lever = bearing.inner.groove_radius
-    reach = bearing.inner.locus_radius
+    lever, reach = bearing.inner.groove_radius, bearing.inner.locus_radius
     if arm == "pitch":
         lever, reach = bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
     pitch = parameters.geometry.pitch_diameter
     sizes = bearing.ball_radius, bearing.ball_mass, pitch, reach, lever, float(speed)
-    return Setting(bearing.inner, bearing.outer, *sizes, *CONTROLS[control], 0.0)
+    return Setting(bearing.inner, bearing.outer, *sizes, *CONTROLS[control or control_of(parameters)], 0.0)
 
 
 def support_of(parameters) -> Support:
@@ -94,7 +94,7 @@ def weighed_support(parameters, loads=None) -> Support:
 
 
 def load_line(support: Support) -> float:
-    """Azimuth [rad] of what pushes the ring sideways: its load, else its displacement, else its tilting, else 0."""
+    """Azimuth [rad] of what pushes the ring sideways: load, else displacement, else tilting, else 0."""
     for values in (support.loads, support.held):
         for x, y in (values[:2], values[3:]):
             if x or y:
@@ -294,7 +294,7 @@ def loose_directions(found: Equilibrium, support: Support, scales) -> list[str]:
     ]
 
 
-def solver_of(parameters, law, ball_angle=0.0, arm="groove", control="shared") -> EquilibriumSolver:
+def solver_of(parameters, law, ball_angle=0.0, arm="groove", control="") -> EquilibriumSolver:
     """The solver of a scene without gravity, ball 0 at `ball_angle` [rad]; see `setting_of`."""
     setting = setting_of(parameters, law, parameters.drive.speed, arm, control)
     return EquilibriumSolver(setting, azimuths_of(operating_geometry(parameters).balls, ball_angle))

@@ -16,6 +16,7 @@ from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.outputs import ellipses
 from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
+from bearing_twin.kinds.bearing.quasi_static.in_motion import solved_in_motion
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
 from bearing_twin.kinds.bearing.quasi_static.response import Response, response_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
@@ -122,8 +123,18 @@ def _worths(parameters, law: str, solver: EquilibriumSolver, support: Support, f
         None if shares is None else _worth(*given, shares),
         _worth(*given, wide),
         angle_errors(parameters, solver, found),
-        response_to_axes(parameters, solver, support),
+        _by_axes(parameters, solver, support, found),
     )
+
+
+def _by_axes(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> Response | None:
+    """What axes of spin change once they have settled, or where they have, what loads are off at most."""
+    if math.isnan(found.settled):
+        return response_to_axes(parameters, solver, support)
+    load = found.contacts.load
+    off = np.full(load.shape, found.settled * load.max())
+    ring = np.where(support.free, 0.0, found.settled * np.abs(found.loads))
+    return Response(off, np.zeros(load.shape), np.zeros(5), ring)
 
 
 def worths_of_run(parameters, law: str) -> list[SceneWorth]:
@@ -145,7 +156,7 @@ def _worth_under(parameters, law: str, load: tuple[float, ...]) -> SceneWorth | 
     azimuths = azimuths_of(parameters.geometry.balls, load_line(support))
     solver = weighed_solver(parameters, setting, azimuths)
     try:
-        found = solver.solve(support)
+        found = solved_in_motion(parameters, solver, support)
     except SceneError:
         return None
     worth = _worths(parameters, law, solver, support, found, spots_of(parameters, found.contacts))

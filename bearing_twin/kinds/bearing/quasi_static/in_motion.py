@@ -1,0 +1,131 @@
+"""Equilibria of balls that move: with friction across the grooves, their axes of spin as in rolling or settled.
+
+Where axes have settled (`settled`) what a ball's motion does to it, and what friction does to the ring, are numbers
+over its azimuth, with which the balls and the ring are in balance as at rest. A ring that is free stands elsewhere
+then, and the motion there is looked for again until both agree.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.controls import SETTLED
+from bearing_twin.kinds.bearing.quasi_static.friction_across import (
+    LOOKS,
+    NO_FRICTION,
+    SIZES,
+    SPEED,
+    add_ring_friction,
+    friction_at,
+    friction_on_the_way,
+    put_friction,
+    put_settled,
+    settled_by,
+    without_shares,
+)
+from bearing_twin.kinds.bearing.quasi_static.settled import Turn, no_turn, off_by, settled_turn
+from bearing_twin.kinds.bearing.quasi_static.shares import control_of
+from bearing_twin.kinds.bearing.quasi_static.statics import (
+    Equilibrium,
+    EquilibriumSolver,
+    Support,
+    azimuths_of,
+)
+from bearing_twin.kinds.bearing.quasi_static.surroundings import Surroundings
+
+TWICE = 2  # solutions: friction acts along the contacts of the first
+ROUNDS = 12  # in which a free ring and the motion of balls agree at the latest; 3 to 5 do
+AGREE = 1e-6  # of the greatest load: what loads change in the last of them
+
+
+class InMotion(NamedTuple):
+    """An equilibrium, the table of friction that it holds, and the balls' motion; why that has not settled is told."""
+
+    found: Equilibrium
+    table: np.ndarray
+    turn: Turn
+
+
+def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
+    """What a settled motion does to a ball (LOOKS, SIZES), the ring at `coordinates` (5,); see `NUMBERS`."""
+    azimuths, table = azimuths_of(LOOKS, 0.0), np.zeros((LOOKS, SIZES))
+    motion, changes = turn.at(azimuths)
+    whole = np.concatenate([motion[:, :2], turn.orbit * changes[:, :2], motion[:, 2:]], axis=1)
+    acting = Surroundings(parameters, setting, coordinates, azimuths).wrench(whole, turn.orbit)
+    angle = acting.contacts.angle
+    for side, force in enumerate(acting.friction):
+        pushed = force + acting.normal_of(side, acting.viscous[side])
+        table[:, 2 * side], table[:, 2 * side + 1] = pushed[:, 0], pushed[:, 2]
+        table[:, 4 + side] = np.cos(angle[:, side]) * force[:, 2] - np.sin(angle[:, side]) * force[:, 0]
+        table[:, 6 + side], table[:, 16 + side] = force[:, 1], acting.viscous[side]
+    swing = setting.ball_mass * turn.orbit**2 * turn.curve(azimuths)
+    table[:, 13] = setting.ball_mass * (setting.outer.locus_radius + motion[:, 0]) * turn.orbit**2
+    table[:, 8], table[:, 9] = table[:, 13] - swing[:, 0], -swing[:, 1]
+    table[:, 10], table[:, 11], table[:, 12] = turn.orbit, turn.orbit - motion[:, 4], motion[:, 2]
+    table[:, SPEED] = setting.speed
+    table[:, 14] = setting.lever * np.sin(angle[:, 0]) * table[:, 6]
+    return table
+
+
+def rubbed(solver: EquilibriumSolver, support: Support, table: np.ndarray) -> Equilibrium:
+    """The equilibrium with the friction of this table. Raises SceneError as the solver does."""
+    rows, on_ring, settled = np.zeros((len(solver.azimuths), SIZES)), np.zeros(5), settled_by(table)
+    for k, azimuth in enumerate(solver.azimuths):
+        friction_at(table, azimuth, k, rows)
+    setting = without_shares(solver.setting)
+    if settled:
+        setting = setting._replace(speed=0.0)
+    for _ in range(TWICE):
+        on_ring[:] = 0.0
+        add_ring_friction(solver.setting, solver.directions, rows, on_ring)
+        weights = solver.weights + rows[:, 0:2] + rows[:, 2:4] + rows[:, 8:10]
+        rubbing = EquilibriumSolver(setting, solver.azimuths, weights)
+        found = rubbing.solve(support._replace(loads=tuple((np.array(support.loads) - on_ring).tolist())))
+        put_friction(found.contacts, rows)
+        if settled:
+            put_settled(found.contacts, rows)
+    return found._replace(loads=found.loads + on_ring)
+
+
+def in_motion(
+    parameters, solver: EquilibriumSolver, support: Support, near: Turn | None = None, search: bool = True
+) -> InMotion:
+    """The equilibrium with what moving balls add, their axes as `model.control` says. Raises as the solver does.
+
+    A motion `near` the one that has settled is where that is looked for first; without `search` only where it is given.
+    """
+    found = solver.solve(support)
+    turn = no_turn("")
+    if control_of(parameters) == SETTLED and (search or near is not None):
+        settled = _settled(parameters, solver, support, found, near)
+        if not settled.turn.why:
+            return settled
+        turn = settled.turn
+    table = friction_on_the_way(parameters, solver.setting, found.coordinates)
+    return InMotion(rubbed(solver, support, table) if len(table) else found, table, turn)
+
+
+def _settled(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, turn) -> InMotion:
+    """As `in_motion`, with axes that have settled; with the reason where they do not."""
+    setting = solver.setting
+    for _ in range(ROUNDS):
+        turn = settled_turn(parameters, setting, found.coordinates, turn)
+        if turn.why:
+            return InMotion(found, NO_FRICTION, turn)
+        table, before = table_of(parameters, setting, found.coordinates, turn), found.contacts.load
+        try:
+            found = rubbed(solver, support, table)
+        except SceneError:
+            return InMotion(found, NO_FRICTION, no_turn("nothing carries the load once they have settled"))
+        if not any(support.free) or np.abs(found.contacts.load - before).max() <= AGREE * before.max():
+            return InMotion(found._replace(settled=off_by(turn)), table, turn)
+    return InMotion(found, NO_FRICTION, no_turn("the ring and its balls do not agree on where they stand"))
+
+
+def solved_in_motion(parameters, solver: EquilibriumSolver, support: Support) -> Equilibrium:
+    """The equilibrium (as by the solver) with what moving balls add to it, where there is any.
+
+    Its stiffness is that of the balance, what they add being what it is. Raises SceneError as the solver does.
+    """
+    return in_motion(parameters, solver, support).found
