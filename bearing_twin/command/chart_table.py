@@ -20,7 +20,7 @@ class Listed(NamedTuple):
 CHARTS = {
     "steppers": Listed("work_precision", "error in load and friction against cost", 400, "contest"),
     "tolerance": Listed(
-        "tolerance", "the error asked for against the error got, and what runs say of it", 20, "contest"
+        "tolerance", "the error asked for against the error got, and what runs say of it", 1000, "contest"
     ),
     "drawn": Listed(
         "drawn", "bearing scenes drawn by chance: error against tolerance, and what runs say of it", 300, "contest"
