@@ -1,4 +1,4 @@
-"""Mean speeds of the balls of a run, and of pure rolling, outer ring at rest (Harris, Rolling Bearing Analysis, ch. 8)."""
+"""Speeds of the balls in a run, and of pure rolling, outer ring at rest (Harris, Rolling Bearing Analysis, ch. 8)."""
 
 import math
 
