@@ -191,7 +191,7 @@ def _catalogued(source) -> dict | None:
     """The scene that a name of a kind's catalogue stands for; names of scene files come first."""
     if not isinstance(source, str) or not source.isalnum() or source in SCENES.names():
         return None
-    return next((kind.catalogue()[source] for kind in KINDS.values() if source in kind.catalogue()), None)
+    return next((found[source] for kind in KINDS.values() if source in (found := kind.catalogue())), None)
 
 
 def _mapping_of(text_or_mapping, origin: str) -> dict:
