@@ -105,6 +105,9 @@ class ShaftSolver(EquilibriumSolver):
         """At which the shaft turns [rad/s]."""
         return self._speed
 
+    def _at_rest(self) -> "ShaftSolver":
+        return ShaftSolver(self.rotor, self.counts, 0.0)
+
     def _begin(self, free, wanted) -> None:
         """At the middle, where preloaded bearings hold it; else it goes along its load until they do."""
 
@@ -117,7 +120,7 @@ class ShaftSolver(EquilibriumSolver):
 
     def refuse_thrown_out(self, support: Support) -> None:
         """Raises SceneError where at this speed nothing holds the shaft in a direction in which it is held at rest."""
-        loose, still = loose_directions(self, support, self.scales), ShaftSolver(self.rotor, self.counts, 0.0)
+        loose, still = loose_directions(self, support, self.scales), self._at_rest()
         if loose and self._speed:
             still.settle(support)
             if not loose_directions(still, support, self.scales):
