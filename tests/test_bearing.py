@@ -10,11 +10,11 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from bearing_twin.kinds.bearing.forces.equations import ball_position, ball_vector, mark_met, meeting, pair_contact
-from bearing_twin.kinds.bearing.forces.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.loads import wrenches
 from bearing_twin.kinds.bearing.outputs import channels, contact_details
+from bearing_twin.kinds.bearing.speeds import cage_speed, roll_rate
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from bearing_twin.charts import bounces, paper1, paper1_bearing
+from bearing_twin.charts import bounces, paper1
 from bearing_twin.charts.table import read_table, write_table
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds.bearing.history import GREATEST_COUNT, LoadHistory
@@ -196,9 +196,9 @@ def test_the_sheet_of_paper_1_says_how_near_the_laws_are(tmp_path, monkeypatch):
     assert np.linalg.norm(normal, axis=1) == pytest.approx(1.0, rel=1e-12)
     assert np.ptp(np.linalg.norm(point[:, :2], axis=1)) < 1e-6
     assert len(paper1.reading(points)) == 3
-    monkeypatch.setattr(paper1_bearing, "FRAMES", 3)
+    monkeypatch.setattr(paper1, "FRAMES", 3)
     for name in ("POLAR", "ROUND", "SPHERE"):  # balls of a sixteenth of the faces, which are what takes time
-        monkeypatch.setattr(paper1_bearing, name, getattr(paper1_bearing, name)[..., ::4, ::4])
+        monkeypatch.setattr(paper1, name, getattr(paper1, name)[..., ::4, ::4])
     paper1.draw(points, tmp_path / "paper1.png")
     with Image.open(tmp_path / "paper1.gif") as moving:
         assert moving.n_frames == 3

@@ -10,9 +10,9 @@ from bearing_twin import load_scene
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.kinds.bearing import partners
 from bearing_twin.kinds.bearing.adequacy import mend_of_method
-from bearing_twin.kinds.bearing.forces.kinematics import cage_speed
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.models import choose
+from bearing_twin.kinds.bearing.speeds import cage_speed
 
 RIG = "bearing_6203_rig_1000N"
 

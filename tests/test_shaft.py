@@ -7,7 +7,6 @@ from scipy.integrate import solve_ivp
 
 from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds.bearing.forces.equations import RingDrive, single_contact
-from bearing_twin.kinds.bearing.forces.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     HEIGHT,
@@ -19,6 +18,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     VELOCITY,
 )
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
+from bearing_twin.kinds.bearing.speeds import cage_speed, roll_rate
 from bearing_twin.numerics.rotation import about_z
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene

@@ -174,9 +174,7 @@ def draw(points: list[BouncePoint], path: Path) -> None:
     for axis in (whole, near, delays):
         frame(axis)
         axis.margins(x=0.04 if axis is delays else 0.01)
-    finish(figure, "A ball of radius 0.1 m bounces by two laws: figures 3 and 4 of Kosenko and Aleksandrov",
-           f"{SCENE}, {DURATION:g} s, fall {_fall():g} m, restitution {RESTITUTION:g}", path, size=17)  # fmt: skip
-
-
-def _fall():
-    return load_scene(SCENE).parameters.start.height
+    title = "A ball of radius 0.1 m bounces by two laws: figures 3 and 4 of Kosenko and Aleksandrov"
+    fall = load_scene(SCENE).parameters.start.height
+    footer = f"{SCENE}, {DURATION:g} s, fall {fall:g} m, restitution {RESTITUTION:g}"
+    finish(figure, title, footer, path, size=17)

@@ -100,7 +100,8 @@ def draw_over(chart, rows: list[Row], path: Path) -> None:
         left.plot(lost, [1.0] * len(lost), "x", color=look["color"], markeredgewidth=3, markersize=10)
     left.axhline(chart.wanted, color=STYLE["soft"], linewidth=1.2, linestyle=":")
     left.legend(frameon=False, fontsize=15, loc="center left")
-    costs = [(one, np.median([row.seconds for row in rows if row.setting == one])) for one in _settings(rows)]
+    settings = sorted({row.setting for row in rows})
+    costs = [(one, np.median([row.seconds for row in rows if row.setting == one])) for one in settings]
     right.plot(*np.transpose(costs), "o", color=STYLE["ink"], markersize=8, linewidth=2, linestyle="-")
     for axis, text in ((left, chart.error), (right, chart.cost)):
         frame(axis)
@@ -129,10 +130,6 @@ def without_result(axis, rows: Iterable[Row]) -> None:
     lost = [row.seconds for row in rows if row.status != DONE]
     look = {"color": STYLE["ink"], "markersize": 10, "label": "no result" if lost else None}
     axis.plot(lost, [1.0] * len(lost), "x", **look)
-
-
-def _settings(rows) -> list[float]:
-    return sorted({row.setting for row in rows})
 
 
 def enough_from(chart, rows: list[Row]) -> list[str]:

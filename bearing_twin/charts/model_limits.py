@@ -49,7 +49,8 @@ class Limited(NamedTuple):
 
 def _spheres(modulus: float = 2.1e11, number: float = 0.0) -> MapPlace:
     """Two steel spheres of the shipped scene, with chi v = `number`."""
-    parameters = load_scene("two_spheres", _moduli(modulus)).parameters
+    moduli = (f"{body}.material.young_modulus={modulus!r}" for body in ("first", "second"))
+    parameters = load_scene("two_spheres", moduli).parameters
     coefficient, first, second = map(float, sphere_pair(parameters))
     mass, speed = first * second / (first + second), float(parameters.motion.speed)
     spring, out = Spring(coefficient, NO_LINE, number / speed), restitution_of(number)
@@ -68,10 +69,6 @@ def _spheres(modulus: float = 2.1e11, number: float = 0.0) -> MapPlace:
         return unit * (RK4 if method == "rk4" else ((1.0 + out + FAILS) / (1.0 + number)) ** 0.4)
 
     return MapPlace(error, predicted, pair_contact_time(parameters) / FEWEST_STEPS)
-
-
-def _moduli(modulus: float) -> tuple[str, ...]:
-    return tuple(f"{body}.material.young_modulus={modulus!r}" for body in ("first", "second"))
 
 
 def _disc(*keys: str) -> MapPlace:

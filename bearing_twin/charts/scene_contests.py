@@ -59,11 +59,6 @@ def _beam(scene: str, *always: str) -> SceneProblem:
     return SceneProblem(scene, same, ("wanted.tolerance=1e-9",), fields)
 
 
-def _tracked(scene: str, trackings: tuple[str, ...], true: str, *always: str) -> SceneProblem:
-    fields = {one: Field((f"contact.tracking={one}",), "wanted.tolerance", LADDER) for one in trackings}
-    return SceneProblem(scene, always, (f"contact.tracking={true}", "wanted.tolerance=1e-11"), fields)
-
-
 PAIRS = {
     "elastic spheres": _pair("two_spheres", CONTACT),
     "spheres, restitution 0.8": _pair("two_spheres", CONTACT, "contact.restitution=0.8", steppers=FIXED),
@@ -77,8 +72,14 @@ BEAMS = {
     "drop of 600 mm": _beam("sphere_on_beam_drop_600mm", "run.duration=3e-4"),
 }
 BODIES = {
-    "ball in a groove": _tracked(
-        "two_bodies_groove", ("closed", "algebraic", "differential"), "closed", "run.duration=0.02"
+    "ball in a groove": SceneProblem(
+        "two_bodies_groove",
+        ("run.duration=0.02",),
+        ("contact.tracking=closed", "wanted.tolerance=1e-11"),
+        {
+            one: Field((f"contact.tracking={one}",), "wanted.tolerance", LADDER)
+            for one in ("closed", "algebraic", "differential")
+        },
     ),
 }
 EVERY = PAIRS | BEAMS | BODIES
@@ -102,10 +103,6 @@ def _command(name, method, setting):
     return command_of(EVERY[name].scene, _overrides(name, method, setting))
 
 
-def _entries(name: str):
-    return ((method, one) for method, field in EVERY[name].fields.items() for one in field.ladder)
-
-
 def _lost(rows: list[Row]) -> list[str]:
     """What was refused, or failed."""
     lost = [row for row in rows if row.status not in (DONE, STOPPED)]
@@ -121,7 +118,7 @@ def _contest(problems, title, wanted, own):
         cost="CPU s a run",
         wanted=wanted,
         problems={name: name for name in problems},
-        entries=_entries,
+        entries=lambda name: ((method, one) for method, field in EVERY[name].fields.items() for one in field.ladder),
         command=_command,
         more=_lost,
         own=own,

@@ -126,10 +126,6 @@ def _command(name, stepper, setting):
     return command_of(CASES[name], stepper, setting)
 
 
-def _entries(name: str):
-    return ((stepper, setting) for stepper, ladder in LADDERS.items() for setting in ladder)
-
-
 def further(rows: list[Row]) -> list[tuple[str, str, float]]:
     """The next finer setting of every ladder that has none that is good, and is not too slow yet."""
     found = []
@@ -236,7 +232,7 @@ CONTESTS = {
     "steppers": Chart(
         judge=judge,
         problems=PROBLEMS,
-        entries=_entries,
+        entries=lambda name: ((stepper, setting) for stepper, ladder in LADDERS.items() for setting in ladder),
         kind=StepperRow,
         command=_command,
         further=further,

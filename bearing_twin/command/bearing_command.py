@@ -4,7 +4,7 @@ import argparse
 import math
 
 from bearing_twin.command import catalogue_table
-from bearing_twin.command.outcome import Outcome, add_allow_invalid, overrides_of, picture_path
+from bearing_twin.command.outcome import Outcome, add_changes, number, overrides_of, picture_path
 from bearing_twin.errors import SceneError
 
 HELP = "a bearing in balance under load: displacement, loads, stiffness, ratings, life, fault frequencies"
@@ -41,10 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--catalogue", metavar="FILE", help="add the bearings of this YAML file to the catalogue, for this command"
     )
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene; may be repeated"
-    )
-    add_allow_invalid(parser)
+    add_changes(parser, "change one key of the scene; may be repeated")
     for name, (names, *_) in VECTORS.items():
         parser.add_argument(f"--{name}", metavar=",".join(names), help=WORDS[name])
     parser.add_argument(
@@ -74,7 +71,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         raise SceneError("which bearing? give a designation, such as 6308, or a scene; --list lists the designations")
     picture = picture_path(arguments.plot) if arguments.plot else None
     given = {name: _vector(name, getattr(arguments, name)) for name in VECTORS}
-    turned = None if arguments.ball_angle is None else _number("--ball-angle", arguments.ball_angle)
+    turned = None if arguments.ball_angle is None else number("--ball-angle", arguments.ball_angle)
     angle = None if turned is None else math.radians(math.fmod(turned, 360.0))
     sweep = _sweep(arguments.sweep) if arguments.sweep else None
 
@@ -96,15 +93,6 @@ def run(arguments: argparse.Namespace) -> Outcome:
     return Outcome(result, result.get("flags", []), lambda: show(result), True)
 
 
-def _number(option: str, text: str, unit: str = "") -> float:
-    from bearing_twin.parameters import echo, read_number
-
-    value, problem = read_number(text, unit)
-    if problem:
-        raise SceneError(f"{option} {echo(text)} {problem}")
-    return float(value)
-
-
 def _vector(name: str, text: str | None) -> list[float | None] | None:
     """The numbers of an option, None for a `-`; None where it is not given."""
     from bearing_twin.parameters import echo
@@ -117,7 +105,7 @@ def _vector(name: str, text: str | None) -> list[float | None] | None:
         raise SceneError(
             f"--{name} {echo(text)} must be {len(names)} numbers in {unit}, as {','.join(names)}, such as {such}"
         )
-    return [None if part == "-" else _number(f"--{name}", part, unit) for part in parts]
+    return [None if part == "-" else number(f"--{name}", part, unit) for part in parts]
 
 
 def _support(given: dict, parameters):
@@ -211,8 +199,8 @@ def _sweep(text: str) -> tuple[str, list[float]]:
     parts = rest.split(":")
     if not equals or not key.strip() or len(parts) != 3:
         raise SceneError(f"--sweep {echo(text)} must look like load=100:2000:20, a key with first, last and how many")
-    first, last = (_number("--sweep", part) for part in parts[:2])
-    count = _number("--sweep", parts[2])
+    first, last = (number("--sweep", part) for part in parts[:2])
+    count = number("--sweep", parts[2])
     if count != int(count) or not 2 <= count <= MOST_VALUES:
         raise SceneError(f"--sweep {echo(text)} must have 2 to {MOST_VALUES} values; give their number after TO:")
     step = (last - first) / (int(count) - 1)

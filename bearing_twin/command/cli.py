@@ -20,7 +20,7 @@ from bearing_twin.errors import BearingTwinError, missing_package
 from bearing_twin.pipes import leave, prepare, while_read
 from bearing_twin.processors import one_processor, seldom_collecting
 from bearing_twin.signals import ended_by_signals, signal_of
-from bearing_twin.spelling import harmless
+from bearing_twin.spelling import echo, harmless, unknown
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
 DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
@@ -42,8 +42,6 @@ class _Parser(argparse.ArgumentParser):
     def _check_value(self, action, value):
         if action.choices is None or value in action.choices:
             return
-        from bearing_twin.parameters import echo, unknown
-
         name = "/".join(action.option_strings) or action.metavar or action.dest
         raise BearingTwinError(f"{name} {echo(value)} is not known; {unknown(value, action.choices)}")
 
@@ -118,8 +116,6 @@ def _main(argv) -> int:
         parser.print_help(sys.stderr)
         return BAD_INPUT
     if word is not None and word not in COMMANDS:
-        from bearing_twin.parameters import echo, unknown
-
         raise BearingTwinError(f"{echo(word)} is not a subcommand; {unknown(word, COMMANDS)}")
     arguments, rest = parser.parse_known_args(argv)
     if rest:
@@ -207,8 +203,6 @@ def _refuse_empty(arguments, subparser):
 
 
 def _refuse(rest, subparser):
-    from bearing_twin.parameters import echo, unknown
-
     if not rest[0].startswith("-"):
         raise BearingTwinError(f"{echo(rest[0])} is one word too many; see {subparser.prog} --help")
     options = [name for action in subparser._actions for name in action.option_strings if name.startswith("--")]

@@ -27,16 +27,16 @@ from bearing_twin.command import (
 from bearing_twin.command.logged import ShownStream, ended
 from bearing_twin.command.outcome import (
     Outcome,
-    add_allow_invalid,
+    add_changes,
     doubts_of,
     failure_kept,
     new_log,
+    number,
     overrides_of,
     picture_path,
     quantity,
 )
 from bearing_twin.errors import BearingTwinError, LogError
-from bearing_twin.parameters import echo, read_number
 from bearing_twin.units import Limits
 
 
@@ -56,10 +56,7 @@ def _of(module) -> Subcommand:
 
 def _simulate_arguments(parser):
     parser.add_argument("scene", help="name of a scene (see `bearing_twin scenes`) or path of a YAML file")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of the scene; may be repeated"
-    )
-    add_allow_invalid(parser)
+    add_changes(parser, "change one key of the scene; may be repeated")
     parser.add_argument("--duration", metavar="SECONDS", help="the same as --set run.duration=SECONDS")
     parser.add_argument("--out", metavar="LOG", help="write the run to this MCAP log; an existing file is refused")
     parser.add_argument(
@@ -75,19 +72,12 @@ def _simulate_arguments(parser):
     )
 
 
-def _max_loss(text: str) -> float:
-    seconds, problem = read_number(text, "s", Limits(at_least=0.0, at_most=60.0))
-    if problem:
-        raise BearingTwinError(f"--max-loss {echo(text)} {problem}")
-    return seconds
-
-
 def _simulate(arguments) -> Outcome:
     from bearing_twin.kinds import KINDS
     from bearing_twin.run.scene import load_scene
 
     log = new_log(arguments.out) if arguments.out else None
-    max_loss = _max_loss(arguments.max_loss)
+    max_loss = number("--max-loss", arguments.max_loss, "s", Limits(at_least=0.0, at_most=60.0))
     if max_loss and not log:
         raise BearingTwinError("--max-loss is of a log that is written: give --out, too")
     scene = load_scene(arguments.scene, overrides_of(arguments, duration="run.duration"))

@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Iterator
 
-from bearing_twin.command.outcome import Outcome, add_allow_invalid, overrides_of
+from bearing_twin.command.outcome import Outcome, add_changes, overrides_of
 
 HELP = "compile what scenes need, so that their first run starts at once"
 EXAMPLES = ("bearing_twin compile", "bearing_twin compile bearing_6203 --set contact.friction=spot")
@@ -17,10 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `compile` to its parser."""
     which = "name of a scene or path of a YAML file; without one, all scenes of `bearing_twin scenes`"
     parser.add_argument("scene", nargs="*", help=which)
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="change one key of each scene; may be repeated"
-    )
-    add_allow_invalid(parser)
+    add_changes(parser, "change one key of each scene; may be repeated")
 
 
 def run(arguments: argparse.Namespace) -> Outcome:

@@ -55,7 +55,7 @@ def _scenes(prefix, **_) -> list[str]:
     return names if "/" not in prefix else _files(prefix)
 
 
-def _bearings(prefix, parsed_args=None, **_) -> list[str]:
+def _bearings(prefix, **_) -> list[str]:
     return [name.removeprefix("bearing_") for name in _scenes(prefix) if name.startswith("bearing_") or name.isalnum()]
 
 
@@ -74,10 +74,6 @@ def _materials(**_) -> list[str]:
     from bearing_twin.contact.materials import MATERIALS
 
     return list(MATERIALS)
-
-
-def _nodes(**_) -> tuple[str, ...]:
-    return NODES
 
 
 def _parameters(prefix, parsed_args=None, **_) -> list[str]:
@@ -109,5 +105,5 @@ def _files(prefix: str) -> list[str]:
     return [f"{path}/" if os.path.isdir(path) else path for path in glob(f"{prefix}*")]
 
 
-COMPLETERS = {"scene": _scenes, "bearing": _bearings, "study": _studies, "set": _keys, "executable": _nodes}
+COMPLETERS = {"scene": _scenes, "bearing": _bearings, "study": _studies, "set": _keys, "executable": lambda **_: NODES}
 COMPLETERS |= {"what": _sources, "source": _sources, "material": _materials, "words": _parameters}

@@ -4,9 +4,8 @@ import argparse
 from pathlib import Path
 
 from bearing_twin.command.logged import ShownStream, ended
-from bearing_twin.command.outcome import Outcome, new_log
+from bearing_twin.command.outcome import Outcome, new_log, number
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.parameters import echo, read_number
 from bearing_twin.units import Limits
 
 HELP = "what made a run fail: time, body, contact, last good output; goes on from there at a tighter tolerance"
@@ -33,8 +32,9 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
     failure = read_failure(arguments.failure)
     log = new_log(arguments.out) if arguments.out else None
-    tolerance = _number("--tolerance", arguments.tolerance, Limits(above=0.0, below=1.0))
-    until = _number("--until", arguments.until, Limits(above=0.0, at_most=1e6))
+    given, ends = arguments.tolerance, arguments.until
+    tolerance = None if given is None else number("--tolerance", given, "1", Limits(above=0.0, below=1.0))
+    until = None if ends is None else number("--until", ends, "1", Limits(above=0.0, at_most=1e6))
     result = {
         "failure": failure.sentence,
         "reason": failure.reason or "not told",
@@ -89,15 +89,6 @@ def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
     }
     doubts = [again] if again else [*report.flags, *([report.status] if report.status != "done" else [])]
     return told, doubts, incomplete
-
-
-def _number(option: str, text: str | None, limits: Limits) -> float | None:
-    if text is None:
-        return None
-    value, problem = read_number(text, "1", limits)
-    if problem:
-        raise BearingTwinError(f"{option} {echo(text)} {problem}")
-    return value
 
 
 def _show(result, failure) -> None:

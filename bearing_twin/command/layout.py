@@ -3,6 +3,7 @@
 import shutil
 import textwrap
 from collections.abc import Iterable, Sequence
+from itertools import zip_longest
 
 GAP = "  "
 LEAST_TEXT = 24  # columns that a column of sentences gets beside others
@@ -87,12 +88,9 @@ def columns_apart(header: Sequence[str], columns: Sequence[Sequence[str]], width
 
 def _side_by_side(blocks: Sequence[list[str]], widths: Sequence[int], sides: Sequence) -> list[str]:
     """Blocks of lines beside each other, each as wide as told."""
-    height = max(map(len, blocks))
-    padded = [block + [""] * (height - len(block)) for block in blocks]
-    lines = zip(*padded, strict=True)
     return [
         GAP.join(side(part, size) for part, size, side in zip(line, widths, sides, strict=True)).rstrip()
-        for line in lines
+        for line in zip_longest(*blocks, fillvalue="")
     ]
 
 

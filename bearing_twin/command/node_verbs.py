@@ -10,10 +10,10 @@ from collections import Counter
 from collections.abc import Callable
 
 from bearing_twin.command.node_start import replace_by_node
-from bearing_twin.command.outcome import Outcome, listed, overrides_of
+from bearing_twin.command.outcome import Outcome, listed, number, overrides_of
 from bearing_twin.command.pace import MessagePace
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.parameters import echo, read_number
+from bearing_twin.parameters import echo
 from bearing_twin.report import json_text
 from bearing_twin.units import Limits
 
@@ -29,20 +29,11 @@ def _graph(arguments):
     importlib.import_module("bearing_twin.nodes.messages")  # says in one sentence what is missing, if anything is
     from bearing_twin.nodes.graph import Graph
 
-    return Graph(_number("--wait", arguments.wait, Limits(at_least=0.0, at_most=3600.0)))
-
-
-def _number(option: str, text: str, limits: Limits) -> float:
-    value, problem = read_number(text, "", limits)
-    if problem:
-        raise BearingTwinError(f"{option} {echo(text)} {problem}")
-    return value
+    return Graph(number("--wait", arguments.wait, limits=Limits(at_least=0.0, at_most=3600.0)))
 
 
 def _count(arguments) -> int:
-    value, problem = read_number(arguments.count, "", Limits(at_least=0), integer=True)
-    if problem:
-        raise BearingTwinError(f"--count {echo(arguments.count)} {problem}")
+    value = number("--count", arguments.count, limits=Limits(at_least=0), integer=True)
     return 1 if getattr(arguments, "once", False) else value
 
 
@@ -153,7 +144,7 @@ def topic_info(arguments) -> Outcome:
 
 def publish(arguments) -> Outcome:
     """Publishes a message."""
-    rate = _number("--rate", arguments.rate, Limits(above=0.0, at_most=1000.0))
+    rate = number("--rate", arguments.rate, limits=Limits(above=0.0, at_most=1000.0))
     with _graph(arguments) as graph:
         try:
             sent = graph.publish(arguments.topic, arguments.type, _yaml(arguments.message), _count(arguments), rate)

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.parameters import echo, read_number
+from bearing_twin.units import NO_LIMITS, Limits
 
 
 class Outcome(NamedTuple):
@@ -52,8 +54,9 @@ ALLOW_INVALID = (
 )
 
 
-def add_allow_invalid(parser: argparse.ArgumentParser) -> None:
-    """Adds the option that lets models run outside their ranges; it joins what `--set` has."""
+def add_changes(parser: argparse.ArgumentParser, text: str) -> None:
+    """Adds `--set`, which changes what `text` says, and the option that lets models run outside their ranges."""
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=text)
     parser.add_argument(ALLOW_INVALID[0], **ALLOW_INVALID[1])
 
 
@@ -92,11 +95,17 @@ def quantity(unit: str) -> Callable[[str], float]:
         try:
             return float(text)
         except ValueError:
-            from bearing_twin.parameters import echo, read_number
-
             raise argparse.ArgumentTypeError(f"{echo(text)} {read_number(text, unit)[1]}") from None
 
     return read
+
+
+def number(option: str, text: str, unit: str = "", limits: Limits = NO_LIMITS, integer: bool = False) -> float:
+    """The number that an option was given as text; raises BearingTwinError with what it must be."""
+    value, problem = read_number(text, unit, limits, integer=integer)
+    if problem:
+        raise BearingTwinError(f"{option} {echo(text)} {problem}")
+    return value
 
 
 def new_log(text) -> Path:
@@ -109,11 +118,16 @@ def new_log(text) -> Path:
 
 def picture_path(text, animated: bool = False) -> Path:
     """The path of a picture to be, .gif for an `animated` one; raises BearingTwinError where none can be written."""
+    if Path(text).suffix.lower() == ".gif" and not animated:
+        raise BearingTwinError(f"{Path(text)}: there is no animation of this; give a name that ends in .png")
+    return new_path(text, (".png", ".gif"), "picture")
+
+
+def new_path(text, suffixes: tuple[str, ...], noun: str) -> Path:
+    """The path of a file to be with one of these suffixes; raises BearingTwinError where none can be written."""
     path = Path(text)
-    if path.suffix.lower() == ".gif" and not animated:
-        raise BearingTwinError(f"{path}: there is no animation of this; give a name that ends in .png")
-    if path.suffix.lower() not in (".png", ".gif"):
-        raise BearingTwinError(f"{path} is not the name of a picture; give one that ends in .png")
+    if path.suffix.lower() not in suffixes:
+        raise BearingTwinError(f"{path} is not the name of a {noun}; give one that ends in {suffixes[0]}")
     if not path.parent.is_dir():
         raise BearingTwinError(f"{path.parent} is not a folder; make it first, or give another path")
     return path

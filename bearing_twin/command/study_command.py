@@ -5,7 +5,7 @@ import contextlib
 import signal
 import threading
 
-from bearing_twin.command.outcome import Outcome, add_allow_invalid, new_log, overrides_of, picture_path
+from bearing_twin.command.outcome import Outcome, add_changes, new_log, overrides_of, picture_path
 from bearing_twin.errors import LogError, StudyError
 from bearing_twin.report import json_text
 
@@ -25,9 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--list", action="store_true", help="list the studies and what may be asked of each kind of scene"
     )
-    which = "change a key of the study, of an input (inputs.KEY.std=4e-5) or of the scene"
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help=which)
-    add_allow_invalid(parser)
+    add_changes(parser, "change a key of the study, of an input (inputs.KEY.std=4e-5) or of the scene")
     parser.add_argument("--samples", metavar="N", help="the same as --set samples=N")
     parser.add_argument("--seed", metavar="S", help="the same as --set seed=S")
     parser.add_argument("--workers", metavar="N", help="the same as --set workers=N; 0 = one a processor")

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bearing_twin.command.outcome import Outcome, add_allow_invalid, failure_kept, overrides_of
+from bearing_twin.command.outcome import Outcome, add_changes, failure_kept, new_path, overrides_of
 from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.extras import wanted
 
@@ -19,10 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("what", metavar="LOG|SCENE|STUDY", help=what)
     parser.add_argument("--out", metavar="HTML", help="the page (default: NAME.html here); an earlier one is replaced")
     parser.add_argument("--study", action="store_true", help="the name is that of a study, where a scene has it too")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY=VALUE", help="change a key of the scene or the study"
-    )
-    add_allow_invalid(parser)
+    add_changes(parser, "change a key of the scene or the study")
     parser.add_argument(
         "--duration", metavar="S", help=f"simulated time of a scene [s] (default: its own, at most {LONGEST:g})"
     )
@@ -33,9 +30,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Outcome:
     """Makes the page; raises BearingTwinError with a sentence for what makes none."""
-    out = _place(arguments.out, (".html", ".htm"), "page") if arguments.out else None
+    out = new_path(arguments.out, (".html", ".htm"), "page") if arguments.out else None
     films = [
-        _place(text, (suffix,), "film")
+        new_path(text, (suffix,), "film")
         for text, suffix in ((arguments.gif, ".gif"), (arguments.mp4, ".mp4"))
         if text is not None
     ]
@@ -67,15 +64,6 @@ def run(arguments: argparse.Namespace) -> Outcome:
     }
     notes = [] if problem else document["notes"]  # the problem is what they say
     return Outcome(result, [*notes, *document["flags"]], problem=problem)
-
-
-def _place(text: str, suffixes: tuple[str, ...], noun: str) -> Path:
-    path = Path(text)
-    if path.suffix.lower() not in suffixes:
-        raise BearingTwinError(f"{path} is not the name of a {noun}; give one that ends in {suffixes[0]}")
-    if not path.parent.is_dir():
-        raise BearingTwinError(f"{path.parent} is not a folder; make it first, or give another path")
-    return path
 
 
 def _file_name(title: str) -> str:

@@ -6,9 +6,9 @@ of the view's series; SI units throughout, angles in radians, quaternions x, y, 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import islice, product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bearing_twin.sample import Channel
@@ -226,19 +226,9 @@ def lines_of(channel: Channel) -> tuple[PanelCurve, ...]:
     """Curves of all the numbers of a channel, the first MOST_CURVES of them."""
     if not channel.shape:
         return (PanelCurve(channel.name, channel.name.replace("_", " ")),)
-    names = "xyzw" if channel.shape in ((3,), (4,)) else ""
-    return tuple(
-        PanelCurve(channel.name, names[k] if names else _place(k, channel.shape), k, k)
-        for k in range(min(math.prod(channel.shape), MOST_CURVES))
-    )
-
-
-def _place(number: int, shape: tuple[int, ...]) -> str:
-    places = []
-    for size in reversed(shape):
-        number, place = divmod(number, size)
-        places.insert(0, str(place))
-    return ", ".join(places)
+    numbers = (map(str, range(count)) for count in channel.shape)
+    places = "xyzw"[: channel.width] if channel.shape in ((3,), (4,)) else map(", ".join, product(*numbers))
+    return tuple(PanelCurve(channel.name, place, k, k) for k, place in enumerate(islice(places, MOST_CURVES)))
 
 
 def panel_of(channel: Channel) -> CurvePanel:

@@ -1,6 +1,7 @@
 """What can be saved of a damaged log: a file cut short by a crash or a full disk, or one with altered bytes."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -85,6 +86,35 @@ def advice(path, error: DamagedLog) -> LogError:
         f"{damage}; {found.samples} samples ({found.messages} messages) can be recovered: run "
         f"`bearing_twin recover {path} NEW_LOG`, or recover(path, out) in Python"
     )
+
+
+@contextmanager
+def advised(path) -> Iterator[None]:
+    """Within it damage to the log at `path` raises the LogError of `advice`."""
+    try:
+        yield
+    except DamagedLog as error:
+        raise advice(path, error) from error
+
+
+def logged(path, topics: Container[str]) -> Iterator[tuple[str, bytes]]:
+    """(topic, bytes) of every message on these topics, in the order of the log; `advised`."""
+    with advised(path):
+        for file in log_files(path):
+            with McapReader(file) as reader:
+                for item in reader.content():
+                    if isinstance(item, LoggedMessage) and item.topic.name in topics:
+                        yield item.topic.name, item.data
+
+
+def records_in(path) -> dict[str, dict[str, str]]:
+    """The last metadata record of each name in a log, by the index of its files; `advised`."""
+    found = {}
+    with advised(path):
+        for file in log_files(path):
+            with McapReader(file) as reader:
+                found |= {record.name: record.metadata for record in reader.metadata(reader.summary())}
+    return found
 
 
 def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage | Metadata]:

@@ -13,9 +13,9 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.errors import LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.blocks import Restart, block_of, channels_of, check_block, refuse_misfits, sample_range
-from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
+from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RUN_RECORD, SCENE_RECORD, log_files
-from bearing_twin.log.recover import advice
+from bearing_twin.log.recover import advised, logged
 from bearing_twin.log.thinning import kept_rate
 from bearing_twin.parameters import echo
 from bearing_twin.report import DIGITS, Choice, parsed_json
@@ -51,10 +51,9 @@ class LogStream:
         self.missing, self.runs = 0, 1
         self.metadata: dict[str, dict[str, str]] = {}
         self._allow_gaps = allow_gaps
-        self._files = log_files(path)
         found, texts, kept = set(), set(), {}
-        try:
-            for file in self._files:
+        with advised(path):
+            for file in log_files(path):
                 with McapReader(file) as reader:
                     summary = reader.summary()
                     self.metadata.update((record.name, record.metadata) for record in reader.metadata(summary))
@@ -65,8 +64,6 @@ class LogStream:
                             kept[channel.topic] = kept_rate(channel.metadata)
                         elif name == cdr.STRING:
                             texts.add(channel.topic)
-        except DamagedLog as error:
-            raise advice(path, error) from error
         self.topic = _chosen(path, {name for name in found if "/records/" not in name}, topic)
         self.kept_rate: float = kept[self.topic]
         self._namespace = self.topic.rpartition("/")[0]
@@ -174,7 +171,7 @@ class LogStream:
         """
         found: dict[str, str] = {}
         try:
-            for _, data in self._raw({f"{self._namespace}/scene"}):
+            for _, data in logged(self.path, {f"{self._namespace}/scene"}):
                 said = parsed_json(cdr.deserialise(cdr.STRING, data).data)
                 found = {key: one if isinstance(one, str) else json.dumps(one) for key, one in said.items()}
                 if not self.restart:
@@ -218,7 +215,7 @@ class LogStream:
         """
         restart, skipped, before, expected = None, 0, 0, 0
         mixed = self.topic in self.metadata.get(RECORDING_RECORD, {}).get("mixed", "").split()
-        for read, (name, data) in enumerate(self._raw({self.topic, *self._tables}), start=1):
+        for read, (name, data) in enumerate(logged(self.path, {self.topic, *self._tables}), start=1):
             if name == self.topic:
                 first, count = sample_range(data)
                 if first < expected:
@@ -232,22 +229,11 @@ class LogStream:
 
     def _messages_of(self, names: set[str]):
         """(topic, SampleBlock) of these topics, checked."""
-        for place, (name, data) in enumerate(self._raw({self.topic, *self._tables})):
+        for place, (name, data) in enumerate(logged(self.path, {self.topic, *self._tables})):
             if place >= self._skipped and name in names:
                 message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
                 check_block(self.path, message)
                 yield name, message
-
-    def _raw(self, names: set[str]) -> Iterator[tuple[str, bytes]]:
-        """(topic, bytes) of every message on these topics, in the order of the log."""
-        try:
-            for file in self._files:
-                with McapReader(file) as reader:
-                    for item in reader.content():
-                        if isinstance(item, LoggedMessage) and item.topic.name in names:
-                            yield item.topic.name, item.data
-        except DamagedLog as error:
-            raise advice(self.path, error) from error
 
 
 def _report(record: Mapping[str, str]) -> dict | None:

@@ -7,11 +7,9 @@ quantities as a message each, for programs that plot. `/bearing/study/summary` i
 is in the metadata.
 """
 
-import itertools
 import json
 import math
 import time
-from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 
@@ -23,10 +21,9 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.blocks import Gathered, check_block
 from bearing_twin.log.encoder import Encoder
 from bearing_twin.log.encoding import encoded
-from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader
 from bearing_twin.log.parts import Safety
-from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, log_files
-from bearing_twin.log.recover import advice
+from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter
+from bearing_twin.log.recover import logged, records_in
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import LARGEST_BLOCK
 from bearing_twin.report import parsed_json
@@ -175,28 +172,22 @@ def read_study(path: str | PathLike, unfinished: bool = False) -> StudyResult:
 
 
 def _study_in(path, unfinished: bool) -> StudyResult:
-    records, summary, files = {}, None, log_files(path)
-    try:
-        for file in files:
-            with McapReader(file) as reader:
-                records |= {record.name: record.metadata for record in reader.metadata(reader.summary())}
-        if STUDY_RECORD not in records:
-            raise LogError(f"{path} holds no study; give a log written by `bearing_twin study --out`")
-        record = records[STUDY_RECORD]
-        work = parsed_json(records.get(RUN_RECORD, {}).get("work", "{}"))
-        given = {key: work[key] for key in WORK if key in work}
-        study = parse_study({**parsed_json(record["study"]), **given}, "the study of the log")
-        groups = [INPUT + one.key for one in study.inputs], [QUANTITY + name for name in study.quantities]
-        columns = Gathered(*groups, [HISTORY + name for name in study.histories], [STATUS], [DOUBTFUL])
-        for item in itertools.chain.from_iterable(map(_content, files)):
-            if item.topic.name == SUMMARY_TOPIC:
-                summary = parsed_json(cdr.deserialise(cdr.STRING, item.data).data)
-            elif item.topic.name == SAMPLES_TOPIC:
-                message = cdr.deserialise(cdr.SAMPLE_BLOCK, item.data)
-                check_block(path, message)
-                columns.add(message)
-    except DamagedLog as error:
-        raise advice(path, error) from error
+    records, summary = records_in(path), None
+    if STUDY_RECORD not in records:
+        raise LogError(f"{path} holds no study; give a log written by `bearing_twin study --out`")
+    record = records[STUDY_RECORD]
+    work = parsed_json(records.get(RUN_RECORD, {}).get("work", "{}"))
+    given = {key: work[key] for key in WORK if key in work}
+    study = parse_study({**parsed_json(record["study"]), **given}, "the study of the log")
+    groups = [INPUT + one.key for one in study.inputs], [QUANTITY + name for name in study.quantities]
+    columns = Gathered(*groups, [HISTORY + name for name in study.histories], [STATUS], [DOUBTFUL])
+    for topic, data in logged(path, (SUMMARY_TOPIC, SAMPLES_TOPIC)):
+        if topic == SUMMARY_TOPIC:
+            summary = parsed_json(cdr.deserialise(cdr.STRING, data).data)
+            continue
+        message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+        check_block(path, message)
+        columns.add(message)
     inputs, quantities, histories, status, doubtful = columns.arrays()
     count = len(status)
     if "samples" not in record and unfinished and count:
@@ -224,33 +215,15 @@ def _study_in(path, unfinished: bool) -> StudyResult:
     )
 
 
-def _content(file) -> Iterator[LoggedMessage]:
-    with McapReader(file) as reader:
-        yield from (item for item in reader.content() if isinstance(item, LoggedMessage))
-
-
 def is_study(path) -> bool:
     """Whether a log is that of a study; raises LogError for what is no log."""
-    try:
-        for file in log_files(path):
-            with McapReader(file) as reader:
-                if any(record.name == STUDY_RECORD for record in reader.metadata(reader.summary())):
-                    return True
-    except DamagedLog as error:
-        raise advice(path, error) from error
-    return False
+    return STUDY_RECORD in records_in(path)
 
 
 def first_realisation(path):
     """The first Realisation of a log of a study; raises LogError where there is none."""
-    try:
-        for file in log_files(path):
-            with McapReader(file) as reader:
-                for item in reader.content():
-                    if isinstance(item, LoggedMessage) and item.topic.name == REALISATIONS_TOPIC:
-                        return cdr.deserialise(cdr.REALISATION, item.data)
-    except DamagedLog as error:
-        raise advice(path, error) from error
+    for _, data in logged(path, (REALISATIONS_TOPIC,)):
+        return cdr.deserialise(cdr.REALISATION, data)
     raise LogError(f"{path} holds no single realisations, as an earlier version wrote it: run the study again")
 
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, offered_qos
-from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, StoredTopic
+from bearing_twin.log.mcap_read import LoggedMessage, McapReader, StoredTopic
 from bearing_twin.log.raw_log import log_files, raw_messages
-from bearing_twin.log.recover import advice
+from bearing_twin.log.recover import advised
 from bearing_twin.nodes.pacing import PacedStream, Pacer, Timed
 from bearing_twin.nodes.retelling import Retelling
 
@@ -115,11 +115,8 @@ def logged_topics(path) -> dict[str, ReplayTopic]:
     """Every CDR topic of a log, by name; raises LogError."""
     topics: dict[str, ReplayTopic] = {}
     for file in log_files(path):
-        try:
-            with McapReader(file) as reader:
-                summary = reader.summary()
-        except DamagedLog as error:
-            raise advice(path, error) from error
+        with advised(path), McapReader(file) as reader:
+            summary = reader.summary()
         for channel in summary.channels.values():
             if channel.message_encoding == "cdr" and channel.schema_id in summary.schemas:
                 ros_type, said = summary.schemas[channel.schema_id].name, channel.metadata

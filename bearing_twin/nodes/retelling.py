@@ -39,12 +39,10 @@ class Retelling:
         if ros_type == cdr.STRING:
             if not name.endswith(f"/{DESCRIPTION}"):
                 return data
-            return cdr.serialised(ros_type, dataclasses.replace(message, data=self._described(message.data)))
+            named = _NAMES.sub(lambda found: found[1] + self._prefix, message.data)
+            return cdr.serialised(ros_type, dataclasses.replace(message, data=named))
         renamed = self._renamed(message)
         return data if renamed is message else cdr.serialised(ros_type, renamed)
-
-    def _described(self, urdf: str) -> str:
-        return _NAMES.sub(lambda found: found[1] + self._prefix, urdf)
 
     def _renamed(self, value):
         """The same value, or a copy in which frames have the prefix."""

@@ -4,6 +4,7 @@ Commands need a token, which stands in the address behind #, where no server or 
 asks for and the page that sends a command are checked, so that no other page can use this one's place.
 """
 
+import functools
 import hmac
 import ipaddress
 import queue
@@ -113,7 +114,8 @@ class PageServer(ThreadingHTTPServer):
     @property
     def url(self) -> str:
         """The address with the token that commands need."""
-        return f"http://{_bracketed(self._host)}:{self.server_port}/#{self.token}"
+        host = f"[{self._host}]" if ":" in self._host else self._host
+        return f"http://{host}:{self.server_port}/#{self.token}"
 
     def start(self) -> None:
         """Serves in a thread of its own."""
@@ -163,7 +165,8 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self):
         """The page, or its events."""
-        self._answer({"/": self._page, "/events": self._events, "/favicon.ico": self._no_icon})
+        no_icon = functools.partial(self._send, HTTPStatus.NO_CONTENT, "image/x-icon", b"")
+        self._answer({"/": self._page, "/events": self._events, "/favicon.ico": no_icon})
 
     def do_POST(self):
         """A command."""
@@ -189,9 +192,6 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(HTTPStatus.OK, "text/html; charset=utf-8", self.server.site.page())
         except Refused as error:  # it may be there soon
             self._send(error.status, "text/plain; charset=utf-8", f"{error}\n".encode(), Refresh=str(ASK_AGAIN))
-
-    def _no_icon(self) -> None:
-        self._send(HTTPStatus.NO_CONTENT, "image/x-icon", b"")
 
     def _events(self) -> None:
         self._check_origin()
@@ -253,7 +253,3 @@ def _is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return host == "localhost"
-
-
-def _bracketed(host: str) -> str:
-    return f"[{host}]" if ":" in host else host

@@ -142,7 +142,9 @@ def parse_scene(text_or_mapping: str | Mapping, origin: str) -> Scene:
 
 def checked(scene: Scene, origin: str) -> Scene:
     """What `read_scene` gave, if it is possible, with what it leaves open chosen; raises SceneError."""
-    return _resolve(_possible(scene, origin))
+    kind = KINDS[scene.kind]
+    raise_problems(origin, kind.check(scene.parameters))
+    return dataclasses.replace(scene, parameters=kind.resolve(scene.parameters))
 
 
 def read_logged(text: str, origin: str) -> Scene:
@@ -189,7 +191,7 @@ def _catalogued(source) -> dict | None:
     """The scene that a name of a kind's catalogue stands for; names of scene files come first."""
     if not isinstance(source, str) or not source.isalnum() or source in SCENES.names():
         return None
-    return next((kind.catalogue()[source] for kind in KINDS.values() if source in kind.catalogue()), None)
+    return next((found[source] for kind in KINDS.values() if source in (found := kind.catalogue())), None)
 
 
 def _mapping_of(text_or_mapping, origin: str) -> dict:
@@ -247,10 +249,6 @@ def _by_last_word(parameters: type, path: str) -> str | None:
     return f"{path} is not a key by itself; did you mean {' or '.join(ends[:MOST_NEAR])}?"
 
 
-def _resolve(scene: Scene) -> Scene:
-    return dataclasses.replace(scene, parameters=KINDS[scene.kind].resolve(scene.parameters))
-
-
 def read_scene(text_or_mapping, origin: str) -> Scene:
     """As `parse_scene`, key by key: nothing is chosen yet, and numbers may contradict each other (see `checked`)."""
     mapping = _canonical(_mapping_of(text_or_mapping, origin))
@@ -267,12 +265,6 @@ def read_scene(text_or_mapping, origin: str) -> Scene:
         problems.append(f"description = {echo(description)} must be text of at most {LONGEST_DESCRIPTION} characters")
     raise_problems(origin, problems)
     return Scene(name, kind, description.strip(), parameters)
-
-
-def _possible(scene: Scene, origin: str) -> Scene:
-    """The scene, whose overrides come before choices; raises SceneError where its numbers contradict each other."""
-    raise_problems(origin, KINDS[scene.kind].check(scene.parameters))
-    return scene
 
 
 def _apply(parameters: type, mapping: dict, override: str) -> None:

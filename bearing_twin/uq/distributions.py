@@ -154,10 +154,6 @@ def _uniform(low, high):
     return stats.uniform(low, high - low)
 
 
-def _normal(mean, std):
-    return stats.norm(mean, std)
-
-
 def _truncated_normal(mean, std, low=-math.inf, high=math.inf):
     _want(low < high, "low must be below high")
     cut, top = (low - mean) / std, (high - mean) / std
@@ -194,14 +190,6 @@ def _exponential(mean):
     return stats.expon(scale=mean)
 
 
-def _fixed(value):
-    return EmpiricalValues([value])
-
-
-def _empirical(values):
-    return EmpiricalValues(values)
-
-
 def _want(condition, reason):
     if not condition:
         raise ValueError(reason)
@@ -210,7 +198,7 @@ def _want(condition, reason):
 DISTRIBUTIONS = {
     "gamma": Distribution((("mean", "std"), ("shape", "scale")), _gamma, "positive; paper 3, eqs. (4) and (5)"),
     "uniform": Distribution((("low", "high"),), _uniform, "nothing known but the bounds"),
-    "normal": Distribution((("mean", "std"),), _normal, "the whole line"),
+    "normal": Distribution((("mean", "std"),), lambda mean, std: stats.norm(mean, std), "the whole line"),
     "truncated_normal": Distribution(
         (("mean", "std", "low", "high"), ("mean", "std", "low"), ("mean", "std", "high")),
         _truncated_normal,
@@ -222,6 +210,6 @@ DISTRIBUTIONS = {
     "truncated_exponential": Distribution(
         (("low", "high", "mean"),), truncated_exponential, "between bounds, only the mean known"
     ),
-    "fixed": Distribution((("value",),), _fixed, "no doubt"),
-    "empirical": Distribution((("values",),), _empirical, "measured values, each equally likely"),
+    "fixed": Distribution((("value",),), lambda value: EmpiricalValues(value), "no doubt"),
+    "empirical": Distribution((("values",),), EmpiricalValues, "measured values, each equally likely"),
 }

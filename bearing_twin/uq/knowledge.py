@@ -129,18 +129,6 @@ def _interval_rule():
     return points, np.tile(weights, 64) / 128.0
 
 
-def _on_the_line(mean, std):
-    return "normal", {"mean": mean, "std": std}
-
-
-def _positive_with_mean(mean):
-    return "exponential", {"mean": mean}
-
-
-def _positive_with_logs(mean_log, std_log):
-    return "lognormal", {"mean_log": mean_log, "std_log": std_log}
-
-
 def _positive_with_mean_log(mean, mean_log):
     """ln k - psi(k) = ln E[X] - E[ln X], whose left side falls from infinity to 0 over the shapes k."""
     gap = math.log(mean) - mean_log
@@ -202,11 +190,11 @@ _SOLVERS = {
     frozenset({"low", "high"}): _between,
     frozenset({"low", "high", "mean"}): _between_with_mean,
     frozenset({"low", "high", "mean", "std"}): _between_with_mean_std,
-    frozenset({"mean", "std"}): _on_the_line,
-    frozenset({"positive", "mean"}): _positive_with_mean,
+    frozenset({"mean", "std"}): lambda **given: ("normal", given),
+    frozenset({"positive", "mean"}): lambda **given: ("exponential", given),
     frozenset({"positive", "mean", "std"}): _positive_with_mean_std,
     frozenset({"positive", "mean", "mean_log"}): _positive_with_mean_log,
-    frozenset({"positive", "mean_log", "std_log"}): _positive_with_logs,
+    frozenset({"positive", "mean_log", "std_log"}): lambda **given: ("lognormal", given),
 }
 
 FORMS = tuple(_SOLVERS)

@@ -75,21 +75,17 @@ def exact_distributions(study: Study, task: Task, method: str) -> dict[str, Deri
     exact = {}
     for name in study.quantities:
         try:
-            exact[name] = derive(study.inputs[random[0]], _along(study, task, name, random[0]))
+            exact[name] = derive(study.inputs[random[0]], along(study, random[0], _function(task, name)))
         except StudyError:
             if method == "change_of_variable":
                 raise
     return exact
 
 
-def _function(task: Task):
-    """The only quantity of a task by its closed form, as a function of the inputs (n, d) -> (n,)."""
-    return lambda values: realise(task, np.asarray(values, float)).quantities[:, 0]
-
-
-def _along(study, task, name, index):
-    """The same as a function of one input (n,) -> (n,), the others at their only value."""
-    return along(study, index, _function(task._replace(quantities=(name,), histories=())))
+def _function(task: Task, name: str):
+    """A quantity by its closed form, as a function of the inputs (n, d) -> (n,)."""
+    alone = task._replace(quantities=(name,), histories=())
+    return lambda values: realise(alone, np.asarray(values, float)).quantities[:, 0]
 
 
 def along(study: Study, index: int, function):
@@ -108,7 +104,7 @@ def missing_moments(study: Study, task: Task, name: str) -> dict[str, str]:
     """The moments of a quantity that do not exist, with the reason, as far as a closed form lets it be known."""
     if not task.closed:
         return {}
-    missing, function = {}, _function(task._replace(quantities=(name,), histories=()))
+    missing, function = {}, _function(task, name)
     with suppress(StudyError):  # not finite nearby: failures are counted, tails cannot be followed
         for source, found in tails_along(study.joint, function):
             for statistic in [one for one in MOMENTS if one not in missing]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from bearing_twin.errors import StatisticError
 from bearing_twin.uq.change_of_variable import Derived
-from bearing_twin.uq.modality import Modality, modality, mode_numbers
+from bearing_twin.uq.modality import modality, mode_numbers
 from bearing_twin.uq.quantities import quantity_of
 from bearing_twin.uq.realise import without_numbers
 from bearing_twin.uq.scene_keys import numeric_keys
@@ -165,7 +165,9 @@ def summary_of_sample(
     result["modality"] = None
     if modes:
         try:
-            result["modality"] = _modality(modality(ordered, seed))
+            found = modality(ordered, seed)
+            told = {"modes": found.modes, "p_value": found.p_value, "positions": list(found.positions)}
+            result["modality"] = told
         except StatisticError as error:
             refused["modality"] = str(error)
     result["densities"] = []
@@ -196,10 +198,6 @@ def summary_of_derived(derived: Derived, densities: Sequence[float] = ()) -> dic
     heights = derived.pdf(np.array(densities, float)).tolist()
     result["densities"] = [_density(at, *[height] * 3) for at, height in zip(densities, heights, strict=True)]
     return {**result, "refused": refused}
-
-
-def _modality(found: Modality) -> dict:
-    return {"modes": found.modes, "p_value": found.p_value, "positions": list(found.positions)}
 
 
 def _density(at, height, low, high) -> dict:

@@ -86,21 +86,13 @@ def _sobol(points, start, count):
     return rows.reshape(-1, points.dimension)[start - first * replicates :][:count]
 
 
-def _multiple(samples):
-    return -(-samples // REPLICATES) * REPLICATES
-
-
-def _power_of_two(samples):
-    return REPLICATES * 2 ** max(0, (-(-samples // REPLICATES) - 1).bit_length())
-
-
 SAMPLERS = {
     "random": Sampler(_random, 1, "independent points"),
     "latin_hypercube": Sampler(
         _latin_hypercube,
         REPLICATES,
         f"{REPLICATES} hypercubes, each with one point in each of n/{REPLICATES} slices of every input",
-        _multiple,
+        lambda samples: -(-samples // REPLICATES) * REPLICATES,
         f"a multiple of {REPLICATES}",
         grows=False,
     ),
@@ -108,7 +100,7 @@ SAMPLERS = {
         _sobol,
         REPLICATES,
         f"scrambled Sobol sequences, {REPLICATES} of them interleaved",
-        _power_of_two,
+        lambda samples: REPLICATES * 2 ** (-(-samples // REPLICATES) - 1).bit_length(),
         f"{REPLICATES} times a power of two",
     ),
 }

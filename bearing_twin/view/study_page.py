@@ -34,6 +34,7 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         _swept(result, name, summary["sweep"]) for name in names if len(summary.get("sweep", {}).get("studies", ())) > 1
     ]
     failed = sum(summary["failed"].values())
+    inputs = ((key, text.removeprefix(f"{key}: ")) for key, text in summary["inputs"].items())  # which begin with it
     badges = [
         {"sort": "", "name": "samples", "text": str(summary["samples"])},
         {"sort": "", "name": "sampler", "text": summary["sampler"].replace("_", " ")},
@@ -55,16 +56,11 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         "flags": [sentence_for_people(one) for one in (*result.doubts, *_refused(names, summary))],
         "warnings": [],
         "reason": f"Sampling ended because {summary['stopped_because']}.",
-        "facts": [("scene", summary["scene"]), ("seed", str(summary["seed"])), *_inputs(summary)],
+        "facts": [("scene", summary["scene"]), ("seed", str(summary["seed"])), *inputs],
         "errors": [*told_of_model(summary), *error_notes(summary.get("companions", {}))],
         "notes": [],
         "palette": list(BALL_COLOURS),
     }
-
-
-def _inputs(summary) -> Iterable[tuple[str, str]]:
-    """Each uncertain key with its distribution; the texts begin with the key."""
-    return ((key, text.removeprefix(f"{key}: ")) for key, text in summary["inputs"].items())
 
 
 def _words(name: str) -> str:

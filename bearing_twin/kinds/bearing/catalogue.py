@@ -180,24 +180,12 @@ def _description(name: str) -> str:
     return f"{name}, {sizes} mm, {entry.balls} balls of {1e3 * entry.ball_diameter:g} mm"
 
 
-class _Scenes(Mapping):
-    """A scene a designation, with the defaults of everything but its geometry."""
-
-    def __getitem__(self, name: str) -> dict:
-        entries()[name]
-        geometry = {"designation": name}
-        return {"kind": "bearing", "name": name, "description": _description(name), "geometry": geometry}
-
-    def __iter__(self):
-        return iter(designations())
-
-    def __len__(self):
-        return len(entries())
-
-
 def scenes() -> Mapping[str, dict]:
-    """The plain data of a scene for each designation."""
-    return _Scenes()
+    """The plain data of a scene for each designation, with the defaults of everything but its geometry."""
+    return {
+        name: {"kind": "bearing", "name": name, "description": _description(name), "geometry": {"designation": name}}
+        for name in designations()
+    }
 
 
 def _contradictions(entry: Entry) -> list[str]:

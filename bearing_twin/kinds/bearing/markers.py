@@ -48,7 +48,8 @@ def markers(parameters, sample, details) -> list[tuple[np.ndarray, list[dict]]]:
     load = sample["normal_load"]
     greatest = np.maximum(load.max(axis=(1, 2)), 1e-30)
     ellipses, arrows = details["semi_minor"] > 0.0, load > 1e-3 * greatest[:, None, None]
-    texts = np.array([_scale_text(one).encode() for one in greatest.tolist()])
+    scales = (f"longest arrow = {one:.4g} N\nellipses x {ELLIPSE_SCALE:g}" for one in greatest.tolist())
+    texts = np.array([one.encode() for one in scales])
     lengths = np.char.str_len(texts)
     sizes = np.stack([ellipses.sum(axis=(1, 2)), arrows.sum(axis=(1, 2)), lengths], axis=1)
     balls, rings = list(_balls(parameters, sample)), [*_rings(parameters, sample), *_cage(parameters, sample)]
@@ -78,10 +79,6 @@ def _part(fields: dict, rows) -> dict:
     kept = {name: value[rows] if isinstance(value, np.ndarray) else value for name, value in fields.items()}
     pose = {name: value[rows] if isinstance(value, np.ndarray) else value for name, value in fields["pose"].items()}
     return kept | {"pose": pose}
-
-
-def _scale_text(greatest: float) -> str:
-    return f"longest arrow = {greatest:.4g} N\nellipses x {ELLIPSE_SCALE:g}"
 
 
 def ring_sizes(parameters) -> tuple[float, float, float]:

@@ -62,21 +62,9 @@ def error_of(measured: Rung | Prediction, outputs: str) -> float:
     return measured.load_error if outputs == LOADS else max(measured.load_error, measured.friction_error)
 
 
-def _rest(parameters) -> bool:
-    return parameters.initial.motion == "rest"
-
-
 def _jump(parameters) -> bool:
     change = parameters.drive.change
     return bool(change.time) and (any(change.offset) or hurried(parameters))
-
-
-def _sticks(parameters) -> bool:
-    return parameters.contact.friction_regularisation <= STICKY
-
-
-def _uneven(parameters) -> bool:
-    return any(parameters.drive.offset[:2]) or bool(cage_needed(parameters))
 
 
 def _fast(parameters) -> bool:
@@ -86,11 +74,17 @@ def _fast(parameters) -> bool:
 
 MOTIONS = {
     "sudden": ("the ring jumps", _jump),
-    "sliding": ("balls start from rest", _rest),
-    "sticking": ("friction is regularised below 1 mm/s", _sticks),
-    "lift-off": ("the load of a ball changes on its way round", _uneven),
+    "sliding": ("balls start from rest", lambda one: one.initial.motion == "rest"),
+    "sticking": (
+        "friction is regularised below 1 mm/s",
+        lambda one: one.contact.friction_regularisation <= STICKY,
+    ),
+    "lift-off": (
+        "the load of a ball changes on its way round",
+        lambda one: any(one.drive.offset[:2]) or bool(cage_needed(one)),
+    ),
     "fast": ("speed times pitch diameter is above 3e5 mm/min", _fast),
-    "settled": ("balls roll", lambda parameters: True),
+    "settled": ("balls roll", lambda one: True),
 }
 """The motions of the table, hardest first: when a scene is like one."""
 

@@ -1,9 +1,19 @@
-"""Mean speeds of the balls of a run, and of balls that roll."""
+"""Speeds of the balls in a run, and of pure rolling, outer ring at rest (Harris, Rolling Bearing Analysis, ch. 8)."""
 
 import math
 
-from bearing_twin.kinds.bearing.forces.kinematics import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.summing import turning
+
+
+def cage_speed(inner_speed: float, ball_diameter: float, pitch_diameter: float, contact_angle: float = 0.0) -> float:
+    """Orbital speed of the balls [rad/s] without slip: half the inner ring's, times 1 - (D/d_m) cos(angle)."""
+    return 0.5 * inner_speed * (1.0 - ball_diameter / pitch_diameter * math.cos(contact_angle))
+
+
+def roll_rate(inner_speed: float, ball_diameter: float, pitch_diameter: float, contact_angle: float = 0.0) -> float:
+    """Angular speed [rad/s] of a ball about its own centre against its orbit, without slip."""
+    ratio = ball_diameter / pitch_diameter * math.cos(contact_angle)
+    return 0.5 * inner_speed * pitch_diameter / ball_diameter * (1.0 - ratio**2)
 
 
 def speed_figures(parameters, late: dict, before: dict) -> dict[str, float]:

@@ -1,6 +1,7 @@
 """What the figures of an ellipsoid on a plane, and of two bodies, are worth."""
 
 from collections.abc import Mapping
+from itertools import zip_longest
 from typing import Any
 
 from bearing_twin.contact.friction import FRICTIONS
@@ -17,14 +18,11 @@ def wanted_errors(figures: EllipsoidFigures, finer: EllipsoidFigures) -> dict[st
     """The error of WANTED: contacts in their order; one that the other motion does not have counts whole."""
     own, true = figures.bounces(), finer.bounces()
     worst = 0.0
-    for values, exact in (
-        ([one.peak_load for one in own], [one.peak_load for one in true]),
-        ([one.impulse or 0.0 for one in own], [one.impulse or 0.0 for one in true]),
-    ):
-        most, count = max(exact, default=0.0), max(len(own), len(true))
-        values, exact = (row + [0.0] * (count - len(row)) for row in (values, exact))
+    for size in (lambda one: one.peak_load, lambda one: one.impulse or 0.0):
+        both = [*zip_longest(map(size, own), map(size, true), fillvalue=0.0)]
+        most = max((exact for _, exact in both), default=0.0)
         if most > 0.0:
-            worst = max(worst, max(abs(a - b) for a, b in zip(values, exact, strict=True)) / most)
+            worst = max(worst, max(abs(value - exact) for value, exact in both) / most)
     return {"contacts": float(worst)}
 
 

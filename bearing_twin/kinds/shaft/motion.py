@@ -16,7 +16,6 @@ from bearing_twin.kinds.shaft.operating import explained
 from bearing_twin.kinds.shaft.outputs import channels, contacts_of
 from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene
 from bearing_twin.kinds.shaft.rotor import BEARING_WORK, LOAD_WORK, MOVING, RATE, STATE, new_balls, new_moment
-from bearing_twin.kinds.shaft.snapshots import put_back, snapshot_of
 from bearing_twin.kinds.shaft.statics import balance_of, lever_of, longest_of, rotor_of
 from bearing_twin.kinds.shaft.watched import WatchedShaft
 from bearing_twin.numerics.rosenbrock_step import rosenbrock_work
@@ -40,6 +39,7 @@ TURN, WHIRLING = 12, 4
 """Steps a turn at least: with 8 works are off by 1e-3 of all that an unbalance does either way; and where only what is
 left beside the whirl is stepped."""
 POWER = 1.5  # of a contact's load over its approach, nearly, whatever its law
+SNAPPED = ("clock", "kept")  # arrays that a motion goes on from
 
 
 def motion(parameters: ShaftScene, choice: Choice):
@@ -107,18 +107,35 @@ class ShaftMotion:
 
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""
-        return snapshot_of(self)
+        arrays = {name: getattr(self, name).tolist() for name in SNAPPED}
+        balls = [one.tolist() if np.isfinite(one).all() else [] for one in self.places]
+        course, loading = self.course, self.course.loading
+        told = {"told": course.now, "turned": course.turned(course.now)[:2], "goal": course.goal}
+        commanded = loading.load.tolist() if loading.commanded else []
+        return arrays | told | {"balls": balls, "commanded": commanded, "now": self.seconds}
 
     def resume(self, kept: dict) -> None:
         """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another shaft."""
         self.reset()
-        put_back(self, kept)
-        self.keep()
-
-    def follow(self, course: ShaftCourse, now: float) -> None:
-        """Is at `now` [s] of a course, as arrays put back say."""
+        balls = zip(self.places, kept["balls"], strict=True)
+        pairs = [(getattr(self, name), kept[name]) for name in SNAPPED] + [pair for pair in balls if len(pair[1])]
+        for array, numbers in pairs:
+            given = np.array(numbers, float)
+            if given.shape != array.shape or not np.isfinite(given).all():
+                raise ValueError(numbers)
+            array[...] = given
+        now, told, goal, angle, speed = map(float, (kept["now"], kept["told"], kept["goal"], *kept["turned"]))
+        began, time, step = self.clock[[march.BEGAN, march.TIME, march.STEP]]
+        if not (np.isfinite([angle, speed, goal]).all() and told <= now and began <= now <= time and step > 0.0):
+            raise ValueError("clock")
+        loading = Loading(self.parameters.shaft)
+        if commanded := list(map(float, kept["commanded"])):
+            if len(commanded) != len(loading.load) or not all(map(math.isfinite, commanded)):
+                raise ValueError(commanded)
+            loading.set(commanded[:3], commanded[3:])
         self._now_ns = round(1e9 * now)
-        self._follow(course)
+        self._follow(ShaftCourse(self.parameters, loading, told, angle, speed, goal))
+        self.keep()
 
     def keep(self) -> None:
         """Keeps what `take_back` needs."""

@@ -42,11 +42,8 @@ def view(facts, channels) -> View:
         follows="first" if second.shape == "plane" else "",
     )
     motion = curves("Position of the first body's centre", "m", *along_axes("position"))
-    return contact_view(channels, solids, reach_of(first) if first in seen else look.radius, look, motion, _push)
-
-
-def _push(sample) -> np.ndarray:
-    return -sample["normal"]
+    reach = reach_of(first) if first in seen else look.radius
+    return contact_view(channels, solids, reach, look, motion, lambda sample: -sample["normal"])
 
 
 def _solid(name: str, one: Shaped, prefix: str, colour: str) -> Solid:
