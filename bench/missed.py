@@ -33,8 +33,8 @@ def ratios_of(case, asked, factor):
 
     Spreads are true errors over what is told, with what windows miss: that `factor`.
     """
-    run, found = chart._run(case, f"wanted.tolerance={asked!r}")
-    exact, rougher = chart._exact(case)
+    run, found = chart._run(*chart.words_of(case), f"wanted.tolerance={asked!r}")
+    exact, rougher = chart._exact(*chart.words_of(case))
     if "horizon_s" in run.report.errors:
         return False, {}, {}
     told, wanted = chart.compared(run, found, exact, rougher), run.report.errors["wanted_errors"]

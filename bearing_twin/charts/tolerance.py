@@ -102,6 +102,12 @@ class ToleranceRow(Row):
         return [(estimate, true) for estimate, true, known in found if true > known]
 
 
+def words_of(case: str) -> tuple[str, ...]:
+    """The scene of a case, and the overrides in which it differs from it."""
+    scene, differs = ALL_CASES[case]
+    return scene, *differs
+
+
 def _run(scene: str, *overrides: str) -> tuple[Run, Rows]:
     """A run of a scene to its end, and all its outputs but the first."""
     run = simulate(load_scene(scene, overrides))
