@@ -8,6 +8,7 @@ import pytest
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.charts.tolerance import compared, up_to
 from bearing_twin.kinds.bearing import measured, watched
+from bearing_twin.kinds.bearing.companion import balance
 from bearing_twin.kinds.bearing.companion.balance import in_longest_steps, off_balance
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.inherited import all_of_it
@@ -111,6 +112,39 @@ def test_friction_between_steps_is_off_by_what_moments_and_forces_say(scene, mor
     else:
         assert np.median(ratio) == pytest.approx(1.0, abs=0.05)
         assert said[..., 1].max() == pytest.approx(true.max(), rel=0.1)
+
+
+def test_a_run_is_not_done_again_for_friction_where_outputs_are_too_far_apart_for_accelerations():
+    """Balls go round by 0.4 rad from output to output and roll in and out of load: 40 times too much would be told."""
+    scene = load_scene(
+        "bearing_6203_fast",
+        (
+            "geometry.radial_clearance=8.27e-6",
+            "drive.tilt=[5.87e-4, -2.85e-4]",
+            "model.dimension=prescribed",
+            "wanted.tolerance=1e-2",
+        ),
+    )
+    moving = WatchedMotion(scene.parameters, choose(scene))
+    moving.advance(np.arange(1, 21) / 2000.0, 0.01)
+    assert moving.setting > 0.1
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4])
+def test_what_both_contacts_rub_follows_from_the_moment_and_the_force_that_are_left(angle):
+    """By e_i and e_o, where the normal n meets the ball: the force is their sum, the moment R n x (e_o - e_i)."""
+    n, across = np.array([np.cos(angle), 0.0, np.sin(angle)]), np.array([-np.sin(angle), 0.0, np.cos(angle)])
+    along, radius, loads = np.array([0.0, 1.0, 0.0]), 3e-3, (20.0, 30.0)
+    inner, outer = 0.02 * along - 0.01 * across, -0.01 * along + 0.04 * across
+    force, torque = inner + outer + 5.0 * n, radius * np.cross(n, outer - inner) + 1e-3 * n
+    given = balance._Given(1e-3, 1e-9, radius, 1.5, 1.5, (0.0, 0.0, 0.0), 0.1, 1e6, 0.1)
+    share, turned = balance._rubs(given, False, loads, angle, tuple(torque), tuple(force))
+    assert share == pytest.approx(max(np.linalg.norm(inner) / 20.0, np.linalg.norm(outer) / 30.0) / 0.1)
+    assert turned == pytest.approx(radius * np.linalg.norm(outer - inner))
+    # A cage may push along the orbit: that part of the sum is not known.
+    half = 0.5 * (inner + outer)[1] * along
+    share, _ = balance._rubs(given, True, loads, angle, tuple(torque), tuple(force))
+    assert share == pytest.approx(max(np.linalg.norm(inner - half) / 20.0, np.linalg.norm(outer - half) / 30.0) / 0.1)
 
 
 def test_outputs_in_the_longest_steps_are_looked_at_whichever_ball_takes_them():

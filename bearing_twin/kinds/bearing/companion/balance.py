@@ -86,7 +86,7 @@ def _changes(before, state, later, first, past, following):
 
 @inlined
 def _better(states, now, ball, first, change, step):
-    """What fourth order makes of a `change` over even steps [s], from two outputs to either side."""
+    """What fourth order would add to a `change` over even steps [s], from two outputs to either side."""
     far = scaled(0.25 / step, minus(_three(states[now + 2, ball], first), _three(states[now - 2, ball], first)))
     return scaled(1.0 / 3.0, minus(change, far))
 
@@ -178,7 +178,7 @@ def _left_over(given, coupled, times, here, bears, load, approach, angle, force,
                 more = scaled(given.mass, _better(states, now, ball, VELOCITY, moved, past))
                 turns = scaled(given.inertia, _better(states, now, ball, SPIN, spun, past))
                 mean = 0.5 * (angle[row, ball, 0] + angle[row, ball, 1])
-                found = _rubs(given, coupled, held, mean, minus(turning, turns), minus(left, more))
+                found = _rubs(given, coupled, held, mean, turning, left)
                 bent = scaled(given.mass, _bends(states, now, ball, VELOCITY, past))
                 twisted = scaled(given.inertia, _bends(states, now, ball, SPIN, past))
                 unknown = _rubs(given, coupled, held, mean, turns, more)[0]
