@@ -209,14 +209,13 @@ class WatchedMotion(BearingMotion):
         if rows is not None and self.companion.unlooked:
             self._rows.append(all_of_it(begun, self.elapsed, self.tolerance, *self.companion.unknown))
         self._relax(rows if rows is None else rows[rows[:, PLACE["begin"]] >= begun])
-        if rows is not None and self.companion.bounces(self._looked_at[0]):
+        if rows is not None:
             rows = self.companion.go_beside(*self._looked_at, (self.state, self.border), rows)
-        if rows is not None and bumps(self.parameters):
-            if self.companion.diverged:
+            if not bumps(self.parameters):
+                self._grown = max(self._grown, self._off(redoing.carried(rows, begun)))
+            elif self.companion.diverged:
                 self._set(redoing.BEYOND)
                 self._sensitive = True
-        elif rows is not None:
-            self._grown = max(self._grown, self._off(redoing.carried(rows, begun)))
         self._rows += [] if rows is None or not len(rows) else [rows]
 
     def _stop_carrying(self) -> None:

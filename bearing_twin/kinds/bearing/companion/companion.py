@@ -157,23 +157,21 @@ class Companion(Looking):
         rows.sort(key=lambda row: row[:3])
         return np.array(rows).reshape(-1, len(WINDOW.columns))
 
-    def bounces(self, part: Part) -> bool:
-        """Whether all balls are followed through a part: they may bump into a cage, or some are seen in flight.
-
-        What is off bounces carry on, and where a ball lands within an output its load is another. They are followed
-        until all balls are carried again.
-        """
-        return bumps(self.parameters) or part.flies or self.second.apart is not None
-
     def _goes_beside(self, part: Part) -> bool:
-        """Whether steps are left to follow all balls through a part; of those that fly, always through the first."""
+        """Whether all balls are followed through a part: they may bump, or some fly, and steps are left for it.
+
+        What is off bounces carry on, and at an output where a ball lands its load is another. Balls that fly are always
+        followed through the first part.
+        """
         if bumps(self.parameters):
             return self.parts <= EARLY or self.steps <= THREATENED * part.taken
+        if not part.flies:
+            return False
         takes = DEARER * (part.pointer[..., STEPS_IN].sum() if len(part.pointer) else part.taken)
         return self.parts == 1 or self.steps + takes <= THREATENED * part.taken
 
     def go_beside(self, part: Part, scales, tolerance: float, ended: tuple, rows: np.ndarray) -> np.ndarray:
-        """The rows of WINDOW of a part that stands, in time, with those of what goes beside a run whose balls bump.
+        """The rows of WINDOW of a part that stands, in time, with those of what goes beside balls that bump or fly.
 
         `ended` are states and border of the run at its end; see `Second`. Once errors are seen to grow, nothing goes
         beside it.
@@ -190,8 +188,6 @@ class Companion(Looking):
             if self.diverged:
                 break
         second.shown = max(second.shown, self._off(shown))
-        if not bumps(self.parameters) and not part.flies and (not found or self._off(found) <= BEARABLE):
-            second.apart = None
         rows = np.concatenate([rows, np.array(found).reshape(-1, len(WINDOW.columns))])
         return rows[np.argsort(rows[:, 0], kind="stable")]
 
