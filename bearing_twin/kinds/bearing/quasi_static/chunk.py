@@ -9,6 +9,8 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_of, shared, write_contacts
 from bearing_twin.kinds.bearing.quasi_static.forces import Setting
 from bearing_twin.kinds.bearing.quasi_static.friction_across import (
+    INERTIA,
+    SIZE,
     SIZES,
     add_ring_friction,
     friction_at,
@@ -143,8 +145,8 @@ def _rub(setting, friction, azimuth, speed, directions, rows, weight, wanted, le
     if settled_by(friction):
         pass_speed(rows, speed)
     for k in range(balls):
-        weight[k, 0] += rows[k, 0] + rows[k, 2] + rows[k, 8]
-        weight[k, 1] += rows[k, 1] + rows[k, 3] + rows[k, 9]
+        weight[k, 0] += rows[k, 0] + rows[k, 2] + rows[k, INERTIA]
+        weight[k, 1] += rows[k, 1] + rows[k, 3] + rows[k, INERTIA + 1]
     left[:] = 0.0
     add_ring_friction(setting, directions, rows, left)
     for i in range(5):
@@ -184,7 +186,7 @@ def equilibria(setting, gravity, friction, course, state, longest, out, stop):
         if len(friction) > 0:
             add_ring_friction(here, directions, rows, load)
             for k in range(balls):
-                contacts.friction[k, 0], contacts.friction[k, 1] = rows[k, 4], rows[k, 5]
+                contacts.friction[k, 0], contacts.friction[k, 1] = rows[k, SIZE], rows[k, SIZE + 1]
             if settled_by(friction):
                 put_settled(contacts, rows)
         ratio = 0.5 * (1.0 - gamma)

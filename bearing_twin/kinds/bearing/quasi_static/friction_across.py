@@ -28,19 +28,17 @@ LOOKS = 128  # azimuths at which a ball is looked at on its way round
 TURNS = 12  # after which a lag and the orbit speed repeat themselves at the latest
 STEADY = 1e-7  # relative: what an orbit speed may change in the last turn
 PASSES = 3  # over one look, for what friction takes from its own coefficient
-SIZES = 18  # numbers of friction at a look, see `NUMBERS`
 SAME = 1e-9  # rad: contact angles that vary by less on the way are one
 BEARS = 1e-2  # of the greatest load: a ball that bears less is about to leave a raceway
 
-NUMBERS = """Columns of a table of friction, one row a look, that of a ball at an azimuth [N].
-
-0-3: on the ball by inner and outer raceway (radial, axial); 4, 5: sizes along t of both; 6, 7: along the orbit of both.
-Of balls whose axes have settled (`in_motion`) also 8, 9: what else acts on the ball (radial, axial), its inertia;
-10-12: orbit speed, roll and pitch [rad/s] as of `Contacts`; 13: centrifugal load; 14: the moment about the radius that
-holds the ring against 6 [N m]; 15: the ring's speed [rad/s] at which all this is so; 16, 17: what viscous terms add to
-the loads of both contacts, in 0-3 too.
-"""
-ORBIT, SPEED = 10, 15
+# Columns of a table of friction, one row a look, that of a ball at an azimuth [N]; pairs are inner and outer raceway.
+# Friction on the ball by both (radial, axial), its sizes along t, and along the orbit. Of balls whose axes have settled
+# (`in_motion`) also what else acts on the ball (radial, axial), its inertia; orbit speed, roll and pitch [rad/s] as of
+# `Contacts`, the centrifugal load, the moment about the radius that holds the ring against friction along the orbit
+# [N m], the ring's speed [rad/s] at which all this is so, and what viscous terms add to loads, in PUSHED too.
+PUSHED, SIZE, ALONG, INERTIA, ORBIT, ROLL, PITCH, HEAVY, HOLDING, SPEED, VISCOUS, SIZES = np.cumsum(
+    (0, 4, 2, 2, 2, 1, 1, 1, 1, 1, 1, 2)
+).tolist()
 
 NO_FRICTION = np.zeros((0, SIZES))
 
@@ -187,7 +185,7 @@ def friction_on_the_way(parameters, setting, coordinates) -> np.ndarray:
     forces = [
         size[:, None] * np.stack([-np.sin(a), np.cos(a)], axis=1) for a, size in zip(angles, sizes.T, strict=True)
     ]
-    return np.concatenate([*forces, sizes, np.zeros((LOOKS, SIZES - 6))], axis=1)
+    return np.concatenate([*forces, sizes, np.zeros((LOOKS, SIZES - ALONG))], axis=1)
 
 
 @kernel
@@ -206,12 +204,12 @@ def add_ring_friction(setting, directions, rows, load):
     """Adds to `load` (5,) [N, N m] what holds the ring against this friction (N, SIZES) on the balls."""
     for k in range(len(rows)):
         cosine, sine = directions[k, 0], directions[k, 1]
-        moment = setting.arm * rows[k, 1] - setting.lever * rows[k, 4]
-        load[0] += cosine * rows[k, 0] - sine * rows[k, 6]
-        load[1] += sine * rows[k, 0] + cosine * rows[k, 6]
+        moment = setting.arm * rows[k, 1] - setting.lever * rows[k, SIZE]
+        load[0] += cosine * rows[k, 0] - sine * rows[k, ALONG]
+        load[1] += sine * rows[k, 0] + cosine * rows[k, ALONG]
         load[2] += rows[k, 1]
-        load[3] += sine * moment + cosine * rows[k, 14]
-        load[4] += sine * rows[k, 14] - cosine * moment
+        load[3] += sine * moment + cosine * rows[k, HOLDING]
+        load[4] += sine * rows[k, HOLDING] - cosine * moment
 
 
 @kernel
@@ -219,9 +217,9 @@ def put_friction(contacts, rows):
     """Puts friction (N, SIZES) into `contacts`, and turns it in `rows` to where these contacts are."""
     for k in range(len(rows)):
         for side in range(2):
-            size, angle = rows[k, 4 + side], contacts.angle[k, side]
-            contacts.friction[k, side], contacts.along[k, side] = size, rows[k, 6 + side]
-            push, sine, cosine = (1.0 - 2.0 * side) * rows[k, 16 + side], math.sin(angle), math.cos(angle)
+            size, angle = rows[k, SIZE + side], contacts.angle[k, side]
+            contacts.friction[k, side], contacts.along[k, side] = size, rows[k, ALONG + side]
+            push, sine, cosine = (1.0 - 2.0 * side) * rows[k, VISCOUS + side], math.sin(angle), math.cos(angle)
             rows[k, 2 * side], rows[k, 2 * side + 1] = push * cosine - size * sine, push * sine + size * cosine
 
 
@@ -236,20 +234,22 @@ def pass_speed(rows, speed):
     """Makes of `rows` (N, SIZES) of balls whose axes have settled those at a speed [rad/s] nearby."""
     for k in range(len(rows)):
         quicker = speed / rows[k, SPEED]
-        rows[k, 8], rows[k, 9] = rows[k, 8] * quicker * quicker, rows[k, 9] * quicker * quicker
-        rows[k, 10], rows[k, 11], rows[k, 12] = rows[k, 10] * quicker, rows[k, 11] * quicker, rows[k, 12] * quicker
-        rows[k, 13], rows[k, SPEED] = rows[k, 13] * quicker * quicker, speed
+        for place in (INERTIA, INERTIA + 1, HEAVY):
+            rows[k, place] *= quicker * quicker
+        for place in (ORBIT, ROLL, PITCH):
+            rows[k, place] *= quicker
+        rows[k, SPEED] = speed
 
 
 @kernel
 def put_settled(contacts, rows):
     """Puts into `contacts` how balls whose axes have settled move, their friction along the orbit and viscous terms."""
     for k in range(len(rows)):
-        contacts.orbit[k], contacts.roll[k], contacts.pitch[k] = rows[k, 10], rows[k, 11], rows[k, 12]
-        contacts.centrifugal[k] = rows[k, 13]
+        contacts.orbit[k], contacts.roll[k], contacts.pitch[k] = rows[k, ORBIT], rows[k, ROLL], rows[k, PITCH]
+        contacts.centrifugal[k] = rows[k, HEAVY]
         for side in range(2):
-            contacts.along[k, side] = rows[k, 6 + side]
-            contacts.load[k, side] += rows[k, 16 + side]
+            contacts.along[k, side] = rows[k, ALONG + side]
+            contacts.load[k, side] += rows[k, VISCOUS + side]
 
 
 def without_shares(setting):

@@ -12,10 +12,19 @@ import numpy as np
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.controls import SETTLED
 from bearing_twin.kinds.bearing.quasi_static.friction_across import (
+    ALONG,
+    HEAVY,
+    HOLDING,
+    INERTIA,
     LOOKS,
     NO_FRICTION,
+    ORBIT,
+    PITCH,
+    ROLL,
+    SIZE,
     SIZES,
     SPEED,
+    VISCOUS,
     add_ring_friction,
     friction_at,
     friction_on_the_way,
@@ -48,7 +57,7 @@ class InMotion(NamedTuple):
 
 
 def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
-    """What a settled motion does to a ball (LOOKS, SIZES), the ring at `coordinates` (5,); see `NUMBERS`."""
+    """What a settled motion does to a ball (LOOKS, SIZES), the ring at `coordinates` (5,)."""
     azimuths, table = azimuths_of(LOOKS, 0.0), np.zeros((LOOKS, SIZES))
     motion, changes = turn.at(azimuths)
     whole = np.concatenate([motion[:, :2], turn.orbit * changes[:, :2], motion[:, 2:]], axis=1)
@@ -57,14 +66,14 @@ def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
     for side, force in enumerate(acting.friction):
         pushed = force + acting.normal_of(side, acting.viscous[side])
         table[:, 2 * side], table[:, 2 * side + 1] = pushed[:, 0], pushed[:, 2]
-        table[:, 4 + side] = np.cos(angle[:, side]) * force[:, 2] - np.sin(angle[:, side]) * force[:, 0]
-        table[:, 6 + side], table[:, 16 + side] = force[:, 1], acting.viscous[side]
+        table[:, SIZE + side] = np.cos(angle[:, side]) * force[:, 2] - np.sin(angle[:, side]) * force[:, 0]
+        table[:, ALONG + side], table[:, VISCOUS + side] = force[:, 1], acting.viscous[side]
     swing = setting.ball_mass * turn.orbit**2 * turn.curve(azimuths)
-    table[:, 13] = setting.ball_mass * (setting.outer.locus_radius + motion[:, 0]) * turn.orbit**2
-    table[:, 8], table[:, 9] = table[:, 13] - swing[:, 0], -swing[:, 1]
-    table[:, 10], table[:, 11], table[:, 12] = turn.orbit, turn.orbit - motion[:, 4], motion[:, 2]
+    table[:, HEAVY] = setting.ball_mass * (setting.outer.locus_radius + motion[:, 0]) * turn.orbit**2
+    table[:, INERTIA], table[:, INERTIA + 1] = table[:, HEAVY] - swing[:, 0], -swing[:, 1]
+    table[:, ORBIT], table[:, ROLL], table[:, PITCH] = turn.orbit, turn.orbit - motion[:, 4], motion[:, 2]
     table[:, SPEED] = setting.speed
-    table[:, 14] = setting.lever * np.sin(angle[:, 0]) * table[:, 6]
+    table[:, HOLDING] = setting.lever * np.sin(angle[:, 0]) * table[:, ALONG]
     return table
 
 
@@ -79,7 +88,7 @@ def rubbed(solver: EquilibriumSolver, support: Support, table: np.ndarray) -> Eq
     for _ in range(TWICE):
         on_ring[:] = 0.0
         add_ring_friction(solver.setting, solver.directions, rows, on_ring)
-        weights = solver.weights + rows[:, 0:2] + rows[:, 2:4] + rows[:, 8:10]
+        weights = solver.weights + rows[:, 0:2] + rows[:, 2:4] + rows[:, INERTIA : INERTIA + 2]
         rubbing = EquilibriumSolver(setting, solver.azimuths, weights)
         found = rubbing.solve(support._replace(loads=tuple((np.array(support.loads) - on_ring).tolist())))
         put_friction(found.contacts, rows)
