@@ -10,11 +10,12 @@ from bearing_twin.command import cli
 from bearing_twin.kinds.bearing.controls import CONTROL_WORDS
 from bearing_twin.kinds.bearing.forces.equations import single_contact
 from bearing_twin.kinds.bearing.motion import bearing_motion
+from bearing_twin.kinds.bearing.quasi_static import friction_across as columns
 from bearing_twin.kinds.bearing.quasi_static.answer import answer_of
 from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
 from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
-from bearing_twin.kinds.bearing.quasi_static.settled import settled_turn
+from bearing_twin.kinds.bearing.quasi_static.settled import Turn, settled_turn
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     EquilibriumSolver,
     Support,
@@ -309,3 +310,20 @@ def test_a_run_says_why_axes_have_not_settled():
     assert not any("settled" in one for one in told[0])
     (warning,) = (one for one in told[1] if "settled" in one)
     assert "because friction over spots resists drilling" in warning
+
+
+def test_a_table_is_passed_on_to_a_speed_nearby():
+    """Accelerations go with the square of the speed, speeds with it, forces of friction as they are."""
+    rows = np.random.default_rng(3).uniform(1.0, 2.0, (4, columns.SIZES))
+    rows[:, columns.SPEED] = 100.0
+    passed = rows.copy()
+    columns.pass_speed(passed, 101.0)
+    times = passed / rows
+    assert times[:, [columns.ORBIT, columns.ROLL, columns.PITCH, columns.SPEED]] == pytest.approx(1.01)
+    assert times[:, [columns.INERTIA, columns.INERTIA + 1, columns.HEAVY]] == pytest.approx(1.01**2)
+    rest = [*range(columns.INERTIA), columns.HOLDING, columns.VISCOUS, columns.VISCOUS + 1]
+    assert (times[:, rest] == 1.0).all()
+    turn = Turn(rows[:, :5], 40.0).quicker(1.01)
+    assert turn.orbit == pytest.approx(40.4)
+    assert turn.motion[:, 2:] == pytest.approx(1.01 * rows[:, 2:5])
+    assert (turn.motion[:, :2] == rows[:, :2]).all()
