@@ -220,7 +220,7 @@ def test_friction_at_a_point_neither_runs_nor_compiles_the_spots():
 
 @pytest.mark.environment
 def test_the_spots_are_vector_instructions():
-    """Packed operations in every loop over lanes; `over_spots` is scalar, and eight times slower, with 8 to a row.
+    """Packed operations in every loop over lanes; two are scalar, and slower, with 8 numbers to a row, as of four lanes.
 
     Of `add_points` there is a scalar loop beside, which runs where its two arrays overlap: never.
     """
@@ -236,6 +236,8 @@ def test_the_spots_are_vector_instructions():
         (add_inner, "sqrt", (0.1, bearing, room)),
         (add_outer, "sqrt", (0.1, bearing, room)),
     ):
+        if LANES < 8 and kernel in (over_spots, add_points):  # docs/accuracy.md, "Limits found"
+            continue
         function = njit(**OPTIONS)(kernel.py_func)
         function(*arguments)
         code = function.inspect_asm(function.signatures[0])
