@@ -220,7 +220,7 @@ def test_friction_at_a_point_neither_runs_nor_compiles_the_spots():
 
 @pytest.mark.environment
 def test_the_spots_are_vector_instructions():
-    """Packed operations in every loop over lanes; two are scalar, and slower, with 8 numbers to a row, as of four lanes.
+    """Packed operations in every loop over lanes; two are scalar with 8 numbers to a row, as of four lanes.
 
     Of `add_points` there is a scalar loop beside, which runs where its two arrays overlap: never.
     """
