@@ -9,7 +9,8 @@ import pytest
 from made_up_run import a_choice, made_up_block, made_up_scene
 
 from bearing_twin.charts.bearing_cells import errors
-from bearing_twin.charts.tolerance import CASES, METHOD, judge
+from bearing_twin.charts.bearing_variants import CASES
+from bearing_twin.charts.tolerance import METHOD, judge
 from bearing_twin.contact.friction import friction_number, friction_of
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds import KINDS

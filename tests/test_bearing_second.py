@@ -82,7 +82,7 @@ def test_nothing_goes_beside_a_run_whose_balls_do_not_bump():
 def test_balls_of_an_even_cage_that_bounce_are_followed_and_keep_their_tolerance_or_say_so(scene, tolerance, differs):
     """Windows of all balls, which begin on the run's own states, show 0.13 to 0.001 of what these are off."""
     row = ToleranceRow(scene, METHOD, tolerance)
-    row = beside_truth(row, scene, (*differs, "cage.kind=even", "model.dimension=prescribed"), (), 0.0)
+    row = beside_truth(row, (scene, *differs, "cage.kind=even", "model.dimension=prescribed"), (), 0.0)
     assert row.status == "done"
     assert row.kept or row.doubtful
     assert all(0.1 < ratio < 10.0 for ratio in row.ratios if ratio * row.error > 1e-3 * tolerance)

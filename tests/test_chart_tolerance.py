@@ -5,10 +5,11 @@ import math
 import pytest
 
 from bearing_twin.charts import tolerance
+from bearing_twin.charts.bearing_variants import CASES
 from bearing_twin.charts.companion_cost import AT_LENGTH, SHIPPED, at_length
 from bearing_twin.charts.contest import Asked, Kept
 from bearing_twin.charts.table import DONE, FAILED, read_table
-from bearing_twin.charts.tolerance import CASES, CONTESTS, LOADS_ALONE, METHOD, ToleranceRow, reading
+from bearing_twin.charts.tolerance import CONTESTS, LOADS_ALONE, METHOD, ToleranceRow, reading
 from bearing_twin.run.doubt import SHORT_RUN
 from bearing_twin.run.scene import load_scene
 

@@ -22,4 +22,5 @@ UNSEEN = {
     name: (scene, (*differs, f"run.duration={_spans.get(name, SPAN)}"))
     for name, (scene, differs) in (_mending | CHOSEN_LAST).items()
 }
+ALL_CASES = CASES | UNSEEN
 GROUPS = {"Scenes known": CASES, "Scenes that showed what to mend": _mending, "Chosen last": CHOSEN_LAST}

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.charts.bearing_variants import CASES, UNSEEN
+from bearing_twin.charts.bearing_variants import ALL_CASES
 from bearing_twin.charts.table import DONE
 from bearing_twin.run.doubt import MUCH, SHORT_RUN
 from bearing_twin.run.passes import Run
@@ -20,14 +20,13 @@ AT_LENGTH = "at length"  # the contestant
 LENGTHS = (1e-2, 1e-3, 1e-4)  # its tolerances
 LONGER = 10.0  # times as long as in the chart: 1 s of nearly all variants
 SHIPPED = {head["name"]: (head["name"], ()) for head in SCENES.heads() if head["kind"] == "bearing"}
-_CASES = CASES | UNSEEN
 
 
 def at_length(problem: str) -> tuple[str, tuple[str, ...]]:
     """The scene of a problem, and the overrides in which it differs from it, at its full length."""
     if problem in SHIPPED:
         return SHIPPED[problem]
-    scene, differs = _CASES[problem]
+    scene, differs = ALL_CASES[problem]
     duration = LONGER * load_scene(scene, differs).parameters.run.duration
     return scene, (*(word for word in differs if not word.startswith("run.duration=")), f"run.duration={duration:g}")
 

@@ -92,7 +92,7 @@ def judge(name: str, method: str, tolerance: float, limit: float) -> ToleranceRo
     """A draw beside the truth."""
     scene, differs, wanted, _ = _numbered(name)
     row = ToleranceRow(name, method, tolerance, command=_command(name, method, tolerance))
-    return beside_truth(row, scene, differs, wanted, limit)
+    return beside_truth(row, (scene, *differs), wanted, limit)
 
 
 def _command(name: str, _method: str, tolerance: float) -> str:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bearing_twin.charts.bearing_cells import errors
-from bearing_twin.charts.bearing_variants import CASES, GROUPS, UNSEEN
+from bearing_twin.charts.bearing_variants import ALL_CASES, GROUPS
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.companion_cost import AT_LENGTH, LENGTHS, SHIPPED, at_length, long_runs, much, steps_of, taken
 from bearing_twin.charts.contest import judged, tried
@@ -37,7 +37,6 @@ KNOWABLE = 1e-8  # true errors below this are not compared with estimates: the r
 ROUGHER, CLEAR = 3.0, 3.0  # ... nor those up to so many times what the reference differs from a run so much rougher
 OUTPUTS = {"loads": "load", "friction": "friction"}  # what their columns begin with
 ALONE = "solver.companion=off"
-ALL_CASES = CASES | UNSEEN
 METHOD, LOADS_ALONE = "as chosen", "loads alone"
 WANTED = {METHOD: (), LOADS_ALONE: (f"wanted.outputs={LOADS}",)}  # what differs from the case
 
@@ -129,20 +128,15 @@ def judge(case: str, method: str, tolerance: float, limit: float) -> ToleranceRo
     row = ToleranceRow(case, method, tolerance, command=_command(case, method, tolerance))
     if method == AT_LENGTH:
         return tried(row, lambda: _counted(case, tolerance), limit)
-    scene, differs = ALL_CASES[case]
-    return beside_truth(row, scene, differs, WANTED[method], limit)
+    return beside_truth(row, words_of(case), WANTED[method], limit)
 
 
-def beside_truth(
-    row: ToleranceRow, scene: str, differs: tuple[str, ...], wanted: tuple[str, ...], limit: float
-) -> ToleranceRow:
-    """The row with a run of a scene that `differs`, at its setting and with what is `wanted`, beside the truth."""
-    exact = functools.partial(_exact, scene, *differs)
+def beside_truth(row: ToleranceRow, case: tuple[str, ...], wanted: tuple[str, ...], limit: float) -> ToleranceRow:
+    """The row with a run of a case (`words_of`), at its setting and with what is `wanted`, beside the truth."""
+    asked, exact = (*wanted, f"wanted.tolerance={row.setting!r}"), functools.partial(_exact, *case)
     with contextlib.suppress(BearingTwinError):  # which the run itself tells in its row
         exact()  # before time counts
-    return judged(
-        row, lambda: _outcome((scene, *differs), (*wanted, f"wanted.tolerance={row.setting!r}"), *exact()), limit
-    )
+    return judged(row, lambda: _outcome(case, asked, *exact()), limit)
 
 
 def up_to(rows: Rows, outputs: int) -> Rows:

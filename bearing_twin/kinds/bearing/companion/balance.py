@@ -27,7 +27,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
-from bearing_twin.numerics.rotation import add, cross, dot, minus, scaled
+from bearing_twin.numerics.rotation import about_z, add, cross, dot, minus, scaled
 
 SWING = 2.0 * np.pi  # rad: steps shorter than such a period are made for the swing itself, where nothing is in balance
 SURE = 0.8  # of the tolerance: what is known so exactly is done again only above it
@@ -43,12 +43,6 @@ def in_longest_steps(part: Part) -> np.ndarray:
     if len(part.times) <= MOST or not len(part.pointer):
         return np.arange(len(part.times))
     return np.sort(np.argsort(part.pointer[..., STEPS_IN].min(axis=0), kind="stable")[:MOST])
-
-
-@inlined
-def _turned_in(cosine, sine, vector):
-    """The radial, tangential and axial part of a `vector` of the bearing's frame."""
-    return cosine * vector[0] + sine * vector[1], cosine * vector[1] - sine * vector[0], vector[2]
 
 
 @inlined
@@ -162,10 +156,10 @@ def _left_over(given, coupled, times, here, bears, load, approach, angle, force,
             before, later = states[now - 1, ball] if now > 0 else begun[ball], states[ahead, ball]
             moved = _changes(before, state, later, VELOCITY, past, following)
             spun = _changes(before, state, later, SPIN, past, following)
-            turn = math.cos(state[ORBIT_ANGLE]), math.sin(state[ORBIT_ANGLE])
+            back = math.cos(state[ORBIT_ANGLE]), -math.sin(state[ORBIT_ANGLE])  # into the ball's frame
             speed, orbit = state[TANGENTIAL_VELOCITY], state[TANGENTIAL_VELOCITY] / state[AXIS_DISTANCE]
             faster = add(moved, (-speed * orbit, state[VELOCITY] * orbit, 0.0))
-            pulled, pushed = _turned_in(*turn, given.gravity), _turned_in(*turn, force[row, ball])
+            pulled, pushed = about_z(*back, given.gravity), about_z(*back, force[row, ball])
             left = add(pushed, scaled(given.mass, minus(pulled, faster)))
             if long:
                 leant = math.cos(angle[row, ball, 0]), math.cos(angle[row, ball, 1])
@@ -173,7 +167,7 @@ def _left_over(given, coupled, times, here, bears, load, approach, angle, force,
                 off[row, ball, 0] = abs(left[0]) * max(one, two) / (one * leant[0] + two * leant[1])
             if slow:
                 quicker = add(spun, (-orbit * state[SPIN + 1], orbit * state[SPIN], 0.0))
-                turning = minus(_turned_in(*turn, torque[row, ball]), scaled(given.inertia, quicker))
+                turning = minus(about_z(*back, torque[row, ball]), scaled(given.inertia, quicker))
                 # Two orders of accelerations, and how smooth all is, tell how well they are known.
                 more = scaled(given.mass, _better(states, now, ball, VELOCITY, moved, past))
                 turns = scaled(given.inertia, _better(states, now, ball, SPIN, spun, past))

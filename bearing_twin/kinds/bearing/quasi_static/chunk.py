@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_of, shared, write_contacts
+from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, empty_contacts, shared, write_contacts
 from bearing_twin.kinds.bearing.quasi_static.forces import Setting
 from bearing_twin.kinds.bearing.quasi_static.friction_across import (
     INERTIA,
@@ -62,7 +62,7 @@ class Instants(NamedTuple):
 def new_instants(count: int, balls: int) -> Instants:
     """Room for so many instants."""
     shapes = ((), (), (5,), (5,), (balls, 2), (balls, 4))
-    return Instants(*(np.zeros((count, *shape)) for shape in shapes), contacts_of((count, balls)))
+    return Instants(*(np.zeros((count, *shape)) for shape in shapes), empty_contacts(count, balls))
 
 
 @inlined

@@ -33,15 +33,10 @@ class Contacts(NamedTuple):
     along: np.ndarray
 
 
-def contacts_of(shape: tuple[int, ...]) -> Contacts:
-    """Room for the contacts of balls in arrays of this shape."""
+def empty_contacts(*shape: int) -> Contacts:
+    """Room for the contacts of balls in arrays of this shape, the last that of the balls."""
     sides = *shape, 2
     return Contacts(*(np.zeros(sides) for _ in range(6)), *(np.zeros(shape) for _ in range(4)), np.zeros(sides))
-
-
-def empty_contacts(balls: int) -> Contacts:
-    """Room for the contacts of so many balls."""
-    return contacts_of((balls,))
 
 
 @inlined
