@@ -6,7 +6,6 @@ import math
 from bearing_twin.command import catalogue_table
 from bearing_twin.command.outcome import Outcome, add_changes, number, overrides_of, picture_path
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.controls import CONTROL_WORDS, SHARED
 
 HELP = "a bearing in balance under load: displacement, loads, stiffness, ratings, life, fault frequencies"
 EXAMPLES = (
@@ -50,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--control",
-        choices=CONTROL_WORDS,
+        choices=("auto", "shared", "outer", "settled"),
         help="balls' axes of spin: settled as under friction at a point, or of rolling, raceways that carry the moment",
     )
     parser.add_argument("--ball-angle", metavar="DEG", help="azimuth of ball 0 from +x (default: on the load line)")
@@ -167,6 +166,7 @@ def _row_alone(arguments, given) -> Outcome | None:
 def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     """One equilibrium; `factor` multiplies the loads."""
     from bearing_twin.kinds.bearing import catalogue_answer
+    from bearing_twin.kinds.bearing.controls import SHARED
     from bearing_twin.kinds.bearing.quasi_static import answer, in_motion, shares, statics
     from bearing_twin.run.fidelity import choose
 
