@@ -16,9 +16,12 @@ from typing import NamedTuple
 import llvmlite.binding as llvm
 import numba
 from numba.core import sigutils
+from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, Flags
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
+
+from bearing_twin.vectors import widen
 
 SMALL = 120  # instructions up to which a kernel is put into its callers: there LLVM would put it by itself
 
@@ -58,6 +61,15 @@ class _Flags(Flags):
         return "kernel"
 
 
+class _Library(JITCodeLibrary):
+    """Numba's place for the code of one form, where functions have wide vectors (`vectors`)."""
+
+    def add_ir_module(self, ir_module):
+        """Takes a module that Numba made."""
+        widen(ir_module)
+        super().add_ir_module(ir_module)
+
+
 class _NamedCompiler(Compiler):
     """Numba's compiler, which names kernels by a digest, not by a number that counts on, and spares ways in."""
 
@@ -73,6 +85,8 @@ class _NamedCompiler(Compiler):
             self.state.flags = _Flags(self.state.flags)
         flags = self.state.flags
         flags.no_cpython_wrapper = flags.no_cfunc_wrapper = not wanted_by_python()
+        self.state.library = _Library(self.state.targetctx.codegen(), identity.func_qualname)
+        self.state.library.enable_object_caching()
         with _Within():
             return super()._compile_bytecode()
 

@@ -18,6 +18,7 @@ GROUND = (
     "signals",
     "stopping",
     "source_state",
+    "vectors",
     "code_linking",
     "code_cache",
     "compiled",

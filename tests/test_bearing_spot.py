@@ -13,12 +13,12 @@ from bearings import (
     stored_energy,
     with_spot,
 )
-from numba import njit, typeof
+from machine_code import machine_code
+from numba import typeof
 from reference.fit_hertz import fit
 from scipy.special import ellipe
 
 from bearing_twin.code_linking import needs_of
-from bearing_twin.compiled import OPTIONS
 from bearing_twin.contact.ellipse import (
     AREA_DENOMINATOR,
     AREA_NUMERATOR,
@@ -238,8 +238,6 @@ def test_the_spots_are_vector_instructions():
     ):
         if LANES < 8 and kernel in (over_spots, add_points):  # docs/accuracy.md, "Limits found"
             continue
-        function = njit(**OPTIONS)(kernel.py_func)
-        function(*arguments)
-        code = function.inspect_asm(function.signatures[0])
+        code = machine_code(kernel.py_func, *arguments)
         packed, alone = code.count(f"{operation}pd"), code.count(f"{operation}sd")
         assert packed > (alone - packed if kernel is add_points else alone), kernel.py_func.__name__

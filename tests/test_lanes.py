@@ -6,10 +6,11 @@ import platform
 import subprocess
 import sys
 
-import numba
 import numpy as np
 import pytest
+from machine_code import machine_code
 
+from bearing_twin import vectors
 from bearing_twin.numerics import lanes
 
 FROM_REST = ("initial.motion=rest", "drive.offset=[0.0, -1.0e-6, 5.0e-6]")
@@ -67,24 +68,68 @@ def test_bits_are_the_same_whatever_the_lanes(tmp_path):
     assert said_by(other, XDG_CACHE_HOME=str(tmp_path)) == said_by(lanes.LANES)
 
 
+HAS = "+avx2,+avx512f,+evex512"
+
+
 @pytest.mark.parametrize(
-    ("processor", "features", "width"),
-    [("znver4", "+avx2,+avx512f", 8), ("znver3", "+avx2", 4), ("sapphirerapids", "+avx512f", 4), ("apple-m1", "", 4)],
+    ("processor", "features", "bits"),
+    [
+        ("znver4", HAS, 512),
+        ("znver3", "+avx2,-avx512f", 256),
+        ("emeraldrapids", HAS, 512),
+        ("icelake-server", "+avx512f", 512),
+        ("skylake-avx512", HAS, 256),
+        ("tigerlake", HAS, 256),
+        ("skylake-avx512", HAS + ",-prefer-256-bit", 512),
+        ("emeraldrapids", HAS + ",+prefer-256-bit", 256),
+        ("graniterapids", "+avx512f,-evex512", 256),
+        ("emeraldrapids", "", 256),
+        ("apple-m1", "", 256),
+    ],
 )
-def test_lanes_are_as_wide_as_vector_instructions(processor, features, width):
-    """LLVM takes 256 bits on processors that have 512 but are not called znver."""
-    assert lanes.width_for(processor, features) == width
+def test_instructions_are_as_wide_as_a_processor_takes_them_at_full_speed(processor, features, bits):
+    """512 bits where both units take them whole, unless the user says otherwise."""
+    assert vectors.bits_for(processor, features) == bits
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names of registers are those of x86")
-def test_lanes_here_are_as_wide_as_the_compiler_takes_them():
+def test_lanes_here_are_as_wide_as_kernels_are_compiled():
     """Registers zmm of 512 bits are asked for in machine code of a plain loop."""
 
-    @numba.njit
     def squares(of, into):
         for k in range(64):
             into[k] = of[k] * of[k]
 
-    squares(np.ones(64), np.ones(64))
-    (code,) = squares.inspect_asm().values()
+    code = machine_code(squares, np.ones(64), np.ones(64))
     assert (8 if "zmm" in code else 4) == lanes.LANES
+
+
+def test_what_others_compile_is_as_wide_as_without_the_product():
+    """A loop of Numba's own, in a process that has our kernels, is compiled as in one that has none."""
+    code = """
+import re, numba, numpy as np
+{first}
+@numba.njit
+def squares(of, into):
+    for k in range(64):
+        into[k] = of[k] * of[k]
+squares(np.ones(64), np.ones(64))
+print(sorted(set(re.findall(r"%([xyz]mm)", *squares.inspect_asm().values()))))
+"""
+    said = [
+        subprocess.run(
+            [sys.executable, "-c", code.format(first=first)], env=os.environ, capture_output=True, text=True, check=True
+        ).stdout
+        for first in ("", "from bearing_twin.numerics.lanes import new_lanes; new_lanes(1)")
+    ]
+    assert said[0] == said[1]
+
+
+def test_lanes_begin_with_a_line_of_the_cache():
+    """Blocks and lanes of odd sizes, kept together so that each has memory of its own."""
+    made = [(lanes.new_lanes(rows), lanes.new_blocks(balls, rows)) for rows in (1, 2, 3, 7) for balls in (1, 5, 9, 17)]
+    for alone, blocks in made:
+        assert alone.ctypes.data % lanes.CACHE_LINE == blocks.ctypes.data % lanes.CACHE_LINE == 0
+        assert len(alone) * len(blocks) == blocks.size
+        assert not alone.any()
+        assert not blocks.any()

@@ -5,12 +5,11 @@ import platform
 import numpy as np
 import pytest
 from bearings import TURNED_REST, motion, run
-from numba import njit
+from machine_code import machine_code
 from scipy.integrate import solve_ivp
 from scipy.linalg import lu_factor, lu_solve
 
 from bearing_twin.charts.work_precision import LADDERS
-from bearing_twin.compiled import OPTIONS
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.forces.equations import raceway_rates
 from bearing_twin.kinds.bearing.forces.layout import LANE_ROWS
@@ -229,9 +228,8 @@ def test_the_lanes_of_the_kernel_are_vector_instructions():
     if platform.machine() != "x86_64":
         pytest.skip("looks for x86-64 instructions")
     moving = motion()
-    function = njit(**OPTIONS)(raceway_rates.py_func)
-    function(moving.bearing, np.ones(LANE_ROWS * LANES))
-    assert function.inspect_asm(function.signatures[0]).count("divpd") > 8
+    code = machine_code(raceway_rates.py_func, moving.bearing, np.ones(LANE_ROWS * LANES))
+    assert code.count("divpd") > 8
 
 
 def test_a_step_that_the_end_of_a_chunk_cut_short_does_not_shorten_those_after_it():

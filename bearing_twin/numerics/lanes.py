@@ -11,25 +11,16 @@ rows are the scene's. All are constants: rows known only when a kernel runs cost
 """
 
 import numpy as np
-from numba.core.registry import cpu_target
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.numerics.steppers import MOST_STAGES
+from bearing_twin.vectors import BITS
 
-
-def width_for(processor: str, features: str) -> int:
-    """As many lanes as fill a vector instruction: 8 of 512 bits, 4 of 256; `processor` is LLVM's name of it.
-
-    Eight where there are 256 bits take 1.3 to 1.6 times as long where balls differ, four where there are 512 take 1.2
-    where they do not (`python bench/lanes.py`). LLVM uses 512 bits on processors called znver; on others that have them
-    it takes 256.
-    """
-    return 8 if processor.startswith("znver") and "+avx512f" in features else 4
-
-
-# What Numba compiles for, by which compiled code is kept, too.
-_, _PROCESSOR, _FEATURES = cpu_target.target_context.codegen().magic_tuple()
-LANES = width_for(_PROCESSOR, _FEATURES)
+# As many as fill a vector instruction. Eight where there are 256 bits take 1.3 to 1.6 times as long where balls differ,
+# four where there are 512 take 1.2 where they do not (`python bench/lanes.py`).
+LANES = BITS // 64
+CACHE_LINE = 64  # bytes that a processor moves at once
+SPARE = CACHE_LINE // 8 - 1  # numbers by which an array is longer that is to begin with one
 
 
 def rows(first, *heights):
@@ -238,13 +229,25 @@ def from_blocks(blocks, row, balls):
         from_lane(blocks[ball // LANES], row, ball % LANES, balls[ball])
 
 
+@inlined
+def from_cache_line(room):
+    """The part of `room` (n + SPARE,) that begins with a line of the cache; (n,).
+
+    A row of eight numbers fills one. Numba's arrays begin at any multiple of 32 bytes, and steps of a ring and balls
+    took 1.15 times as long where each row stood in two.
+    """
+    begin = (-room.ctypes.data % CACHE_LINE) // 8
+    return room[begin : begin + len(room) - SPARE]
+
+
 @kernel
 def new_lanes(rows):
     """An array of so many rows of zeros."""
-    return np.zeros(rows * LANES)
+    return from_cache_line(np.zeros(rows * LANES + SPARE))
 
 
 @kernel
 def new_blocks(balls, rows):
     """Arrays of so many rows of zeros, as many as so many balls need; (blocks, rows * LANES)."""
-    return np.zeros(((balls + LANES - 1) // LANES, rows * LANES))
+    blocks = (balls + LANES - 1) // LANES
+    return new_lanes(blocks * rows).reshape((blocks, rows * LANES))

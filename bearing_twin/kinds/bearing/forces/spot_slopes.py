@@ -30,7 +30,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SPOTS,
 )
 from bearing_twin.kinds.bearing.forces.spot import means_of
-from bearing_twin.numerics.lanes import LANES, clear_rows, copy_rows, get, increase, put
+from bearing_twin.numerics.lanes import LANES, SPARE, clear_rows, copy_rows, from_cache_line, get, increase, put
 from bearing_twin.numerics.lean import owning_kernel
 
 GIVEN = 5  # numbers that the means over a spot depend on: both slips, spin, both semi-axes
@@ -202,7 +202,7 @@ def room_of_slopes(spot, regularisation, lanes, height):
 
     All in one array: the compiler knows then that what is written is not what is read, and takes lanes at once.
     """
-    room = np.empty(height * LANES)
+    room = from_cache_line(np.empty(height * LANES + SPARE))
     copy_rows(lanes, AXIS_DISTANCE, GIVEN_OUTER + 1, room)
     copy_rows(lanes, SLIP_MAJOR, JACOBIAN, room)
     clear_rows(room, SUM, PART)

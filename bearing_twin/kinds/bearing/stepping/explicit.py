@@ -33,6 +33,7 @@ from bearing_twin.numerics.lanes import (
     increase,
     into_blocks,
     new_blocks,
+    new_lanes,
     put,
     put_quaternion,
 )
@@ -69,8 +70,8 @@ def _lane_room(state, orientation, near, slopes):
     into_blocks(state, y, AXIS_DISTANCE)
     into_blocks(state, lanes, AXIS_DISTANCE)
     into_blocks(orientation, turning, TURNED_TO)
-    k = np.zeros((slopes, *y.shape))
-    return LaneRoom(y, np.zeros_like(y), k, turning, lanes, new_pairs(near, np.arange(len(state)), 1.0))
+    k = new_lanes(slopes * len(y) * COLUMNS).reshape((slopes, *y.shape))
+    return LaneRoom(y, new_blocks(len(state), COLUMNS), k, turning, lanes, new_pairs(near, np.arange(len(state)), 1.0))
 
 
 @lean_kernel
