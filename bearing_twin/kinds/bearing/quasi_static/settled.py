@@ -26,13 +26,13 @@ from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of
 from bearing_twin.kinds.bearing.quasi_static.surroundings import UNKNOWNS, Surroundings
 from bearing_twin.kinds.bearing.quasi_static.turn_search import Search
 
-# Azimuths of a turn, the more the sharper what happens on it; odd, so that no wave is lost. Where balls slide on part of
-# their way the last two are needed, at which a motion is looked for from one at fewer alone: they cost a second.
+# Azimuths of a turn, the more the sharper what happens on it; odd, so that no wave is lost. Where balls slide on part
+# of their way the last two are needed, at which a motion is looked for from one at fewer alone: they cost a second.
 COUNTS = (17, 33, 65, 129, 257)
 SLIDING = 65
 FINE = 1e-5  # of the greatest angle: what the shortest waves may be before more azimuths are taken
-# Relative: what is off against balls that move, measured up to 3.4e-4. Where they slide on part of their way it is up to
-# 2.5e-2, where the cage's speed varies as they pass, which one orbit speed leaves out.
+# Relative: what is off against balls that move, measured up to 3.4e-4. Where they slide on part of their way it is up
+# to 2.5e-2, where the cage's speed varies as they pass, which one orbit speed leaves out.
 OFF, OFF_SLIDING = 5e-4, 3e-2
 NO_GRAVITY = (0.0, 0.0, 0.0)
 COARSE = 1e-3  # and at the most azimuths
