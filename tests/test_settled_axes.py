@@ -112,6 +112,19 @@ def test_a_run_starts_settled_and_stays_there(load, tilt, words):
     assert settled == 5e-4
 
 
+@pytest.mark.parametrize(("load", "speed"), [((0, -250, 300), 900), ((0, -320, 400), -600)])
+def test_balls_that_slide_on_part_of_their_way_are_found_at_more_azimuths(load, speed):
+    """A run begun there is there, and stays but for how the cage's speed varies as balls pass, which is told."""
+    parameters = held_where(load, words=(f"drive.speed={speed}", ANGULAR))
+    motion = motion_of(parameters)
+    first, settled = off(parameters, motion.first_outputs())
+    marched(motion, 0.2)
+    later, _ = off(parameters, over_a_spacing(parameters, motion, 2))
+    assert first.max() < 1e-4
+    assert later.max() < 2e-3
+    assert settled == 3e-2
+
+
 def test_the_cases_reach_where_the_centrifugal_load_is_more_than_that_of_the_contact():
     parameters = held_where(ACROSS, words=("drive.speed=5600",))
     contacts = settled_at(parameters, np.arange(8) * np.pi / 4.0).found.contacts

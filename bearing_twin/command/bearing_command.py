@@ -180,7 +180,7 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     found, _, turn = in_motion.in_motion(parameters, solver, support)
     head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": shares.control_of(parameters)}
     if turn.why:
-        head |= {"control": SHARED, "control_reason": f"axes of spin are those of rolling: {turn.why}"}
+        head |= {"control": SHARED, "control_reason": in_motion.rolling_still(turn)}
     if catalogued := _row(parameters):
         head["catalogue"] = catalogue_answer.row_of(catalogued)
     head["speed_rad_s"] = parameters.drive.speed

@@ -10,7 +10,7 @@ from bearing_twin.kinds.bearing.controls import SETTLED
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
-from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion, solved_in_motion
+from bearing_twin.kinds.bearing.quasi_static.in_motion import rolling_still, scene_in_motion
 from bearing_twin.kinds.bearing.quasi_static.shares import control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Support,
@@ -149,11 +149,11 @@ def share_at_start(parameters, law: str) -> float:
 
 def still_at_start(parameters, law: str) -> Still:
     """`Still` with the scene's own load, or the ring where its drive holds it; raises SceneError."""
-    solver, support = solver_of(parameters, law), support_of(parameters)
     if control_of(parameters) == SETTLED:  # in which moving balls start as well
-        found = solved_in_motion(parameters, solver, support)
+        found = scene_in_motion(parameters, law).found
         if not math.isnan(found.settled):
             return Still(centrifugal_share(found.contacts), found.settled)
+    solver, support = solver_of(parameters, law), support_of(parameters)
     contacts, settling = solver.solve(support).contacts, response_to_axes(parameters, solver, support)
     share, greatest = centrifugal_share(contacts), float(contacts.load.max())
     axes = float(np.abs(settling.loads).max()) / greatest if settling and greatest > 0.0 else 0.0
@@ -164,8 +164,7 @@ def of_axes(parameters, law: str) -> list[str]:
     """What is to be said of axes of spin that are asked to have settled and do not; raises SceneError."""
     if control_of(parameters) != SETTLED:
         return []
-    why = in_motion(parameters, solver_of(parameters, law), support_of(parameters)).turn.why
-    return [f"model.control = settled: balls have the axes of spin of rolling, because {why}"] if why else []
+    return list(filter(None, [rolling_still(scene_in_motion(parameters, law).turn)]))
 
 
 def doubts(parameters, still: Still) -> list[str]:

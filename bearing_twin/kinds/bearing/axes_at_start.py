@@ -16,7 +16,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import CAGE_SPEED, Partners
-from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion
+from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion, turn_of_scene
 from bearing_twin.kinds.bearing.quasi_static.settled import settled_turn
 from bearing_twin.kinds.bearing.quasi_static.shares import control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import setting_of, weighed_solver, weighed_support
@@ -33,12 +33,13 @@ def settle_axes(parameters: BearingScene, law: str, partners: Partners, state: n
         return
     if free and np.any(partners.stiffness[:CAGE]):  # springs hold it, which no equilibrium has
         return
-    setting, azimuths, near = setting_of(parameters, law, speed), state[:, ORBIT_ANGLE], None
+    setting, azimuths = setting_of(parameters, law, speed), state[:, ORBIT_ANGLE]
+    near = turn_of_scene(parameters, law)
     coordinates = np.array([*drive.offset, *drive.tilt])
     if free:
         support = weighed_support(parameters, Loading(parameters.rings.inner).at(0.0)[0])
         try:
-            found, _, near = in_motion(parameters, weighed_solver(parameters, setting, azimuths), support)
+            found, _, near = in_motion(parameters, weighed_solver(parameters, setting, azimuths), support, near)
         except SceneError:
             return
         if near.why:

@@ -29,7 +29,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SPIN,
     VELOCITY,
 )
-from bearing_twin.kinds.bearing.forces.ring_seat import ring_in_lane
+from bearing_twin.kinds.bearing.forces.ring_seat import moment_on, ring_in_lane
 from bearing_twin.kinds.bearing.forces.spot import (
     INNER_SPOTS,
     OUTER_SPOTS,
@@ -157,13 +157,14 @@ def _turn(bearing, lanes):
     """Turns every lane from the ball's frame into fixed axes: first contacts, then balls, then orientations."""
     for k in range(LANES):
         cosine, sine, local = get(lanes, COSINE, k), get(lanes, SINE, k), lane_position(lanes, k)
-        place, _ = ring_in_lane(bearing.ring, bearing.offset, lanes, k)
+        place, ring = ring_in_lane(bearing.ring, bearing.offset, lanes, k)
         inner, inner_torque, inner_reaction = _turn_contact(INNER, cosine, sine, local, place, lanes, k)
         outer, outer_torque, outer_reaction = _turn_contact(OUTER, cosine, sine, local, (0.0, 0.0, 0.0), lanes, k)
         put_vector(lanes, FORCES, k, add(inner, outer))
         put_vector(lanes, TORQUES, k, add(inner_torque, outer_torque))
         put_vector(lanes, INNER_FORCE, k, scaled(-1.0, inner))
-        put_vector(lanes, INNER_TORQUE, k, inner_reaction)
+        at = about_z(cosine, sine, local)
+        put_vector(lanes, INNER_TORQUE, k, moment_on(ring, place, at, inner, inner_torque, inner_reaction))
         put_vector(lanes, OUTER_FORCE, k, scaled(-1.0, outer))
         put_vector(lanes, OUTER_TORQUE, k, outer_reaction)
         put(lanes, ELASTIC, k, get(lanes, ENERGIES + INNER, k) + get(lanes, ENERGIES + OUTER, k))

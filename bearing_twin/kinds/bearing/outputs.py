@@ -69,7 +69,7 @@ def _channels(n: int) -> tuple[Channel, ...]:
         Channel("cage_velocity", "m/s", (2,), "of the cage's centre; 0 where it stays centred", IN_PLANE),
         Channel("land_force", "N", (2,), "on the cage by the land that guides it; 0 without one", IN_PLANE),
         Channel("inner_ring_force", "N", (3,), "on the inner ring by the balls, and by a cage on its land"),
-        Channel("inner_ring_torque", "N m", (3,), "on the inner ring by the balls, about its centre"),
+        Channel("inner_ring_torque", "N m", (3,), "on the inner ring by the balls, about its centre and its own axis"),
         Channel("outer_ring_force", "N", (3,), "on the outer ring by the balls"),
         Channel("outer_ring_torque", "N m", (3,), "on the outer ring by the balls, about its centre"),
         Channel("kinetic_energy", "J", (), "of balls, cage and a ring with mass; of its spin where a torque turns it"),

@@ -5,6 +5,7 @@ over its azimuth, with which the balls and the ring are in balance as at rest. A
 then, and the motion there is looked for again until both agree.
 """
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -33,18 +34,22 @@ from bearing_twin.kinds.bearing.quasi_static.friction_across import (
     settled_by,
     without_shares,
 )
-from bearing_twin.kinds.bearing.quasi_static.settled import Turn, no_turn, off_by, settled_turn
+from bearing_twin.kinds.bearing.quasi_static.settled import SLIDING, Turn, no_turn, off_by, settled_turn
 from bearing_twin.kinds.bearing.quasi_static.shares import control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Equilibrium,
     EquilibriumSolver,
     Support,
     azimuths_of,
+    solver_of,
+    support_of,
 )
 from bearing_twin.kinds.bearing.quasi_static.surroundings import Surroundings
 
+SHARP_LOOKS = 1024  # azimuths of a table where balls slide on part of their way
 TWICE = 2  # solutions: friction acts along the contacts of the first
 ROUNDS = 12  # in which a free ring and the motion of balls agree at the latest; 3 to 5 do
+KEPT = 4  # scenes: who chooses a model, begins a run and tells what it is worth all ask for one
 AGREE = 1e-6  # of the greatest load: what loads change in the last of them
 
 
@@ -57,10 +62,10 @@ class InMotion(NamedTuple):
 
 
 def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
-    """What a settled motion does to a ball (LOOKS, SIZES), the ring at `coordinates` (5,)."""
-    azimuths, table = azimuths_of(LOOKS, 0.0), np.zeros((LOOKS, SIZES))
-    motion, changes = turn.at(azimuths)
-    whole = np.concatenate([motion[:, :2], turn.orbit * changes[:, :2], motion[:, 2:]], axis=1)
+    """What a settled motion does to a ball (M, SIZES) at M azimuths, the ring at `coordinates` (5,)."""
+    looks = LOOKS if len(turn.motion) < SLIDING else SHARP_LOOKS
+    azimuths, table = azimuths_of(looks, 0.0), np.zeros((looks, SIZES))
+    whole = turn.whole(azimuths)
     acting = Surroundings(parameters, setting, coordinates, azimuths).wrench(whole, turn.orbit)
     angle = acting.contacts.angle
     for side, force in enumerate(acting.friction):
@@ -69,9 +74,9 @@ def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
         table[:, SIZE + side] = np.cos(angle[:, side]) * force[:, 2] - np.sin(angle[:, side]) * force[:, 0]
         table[:, ALONG + side], table[:, VISCOUS + side] = force[:, 1], acting.viscous[side]
     swing = setting.ball_mass * turn.orbit**2 * turn.curve(azimuths)
-    table[:, HEAVY] = setting.ball_mass * (setting.outer.locus_radius + motion[:, 0]) * turn.orbit**2
+    table[:, HEAVY] = setting.ball_mass * (setting.outer.locus_radius + whole[:, 0]) * turn.orbit**2
     table[:, INERTIA], table[:, INERTIA + 1] = table[:, HEAVY] - swing[:, 0], -swing[:, 1]
-    table[:, ORBIT], table[:, ROLL], table[:, PITCH] = turn.orbit, turn.orbit - motion[:, 4], motion[:, 2]
+    table[:, ORBIT], table[:, ROLL], table[:, PITCH] = turn.orbit, turn.orbit - whole[:, 6], whole[:, 4]
     table[:, SPEED] = setting.speed
     table[:, HOLDING] = setting.lever * np.sin(angle[:, 0]) * table[:, ALONG]
     return table
@@ -130,6 +135,28 @@ def _settled(parameters, solver: EquilibriumSolver, support: Support, found: Equ
         if not any(support.free) or np.abs(found.contacts.load - before).max() <= AGREE * before.max():
             return InMotion(found._replace(settled=off_by(turn)), table, turn)
     return InMotion(found, NO_FRICTION, no_turn("the ring and its balls do not agree on where they stand"))
+
+
+@functools.lru_cache(KEPT)
+def scene_in_motion(parameters, law: str) -> InMotion:
+    """`in_motion` as the scene loads its ring or holds it, kept; raises SceneError."""
+    return in_motion(parameters, solver_of(parameters, law), support_of(parameters))
+
+
+def turn_of_scene(parameters, law: str) -> Turn | None:
+    """The settled motion in which a scene begins, from which those nearby are found; None where there is none."""
+    if control_of(parameters) != SETTLED:
+        return None
+    try:
+        turn = scene_in_motion(parameters, law).turn
+    except SceneError:
+        return None
+    return None if turn.why else turn
+
+
+def rolling_still(turn: Turn) -> str:
+    """That axes were asked to have settled and have not, and why; "" where they have."""
+    return f"model.control = settled: balls have the axes of spin of rolling, because {turn.why}" if turn.why else ""
 
 
 def solved_in_motion(parameters, solver: EquilibriumSolver, support: Support) -> Equilibrium:

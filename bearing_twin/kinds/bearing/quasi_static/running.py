@@ -11,7 +11,7 @@ from bearing_twin.kinds.bearing.quasi_static.channels import write_channels
 from bearing_twin.kinds.bearing.quasi_static.chunk import Course, Instants, State, equilibria, new_instants
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, limits_used
 from bearing_twin.kinds.bearing.quasi_static.friction_across import NO_FRICTION, without_shares
-from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion
+from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion, turn_of_scene
 from bearing_twin.kinds.bearing.quasi_static.newton import FOUND
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES
 from bearing_twin.kinds.bearing.quasi_static.statics import (
@@ -48,6 +48,7 @@ class QuasiStaticMotion:
         azimuths = azimuths_of(parameters.geometry.balls, 0.0)
         solver = weighed_solver(parameters, self.setting, azimuths)
         self._start = solver.solve(self.support)
+        self._first_turn = turn_of_scene(parameters, choice.law)
         self._gravity = tuple(map(float, parameters.gravity))
         self._longest, self.stop = solver.longest, SIGNALLED
         self.reset()
@@ -225,7 +226,10 @@ class QuasiStaticMotion:
             support = self.support._replace(loads=self.loads, held=key[2])
             azimuths = azimuths_of(self.parameters.geometry.balls, load_line(support))
             passing, near = speed not in (self.parameters.drive.speed, self.goal_speed), self._turn
-            near = near.quicker(speed / self._turned_at) if passing and near is not None else None
+            if not passing:  # as in a run that begins with it
+                near = self._first_turn if speed == self.parameters.drive.speed else None
+            elif near is not None:
+                near = near.quicker(speed / self._turned_at)
             solver = weighed_solver(self.parameters, setting, azimuths)
             try:
                 table, turn = in_motion(self.parameters, solver, support, near, not passing)[1:]

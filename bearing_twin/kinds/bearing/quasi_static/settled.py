@@ -23,12 +23,16 @@ from bearing_twin.kinds.bearing.parameters import rubbing_by
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, shared
 from bearing_twin.kinds.bearing.quasi_static.friction_across import BEARS, balanced_on_the_way
 from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of
-from bearing_twin.kinds.bearing.quasi_static.surroundings import UNKNOWNS
+from bearing_twin.kinds.bearing.quasi_static.surroundings import UNKNOWNS, Surroundings
 from bearing_twin.kinds.bearing.quasi_static.turn_search import Search
 
-COUNTS = (17, 33, 65)  # azimuths of a turn, the more the sharper what happens on it; odd, so that no wave is lost
+# Azimuths of a turn, the more the sharper what happens on it; odd, so that no wave is lost. Where balls slide on part
+# of their way the last two are needed, at which a motion is looked for from one at fewer alone: they cost a second.
+COUNTS = (17, 33, 65, 129, 257)
+SLIDING = 65
 FINE = 1e-5  # of the greatest angle: what the shortest waves may be before more azimuths are taken
-# Relative: what is off against balls that move, measured up to 3.4e-4, and where they slide on part of their way.
+# Relative: what is off against balls that move, measured up to 3.4e-4. Where they slide on part of their way it is up
+# to 2.5e-2, where the cage's speed varies as they pass, which one orbit speed leaves out.
 OFF, OFF_SLIDING = 5e-4, 3e-2
 NO_GRAVITY = (0.0, 0.0, 0.0)
 COARSE = 1e-3  # and at the most azimuths
@@ -53,6 +57,11 @@ class Turn(NamedTuple):
         there = np.exp(1j * np.outer(azimuths, order))
         return (there @ waves).real, (there @ (1j * order[:, None] * waves)).real
 
+    def whole(self, azimuths: np.ndarray) -> np.ndarray:
+        """Places, their rates [m/s] and spins (K, 7) at these azimuths [rad] (K,)."""
+        motion, changes = self.at(azimuths)
+        return np.concatenate([motion[:, :2], self.orbit * changes[:, :2], motion[:, 2:]], axis=1)
+
     def quicker(self, times: float) -> "Turn":
         """As if the ring turned so many times as fast."""
         motion = self.motion.copy()
@@ -73,7 +82,7 @@ def no_turn(why: str) -> Turn:
 
 def off_by(turn: Turn) -> float:
     """What loads and angles of equilibria in this motion are off, over the greatest: more where balls slide."""
-    return OFF if len(turn.motion) < COUNTS[-1] else OFF_SLIDING
+    return OFF if len(turn.motion) < SLIDING else OFF_SLIDING
 
 
 def settled_turn(parameters, setting, coordinates, near: Turn | None = None, gravity=NO_GRAVITY) -> Turn:
@@ -94,10 +103,15 @@ def settled_turn(parameters, setting, coordinates, near: Turn | None = None, gra
     if not contacts.load.min() > least:
         return no_turn("a ball bears next to nothing on part of its way")
     counts = (1,) if _even(setting, coordinates) and not any(gravity[:2]) else COUNTS
+    sharp_near = near is not None and len(near.motion) > SLIDING
+    if sharp_near:
+        counts = counts[counts.index(len(near.motion)) :]
     turn, sharp = near, math.inf
     for count in counts:
         search = Search(parameters, setting, coordinates, count, float(contacts.load.max()), gravity)
         found = None if turn is None else search.again(_unknowns(turn, count))
+        if found is None and count > SLIDING:
+            break
         if found is None:
             found = _first(search, place, contacts)
         if found is None:  # what is sharp needs more azimuths
@@ -106,13 +120,22 @@ def settled_turn(parameters, setting, coordinates, near: Turn | None = None, gra
         sharp = _sharpness(turn)
         if sharp <= FINE:
             break
+    if sharp == math.inf and sharp_near:
+        return settled_turn(parameters, setting, coordinates, None, gravity)
     if sharp == math.inf:
         return no_turn("no motion is found that repeats itself turn by turn")
     if not sharp <= COARSE:
         return no_turn("balls slide on part of their way")
-    if not search.one.wrench(*search.motion(found)).contacts.load.min() > least:
+    if not _least_load(parameters, setting, coordinates, turn) > least:
         return no_turn("a ball comes to bear next to nothing on part of its way")
     return turn
+
+
+def _least_load(parameters, setting, coordinates, turn: Turn) -> float:
+    """The least load [N] that a ball bears on its way in this motion."""
+    azimuths = azimuths_of(len(turn.motion), 0.0)
+    acting = Surroundings(parameters, setting, coordinates, azimuths)
+    return float(acting.wrench(turn.whole(azimuths), turn.orbit).contacts.load.min())
 
 
 def _even(setting, coordinates) -> bool:

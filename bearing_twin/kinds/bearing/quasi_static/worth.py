@@ -16,7 +16,7 @@ from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.outputs import ellipses
 from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
-from bearing_twin.kinds.bearing.quasi_static.in_motion import solved_in_motion
+from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion, turn_of_scene
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
 from bearing_twin.kinds.bearing.quasi_static.response import Response, response_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
@@ -156,7 +156,7 @@ def _worth_under(parameters, law: str, load: tuple[float, ...]) -> SceneWorth | 
     azimuths = azimuths_of(parameters.geometry.balls, load_line(support))
     solver = weighed_solver(parameters, setting, azimuths)
     try:
-        found = solved_in_motion(parameters, solver, support)
+        found = in_motion(parameters, solver, support, turn_of_scene(parameters, law)).found
     except SceneError:
         return None
     worth = _worths(parameters, law, solver, support, found, spots_of(parameters, found.contacts))
