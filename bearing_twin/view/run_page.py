@@ -76,7 +76,7 @@ def _told(scene, report: Report) -> dict[str, Any]:
         ("method", report.stepper or "-"),
         ("simulated", sentence_for_people(f"{report.simulated_seconds:.6g} s")),
         ("outputs", f"{report.samples}"),
-        ("computed in", sentence_for_people(f"{report.compute_seconds:.3g} s") if report.compute_seconds else "-"),
+        ("computed in", sentence_for_people(f"{report.compute_seconds:.3g} s") if report.compute_seconds > 0.0 else "-"),
         ("kind of scene", scene.kind if scene else "-"),
     ]
     return {
