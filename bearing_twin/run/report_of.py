@@ -38,6 +38,7 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
 def _cost(said: dict) -> tuple[float, dict[str, int]]:
     """Seconds and counts of a run as its log says them; NaN and none where it does not, as in a recording."""
     try:
-        return float(said.get("compute_s", math.nan)), {name: int(count) for name, count in said.get("costs", {}).items()}
+        costs = {name: int(count) for name, count in said.get("costs", {}).items()}
+        return float(said.get("compute_s", math.nan)), costs
     except (TypeError, ValueError, AttributeError, OverflowError):
         return math.nan, {}
