@@ -1,4 +1,4 @@
-"""Accelerations by which balances between steps are judged, of motions that are known; and of which balls they speak."""
+"""Accelerations by which balances between steps are judged, of motions that are known; and which balls they speak of."""
 
 from types import SimpleNamespace
 
@@ -75,7 +75,7 @@ def test_nothing_is_left_over_of_a_ball_on_which_nothing_acts(spacing):
     balance._left_over(given, False, times, rows, bears, *given_too, states, begun, counts, off)
     orbit = 2.0 / 0.014
     assert off[..., 0].max() < 1e-3 * given.mass * 2.0 * orbit
-    # Seen from a frame that stands still nothing is left; half of the terms of a frame that turns would leave this much.
+    # What leaving out a term of the frame that turns would leave.
     pushed, turned = given.mass * 0.3 * orbit, given.inertia * orbit * 200.0
     assert off[..., 1].max() < 1e-2 * pushed / (0.1 * 20.0)
     assert off[..., 2].max() < 1e-2 * turned
@@ -87,7 +87,7 @@ def test_nothing_is_left_over_of_a_ball_on_which_nothing_acts(spacing):
 
 
 def bearing_balls(monkeypatch, carried, near, touching):
-    """Of which balls (outputs, balls) it is asked what is left over, where these bear and these touch the next ahead."""
+    """Balls (outputs, balls) of which it is asked what is left over, where these bear, and these touch the next."""
     outputs, balls = carried.shape
     seen = []
     monkeypatch.setattr(balance, "_left_over", lambda *given: seen.append(given[4]))
