@@ -1,4 +1,4 @@
-"""Accelerations by which balances between steps are judged, of motions that are known; and which balls they speak of."""
+"""Accelerations that balances between steps go by, of motions that are known; and which balls they speak of."""
 
 from types import SimpleNamespace
 
