@@ -8,7 +8,7 @@ from test_settled_axes import ACROSS, ANGULAR, LAW, THRUST, held_where, motion_o
 
 from bearing_twin.kinds.bearing.axes_at_start import settle_axes
 from bearing_twin.kinds.bearing.forces.equations import single_contact
-from bearing_twin.kinds.bearing.forces.layout import CAGE, CAGE_X
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, CAGE, CAGE_X, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.partners import partners_of, settled_start
 from bearing_twin.kinds.bearing.quasi_static import friction_across as columns
 from bearing_twin.kinds.bearing.quasi_static import settled
@@ -271,3 +271,42 @@ def test_the_orbit_acts_on_a_place_by_what_it_takes_outwards_and_swings():
     outwards = twice * (radius + 49.0 * 3e-6 * np.cos(7.0 * azimuths))
     assert found[:, 0] == pytest.approx(outwards, rel=1e-5)
     assert found[:, 1] == pytest.approx(twice * 64.0 * 2e-6 * np.sin(8.0 * azimuths), abs=1e-5 * twice * 64.0 * 2e-6)
+
+
+def begun(parameters):
+    """States of balls before and behind `settle_axes`, which keep to what `settled_start` gives them."""
+    partners = partners_of(parameters)
+    state, border = settled_start(parameters, LAW, partners)
+    before = state.copy()
+    settle_axes(parameters, LAW, partners, state, border)
+    return before, state
+
+
+def test_balls_without_a_cage_begin_at_the_orbit_speed_of_their_motion():
+    words = "rings.inner.load=[0,-60,100]", "rings.inner.mass=0.2", "drive.speed=2000", "model.dimension=free"
+    _, state = begun(scene_of(*words, "model.control=settled", "cage.kind=none"))
+    orbits = state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE]
+    assert orbits == pytest.approx(np.full(8, orbits[0]), rel=1e-14)
+    assert np.ptp(state[:, AXIS_DISTANCE]) > 1e-8
+
+
+def test_a_ring_that_springs_hold_begins_as_it_did():
+    words = "rings.inner.load=[0,-60,100]", "rings.inner.mass=0.2", "drive.speed=2000", "model.dimension=free"
+    words = (*words, "model.control=settled", "cage.kind=even")
+    before, state = begun(scene_of(*words, "rings.inner.support.stiffness=[1e6,1e6,1e6]"))
+    assert np.array_equal(before, state)
+    before, state = begun(scene_of(*words))
+    assert not np.array_equal(before, state)
+
+
+def test_balls_begin_with_their_weight():
+    """As the turn with gravity says, which is not the one without."""
+    words = "model.dimension=prescribed", "model.control=settled", "drive.speed=900", "drive.offset=[0,0,1.2e-5]"
+    gravity = (0.0, -800.0, 0.0)
+    found = motion_of(scene_of(*words, "gravity=[0,-800,0]")).first_outputs()
+    _, _, turn = turn_of(scene_of(*words), gravity)
+    distances = np.hypot(*found.position[0, :, :2].T)
+    setting = setting_of(scene_of(*words), LAW, 900.0)
+    azimuths = azimuths_of(8, 0.0)
+    assert distances == pytest.approx(setting.outer.locus_radius + turn.at(azimuths)[0][:, 0], abs=1e-12)
+    assert np.ptp(distances) > 1e-9
