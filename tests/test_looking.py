@@ -14,10 +14,11 @@ from bearing_twin.run.scene import load_scene
 OUTPUTS, BALLS = 30, 3
 
 
-class Watching(Looking):
-    def __init__(self, *overrides):
-        self.parameters = load_scene("bearing_6203", overrides).parameters
-        self.reset()
+def watching_over(*overrides):
+    found = Looking()
+    found.parameters = load_scene("bearing_6203", overrides).parameters
+    found.reset()
+    return found
 
 
 def part_of(elapsed=0.0, coupled=False, all_bear=True, load=20.0, taken=1000.0):
@@ -37,7 +38,7 @@ def part_of(elapsed=0.0, coupled=False, all_bear=True, load=20.0, taken=1000.0):
     ],
 )
 def test_a_part_jumps_where_a_ring_is_shifted_and_then_alone(words, jumps):
-    watching = Watching(*words)
+    watching = watching_over(*words)
     assert watching._jumped(part_of(elapsed=0.02)) is jumps
     assert not watching._jumped(part_of(elapsed=0.021))
 
@@ -47,7 +48,7 @@ def test_a_part_jumps_where_a_ring_is_shifted_and_then_alone(words, jumps):
 ])  # fmt: skip
 def test_what_points_to_a_jump_of_all_balls_is_not_kept(elapsed, begin, ball, kept):
     """So that balls which roll on, which it outdoes a thousand times, are looked at as well."""
-    watching = Watching("drive.change.time=0.02", "drive.change.offset=[0,-1e-6,0]")
+    watching = watching_over("drive.change.time=0.02", "drive.change.offset=[0,-1e-6,0]")
     grids = tuple(np.full((BALLS, OUTPUTS), 7.0) for _ in range(POINTERS))
     window = Window(ball, begin, 5)
     took = watching._see(part_of(elapsed=elapsed), window, max(ball, 0), grids, np.ones((BALLS, OUTPUTS)))
@@ -65,7 +66,7 @@ def test_what_points_to_a_jump_of_all_balls_is_not_kept(elapsed, begin, ball, ke
     ],
 )
 def test_more_is_looked_at_where_balls_roll_in_and_out_of_the_load(more, share):
-    assert Watching()._much(part_of(**more)) == share * 1000.0
+    assert watching_over()._much(part_of(**more)) == share * 1000.0
 
 
 def test_a_calm_part_is_looked_at_more_and_more_seldom(monkeypatch):
@@ -76,7 +77,7 @@ def test_a_calm_part_is_looked_at_more_and_more_seldom(monkeypatch):
     monkeypatch.setattr(looking, "meetings", lambda part: np.zeros((BALLS, OUTPUTS), bool))
     monkeypatch.setattr(looking, "copied_from", lambda *_: None)
     monkeypatch.setattr(looking, "as_met", lambda window, met: window)
-    watching, looked = Watching(), {}
+    watching, looked = watching_over(), {}
     for number in range(1, 18):
         found = watching.windows(part_of())
         if found:
