@@ -9,7 +9,7 @@ import io
 import os
 import select
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NoReturn
 
 STREAMS = {"stdin": "r", "stdout": "w", "stderr": "w"}  # in the order of their numbers
@@ -61,6 +61,18 @@ def while_read(program: Callable[[], int]) -> int:
         for number in gone:  # Python flushes once more at exit
             os.dup2(os.open(os.devnull, os.O_WRONLY), number)
         return 0
+
+
+@contextlib.contextmanager
+def to_standard_output() -> Iterator[None]:
+    """Within it an OSError of no file, as of a full disk, is one of standard output; a reader that left is none."""
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        error.filename = error.filename or "standard output"
+        raise
 
 
 def leave(code: int) -> NoReturn:

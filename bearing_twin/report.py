@@ -80,8 +80,8 @@ class Report:
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated over computed seconds, compilation apart."""
-        return self.simulated_seconds / self.compute_seconds if self.compute_seconds > 0.0 else 0.0
+        """Simulated over computed seconds, compilation apart; NaN where nobody knows what it took."""
+        return self.simulated_seconds / self.compute_seconds if self.compute_seconds > 0.0 else math.nan
 
     def record(self) -> dict[str, Any]:
         """What a log keeps of the run itself: the report, and which of its numbers are costs."""

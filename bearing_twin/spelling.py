@@ -10,7 +10,8 @@ LONGEST = 80  # letters compared
 SWAP = 0.75
 ROS_ARGS = "--ros-args"  # what stands behind it is for ROS
 LONGEST_ECHO = 60
-_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+_SURROGATE = re.compile(r"[\ud800-\udfff]")  # of which YAML, file names and arguments may have single ones
 
 
 def slips(first: str, second: str) -> float:
@@ -73,8 +74,13 @@ def no_progress(given: Any, loader: str) -> str:
 
 
 def harmless(text: str) -> str:
-    """Text for a terminal: what would move its cursor, or turn the direction of letters, is shown as an escape."""
+    """Text for a terminal: what would move its cursor, turn the direction of letters, or is in no UTF-8, as escapes."""
     return _CONTROL.sub(lambda one: one[0].encode("unicode_escape").decode(), text)
+
+
+def is_text(value: Any, longest: int) -> bool:
+    """Whether a value is text of at most so many characters that UTF-8, and so a log or a topic, can hold."""
+    return isinstance(value, str) and len(value) <= longest and not _SURROGATE.search(value)
 
 
 def shortened(text: str) -> str:

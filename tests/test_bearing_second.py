@@ -1,6 +1,7 @@
 """What goes beside a run whose balls bump into a cage: all that the run is off, and up to when that is known."""
 
 import json
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.charts.bearing_variants import UNSEEN
 from bearing_twin.charts.tolerance import METHOD, ToleranceRow, beside_truth, up_to
+from bearing_twin.kinds.bearing.companion import second
 from bearing_twin.kinds.bearing.companion.growth import BUMPED, Growth
 from bearing_twin.kinds.bearing.companion.second import STRETCHES, Second, stretches
 from bearing_twin.kinds.bearing.companion.windows import ALL, BESIDE, PLACE, WINDOW, Window
@@ -120,9 +122,9 @@ def test_errors_grow_where_they_are_far_beyond_what_any_window_shows(off, horizo
     assert growth.horizon == horizon
 
 
-def moved(outputs=20):
+def moved(outputs=20, case="pockets, off centre"):
     """A motion whose balls bump, after so many outputs, and the records of it."""
-    scene = load_scene(UNSEEN["pockets, off centre"][0], UNSEEN["pockets, off centre"][1])
+    scene = load_scene(*UNSEEN[case])
     moving = WatchedMotion(scene.parameters, choose(scene))
     times = 1e-3 * np.arange(1, outputs + 1)
     moving.advance(times, times[-1])
@@ -147,10 +149,10 @@ def test_it_goes_on_from_a_snapshot_to_the_bit():
 
 @pytest.mark.parametrize("told", [5, ["a"], [[1.0]], [0.0, [1.0]], [0.0, [[1.0, 2.0]], [3.0]], [0.0, "a", "b"]])
 def test_what_no_memory_is_is_refused(told):
-    second = Second(load_scene("bearing_6203", PRESSED).parameters)
+    fresh = Second(load_scene("bearing_6203", PRESSED).parameters)
     with pytest.raises((TypeError, ValueError)):
-        second.remember(told)
-    assert second.memory() == [0.0]
+        fresh.remember(told)
+    assert fresh.memory() == [0.0]
 
 
 def test_it_is_the_same_however_a_run_is_cut():
@@ -168,3 +170,51 @@ def test_integrals_are_told_of_each_stretch_by_itself():
     assert np.abs(states[:, :MOTION]).max() > 0.0
     assert not states[:, MOTION:].any()
     assert not border[[WORK_DONE, LOST, LAND_WORK, SHAFT_WORK]].any()
+
+
+def test_it_begins_where_it_got_to_in_the_part_before(monkeypatch):
+    """State of balls and of ring and cage: as far off the run's as at the end of that part, on the same side."""
+    begun, ended, starts = [], [], []
+    real, start = second.all_beside, second.all_start
+
+    def beside_too(parameters, part, window, scales, last, until):
+        found = real(parameters, part, window, scales, last, until)
+        if window.begin < 0:
+            begun.append([np.array(one) for one in (last[0], last[4])])
+        if until is not None:
+            ended.append([np.array(one) for one in (found.last[0], found.last[4])])
+        return found
+
+    def start_too(*what):
+        found = start(*what)
+        starts.append([np.array(one) for one in (found[0][0], found[1])])
+        return found
+
+    monkeypatch.setattr(second, "all_beside", beside_too)
+    monkeypatch.setattr(second, "all_start", start_too)
+    moving, _, _, times = moved(10, "ring, pockets")
+    apart = [one.copy() for one in moving.companion.second.apart]
+    moving.advance(times, times[-1])
+    assert len(begun) == len(starts) == 2
+    for i, (there, moves) in enumerate(((begun[1][0], slice(None, MOTION)), (begun[1][1], slice(None, WORK_DONE)))):
+        off = (ended[0][i] - starts[1][i])[..., moves]  # the second part begins where the run's first one ended
+        assert np.abs(off).max() > 0.0
+        assert there[..., moves] == pytest.approx(ended[0][i][..., moves], rel=1e-12, abs=1e-15)
+        assert apart[i][..., moves] == pytest.approx(off, rel=1e-9, abs=1e-15)
+
+
+def test_integrals_of_ring_and_cage_begin_each_stretch_as_the_runs(monkeypatch):
+    seen = []
+    real = second.all_beside
+
+    def beside_too(parameters, part, window, scales, last, until):
+        found = real(parameters, part, window, scales, last, until)
+        seen.append((window, last[4].copy(), part.filled[2].copy(), found.last[4].copy()))
+        return found
+
+    monkeypatch.setattr(second, "all_beside", beside_too)
+    moved(case="ring, pockets")
+    assert len(seen) > 1
+    for (_, _, border, ended), (window, last, *_) in pairwise(seen):
+        assert np.array_equal(last[second.WORKS], border[window.begin][second.WORKS])
+        assert not np.array_equal(ended[second.WORKS], last[second.WORKS])

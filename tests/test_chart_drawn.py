@@ -71,3 +71,17 @@ def test_what_is_said_of_draws_counts_them():
     assert said[2] == "unsaid are draw 2 at 0.01, 0.02."
     assert "in 4 of 6" in said[3]
     assert "takes 20 % of a run's steps as a median" in said[4]
+
+
+def test_a_draw_is_judged_with_all_that_it_draws(monkeypatch):
+    """The scene, what differs in it and what is wanted, at the tolerance asked for."""
+    seen = []
+    monkeypatch.setattr(drawn, "beside_truth", lambda row, scene, wanted, limit: seen.append((row, scene, wanted)))
+    for number in range(1, 12):
+        drawn.judge(f"draw {number}", "method", 0.25, 0.0)
+        scene, differs, wanted, _ = draw_of(FIRST + number - 1)
+        row, words, also = seen[-1]
+        assert (words, also) == ((scene, *differs), wanted)
+        assert row.setting == 0.25
+        assert all(word in row.command for word in (scene, *wanted, "wanted.tolerance=0.25"))
+    assert any(wanted for *_, wanted in seen)

@@ -81,6 +81,17 @@ def test_a_recording_without_our_metadata_reports_and_verifies(write, name, tmp_
     assert said(capsys, "verify", str(tmp_path / name))["greatest_deviation"] == 0.0
 
 
+def test_what_a_run_took_is_unknown_in_a_recording_and_not_0(tmp_path, capsys):
+    path = tmp_path / "run.mcap"
+    by_mcap(path, wire(SCENE, ["/bearing"]))
+    found = said(capsys, "report", str(path))
+    assert (found["compute_s"], found["real_time_factor"]) == (None, None)
+    assert main(["report", str(path)]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["compute", "-"] in rows
+    assert ["real", "time", "factor", "-"] in rows
+
+
 @pytest.mark.parametrize(("law", "words"), [(None, "does not name its law"), ("nonsense", "names the law 'nonsense'")])
 def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law, words, tmp_path, capsys):
     def renamed(topic, ros_type, time_ns, data):

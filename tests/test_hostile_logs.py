@@ -6,6 +6,7 @@ import functools
 import json
 import math
 import operator
+import os
 import random
 import struct
 
@@ -26,6 +27,7 @@ from bearing_twin.uq.summary_shape import check_summary
 from bearing_twin.view.study_page import document_of_study
 
 ESCAPE = "\x1b[2J\u202e"
+HALF = "half \ud800"  # a character that UTF-8 cannot hold, but JSON
 DEEP = "[" * 100_000
 RUN, SCENE, RECORDING, STUDY = "bearing_twin_run", "bearing_twin", "bearing_twin_recording", "bearing_twin_study"
 METADATA = [  # record, key, text
@@ -33,7 +35,10 @@ METADATA = [  # record, key, text
     (RUN, "report", json.dumps({"costs": {"steps": 10**400}})),
     (RUN, "report", json.dumps({"costs": {ESCAPE: 1}})),
     *((SCENE, key, DEEP) for key in ("predicted", "warnings")),
-    (SCENE, "warnings", json.dumps([ESCAPE])),
+    *((SCENE, "warnings", json.dumps([one])) for one in (ESCAPE, HALF)),
+    (RUN, "report", json.dumps({"status": HALF, "costs": {HALF: 1}, "failure": HALF})),
+    (RUN, "report", json.dumps({"failure_at_s": 1.0, "status": "failed: x", "failure": HALF, "failure_reason": HALF})),
+    *((STUDY, key, json.dumps([HALF])) for key in ("reasons", "doubts")),
     (SCENE, "predicted", json.dumps({"load_error": 10**400})),
     *((RECORDING, "messages_lost", text) for text in ("9" * 5000, "\u00b2", "-1", ESCAPE)),
     (RECORDING, "uncounted", ESCAPE),
@@ -41,7 +46,15 @@ METADATA = [  # record, key, text
     (STUDY, "samples", ESCAPE),
     (RUN, "work", DEEP),
 ]
-SUMMARIES = (DEEP, "[]", "{}", '{"samples": {}}', json.dumps({"quantities": {ESCAPE: None}}), "\x00")
+SUMMARIES = (
+    DEEP,
+    "[]",
+    "{}",
+    '{"samples": {}}',
+    json.dumps({"quantities": {ESCAPE: None}}),
+    json.dumps({HALF: HALF}),
+    "\x00",
+)
 
 
 @pytest.fixture(scope="module")
@@ -170,3 +183,14 @@ def test_names_of_topics_are_anybodys(logs, tmp_path, capsys):
     told(rewritten(logs / "run.mcap", tmp_path / "x.mcap", topic=lambda name: name + ESCAPE), tmp_path, capsys)
     several = rewritten(logs / "run.mcap", tmp_path / "y.mcap", topic=lambda name: name.replace("records/", ESCAPE))
     told(several, tmp_path, capsys)
+
+
+def test_a_log_whose_name_is_no_utf_8_is_told_of_recovered_and_shown(logs, tmp_path, capsys):
+    """File systems take any bytes as a name; Python shows those that are no text as half characters."""
+    source = tmp_path / os.fsdecode(b"half \xff.mcap")
+    source.write_bytes((logs / "run.mcap").read_bytes()[:-200])
+    whole = tmp_path / os.fsdecode(b"whole \xff.mcap")
+    assert main(["recover", str(source), str(whole)]) == 0
+    assert "half \\udcff.mcap at byte" in " ".join(capsys.readouterr().out.split())
+    told(whole, tmp_path, capsys)
+    told(source, tmp_path, capsys)

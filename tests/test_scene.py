@@ -185,6 +185,7 @@ def test_all_problems_of_a_file_are_reported_together():
         ("kind: baering", "did you mean bearing?"),
         ("kind: 3", "legal: bearing"),
         ("kind: bearing\nname: ''", "name = ''"),
+        ('kind: bearing\ndescription: "half \\ud800"', "all of UTF-8"),
         ("kind: bearing\nkind: bearing", "is there twice"),
         ("kind: bearing\ngeometry:\n  balls: 8\n  balls: 9", "is there twice at line 4"),
         ("a: &a [1]\nb: *a", "aliases are not allowed"),

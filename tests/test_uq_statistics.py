@@ -11,7 +11,7 @@ from scipy import stats
 from bearing_twin.errors import StatisticError
 from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.inputs import read_input
-from bearing_twin.uq.moments import PIECE
+from bearing_twin.uq.moments import PIECE, moment
 from bearing_twin.uq.sampling import REPLICATES, UnitPoints
 from bearing_twin.uq.statistics import densities_at, density, estimate, half_width, histogram, natural_density, smoothed
 
@@ -238,3 +238,16 @@ def test_smoothing_is_a_normal_kernel_with_reflection_and_keeps_the_sum():
     both = stats.norm.pdf(x - 3.0, scale=7.0) + stats.norm.pdf(x + 4.0, scale=7.0)
     assert smoothed(counts, 7.0) == pytest.approx(both, abs=1e-12)
     assert smoothed(np.stack([counts, counts]), 30.0).sum(axis=1) == pytest.approx([1.0, 1.0])
+
+
+@pytest.mark.parametrize("value", [0.1, -1.1e-7, 1.0 / 3.0, 1e12 + 0.3])
+def test_a_sample_of_equal_values_has_no_shape_whatever_its_mean_rounds_to(value):
+    """Where the mean of equal values is another in the last digit, their deviation is that, and no skewness follows."""
+    counts = [count for count in range(2, 400) if float(np.mean(np.full(count, value))) != value]
+    for count in (3, *counts[:20]):
+        with pytest.raises(StatisticError, match="all samples are equal"):
+            moment(np.full(count, value), "skewness")
+        deviation, influence = moment(np.full(count, value), "std")
+        assert deviation <= 1e-14 * abs(value)
+        assert not influence(np.full(5, value)).any()
+    assert len(counts) > 3

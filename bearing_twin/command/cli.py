@@ -17,7 +17,7 @@ from typing import NoReturn
 
 from bearing_twin import __version__
 from bearing_twin.errors import BearingTwinError, missing_package
-from bearing_twin.pipes import leave, prepare, while_read
+from bearing_twin.pipes import leave, prepare, to_standard_output, while_read
 from bearing_twin.processors import one_processor, seldom_collecting
 from bearing_twin.signals import ended_by_signals, signal_of
 from bearing_twin.spelling import echo, harmless, unknown
@@ -126,15 +126,16 @@ def _main(argv) -> int:
     units = SI.set(arguments.si or arguments.json)
     try:
         outcome = COMMANDS[arguments.command].run(arguments)
-        if outcome.result is None:
-            pass  # it was printed as it came
-        elif arguments.json:
-            from bearing_twin.report import json_text
+        with to_standard_output():
+            if outcome.result is None:
+                pass  # it was printed as it came
+            elif arguments.json:
+                from bearing_twin.report import json_text
 
-            sys.stdout.write(json_text(outcome.result) + "\n")
-        else:
-            _show(outcome, arguments.si)
-        sys.stdout.flush()
+                sys.stdout.write(json_text(outcome.result) + "\n")
+            else:
+                _show(outcome, arguments.si)
+            sys.stdout.flush()
         for doubt in outcome.doubts:
             print(f"bearing_twin: doubtful: {harmless(told(doubt))}", file=sys.stderr)
         if outcome.problem:

@@ -15,6 +15,7 @@ from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, St
 from bearing_twin.log.parts import BAG_RECORD
 from bearing_twin.log.raw_log import RawLogWriter, log_files
 from bearing_twin.log.thinning import kept_rate
+from bearing_twin.spelling import harmless
 
 RECOVERY_RECORD = "bearing_twin_recovered"
 
@@ -69,7 +70,8 @@ def recover(path, out) -> Recovered:
             samples += _outputs(item)
         if not messages:
             raise LogError(f"nothing in {path} can be recovered ({'; '.join(problems) or 'it holds no message'})")
-        log.add_metadata(RECOVERY_RECORD, {"from": Path(path).name, "problems": "; ".join(problems) or "none"})
+        told = {"from": Path(path).name, "problems": "; ".join(problems) or "none"}
+        log.add_metadata(RECOVERY_RECORD, {key: harmless(one) for key, one in told.items()})
     return Recovered(messages, samples, tuple(problems))
 
 

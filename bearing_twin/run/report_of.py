@@ -1,5 +1,6 @@
 """The report on a log: the figures that the run itself printed, from the outputs in the log alone."""
 
+import math
 from collections.abc import Iterable
 
 from bearing_twin.kinds import KINDS
@@ -35,8 +36,9 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
 
 
 def _cost(said: dict) -> tuple[float, dict[str, int]]:
-    """Seconds and counts of a run as its log says them; nothing where these are no numbers."""
+    """Seconds and counts of a run as its log says them; NaN and none where it does not, as in a recording."""
     try:
-        return float(said.get("compute_s", 0.0)), {name: int(count) for name, count in said.get("costs", {}).items()}
+        costs = {name: int(count) for name, count in said.get("costs", {}).items()}
+        return float(said.get("compute_s", math.nan)), costs
     except (TypeError, ValueError, AttributeError, OverflowError):
-        return 0.0, {}
+        return math.nan, {}

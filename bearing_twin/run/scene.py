@@ -30,7 +30,7 @@ from bearing_twin.parameters import (
 from bearing_twin.report import parsed_json
 from bearing_twin.sample import Channel
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
-from bearing_twin.spelling import MOST_NAMED, MOST_NEAR, shortened
+from bearing_twin.spelling import MOST_NAMED, MOST_NEAR, is_text, shortened
 
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
 LONGEST_LOGGED = 8_000_000  # characters of a scene in a log
@@ -261,8 +261,9 @@ def read_scene(text_or_mapping, origin: str) -> Scene:
     problems = missing + problems
     if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
         problems.append(f"name = {echo(name)} must be text of 1 to {LONGEST_NAME} characters on one line")
-    if not isinstance(description, str) or len(description) > LONGEST_DESCRIPTION:
-        problems.append(f"description = {echo(description)} must be text of at most {LONGEST_DESCRIPTION} characters")
+    if not is_text(description, LONGEST_DESCRIPTION):
+        legal = f"text of at most {LONGEST_DESCRIPTION} characters, all of UTF-8"
+        problems.append(f"description = {echo(description)} must be {legal}")
     raise_problems(origin, problems)
     return Scene(name, kind, description.strip(), parameters)
 

@@ -8,6 +8,7 @@ from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.parameters import echo, read, read_number, unknown
 from bearing_twin.run.scene import listed_overrides, open_scene, parse_scene
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
+from bearing_twin.spelling import is_text
 from bearing_twin.uq.quantities import quantities_of, quantity_of
 from bearing_twin.uq.scene_keys import checked_key, first_name, numeric_keys, put, value_at
 from bearing_twin.uq.study import Settings, Study
@@ -261,7 +262,7 @@ def _executor(given, problems):
 
 
 def _text(given, key, longest, problems):
-    if not isinstance(given, str) or len(given) > longest or (key == "name" and not given.strip()):
-        problems.append(f"{key} = {echo(given)} must be text of at most {longest} characters")
+    if not is_text(given, longest) or (key == "name" and not given.strip()):
+        problems.append(f"{key} = {echo(given)} must be text of at most {longest} characters, all of UTF-8")
         return ""
     return given

@@ -71,12 +71,13 @@ def document_of_run(stream, notes: Sequence[str] = ()) -> Viewed:
 def _told(scene, report: Report) -> dict[str, Any]:
     """What the tables of the page say: figures, model with reason, doubts."""
     meanings = KINDS[scene.kind].meanings_of() if scene else {}
+    took = report.compute_seconds
     facts = [
         ("elastic law", report.law or "-"),
         ("method", report.stepper or "-"),
         ("simulated", sentence_for_people(f"{report.simulated_seconds:.6g} s")),
         ("outputs", f"{report.samples}"),
-        ("computed in", sentence_for_people(f"{report.compute_seconds:.3g} s") if report.compute_seconds else "-"),
+        ("computed in", sentence_for_people(f"{took:.3g} s") if took > 0.0 else "-"),
         ("kind of scene", scene.kind if scene else "-"),
     ]
     return {

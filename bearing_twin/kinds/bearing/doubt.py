@@ -20,10 +20,12 @@ from bearing_twin.kinds.bearing.forces.drilling import SIDES, Drilled, drilling_
 from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error, spots_off
 from bearing_twin.kinds.bearing.left_out import left_out, unknown_drilling
+from bearing_twin.kinds.bearing.load_error import by_load
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.quasi_static.worth import LOADS_OF, SceneWorth, Worth, worths_of_run
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
 from bearing_twin.kinds.bearing.summing import STRETCH, turning
+from bearing_twin.kinds.bearing.tilt_error import Tilted, added
 from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
@@ -45,7 +47,7 @@ class BearingDoubt:
         self.outputs = 0
         self.least = math.inf  # load of a ball [N]
         self.growth = Growth(parameters.wanted.tolerance, parameters.wanted.outputs == LOADS)
-        self.mean = MeanError()
+        self.mean, self.tilted = MeanError(), Tilted(balls)
         self.load = np.zeros((balls, 2))
         self.curvatures = np.ones((2, balls, 2))
         self.spin = np.zeros((balls, 2))  # greatest under load
@@ -64,8 +66,9 @@ class BearingDoubt:
         for stretch in rubbed:  # one after the other: sums are the same to the bit however outputs are cut
             self.rubbed += stretch
         better = load.max(axis=0) > self.load
+        at = load.argmax(axis=0)[better], *np.nonzero(better)
+        self.tilted.add(block, better, at)
         if better.any():
-            at = load.argmax(axis=0)[better], *np.nonzero(better)
             self.load[better] = load[at]
             for kept, name in zip(self.curvatures, ("curvature_small", "curvature_large"), strict=True):
                 kept[better] = block.values[name][at]
@@ -85,11 +88,12 @@ class BearingDoubt:
         law = law_error(self.parameters, self.choice.law, *self.curvatures, self.load)
         law, found, still = None if law is None else np.abs(law), {}, self._still
         balls = self.parameters.geometry.balls
+        more = still.by_friction(balls) if still else {}
         width = np.array([half_space_error(self.parameters, figures[f"semi_major_{side}_m"]) for side in SIDES]).T
         for source, errors in (
             (METHOD, self._method(figures)),
             (LAW, {} if law is None else self._by_load(figures, law, LAW)),
-            (LEFT_OUT, self._by_load(figures, width, LEFT_OUT) | (still.by_friction(balls) if still else {})),
+            (LEFT_OUT, added(self._by_load(figures, width, LEFT_OUT), self._tilting(figures), more)),
             (FRICTION_MODEL, still.by_axes(balls) if still else self._friction(figures)),
         ):
             for key, error in errors.items():
@@ -163,6 +167,11 @@ class BearingDoubt:
         }
 
     @property
+    def _given(self) -> bool:
+        """Whether the loads of the ring are given, not its place."""
+        return dimension_of(self.parameters) in (QUASI_STATIC, FREE_RING)
+
+    @property
     def _seconds(self) -> float:
         return max(self.outputs - 1, 0) / self.parameters.run.output_rate
 
@@ -184,40 +193,17 @@ class BearingDoubt:
         """The equilibrium that a run from equilibria is nearest to; None of other runs."""
         return self._nearest() if self.choice.stepper == QUASI_STATIC else None
 
-    def _by_load(self, figures: Mapping[str, Any], share: np.ndarray, source: str) -> dict[str, Any]:
-        """Errors of figures where contacts are off by these shares (N, 2) of their load at the same approach.
+    def _tilting(self, figures: Mapping[str, Any]) -> dict[str, Any]:
+        """Errors of figures where the ring is tilted: as the equilibrium answers where one stands for the run."""
+        balls, nearest = self.parameters.geometry.balls, self._nearest()
+        moving = self.tilted.errors(self.parameters.geometry, figures, self.load, self._given)
+        if self._still or not (nearest and nearest.tilt and nearest.alike(float(self.load.max()))):
+            return self._still.by_tilt(balls) if self._still else moving
+        return moving | nearest.by_tilt(balls)
 
-        What all contacts share scales their sum on a ring that is held, and only moves one whose load is given; what
-        they do not share need not cancel.
-        """
-        worth, greatest = self._worth(source), float(share.max(initial=0.0))
-        uneven = float(np.ptp(share[self.load[:, 0] > 0.0, 0])) if self.load[:, 0].any() else 0.0
-        given = dimension_of(self.parameters) in (QUASI_STATIC, FREE_RING)
-        pitch = 0.5 * self.parameters.geometry.pitch_diameter
-        carried = math.fsum(abs(one) for one in figures["normal_load_inner_n"])
-        kept = share if worth is None else worth.kept * share
-        found = {
-            f"{key}_{side}_n": [float(kept[ball, place]) * abs(value) for ball, value in enumerate(values)]
-            for key in LOADS_OF
-            for place, side in enumerate(SIDES)
-            for values in [figures[f"{key}_{side}_n"]]
-        }
-        if worth is not None:
-            moved, ring = (np.abs(one) for one in (worth.response.coordinates, worth.response.ring_loads))
-        else:
-            moved, ring = np.zeros(5), np.zeros(5)
-            for part, key, arm in ((slice(3), "ring_force_n", 1.0), (slice(3, 5), "ring_moment_nm", pitch)):
-                ring[part] = 0.0 if given else greatest * max(map(abs, figures[key])) + arm * uneven * carried
-            for part, key in ((slice(3), "ring_displacement_m"), (slice(3, 5), "misalignment_rad")):
-                moved[part] = 2.0 / 3.0 * greatest * math.hypot(*figures.get(key, ())) if given else 0.0
-        return {
-            **found,
-            **spots_off(figures, share),
-            "ring_force_n": ring[:3].tolist(),
-            "ring_moment_nm": ring[3:].tolist(),
-            "ring_displacement_m": moved[:3].tolist(),
-            "misalignment_rad": moved[3:].tolist(),
-        }
+    def _by_load(self, figures: Mapping[str, Any], share: np.ndarray, source: str) -> dict[str, Any]:
+        """Errors of figures where contacts are off by these shares (N, 2) of their load at the same approach."""
+        return by_load(self.parameters.geometry, figures, self.load, share, self._worth(source), self._given)
 
     def _friction(self, figures: Mapping[str, Any]) -> dict[str, Any]:
         """Errors of the friction model: at a point it holds no drilling; over a spot it is off by its quadrature."""

@@ -62,13 +62,20 @@ def response_of(solver: EquilibriumSolver, support: Support, found: Equilibrium,
     free, and balls follow. Loads that are given thus stay given: what all contacts share only moves the ring.
     """
     pushed = pushed_by(solver, found, shares)
+    coordinates, ring_loads = followed(solver, support, found, pushed.loads)
+    return Response(*pushed.contacts(coordinates), coordinates, ring_loads)
+
+
+def followed(
+    solver: EquilibriumSolver, support: Support, found: Equilibrium, loads: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Changes of the ring's coordinates and outside loads (5,) where it would take `loads` (5,) more to stay put."""
     free = np.array(support.free, np.bool_)
     coordinates = np.zeros(5)
     size = np.outer(solver.scales, solver.scales)[np.ix_(free, free)]
     held = np.linalg.pinv(found.stiffness[np.ix_(free, free)] / size, rcond=LOOSE)
-    coordinates[free] = -(held @ (pushed.loads[free] / solver.scales[free])) / solver.scales[free]
-    ring_loads = np.where(free, 0.0, pushed.loads + found.stiffness @ coordinates)
-    return Response(*pushed.contacts(coordinates), coordinates, ring_loads)
+    coordinates[free] = -(held @ (loads[free] / solver.scales[free])) / solver.scales[free]
+    return coordinates, np.where(free, 0.0, loads + found.stiffness @ coordinates)
 
 
 def pushed_by(solver: EquilibriumSolver, found: Equilibrium, shares: np.ndarray) -> Pushed:

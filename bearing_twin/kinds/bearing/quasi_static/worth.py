@@ -1,7 +1,8 @@
 """What the figures of a bearing in balance are worth: errors of its law and of half-spaces, as the balance takes them.
 
 An equilibrium is solved to rounding, so these are the errors there are of what its model holds. Of what it leaves out,
-friction across the grooves has a number, in contact angles, and what settled axes of spin do has one, in loads.
+friction across the grooves has a number, in contact angles, what settled axes of spin do has one, in loads, and so has
+a tilt of first order.
 """
 
 import math
@@ -29,6 +30,7 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     weighed_solver,
     weighed_support,
 )
+from bearing_twin.kinds.bearing.quasi_static.tilt_response import response_to_tilt
 from bearing_twin.kinds.bearing.ratings import Lives, lives_of, ratings_of
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.doubt import LAW
@@ -54,7 +56,8 @@ class SceneWorth(NamedTuple):
     """The equilibrium of a scene: its `greatest` contact load [N], what its law is off by, and half-spaces are.
 
     `angles` (N, 2) [rad] is how far contact angles are off those of moving balls, of a run (2,) at the greatest load.
-    `axes` is what settled axes of spin change; None where nothing is known of that.
+    `axes` is what settled axes of spin change; None where nothing is known of that. `tilt` is what a true circle
+    changes where the ring is tilted; None elsewhere.
     """
 
     greatest: float
@@ -62,11 +65,15 @@ class SceneWorth(NamedTuple):
     half_space: Worth
     angles: np.ndarray
     axes: Response | None
+    tilt: Response | None
 
     def of(self, source: str, greatest: float) -> Worth | None:
         """The law's worth or the half-spaces'; None for a run whose greatest load [N] is another."""
-        alike = abs(self.greatest - greatest) <= ALIKE * greatest
-        return (self.law if source == LAW else self.half_space) if alike else None
+        return (self.law if source == LAW else self.half_space) if self.alike(greatest) else None
+
+    def alike(self, greatest: float) -> bool:
+        """Whether it stands for a run with this greatest contact load [N]."""
+        return abs(self.greatest - greatest) <= ALIKE * greatest
 
     def by_friction(self, balls: int) -> dict[str, list[float]]:
         """Errors of figures of a run, by their names: how far contact angles are off those of moving balls."""
@@ -74,21 +81,26 @@ class SceneWorth(NamedTuple):
 
     def by_axes(self, balls: int) -> dict[str, list[float]]:
         """Errors of figures of a run, by their names: what settled axes of spin change at most."""
-        if self.axes is None:
-            return {}
-        loads, _, moved, ring = (np.abs(one) for one in self.axes)
-        moved, ring = _settled(moved).tolist(), _settled(ring).tolist()
-        return {
-            **{
-                f"{key}_{side}_n": [float(loads[:, i].max())] * balls
-                for key in LOADS_OF
-                for i, side in enumerate(SIDES)
-            },
-            "ring_displacement_m": moved[:3],
-            "misalignment_rad": moved[3:],
-            "ring_force_n": ring[:3],
-            "ring_moment_nm": ring[3:],
-        }
+        return _of_figures(self.axes, balls)
+
+    def by_tilt(self, balls: int) -> dict[str, list[float]]:
+        """Errors of figures of a run, by their names: what a tilt of first order is off at most."""
+        return _of_figures(self.tilt, balls)
+
+
+def _of_figures(response: Response | None, balls: int) -> dict[str, list[float]]:
+    """Errors of figures of a run, by their names, of so many balls that all come to where a response is greatest."""
+    if response is None:
+        return {}
+    loads, _, moved, ring = (np.abs(one) for one in response)
+    moved, ring = _settled(moved).tolist(), _settled(ring).tolist()
+    return {
+        **{f"{key}_{side}_n": [float(loads[:, i].max())] * balls for key in LOADS_OF for i, side in enumerate(SIDES)},
+        "ring_displacement_m": moved[:3],
+        "misalignment_rad": moved[3:],
+        "ring_force_n": ring[:3],
+        "ring_moment_nm": ring[3:],
+    }
 
 
 class Off(NamedTuple):
@@ -124,6 +136,7 @@ def _worths(parameters, law: str, solver: EquilibriumSolver, support: Support, f
         _worth(*given, wide),
         angle_errors(parameters, solver, found),
         _by_axes(parameters, solver, support, found),
+        response_to_tilt(solver, support, found),
     )
 
 
@@ -173,6 +186,8 @@ def errors_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
     if worth.axes is not None:
         settling = worth.axes._replace(angles=np.zeros_like(contacts.angle))  # which `worth.angles` holds
         parts = [one + np.abs(more) for one, more in zip(parts, settling, strict=True)]
+    if worth.tilt is not None:
+        parts = [one + np.abs(more) for one, more in zip(parts, worth.tilt, strict=True)]
     loads, angles, coordinates, ring = parts
     coordinates, ring = _settled(coordinates), _settled(ring)
     off = np.divide(loads, contacts.load, out=np.zeros_like(loads), where=contacts.load > 0.0)

@@ -1,0 +1,88 @@
+"""Where a companion looks: jumps of a ring that is shifted, calm parts now and then, and what was spent before."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bearing_twin.kinds.bearing.companion import looking
+from bearing_twin.kinds.bearing.companion.looking import EVENTFUL, LOOKING, Looking
+from bearing_twin.kinds.bearing.companion.pointers import POINTERS
+from bearing_twin.kinds.bearing.companion.windows import ALL, Window
+from bearing_twin.run.scene import load_scene
+
+OUTPUTS, BALLS = 30, 3
+
+
+def watching_over(*overrides):
+    found = Looking()
+    found.parameters = load_scene("bearing_6203", overrides).parameters
+    found.reset()
+    return found
+
+
+def part_of(elapsed=0.0, coupled=False, all_bear=True, load=20.0, taken=1000.0):
+    out = np.full((OUTPUTS, BALLS, 2), load)
+    return SimpleNamespace(
+        elapsed=elapsed, load=out, taken=taken, all_bear=all_bear, times=1e-3 * np.arange(1, OUTPUTS + 1),
+        pointer=np.ones((BALLS, OUTPUTS, 9)), partners=SimpleNamespace(active=coupled),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("words", "jumps"),
+    [
+        (("drive.change.time=0.02", "drive.change.offset=[0,-1e-6,0]"), True),
+        (("drive.change.time=0.02", "drive.change.speed=10"), False),
+        ((), False),
+    ],
+)
+def test_a_part_jumps_where_a_ring_is_shifted_and_then_alone(words, jumps):
+    watching = watching_over(*words)
+    assert watching._jumped(part_of(elapsed=0.02)) is jumps
+    assert not watching._jumped(part_of(elapsed=0.021))
+
+
+@pytest.mark.parametrize(("elapsed", "begin", "ball", "kept"), [
+    (0.02, -1, ALL, False), (0.02, 3, ALL, True), (0.02, -1, 1, True), (0.03, -1, ALL, True),
+])  # fmt: skip
+def test_what_points_to_a_jump_of_all_balls_is_not_kept(elapsed, begin, ball, kept):
+    """So that balls which roll on, which it outdoes a thousand times, are looked at as well."""
+    watching = watching_over("drive.change.time=0.02", "drive.change.offset=[0,-1e-6,0]")
+    grids = tuple(np.full((BALLS, OUTPUTS), 7.0) for _ in range(POINTERS))
+    window = Window(ball, begin, 5)
+    took = watching._see(part_of(elapsed=elapsed), window, max(ball, 0), grids, np.ones((BALLS, OUTPUTS)))
+    assert took > 0.0
+    assert (watching.best == 7.0).any() is np.bool_(kept)
+
+
+@pytest.mark.parametrize(
+    ("more", "share"),
+    [
+        ({}, LOOKING),
+        ({"all_bear": False}, EVENTFUL),
+        ({"all_bear": False, "coupled": True}, LOOKING),
+        ({"all_bear": False, "load": 0.0}, LOOKING),
+    ],
+)
+def test_more_is_looked_at_where_balls_roll_in_and_out_of_the_load(more, share):
+    assert watching_over()._much(part_of(**more)) == share * 1000.0
+
+
+def test_a_calm_part_is_looked_at_more_and_more_seldom(monkeypatch):
+    """At its last outputs, in parts 2, 4, 8 and so on of a run, whatever points to nothing there."""
+    nothing, steps = tuple(np.zeros((BALLS, OUTPUTS)) for _ in range(POINTERS)), np.full((BALLS, OUTPUTS), 4.0)
+    steps[1] = 2.0
+    monkeypatch.setattr(looking, "pointers", lambda *_: (nothing, steps))
+    monkeypatch.setattr(looking, "meetings", lambda part: np.zeros((BALLS, OUTPUTS), bool))
+    monkeypatch.setattr(looking, "copied_from", lambda *_: None)
+    monkeypatch.setattr(looking, "as_met", lambda window, met: window)
+    watching, looked = watching_over(), {}
+    for number in range(1, 18):
+        found = watching.windows(part_of())
+        if found:
+            looked[number] = found
+    assert list(looked) == [1, 2, 4, 8, 16]
+    for (window,) in looked.values():
+        assert window.ball == 1
+        assert window.begin + 1 + window.length == OUTPUTS
