@@ -1,6 +1,7 @@
 """What a tilt of first order is off is told: against a ring turned as a whole, in equilibria and in runs."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from bearing_twin.kinds.bearing.quasi_static.answer import answer_of
 from bearing_twin.kinds.bearing.quasi_static.statics import EquilibriumSolver, Support, azimuths_of, setting_of
 from bearing_twin.kinds.bearing.quasi_static.tilt_response import response_to_tilt
 from bearing_twin.kinds.bearing.quasi_static.worth import errors_of, spots_of
+from bearing_twin.kinds.bearing.tilt_error import Tilted
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 
@@ -152,3 +154,21 @@ def test_the_moment_on_a_ring_that_tilts_freely_keeps_to_its_load_within_what_is
     assert told["ring_moment_nm"][0] < 3.0 * off[0]
     size = np.hypot(*figures["misalignment_rad"])
     assert 0.005 * size < told["misalignment_rad"].max() < 0.05 * size
+
+
+def test_loads_that_were_greatest_before_a_ring_tilted_are_off_as_well():
+    still, tilted = (
+        SimpleNamespace(values={"inner_ring_tilt": np.array([[tilt, 0.0]]), "approach": np.full((1, 2, 2), 3e-6)})
+        for tilt in (0.0, 2e-3)
+    )
+    seen, load = Tilted(2), np.full((2, 2), 100.0)
+    seen.add(still, np.ones((2, 2), bool), (np.zeros(4, int), *np.nonzero(np.ones((2, 2)))))
+    seen.add(tilted, np.zeros((2, 2), bool), (np.zeros(0, int),) * 3)
+    figures = {key: [0.0, 0.0] for key in ("contact_angle_inner_rad", "ring_moment_nm", "misalignment_rad")}
+    figures |= {f"{key}_{side}": [1.0, 1.0] for key in ("semi_major", "semi_minor") for side in ("inner_m", "outer_m")}
+    figures |= {f"peak_pressure_{side}_pa": [1.0, 1.0] for side in ("inner", "outer")}
+    figures["normal_load_inner_n"] = [100.0, 100.0]
+    geometry = load_scene("bearing_6203").parameters.geometry
+    radius = 0.5 * geometry.pitch_diameter + 0.02 * geometry.ball_diameter
+    off = seen.errors(geometry, figures, load, given=False)["greatest_normal_load_inner_n"]
+    assert off == pytest.approx([1.5 * 100.0 / 6e-6 * 0.5 * radius * 4e-6] * 2)
