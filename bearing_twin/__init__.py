@@ -30,6 +30,8 @@ _HOMES = {
     "MissingInterfacesError": "bearing_twin.errors",
 }
 
+__all__ = [*_HOMES]
+
 
 def __dir__():
     return ["__version__", *_HOMES]

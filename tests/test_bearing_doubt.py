@@ -611,6 +611,14 @@ def test_balls_that_stand_have_no_speed_and_raise_no_doubt():
     assert math.isnan(turning(parameters, math.nan))
 
 
+@pytest.mark.parametrize("speed", [1e-320, -1e-300, 0.0])
+def test_a_ring_that_as_good_as_stands_has_no_torque_over_its_angle(speed, recwarn):
+    """A commanded speed may be any number: its quotients went beyond all numbers, with a warning of the program's."""
+    errors = reported("bearing_6203", f"drive.speed={speed}", "run.duration=2e-3").report.errors
+    assert "friction_model" not in errors["errors_by_source"].get("drive_torque_nm", {})
+    assert [str(one.message) for one in recwarn if one.category is RuntimeWarning] == []
+
+
 def test_what_a_friction_model_does_to_the_motion_is_said_to_be_unknown():
     """Balls of an angular contact bearing turn about axes that drilling sets: pade1 rolls them some per cent slower."""
     thrust = ["drive.offset=[0.0,0.0,3.4e-4]", "drive.speed=100.0", "gravity=[0.0,0.0,0.0]", "run.duration=0.1"]

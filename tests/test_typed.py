@@ -4,6 +4,8 @@ import ast
 import copy
 import inspect
 import pickle
+import pydoc
+import re
 from pathlib import Path
 
 import pytest
@@ -32,6 +34,14 @@ def test_checkers_of_types_are_told_every_public_name_and_its_home():
     for name, home in told.items():
         assert getattr(bearing_twin, name).__module__ == home
     assert (PACKAGE / "py.typed").is_file()
+
+
+def test_help_shows_the_public_names_and_an_import_of_all_has_them():
+    shown, found = pydoc.plain(pydoc.render_doc(bearing_twin)), {}
+    exec("from bearing_twin import *", found)
+    for name in PUBLIC:
+        assert found[name] is getattr(bearing_twin, name)
+        assert re.search(rf"^ {{4}}(class )?{name}\(", shown, re.MULTILINE)
 
 
 @pytest.mark.parametrize("function", FUNCTIONS, ids=lambda one: one.__name__)

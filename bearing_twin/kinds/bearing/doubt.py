@@ -32,6 +32,7 @@ from bearing_twin.sample import Block
 
 TILTING = "ring_moment_nm", "misalignment_rad"
 SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
+STANDS = 1e-12  # rad/s: a ring that turns no faster stands, and work over its angle says nothing of a torque
 OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
 
 
@@ -218,7 +219,7 @@ class BearingDoubt:
             "drive_work_j": share * power * self._seconds,
             "friction_torque_nm": [share * float(one) for one in most],
         }
-        return found | (self._turned(figures, share * power / speed) if speed > 0.0 else {})
+        return found | (self._turned(figures, share * power / speed) if speed > STANDS else {})
 
     def _turned(self, figures: Mapping[str, Any], torque: float) -> dict[str, float]:
         """What friction that is off by this torque [N m] does: to the drive's torque, or to the speed that it makes."""

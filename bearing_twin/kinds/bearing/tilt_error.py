@@ -30,8 +30,7 @@ class Tilted:
         """Takes a block in, whose contacts `at` bear more than all before where that is `better` (balls, 2)."""
         tilt = block.values["inner_ring_tilt"]
         self.tilt = max(self.tilt, float(np.sqrt(np.square(tilt).sum(axis=-1)).max()))
-        if self.tilt > 0.0:
-            self.approach[better] = block.values["approach"][at]
+        self.approach[better] = block.values["approach"][at]
 
     def errors(self, geometry, figures: Mapping[str, Any], load: np.ndarray, given: bool) -> dict[str, Any]:
         """Errors of figures, by their names, with the greatest `load` (balls, 2) [N]; nothing where no ring is tilted.
