@@ -30,6 +30,7 @@ from bearing_twin.kinds.bearing.start import bearing_of
 from bearing_twin.numerics.rotation import about_z
 from bearing_twin.report import Choice
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 
 LAW, FREE, HELD = "hertz", (True, True, True, False, False), (False,) * 5
@@ -334,11 +335,34 @@ def test_a_reset_takes_a_run_of_settled_equilibria_back_to_the_bit():
     assert all(np.array_equal(one, two) for one, two in zip(first, again, strict=True))
 
 
-def test_a_run_says_why_axes_have_not_settled():
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("model.dimension=quasi_static", "rings.inner.load=[0,-60,100]"),
+        ("model.dimension=prescribed", "drive.offset=[0,-1e-6,3e-5]"),
+        ("wanted.outputs=loads", "drive.offset=[0,-1e-6,3e-5]"),
+        ("model.dimension=free", "rings.inner={load: [0,-60,100], mass: 0.2, inertia: [1e-4,1e-4]}"),
+    ],
+)
+def test_a_run_looks_for_its_settled_motion_from_rolling_once(monkeypatch, words):
+    """Who chooses, starts and tells what the run is worth begins with what was found, however often it is asked."""
+    searches = []
+    found = Search.found
+    monkeypatch.setattr(Search, "found", lambda self, begin: searches.append(self.count) or found(self, begin))
+    words = (*ALONE[:2], *words, "model.control=settled", "drive.speed=1003", "run.duration=0.005")
+    run = simulate(load_scene("bearing_6203", words))
+    assert list(run)
+    assert run.report.figures
+    assert len(searches) == len(set(searches)) == 1
+
+
+def test_a_run_says_why_axes_have_not_settled(capsys):
     words = "rings.inner.load=[0,-60,100]", "model.dimension=quasi_static", "model.control=settled"
     told = [choose(load_scene("bearing_6203", (*words, *more))).warnings for more in ((), ("contact.friction=spot",))]
     assert not any("settled" in one for one in told[0])
     (warning,) = (one for one in told[1] if "settled" in one)
+    scene = "bearing_6203", "--load", "0,-60,100", "--control", "settled", "--set", "contact.friction=spot"
+    assert answered(capsys, *scene)["control_reason"] == warning
     assert "because friction over spots resists drilling" in warning
 
 
