@@ -30,6 +30,7 @@ from bearing_twin.kinds.bearing.start import bearing_of
 from bearing_twin.numerics.rotation import about_z
 from bearing_twin.report import Choice
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 
 LAW, FREE, HELD = "hertz", (True, True, True, False, False), (False,) * 5
@@ -112,17 +113,34 @@ def test_a_run_starts_settled_and_stays_there(load, tilt, words):
     assert settled == 5e-4
 
 
-@pytest.mark.parametrize(("load", "speed"), [((0, -250, 300), 900), ((0, -320, 400), -600)])
-def test_balls_that_slide_on_part_of_their_way_are_found_at_more_azimuths(load, speed):
-    """A run begun there is there, and stays but for how the cage's speed varies as balls pass, which is told."""
+@pytest.mark.parametrize(("load", "speed"), [((0, -250, 300), 900), ((0, -320, 400), -600), ((0, -100, 300), 1500)])
+def test_a_run_stays_settled_where_balls_slide_on_part_of_their_way(load, speed):
+    """More azimuths find that, with the speed of the cage as it varies while balls pass: an even one is 2e-2 off."""
     parameters = held_where(load, words=(f"drive.speed={speed}", ANGULAR))
     motion = motion_of(parameters)
     first, settled = off(parameters, motion.first_outputs())
     marched(motion, 0.2)
     later, _ = off(parameters, over_a_spacing(parameters, motion, 2))
-    assert first.max() < 1e-4
-    assert later.max() < 2e-3
-    assert settled == 3e-2
+    assert first.max() < 4e-4
+    assert later.max() < 4e-4
+    assert settled == 5e-4
+    turn = settled_at(parameters, np.zeros(1)).turn
+    assert len(turn.motion) > 65
+    orbit, change = turn.pace(np.array([0.7, 0.7 + 1e-6, 0.7 + 2.0 * np.pi / parameters.geometry.balls]))
+    assert orbit[2] == pytest.approx(orbit[0], rel=1e-12)
+    assert orbit[1] - orbit[0] == pytest.approx(1e-6 * change[0], rel=1e-3)
+
+
+def test_the_cage_of_a_run_goes_round_as_its_settled_motion_says():
+    """Its speed varies as balls pass, about a mean, as that of balls that move."""
+    parameters = held_where((0, -100, 300), words=("drive.speed=1500", ANGULAR))
+    motion = motion_of(parameters)
+    marched(motion, 0.1)
+    turn = settled_at(parameters, np.zeros(1)).turn
+    seen = over_a_spacing(parameters, motion, 40)
+    told, _ = turn.pace(seen.orbit_angle[:, 0])
+    assert np.ptp(told) > 0.1
+    assert seen.cage_speed == pytest.approx(told, abs=0.03 * np.ptp(told))
 
 
 def test_the_cases_reach_where_the_centrifugal_load_is_more_than_that_of_the_contact():
@@ -195,7 +213,7 @@ def test_derivatives_of_the_search_are_those_of_what_is_left():
     setting, ring = setting_of(parameters, LAW, 3000.0), (*parameters.drive.offset, *parameters.drive.tilt)
     turn = settled_turn(parameters, setting, ring)
     search = Search(parameters, setting, ring, len(turn.motion), 100.0)
-    at = np.append(turn.motion.ravel(), turn.orbit)
+    at = np.concatenate([turn.motion.ravel(), [turn.orbit], turn.swing])
     at[2::7] *= 1.0 + 1e-3
     matrix, towards = search.derivatives(at), np.random.default_rng(3).normal(size=len(at)) * search.columns
     step = 1e-7
@@ -317,11 +335,34 @@ def test_a_reset_takes_a_run_of_settled_equilibria_back_to_the_bit():
     assert all(np.array_equal(one, two) for one, two in zip(first, again, strict=True))
 
 
-def test_a_run_says_why_axes_have_not_settled():
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("model.dimension=quasi_static", "rings.inner.load=[0,-60,100]"),
+        ("model.dimension=prescribed", "drive.offset=[0,-1e-6,3e-5]"),
+        ("wanted.outputs=loads", "drive.offset=[0,-1e-6,3e-5]"),
+        ("model.dimension=free", "rings.inner={load: [0,-60,100], mass: 0.2, inertia: [1e-4,1e-4]}"),
+    ],
+)
+def test_a_run_looks_for_its_settled_motion_from_rolling_once(monkeypatch, words):
+    """Who chooses, starts and tells what the run is worth begins with what was found, however often it is asked."""
+    searches = []
+    found = Search.found
+    monkeypatch.setattr(Search, "found", lambda self, begin: searches.append(self.count) or found(self, begin))
+    words = (*ALONE[:2], *words, "model.control=settled", "drive.speed=1003", "run.duration=0.005")
+    run = simulate(load_scene("bearing_6203", words))
+    assert list(run)
+    assert run.report.figures
+    assert len(searches) == len(set(searches)) == 1
+
+
+def test_a_run_says_why_axes_have_not_settled(capsys):
     words = "rings.inner.load=[0,-60,100]", "model.dimension=quasi_static", "model.control=settled"
     told = [choose(load_scene("bearing_6203", (*words, *more))).warnings for more in ((), ("contact.friction=spot",))]
     assert not any("settled" in one for one in told[0])
     (warning,) = (one for one in told[1] if "settled" in one)
+    scene = "bearing_6203", "--load", "0,-60,100", "--control", "settled", "--set", "contact.friction=spot"
+    assert answered(capsys, *scene)["control_reason"] == warning
     assert "because friction over spots resists drilling" in warning
 
 

@@ -51,11 +51,11 @@ def settle_axes(parameters: BearingScene, law: str, partners: Partners, state: n
     if free:
         moved = CAGE_X if moving_centre(parameters) else CAGE
         border[:moved] = coordinates[:moved]
-    motion, changes = turn.at(azimuths)
+    motion, orbit = turn.whole(azimuths)
     state[:, AXIS_DISTANCE] = setting.outer.locus_radius + motion[:, 0]
     state[:, HEIGHT] = motion[:, 1]
-    state[:, VELOCITY], state[:, VELOCITY + 2] = (turn.orbit * changes[:, :2]).T
-    state[:, VELOCITY + 1] = state[:, AXIS_DISTANCE] * turn.orbit
-    state[:, SPIN : SPIN + 3] = motion[:, 2:]
+    state[:, VELOCITY], state[:, VELOCITY + 2] = motion[:, 2:4].T
+    state[:, VELOCITY + 1] = state[:, AXIS_DISTANCE] * orbit
+    state[:, SPIN : SPIN + 3] = motion[:, 4:]
     if partners.free[CAGE]:
-        border[CAGE_SPEED] = turn.orbit
+        border[CAGE_SPEED] = orbit.mean()

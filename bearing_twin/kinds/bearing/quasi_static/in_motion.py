@@ -65,16 +65,16 @@ def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
     """What a settled motion does to a ball (M, SIZES) at M azimuths, the ring at `coordinates` (5,)."""
     looks = LOOKS if len(turn.motion) < SLIDING else SHARP_LOOKS
     azimuths, table = azimuths_of(looks, 0.0), np.zeros((looks, SIZES))
-    whole = turn.whole(azimuths)
-    acting = Surroundings(parameters, setting, coordinates, azimuths).wrench(whole, turn.orbit)
+    whole, orbit = turn.whole(azimuths)
+    acting = Surroundings(parameters, setting, coordinates, azimuths).wrench(whole, orbit)
     angle = acting.contacts.angle
     for side, force in enumerate(acting.friction):
         pushed = force + acting.normal_of(side, acting.viscous[side])
         table[:, 2 * side], table[:, 2 * side + 1] = pushed[:, 0], pushed[:, 2]
         table[:, SIZE + side] = np.cos(angle[:, side]) * force[:, 2] - np.sin(angle[:, side]) * force[:, 0]
         table[:, ALONG + side], table[:, VISCOUS + side] = force[:, 1], acting.viscous[side]
-    swing = setting.ball_mass * turn.orbit**2 * turn.curve(azimuths)
-    table[:, HEAVY] = setting.ball_mass * (setting.outer.locus_radius + whole[:, 0]) * turn.orbit**2
+    swing = setting.ball_mass * turn.accelerations(azimuths)
+    table[:, HEAVY] = setting.ball_mass * (setting.outer.locus_radius + whole[:, 0]) * orbit**2
     table[:, INERTIA], table[:, INERTIA + 1] = table[:, HEAVY] - swing[:, 0], -swing[:, 1]
     table[:, ORBIT], table[:, ROLL], table[:, PITCH] = turn.orbit, turn.orbit - whole[:, 6], whole[:, 4]
     table[:, SPEED] = setting.speed

@@ -3,13 +3,15 @@
 Friction at a point does not resist drilling, so that an axis of spin goes on turning long after all else has come to
 rest, until the moments on the ball are 0 over a turn: under thrust it is then parallel to the bearing's, with a load
 across or a tilt somewhere between. Looked for is that motion itself, of the place p (radial, axial) and the spin w
-(radial, along, axial) over the azimuth, with one orbit speed O, at azimuths between which both are sums of waves:
+(radial, along, axial) over the azimuth, at azimuths between which both are sums of waves, with the one orbit speed O of
+balls in one cage, which varies as they pass (`passing_waves`):
 
-    m p'' = forces + m r O^2 e_r,   J (w' + O e_z x w) = moments,   0 = the mean moment along the orbit,
+    m p'' = forces + m r O^2 e_r,   J (w' + O e_z x w) = moments,   (m r^2 O + J_c O/Z)' = the moment along the orbit,
 
-' = O d/d(azimuth). Contacts are as they are of balls that move (`forces.equations`): at the groove's true angle, with
-viscous terms, and with friction along what slips. Newton's method finds the motion from that of rolling, first with
-what the axis does in one turn alone, then over ever longer times.
+' = O d/d(azimuth), the last in sum over the Z balls, J_c being the inertia of the cage. Contacts are as they are of
+balls that move (`forces.equations`): at the groove's true angle, with viscous terms, and with friction along what
+slips. Newton's method finds the motion from that of rolling, first at one even orbit speed and with what the axis does
+in one turn alone, then over ever longer times.
 """
 
 import math
@@ -24,30 +26,33 @@ from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, shared
 from bearing_twin.kinds.bearing.quasi_static.friction_across import BEARS, balanced_on_the_way
 from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of
 from bearing_twin.kinds.bearing.quasi_static.surroundings import UNKNOWNS, Surroundings
-from bearing_twin.kinds.bearing.quasi_static.turn_search import Search
+from bearing_twin.kinds.bearing.quasi_static.turn_search import Search, passing_waves
 
 # Azimuths of a turn, the more the sharper what happens on it; odd, so that no wave is lost. Where balls slide on part
 # of their way the last two are needed, at which a motion is looked for from one at fewer alone: they cost a second.
 COUNTS = (17, 33, 65, 129, 257)
 SLIDING = 65
-FINE = 1e-5  # of the greatest angle: what the shortest waves may be before more azimuths are taken
-# Relative: what is off against balls that move, measured up to 3.4e-4. Where they slide on part of their way it is up
-# to 2.5e-2, where the cage's speed varies as they pass, which one orbit speed leaves out.
-OFF, OFF_SLIDING = 5e-4, 3e-2
+# Of the greatest angle: what the shortest waves may be before more azimuths are taken, of up to SLIDING and beyond.
+FINE, FINER = 1e-5, 1e-6
+# Relative: what is off against balls that move, measured up to 3e-4, and 2e-2 where so many azimuths are too few.
+OFF, OFF_SHARP = 5e-4, 3e-2
 NO_GRAVITY = (0.0, 0.0, 0.0)
 COARSE = 1e-3  # and at the most azimuths
 EVEN = 1e-9  # of the ball's radius: a ring that is less off the axis, or tilted, loads all balls alike
 
 
 class Turn(NamedTuple):
-    """What repeats itself: places [m] and spins [rad/s] (M, UNKNOWNS) at even azimuths, the `orbit` speed [rad/s].
+    """What repeats itself: places [m] and spins [rad/s] (M, UNKNOWNS) at even azimuths, the mean `orbit` speed [rad/s].
 
-    `why` says why there is none, "" where there is.
+    `swing` (2 J,) [rad/s] are the waves of that speed, which repeat themselves as one of so many balls comes to where
+    the next was (`passing_waves`). `why` says why there is no such motion, "" where there is.
     """
 
     motion: np.ndarray
     orbit: float
     why: str = ""
+    swing: np.ndarray = np.zeros(0)
+    balls: int = 1
 
     def at(self, azimuths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Motion and its derivative by the azimuth (K, UNKNOWNS) at these azimuths [rad] (K,)."""
@@ -57,22 +62,29 @@ class Turn(NamedTuple):
         there = np.exp(1j * np.outer(azimuths, order))
         return (there @ waves).real, (there @ (1j * order[:, None] * waves)).real
 
-    def whole(self, azimuths: np.ndarray) -> np.ndarray:
-        """Places, their rates [m/s] and spins (K, 7) at these azimuths [rad] (K,)."""
-        motion, changes = self.at(azimuths)
-        return np.concatenate([motion[:, :2], self.orbit * changes[:, :2], motion[:, 2:]], axis=1)
+    def pace(self, azimuths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The orbit speed [rad/s] and its derivative by the azimuth, each (K,)."""
+        speeds = np.append(self.orbit, self.swing)
+        waves, changes = passing_waves(azimuths, self.balls, len(self.swing) // 2)
+        return waves @ speeds, changes @ speeds
+
+    def whole(self, azimuths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Places, their rates [m/s] and spins (K, 7), and orbit speeds (K,), at these azimuths [rad] (K,)."""
+        (motion, changes), (orbit, _) = self.at(azimuths), self.pace(azimuths)
+        return np.concatenate([motion[:, :2], orbit[:, None] * changes[:, :2], motion[:, 2:]], axis=1), orbit
 
     def quicker(self, times: float) -> "Turn":
         """As if the ring turned so many times as fast."""
         motion = self.motion.copy()
         motion[:, 2:] *= times
-        return Turn(motion, self.orbit * times)
+        return self._replace(motion=motion, orbit=self.orbit * times, swing=self.swing * times)
 
-    def curve(self, azimuths: np.ndarray) -> np.ndarray:
-        """The second derivative of the place by the azimuth (K, 2)."""
+    def accelerations(self, azimuths: np.ndarray) -> np.ndarray:
+        """Those of the place in its meridian plane (K, 2) [m/s^2]."""
         waves = 2.0 * np.fft.rfft(self.motion[:, :2], axis=0) / len(self.motion)
-        order = np.arange(len(waves))
-        return (np.exp(1j * np.outer(azimuths, order)) @ (-(order[:, None] ** 2) * waves)).real
+        order, (orbit, change) = np.arange(len(waves)), self.pace(azimuths)
+        curve = (np.exp(1j * np.outer(azimuths, order)) @ (-(order[:, None] ** 2) * waves)).real
+        return orbit[:, None] * (orbit[:, None] * curve + change[:, None] * self.at(azimuths)[1][:, :2])
 
 
 def no_turn(why: str) -> Turn:
@@ -81,8 +93,13 @@ def no_turn(why: str) -> Turn:
 
 
 def off_by(turn: Turn) -> float:
-    """What loads and angles of equilibria in this motion are off, over the greatest: more where balls slide."""
-    return OFF if len(turn.motion) < SLIDING else OFF_SLIDING
+    """What loads and angles of equilibria in this motion are off, over the greatest: more where it is not resolved."""
+    return OFF if _resolved(turn) else OFF_SHARP
+
+
+def _resolved(turn: Turn) -> bool:
+    """Whether the azimuths are enough for this motion."""
+    return _sharpness(turn) <= (FINE if len(turn.motion) < SLIDING else FINER)
 
 
 def settled_turn(parameters, setting, coordinates, near: Turn | None = None, gravity=NO_GRAVITY) -> Turn:
@@ -108,17 +125,19 @@ def settled_turn(parameters, setting, coordinates, near: Turn | None = None, gra
         counts = counts[counts.index(len(near.motion)) :]
     turn, sharp = near, math.inf
     for count in counts:
-        search = Search(parameters, setting, coordinates, count, float(contacts.load.max()), gravity)
-        found = None if turn is None else search.again(_unknowns(turn, count))
+        given = parameters, setting, coordinates, count, float(contacts.load.max()), gravity
+        found = None if turn is None else _from(turn, Search(*given), count > SLIDING)
         if found is None and count > SLIDING:
             break
         if found is None:
-            found = _first(search, place, contacts)
+            found = _first(Search(*given, passing=0), place, contacts)
+            if found is not None:
+                found = _from(_turn_of(parameters, found, count), Search(*given), True)
         if found is None:  # what is sharp needs more azimuths
             continue
-        turn = Turn(found[:-1].reshape(count, UNKNOWNS), float(found[-1]))
+        turn = _turn_of(parameters, found, count)
         sharp = _sharpness(turn)
-        if sharp <= FINE:
+        if _resolved(turn):
             break
     if sharp == math.inf and sharp_near:
         return settled_turn(parameters, setting, coordinates, None, gravity)
@@ -135,7 +154,7 @@ def _least_load(parameters, setting, coordinates, turn: Turn) -> float:
     """The least load [N] that a ball bears on its way in this motion."""
     azimuths = azimuths_of(len(turn.motion), 0.0)
     acting = Surroundings(parameters, setting, coordinates, azimuths)
-    return float(acting.wrench(turn.whole(azimuths), turn.orbit).contacts.load.min())
+    return float(acting.wrench(*turn.whole(azimuths)).contacts.load.min())
 
 
 def _even(setting, coordinates) -> bool:
@@ -144,9 +163,25 @@ def _even(setting, coordinates) -> bool:
     return max(abs(x), abs(y), *(setting.arm * abs(one) for one in tilt)) <= EVEN * setting.ball_radius
 
 
-def _unknowns(turn: Turn, count: int) -> np.ndarray:
-    """The unknowns of a search at so many azimuths in this motion."""
-    return np.append(turn.at(azimuths_of(count, 0.0))[0].ravel(), turn.orbit)
+def _from(turn: Turn, search: Search, far: bool) -> np.ndarray | None:
+    """The unknowns of a turn from this one, which is nearby; if it is `far`, over ever longer times as well."""
+    begin = _unknowns(turn, search)
+    found = search.again(begin)
+    return search.further(begin) if found is None and far else found
+
+
+def _unknowns(turn: Turn, search: Search) -> np.ndarray:
+    """The unknowns of a search in this motion."""
+    speeds = np.zeros(search.waves.shape[1])
+    known = np.append(turn.orbit, turn.swing)[: len(speeds)]
+    speeds[: len(known)] = known
+    return np.append(turn.at(azimuths_of(search.count, 0.0))[0].ravel(), speeds)
+
+
+def _turn_of(parameters, unknowns: np.ndarray, count: int) -> Turn:
+    """The motion of these unknowns of a search at so many azimuths."""
+    motion, speeds = unknowns[: count * UNKNOWNS].reshape(count, UNKNOWNS), unknowns[count * UNKNOWNS :]
+    return Turn(motion, float(speeds[0]), "", speeds[1:], parameters.geometry.balls)
 
 
 def _first(search: Search, place: np.ndarray, contacts: Contacts) -> np.ndarray | None:
@@ -156,7 +191,7 @@ def _first(search: Search, place: np.ndarray, contacts: Contacts) -> np.ndarray 
     orbit = float(shared(contacts, contacts.orbit))
     rolling = float(shared(contacts, contacts.pitch)), orbit - float(shared(contacts, contacts.roll))
     for motion[:, 2], motion[:, 4] in (rolling, (0.0, math.copysign(math.hypot(*rolling), rolling[1]))):
-        found = search.found(_unknowns(Turn(motion, orbit), search.count))
+        found = search.found(_unknowns(Turn(motion, orbit), search))
         if found is not None:
             return found
     return None
