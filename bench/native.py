@@ -20,10 +20,13 @@ from bearing_twin.contact.ellipse import HERTZ_DENOMINATOR, HERTZ_NUMERATOR, HER
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
+from bearing_twin.vectors import BITS
 
 METHODS = ("rk4", "imex")
 STEP, REPEATS = 5e-7, 5
 OPTIONS = ("-O3", "-march=native", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off")
+if platform.machine() == "x86_64":
+    OPTIONS += (f"-mprefer-vector-width={BITS}",)  # as the product's kernels
 GROUPS = (slice(0, 1), slice(1, 2), slice(2, 3), slice(3, 6), slice(6, 9))  # columns that share a unit and a size
 AGREE = 1e-6  # of the greatest number of a group: what rounding may grow to
 

@@ -219,9 +219,10 @@ def over_few_of_all(regularisation, lanes):
 def over_spots(regularisation, lanes):
     """The means over both spots of all lanes, side by side: what `spot_rules.blended_over_spot` sums."""
     if over_few_of_all(regularisation, lanes) > 0:
+        here = min(SPOTS, len(lanes))  # SPOTS, which LLVM must not know: it writes loops of eight out number by number
         for i in range(len(COARSE_POINTS)):
             x, y, weight = COARSE_POINTS[i, 0], COARSE_POINTS[i, 1], COARSE_POINTS[i, 2]
-            for k in range(SPOTS):
+            for k in range(here):
                 major, minor = get(lanes, SEMI_MAJOR, k) * x, get(lanes, SEMI_MINOR, k) * y
                 slip_major, slip_minor = get(lanes, SLIP_MAJOR, k), get(lanes, SLIP_MINOR, k)
                 share, spin = weight * get(lanes, MANY, k), get(lanes, SPIN_RATE, k)

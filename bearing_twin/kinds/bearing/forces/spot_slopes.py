@@ -43,12 +43,18 @@ TINY = 1e-12  # m: no spot is smaller
 
 
 @inlined
-def _two_points(points, i, regularisation, room, k):
-    """What points i and i + 1 give to the sums of spot k."""
+def _point(points, i):
+    """Point i: both places in units of the semi-axes, and its weight."""
+    return points[i, 0], points[i, 1], points[i, 2]
+
+
+@inlined
+def _two_points(first, second, regularisation, room, k):
+    """What two points give to the sums of spot k."""
     motion = get(room, SLIP_MAJOR, k), get(room, SLIP_MINOR, k), get(room, SPIN_RATE, k)
-    major, minor, part, j = get(room, SEMI_MAJOR, k), get(room, SEMI_MINOR, k), get(room, PART, k), i + 1
-    a = spot_slopes(major * points[i, 0], minor * points[i, 1], part * points[i, 2], *motion, regularisation)
-    b = spot_slopes(major * points[j, 0], minor * points[j, 1], part * points[j, 2], *motion, regularisation)
+    major, minor, part = get(room, SEMI_MAJOR, k), get(room, SEMI_MINOR, k), get(room, PART, k)
+    a = spot_slopes(major * first[0], minor * first[1], part * first[2], *motion, regularisation)
+    b = spot_slopes(major * second[0], minor * second[1], part * second[2], *motion, regularisation)
     return (
         a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5],
         a[6] + b[6], a[7] + b[7], a[8] + b[8], a[9] + b[9], a[10] + b[10], a[11] + b[11],
@@ -59,12 +65,15 @@ def _two_points(points, i, regularisation, room, k):
 def add_points(points, regularisation, room):
     """Adds to the sums from `SUM` on what these points give, to those of each spot its `PART` of them.
 
-    Four points at once, as to reach the sums takes as long as a point.
+    Four points at once, as to reach the sums takes as long as a point; read before, as LLVM does not know `points` and
+    `room` apart.
     """
+    here = min(SPOTS, len(room))  # as in `spot.over_spots`
     for i in range(0, len(points), 4):
-        for k in range(SPOTS):
-            one = _two_points(points, i, regularisation, room, k)
-            two = _two_points(points, i + 2, regularisation, room, k)
+        a, b, c, d = _point(points, i), _point(points, i + 1), _point(points, i + 2), _point(points, i + 3)
+        for k in range(here):
+            one = _two_points(a, b, regularisation, room, k)
+            two = _two_points(c, d, regularisation, room, k)
             increase(room, SUM, k, one[0] + two[0])
             increase(room, SUM + 2, k, one[1] + two[1])
             increase(room, SUM + 4, k, one[2] + two[2])
