@@ -29,6 +29,7 @@ from bearing_twin.kinds.bearing.companion.departures import (
 )
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, left_over, off_in_flight
 from bearing_twin.kinds.bearing.companion.growth import BUMPED, FLOOR, MET
+from bearing_twin.kinds.bearing.companion.inherited import stiffest, thrown
 from bearing_twin.kinds.bearing.companion.looking import EARLY, LOOKING, Looking
 from bearing_twin.kinds.bearing.companion.meetings import (
     COPYING,
@@ -40,6 +41,7 @@ from bearing_twin.kinds.bearing.companion.meetings import (
 )
 from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS
 from bearing_twin.kinds.bearing.companion.second import Second
+from bearing_twin.kinds.bearing.companion.throws import Throw, through_throw
 from bearing_twin.kinds.bearing.companion.windows import (
     ALL,
     BUMPING,
@@ -47,6 +49,7 @@ from bearing_twin.kinds.bearing.companion.windows import (
     WINDOW,
     Window,
     bumps,
+    carries,
     off_by,
     within,
 )
@@ -190,6 +193,19 @@ class Companion(Looking):
         second.shown = max(second.shown, self._off(shown))
         rows = np.concatenate([rows, np.array(found).reshape(-1, len(WINDOW.columns))])
         return rows[np.argsort(rows[:, 0], kind="stable")]
+
+    def throw(self, part: Part, scales, off: float, wide: float) -> Throw | None:
+        """What a copy shows of a part in which a ring is thrown; None of others.
+
+        Its ring makes loads `off` [N], and would make them off by what its place was off (`wide`); see `carried_on`.
+        """
+        if not carries(self.parameters) or not thrown(part):
+            return None
+        stiffness = stiffest(part.bearing.inner.law, self.greatest_load)
+        displaced = 2.0 * off / stiffness, wide / stiffness  # along the load on two contacts in series
+        found = through_throw(self.parameters, part, scales, displaced, self.greatest_load)
+        self.steps += found.steps if found else 0
+        return found
 
     def _off_by(self, rows) -> float:
         return off_by(np.array(rows), self.greatest_load or 1.0, self.parameters.wanted.outputs == LOADS)

@@ -17,6 +17,7 @@ import numpy as np
 from bearing_twin.contact.elastic import elastic
 from bearing_twin.contact.elasticity import Elasticity
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part, lengths
+from bearing_twin.kinds.bearing.companion.throws import Throw
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, UNKNOWN, WINDOW, carries
 from bearing_twin.kinds.bearing.forces.equations import Bearing
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
@@ -174,14 +175,17 @@ class Carried(NamedTuple):
     known: tuple
 
 
-def grown(part: Part, greatest: float, off: float) -> tuple[float, float, float]:
+def grown(part: Part, greatest: float, off: float, throw: Throw | None) -> tuple[float, float, float]:
     """What loads [N] that a ring makes `off` by become off in a part, and friction over mu N.
 
     First what loads would be off if nothing bounded it. What a ring that is thrown against its balls is off grows with
-    each blow, as where balls bump into a cage; so does what a ball is off that hops while the ring lies still (`hops`).
+    each blow: to what a copy was off (`throw`), of which nobody knows whether steps of the part made it; without one, as
+    where balls bump into a cage. So does what a ball is off that hops while the ring lies still (`hops`).
     """
     if not part.flies:
         return off, off, 0.0
+    if throw is not None:
+        return throw.load, min(throw.load, greatest), throw.friction
     hopping, slips = hops(part, greatest, BUMPING * off)
     if thrown(part):
         return BUMPING * off, min(BUMPING * off, greatest), slips
@@ -197,6 +201,7 @@ def carried_on(
     around: float,
     greatest: float,
     apart: float = 0.0,
+    throw: Throw | None = None,
 ) -> Carried:
     """What a part that began with what is `known` inherits, beside these rows of WINDOW.
 
@@ -220,7 +225,7 @@ def carried_on(
     across = stiffest(part.bearing.inner.law, greatest) * float(row[PLACE["ring_displacement"]])
     light, free, loads = max(light, light_share(part, greatest)), [now, off], [now, off]
     for place, one in enumerate((row, before) if seconds and len(rows) else ()):
-        free[place], most, slips = grown(part, greatest, loads[place])
+        free[place], most, slips = grown(part, greatest, loads[place], throw)
         if most != loads[place]:
             one[PLACE["load"]] = loads[place] = most
         one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), slips)
