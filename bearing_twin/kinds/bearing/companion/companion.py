@@ -29,7 +29,6 @@ from bearing_twin.kinds.bearing.companion.departures import (
 )
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, left_over, off_in_flight
 from bearing_twin.kinds.bearing.companion.growth import BUMPED, FLOOR, MET
-from bearing_twin.kinds.bearing.companion.inherited import stiffest, thrown
 from bearing_twin.kinds.bearing.companion.looking import EARLY, LOOKING, Looking
 from bearing_twin.kinds.bearing.companion.meetings import (
     COPYING,
@@ -42,17 +41,7 @@ from bearing_twin.kinds.bearing.companion.meetings import (
 from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS
 from bearing_twin.kinds.bearing.companion.second import Second
 from bearing_twin.kinds.bearing.companion.throws import Throw, through_throw
-from bearing_twin.kinds.bearing.companion.windows import (
-    ALL,
-    BUMPING,
-    PLACE,
-    WINDOW,
-    Window,
-    bumps,
-    carries,
-    off_by,
-    within,
-)
+from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, PLACE, WINDOW, Window, bumps, off_by, within
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
 
@@ -61,6 +50,7 @@ AT_A_TIME = 2  # balls that are followed
 FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
 THREATENED = 0.33  # ... unless it is off by the tolerance, or loose, or `second`: then where so many were
 BOUNCING = 0.45  # ... or would be, with a ball that bounces although nothing points to it: it may rule a short run
+BOUNCED = 2  # parts in which balls that bounce are followed whatever it costs
 DEARER = 1.35  # times the run's steps: what a companion takes, at a third of the tolerance by a method of fourth order
 KEPT = {"greatest_load": float, "steps": int, "looked": int, "parts": int, "met": int, "diverged": bool}
 KEPT |= {"grew": float, "reached": float}
@@ -131,10 +121,10 @@ class Companion(Looking):
         before, self.followed = self.followed, []
         those = [(one.left, Window(one.ball, -1, len(part.times)), one.begin, one.last) for one in before]
         rows = self._follow(part, those, scales, tolerance, met)
-        thrown, found = self._throws(part, scales, tolerance, met)
+        flown, found = self._throws(part, scales, tolerance, met)
         rows += found
-        ridden = {one.ball for one in (*self.followed, *thrown)}
-        windows = [one for one in windows if not any(within(one, other) for other in thrown)]
+        ridden = {one.ball for one in (*self.followed, *flown)}
+        windows = [one for one in windows if not any(within(one, other) for other in flown)]
         for window in taking_off(part, met, ridden, LOOKING * part.taken):
             windows += [] if any(within(window, other) for other in windows) else [window]
         for group in together(part, windows):
@@ -163,15 +153,15 @@ class Companion(Looking):
     def _goes_beside(self, part: Part) -> bool:
         """Whether all balls are followed through a part: they may bump, or some fly, and steps are left for it.
 
-        What is off bounces carry on, and at an output where a ball lands its load is another. Balls that fly are always
-        followed through the first part.
+        What is off bounces carry on, and at an output where a ball lands its load is another. Balls that fly, or touch
+        down between outputs, are always followed through the first parts.
         """
         if bumps(self.parameters):
             return self.parts <= EARLY or self.steps <= THREATENED * part.taken
-        if not part.flies:
+        if not (part.flies or part.touches):
             return False
         takes = DEARER * (part.pointer[..., STEPS_IN].sum() if len(part.pointer) else part.taken)
-        return self.parts == 1 or self.steps + takes <= THREATENED * part.taken
+        return self.parts <= BOUNCED or self.steps + takes <= THREATENED * part.taken
 
     def go_beside(self, part: Part, scales, tolerance: float, ended: tuple, rows: np.ndarray) -> np.ndarray:
         """The rows of WINDOW of a part that stands, in time, with those of what goes beside balls that bump or fly.
@@ -195,15 +185,8 @@ class Companion(Looking):
         return rows[np.argsort(rows[:, 0], kind="stable")]
 
     def throw(self, part: Part, scales, off: float, wide: float) -> Throw | None:
-        """What a copy shows of a part in which a ring is thrown; None of others.
-
-        Its ring makes loads `off` [N], and would make them off by what its place was off (`wide`); see `carried_on`.
-        """
-        if not carries(self.parameters) or not thrown(part):
-            return None
-        stiffness = stiffest(part.bearing.inner.law, self.greatest_load)
-        displaced = 2.0 * off / stiffness, wide / stiffness  # along the load on two contacts in series
-        found = through_throw(self.parameters, part, scales, displaced, self.greatest_load)
+        """What a copy shows of a part in which a ring is thrown, see `through_throw`; None of others."""
+        found = through_throw(self.parameters, part, scales, off, wide, self.greatest_load)
         self.steps += found.steps if found else 0
         return found
 
@@ -223,8 +206,10 @@ class Companion(Looking):
     def _throws(self, part: Part, scales, tolerance: float, met: np.ndarray) -> tuple[list[Window], list[list[float]]]:
         """Goes with all balls that are seen in flight, side by side, as far as steps allow; their windows, and rows.
 
-        Nothing need point to them: they may rule a short run.
+        Nothing need point to them: they may rule a short run. None where all balls are followed beside the run.
         """
+        if self._goes_beside(part):
+            return [], []
         ridden = {one.ball for one in self.followed}
         group = bouncing(part, met, ridden, (BOUNCING * part.taken - self.steps) / DEARER)
         if not group or ALL in ridden:
