@@ -537,7 +537,7 @@ def test_a_chunk_in_which_balls_meet_is_done_again_from_its_beginning(retaken, m
     name, differs = CASES[case]
     point = judge(case, METHOD, tolerance, 0.0)
     assert (point.error < 0.01 * tolerance) == (retaken > 0)
-    assert point.told == ("done" if retaken else "doubtful: friction")
+    assert point.told == ("done" if retaken else "doubtful: loads, friction")
     scene = load_scene(name, (*differs, f"wanted.tolerance={tolerance}"))
     moving = WatchedMotion(scene.parameters, choose(scene))
     times = np.arange(1, 401) / scene.parameters.run.output_rate
