@@ -2,7 +2,7 @@
 
 The difference is the error that the run makes within a window, once the window is several steps long (shorter ones
 measure their own ends). Windows are few: they end where the steps' own error estimates (`pointing`) do most to a ball's
-force or torque, or a contact slides most, as far as that exceeds what was looked at before in the run; and one more
+force or torque, or slip to friction, as far as that exceeds what was looked at before in the run; and one more
 after 2, 4, 8 ... parts, where steps are longest. Balls on their own are taken one by one, many in one call; coupled
 ones, which meet, a moving ring or a cage, all together. What error the start of a window has from before, no window
 sees. Where the motion is still off at the end of a window, or a ball is loose, the companion goes on beside the run
@@ -50,7 +50,7 @@ AT_A_TIME = 2  # balls that are followed
 FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
 THREATENED = 0.33  # ... unless it is off by the tolerance, or loose, or `second`: then where so many were
 BOUNCING = 0.45  # ... or would be, with a ball that bounces although nothing points to it: it may rule a short run
-BOUNCED = 2  # parts in which balls that bounce are followed whatever it costs
+BOUNCED = 2  # parts in which all are followed beside balls that bounce, whatever it costs
 DEARER = 1.35  # times the run's steps: what a companion takes, at a third of the tolerance by a method of fourth order
 KEPT = {"greatest_load": float, "steps": int, "looked": int, "parts": int, "met": int, "diverged": bool}
 KEPT |= {"grew": float, "reached": float}
