@@ -50,7 +50,6 @@ AT_A_TIME = 2  # balls that are followed
 FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
 THREATENED = 0.33  # ... unless it is off by the tolerance, or loose, or `second`: then where so many were
 BOUNCING = 0.45  # ... or would be, with a ball that bounces although nothing points to it: it may rule a short run
-BOUNCED = 2  # parts in which all are followed beside balls that bounce, whatever it costs
 DEARER = 1.35  # times the run's steps: what a companion takes, at a third of the tolerance by a method of fourth order
 KEPT = {"greatest_load": float, "steps": int, "looked": int, "parts": int, "met": int, "diverged": bool}
 KEPT |= {"grew": float, "reached": float}
@@ -153,15 +152,15 @@ class Companion(Looking):
     def _goes_beside(self, part: Part) -> bool:
         """Whether all balls are followed through a part: they may bump, or some fly, and steps are left for it.
 
-        What is off bounces carry on, and at an output where a ball lands its load is another. Balls that fly, or touch
-        down between outputs, are always followed through the first parts.
+        What is off bounces carry on, and at an output where a ball lands its load is another. Balls that fly are always
+        followed through the first part.
         """
         if bumps(self.parameters):
             return self.parts <= EARLY or self.steps <= THREATENED * part.taken
-        if not (part.flies or part.touches):
+        if not part.flies:
             return False
         takes = DEARER * (part.pointer[..., STEPS_IN].sum() if len(part.pointer) else part.taken)
-        return self.parts <= BOUNCED or self.steps + takes <= THREATENED * part.taken
+        return self.parts == 1 or self.steps + takes <= THREATENED * part.taken
 
     def go_beside(self, part: Part, scales, tolerance: float, ended: tuple, rows: np.ndarray) -> np.ndarray:
         """The rows of WINDOW of a part that stands, in time, with those of what goes beside balls that bump or fly.
@@ -206,10 +205,8 @@ class Companion(Looking):
     def _throws(self, part: Part, scales, tolerance: float, met: np.ndarray) -> tuple[list[Window], list[list[float]]]:
         """Goes with all balls that are seen in flight, side by side, as far as steps allow; their windows, and rows.
 
-        Nothing need point to them: they may rule a short run. None where all balls are followed beside the run.
+        Nothing need point to them: they may rule a short run.
         """
-        if self._goes_beside(part):
-            return [], []
         ridden = {one.ball for one in self.followed}
         group = bouncing(part, met, ridden, (BOUNCING * part.taken - self.steps) / DEARER)
         if not group or ALL in ridden:

@@ -97,14 +97,6 @@ class Part:
         """Whether any ball touches neither raceway at an output."""
         return not self.all_bear and bool(self.in_flight.any())
 
-    @functools.cached_property
-    def touches(self) -> bool:
-        """Whether any contact bears load at an output, and neither at the one before nor at the one behind."""
-        if self.all_bear or len(self.times) < 3:
-            return False
-        bears = self.load > 0.0
-        return bool((bears[1:-1] & ~bears[:-2] & ~bears[2:]).any())
-
 
 class Found(NamedTuple):
     """What a companion found: channels and states (instants, balls, ...), and the steps it took in all.
