@@ -129,7 +129,7 @@ class BearingDoubt:
         # Up to a horizon windows that are followed show what bumps make of errors: that is how it was found.
         worst, inherited = (worst, 1.0) if worst else (self.worst, self._inherited)
         if name != "load":
-            return worst.seen(name, inherited, self.least <= 0.0, spread, self.parameters.initial.motion == "rest")
+            return worst.seen(name, inherited, self.least <= 0.0, spread)
         # Bumps into a cage drive balls round, not against a held ring.
         held = dimension_of(self.parameters) != FREE_RING
         seen = worst.seen(name, 1.0 if held else inherited, self.least <= 0.0, spread)

@@ -290,7 +290,8 @@ class WatchedMotion(BearingMotion):
         added, self._before_it = found, found[:0]
         if len(found) or carries(self.parameters):
             ringing, drift = ringing_time(self.parameters, self.bearing, greatest), self.companion.drift.angle.max()
-            what = part, found, self.tolerance, ringing, drift, greatest, self.companion.apart
+            throw = self.companion.throw(part, scales, *self._inherited[1:3])
+            what = part, found, self.tolerance, ringing, drift, greatest, self.companion.apart, throw
             found, added, self._before_it, self._inherited = carried_on(self._inherited, *what)
         between = between_steps(self.parameters, part, self.tolerance, greatest)
         self._found = np.concatenate([found, between])

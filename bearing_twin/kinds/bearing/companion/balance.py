@@ -6,6 +6,10 @@ step misses that balance: what is left over of the forces on the ball is what it
 with friction, where a step is longer than slip takes to die out: what is left over of the torque on the ball, and of
 the force across both normals, is what friction is off. Nothing is integrated for it. No window shows it so: its own
 start lies on an interpolant.
+
+What is left over of the forces where a part begins is no error: it makes a ball swing between its raceways. A step that
+is longer than such a swing ends it at once, for the run and for any companion, where contacts that damp little would
+let it go on (`rung_out`).
 """
 
 import math
@@ -24,6 +28,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     TANGENTIAL_VELOCITY,
     VELOCITY,
 )
+from bearing_twin.kinds.bearing.outputs import empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
@@ -35,6 +40,7 @@ UNKNOWN = 0.1  # of what is left over: where accelerations are known no better, 
 SAME = 1e-6  # of an interval between outputs: those that differ by less are alike
 ERRORS = 3  # of a ball: of load, friction, torque
 NO_FRICTION = 1e-300  # share of the load: next to nothing, so that no quotient is infinite
+NO_STIFFNESS = 1e-300  # N/m: next to none, so that no quotient is infinite
 MOST = 100  # outputs of a part that are looked at: those in the longest steps, whose interpolants err most
 
 
@@ -209,6 +215,30 @@ def off_balance(part: Part, moves: bool, here: np.ndarray, greatest: float) -> n
     return off
 
 
+def rung_out(parameters: BearingScene, part: Part) -> float:
+    """What loads [N] are off as steps end the swing of balls that are out of balance where a part begins.
+
+    A mass on the contacts with both raceways, each with a viscous term as their stiffness: its swing falls as
+    exp(-k tau t / 2 m). It is lost from the first output on up to which steps are longer than it takes.
+    """
+    state, orientation, _, _, border = (one[None].copy() for one in part.begun)
+    out, bearing = empty_outputs(parameters, 1), part.bearing
+    start, drive = np.zeros(1), part.drive
+    write_outputs(parameters, bearing, part.partners, drive, start, state, orientation, border, out.numbers, 0)
+    load, approach, force = (out[name][0] for name in ("normal_load", "approach", "raceway_force"))
+    powers = np.array([bearing.inner.law.power, bearing.outer.law.power])
+    stiffness = np.where(load > 0.0, powers * load / np.where(load > 0.0, approach, 1.0), 0.0)
+    both, angle, speed = stiffness.sum(axis=1), state[0, :, ORBIT_ANGLE], state[0, :, TANGENTIAL_VELOCITY]
+    pushed = force + bearing.ball_mass * np.asarray(bearing.gravity)
+    left = pushed[:, 0] * np.cos(angle) + pushed[:, 1] * np.sin(angle)
+    left += bearing.ball_mass * speed**2 / state[0, :, AXIS_DISTANCE]
+    turns = np.diff(part.times, prepend=0.0)[:, None] * np.sqrt(both / bearing.ball_mass) / SWING
+    lost = np.maximum.accumulate(turns >= part.pointer[..., STEPS_IN].T, axis=0)
+    lost &= part.carried & (load > 0.0).all(axis=1)
+    falls = np.exp(-0.5 * both * bearing.relaxation_time / bearing.ball_mass * np.asarray(part.times)[:, None])
+    return float((lost * falls * np.abs(left) * stiffness.max(axis=1) / np.maximum(both, NO_STIFFNESS)).max())
+
+
 def _given(bearing: Bearing, least: float) -> _Given:
     friction = float(bearing.friction_coefficient)
     ball = bearing.ball_mass, bearing.ball_inertia, bearing.ball_radius
@@ -226,6 +256,8 @@ def between_steps(parameters: BearingScene, part: Part, tolerance: float, greate
     """
     moves = dimension_of(parameters) == FREE_RING
     off = off_balance(part, moves, in_longest_steps(part), greatest).max(axis=(0, 1), initial=0.0)
+    if len(part.pointer) and not moves:
+        off[0] = max(float(off[0]), rung_out(parameters, part))
     rows = np.zeros((int(off.any()), len(WINDOW.columns)))
     rows[:, : PLACE["contact_angle"]] = part.elapsed + part.duration, part.elapsed, BETWEEN, 0.0, tolerance, *off
     return rows

@@ -2,7 +2,7 @@
 
 The difference is the error that the run makes within a window, once the window is several steps long (shorter ones
 measure their own ends). Windows are few: they end where the steps' own error estimates (`pointing`) do most to a ball's
-force or torque, or a contact slides most, as far as that exceeds what was looked at before in the run; and one more
+force or torque, or slip to friction, as far as that exceeds what was looked at before in the run; and one more
 after 2, 4, 8 ... parts, where steps are longest. Balls on their own are taken one by one, many in one call; coupled
 ones, which meet, a moving ring or a cage, all together. What error the start of a window has from before, no window
 sees. Where the motion is still off at the end of a window, or a ball is loose, the companion goes on beside the run
@@ -40,16 +40,8 @@ from bearing_twin.kinds.bearing.companion.meetings import (
 )
 from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS
 from bearing_twin.kinds.bearing.companion.second import Second
-from bearing_twin.kinds.bearing.companion.windows import (
-    ALL,
-    BUMPING,
-    PLACE,
-    WINDOW,
-    Window,
-    bumps,
-    off_by,
-    within,
-)
+from bearing_twin.kinds.bearing.companion.throws import Throw, through_throw
+from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, PLACE, WINDOW, Window, bumps, off_by, within
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
 
@@ -128,10 +120,10 @@ class Companion(Looking):
         before, self.followed = self.followed, []
         those = [(one.left, Window(one.ball, -1, len(part.times)), one.begin, one.last) for one in before]
         rows = self._follow(part, those, scales, tolerance, met)
-        thrown, found = self._throws(part, scales, tolerance, met)
+        flown, found = self._throws(part, scales, tolerance, met)
         rows += found
-        ridden = {one.ball for one in (*self.followed, *thrown)}
-        windows = [one for one in windows if not any(within(one, other) for other in thrown)]
+        ridden = {one.ball for one in (*self.followed, *flown)}
+        windows = [one for one in windows if not any(within(one, other) for other in flown)]
         for window in taking_off(part, met, ridden, LOOKING * part.taken):
             windows += [] if any(within(window, other) for other in windows) else [window]
         for group in together(part, windows):
@@ -190,6 +182,12 @@ class Companion(Looking):
         second.shown = max(second.shown, self._off(shown))
         rows = np.concatenate([rows, np.array(found).reshape(-1, len(WINDOW.columns))])
         return rows[np.argsort(rows[:, 0], kind="stable")]
+
+    def throw(self, part: Part, scales, off: float, wide: float) -> Throw | None:
+        """What a copy shows of a part in which a ring is thrown, see `through_throw`; None of others."""
+        found = through_throw(self.parameters, part, scales, off, wide, self.greatest_load)
+        self.steps += found.steps if found else 0
+        return found
 
     def _off_by(self, rows) -> float:
         return off_by(np.array(rows), self.greatest_load or 1.0, self.parameters.wanted.outputs == LOADS)

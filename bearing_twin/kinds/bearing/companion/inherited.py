@@ -8,15 +8,13 @@ there by what steps err by. Windows are short and lie elsewhere: all this is the
 of friction and load, and recorded as a row of WINDOW of its own.
 """
 
-import functools
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.contact.elastic import elastic
-from bearing_twin.contact.elasticity import Elasticity
-from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part, lengths
+from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
+from bearing_twin.kinds.bearing.companion.throws import Throw, stiffest, thrown
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, UNKNOWN, WINDOW, carries
 from bearing_twin.kinds.bearing.forces.equations import Bearing
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
@@ -60,14 +58,6 @@ def light_share(part: Part, greatest: float) -> float:
     # Where nothing is borne nothing rubs; a mask would take longer.
     felt = rubbing(part, greatest, ...) * (greatest / np.maximum(load, NO_LOAD)) ** (1.0 / part.bearing.inner.law.power)
     return float(felt.max(initial=0.0))
-
-
-@functools.lru_cache(maxsize=4)
-def stiffest(law: Elasticity, greatest: float) -> float:
-    """The stiffness [N/m] of a contact of this law that bears the `greatest` load [N], which seldom grows in a run."""
-    if greatest <= 0.0:
-        return 0.0
-    return elastic(law.given, law.power, (greatest / law.given) ** (1.0 / law.power)).stiffness
 
 
 def rubbing(part: Part, greatest: float, those) -> np.ndarray:
@@ -128,20 +118,6 @@ def all_of_it(part_began: float, now: float, tolerance: float, greatest: float, 
     return row
 
 
-def thrown(part: Part) -> bool:
-    """Whether a ring is thrown across its clearance: some ball then touches neither raceway at an output.
-
-    A ball may also hop on the outer raceway while the ring lies still, or slides round. So at some output contacts must
-    leave more than half of its load unheld: half way from lying still to falling.
-    """
-    if not part.flies:
-        return False
-    at, partners = np.asarray(part.times)[:, None], part.partners
-    load = (partners.load + partners.weight + at * partners.load_rate)[:, :3]
-    moves = lengths(load + part.out["inner_ring_force"])
-    return bool((2.0 * moves > lengths(load)).any())
-
-
 def ringing_alone(part: Part, greatest: float) -> float:
     """Friction over mu N that balls on one raceway alone may be off by, as errors of steps make them ring there.
 
@@ -174,14 +150,17 @@ class Carried(NamedTuple):
     known: tuple
 
 
-def grown(part: Part, greatest: float, off: float) -> tuple[float, float, float]:
+def grown(part: Part, greatest: float, off: float, throw: Throw | None) -> tuple[float, float, float]:
     """What loads [N] that a ring makes `off` by become off in a part, and friction over mu N.
 
     First what loads would be off if nothing bounded it. What a ring that is thrown against its balls is off grows with
-    each blow, as where balls bump into a cage; so does what a ball is off that hops while the ring lies still (`hops`).
+    each blow: to what a copy was off (`throw`), of which nobody knows whether steps of the part made it, or without one
+    as where balls bump into a cage. So does what a ball is off that hops while the ring lies still (`hops`).
     """
     if not part.flies:
         return off, off, 0.0
+    if throw is not None:
+        return throw.load, min(throw.load, greatest), throw.friction
     hopping, slips = hops(part, greatest, BUMPING * off)
     if thrown(part):
         return BUMPING * off, min(BUMPING * off, greatest), slips
@@ -197,6 +176,7 @@ def carried_on(
     around: float,
     greatest: float,
     apart: float = 0.0,
+    throw: Throw | None = None,
 ) -> Carried:
     """What a part that began with what is `known` inherits, beside these rows of WINDOW.
 
@@ -220,7 +200,7 @@ def carried_on(
     across = stiffest(part.bearing.inner.law, greatest) * float(row[PLACE["ring_displacement"]])
     light, free, loads = max(light, light_share(part, greatest)), [now, off], [now, off]
     for place, one in enumerate((row, before) if seconds and len(rows) else ()):
-        free[place], most, slips = grown(part, greatest, loads[place])
+        free[place], most, slips = grown(part, greatest, loads[place], throw)
         if most != loads[place]:
             one[PLACE["load"]] = loads[place] = most
         one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), slips)

@@ -6,18 +6,19 @@ import numpy as np
 
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
 from bearing_twin.kinds.bearing.companion.meetings import as_met, copied_from, meetings
-from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS, one_for_all, pointers, spare
+from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS, SLIDING, one_for_all, pointers, spare
 from bearing_twin.kinds.bearing.companion.windows import (
     ALL,
     LEAST_STEPS,
     Window,
     overlap,
+    since_begun,
     steps_before,
     steps_in,
     window_at,
     within,
 )
-from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 
 LIKE, CHEAP, EARLY = 0.5, 0.005, 8  # times the least of those; of the run's steps: worth a look in so many parts then
 CANDIDATES = 16  # outputs that point most, of which windows are made
@@ -53,6 +54,8 @@ class Looking:
         tops = [float(grid.max()) for grid in grids]
         touched, before = bool(met.any()), {}
         much = self._much(part)
+        # Balls that begin to roll at the start of a run may rule what their friction is off in all of it.
+        first = not self.parts and self.parameters.wanted.outputs != LOADS
         some_cheap = not whole and self.parts < EARLY and fewest <= CHEAP * part.taken
         for place, grid in enumerate(grids):
             mine: list[Window] = []
@@ -62,17 +65,22 @@ class Looking:
             worth = (points > least).nonzero()[0]
             for flat in worth[(-points[worth]).argsort(kind="stable")][:CANDIDATES].tolist():
                 row, cell = divmod(flat, grid.shape[1])
-                good = self._worth(place, float(grid[row, cell]), mine, self.looked + planned > much)
+                spent = self.looked + planned > much and not (first and place == SLIDING and not whole)
+                good = self._worth(place, float(grid[row, cell]), mine, spent)
                 if len(mine) == MOST or not (good or some_cheap):
                     break
                 if row not in before:
                     before[row] = steps_before(steps[row])
                 window = window_at(ALL if whole else row, cell, before[row])
+                if place == SLIDING and not whole:
+                    window = since_begun(window, before[row])
                 window = as_met(window, met) if touched else window
                 if copied and window.ball == ALL:
                     continue  # a copy of the run shows what meetings do
                 good = good or steps_in(window, row, steps) <= CHEAP * part.taken
-                if good and not any(overlap(window, other) for other in mine):
+                # Balls begin to roll at about the same instant, each at another one of a step.
+                near = [one for one in mine if place != SLIDING or one.ball == window.ball]
+                if good and not any(overlap(window, other) for other in near):
                     mine.append(window)
                     if not any(within(window, other) for other in found):
                         found.append(window)

@@ -20,8 +20,9 @@ EVEN = 0.3  # of the steps that any takes: balls that take so many each move ali
 def pointers(part: Part, least: float) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
     """What points to errors, of force [N], torque over N, friction over N, and steps; each (balls or 1, outputs).
 
-    Over no less than the `least` load [N]; balls that are coupled have one row, and in place of the third how much an
-    error of force [m/s^2] changes friction, over load [N].
+    Over no less than the `least` load [N]. The third is by how much an error of slip changes friction, where a ball
+    neither slides, as friction is then known, nor rolls, as errors of slip are then forgotten. Balls that are coupled
+    have one row, and in place of it how much an error of force [m/s^2] changes friction, over load [N].
     """
     load = part.load
     if len(part.pointer):
@@ -33,8 +34,11 @@ def pointers(part: Part, least: float) -> tuple[tuple[np.ndarray, ...], np.ndarr
         _point_together(force, torque, load, part.friction, least, grids[:, 0])
         return tuple(grids), steps.max(axis=0)[None]
     torque = torque / np.maximum(load[..., 0] + load[..., 1], least).T
-    sliding = part.friction / np.maximum(load, least)
-    grids = force, torque, np.maximum(sliding[..., 0], sliding[..., 1]).T
+    sliding = np.max(part.friction / np.maximum(load, least), axis=2)
+    if coefficient := part.bearing.friction_coefficient:
+        share = np.minimum(sliding / coefficient, 1.0)
+        sliding *= (1.0 - share * share) ** 1.5  # the slope of friction over slip, in units of that at rest
+    grids = force, torque, sliding.T
     return tuple(map(np.ascontiguousarray, grids)), steps
 
 

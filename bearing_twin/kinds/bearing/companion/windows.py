@@ -23,6 +23,7 @@ WHOSE = {
     BESIDE: "all balls together, with what bumps carry on",
 }
 LEAST_STEPS = 10  # of the run in a window
+SLID = 3.0  # times that: as far back a window of a ball that slides begins, see `since_begun`
 BUMPING = 30.0  # times what windows see of balls that bump into each other or a cage: they miss 90 to 98 %
 
 WINDOW = Table(
@@ -107,6 +108,16 @@ def window_at(ball: int, cell: int, before: list[float]) -> Window:
     enough = bisect_left(before, before[begin] + LEAST_STEPS)
     end = max(end, min(enough, outputs))
     return Window(ball, begin - 1, end - begin)
+
+
+def since_begun(window: Window, before: list[float]) -> Window:
+    """The window of a ball that slides, from where its part begins if that is at most SLID times the least steps.
+
+    What its slip is off adds up while it slides, and is not seen from where the run has got to. `before` is that of
+    `steps_before`.
+    """
+    end = window.begin + 1 + window.length
+    return Window(window.ball, -1, end) if before[end] <= SLID * LEAST_STEPS else window
 
 
 def steps_in(window: Window, row: int, steps: np.ndarray) -> float:

@@ -4,23 +4,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.companion.windows import ALL, BESIDE, BETWEEN, PLACE, WINDOW, place_of
+from bearing_twin.kinds.bearing.companion.windows import ALL, APART, BESIDE, BETWEEN, PLACE, WINDOW, place_of
 
 NOTICED = 1.01  # times what was greatest before: rows that show more are kept, so that memory stays small
 # Times what windows show, where contacts come and go, each time anew: few of these times are looked at. Its study is
 # `python bench/missed.py`.
 MISSED = 1.5
-# The same of friction where balls that all bear load start from rest: each begins to roll at another instant of a step,
-# and windows of one or two show 0.75 times the greatest error as a median (`bearing_twin chart tolerance`).
-BEGUN = 2.0
 # Times what is told the true error may be, in 95 of 100 runs: by windows of single balls and of all where contacts come
 # and go, and by all that is told where each bears load throughout. Its study is the same.
 SPREAD_ALONE, SPREAD_TOGETHER, SPREAD_CALM = 2.4, 1.9, 1.25
 OF_INSTANTS = {"load", "friction", "torque", "contact_angle", "orbit_speed", "roll_rate", "ring_displacement"}
-OF_SLIP = {"friction", "torque"}
 OF_INSTANTS |= {"ring_force"}  # errors whose worst instant may lie outside all windows; others are of whole windows
 # Of single balls, of all, of what bumps were seen to grow, of no window, and of none but known exactly.
 ALONE, TOGETHER, GROWN, TOLD, SURE = range(5)
+# Goes on since earlier than any window: what balls are off their way round is in its loads, and is not added to them.
+FROM_START = (APART, BESIDE)
 KINDS = {ALL: TOGETHER, BESIDE: GROWN, BETWEEN: SURE}  # other balls with numbers are alone, what has none is told
 
 
@@ -38,6 +36,9 @@ class Worst:
         """Takes a row in."""
         ball = row[PLACE["ball"]]
         kind = KINDS.get(int(ball), ALONE if ball > ALL else TOLD)
+        if ball in FROM_START:
+            row = row.copy()
+            row[PLACE["orbit_angle"]] = 0.0
         if (row > NOTICED * self._least[kind])[PLACE["load"] :].any():
             self._noticed.append((kind, row.copy()))
             self._least[kind] = np.maximum(self._least[kind], row)
@@ -60,9 +61,7 @@ class Worst:
                 earlier.most[kind] = np.maximum(earlier.most[kind], row)
         return earlier
 
-    def seen(
-        self, name: str, inherited: float, eventful: bool, spread: "Spread | None" = None, from_rest: bool = False
-    ) -> float:
+    def seen(self, name: str, inherited: float, eventful: bool, spread: "Spread | None" = None) -> float:
         """The greatest error in a quantity; `inherited` times what windows of all balls show, more if `eventful`.
 
         With the `spread` of such estimates: what it may be. What is known exactly has none.
@@ -70,8 +69,7 @@ class Worst:
         alone, together, grown, told, sure = self.most[:, PLACE[name]].tolist()
         missed, wide = MISSED if eventful and name in OF_INSTANTS else 1.0, spread or Spread(1.0, 1.0, 1.0)
         whole = wide.together * max(missed, inherited) * together
-        each = BEGUN if from_rest and not eventful and name in OF_SLIP else missed
-        return max(wide.alone * each * alone, whole, grown, wide.told * told, sure)
+        return max(wide.alone * missed * alone, whole, grown, wide.told * told, sure)
 
 
 class Spread(NamedTuple):

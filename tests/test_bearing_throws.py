@@ -1,0 +1,137 @@
+"""A ring that is thrown across its clearance: how far its errors grow, by a copy; balls that begin to roll."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bearing_twin.charts.tolerance import METHOD, ToleranceRow, beside_truth
+from bearing_twin.kinds.bearing import watched
+from bearing_twin.kinds.bearing.companion.deviations import Part
+from bearing_twin.kinds.bearing.companion.inherited import carried_on, stiffest
+from bearing_twin.kinds.bearing.companion.pointers import SLIDING, pointers
+from bearing_twin.kinds.bearing.companion.throws import through_throw, thrown
+from bearing_twin.kinds.bearing.companion.windows import (
+    APART,
+    BESIDE,
+    LEAST_STEPS,
+    PLACE,
+    SLID,
+    WINDOW,
+    Window,
+    since_begun,
+    steps_before,
+)
+from bearing_twin.kinds.bearing.companion.worst import Worst
+from bearing_twin.kinds.bearing.stepping.pointing import POINTED
+from bearing_twin.kinds.bearing.watched import WatchedMotion
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import load_scene
+
+HALVES = ("rings.inner.change={time: 0.02, load: [0, 500, 0]}", "drive.speed=170")
+
+
+def through(tolerance, monkeypatch):
+    """The part in which half a ring's load goes at 20 ms, with what is known of it, scales of steps and the motion."""
+    found = []
+
+    def noted(known, part, *rest):
+        found.append((known, part, moving.scales.copy(), rest[-1]))
+        return one(known, part, *rest)
+
+    one = watched.carried_on
+    monkeypatch.setattr(watched, "carried_on", noted)
+    words = *HALVES, "wanted.outputs=loads", f"wanted.tolerance={tolerance}"
+    scene = load_scene("bearing_6203_rig_1000N", words)
+    moving = WatchedMotion(scene.parameters, choose(scene))
+    moving.advance(np.arange(1, 51) * 1e-3, 0.05)
+    return next(one for one in found if thrown(one[1])), [one for one in found if not thrown(one[1])], moving
+
+
+def test_a_copy_that_starts_apart_shows_what_a_ring_is_off_that_is_thrown(monkeypatch):
+    """Twice as far apart it is about twice as far off, where what steps add is little; others have no copy."""
+    (_, part, scales, told), others, moving = through(1e-5, monkeypatch)
+    assert told.load > 0.0
+    assert all(one[-1] is None for one in others)
+    greatest, off = moving.companion.greatest_load, 1e-2  # N
+    none, once, twice = (
+        through_throw(moving.parameters, part, scales, times * off, 0.0, greatest) for times in (0.0, 1.0, 2.0)
+    )
+    assert none.load < 0.2 * once.load
+    assert once.load > 0.5 * off  # half of it at first, as the greatest load takes two contacts in series
+    assert twice.load / once.load == pytest.approx(2.0, rel=0.1)
+    across = through_throw(moving.parameters, part, scales, 0.0, off, greatest)
+    assert across.load > 5.0 * none.load
+    assert 0 < once.steps < 1.5 * part.pointer[..., 2].sum()
+
+
+def test_what_a_copy_showed_is_what_a_thrown_ring_is_off(monkeypatch):
+    """In place of thirty times what windows show: it is told of the part, and what the next ones begin with."""
+    (known, part, _, told), _, moving = through(1e-4, monkeypatch)
+    rows = np.zeros((1, len(WINDOW.columns)))
+    rows[0, :3], rows[0, PLACE["load"]] = (part.elapsed + 1e-3, part.elapsed, -1.0), 1e-3
+    greatest, ringing = moving.companion.greatest_load, 0.05
+    found = carried_on(known, part, rows, 1e-4, ringing, 0.0, greatest, 0.0, told)
+    assert found.before[0, PLACE["load"]] == found.added[-1, PLACE["load"]] == told.load
+    assert found.rows[-1, PLACE["friction"]] >= told.friction
+    assert told.load * 10.0 ** (-part.duration / ringing) <= found.known[1] <= told.load
+    guessed = carried_on(known, part, rows, 1e-4, ringing, 0.0, greatest)
+    assert guessed.before[0, PLACE["load"]] == pytest.approx(30.0 * known[1])
+    assert stiffest(part.bearing.inner.law, 0.0) == 0.0
+
+
+@pytest.mark.parametrize(("tolerance", "wanted"), [(1e-1, "loads"), (1e-3, "loads"), (1e-3, "history")])
+def test_a_run_whose_ring_is_thrown_says_what_it_is_off(tolerance, wanted):
+    """Where thirty times were told, 20 to 200 times too much was, and runs took three times the steps."""
+    words = ("bearing_6203_rig_1000N", *HALVES, "run.duration=0.05")
+    row = ToleranceRow("half", METHOD, tolerance)
+    row = beside_truth(row, words, (f"wanted.outputs={wanted}",), 0.0)
+    assert row.kept
+    assert not row.doubtful
+    assert all(1.0 / 3.0 < ratio < 3.0 for ratio in row.ratios)
+
+
+@pytest.mark.parametrize(("load", "force", "share"), [(100.0, 10.0, 1.0), (100.0, 5.0, 0.5), (100.0, 0.1, 0.01)])
+def test_what_points_to_slip_is_how_steeply_friction_changes_with_it(load, force, share):
+    """Of mu N s / sqrt(s^2 + v^2) the slope is (1 - f^2)^1.5 of that at rest, f the share of mu N; the greatest
+    share of both contacts counts, as a ball that slides on one is known to slide."""
+    bearing = SimpleNamespace(friction_coefficient=0.1)
+    out = {"normal_load": np.full((1, 1, 2), load), "friction_force": np.zeros((1, 1, 2, 3))}
+    out["friction_force"][0, 0, :, 0] = force, 0.5 * force
+    part = Part(
+        bearing=bearing,
+        out=out,
+        partners=SimpleNamespace(active=False),
+        pointer=np.ones((1, 1, POINTED)),
+        **dict.fromkeys(("drive", "near", "times", "duration", "begun", "filled", "elapsed", "taken")),
+    )
+    grids, _ = pointers(part, 1.0)
+    assert grids[SLIDING].shape == (1, 1)
+    assert grids[SLIDING][0, 0] == pytest.approx(0.1 * share * (1.0 - share**2) ** 1.5)
+
+
+def test_a_window_of_a_ball_that_slides_begins_with_its_part_where_that_is_near():
+    most = int(SLID * LEAST_STEPS)
+    before = steps_before(np.full(2 * most, 1.0))
+    assert since_begun(Window(3, 5, 10), before) == Window(3, -1, 16)
+    assert since_begun(Window(3, most, 10), before) == Window(3, most, 10)
+
+
+@pytest.mark.parametrize("tolerance", [1e-1, 1e-2])
+def test_balls_that_begin_to_roll_say_what_their_friction_is_off(tolerance):
+    """Two of eight are between sliding and rolling at an output; either may be off ten times as far as the other."""
+    words = ("bearing_6203_start", "drive.speed=60", "drive.offset=[0, -2e-6, 6e-6]", "run.duration=0.01")
+    row = beside_truth(ToleranceRow("begin", METHOD, tolerance), words, (), 0.0)
+    assert row.kept
+    assert 1.0 / 3.0 < row.friction_estimate / row.friction_error < 3.0
+
+
+def test_what_goes_on_since_a_run_began_has_in_its_loads_what_balls_are_off_their_way_round():
+    worst = Worst()
+    for ball in (APART, BESIDE):
+        row = np.zeros(len(WINDOW.columns))
+        row[PLACE["ball"]], row[PLACE["load"]], row[PLACE["orbit_angle"]] = ball, 2.0, 1e-3
+        worst.add(row)
+        assert row[PLACE["orbit_angle"]] == 1e-3  # as it is recorded
+    assert worst.seen("load", 1.0, False) == 2.0
+    assert worst.seen("orbit_angle", 1.0, False) == 0.0
