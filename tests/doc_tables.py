@@ -3,7 +3,6 @@
 A table stands between `<!-- table: NAME -->` and `<!-- end -->`; TABLES says what each is drawn from.
 """
 
-import csv
 import importlib
 import re
 import shutil
@@ -152,19 +151,21 @@ def _shares() -> str:
 
 def _costs() -> str:
     """What `make bench` found."""
-    with (ROOT / "docs" / "speed.csv").open(newline="", encoding="utf-8") as stream:
-        rows = list(csv.DictReader(stream))
+    sys.path.append(str(ROOT / "bench"))
+    import table  # late: where this is a script, only now it is found
+
     lines = (
         (
-            row["what"],
-            row["how"] if row["how"].startswith("`") or "." not in row["how"] else f"`bench/{row['how']}`",
-            f"{float(row['found']):g} {row['unit']}",
-            f"{row['better']} than {float(row['goal']):g}",
-            f"{row['machine']}, {row['day']}",
+            row.what,
+            row.how if row.how.startswith("`") or "." not in row.how else f"`bench/{row.how}`",
+            f"{row.found:g} {row.unit}",
+            f"{row.scaled:g}" if row.unit in (table.SPEED, *table.TIMES) else "",
+            f"{row.better} than {row.goal:g}" + ("" if row.met else ", missed"),
+            f"{row.machine}, {row.contact:g} ns, {row.day}",
         )
-        for row in rows
+        for row in table.kept()
     )
-    return _table(("what", "by", "measured", "goal", "on"), lines)
+    return _table(("what", "by", "measured", f"at {table.YARDSTICK} ns", "goal", "on"), lines)
 
 
 def _between() -> str:

@@ -29,9 +29,25 @@ def test_a_row_is_measured_and_a_missed_goal_is_told(tmp_path, monkeypatch, caps
     assert not table.TABLE.exists()
 
 
+@pytest.mark.parametrize(
+    ("unit", "better", "goal", "scaled", "met"),
+    [
+        ("times real time", "more", 20.0, 36.0, True),
+        ("times real time", "more", 37.0, 36.0, False),
+        ("s", "less", 9.0, 9.0, True),
+        ("us", "less", 8.9, 9.0, False),
+        ("of point", "less", 17.9, 18.0, False),
+        ("MB", "less", 18.1, 18.0, True),
+    ],
+)
+def test_times_are_judged_as_on_the_machine_that_goals_are_of(unit, better, goal, scaled, met):
+    """On one that takes twice as long a contact; ratios and memory are of no machine."""
+    row = table.Measured("it", "so", goal, better, unit, found=18.0, contact=21.0)
+    assert (row.scaled, row.met) == (scaled, met)
+
+
 def test_the_table_in_the_docs_has_every_row():
-    with table.TABLE.open(newline="", encoding="utf-8") as stream:
-        kept = [row["what"] for row in csv.DictReader(stream)]
+    kept = [row.what for row in table.kept()]
     assert kept == [row.what for row in table.ROWS]
     assert len(set(kept)) == len(kept)
 
