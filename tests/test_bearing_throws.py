@@ -7,6 +7,7 @@ import pytest
 
 from bearing_twin.charts.tolerance import METHOD, ToleranceRow, beside_truth
 from bearing_twin.kinds.bearing import watched
+from bearing_twin.kinds.bearing.companion import throws
 from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.companion.inherited import carried_on, stiffest
 from bearing_twin.kinds.bearing.companion.pointers import SLIDING, pointers
@@ -63,6 +64,11 @@ def test_a_copy_that_starts_apart_shows_what_a_ring_is_off_that_is_thrown(monkey
     across = through_throw(moving.parameters, part, scales, 0.0, off, greatest)
     assert across.load > 5.0 * none.load
     assert 0 < once.steps < 1.5 * part.pointer[..., 2].sum()
+    outputs = []
+    monkeypatch.setattr(throws, "all_beside", lambda parameters, part, window, *_: outputs.append(window.length))
+    assert through_throw(moving.parameters, part, scales, off, 0.0, greatest) is None
+    assert outputs == [len(part.times)]  # once all have landed a ring may still knock to and fro
+    assert not part.in_flight[-1].any()
 
 
 def test_what_a_copy_showed_is_what_a_thrown_ring_is_off(monkeypatch):
@@ -93,8 +99,7 @@ def test_a_run_whose_ring_is_thrown_says_what_it_is_off(tolerance, wanted):
 
 @pytest.mark.parametrize(("load", "force", "share"), [(100.0, 10.0, 1.0), (100.0, 5.0, 0.5), (100.0, 0.1, 0.01)])
 def test_what_points_to_slip_is_how_steeply_friction_changes_with_it(load, force, share):
-    """Of mu N s / sqrt(s^2 + v^2) the slope is (1 - f^2)^1.5 of that at rest, f the share of mu N; the greatest
-    share of both contacts counts, as a ball that slides on one is known to slide."""
+    """(1 - f^2)^1.5 of friction f over mu N: where balls slide it is known, where they roll slip is small."""
     bearing = SimpleNamespace(friction_coefficient=0.1)
     out = {"normal_load": np.full((1, 1, 2), load), "friction_force": np.zeros((1, 1, 2, 3))}
     out["friction_force"][0, 0, :, 0] = force, 0.5 * force

@@ -128,4 +128,6 @@ def test_what_is_missed_is_said_with_what_the_run_says_of_it():
     assert "in 1 runs nobody knows, as the reference is off by more (fast)" in text
     assert "doubtful are 1 of 1." in text
     assert lost.but(load_known=1e-3).missed
+    assert lost.but(load_known=2.8e-3).missed  # off by more than what is wanted and what the reference may be off
+    assert not lost.but(load_known=3.2e-3).missed
     assert said.ratios == pytest.approx([1.0, 1.0])

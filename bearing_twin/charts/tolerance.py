@@ -83,8 +83,9 @@ class ToleranceRow(Row):
 
     @property
     def missed(self) -> bool:
-        """Whether it is more, where the reference itself is off by no more than that: else nobody knows."""
-        return not self.kept and max(self.load_known, self.friction_known) <= self.setting
+        """Whether it is more, as far as the reference knows, which may itself be off by more than what is wanted."""
+        errors = (self.load_error, self.load_known), (self.friction_error, self.friction_known)
+        return any(error > self.setting + (known if known > self.setting else 0.0) for error, known in errors)
 
     @property
     def ratios(self) -> list[float]:

@@ -1,8 +1,9 @@
 """A ring that is thrown across its clearance, and what that makes of errors: by a copy, more exact, that starts apart.
 
 Each blow of such a ring against its balls makes an error grow, by as much as no window shows and nobody knows before.
-So the copy sets out where the part begins, with the ring displaced by what it is off there, and goes on until all balls
-bear load again. Its difference from the run is all that the run is off: by what it had from before, and by its steps.
+So the copy sets out where the part begins, with the ring displaced by what it is off there, and goes on to the part's
+end: once the last ball has landed, a ring may still knock to and fro. Its difference from the run is all that the run
+is off: by what it had from before, and by its steps.
 """
 
 import functools
@@ -13,7 +14,7 @@ import numpy as np
 from bearing_twin.contact.elastic import elastic
 from bearing_twin.contact.elasticity import Elasticity
 from bearing_twin.kinds.bearing.companion.beside import TIGHTER, all_beside
-from bearing_twin.kinds.bearing.companion.departures import SETTLING, all_start
+from bearing_twin.kinds.bearing.companion.departures import all_start
 from bearing_twin.kinds.bearing.companion.deviations import Part, deviations, lengths
 from bearing_twin.kinds.bearing.companion.windows import ALL, Window, carries
 from bearing_twin.kinds.bearing.forces.layout import RING_X, RING_Y
@@ -59,8 +60,7 @@ def through_throw(parameters, part: Part, scales, off: float, wide: float, great
     """
     if not carries(parameters) or not thrown(part):
         return None
-    flies, outputs = part.in_flight.any(axis=1), len(part.times)
-    window = Window(ALL, -1, min(outputs - int(np.argmax(flies[::-1])) + SETTLING, outputs))
+    window = Window(ALL, -1, len(part.times))
     moving, border = all_start(part, -1, window.length)
     load, stiffness = (part.partners.load + part.partners.weight)[:2], stiffest(part.bearing.inner.law, greatest)
     x, y = load / max(float(np.linalg.norm(load)), NO_LOAD)
