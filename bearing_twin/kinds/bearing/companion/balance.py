@@ -65,13 +65,11 @@ def _rubs(given, coupled, load, angle, torque, force):
     differ, pushes = scaled(1.0 / radius, cross(across, n)), (force[0], 0.0 if coupled else force[1], force[2])
     pushes = minus(pushes, scaled(dot(pushes, n), n))
     inner, outer = minus(pushes, differ), add(pushes, differ)
-    turned = math.sqrt(dot(across, across))
     share = max(
         0.5 * math.sqrt(dot(inner, inner)) / max(load[0], least),
         0.5 * math.sqrt(dot(outer, outer)) / max(load[1], least),
-        turned / radius / max(load[0] + load[1], least),
-    )
-    return share / limit, turned
+    )  # that of the torque over both loads lies between them
+    return share / limit, math.sqrt(dot(across, across))
 
 
 @inlined
