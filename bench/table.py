@@ -7,7 +7,6 @@ goal is met or missed. `--write` keeps the rows that ran in docs/speed.csv, from
 """
 
 import contextlib
-import csv
 import importlib.util
 import os
 import resource
@@ -16,13 +15,14 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import replace
 from datetime import date
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import peers
+from measured import SPEED, TIMES, YARDSTICK, Measured, keep
 from memory import most_held
 from native import compared
 from speed import STAGES, kernel_time, set_up, times_real_time
@@ -35,43 +35,10 @@ from bearing_twin.charts.made import processor
 from bearing_twin.charts.work_precision import CASES, FINER, WANTED, judge_motion
 from bearing_twin.uq.study_file import parse_study
 
-TABLE = Path(__file__).resolve().parent.parent / "docs" / "speed.csv"
 LOOSE, TOUCHING = "geometry.radial_clearance=1e-5", ("geometry.balls=13", "geometry.pitch_diameter=28.1888e-3")
 STEPPERS = ("rodas4", "rodas3", "rodas4_landing")  # of which the cheapest within WANTED is told
-YARDSTICK = 10.5  # ns that a contact takes where goals are of
-SPEED, TIMES = "times real time", ("s", "ms", "us", "% of a core")  # units that are scaled; others are of no machine
 REPEATS, TURNS, SPAN = 5, 300, 0.2  # of each timing, of short ones; s of simulated time
 START = ("simulate", "bearing_6203", "--set", "run.duration=0.001")
-
-
-@dataclass(frozen=True)
-class Measured:
-    """A row: what, how it is measured, the goal, whether more or less is better, and what was found where and when.
-
-    `contact` is what a contact took there [ns].
-    """
-
-    what: str
-    how: str
-    goal: float
-    better: str
-    unit: str
-    found: float = np.nan
-    machine: str = ""
-    contact: float = np.nan
-    day: str = ""
-
-    @property
-    def scaled(self) -> float:
-        """What was found as it would be where a contact takes YARDSTICK; as it is where that says nothing of it."""
-        slower = self.contact / YARDSTICK
-        times = slower if self.unit == SPEED else 1.0 / slower if self.unit in TIMES else 1.0
-        return float(f"{times * self.found:.2g}")
-
-    @property
-    def met(self) -> bool:
-        """Whether what was found is as good as the goal."""
-        return self.scaled == self.goal or (self.scaled > self.goal) == (self.better == "more")
 
 
 @cache
@@ -271,26 +238,6 @@ ROWS: dict[Measured, Callable[[], float]] = {
 }
 
 
-def kept() -> list[Measured]:
-    """The rows of the table."""
-    if not TABLE.exists():
-        return []
-    with TABLE.open(newline="", encoding="utf-8") as stream:
-        return [
-            Measured(**{field.name: field.type(line[field.name]) for field in fields(Measured)})
-            for line in csv.DictReader(stream)
-        ]
-
-
-def keep(rows: list[Measured]) -> None:
-    """Puts rows into the table, those of the same name replaced, in the order of ROWS."""
-    known = {row.what: row for row in (*kept(), *rows)}
-    with TABLE.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream, lineterminator="\n")
-        table.writerow(field.name for field in fields(Measured))
-        table.writerows(astuple(known[row.what]) for row in ROWS if row.what in known)
-
-
 def main(*words: str) -> None:
     """Prints one line a row; --write keeps them."""
     parts = [word for word in words if word != "--write"]
@@ -315,7 +262,7 @@ def main(*words: str) -> None:
             flush=True,
         )
     if "--write" in words:
-        keep(rows)
+        keep(rows, ROWS)
 
 
 if __name__ == "__main__":

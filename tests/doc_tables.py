@@ -152,20 +152,20 @@ def _shares() -> str:
 def _costs() -> str:
     """What `make bench` found."""
     sys.path.append(str(ROOT / "bench"))
-    import table  # late: where this is a script, only now it is found
+    import measured  # late: where this is a script, only now it is found
 
     lines = (
         (
             row.what,
             row.how if row.how.startswith("`") or "." not in row.how else f"`bench/{row.how}`",
             f"{row.found:g} {row.unit}",
-            f"{row.scaled:g}" if row.unit in (table.SPEED, *table.TIMES) else "",
+            f"{row.scaled:g}" if row.unit in (measured.SPEED, *measured.TIMES) else "",
             f"{row.better} than {row.goal:g}" + ("" if row.met else ", missed"),
             f"{row.machine}, {row.contact:g} ns, {row.day}",
         )
-        for row in table.kept()
+        for row in measured.kept()
     )
-    return _table(("what", "by", "measured", f"at {table.YARDSTICK} ns", "goal", "on"), lines)
+    return _table(("what", "by", "measured", f"at {measured.YARDSTICK} ns", "goal", "on"), lines)
 
 
 def _between() -> str:

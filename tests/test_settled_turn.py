@@ -30,12 +30,6 @@ def turn_of(parameters, gravity=NO_GRAVITY, near=None):
     return setting, ring, settled_turn(parameters, setting, ring, near, gravity)
 
 
-def whole_of(turn, azimuths):
-    """Motion (K, 7) with the rates of places, as `Surroundings` takes it."""
-    motion, changes = turn.at(azimuths)
-    return np.concatenate([motion[:, :2], turn.orbit * changes[:, :2], motion[:, 2:]], axis=1)
-
-
 def test_a_turn_is_a_sum_of_waves_and_so_are_its_derivatives():
     azimuths = azimuths_of(17, 0.0)
     motion = np.zeros((17, UNKNOWNS))
@@ -48,12 +42,31 @@ def test_a_turn_is_a_sum_of_waves_and_so_are_its_derivatives():
     assert places[:, 0] == pytest.approx(2.0 + 3.0 * np.cos(at))
     assert changes[:, 0] == pytest.approx(-3.0 * np.sin(at))
     assert changes[:, 1] == pytest.approx(-2.0 * np.cos(2.0 * at) - 1.5 * np.sin(3.0 * at))
-    assert turn.curve(at)[:, 0] == pytest.approx(-3.0 * np.cos(at))
-    assert turn.curve(at)[:, 1] == pytest.approx(4.0 * np.sin(2.0 * at) - 4.5 * np.cos(3.0 * at))
+    curve = turn.accelerations(at) / 40.0**2
+    assert curve[:, 0] == pytest.approx(-3.0 * np.cos(at))
+    assert curve[:, 1] == pytest.approx(4.0 * np.sin(2.0 * at) - 4.5 * np.cos(3.0 * at))
 
 
-def test_what_needs_the_most_azimuths_is_told_to_be_off_by_more():
-    assert [off_by(Turn(np.zeros((count, UNKNOWNS)), 1.0)) for count in (1, *COUNTS)] == [5e-4, 5e-4, 5e-4, 3e-2]
+def test_a_place_is_accelerated_as_the_orbit_speed_varies():
+    """d2p/dt2 = w d(w dp/da)/da, a the azimuth and w its speed, by differences."""
+    azimuths, at, step = azimuths_of(17, 0.0), np.array([0.2, 1.9, 5.0]), 1e-5
+    motion = np.zeros((17, UNKNOWNS))
+    motion[:, 0], motion[:, 1] = 2.0 + 3.0 * np.cos(azimuths), np.sin(2.0 * azimuths)
+    turn = Turn(motion, 40.0, "", np.array([2.0, -1.0]), 8)
+    assert turn.pace(at)[0] == pytest.approx(40.0 + 2.0 * np.cos(8.0 * at) - np.sin(8.0 * at))
+    ahead, behind = (turn.whole(at + one)[0][:, 2:4] for one in (step, -step))
+    found = turn.pace(at)[0][:, None] * (ahead - behind) / (2.0 * step)
+    assert turn.accelerations(at) == pytest.approx(found, rel=1e-6)
+
+
+@pytest.mark.parametrize("count", COUNTS)
+def test_what_its_azimuths_do_not_resolve_is_told_to_be_off_by_more(count):
+    """By the shortest wave that they hold, over the ball's distance from the groove's centre."""
+    least, motion = settled.FINE if count < settled.SLIDING else settled.FINER, np.zeros((count, UNKNOWNS))
+    for share, off in ((0.5, 5e-4), (2.0, 3e-2)):
+        motion[:, 0] = 1.0 + share * least * np.cos(count // 2 * azimuths_of(count, 0.0))
+        assert off_by(Turn(motion, 1.0)) == off
+    assert off_by(Turn(motion[:1], 1.0)) == 5e-4
 
 
 def test_a_ring_that_is_tilted_about_its_axis_alone_does_not_load_all_balls_alike():
@@ -68,19 +81,20 @@ def test_a_ring_that_is_tilted_about_its_axis_alone_does_not_load_all_balls_alik
 def newton_on(parameters, setting, ring, turn, gravity, azimuths):
     """What is left of m a = F [N] (K, 3) on balls in this motion, by the equations of balls that move."""
     bearing, drive = bearing_of(parameters, LAW), parameters.drive
-    motion, curve = whole_of(turn, azimuths), turn.curve(azimuths)
+    (motion, _), bent, (orbits, changes) = turn.whole(azimuths), turn.accelerations(azimuths), turn.pace(azimuths)
     left = []
-    for (row, height, inwards, up, *spin), bends, azimuth in zip(motion, curve, azimuths, strict=True):
+    for (row, height, outwards, up, *spin), (out, along_axis), orbit, change, azimuth in zip(
+        motion, bent, orbits, changes, azimuths, strict=True
+    ):
         radius, back = setting.outer.locus_radius + row, (math.cos(azimuth), -math.sin(azimuth))
-        place, velocity = (radius, 0.0, height), (inwards, radius * turn.orbit, up)
+        place, velocity = (radius, 0.0, height), (outwards, radius * orbit, up)
         total = setting.ball_mass * np.array(about_z(*back, gravity))
         for raceway, middle, speed in (
             (bearing.inner, about_z(*back, drive.offset), drive.speed),
             (bearing.outer, NO_GRAVITY, 0.0),
         ):
             total = total + single_contact(bearing, raceway, middle, speed, place, velocity, tuple(spin)).force
-        far = turn.orbit**2
-        acceleration = far * bends[0] - radius * far, 2.0 * inwards * turn.orbit, far * bends[1]
+        acceleration = out - radius * orbit**2, 2.0 * outwards * orbit + radius * orbit * change, along_axis
         left.append(total - setting.ball_mass * np.array(acceleration))
     return np.array(left)
 
@@ -129,7 +143,7 @@ def test_axes_that_do_not_settle_from_rolling_are_looked_for_from_one_parallel_t
     begun = []
 
     class NoWay:
-        count = 1
+        count, waves = 1, np.ones((1, 1))
 
         def found(self, begin):
             begun.append(begin)
@@ -196,7 +210,7 @@ def test_a_table_holds_all_that_balls_in_motion_add_to_their_balance(words):
     setting, ring, turn = turn_of(parameters)
     azimuths = azimuths_of(columns.LOOKS, 0.0)
     table = table_of(parameters, setting, ring, turn)
-    acting = Surroundings(parameters, setting, ring, azimuths).wrench(whole_of(turn, azimuths), turn.orbit)
+    acting = Surroundings(parameters, setting, ring, azimuths).wrench(*turn.whole(azimuths))
     elastic = sum(acting.normal_of(side, acting.contacts.load[:, side]) for side in range(2))[:, [0, 2]]
     left = elastic + table[:, 0:2] + table[:, 2:4] + table[:, columns.INERTIA : columns.INERTIA + 2]
     viscous = np.abs(table[:, columns.VISCOUS :][:, :2]).max()
@@ -219,25 +233,26 @@ def test_derivatives_by_the_orbit_and_of_the_moment_along_it_are_those_of_what_i
     parameters = held_where(ACROSS, words=("drive.speed=3000", "contact.relaxation_time=2e-5"))
     setting, ring, turn = turn_of(parameters)
     search = Search(parameters, setting, ring, len(turn.motion), 100.0)
-    at, random = np.append(turn.motion.ravel(), turn.orbit), np.random.default_rng(5)
-    places = at[:-1].reshape(-1, UNKNOWNS)
+    at, random, size = settled._unknowns(turn, search), np.random.default_rng(5), turn.motion.size
+    places = at[:size].reshape(-1, UNKNOWNS)
     places[:, :2] += 1e-7 * random.normal(size=places[:, :2].shape)
     matrix = search.derivatives(at)
 
     def slope(towards, step):
         return (search.left(at + step * towards) - search.left(at - step * towards)) / (2.0 * step)
 
-    by_orbit = slope(np.append(np.zeros(len(at) - 1), 1.0), 1e-4)
-    assert np.abs(matrix[:, -1] - by_orbit).max() < 1e-3 * np.abs(by_orbit).max()
-    of_places = matrix[:-1, -1].reshape(-1, UNKNOWNS)[:, :2]
-    wanted = by_orbit[:-1].reshape(-1, UNKNOWNS)[:, :2]
-    assert of_places == pytest.approx(wanted, abs=1e-3 * np.abs(wanted).max())
+    for orbit in range(size, len(at)):  # the mean, and waves
+        by_orbit = slope(np.eye(len(at))[orbit], 1e-4)
+        assert np.abs(matrix[:, orbit] - by_orbit).max() < 1e-3 * np.abs(by_orbit).max()
+        of_places = matrix[:size, orbit].reshape(-1, UNKNOWNS)[:, :2]
+        wanted = by_orbit[:size].reshape(-1, UNKNOWNS)[:, :2]
+        assert of_places == pytest.approx(wanted, abs=1e-3 * np.abs(wanted).max())
     for column in range(UNKNOWNS):
         towards = np.zeros(len(at))
-        towards[column:-1:UNKNOWNS] = search.columns[column:-1:UNKNOWNS] * random.normal(size=len(turn.motion))
-        exact = slope(towards, 1e-5)[-1]
-        size = np.abs(matrix[-1]) @ np.abs(towards)
-        assert matrix[-1] @ towards == pytest.approx(exact, abs=2e-3 * size)
+        towards[column:size:UNKNOWNS] = search.columns[column:size:UNKNOWNS] * random.normal(size=len(turn.motion))
+        exact = slope(towards, 1e-5)[size:]
+        for row, one in zip(matrix[size:], exact, strict=True):
+            assert row @ towards == pytest.approx(one, abs=2e-3 * (np.abs(row) @ np.abs(towards)))
 
 
 def test_a_cage_whose_centre_moves_keeps_its_place_where_axes_settle():
@@ -266,7 +281,8 @@ def test_the_orbit_acts_on_a_place_by_what_it_takes_outwards_and_swings():
     azimuths, orbit = azimuths_of(count, 0.0), 350.0
     motion = np.zeros((count, UNKNOWNS))
     motion[:, 0], motion[:, 1] = 1.364e-4 + 3e-6 * np.cos(7.0 * azimuths), 1.6e-5 + 2e-6 * np.sin(8.0 * azimuths)
-    found = search.derivatives(np.append(motion.ravel(), orbit))[:-1, -1].reshape(count, UNKNOWNS)
+    at = np.append(motion.ravel(), [orbit, *np.zeros(search.waves.shape[1] - 1)])
+    found = search.derivatives(at)[: motion.size, motion.size].reshape(count, UNKNOWNS)
     twice, radius = 2.0 * setting.ball_mass * orbit, setting.outer.locus_radius + motion[:, 0]
     outwards = twice * (radius + 49.0 * 3e-6 * np.cos(7.0 * azimuths))
     assert found[:, 0] == pytest.approx(outwards, rel=1e-5)
