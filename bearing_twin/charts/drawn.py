@@ -14,7 +14,7 @@ from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.companion_cost import much, taken
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE
-from bearing_twin.charts.tolerance import KNOWABLE, METHOD, ToleranceRow, beside_truth, nearness, said, unsaid
+from bearing_twin.charts.tolerance import KNOWABLE, METHOD, ToleranceRow, beside_truth, nearness, said, unknown, unsaid
 from bearing_twin.charts.tolerance_picture import draw_all
 from bearing_twin.kinds.bearing.parameters import LOADS
 
@@ -110,6 +110,7 @@ def reading(points: list[ToleranceRow]) -> Iterator[str]:
     kept = sum(p.kept for p in good)
     yield f"The error is within the tolerance in {kept} of {len(good)} draws; {said(good)}"
     yield from unsaid(good)
+    yield from unknown(good)
     yield f"Above {KNOWABLE:g} {nearness(good)}"
     yield f"The companion takes {taken(good)}; {much(good)}."
 

@@ -236,6 +236,13 @@ def unsaid(good: list[ToleranceRow]) -> Iterator[str]:
         yield "unsaid are " + "; ".join(f"{p.problem} at {p.setting:g}, {p.error:.2g}" for p in found) + "."
 
 
+def unknown(good: list[ToleranceRow]) -> Iterator[str]:
+    """Which runs may miss their tolerance or not, and whether they say so."""
+    if lost := [p for p in good if not p.kept and not p.missed]:
+        told = ", ".join(dict.fromkeys(p.problem for p in lost)), _share(sum(p.doubtful for p in lost), len(lost))
+        yield "in {} runs nobody knows, as the reference is off by more ({}); doubtful are {}.".format(len(lost), *told)
+
+
 def nearness(good: list[ToleranceRow]) -> str:
     """How near estimates are to true errors."""
     ratios = np.array([ratio for p in good for ratio in p.ratios])
@@ -257,9 +264,7 @@ def _read_group(points: list[ToleranceRow]) -> Iterator[str]:
         names, cells = ", ".join(dict.fromkeys(p.problem for p in bounded)), _share(len(bounded), len(good))
         held = _share(sum(p.to_the_end <= p.setting for p in bounded), len(bounded))
         yield f"{cells} name a horizon and are compared up to it ({names}); within the tolerance to the end are {held}."
-    if lost := [p for p in good if not p.kept and not p.missed]:
-        told = ", ".join(dict.fromkeys(p.problem for p in lost)), _share(sum(p.doubtful for p in lost), len(lost))
-        yield "in {} runs nobody knows, as the reference is off by more ({}); doubtful are {}.".format(len(lost), *told)
+    yield from unknown(good)
     if missed:
         doubtful = sum(p.doubtful for p in missed)
         worst = max(p.error / p.setting for p in missed)

@@ -65,8 +65,10 @@ def draw_all(points: list, path: Path) -> None:
     figure = Figure(figsize=(14, 7.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     good = [p for p in points if p.status == DONE]
+    calm = [p for p in good if not p.missed and not p.doubtful]
     kinds = (
-        ("done", STYLE["edge"], "o", [p for p in good if not p.missed and not p.doubtful]),
+        ("done", STYLE["edge"], "o", [p for p in calm if p.kept]),
+        ("done, reference further off", STYLE["ink"], "+", [p for p in calm if not p.kept]),
         ("doubtful", BALL_COLOURS[0], "x", [p for p in good if p.doubtful]),
         ("missed, not said", BALL_COLOURS[5], "D", [p for p in good if p.missed and not p.doubtful]),
     )
@@ -78,7 +80,7 @@ def draw_all(points: list, path: Path) -> None:
         left.plot([], [], **look, label=f"{label}: {len(mine)}")
     heading(left, "error got")
     _finish(left, right, points)
-    left.legend(loc="lower right", fontsize=13, frameon=False)
+    left.legend(loc="lower right", fontsize=11, frameon=False, handletextpad=0.1)
     save_chart(figure, "Scenes drawn by chance, and what their runs say of themselves", path)
 
 
