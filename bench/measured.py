@@ -59,4 +59,7 @@ def keep(rows: list[Measured], order: Iterable[Measured]) -> None:
     with TABLE.open("w", newline="", encoding="utf-8") as stream:
         table = csv.writer(stream, lineterminator="\n")
         table.writerow(field.name for field in fields(Measured))
-        table.writerows(astuple(known[row.what]) for row in order if row.what in known)
+        for row in order:
+            if row.what in known:
+                numbers = (f"{one:g}" if isinstance(one, (int, float)) else one for one in astuple(known[row.what]))
+                table.writerow(numbers)
