@@ -30,11 +30,16 @@ class Measured:
     day: str = ""
 
     @property
+    def timed(self) -> bool:
+        """Whether it depends on how fast the machine is."""
+        return self.unit in (SPEED, *TIMES)
+
+    @property
     def scaled(self) -> float:
         """What was found as it would be where a contact takes YARDSTICK; as it is where that says nothing of it."""
         slower = self.contact / YARDSTICK
-        times = slower if self.unit == SPEED else 1.0 / slower if self.unit in TIMES else 1.0
-        return float(f"{times * self.found:.2g}")
+        times = slower if self.unit == SPEED else 1.0 / slower
+        return float(f"{(times if self.timed else 1.0) * self.found:.2g}")
 
     @property
     def met(self) -> bool:

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 import peers
-from measured import SPEED, TIMES, YARDSTICK, Measured, keep
+from measured import SPEED, YARDSTICK, Measured, keep
 from memory import most_held
 from native import compared
 from speed import STAGES, kernel_time, set_up, times_real_time
@@ -255,7 +255,7 @@ def main(*words: str) -> None:
             continue
         here = {"found": float(f"{found:.2g}"), "machine": machine, "contact": contact, "day": str(date.today())}
         rows.append(replace(row, **here))
-        as_there = f"{rows[-1].scaled:g} at {YARDSTICK} ns" if row.unit in (SPEED, *TIMES) else ""
+        as_there = f"{rows[-1].scaled:g} at {YARDSTICK} ns" if row.timed else ""
         print(
             f"{row.what:40}{rows[-1].found:8g} {row.unit:16}{as_there:18}{row.better} than {row.goal:<6g}"
             f"{'' if rows[-1].met else 'missed'}",

@@ -159,7 +159,7 @@ def _costs() -> str:
             row.what,
             row.how if row.how.startswith("`") or "." not in row.how else f"`bench/{row.how}`",
             f"{row.found:g} {row.unit}",
-            f"{row.scaled:g}" if row.unit in (measured.SPEED, *measured.TIMES) else "",
+            f"{row.scaled:g}" if row.timed else "",
             f"{row.better} than {row.goal:g}" + ("" if row.met else ", missed"),
             f"{row.machine}, {row.contact:g} ns, {row.day}",
         )

@@ -164,7 +164,8 @@ def of_axes(parameters, law: str) -> list[str]:
     """What is to be said of axes of spin that are asked to have settled and do not; raises SceneError."""
     if control_of(parameters) != SETTLED:
         return []
-    return list(filter(None, [rolling_still(scene_in_motion(parameters, law).turn)]))
+    said = rolling_still(scene_in_motion(parameters, law).turn)
+    return [said] if said else []
 
 
 def doubts(parameters, still: Still) -> list[str]:

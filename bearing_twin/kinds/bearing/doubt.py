@@ -196,11 +196,12 @@ class BearingDoubt:
 
     def _tilting(self, figures: Mapping[str, Any]) -> dict[str, Any]:
         """Errors of figures where the ring is tilted: as the equilibrium answers where one stands for the run."""
-        balls, nearest = self.parameters.geometry.balls, self._nearest()
-        moving = self.tilted.errors(self.parameters.geometry, figures, self.load, self._given)
-        if self._still or not (nearest and nearest.tilt and nearest.alike(float(self.load.max()))):
-            return self._still.by_tilt(balls) if self._still else moving
-        return moving | nearest.by_tilt(balls)
+        geometry, nearest = self.parameters.geometry, self._nearest()
+        if self._still:
+            return self._still.by_tilt(geometry.balls)
+        moving = self.tilted.errors(geometry, figures, self.load, self._given)
+        stands = nearest and nearest.alike(float(self.load.max()))
+        return moving | nearest.by_tilt(geometry.balls) if stands else moving
 
     def _by_load(self, figures: Mapping[str, Any], share: np.ndarray, source: str) -> dict[str, Any]:
         """Errors of figures where contacts are off by these shares (N, 2) of their load at the same approach."""

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
-from bearing_twin.kinds.bearing.companion.throws import Throw, stiffest, thrown
+from bearing_twin.kinds.bearing.companion.throws import NO_LOAD, Throw, stiffest, thrown
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, UNKNOWN, WINDOW, carries
 from bearing_twin.kinds.bearing.forces.equations import Bearing
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
@@ -22,7 +22,6 @@ from bearing_twin.kinds.bearing.stepping.pointing import OF_FORCE
 
 NOTHING = (0.0, 0.0, 0.0, 0.0)  # see `carried_on`
 ERRORS = slice(PLACE["load"], None)  # of a row of WINDOW
-NO_LOAD = 1e-300  # N: next to nothing, so that no quotient is infinite
 SLIP = [PLACE[one] for one in ("friction", "torque", "mean_torque")]  # ... those that follow from how balls slip
 MEANS = [PLACE["drive_torque"], PLACE["loss"]]  # ... and means over windows, which are no instants of a ring that rings
 

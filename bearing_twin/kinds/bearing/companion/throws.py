@@ -19,7 +19,7 @@ from bearing_twin.kinds.bearing.companion.deviations import Part, deviations, le
 from bearing_twin.kinds.bearing.companion.windows import ALL, Window, carries
 from bearing_twin.kinds.bearing.forces.layout import RING_X, RING_Y
 
-NO_LOAD = 1e-300  # N: next to nothing, so that a direction is finite
+NO_LOAD = 1e-300  # N: next to nothing, so that no quotient is infinite
 
 
 @functools.lru_cache(maxsize=4)

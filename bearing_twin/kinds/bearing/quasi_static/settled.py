@@ -26,7 +26,7 @@ from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, shared
 from bearing_twin.kinds.bearing.quasi_static.friction_across import BEARS, balanced_on_the_way
 from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of
 from bearing_twin.kinds.bearing.quasi_static.surroundings import UNKNOWNS, Surroundings
-from bearing_twin.kinds.bearing.quasi_static.turn_search import Search, passing_waves
+from bearing_twin.kinds.bearing.quasi_static.turn_search import Search, parted, passing_waves
 
 # Azimuths of a turn, the more the sharper what happens on it; odd, so that no wave is lost. Where balls slide on part
 # of their way the last two are needed, at which a motion is looked for from one at fewer alone: they cost a second.
@@ -139,9 +139,9 @@ def settled_turn(parameters, setting, coordinates, near: Turn | None = None, gra
         sharp = _sharpness(turn)
         if _resolved(turn):
             break
-    if sharp == math.inf and sharp_near:
-        return settled_turn(parameters, setting, coordinates, None, gravity)
     if sharp == math.inf:
+        if sharp_near:
+            return settled_turn(parameters, setting, coordinates, None, gravity)
         return no_turn("no motion is found that repeats itself turn by turn")
     if not sharp <= COARSE:
         return no_turn("balls slide on part of their way")
@@ -180,7 +180,7 @@ def _unknowns(turn: Turn, search: Search) -> np.ndarray:
 
 def _turn_of(parameters, unknowns: np.ndarray, count: int) -> Turn:
     """The motion of these unknowns of a search at so many azimuths."""
-    motion, speeds = unknowns[: count * UNKNOWNS].reshape(count, UNKNOWNS), unknowns[count * UNKNOWNS :]
+    motion, speeds = parted(unknowns, count)
     return Turn(motion, float(speeds[0]), "", speeds[1:], parameters.geometry.balls)
 
 

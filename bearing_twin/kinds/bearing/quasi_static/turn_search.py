@@ -42,6 +42,12 @@ def passing_waves(azimuths: np.ndarray, balls: int, count: int) -> tuple[np.ndar
     return np.concatenate([one, np.cos(ahead)], axis=1), np.concatenate([0.0 * one, -order * np.sin(ahead)], axis=1)
 
 
+def parted(unknowns: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The motion (M, UNKNOWNS) at `count` azimuths, and the orbit speed: its mean, then its waves [rad/s]."""
+    motion, speeds = np.split(unknowns, [count * UNKNOWNS])
+    return motion.reshape(count, UNKNOWNS), speeds
+
+
 class Search:
     """Newton's method for a turn at `count` azimuths of balls in one cage, each with its share of that.
 
@@ -74,11 +80,8 @@ class Search:
 
     def split(self, unknowns):
         """The motion (M, UNKNOWNS), the orbit speed (M,) [rad/s] and its derivative by the azimuth."""
-        turning, orbit = (
-            unknowns[: self.count * UNKNOWNS].reshape(self.count, UNKNOWNS),
-            unknowns[self.count * UNKNOWNS :],
-        )
-        return turning, self.waves @ orbit, self.changes @ orbit
+        turning, speeds = parted(unknowns, self.count)
+        return turning, self.waves @ speeds, self.changes @ speeds
 
     def motion(self, unknowns):
         """Motion (M, 7) with the rates of places, and the orbit speed (M,)."""
