@@ -33,7 +33,8 @@ from bearing_twin.numerics import lanes as at
 from bearing_twin.numerics.block_solve import factorise_motion, solve_motion
 from bearing_twin.numerics.lanes import get, get_vector, put, put_vector
 from bearing_twin.numerics.lean import lean_kernel
-from bearing_twin.numerics.rosenbrock import IDLE, _keep_stage, advance_lanes, fill_lanes, mixed_stages
+from bearing_twin.numerics.rosenbrock import IDLE, _keep_stage, advance_lanes, fill_lanes
+from bearing_twin.numerics.rosenbrock_inside import mixed_stages
 from bearing_twin.numerics.rotation import scaled
 from bearing_twin.numerics.steppers import MOST_STAGES, five
 from bearing_twin.numerics.stretches import Stretches

@@ -8,11 +8,10 @@
 #include <ctime>
 
 constexpr int L = 8, C = 12;
-struct Raceway { double locus, groove, modulus; };
+struct Raceway { double locus, groove, terms[11]; };
 struct Bearing {
   double radius, mass, inertia, offset[3], gravity[3], damping, relaxation, friction, smooth;
   Raceway inner, outer;
-  double numerator[8], denominator[8], widest;
 };
 struct V { double x, y, z; };
 static inline V operator+(V a, V b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
@@ -64,18 +63,16 @@ __attribute__((always_inline)) static inline Answer touch(const Bearing &b, cons
   double across = std::sqrt(offset.x * offset.x + offset.y * offset.y), radial = across - w.locus;
   double distance = std::sqrt(radial * radial + offset.z * offset.z + 1e-300);
   double inverse = 1 / distance, out = radial * inverse, up = offset.z * inverse, plane = out / across;
-  double approach = distance + b.radius - w.groove, small = 0.5 * (1 / b.radius - 1 / w.groove);
-  double large = 0.5 * (1 / b.radius - out / (w.locus + w.groove * out));
+  double approach = distance + b.radius - w.groove;
   V normal = {plane * offset.x, plane * offset.y, up}, arm = (b.radius - 0.5 * approach) * normal;
   V point = offset + arm, ring = {-speed * point.y, speed * point.x, 0};
   V relative = velocity + cross(spin, arm) - ring;
   double rate = dot(relative, normal);
   V slip = relative - rate * normal;
-  double mean = std::sqrt(small * large), u = (small + large - 2 * mean) / (small + large + 2 * mean);
-  u = std::min(u, b.widest);
-  double p = b.numerator[7], q = b.denominator[7];
-  for (int i = 6; i >= 0; i--) p = b.numerator[i] + u * p, q = b.denominator[i] + u * q;
-  double c = w.modulus * p / (q * std::sqrt(mean));
+  const double *t = w.terms;
+  double x = std::max(std::fabs(out) - 1, t[10]), x2 = x * x, x4 = x2 * x2;
+  double low = t[0] + t[1] * x + (t[2] + t[3] * x) * x2, high = t[4] + t[5] * x + (t[6] + t[7] * x) * x2;
+  double c = low + (high + (t[8] + t[9] * x) * x4) * x4;
   double depth = std::max(approach, 0.0), root = std::sqrt(depth), elastic = c * depth * root;
   double viscous = b.damping * elastic + b.relaxation * 1.5 * c * root, full = elastic + viscous * rate;
   double load = std::max(full, 0.0), square = dot(slip, slip) + b.smooth * b.smooth;
@@ -182,11 +179,10 @@ int main(int, char **words) {
   for (double &to : b.offset) read(to);
   for (double &to : b.gravity) read(to);
   for (double *to : {&b.damping, &b.relaxation, &b.friction, &b.smooth}) read(*to);
-  for (Raceway *ring : {&b.inner, &b.outer})
-    for (double *to : {&ring->locus, &ring->groove, &ring->modulus}) read(*to);
-  for (double &to : b.numerator) read(to);
-  for (double &to : b.denominator) read(to);
-  read(b.widest);
+  for (Raceway *ring : {&b.inner, &b.outer}) {
+    for (double *to : {&ring->locus, &ring->groove}) read(*to);
+    for (double &to : ring->terms) read(to);
+  }
   for (auto &column : y)
     for (double &to : column) read(to);
   if (!complete) return 2;

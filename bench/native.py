@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 
-from bearing_twin.contact.ellipse import HERTZ_DENOMINATOR, HERTZ_NUMERATOR, HERTZ_U_MAX
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
@@ -48,8 +47,7 @@ def numbers(motion, steps):
     yield from (*bearing.offset, *bearing.gravity, bearing.damping, bearing.relaxation_time)
     yield from (bearing.raceway_friction, bearing.friction_regularisation)
     for ring in (bearing.inner, bearing.outer):
-        yield from (ring.locus_radius, ring.groove_radius, ring.law.modulus)
-    yield from (*HERTZ_NUMERATOR, *HERTZ_DENOMINATOR, HERTZ_U_MAX)
+        yield from (ring.locus_radius, ring.groove_radius, *ring.terms)
     yield from motion.state.T.ravel()
 
 

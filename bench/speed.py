@@ -2,8 +2,8 @@
 
 CPU time of one core against simulated time, set-up included: the motion alone, iterating blocks, iterating samples,
 a log in memory and one in the folder for temporary files; and the set-up by itself. Each line also says how fast
-it would be where the raceway kernel takes 10.5 ns a contact: its time is taken before and after, so that a busy machine
-does not pass for a slow program.
+it would be where the raceway kernel takes YARDSTICK (`measured`): its time is taken before and after, so that a busy
+machine does not pass for a slow program.
 """
 
 import platform
@@ -13,6 +13,7 @@ import time
 from datetime import date
 
 import numpy as np
+from measured import YARDSTICK
 from numba import njit
 
 from bearing_twin import load_scene, simulate, write_log
@@ -21,7 +22,6 @@ from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, LANE_ROWS
 from bearing_twin.kinds.bearing.forces.rates import put_ring_speed
 from bearing_twin.numerics.lanes import LANES, into_blocks, new_blocks
 
-NOMINAL = 10.5  # ns a contact
 REPEATS = 5
 SET_UPS = 50
 
@@ -60,13 +60,13 @@ def logged(run, place=None):
 
 
 def set_up(scene, yardstick):
-    """Milliseconds from a scene to its first output, and those where the kernel takes NOMINAL: medians."""
+    """Milliseconds from a scene to its first output, and those where the kernel takes YARDSTICK: medians."""
     rows = []
     for _ in range(SET_UPS):
         before, start = kernel_time(yardstick, 200), time.process_time()
         next(iter(simulate(scene).simulation.advance(1)))
         spent = 1e3 * (time.process_time() - start)
-        rows.append((spent, spent * NOMINAL / (0.5 * (before + kernel_time(yardstick, 200)))))
+        rows.append((spent, spent * YARDSTICK / (0.5 * (before + kernel_time(yardstick, 200)))))
     return np.median(rows, axis=0)
 
 
@@ -80,7 +80,7 @@ STAGES = {
 
 
 def times_real_time(begin, scene, yardstick):
-    """Of a stage: times real time scaled to NOMINAL and as it is, and kernel [ns], medians; and their range over it."""
+    """Of a stage: times real time scaled to YARDSTICK and as it is, kernel [ns], medians; and their range over it."""
     rows, seconds = [], scene.parameters.run.duration
     for _ in range(REPEATS):
         before, start = kernel_time(yardstick), time.process_time()
@@ -88,7 +88,7 @@ def times_real_time(begin, scene, yardstick):
             pass
         spent = time.process_time() - start
         kernel = 0.5 * (before + kernel_time(yardstick))
-        rows.append((seconds / spent * kernel / NOMINAL, seconds / spent, kernel))
+        rows.append((seconds / spent * kernel / YARDSTICK, seconds / spent, kernel))
     rows.sort()
     return *rows[len(rows) // 2], (rows[-1][0] - rows[0][0]) / rows[len(rows) // 2][0]
 
@@ -99,12 +99,12 @@ def main(name="bearing_6203", seconds="20"):
     yardstick = simulate(scene).simulation._motion
     rate = scene.parameters.run.output_rate
     print(f"{name}, {seconds} s at {rate:g} Hz, {platform.processor() or platform.machine()}, {date.today()}")
-    print(f"{'':20}{'x real time':>12}{'at ' + str(NOMINAL) + ' ns':>12}{'kernel ns':>12}{'spread':>9}")
+    print(f"{'':20}{'x real time':>12}{'at ' + str(YARDSTICK) + ' ns':>12}{'kernel ns':>12}{'spread':>9}")
     for stage, begin in STAGES.items():
         scaled, raw, kernel, spread = times_real_time(begin, scene, yardstick)
         print(f"{stage:20}{raw:12.0f}{scaled:12.0f}{kernel:12.1f}{100 * spread:8.0f}%", flush=True)
     spent, scaled = set_up(scene, yardstick)
-    print(f"set-up, with its first output: {spent:.2f} ms, {scaled:.2f} ms at {NOMINAL} ns")
+    print(f"set-up, with its first output: {spent:.2f} ms, {scaled:.2f} ms at {YARDSTICK} ns")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """What everything costs in the user's hand, as one table: `python bench/table.py [--write] [part of a row's name ...]`.
 
 CPU time, one core where nothing else is said. Goals are those of a machine on which a contact of ball and raceway takes
-10.5 ns. The table says what a contact takes here, what is measured, and, of times, what that is at 10.5 ns, by which a
-goal is met or missed. `--write` keeps the rows that ran in docs/speed.csv, from which docs/accuracy.md is written
-(`python tests/doc_tables.py`).
+YARDSTICK (`measured`). The table says what a contact takes here, what is measured, and, of times, what that is there,
+by which a goal is met or missed. `--write` keeps the rows that ran in docs/speed.csv, from which docs/accuracy.md is
+written (`python tests/doc_tables.py`).
 """
 
 import contextlib

@@ -43,7 +43,7 @@ def test_a_row_is_measured_and_a_missed_goal_is_told(tmp_path, monkeypatch, caps
 )
 def test_times_are_judged_as_on_the_machine_that_goals_are_of(unit, better, goal, scaled, met):
     """On one that takes twice as long a contact; ratios and memory are of no machine."""
-    row = measured.Measured("it", "so", goal, better, unit, found=18.0, contact=21.0)
+    row = measured.Measured("it", "so", goal, better, unit, found=18.0, contact=2.0 * measured.YARDSTICK)
     assert (row.scaled, row.met) == (scaled, met)
 
 

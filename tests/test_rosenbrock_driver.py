@@ -32,11 +32,9 @@ from bearing_twin.numerics.rosenbrock import (
     advance_lanes,
     cut_to_end,
     fill_lanes,
-    inside,
-    mixed_stages,
     rosenbrock_stages,
-    take_terms,
 )
+from bearing_twin.numerics.rosenbrock_inside import inside, mixed_stages, take_terms
 from bearing_twin.numerics.statuses import JACOBIANS, NOT_FINITE, OK, REJECTIONS, STALLED, STEPS, STOPPED
 from bearing_twin.numerics.steppers import RODAS4, ROSENBROCK, five
 from bearing_twin.numerics.stretches import Stretches, alike
@@ -152,9 +150,10 @@ def give_out(toy, held, cursor, blocks):
 
 
 @inlined
-def accept(toy, lanes, k):
-    if abs(get(lanes, TIME, k) - toy.event) < 1e-12:
-        toy.ends[0] += 1
+def accept(toy, lanes):
+    for k in range(LANES):
+        if get(lanes, UNTIL, k) >= 0.0 and abs(get(lanes, TIME, k) - toy.event) < 1e-12:
+            toy.ends[0] += 1
 
 
 @inlined

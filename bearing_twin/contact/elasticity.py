@@ -13,7 +13,6 @@ from bearing_twin.contact import differential, line
 from bearing_twin.contact.differential import Shape
 from bearing_twin.contact.dispatch import chosen
 from bearing_twin.contact.elastic import HERTZIAN, Elastic, compiled_power_law
-from bearing_twin.contact.ellipse import hertz_rational
 from bearing_twin.contact.laws import LAWS, Place
 
 STENCIL = 1e-4  # of the shape, for the slope of a law's coefficient: off by its square
@@ -48,21 +47,14 @@ def elasticity(name: str, modulus: float, given: float) -> Elasticity:
     return Elasticity(_POINT.index(row), row.power, float(modulus), float(given))
 
 
-_IN_LANES = np.array([row.in_lanes for row in _POINT])
 _FOLLOWS = np.array([row.follows for row in _POINT])
 _CARRIES = np.array([row.state is not None for row in _POINT])
 
 
 @inlined
-def in_lanes(law):
-    """Whether a law is evaluated in vector lanes (`lane_elastic`)."""
-    return _IN_LANES[law.number]
-
-
-@inlined
 def looked_up(law):
-    """Whether a law's coefficient must be looked up at each contact before the lanes are evaluated."""
-    return _FOLLOWS[law.number] and not _IN_LANES[law.number]
+    """Whether a law must be asked at each contact before the lanes are evaluated: for its states, or a rare power."""
+    return _CARRIES[law.number] or (law.power != HERTZIAN and law.power != 1.0)
 
 
 @inlined
@@ -133,13 +125,6 @@ def state_finished(law, shape, ratio):
 
 
 @inlined
-def lane_coefficient(law, curvature_small, curvature_large, given):
-    """c of a law in vector lanes: evaluated here if the law does so in lanes, else `given` (see `lane_given`)."""
-    rational = hertz_rational(curvature_small, curvature_large, law.modulus)
-    return rational if in_lanes(law) else given
-
-
-@inlined
 def lane_root(law, depth):
     """h^(p - 1) of a depth h [m] above zero in vector lanes; 1 where `lane_given` holds what is missing."""
     root = math.sqrt(depth)
@@ -147,9 +132,8 @@ def lane_root(law, depth):
 
 
 @inlined
-def lane_elastic(law, curvature_small, curvature_large, given, approach):
-    """`elastic` for vector lanes: no branch depends on the contact."""
-    coefficient = lane_coefficient(law, curvature_small, curvature_large, given)
+def lane_elastic(law, coefficient, approach):
+    """`elastic` for vector lanes: no branch depends on the contact. `coefficient` is as `lane_given` says."""
     depth = max(approach, 0.0)
     touching = 1.0 if approach > 0.0 else 0.0
     root = math.sqrt(depth)

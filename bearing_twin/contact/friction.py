@@ -16,6 +16,7 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.dispatch import chosen
 from bearing_twin.contact.ellipse import elliptic_b_d
 from bearing_twin.contact.spot_rules import FINE_POINTS, blended_over_spot, over_spot
+from bearing_twin.numerics.rotation import root_and_inverse
 
 FINE_ERROR, FAST_ERROR = 0.009, 0.08
 PADE1_ERROR, PADE2_ERROR = 0.95, 0.8
@@ -39,8 +40,8 @@ def friction_factor(normal_load, slip_x, slip_y, slip_z, coefficient, regularisa
     f = mu N / sqrt(|slip|^2 + regularisation^2): the force grows linearly with slip, reaches 71 % of mu N at
     slip = `regularisation` [m/s], and mu N far above it. Smooth everywhere; true sticking creeps.
     """
-    speed = math.sqrt(slip_x * slip_x + slip_y * slip_y + slip_z * slip_z + regularisation * regularisation)
-    return coefficient * normal_load * (1.0 / speed)
+    square = slip_x * slip_x + slip_y * slip_y + slip_z * slip_z + regularisation * regularisation
+    return coefficient * normal_load * root_and_inverse(square)[1]
 
 
 @inlined

@@ -82,8 +82,8 @@ class Law:
     `fits`: "point", whose `coefficient(place)` is c [N/m^power]; or "line", whose `coefficient(radius, half_thickness)`
     is the scale [m^2] of `line.LineLaw`, numbers or arrays. `needs` names what must be known: curvatures; frozen (a
     contact whose coefficient is kept); stiffness, alpha (measured by the user); state. `circle` is c/(E* sqrt R)
-    in closed form between spheres, R = R1 R2/(R1 + R2), if known. A law `in_lanes` is evaluated by
-    vector instructions (`lane_elastic`); one with a `state` carries three numbers from step to step.
+    in closed form between spheres, R = R1 R2/(R1 + R2), if known. A law with a `state` carries three numbers from step
+    to step.
     """
 
     name: str
@@ -93,7 +93,6 @@ class Law:
     coefficient: Callable
     power: float = HERTZIAN
     circle: float | None = None
-    in_lanes: bool = False
     state: differential.Carrier | None = None
 
     @property
@@ -124,7 +123,6 @@ _ROWS = (
         needs=("curvatures",),
         coefficient=hertz,
         circle=4.0 / 3.0,
-        in_lanes=True,
     ),
     Law(
         name="hertz_exact",

@@ -2,7 +2,7 @@
 
 from bearing_twin.contact.laws import LAWS
 
-HERTZ_FOLLOWS = "hertz, because its rational form is exact to 1e-10 and the cheapest law that follows the curvatures"
+HERTZ_FOLLOWS = "hertz, because it is exact to 1e-10 and no law that follows the curvatures is cheaper"
 
 
 def drift(law: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""Rosenbrock methods for bodies side by side in lanes: the stages of a step, what lies inside it, the loop of steps.
+"""Rosenbrock methods for bodies side by side in lanes: the stages of a step, and the loop of steps.
 
 A body is a block of the linear system. Bodies that nothing couples have a system each: every lane holds one body with
 its own time and step size, all lanes take one step together, each accepts or repeats its own, and a lane whose body has
@@ -10,29 +10,29 @@ an argument of its own, for only then Numba leaves out what no empty one has, it
 
 import math
 
-from bearing_twin.compiled import inlined, kernel, template
+from bearing_twin.compiled import inlined, template
 from bearing_twin.numerics import lanes as at
-from bearing_twin.numerics.lanes import COLUMNS, LANES, STATE_SPAN, begins_again, get, increase, put, put_from
+from bearing_twin.numerics.lanes import (
+    COLUMNS,
+    LANES,
+    STATE_SPAN,
+    begins_again,
+    get,
+    get_vector,
+    increase,
+    put,
+    put_from,
+    put_vector,
+)
 from bearing_twin.numerics.lean import lean_kernel
+from bearing_twin.numerics.rosenbrock_inside import mixed_stages
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, OK, REJECTIONS, STALLED, STEPS, STOPPED
-from bearing_twin.numerics.steppers import LEAST_STEP, NOTHING, five, next_step, rosenbrock_dense
+from bearing_twin.numerics.steppers import LEAST_STEP, NOTHING, five, next_step
 
 IDLE = -1  # the body in a lane without one
 LANDED = 0.95  # share of a step: an event later in it is as good as at its end
 # Share of the step over which the rates' explicit change with time is taken: at 1e-3 the order fell from 4 to 2.
 SLOPE_STEP = 1e-6
-
-
-@inlined
-def mixed_stages(weights, lanes, column, k):
-    """The weighted sum of the earlier stages in one column; k may run on, as for `get`."""
-    return (
-        weights[0] * get(lanes, at.FIRST_STAGE + column, k)
-        + weights[1] * get(lanes, at.SECOND_STAGE + column, k)
-        + weights[2] * get(lanes, at.THIRD_STAGE + column, k)
-        + weights[3] * get(lanes, at.FOURTH_STAGE + column, k)
-        + weights[4] * get(lanes, at.FIFTH_STAGE + column, k)
-    )
 
 
 @lean_kernel
@@ -116,40 +116,6 @@ def rosenbrock_stages(rates, linearise, solve, scene, coupling, method, varies, 
         _take_end(blocks[block])
 
 
-@lean_kernel
-def dense_terms(weights, lanes, k, dense):
-    """Fills the two terms of one lane's interpolant, `third` and `fourth`, by the method's dense weights."""
-    third, fourth = five(weights[0]), five(weights[1])
-    for column in range(COLUMNS):
-        dense.third[column] = mixed_stages(third, lanes, column, k)
-        dense.fourth[column] = mixed_stages(fourth, lanes, column, k)
-
-
-@lean_kernel
-def take_terms(weights, lanes):
-    """Fills THIRD and FOURTH, the two terms of every lane's interpolant, by the method's dense weights."""
-    third, fourth = five(weights[0]), five(weights[1])
-    for i in range(STATE_SPAN):
-        put(lanes, at.THIRD, i, mixed_stages(third, lanes, 0, i))
-        put(lanes, at.FOURTH, i, mixed_stages(fourth, lanes, 0, i))
-
-
-@inlined
-def inside(fraction, lanes, column, k):
-    """One column of a lane's state at `fraction` of its step, after `take_terms`."""
-    start, end = get(lanes, at.START + column, k), get(lanes, at.END + column, k)
-    return rosenbrock_dense(fraction, start, end, get(lanes, at.THIRD + column, k), get(lanes, at.FOURTH + column, k))
-
-
-@kernel
-def interpolate(dense, fraction, out):
-    """The state (COLUMNS,) at `fraction` of a dense step."""
-    for column in range(COLUMNS):
-        out[column] = rosenbrock_dense(
-            fraction, dense.start[column], dense.end[column], dense.third[column], dense.fourth[column]
-        )
-
-
 @inlined
 def cut_to_end(wanted, lanes, k):
     """Lets a lane step what it wants [s], or to the end of its stretch, if that comes first."""
@@ -189,12 +155,24 @@ def _begin_time(step, duration, lanes, k):
 
 
 @inlined
-def _move_on(step, lanes, k):
-    """Takes the end of a lane's step as the start of its next, which is to be `step` [s] long."""
-    for column in range(COLUMNS):
-        put(lanes, at.START + column, k, get(lanes, at.END + column, k))
-    put(lanes, at.TIME, k, get(lanes, at.TIME, k) + get(lanes, at.STEP, k))
-    put(lanes, at.STEP, k, step)
+def _three_on(moved, column, lanes, k):
+    """Three columns of a lane's next start: the end of its step, or where the step is repeated its start."""
+    end, start = get_vector(lanes, at.END + column, k), get_vector(lanes, at.START + column, k)
+    put_vector(lanes, at.START + column, k, end if moved else start)
+
+
+@lean_kernel
+def _move_on(lanes):
+    """Takes the ends of accepted steps as the starts of the next, all lanes at once."""
+    for k in range(LANES):
+        moved = get(lanes, at.UNTIL, k) >= 0.0
+        # Written out, as a loop over the columns would be left in the loop over the lanes, which would then gather.
+        _three_on(moved, 0, lanes, k)
+        _three_on(moved, 3, lanes, k)
+        _three_on(moved, 6, lanes, k)
+        _three_on(moved, 9, lanes, k)
+        time = get(lanes, at.TIME, k)
+        put(lanes, at.TIME, k, time + get(lanes, at.STEP, k) if moved else time)
 
 
 @template
@@ -250,8 +228,8 @@ def advance_lanes(
     `one_step(scene, coupling, blocks)` makes them, with kept rates and Jacobian where it `begins_again`, and fills
     at.ERROR, in tolerances; `landing(scene, lanes, k)` is the share of a step to its first event; `accept_all(scene,
     coupling, instant, blocks)` precedes the moving on of all; `give_out(scene, held, cursor, blocks)` writes what is
-    wanted of each lane up to UNTIL [s] and sets its `cursor` to the next instant. `accept(scene, lanes, k)` follows
-    where START moved on, `end(scene, coupling, number, lanes, k)`, which returns a status, at the end.
+    wanted of each lane up to UNTIL [s] and sets its `cursor` to the next instant. `accept(scene, lanes)` follows once
+    START moved on where UNTIL >= 0, `end(scene, coupling, number, lanes, k)`, which returns a status, at the end.
     """
     running = waiting = min(len(held), len(bodies))
     proposed, judged, stepped, counts = 0.0, 0.0, 0.0, results.counts
@@ -261,6 +239,9 @@ def advance_lanes(
         resume = cut(scene, coupling, blocks)
         _judge(one_step, landing, accept_all, scene, coupling, method, len(bodies), held, cursor, counts, blocks)
         give_out(scene, held, cursor, blocks)
+        for block in range(len(blocks)):
+            _move_on(blocks[block])
+            accept(scene, blocks[block])
         for place in range(len(held)):
             number, lanes, k = held[place], blocks[place // LANES], place % LANES
             if number == IDLE:
@@ -279,8 +260,7 @@ def advance_lanes(
             counts[STEPS] += 1
             stretches.taken[number] += 1
             following = max(proposed, resume)
-            _move_on(following, lanes, k)
-            accept(scene, lanes, k)
+            put(lanes, at.STEP, k, following)
             if get(lanes, at.UNTIL, k) < math.inf:
                 continue
             # A step cut short by the end: what it proposes counts only if it is longer.

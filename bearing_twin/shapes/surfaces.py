@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.numerics.rotation import cross, dot
+from bearing_twin.numerics.rotation import cross, dot, root_and_inverse
 
 
 class GrooveContact(NamedTuple):
@@ -30,8 +30,7 @@ def ball_in_groove(axis_distance, axial, ball_radius, locus_radius, groove_radiu
     """
     radial = axis_distance - locus_radius
     # The tiny number keeps the centre circle defined without a branch, so that loops over balls become vector code.
-    distance = math.sqrt(radial * radial + axial * axial + 1e-300)
-    inverse = 1.0 / distance
+    distance, inverse = root_and_inverse(radial * radial + axial * axial + 1e-300)
     normal_radial, normal_axial = radial * inverse, axial * inverse
     ball = 1.0 / ball_radius
     rolling = normal_radial / (locus_radius + groove_radius * normal_radial)

@@ -32,7 +32,7 @@ from bearing_twin.kinds.bearing.measured import (
 )
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
-from bearing_twin.kinds.bearing.start import nominal_curvatures, too_narrow
+from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift, idle_step
 from bearing_twin.report import Choice
@@ -140,15 +140,7 @@ def choose(parameters) -> Choice:
     reasons, warnings = [], []
 
     law = "hertz" if pinned_law == "auto" else pinned_law
-    if law == "hertz" and too_narrow(parameters.geometry):
-        law = "hertz_exact"
-        reasons.append("hertz_exact, because a groove is so close that the rational form of hertz ends before it")
-        if pinned_law == "hertz":
-            warnings.append("contact.normal = hertz ends at b/a = 0.01: hertz_exact, the same law, takes its place")
-    elif pinned_law == "auto":
-        reasons.append(HERTZ_FOLLOWS)
-    else:
-        reasons.append(f"{law}, as the scene asks")
+    reasons.append(HERTZ_FOLLOWS if pinned_law == "auto" else f"{law}, as the scene asks")
     error = law_error(law, parameters)
     if error > parameters.wanted.tolerance:
         warnings.append(

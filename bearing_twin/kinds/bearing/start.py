@@ -6,7 +6,7 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.elasticity import elasticity
-from bearing_twin.contact.ellipse import HERTZ_U_MAX, hertz_coefficient, shape_variable
+from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, friction_number
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
@@ -43,14 +43,12 @@ PLACED = 100  # balls placed in one go, within 50 ms: between them Python hears 
 def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     """The numbers of the equations of motion for a scene with the elastic law `law`.
 
-    Raises SceneError where the law does not reach. Balls meet each other by Hertz's law, whatever the raceways do.
+    Balls meet each other by Hertz's law, whatever the raceways do.
     """
     geometry, materials, contact = operating_geometry(parameters), parameters.materials, parameters.contact
     radius = 0.5 * geometry.ball_diameter
     mass = materials.ball.density * 4.0 / 3.0 * math.pi * radius**3
     pair = effective_modulus(materials.ball, materials.ball)
-    if LAWS[law].in_lanes and too_narrow(geometry):
-        raise SceneError(f"the law {law} ends at b/a = 0.01 and a groove here is closer; use hertz_exact")
     friction = FRICTIONS[contact.friction]
     spot = contact.friction_coefficient, friction_number(contact.friction), friction.in_lanes
     damping, relaxation_time = viscous_terms(contact)
@@ -107,11 +105,6 @@ def _pockets(parameters: BearingScene) -> Pockets | MovingPockets | tuple:
     radius = 0.5 * parameters.geometry.pitch_diameter
     walls = Pockets(radius, 0.5 * cage.pocket_clearance, cage.stiffness, cage.relaxation_time, cage.friction)
     return MovingPockets(walls) if moving_centre(parameters) else walls
-
-
-def too_narrow(geometry: Geometry) -> bool:
-    """Whether an ellipse is narrower than b/a = 0.01, where the rational form of the law hertz ends."""
-    return max(shape_variable(*pair) for pair in nominal_curvatures(geometry)) > HERTZ_U_MAX
 
 
 def nominal_curvatures(geometry: Geometry) -> tuple[tuple[float, float], ...]:

@@ -3,7 +3,6 @@
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing import models as of_bearings
 from bearing_twin.kinds.bearing.adequacy import centrifugal_share, still_error
-from bearing_twin.kinds.bearing.start import too_narrow
 from bearing_twin.kinds.law_words import HERTZ_FOLLOWS
 from bearing_twin.kinds.shaft.derived import bearing_scene, speeds_of
 from bearing_twin.kinds.shaft.modes import modes_of
@@ -14,14 +13,6 @@ from bearing_twin.report import Choice
 METHOD = "rodas4"
 SAME = 1e-9  # relative: speeds nearer than this are one
 FAST = 1000.0  # Hz: balls that are in balance at every instant answer later motion at once
-
-
-def law_of(parameters: ShaftScene) -> str:
-    """The law asked for; hertz, or the same law exactly where a groove is too close for its rational form."""
-    asked = parameters.contact.normal
-    if asked not in ("auto", "hertz"):
-        return asked
-    return "hertz_exact" if any(too_narrow(getattr(parameters, side).geometry) for side in SIDES) else "hertz"
 
 
 def law_error(parameters: ShaftScene, law: str) -> float:
@@ -45,8 +36,8 @@ def shares_of(parameters: ShaftScene, law: str, commanded: float = 0.0) -> dict[
 
 def choose(parameters: ShaftScene) -> Choice:
     """Law and method; raises SceneError where the shaft is not in balance as its run begins, or as it ends."""
-    law = law_of(parameters)
-    warnings = []
+    asked, warnings = parameters.contact.normal, []
+    law = "hertz" if asked == "auto" else asked
     balance_of(parameters, law, float(parameters.drive.speed))
     end = float(parameters.run.duration)
     try:
@@ -68,9 +59,9 @@ def choose(parameters: ShaftScene) -> Choice:
         )
     if error > parameters.wanted.tolerance:
         warnings.append(f"the law {law} is {100.0 * error:.2g} % off exact Hertz here; contact.normal: hertz is not")
-    asked = HERTZ_FOLLOWS if law == "hertz" else f"{law}, as the scene asks or its grooves need"
+    why = HERTZ_FOLLOWS if asked == "auto" else f"{law}, as the scene asks"
     reason = (
-        f"{asked}; balls in balance at every instant, in cages that go round as loaded balls roll; {METHOD} for the "
+        f"{why}; balls in balance at every instant, in cages that go round as loaded balls roll; {METHOD} for the "
         f"shaft, whose stiffness is exact; the centrifugal load is at most {share:.2g} of a contact's, where loads are "
         f"within {100.0 * still_error(share):.2g} % of those of moving balls"
     )

@@ -24,8 +24,9 @@ import numpy as np
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.damping import damped_load
 from bearing_twin.contact.elastic import HERTZIAN, elastic
-from bearing_twin.contact.elasticity import Elasticity, carries, in_lanes, lane_elastic, lane_given, looked_up
+from bearing_twin.contact.elasticity import Elasticity, carries, lane_elastic, lane_given, looked_up
 from bearing_twin.contact.friction import friction_factor
+from bearing_twin.kinds.bearing.forces.along_groove import coefficient_along, terms_along
 from bearing_twin.kinds.bearing.forces.carried import carried_coefficient, gap_at
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIAL_PUSH,
@@ -48,16 +49,17 @@ from bearing_twin.kinds.bearing.forces.layout import (
 from bearing_twin.kinds.bearing.forces.ring_seat import from_ring, ring_in_lane, seat_of, seen_from
 from bearing_twin.numerics.block_solve import combined
 from bearing_twin.numerics.lanes import LANE_RATES, LANES, get, get_vector, put, put_vector
-from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, scaled
+from bearing_twin.numerics.rotation import about_z, add, cosine_sine, cross, dot, minus, root_and_inverse, scaled
 from bearing_twin.shapes.surfaces import ball_in_groove
 
 
 class Raceway(NamedTuple):
-    """A toroidal groove and the elastic law of its contacts with the balls."""
+    """A toroidal groove and the elastic law of its contacts with the balls, with its `terms` (`along_groove`)."""
 
     locus_radius: float
     groove_radius: float
     law: Elasticity
+    terms: tuple[float, ...]
 
 
 class Bearing(NamedTuple):
@@ -150,14 +152,15 @@ ON_AXIS = ()  # the centre of a ring that stays in the bearing's
 
 @inlined
 def placed(position, centre):
-    """The ball's centre against the ring's [m], and its distance from the ring's axis.
+    """The ball's centre against the ring's [m], its distance from the ring's axis, and the inverse of that.
 
     Of a ring whose centre is ON_AXIS no root is taken: in the ball's own frame the ball has no place across.
     """
     if len(centre) == 0:
-        return position, position[0]
+        return position, position[0], 1.0 / position[0]
     offset = minus(position, centre)
-    return offset, math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
+    distance, inverse = root_and_inverse(offset[0] * offset[0] + offset[1] * offset[1])
+    return offset, distance, inverse
 
 
 @inlined
@@ -165,16 +168,16 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
     """Contact of a ball with a raceway whose ring has its centre at `centre` and turns at `ring_speed` about z.
 
     All vectors in the ball's frame, positions from the bearing's centre. `given` is the load coefficient
-    of a law that is not evaluated in lanes (`given_coefficient`). The forces act at one point, half the approach
+    of a law that is looked up (`given_coefficient`). The forces act at one point, half the approach
     inside the ball's surface, so that what one body loses the other gains. A gap gives zero loads.
     """
     # Where: the meridian plane of the ring through the ball's centre.
-    offset, axis_distance = placed(position, centre)
+    offset, axis_distance, inverse = placed(position, centre)
     geometry = ball_in_groove(
         axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius
     )
     approach = geometry.approach
-    in_plane = geometry.normal_radial * (1.0 / axis_distance)
+    in_plane = geometry.normal_radial * inverse
     normal = (in_plane * offset[0], in_plane * offset[1], geometry.normal_axial)
     arm = scaled(bearing.ball_radius - 0.5 * approach, normal)
 
@@ -187,7 +190,8 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
     spin_rate = dot(spin, normal) - ring_speed * normal[2]
 
     # How hard: elastic law, viscous term, friction.
-    spring = lane_elastic(raceway.law, geometry.curvature_small, geometry.curvature_large, given, approach)
+    coefficient = given if looked_up(raceway.law) else coefficient_along(raceway.terms, geometry.normal_radial)
+    spring = lane_elastic(raceway.law, coefficient, approach)
     normal_load = damped_load(spring.load, spring.stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
     resistance = friction_factor(
         normal_load, slip[0], slip[1], slip[2], bearing.raceway_friction, bearing.friction_regularisation
@@ -261,15 +265,11 @@ def ring_contact(ring, bearing, given, place, cosine, sine, ring_speed, position
 
 @inlined
 def given_coefficient(bearing, raceway, offset):
-    """What `raceway_contact` is given for a ball at `offset` from the ring's centre, in its axes.
-
-    Where the law needs no look at the gap, its number.
-    """
-    law = raceway.law
-    given = law.given
-    if looked_up(law):
+    """What `raceway_contact` is given for a ball at `offset` from the ring's centre, in its axes: 0 if nothing."""
+    given = 0.0
+    if looked_up(raceway.law):
         geometry = gap_at(bearing, raceway, offset)
-        given = lane_given(law, geometry.curvature_small, geometry.curvature_large, geometry.approach)
+        given = lane_given(raceway.law, geometry.curvature_small, geometry.curvature_large, geometry.approach)
     return given
 
 
@@ -460,8 +460,8 @@ def raceway_rates(bearing, lanes):
 
 @kernel
 def give_coefficients(bearing, lanes):
-    """Looks up the load coefficients of a law that is not evaluated in lanes; both raceways have the same."""
-    if in_lanes(bearing.inner.law):
+    """Looks up the load coefficients of a law that wants it; both raceways have the same."""
+    if not looked_up(bearing.inner.law):
         return
     for k in range(LANES):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
@@ -585,4 +585,6 @@ def raceway_of(geometry, conformity, side, law: Callable) -> Raceway:
     bottom = 0.5 * geometry.pitch_diameter + side * (ball_radius + 0.25 * geometry.radial_clearance)
     locus_radius = bottom - side * groove_radius
     still = ball_in_groove(0.5 * geometry.pitch_diameter, 0.0, ball_radius, locus_radius, groove_radius)
-    return Raceway(locus_radius, groove_radius, law(still.curvature_small, still.curvature_large))
+    found = law(still.curvature_small, still.curvature_large)
+    terms = terms_along(found, ball_radius, locus_radius, groove_radius, side)
+    return Raceway(locus_radius, groove_radius, found, terms)

@@ -5,15 +5,15 @@ slip. `contact_gradient` differentiates `raceway_contact` line by line: first wh
 ball's surface against the raceway, is linear in velocity and spin), then what a displacement does.
 """
 
-import math
 from typing import NamedTuple
 
 from bearing_twin.compiled import inlined
 from bearing_twin.contact.elastic import HERTZIAN
-from bearing_twin.contact.elasticity import in_lanes, lane_coefficient, lane_root
+from bearing_twin.contact.elasticity import lane_root, looked_up
+from bearing_twin.kinds.bearing.forces.along_groove import coefficient_along, slope_along
 from bearing_twin.kinds.bearing.forces.equations import placed, raceway_contact
 from bearing_twin.numerics.block_solve import combined, negative, plus
-from bearing_twin.numerics.rotation import add, cross, dot, minus, scaled
+from bearing_twin.numerics.rotation import add, cross, dot, minus, root_and_inverse, scaled
 
 SHALLOWEST = 1e-12  # m: the viscous part's slope, which grows as 1 / sqrt(h), is taken no closer to the onset
 CURVATURE_STEP = 1e-5  # relative, of the difference that stands for dC/dQ
@@ -44,8 +44,8 @@ class Slopes(NamedTuple):
     load_by_coefficient: float
     elastic_by_approach: float
     elastic_by_coefficient: float
+    coefficient_by_radial: float
     curvature_by_radial: float
-    coefficient_by_curvature: float
     resistance: float
     coefficient_over_speed: float
     inverse_square: float
@@ -68,11 +68,13 @@ class Driven(NamedTuple):
 class ContactMotion(NamedTuple):
     """Where a contact is and how it moves.
 
-    The ball's centre against the ring's and its distance from the ring's axis, the ring's speed, u and its parts.
+    The ball's centre against the ring's, its distance from the ring's axis and the inverse of that, the ring's speed, u
+    and its parts.
     """
 
     offset: tuple
     axis_distance: float
+    inverse_distance: float
     ring_speed: float
     raceway_velocity: tuple
     spin: tuple
@@ -100,7 +102,7 @@ def matrix_of(a, b, c):
 
 
 @inlined
-def slopes_of(bearing, friction_coefficient, coefficient, power, root, by_curvature, by_radial, contact):
+def slopes_of(bearing, friction_coefficient, coefficient, power, root, by_radial, curvature_by_radial, contact):
     """Partial derivatives of the laws at one contact, c h^p with `root` = h^(p - 1) no closer to the onset."""
     loaded = 1.0 if contact.normal_load > 0.0 else 0.0
     touching = 1.0 if contact.approach > 0.0 else 0.0
@@ -111,7 +113,7 @@ def slopes_of(bearing, friction_coefficient, coefficient, power, root, by_curvat
     bend = power * (power - 1.0) * relaxation * rate / inner
     slip = contact.slip
     square = dot(slip, slip) + bearing.friction_regularisation * bearing.friction_regularisation
-    inverse_speed = 1.0 / math.sqrt(square)
+    inverse_speed = root_and_inverse(square)[1]
     over_speed = friction_coefficient * inverse_speed
     return Slopes(
         load_by_approach=loaded * touching * coefficient * (power * viscous * root + bend),
@@ -119,8 +121,8 @@ def slopes_of(bearing, friction_coefficient, coefficient, power, root, by_curvat
         load_by_coefficient=loaded * touching * load,
         elastic_by_approach=touching * power * coefficient * root,
         elastic_by_coefficient=touching * depth * root,
-        curvature_by_radial=by_radial,
-        coefficient_by_curvature=by_curvature,
+        coefficient_by_radial=by_radial,
+        curvature_by_radial=curvature_by_radial,
         resistance=over_speed * contact.normal_load,
         coefficient_over_speed=over_speed,
         inverse_square=inverse_speed * inverse_speed,
@@ -131,14 +133,13 @@ def slopes_of(bearing, friction_coefficient, coefficient, power, root, by_curvat
 @inlined
 def raceway_slopes(bearing, raceway, given, given_slope, contact, radial):
     """Partial derivatives of the laws at a contact with a raceway."""
-    small, large, law = contact.curvature_small, contact.curvature_large, raceway.law
-    coefficient = lane_coefficient(law, small, large, given)
-    further = lane_coefficient(law, small, large * (1.0 + CURVATURE_STEP), given)
-    by_curvature = (further - coefficient) / (CURVATURE_STEP * large) if in_lanes(law) else given_slope
-    root = lane_root(law, max(contact.approach, SHALLOWEST))
+    law, asked = raceway.law, looked_up(raceway.law)
     groove = raceway.locus_radius + raceway.groove_radius * radial
-    by_radial = -0.5 * raceway.locus_radius / (groove * groove)
-    return slopes_of(bearing, bearing.raceway_friction, coefficient, law.power, root, by_curvature, by_radial, contact)
+    curvature = -0.5 * raceway.locus_radius / (groove * groove)
+    coefficient = given if asked else coefficient_along(raceway.terms, radial)
+    by_radial = given_slope * curvature if asked else slope_along(raceway.terms, radial)
+    root = lane_root(law, max(contact.approach, SHALLOWEST))
+    return slopes_of(bearing, bearing.raceway_friction, coefficient, law.power, root, by_radial, curvature, contact)
 
 
 @inlined
@@ -147,7 +148,7 @@ def displaced(contact, slopes, place, turn, approach, normal, arm, radial):
     change = minus(cross(place.spin, arm), turn)
     rate = dot(change, contact.normal) + dot(place.relative, normal)
     slip = minus(change, add(scaled(rate, contact.normal), scaled(contact.approach_rate, normal)))
-    coefficient = slopes.coefficient_by_curvature * slopes.curvature_by_radial * radial
+    coefficient = slopes.coefficient_by_radial * radial
     load = slopes.load_by_approach * approach + slopes.load_by_rate * rate + slopes.load_by_coefficient * coefficient
     along = dot(contact.slip, slip)
     resistance = slopes.coefficient_over_speed * load - slopes.resistance * slopes.inverse_square * along
@@ -184,14 +185,12 @@ class Shift(NamedTuple):
 @inlined
 def shifted(bearing, raceway, contact, place, direction):
     """The change of where a contact is when the ball's centre moves in `direction` against the ring's."""
-    offset, axis_distance = place.offset, place.axis_distance
-    inverse_axis = 1.0 / axis_distance
+    offset, axis_distance, inverse_axis = place.offset, place.axis_distance, place.inverse_distance
     x, y = offset[0] * inverse_axis, offset[1] * inverse_axis
     outwards = x * direction[0] + y * direction[1]
     sideways = x * direction[1] - y * direction[0]
     out = axis_distance - raceway.locus_radius
-    distance = math.sqrt(out * out + offset[2] * offset[2] + 1e-300)
-    inverse = 1.0 / distance
+    inverse = root_and_inverse(out * out + offset[2] * offset[2] + 1e-300)[1]
     radial, axial = out * inverse, offset[2] * inverse
     approach = radial * outwards + axial * direction[2]
     turned_radial = (outwards - radial * approach) * inverse
@@ -258,8 +257,7 @@ def driven(contact, slopes, raceway_velocity):
 def contact_gradient(bearing, raceway, given, given_slope, centre, by_angle, ring_speed, position, velocity, spin):
     """The derivatives of `raceway_contact`; `by_angle` is how the ball's centre moves against the ring's per radian."""
     contact = raceway_contact(bearing, raceway, given, centre, ring_speed, position, velocity, spin)
-    offset, axis_distance = placed(position, centre)
-    inverse = 1.0 / axis_distance
+    offset, axis_distance, inverse = placed(position, centre)
     radial = inverse * (offset[0] * contact.normal[0] + offset[1] * contact.normal[1])
     slopes = raceway_slopes(bearing, raceway, given, given_slope, contact, radial)
     point = add(offset, contact.arm)
@@ -272,6 +270,7 @@ def contact_gradient(bearing, raceway, given, given_slope, centre, by_angle, rin
     place = ContactMotion(
         offset=offset,
         axis_distance=axis_distance,
+        inverse_distance=inverse,
         ring_speed=ring_speed,
         raceway_velocity=raceway_velocity,
         spin=spin,

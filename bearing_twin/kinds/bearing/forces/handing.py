@@ -42,7 +42,13 @@ def handed(bearing: Bearing, balls: int | None = None) -> tuple[np.ndarray, tupl
 @inlined
 def _raceway(numbers, at):
     law = Elasticity(int(numbers[at + 2]), numbers[at + 3], numbers[at + 4], numbers[at + 5])
-    return Raceway(numbers[at], numbers[at + 1], law)
+    first = at + 6
+    terms = (
+        numbers[first], numbers[first + 1], numbers[first + 2], numbers[first + 3], numbers[first + 4],
+        numbers[first + 5], numbers[first + 6], numbers[first + 7], numbers[first + 8], numbers[first + 9],
+        numbers[first + 10],
+    )  # fmt: skip
+    return Raceway(numbers[at], numbers[at + 1], law, terms)
 
 
 @inlined
@@ -55,15 +61,15 @@ def taken(given):
         ball_mass=numbers[2],
         ball_inertia=numbers[3],
         inner=_raceway(numbers, 4),
-        outer=_raceway(numbers, 10),
-        offset=(numbers[16], numbers[17], numbers[18]),
-        gravity=(numbers[19], numbers[20], numbers[21]),
-        damping=numbers[22],
-        relaxation_time=numbers[23],
-        friction_coefficient=numbers[24],
-        friction_regularisation=numbers[25],
-        pair_coefficient=numbers[26],
-        raceway_friction=numbers[27],
+        outer=_raceway(numbers, 21),
+        offset=(numbers[38], numbers[39], numbers[40]),
+        gravity=(numbers[41], numbers[42], numbers[43]),
+        damping=numbers[44],
+        relaxation_time=numbers[45],
+        friction_coefficient=numbers[46],
+        friction_regularisation=numbers[47],
+        pair_coefficient=numbers[48],
+        raceway_friction=numbers[49],
         spot=spot,
         ring=ring,
         pockets=pockets,

@@ -7,7 +7,7 @@ Exact for friction at a point; `spot_jacobian` says how friction over the spot a
 import math
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.contact.elasticity import carries, in_lanes, lane_given, looked_up
+from bearing_twin.contact.elasticity import carries, lane_given, looked_up
 from bearing_twin.kinds.bearing.forces.carried import carried_coefficient, gap_at
 from bearing_twin.kinds.bearing.forces.equations import ON_AXIS, give_coefficients, lane_position, put_ball_rates
 from bearing_twin.kinds.bearing.forces.gradient import CURVATURE_STEP, contact_gradient
@@ -198,10 +198,9 @@ def _fill_with_ring(ring, bearing, lanes):
 
 @inlined
 def _give_laws(bearing, lanes):
-    """What a law that is not evaluated in lanes gives, and its slopes."""
-    if not in_lanes(bearing.inner.law):
-        give_coefficients(bearing, lanes)
+    """What a law that is looked up gives, and its slopes."""
     if looked_up(bearing.inner.law):
+        give_coefficients(bearing, lanes)
         _give_slopes(bearing, lanes)
 
 

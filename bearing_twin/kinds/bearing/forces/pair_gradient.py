@@ -63,7 +63,13 @@ def pair_gradient(bearing, may_touch, between, velocity, spin, turn):
     relative = add(velocity, cross(spin, contact.arm))
     still = (0.0, 0.0, 0.0)  # no axis, nothing that turns about it
     place = ContactMotion(
-        offset=between, axis_distance=0.0, ring_speed=0.0, raceway_velocity=still, spin=spin, relative=relative
+        offset=between,
+        axis_distance=0.0,
+        inverse_distance=0.0,
+        ring_speed=0.0,
+        raceway_velocity=still,
+        spin=spin,
+        relative=relative,
     )
     by = driven(contact, slopes, place.raceway_velocity)
     one = _apart(contact, slopes, place, (1.0, 0.0, 0.0))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.contact.elasticity import in_lanes
+from bearing_twin.contact.elasticity import looked_up
 from bearing_twin.kinds.bearing.forces.cage import add_pockets
 from bearing_twin.kinds.bearing.forces.equations import give_coefficients, rates_of_raceways
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, LANE_ROWS, RING_SPEED
@@ -17,7 +17,7 @@ from bearing_twin.numerics.lanes import LANE_RATES, LANES, from_blocks, into_blo
 @inlined
 def rates_in_lanes(bearing, lanes):
     """`raceway_rates` by whatever law and friction, and what the pockets of a cage do; put into its caller."""
-    if not in_lanes(bearing.inner.law):
+    if looked_up(bearing.inner.law):
         give_coefficients(bearing, lanes)
     if len(bearing.spot) == 0:
         rates_of_raceways(bearing, lanes)

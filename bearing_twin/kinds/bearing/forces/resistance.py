@@ -1,7 +1,7 @@
 """Rates of balls side by side, and how the raceways answer to velocity and spin alone: what `imex` steps by."""
 
 from bearing_twin.compiled import inlined
-from bearing_twin.contact.elasticity import in_lanes
+from bearing_twin.contact.elasticity import looked_up
 from bearing_twin.kinds.bearing.forces.equations import (
     ON_AXIS,
     give_coefficients,
@@ -44,7 +44,7 @@ def rates_and_resistance(spot, ring, bearing, lanes):
     if len(spot) > 0 or len(ring) > 0:
         rates_and_jacobian(spot, bearing, lanes)
     else:
-        if not in_lanes(bearing.inner.law):
+        if looked_up(bearing.inner.law):
             give_coefficients(bearing, lanes)
         for k in range(LANES):
             cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))

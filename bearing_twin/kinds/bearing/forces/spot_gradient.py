@@ -112,7 +112,7 @@ def _moved(bearing, raceway, friction, contact, spot, means, slopes, place, by_c
     rate = dot(change, contact.normal) + dot(place.relative, by.normal)
     curvature = slopes.curvature_by_radial * by.radial
     load = slopes.load_by_approach * by.approach + slopes.load_by_rate * rate
-    load += slopes.load_by_coefficient * slopes.coefficient_by_curvature * curvature
+    load += slopes.load_by_coefficient * slopes.coefficient_by_radial * by.radial
     outwards = y * change[0] - x * change[1]
     closing, deep = contact.approach_rate, 0.5 * by.approach / max(contact.approach, SHALLOWEST)
     found = _response(
@@ -198,6 +198,7 @@ def spot_gradient(
     place = ContactMotion(
         offset=offset,
         axis_distance=spot.axis_distance,
+        inverse_distance=1.0 / spot.axis_distance,
         ring_speed=speed,
         raceway_velocity=turn,
         spin=spin,

@@ -7,7 +7,7 @@ gyroscopic moment M_g carried by friction in the shares lambda (Harris, Rolling 
 
     0 = Q_i n_i - Q_o n_o + F_c e_r + weight + (M_g / D) (lambda_i t_i - lambda_o t_o).
 
-All derivatives are exact for laws that are evaluated in lanes (`contact.slope`).
+All derivatives are exact.
 """
 
 import math
@@ -45,8 +45,8 @@ class Balance(NamedTuple):
 
 @inlined
 def _pushes(setting, opening_r, opening_z, place_r, place_z):
-    inner = push_of(setting, setting.inner, -1.0, opening_r - place_r, opening_z - place_z)
-    return inner, push_of(setting, setting.outer, 1.0, place_r, place_z)
+    inner = push_of(setting, setting.inner, opening_r - place_r, opening_z - place_z)
+    return inner, push_of(setting, setting.outer, place_r, place_z)
 
 
 @inlined
@@ -115,13 +115,13 @@ def _at(setting, opening_r, opening_z, place_r, place_z, weight_r, weight_z):
 
 
 @kernel
-def _resting(setting, raceway, side, along_r, along_z):
+def _resting(setting, raceway, along_r, along_z):
     """The vector between the centres of a ball that rests on one raceway alone, pressed along by this force [N]."""
     load = math.sqrt(along_r * along_r + along_z * along_z + TINY)
     n_r, n_z = along_r / load, along_z / load
     reach = raceway.groove_radius - setting.ball_radius
     deep = reach + 1e-6
-    still = push_of(setting, raceway, side, n_r * deep, n_z * deep)
+    still = push_of(setting, raceway, n_r * deep, n_z * deep)
     power = raceway.law.power
     coefficient = still.load / 1e-6**power
     length = reach + (load / coefficient) ** (1.0 / power)
@@ -145,11 +145,11 @@ def first_place(setting, opening_r, opening_z, weight_r, weight_z):
         return place_r, place_z, False
     if force_r == 0.0 and weight_z == 0.0:
         return place_r, place_z, True
-    out_r, out_z = _resting(setting, setting.outer, 1.0, force_r, weight_z)
+    out_r, out_z = _resting(setting, setting.outer, force_r, weight_z)
     gap_r, gap_z = opening_r - out_r, opening_z - out_z
     if gap_r * gap_r + gap_z * gap_z <= reach_i * reach_i:
         return out_r, out_z, True
-    in_r, in_z = _resting(setting, setting.inner, -1.0, -force_r, -weight_z)
+    in_r, in_z = _resting(setting, setting.inner, -force_r, -weight_z)
     low_r, low_z = opening_r - in_r, opening_z - in_z
     if low_r * low_r + low_z * low_z <= reach_o * reach_o:
         return low_r, low_z, True

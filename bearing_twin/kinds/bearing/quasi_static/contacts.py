@@ -53,8 +53,8 @@ def write_contacts(setting, azimuths, q, place, out):
     """Fills `out` (`Contacts`) with the balls at their places, the ring at `q`."""
     for k in range(len(azimuths)):
         opening = opening_of(setting, azimuths[k, 0], azimuths[k, 1], q)
-        inner = push_of(setting, setting.inner, -1.0, opening.radial - place[k, 0], opening.axial - place[k, 1])
-        outer = push_of(setting, setting.outer, 1.0, place[k, 0], place[k, 1])
+        inner = push_of(setting, setting.inner, opening.radial - place[k, 0], opening.axial - place[k, 1])
+        outer = push_of(setting, setting.outer, place[k, 0], place[k, 1])
         speeds = speeds_of(setting, inner, outer)
         gyroscopic = speeds.gyroscopic if inner.load > 0.0 else 0.0
         out.friction[k, 0] = setting.share_inner * gyroscopic

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from bearing_twin.compiled import inlined
 from bearing_twin.contact.elastic import elastic
-from bearing_twin.contact.slope import coefficient_and_slope
+from bearing_twin.kinds.bearing.forces.along_groove import coefficient_along, slope_along
 from bearing_twin.kinds.bearing.forces.equations import Raceway
 
 TINY = 1e-300  # keeps a direction defined where its length is zero
@@ -64,20 +64,16 @@ class Speeds(NamedTuple):
 
 
 @inlined
-def push_of(setting, raceway, side, v_r, v_z):
-    """The contact where `v` [m] points from the ball's centre to the groove's (inner, side -1) or back (outer, +1)."""
+def push_of(setting, raceway, v_r, v_z):
+    """The contact where `v` [m] points from the ball's centre to the inner groove's, or from the outer one's to it."""
     distance = math.sqrt(v_r * v_r + v_z * v_z + TINY)
     n_r, n_z = v_r / distance, v_z / distance
     approach = distance + setting.ball_radius - raceway.groove_radius
     if approach <= 0.0:
         return Push(approach, 0.0, n_r, n_z, distance, 0.0, 0.0)
-    # as `surfaces.ball_in_groove`
-    ball = 1.0 / setting.ball_radius
-    bottom = raceway.locus_radius + side * raceway.groove_radius * n_r
-    small, large = 0.5 * (ball - 1.0 / raceway.groove_radius), 0.5 * (ball - side * n_r / bottom)
-    coefficient, slope = coefficient_and_slope(raceway.law, small, large)
+    coefficient = coefficient_along(raceway.terms, n_r)
     answer = elastic(coefficient, raceway.law.power, approach)
-    by_radial = -0.5 * side * raceway.locus_radius / (bottom * bottom) * slope * answer.load / coefficient
+    by_radial = slope_along(raceway.terms, n_r) * answer.load / coefficient
     return Push(approach, answer.load, n_r, n_z, distance, answer.stiffness, -by_radial * n_z / distance)
 
 

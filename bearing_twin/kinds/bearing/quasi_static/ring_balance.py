@@ -153,8 +153,8 @@ def first_ring(setting, azimuths, free, wanted, scales, longest, q):
     reach_o = setting.outer.groove_radius - setting.ball_radius
     deep, power = 1e-6, setting.inner.law.power
     # two springs in line, softest where each alone has half the approach
-    one = push_of(setting, setting.inner, -1.0, reach_i + deep, 0.0).load / deep**power
-    two = push_of(setting, setting.outer, 1.0, reach_o + deep, 0.0).load / deep**power
+    one = push_of(setting, setting.inner, reach_i + deep, 0.0).load / deep**power
+    two = push_of(setting, setting.outer, reach_o + deep, 0.0).load / deep**power
     spring = (one ** (-1.0 / power) + two ** (-1.0 / power)) ** -power
     low, high, at, moved = 0.0, longest, 0.0, np.empty(COORDINATES)
     for _ in range(24):

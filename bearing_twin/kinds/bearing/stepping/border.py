@@ -193,7 +193,7 @@ def leave_out_spares(count, blocks, row, rows):
 @inlined
 def _pulls(ball_mass, lanes):
     """Of an even cage's balls r (F_t - 2 m v_r w) [N m] and m r^2 [kg m^2]."""
-    for k in range(LANES):
+    for k in range(min(LANES, len(lanes))):  # LANES, which LLVM must not know, as in `spot.over_spots`
         radius = get(lanes, AXIS_DISTANCE, k)
         turning = get(lanes, TANGENTIAL_VELOCITY, k) * get(lanes, RADIAL_VELOCITY, k) / radius
         lever = ball_mass * radius

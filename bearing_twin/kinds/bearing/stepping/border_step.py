@@ -6,7 +6,7 @@ import numpy as np
 
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces import border_rows as at
-from bearing_twin.kinds.bearing.forces.layout import BORDER, CAGE, PLACES, SHAFT_ANGLE, SHAFT_SPEED
+from bearing_twin.kinds.bearing.forces.layout import BORDER, PLACES, SHAFT_SPEED
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.steppers import five, rosenbrock_dense
 
@@ -39,24 +39,12 @@ def border_right(c, d, step, numbers):
 
 
 @inlined
-def _keep(numbers, first, i):
-    value = numbers[at.SOLUTION + i]
-    numbers[first + np.uint64(i)] = value if abs(value) < math.inf else 0.0
-
-
-@inlined
-def border_keep(ring, shaft, stage, numbers):
-    """Stores the solution as a stage's, as `lanes` does; what is not met stays zero there."""
-    first = np.uint64(at.STAGES + stage * at.WIDTH)
-    for i in range(at.ring_places(ring)):
-        _keep(numbers, first, i)
-        _keep(numbers, first, PLACES + i)
-    for i in range(PLACES + CAGE, SHAFT_ANGLE):
-        _keep(numbers, first, i)
-    _keep(numbers, first, CAGE)
-    if len(shaft) > 0:
-        for i in range(SHAFT_ANGLE, BORDER):
-            _keep(numbers, first, i)
+def border_keep(stage, numbers):
+    """Stores the solution as a stage's, as `numerics.rosenbrock` does."""
+    first = at.STAGES + stage * at.WIDTH
+    for i in range(min(at.WIDTH, len(numbers))):  # WIDTH, which LLVM must not know, as in `spot.over_spots`
+        value = numbers[at.SOLUTION + i]
+        numbers[np.uint64(first + i)] = value if abs(value) < math.inf else 0.0
 
 
 @inlined

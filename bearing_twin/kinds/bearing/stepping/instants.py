@@ -30,7 +30,7 @@ from bearing_twin.numerics.lanes import (
     rows,
 )
 from bearing_twin.numerics.lean import lean_kernel
-from bearing_twin.numerics.rosenbrock import inside, take_terms
+from bearing_twin.numerics.rosenbrock_inside import inside, take_terms
 from bearing_twin.numerics.rotation import turned
 
 # Of an instant: the state in the rows of the state, the orientation, the share of the step; NONE where none is wanted.

@@ -45,10 +45,17 @@ def _moment(alpha, blocks):
 
 
 @lean_kernel
-def _copy_rates(source, target, lanes):
-    """Copies the rates in the rows from `source` on to those from `target` on."""
+def _keep_first(lanes):
+    """Keeps the rates of a step's start; rows that were arguments would cost the loop its vectors."""
     for i in range(STATE_SPAN):
-        put(lanes, target, i, get(lanes, source, i))
+        put(lanes, FIRST_RATES, i, get(lanes, LANE_RATES, i))
+
+
+@lean_kernel
+def _take_first(lanes):
+    """Takes the rates that `_keep_first` kept."""
+    for i in range(STATE_SPAN):
+        put(lanes, LANE_RATES, i, get(lanes, FIRST_RATES, i))
 
 
 @inlined
@@ -71,7 +78,7 @@ def _rates(task, coupling, stage, alpha, blocks):
         else:
             place_start(method.gamma, border, now, alpha, blocks[block])
         if again:
-            _copy_rates(FIRST_RATES, LANE_RATES, blocks[block])
+            _take_first(blocks[block])
         elif stage == 0:
             rates_and_ring_jacobian(bearing.ring, border, bearing, blocks[block])
         else:
@@ -88,7 +95,7 @@ def _rates(task, coupling, stage, alpha, blocks):
         if stage == 0:
             copy_state(coupling.border.numbers, at.RATES, at.FIRST_RATES)
             for block in range(len(blocks)):
-                _copy_rates(LANE_RATES, FIRST_RATES, blocks[block])
+                _keep_first(blocks[block])
 
 
 @inlined
@@ -126,7 +133,7 @@ def _solve(task, coupling, stage, blocks):
         border_right(method.c[stage], method.d[stage], get(blocks[0], STEP, 0), numbers)
         drive = turning(coupling.border, task.drive, time, at.BEGIN)
         solve_with_shaft(coupling.border.shaft, drive, time, coupling, blocks)
-        border_keep(coupling.border.ring, coupling.border.shaft, stage, numbers)
+        border_keep(stage, numbers)
     else:
         for block in range(len(blocks)):
             solve_alone(blocks[block])

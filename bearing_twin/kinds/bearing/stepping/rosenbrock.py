@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.contact.elasticity import carries
 from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.carried import carry_ball
 from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
@@ -39,6 +40,7 @@ from bearing_twin.numerics.lanes import (
     START,
     STEP,
     TIME,
+    UNTIL,
     from_lane,
     get,
     get_quaternion,
@@ -47,7 +49,8 @@ from bearing_twin.numerics.lanes import (
     put_quaternion,
 )
 from bearing_twin.numerics.lean import lean_kernel
-from bearing_twin.numerics.rosenbrock import IDLE, advance_lanes, dense_terms, fill_lanes
+from bearing_twin.numerics.rosenbrock import IDLE, advance_lanes, fill_lanes
+from bearing_twin.numerics.rosenbrock_inside import dense_terms
 from bearing_twin.numerics.statuses import OK
 from bearing_twin.numerics.steppers import NOTHING, Rosenbrock
 from bearing_twin.numerics.stretches import Stretches, alike
@@ -128,10 +131,21 @@ def _give_out(run, held, cursor, blocks):
         first += LANES
 
 
+@lean_kernel
+def _turn_on(lanes):
+    """Takes the orientations after accepted steps as those before the next."""
+    for k in range(LANES):
+        turned, before = get_quaternion(lanes, TURNED, k), get_quaternion(lanes, ORIENTATION, k)
+        put_quaternion(lanes, ORIENTATION, k, turned if get(lanes, UNTIL, k) >= 0.0 else before)
+
+
 @inlined
-def _accept(run, lanes, k):
-    put_quaternion(lanes, ORIENTATION, k, get_quaternion(lanes, TURNED, k))
-    carry_ball(run.task.bearing, lanes, START, lanes, k)
+def _accept(run, lanes):
+    _turn_on(lanes)
+    if carries(run.task.bearing.inner.law):
+        for k in range(LANES):
+            if get(lanes, UNTIL, k) >= 0.0:
+                carry_ball(run.task.bearing, lanes, START, lanes, k)
 
 
 @lean_kernel

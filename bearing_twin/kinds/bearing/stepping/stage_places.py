@@ -32,7 +32,7 @@ from bearing_twin.numerics.lanes import (
     put_vector,
 )
 from bearing_twin.numerics.lean import lean_kernel
-from bearing_twin.numerics.rosenbrock import mixed_stages
+from bearing_twin.numerics.rosenbrock_inside import mixed_stages
 from bearing_twin.numerics.rotation import add
 from bearing_twin.numerics.steppers import five
 

@@ -35,7 +35,7 @@ from bearing_twin.numerics.lanes import (
     put_quaternion,
 )
 from bearing_twin.numerics.lean import lean_kernel
-from bearing_twin.numerics.rosenbrock import mixed_stages
+from bearing_twin.numerics.rosenbrock_inside import mixed_stages
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.steppers import five, rosenbrock_dense
 

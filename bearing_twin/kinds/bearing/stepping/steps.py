@@ -24,7 +24,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
 )
 from bearing_twin.numerics.events import halved
 from bearing_twin.numerics.lanes import COLUMNS, get, get_vector
-from bearing_twin.numerics.rosenbrock import interpolate
+from bearing_twin.numerics.rosenbrock_inside import interpolate
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, TOO_DEEP
 
 TOUCHING = 1e-11  # m: approaches below are neither contact nor gap

@@ -1,0 +1,92 @@
+"""What a law comes to along a groove, as the polynomial that kernels are given, against the law itself."""
+
+import numpy as np
+import pytest
+
+from bearing_twin.contact.elasticity import elasticity, fresh_coefficient
+from bearing_twin.contact.laws import LAWS
+from bearing_twin.contact.names import law_names
+from bearing_twin.kinds.bearing.catalogue import entries
+from bearing_twin.kinds.bearing.forces.along_groove import TERMS, coefficient_along, slope_along, terms_along
+from bearing_twin.kinds.bearing.parameters import GIVES
+from bearing_twin.shapes.surfaces import ball_in_groove
+
+PITCH = 28.5e-3
+COSINES = np.linspace(0.0, 1.0, 101)
+MODULUS = 1.14e11
+
+
+def groove(share, conformity, side):
+    """Ball radius, radius of the centre circle and of the groove [m] where balls are so large a share of the pitch."""
+    radius = 0.5 * share * PITCH
+    across = 2.0 * conformity * radius
+    return radius, 0.5 * PITCH + side * (radius - across), across
+
+
+def exact(law, ball, circle, across, side, cosine):
+    """c of the law where the contact's normal leans from the radius by this cosine, by the gap itself."""
+    away = across - 0.999 * ball  # of the centres, in contact
+    sine = np.sqrt(1.0 - cosine**2)
+    gap = ball_in_groove(circle + side * away * cosine, away * sine, ball, circle, across)
+    assert side * gap.normal_radial == pytest.approx(cosine, abs=1e-12)
+    return fresh_coefficient(law, gap.curvature_small, gap.curvature_large)
+
+
+@pytest.mark.parametrize("name", law_names("point", GIVES))
+@pytest.mark.parametrize(
+    ("share", "conformity", "off"),
+    [(0.236, 0.52, 6e-14), (0.236, 0.5003, 4e-14), (0.1, 0.515, 2e-15), (0.4, 0.52, 4e-11), (0.5, 0.52, 4e-11)],
+)
+def test_a_law_along_a_groove_is_the_law_at_every_contact_angle(name, share, conformity, off):
+    """Near b/a = 0.01 `hertz` goes over to the exact solution, from which its rational form is 1e-10 off."""
+    law, floor = elasticity(name, MODULUS, 1e9), 1e-13 if LAWS[name].state else 3e-15
+    if name == "hertz" and conformity < 0.501:
+        floor = 2e-10
+    for side in (-1.0, 1.0):
+        shape = groove(share, conformity, side)
+        terms = terms_along(law, *shape, side)
+        cosines = 1.0 + terms[TERMS] * COSINES
+        assert cosines.min() < 0.4 or not LAWS[name].follows
+        found = np.array([coefficient_along(terms, side * cosine) for cosine in cosines])
+        expected = np.array([exact(law, *shape, side, cosine) for cosine in cosines])
+        assert np.abs(found / expected - 1.0).max() < off + floor
+        if LAWS[name].follows and cosines.min() > 0.01:
+            beyond = side * (cosines.min() - 0.01)
+            assert coefficient_along(terms, beyond) == pytest.approx(found[-1], rel=1e-12)
+            assert slope_along(terms, beyond) == 0.0
+
+
+@pytest.mark.parametrize("conformity", [3.0, 10.0])
+def test_a_groove_that_is_nearly_flat_is_followed_as_far_as_its_bottom_goes(conformity):
+    """The bottom of such a groove comes to the bearing's axis before a right angle, where no law holds."""
+    law = elasticity("hertz", MODULUS, 0.0)
+    for side in (-1.0, 1.0):
+        shape = groove(0.236, conformity, side)
+        terms = terms_along(law, *shape, side)
+        assert terms[TERMS] > -0.4
+        for cosine in 1.0 + terms[TERMS] * COSINES:
+            expected = exact(law, *shape, side, cosine)
+            assert coefficient_along(terms, side * cosine) == pytest.approx(expected, rel=3e-9)
+
+
+def test_the_polynomial_holds_for_every_bearing_of_the_catalogue():
+    law, furthest = elasticity("hertz_exact", MODULUS, 0.0), 0.0
+    for row in entries().values():
+        share = row.ball_diameter / row.pitch_diameter
+        for side, conformity in ((-1.0, row.inner_conformity), (1.0, row.outer_conformity)):
+            shape = groove(share, conformity, side)
+            terms = terms_along(law, *shape, side)
+            off = [coefficient_along(terms, side * c) / exact(law, *shape, side, c) - 1.0 for c in COSINES[::20]]
+            furthest = max(furthest, np.abs(off).max())
+    assert furthest < 3e-12
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_the_slope_is_the_polynomials_own(side):
+    shape = groove(0.3, 0.52, side)
+    terms = terms_along(elasticity("hertz", MODULUS, 0.0), *shape, side)
+    assert abs(terms[1]) > 0.01 * terms[0]
+    for cosine in (0.2, 0.7, 0.95):
+        at, step = side * cosine, 1e-5
+        slope = (coefficient_along(terms, at + step) - coefficient_along(terms, at - step)) / (2.0 * step)
+        assert slope_along(terms, at) == pytest.approx(slope, rel=1e-8)
