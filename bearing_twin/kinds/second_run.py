@@ -212,7 +212,7 @@ class WithSecondRun:
 class SecondRunDoubt:
     """What figures are worth by the last row of a second computation; a kind adds law, friction, what is left out."""
 
-    in_stretches = False
+    in_stretches, errorless = False, ("energy_closure", "impact_speed_m_s")
     watch: Watch
     mend = "set a tenth of wanted.tolerance"
 

@@ -98,6 +98,7 @@ class BeamDoubt(SecondRunDoubt):
     """By a second motion; Euler's beam against Timoshenko's."""
 
     watch = WATCH
+    errorless = (*SecondRunDoubt.errorless, "highest_mode", "gravity_m_s2")
 
     @property
     def mend(self) -> str:

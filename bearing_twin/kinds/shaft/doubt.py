@@ -11,7 +11,7 @@ from bearing_twin.kinds.bearing.adequacy import still_error
 from bearing_twin.kinds.doubt import HERTZ_MENDS, LEFT_OUT, Errors
 from bearing_twin.kinds.second_run import SecondRunDoubt
 from bearing_twin.kinds.shaft.derived import speeds_of
-from bearing_twin.kinds.shaft.figures import LIVES, WATCH
+from bearing_twin.kinds.shaft.figures import LIVES, WATCH, WORKS
 from bearing_twin.kinds.shaft.models import law_error, shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.statics import rotor_of
@@ -29,6 +29,7 @@ class ShaftDoubt(SecondRunDoubt):
     """By a second motion; the law against exact Hertz; equilibria against balls that move."""
 
     watch = WATCH
+    errorless = (*SecondRunDoubt.errorless, "shaft_speed_at_end_rad_s", *(f"{name}_j" for name in WORKS))
 
     def __init__(self, parameters, choice):
         super().__init__(parameters, choice)
