@@ -270,7 +270,7 @@ class BearingDoubt:
         """What is not known, by source and by what is left out."""
         notes = {}
         if self.choice.stepper == QUASI_STATIC:
-            notes[METHOD] = "equilibria are solved to rounding; loads of moving balls are off by what docs say"
+            notes[METHOD] = "equilibria are solved to rounding; the error of loads is what balls that move differ by"
         elif self.parameters.solver.companion == "off":
             notes[METHOD] = "solver.companion: off, so nothing is known of the error of the integration method"
         elif not self._known:
