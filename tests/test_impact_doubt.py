@@ -224,6 +224,18 @@ def test_what_follows_a_blow_is_off_as_far_as_timoshenkos_beam_makes_it(scene, t
     assert "law" not in shear.errors["errors_by_source"]["restitution"]
 
 
+@pytest.mark.parametrize("speed", [0.1, 1.0])
+def test_formulations_of_a_soft_material_differ_by_less_than_its_strain_which_is_said(speed):
+    found = [
+        reported("soft_discs_mean", f"formulation={one}", f"motion.first_velocity={speed}", "mesh.divisions=12", ALONE)
+        for one in ("stvk", "neo_hookean")
+    ]
+    forces = [one.figures["peak_force_n"] for one in found]
+    strain = 1.0 - min(one.figures["least_stretch"] for one in found)
+    assert 0.3 * strain < abs(forces[1] / forces[0] - 1.0) < strain
+    assert all("about the greatest strain" in one.errors["errors_unknown"]["law"] for one in found)
+
+
 def test_the_second_mesh_is_coarser_where_there_is_a_coarser_one():
     assert [second_divisions(count, 3) for count in (6, 12, 24, 48)] == [12, 6, 12, 30]
     for own, other in ((24, 12), (6, 12)):
