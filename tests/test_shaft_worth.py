@@ -84,12 +84,19 @@ def test_every_figure_of_a_shaft_says_what_it_is_off():
         assert off.max() / 3.0 < max(told) < 100.0 * off.max()
 
 
-def test_rows_of_a_second_motion_of_an_earlier_version_are_passed_over():
-    doubt = ShaftDoubt(load_scene("shaft_two_6203").parameters, Choice("hertz", "rodas4", 0.0, "", ()))
-    values = {"shaft_speed": np.array([300.0])}
-    for width, known in ((12, False), (WATCH.no_row().shape[1], True)):
-        doubt.add(SimpleNamespace(values=values, records={"companion": np.zeros((1, width))}))
-        assert (doubt.row is not None) == known
+def test_rows_of_a_second_motion_of_an_earlier_version_tell_of_what_they_have():
+    """A log of one that knew errors of loads and lives alone."""
+    parameters = load_scene("shaft_two_6203").parameters
+    found = []
+    for width in (14, WATCH.no_row().shape[1]):
+        doubt = ShaftDoubt(parameters, Choice("hertz", "rodas4", 0.0, "", ()))
+        row = np.arange(1.0, 1.0 + width)
+        doubt.add(SimpleNamespace(values={"shaft_speed": np.array([300.0])}, records={"companion": row[None]}))
+        found.append(doubt._method())
+    old, new = found
+    assert set(new) == set(WATCH.figures)
+    assert set(new) - set(old) == set(OF_MOTION)
+    assert all(new[key] == error for key, error in old.items())
 
 
 def test_a_preload_by_offsets_keeps_what_contacts_are_off_and_a_load_does_not():

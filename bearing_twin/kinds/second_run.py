@@ -222,8 +222,7 @@ class SecondRunDoubt:
 
     def add(self, block: Block) -> None:
         for row in block.records.get(COMPANION, ()):
-            if len(row) == self.watch.no_row().shape[1]:  # else of an earlier version
-                self.row = np.array(row)
+            self.row = np.array(row)
 
     def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Errors of the elastic law by figure."""
@@ -261,7 +260,8 @@ class SecondRunDoubt:
     def _method(self) -> dict[str, float]:
         if self.row is None:
             return {}
-        known = zip(self.watch.figures, map(float, self.row[len(HEAD) + len(self.watch.outputs) :]), strict=True)
+        errors = self.row[len(HEAD) + len(self.watch.outputs) :]
+        known = zip(self.watch.figures, map(float, errors), strict=False)  # an earlier version has the first alone
         return {key: error for key, error in known if not math.isnan(error)}
 
     def _promises(self) -> tuple[Promise, ...]:
