@@ -217,7 +217,7 @@ ROWS: dict[Measured, Callable[[], float]] = {
         "bearing_6203_tolerances", "samples=10000", TO_THE_END
     ),
     Measured("1000 bearings by two workers", "`run_study`", 1, "less", "of one"): _two_workers,
-    Measured("200 000 spheres at 8 speeds", "command", 300, "less", "MB"): lambda: most_held(*MANY),
+    Measured("200 000 spheres at 8 speeds without histories", "command", 300, "less", "MB"): lambda: most_held(*MANY),
     Measured("static solve, cold", "static_solve.py", 20, "less", "us"): lambda: solved(157.08)["cold"],
     Measured("static solve, warm", "static_solve.py", 8, "less", "us"): lambda: solved(157.08)["warm"],
     Measured("loads of a held ring", "static_solve.py", 1.5, "less", "us"): lambda: solved(157.08)["held"],

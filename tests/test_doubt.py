@@ -4,14 +4,18 @@ import math
 import re
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from runs import reported
 
 from bearing_twin.command.terminal import show_result
+from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, METHOD, Dearest, Errors, Promise
 from bearing_twin.nodes.simulating import worth
-from bearing_twin.report import plain_json
+from bearing_twin.report import Choice, plain_json
 from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, companion_cost, exceeds, judged, promise_in_words
-from bearing_twin.units import sentence_for_people, two_digits
+from bearing_twin.run.scene import load_scene
+from bearing_twin.units import named, sentence_for_people, two_digits
 from bearing_twin.view.tables import error_notes
 
 FIGURES = {"torque_nm": 2.0, "load_n": [100.0, 50.0, 0.0], "speed_rad_s": 7.0, "none_j": None}
@@ -34,6 +38,55 @@ def test_errors_of_several_sources_are_kept_apart_and_added():
     assert "none_j_error" not in found.keys
     assert "speed_rad_s_error" not in found.keys
     assert (found.status, found.flags) == ("done", ())
+
+
+def test_figures_of_whose_error_nothing_is_known_are_named():
+    found = judged(Errors({"load_n": {METHOD: 1.0}}), FIGURES | {"word": "x", "empty_m": []}, "done")
+    assert found.keys["errors_unknown"] == {"figures": "nothing is known of the error of torque, speed"}
+    spared = judged(Errors({"load_n": {METHOD: 1.0}}), FIGURES, "done", errorless=("torque_nm", "speed_rad_s"))
+    assert not spared.keys["errors_unknown"]
+    assert not judged(Errors(), FIGURES, "done").keys["errors_unknown"]  # of such a kind a note tells
+
+
+@pytest.mark.parametrize(
+    ("scene", "overrides", "unknown"),
+    [
+        ("bearing_6203", ["run.duration=0.01"], {"ring force range"}),
+        ("bearing_218_thrust", ["run.duration=0.01"], {"drive work", "friction torque"}),
+        (
+            "bearing_6203_run_up",
+            ["run.duration=0.02"],
+            {"ring displacement range", "cage slip", "greatest pocket force"},
+        ),
+        ("shaft_two_6203", ["run.duration=0.01"], {"forward shares"}),
+        ("ellipsoid_rocking", ["run.duration=0.05"], set()),
+        ("two_bodies_groove", ["run.duration=0.02"], set()),
+        ("sphere_on_beam_drop_50mm", [], set()),
+        ("two_discs", [], set()),
+        ("two_spheres", [], set()),
+        ("soft_discs_mean", ["mesh.divisions=8", "mesh.order=2"], set()),
+    ],
+)
+def test_every_figure_says_what_it_is_off_or_that_nobody_knows(scene, overrides, unknown):
+    report = reported(scene, *overrides)
+    doubt = KINDS[load_scene(scene).kind].doubt(load_scene(scene).parameters, Choice("hertz", "", 0.0, "", ()))
+    note = report.errors["errors_unknown"].get("figures", "")
+    named_ones = set(note.removeprefix("nothing is known of the error of ").split(", ")) - {""}
+    assert unknown <= named_ones
+    assert bool(unknown) == bool(named_ones)
+    told = 0
+    for key, value in report.figures.items():
+        values = value if isinstance(value, list) else [value]
+        if not all(isinstance(one, (int, float)) for one in values) or not values:
+            continue
+        words, error = named(key)[0], report.errors.get(f"{key}_error")
+        if error is None:
+            assert words in named_ones or key in doubt.errorless, key
+        else:
+            assert words not in named_ones
+            assert np.shape(error) == np.shape(value), key
+            told += 1
+    assert told > 4
 
 
 @pytest.mark.parametrize("error", [2e-3, math.nan, math.inf])

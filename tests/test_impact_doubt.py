@@ -211,6 +211,31 @@ def test_the_error_of_eulers_beam_is_what_timoshenkos_gives():
         assert euler.errors["errors_by_source"][key]["law"] == pytest.approx(apart, rel=0.1)
 
 
+@pytest.mark.parametrize(("scene", "touches"), [("sphere_on_beam", (1, 1)), ("sphere_on_beam_drop_600mm", (2, 3))])
+def test_what_follows_a_blow_is_off_as_far_as_timoshenkos_beam_makes_it(scene, touches):
+    """Errors of the sphere after its contacts, and of the beam, held nothing of shear."""
+    euler, shear = (reported(scene, f"beam.theory={name}") for name in ("euler", "timoshenko"))
+    assert (euler.figures["contact_count"], shear.figures["contact_count"]) == touches
+    for key in ("restitution", "sphere_velocity_after_m_s", "impulse_ns", "peak_deflection_m", "peak_stress_pa"):
+        apart = abs(euler.figures[key] - shear.figures[key])
+        assert apart > 1e-3 * abs(euler.figures[key])
+        assert euler.errors["errors_by_source"][key]["law"] == pytest.approx(apart, rel=0.05)
+    assert euler.errors["errors_by_source"]["contact_count"]["law"] == touches[1] - touches[0]
+    assert "law" not in shear.errors["errors_by_source"]["restitution"]
+
+
+@pytest.mark.parametrize("speed", [0.1, 1.0])
+def test_formulations_of_a_soft_material_differ_by_less_than_its_strain_which_is_said(speed):
+    found = [
+        reported("soft_discs_mean", f"formulation={one}", f"motion.first_velocity={speed}", "mesh.divisions=12", ALONE)
+        for one in ("stvk", "neo_hookean")
+    ]
+    forces = [one.figures["peak_force_n"] for one in found]
+    strain = 1.0 - min(one.figures["least_stretch"] for one in found)
+    assert 0.3 * strain < abs(forces[1] / forces[0] - 1.0) < strain
+    assert all("about the greatest strain" in one.errors["errors_unknown"]["law"] for one in found)
+
+
 def test_the_second_mesh_is_coarser_where_there_is_a_coarser_one():
     assert [second_divisions(count, 3) for count in (6, 12, 24, 48)] == [12, 6, 12, 30]
     for own, other in ((24, 12), (6, 12)):

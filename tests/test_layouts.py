@@ -10,6 +10,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
+import toy_kind  # noqa: F401 - a kind without topics of its own
 import yaml
 from made_up_run import made_up_block, made_up_run, made_up_scene
 from rosbags.interfaces import Nodetype
@@ -312,6 +313,14 @@ def test_a_study_is_laid_out_over_the_number_of_the_realisation(tmp_path, capsys
 def test_what_cannot_be_laid_out_is_refused(words, sentence, tmp_path, capsys):
     assert main(["layouts", *words, "--out", str(tmp_path)]) == 2
     assert sentence in capsys.readouterr().err
+
+
+def test_a_kind_without_topics_of_its_own_is_refused(tmp_path, capsys):
+    path = tmp_path / "swing.yaml"
+    path.write_text("kind: toy\n", encoding="utf-8")
+    assert main(["layouts", str(path), "--out", str(tmp_path)]) == 2
+    assert "swing has neither wrenches nor contacts nor state" in capsys.readouterr().err
+    assert not list(tmp_path.glob("swing.*.*"))
 
 
 def test_a_file_for_rerun_shows_the_bearing(tmp_path):

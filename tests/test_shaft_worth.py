@@ -8,10 +8,11 @@ import pytest
 
 from bearing_twin.kinds.bearing.adequacy import still_error
 from bearing_twin.kinds.shaft.doubt import ShaftDoubt
+from bearing_twin.kinds.shaft.figures import MEANINGS, OF_MOTION, WATCH, WORKS
 from bearing_twin.kinds.shaft.models import shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.statics import balance_of
-from bearing_twin.kinds.shaft.worth import Wide, responses, wide_of
+from bearing_twin.kinds.shaft.worth import Wide, moved_by, responses, wide_of
 from bearing_twin.report import Choice
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
@@ -44,6 +45,58 @@ def test_loads_of_stiffer_contacts_change_as_those_of_stiffer_materials_do(scene
         true = (harder - softer) / (2.0 * step)
         assert np.abs(changes - true).max() < 5e-3 * np.abs(true).max()
         assert 0.05 < np.abs(true).max() / contacts.load.max() < 1.0
+
+
+@pytest.mark.parametrize("scene", ["shaft_step_load", "shaft_angular_pair", "shaft_two_6203"])
+def test_places_and_forces_of_stiffer_contacts_change_as_those_of_stiffer_materials_do(scene):
+    """A bearing pushes the shaft along its axis by N sin(angle) of its inner contacts."""
+    parameters, step = load_scene(scene).parameters, 1e-4
+    speed = float(parameters.drive.speed)
+    more, less = (
+        balance_of(of_material(parameters, factor), "hertz", speed, 1.0) for factor in (1.0 + step, 1.0 - step)
+    )
+    told = moved_by(parameters, "hertz", speed, 1.0, (1.0, 1.0), False)
+    true = np.abs(more.coordinates - less.coordinates) / (2.0 * step)
+    for key, part in (("displacement_m", true[:3]), ("tilt_rad", true[3:])):
+        assert told[key] == pytest.approx(part, abs=5e-3 * part.max())
+    for side, harder, softer in zip(SIDES, more.contacts, less.contacts, strict=True):
+        along = [float((one.load[:, 0] * np.sin(one.angle[:, 0])).sum()) for one in (harder, softer)]
+        true = abs(along[0] - along[1]) / (2.0 * step)
+        assert told[f"{side}_force_n"][2] == pytest.approx(true, rel=5e-3)
+        assert true > 1.0
+
+
+def test_every_figure_of_a_shaft_says_what_it_is_off():
+    """But those that the scene gives, the balance of energy, and works, of which a sentence tells."""
+    rough, exact = (
+        simulate(load_scene("shaft_step_load", ("run.duration=0.06", *words)))
+        for words in (["wanted.tolerance=1e-2"], ["wanted.tolerance=1e-7", "solver.companion=off"])
+    )
+    for run in (rough, exact):
+        assert len(list(run))
+    report = rough.report
+    apart = {"shaft_speed_at_end_rad_s", "energy_closure", "forward_shares", *(f"{name}_j" for name in WORKS)}
+    assert {key for key in MEANINGS if f"{key}_error" not in report.errors} == apart
+    for key in OF_MOTION:
+        off = np.abs(np.array(report.figures[key]) - exact.report.figures[key])
+        told = report.errors["errors_by_source"][key]["method"]
+        assert len(told) == len(off)
+        assert off.max() / 3.0 < max(told) < 100.0 * off.max()
+
+
+def test_rows_of_a_second_motion_of_an_earlier_version_tell_of_what_they_have():
+    """A log of one that knew errors of loads and lives alone."""
+    parameters = load_scene("shaft_two_6203").parameters
+    found = []
+    for width in (14, WATCH.no_row().shape[1]):
+        doubt = ShaftDoubt(parameters, Choice("hertz", "rodas4", 0.0, "", ()))
+        row = np.arange(1.0, 1.0 + width)
+        doubt.add(SimpleNamespace(values={"shaft_speed": np.array([300.0])}, records={"companion": row[None]}))
+        found.append(doubt._method())
+    old, new = found
+    assert set(new) == set(WATCH.figures)
+    assert set(new) - set(old) == set(OF_MOTION)
+    assert all(new[key] == error for key, error in old.items())
 
 
 def test_a_preload_by_offsets_keeps_what_contacts_are_off_and_a_load_does_not():

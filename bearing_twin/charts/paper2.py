@@ -14,8 +14,9 @@ import numpy as np
 
 from bearing_twin.charts.sheets import Axis, Line, Panel, Sheet, SheetRow, Sheets
 from bearing_twin.kinds.beam.derived import resolve
-from bearing_twin.kinds.beam.motion import WatchedPoints, throw_scene
+from bearing_twin.kinds.beam.motion import throw_scene
 from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, TIMOSHENKO
+from bearing_twin.kinds.beam.watched import WatchedPoints
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.reference.struck_beam import strike
 from bearing_twin.run.scene import load_scene

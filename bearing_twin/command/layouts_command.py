@@ -42,6 +42,11 @@ def run(arguments) -> Outcome:
     if RERUN in programs and not is_log:
         raise BearingTwinError("the layout for Rerun is in one file with a log: give a log, not a scene")
     panels = _panels_of_log(source, arguments.topic) if is_log else _panels_of_scene(arguments)
+    if not panels.plots:
+        raise BearingTwinError(
+            f"{panels.name} has neither wrenches nor contacts nor state among its topics, which layouts show; "
+            "bearing_twin view shows its channels"
+        )
     if not panels.frame:
         if "rviz" in arguments.programs:
             raise BearingTwinError("a study has nothing that RViz draws; give --for foxglove, plotjuggler or rerun")

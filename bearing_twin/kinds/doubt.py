@@ -96,7 +96,11 @@ class Errors:
 
 
 class Doubt(Protocol):
-    """Estimates the errors of a run's figures from its blocks and their records, so that a log gives the same."""
+    """Estimates the errors of a run's figures from its blocks and their records, so that a log gives the same.
+
+    `errorless`, if it has that, are figures that have none: the scene's own, closed forms, what checks the numbers, and
+    those of which a note tells. All others without an error are named as not known.
+    """
 
     def add(self, block: Block) -> None:
         """Takes a block in, in the same pieces as the figures."""

@@ -66,10 +66,12 @@ def tables_with(watch: Watch, meanings: Mapping[str, str], parameters, *own: Tab
     return (*own, watch.table(meanings)) if is_watched(parameters) else own
 
 
-def difference(value: float | None, finer: float | None) -> float:
-    """By how much a figure is off: NaN where neither has one, infinite where one of them alone has."""
+def difference(value, finer) -> float:
+    """By how much a figure is off, a list at most: NaN where neither has one, infinite where one of them alone has."""
     if value is None or finer is None:
         return math.nan if value is finer else math.inf
+    if isinstance(value, list):
+        return max((difference(*pair) for pair in zip(value, finer, strict=True)), default=0.0)
     if isinstance(value, int) and isinstance(finer, int):
         return float(abs(value - finer))
     return max(abs(value - finer), ROUNDING * abs(finer))
@@ -210,7 +212,7 @@ class WithSecondRun:
 class SecondRunDoubt:
     """What figures are worth by the last row of a second computation; a kind adds law, friction, what is left out."""
 
-    in_stretches = False
+    in_stretches, errorless = False, ("energy_closure", "impact_speed_m_s")
     watch: Watch
     mend = "set a tenth of wanted.tolerance"
 
@@ -248,9 +250,8 @@ class SecondRunDoubt:
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:
         found: dict[str, dict[str, Any]] = {}
-        by_source = {METHOD: self._method(), LAW: self.law(figures), FRICTION_MODEL: self.friction(figures)}
-        by_source[LEFT_OUT] = self.left_out(figures)
-        for source, errors in by_source.items():
+        by_source = (METHOD, self._method()), (LAW, self.law(figures)), (FRICTION_MODEL, self.friction(figures))
+        for source, errors in (*by_source, (LEFT_OUT, self.left_out(figures))):
             for key, error in errors.items():
                 found.setdefault(key, {})[source] = error
         known = float(self.row[KEPT]) if self._chaotic else None
@@ -259,8 +260,8 @@ class SecondRunDoubt:
     def _method(self) -> dict[str, float]:
         if self.row is None:
             return {}
-        values = self.row[len(HEAD) + len(self.watch.outputs) :]
-        known = zip(self.watch.figures, map(float, values), strict=True)
+        errors = self.row[len(HEAD) + len(self.watch.outputs) :]
+        known = zip(self.watch.figures, map(float, errors), strict=False)  # an earlier version has the first alone
         return {key: error for key, error in known if not math.isnan(error)}
 
     def _promises(self) -> tuple[Promise, ...]:

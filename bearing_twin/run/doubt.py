@@ -1,7 +1,7 @@
 """What a figure is worth: errors by source kept apart and added, and the status that follows from what was promised."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from bearing_twin.kinds.doubt import LARGE, Dearest, Errors, Promise
@@ -41,10 +41,11 @@ def judged(
     status: str,
     outside: tuple[str, ...] = (),
     predicted: Mapping[str, float | str] | None = None,
+    errorless: Collection[str] = (),
 ) -> Judgement:
     """The judgement of a run with these errors and figures whose own status was this, and models outside ranges.
 
-    What a choice `predicted` is told beside what came out.
+    What a choice `predicted` is told beside what came out. Figures without error that are not `errorless` are named.
     """
     keys, totals, large = {}, {}, {}
     for figure, parts in errors.figures.items():
@@ -59,6 +60,8 @@ def judged(
     keys["errors_by_source"] = kept
     keys["wanted_errors"] = {one.output: _told(one, predicted or {}) for one in errors.promises}
     keys["errors_unknown"] = dict(errors.notes)
+    if errors.figures and (unknown := _without_error(figures, {*totals, *errorless})):
+        keys["errors_unknown"]["figures"] = f"nothing is known of the error of {', '.join(unknown)}"
     if errors.horizon is not None:
         keys["horizon_s"] = errors.horizon
     broken = [one for one in errors.promises if one.broken]
@@ -73,6 +76,18 @@ def judged(
     if doubtful and status == DONE:
         status = f"{DOUBTFUL}: {', '.join(doubtful)}"
     return Judgement(status, tuple(flags), keys)
+
+
+def _without_error(figures: Mapping[str, Any], known: Collection[str]) -> list[str]:
+    """Names of figures that are numbers and not `known`."""
+    left = {key: value for key, value in figures.items() if key not in known}
+    return [named(key)[0] for key, value in left.items() if _is_numbers(value)]
+
+
+def _is_numbers(value) -> bool:
+    """Whether a figure is a number or a list of some."""
+    values = value if isinstance(value, list) else [value]
+    return bool(values) and all(isinstance(one, (int, float)) for one in values)
 
 
 def failed(failure: Mapping[str, Any]) -> str:
@@ -114,7 +129,7 @@ def _size(unit: str, figures: Mapping[str, Any]) -> float:
     sizes = {"rad": 1.0}
     for key, value in figures.items():
         values = value if isinstance(value, list) else [value]
-        if not all(isinstance(one, (int, float)) and math.isfinite(one) for one in values):
+        if not (_is_numbers(value) and all(map(math.isfinite, values))):
             continue
         its = named(key)[1]
         sizes[its] = max(sizes.get(its, 0.0), greatest(values))

@@ -71,7 +71,8 @@ class Gathering:
         numbers = figures.figures()
         errors = doubt.errors(numbers)
         status = failed(failure) if failure else figures.status()
-        judgement = judged(errors, numbers, status, self.choice.outside, self.choice.predicted)
+        errorless = getattr(doubt, "errorless", ())
+        judgement = judged(errors, numbers, status, self.choice.outside, self.choice.predicted, errorless)
         return Report(
             scene=scene,
             law=self.choice.law,

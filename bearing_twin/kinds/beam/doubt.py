@@ -1,8 +1,9 @@
 """What the figures of a sphere on a beam are worth: by more modes and steps, and by the other theory of beams."""
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -13,24 +14,17 @@ from bearing_twin.kinds.beam.derived import touch_speed
 from bearing_twin.kinds.beam.figures import FIGURES, OF_BEAM, WATCH
 from bearing_twin.kinds.beam.impact import BeamImpact
 from bearing_twin.kinds.beam.parameters import EULER
-from bearing_twin.kinds.beam.theory import theory_of, trial
+from bearing_twin.kinds.beam.theory import theory_of, thrown_by_both, trial
+from bearing_twin.kinds.beam.watched import Top, WatchedPoints
 from bearing_twin.kinds.doubt import LAW, METHOD
 from bearing_twin.kinds.impact.doubt import INSTANTS, relative
-from bearing_twin.kinds.second_run import SecondRunDoubt, difference, row_of
+from bearing_twin.kinds.second_run import SecondRunDoubt, difference, is_watched, row_of
 
 FINER = 1.5  # modes and steps of the companion over those of the run
 ORDERS = {(True, True): 4.0, (True, False): 2.5, (False, True): 3.0, (False, False): 1.0}
 """By tail in the contact or not, and Euler's beam or not: the power of the modes that errors fall by, at least."""
 LEFT = {of: FINER**-order for of, order in ORDERS.items()}
 """Of the same: what of the run's error the companion still has (`tests/test_impact_doubt.py`)."""
-
-
-class Top(NamedTuple):
-    """The greatest `value` of a watched point by magnitude, and times [s] around its instant."""
-
-    value: float
-    point: int
-    times: np.ndarray
 
 
 def force_at(found: BeamImpact, times: np.ndarray) -> np.ndarray:
@@ -82,10 +76,29 @@ def companion_row(parameters, found: BeamImpact, second, tops: Sequence[Top]) ->
     return row_of(WATCH, last, True, len(finer.lengths), wanted, errors)
 
 
+@functools.lru_cache(maxsize=64)
+def shear_makes(parameters) -> dict[str, float]:
+    """What figures of a checked scene by Euler's beam are off Timoshenko's, in their units, roughly.
+
+    Those that follow from its whole motion: of the sphere; and of the beam where more than contacts is wanted and a
+    second motion goes beside, for to look through it costs more than all contacts.
+    """
+    thrown = thrown_by_both(parameters)
+    both = [figures_of(parameters, found) for found in thrown]
+    keys = ["contact_count", "restitution", "sphere_velocity_after_m_s", "impulse_ns"]
+    if parameters.wanted.outputs == "history" and is_watched(parameters):
+        keys.extend(OF_BEAM)
+        for figures, found in zip(both, thrown, strict=True):
+            tops = WatchedPoints(parameters, found).greatest()
+            figures |= {key: top.value for key, top in zip(OF_BEAM, tops, strict=True)}
+    return {key: abs(both[0][key] - both[1][key]) for key in keys}
+
+
 class BeamDoubt(SecondRunDoubt):
     """By a second motion; Euler's beam against Timoshenko's."""
 
     watch = WATCH
+    errorless = (*SecondRunDoubt.errorless, "highest_mode", "gravity_m_s2")
 
     @property
     def mend(self) -> str:
@@ -102,7 +115,7 @@ class BeamDoubt(SecondRunDoubt):
         tried = trial(self.parameters)
         by = {"peak_force_n": tried.of_peak, "contact_duration_s": tried.of_time}
         by["greatest_approach_m"] = 2.0 / 3.0 * tried.of_peak
-        return {key: share * abs(figures[key]) for key, share in by.items()}
+        return {key: share * abs(figures[key]) for key, share in by.items()} | shear_makes(self.parameters)
 
     def law_of(self, output: str) -> tuple[float, str]:
         """As of its peaks."""
@@ -126,5 +139,5 @@ class BeamDoubt(SecondRunDoubt):
         if theory_of(self.parameters) != EULER:
             found[LAW] = "Timoshenko's beam holds for waves down to a height or two; its error is not known"
         elif trial(self.parameters).contacts > 1:
-            found[LAW] = "what follows a second touch needs shear: errors of restitution and deflection are not known"
+            found[LAW] = "what follows a second touch needs shear: by Euler's beam what comes of it is another motion"
         return found

@@ -3,9 +3,9 @@
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.beam.fineness import modes_for, modes_wanted, states_held, steps_for
 from bearing_twin.kinds.beam.impact import MOST_BYTES, MOST_MODES
-from bearing_twin.kinds.beam.motion import PEAK_SAMPLES
 from bearing_twin.kinds.beam.parameters import TIMOSHENKO
 from bearing_twin.kinds.beam.theory import reason_of, theory_of
+from bearing_twin.kinds.beam.watched import PEAK_SAMPLES
 from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.report import Choice
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from bearing_twin.contact.validity import wave_transit
 from bearing_twin.kinds.beam.derived import beam_of, resolve, thrown_sphere, touch_speed
-from bearing_twin.kinds.beam.impact import MOST_MODES, hertz_contact_time, highest_mode, throw
+from bearing_twin.kinds.beam.impact import MOST_MODES, BeamImpact, hertz_contact_time, highest_mode, throw
 from bearing_twin.kinds.beam.modes import modes_of
 from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, EULER, TIMOSHENKO, SphereOnBeamScene
 from bearing_twin.stopping import heeding_signals
@@ -54,10 +54,9 @@ class BothTheories(NamedTuple):
         return f"{self.crossings:.3g} crossings of the height by a shear wave"
 
 
-@functools.lru_cache(maxsize=64)
-def trial(parameters: SphereOnBeamScene) -> BothTheories:
-    """The blow of a checked scene by both theories, roughly."""
-    beam, material = parameters.beam, parameters.beam.material
+@functools.lru_cache(maxsize=1)  # a motion may take megabytes
+def thrown_by_both(parameters: SphereOnBeamScene) -> tuple[BeamImpact, ...]:
+    """The blow of a checked scene by Euler's beam and by Timoshenko's, roughly."""
     sphere, speed, until = thrown_sphere(parameters), touch_speed(parameters.blow), resolve(parameters).run.duration
     tolerance, found = max(SHARE * parameters.wanted.tolerance, FINEST_TRIAL), []
     for theory in BEAM_THEORIES:
@@ -66,7 +65,14 @@ def trial(parameters: SphereOnBeamScene) -> BothTheories:
         modes = modes_of(line, parameters.blow.point * line.span, count)
         with heeding_signals():
             found.append(throw(line, modes, sphere, speed, until, TRIAL_STEPS))
-    by_euler, by_timoshenko = found
+    return tuple(found)
+
+
+@functools.lru_cache(maxsize=64)
+def trial(parameters: SphereOnBeamScene) -> BothTheories:
+    """The blow of a checked scene by both theories, roughly."""
+    beam, material = parameters.beam, parameters.beam.material
+    by_euler, by_timoshenko = thrown_by_both(parameters)
     shear_modulus = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
     first = by_timoshenko.contacts[0]
     return BothTheories(

@@ -33,6 +33,7 @@ from bearing_twin.sample import Block
 TILTING = "ring_moment_nm", "misalignment_rad"
 SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
 STANDS = 1e-12  # rad/s: a ring that turns no faster stands, and work over its angle says nothing of a torque
+THEORY = "cage_speed_theory_rad_s", "roll_rate_theory_rad_s"
 OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
 
 
@@ -40,6 +41,7 @@ class BearingDoubt:
     """Gathers what a run's errors follow from, in memory that does not grow with the run."""
 
     in_stretches = False  # blocks may hold many
+    errorless = "inner_ring_speed_at_end_rad_s", *THEORY, "energy_closure", "equilibria"
 
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters, self.choice = as_chosen(parameters, choice), choice
@@ -268,7 +270,7 @@ class BearingDoubt:
         """What is not known, by source and by what is left out."""
         notes = {}
         if self.choice.stepper == QUASI_STATIC:
-            notes[METHOD] = "equilibria are solved to rounding; loads of moving balls are off by what docs say"
+            notes[METHOD] = "equilibria are solved to rounding; the error of loads is what balls that move differ by"
         elif self.parameters.solver.companion == "off":
             notes[METHOD] = "solver.companion: off, so nothing is known of the error of the integration method"
         elif not self._known:

@@ -30,6 +30,7 @@ class EllipsoidDoubt(SecondRunDoubt):
     """By a second motion; the law against exact Hertz where each contact was hardest."""
 
     watch = WATCH
+    errorless = (*SecondRunDoubt.errorless, "greatest_energy_gain", "quaternion_drift", "tracking_error_m")
     figures_type = EllipsoidFigures
     shallow = 1.5  # power of a load that is no law's
     rubbed = ("velocity_change_x_m_s", "velocity_change_y_m_s", "angular_momentum_change_vertical_nms")

@@ -11,20 +11,25 @@ from bearing_twin.kinds.bearing.adequacy import still_error
 from bearing_twin.kinds.doubt import HERTZ_MENDS, LEFT_OUT, Errors
 from bearing_twin.kinds.second_run import SecondRunDoubt
 from bearing_twin.kinds.shaft.derived import speeds_of
-from bearing_twin.kinds.shaft.figures import LIVES, WATCH
+from bearing_twin.kinds.shaft.figures import LIVES, WATCH, WORKS
 from bearing_twin.kinds.shaft.models import law_error, shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES
-from bearing_twin.kinds.shaft.worth import ShaftErrors, wide_of
+from bearing_twin.kinds.shaft.statics import rotor_of
+from bearing_twin.kinds.shaft.worth import ShaftErrors, moved_by, wide_of
 from bearing_twin.sample import Block
 
 LOADS = {"greatest_ball_load_n": 1.0, "peak_pressure_pa": 1.0 / 3.0}  # figures that go with this power of a load
 LIFE = 3.0  # a life goes with the load to the power -3
+MODES = "natural_frequencies_hz", "critical_speeds_rad_s"
+LIGHT = 1.0 / 6.0  # of balls' mass over the shaft's, by which modes are too high without it: balls go half as far
+RANGES = "displacement_range_m", "tilt_range_rad", *(f"{side}_force_range_n" for side in SIDES)
 
 
 class ShaftDoubt(SecondRunDoubt):
     """By a second motion; the law against exact Hertz; equilibria against balls that move."""
 
     watch = WATCH
+    errorless = (*SecondRunDoubt.errorless, "shaft_speed_at_end_rad_s", *(f"{name}_j" for name in WORKS))
 
     def __init__(self, parameters, choice):
         super().__init__(parameters, choice)
@@ -36,8 +41,12 @@ class ShaftDoubt(SecondRunDoubt):
         self._fastest = max(self._fastest, float(np.abs(block.values["shaft_speed"]).max(initial=0.0)))
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:
-        """As of every second computation; lives in hours err as those in turns do."""
+        """As of every second computation, of vectors for each number; lives in hours err as those in turns do."""
         errors = super().errors(figures)
+        for key in errors.figures.keys() & figures.keys():
+            of, value = errors.figures[key], figures[key]
+            if isinstance(value, list):
+                of |= {source: [one] * len(value) for source, one in of.items() if not isinstance(one, list)}
         for side in SIDES:
             for turns, hours in ((f"{side}_{life}_mrev", f"{side}_{life}_h") for life in LIVES):
                 if hours in figures and turns in errors.figures and math.isfinite(figures[turns]):
@@ -60,8 +69,10 @@ class ShaftDoubt(SecondRunDoubt):
         }
 
     def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
-        """At most what the coefficient of a contact is off by: as of rings that are held."""
-        return self._of_loads(figures, dict.fromkeys(SIDES, law_error(self.parameters, self.choice.law)))
+        """At most what the coefficient of a contact is off by: as of rings that are held; places as they answer."""
+        share = law_error(self.parameters, self.choice.law)
+        loads = self._of_loads(figures, dict.fromkeys(SIDES, share))
+        return loads | self._of_motion(figures, (share, share), False) if self._shares() else loads
 
     def law_of(self, output: str) -> tuple[float, str]:
         """At most what the coefficient of a contact is off by."""
@@ -79,7 +90,25 @@ class ShaftDoubt(SecondRunDoubt):
             pressure, life = f"{side}_peak_pressure_pa", f"{side}_reference_life_mrev"
             found[pressure] += one.contact / 3.0 * abs(figures[pressure])
             found[life] = LIFE * one.balanced * abs(figures[life])
-        return found
+        return found | self._of_motion(figures, tuple(still[side] for side in SIDES), True)
+
+    def _of_motion(self, figures: Mapping[str, Any], shares: tuple[float, ...], wide: bool) -> dict[str, Any]:
+        """What places, forces and modes are off where contacts are by these shares, as `moved_by` has it at the end."""
+        speed, end = float(speeds_of(self.parameters)[-1]), float(self.parameters.run.duration)
+        most = max(
+            share + wide * wide_of(self.parameters, self.choice.law, speed, end)[side].share
+            for side, share in zip(SIDES, shares, strict=True)
+        )
+        found = dict(moved_by(self.parameters, self.choice.law, speed, end, shares, wide))
+        found |= {key: [most * abs(one) for one in figures[key]] for key in RANGES if key in figures}
+        seats = rotor_of(self.parameters, self.choice.law).seats
+        balls = sum(
+            getattr(self.parameters, side).geometry.balls * seat.setting.ball_mass
+            for side, seat in zip(SIDES, seats, strict=True)
+        )
+        higher = 0.5 * most + wide * LIGHT * balls / self.parameters.shaft.mass
+        found |= {key: [higher * abs(one) for one in figures[key]] for key in MODES if key in figures}
+        return {key: error for key, error in found.items() if key in figures}
 
     def _wide(self, side: str, load: float) -> ShaftErrors:
         """As `Wide.at`, by the balance at the run's start or end whose greatest load is nearer to this one [N]."""

@@ -55,9 +55,13 @@ MEANINGS = {
 }
 LIVES = "basic_life", "reference_life"
 WATCHED = ("greatest_ball_load_n", "peak_pressure_pa", *(f"{life}_mrev" for life in LIVES))
+OF_MOTION = (  # means and ranges of the shaft's places, and of what bearings push it by
+    *("displacement_m", "displacement_range_m", "tilt_rad", "tilt_range_rad"),
+    *(f"{side}_{key}" for side in SIDES for key in ("force_n", "force_range_n")),
+)
 WORKS = ("load_work", "bearing_work", "cage_work", "dissipated")
 WATCH = Watch(
-    tuple(f"{side}_{key}" for side in SIDES for key in WATCHED),
+    (*(f"{side}_{key}" for side in SIDES for key in WATCHED), *OF_MOTION),
     {"ball_loads": "of any contact at any output, over the greatest load"},
 )
 ROWS = {"position": 3, "tilt": 2, "bearing_force": 6}  # channels whose mean and range are figures, and their widths

@@ -49,8 +49,19 @@ def moved_ring(place: float, facing: float) -> np.ndarray:
     return matrix
 
 
-def responses(parameters: ShaftScene, law: str, speed: float, time: float, shares_at) -> list[tuple]:
-    """(contacts, shares, changes of their loads [N]) (N, 2) of both bearings, in balance at `time` [s].
+class Moved(NamedTuple):
+    """First-order changes of a shaft in balance: its `coordinates` (5,), forces (2, 3) of the bearings on it [N].
+
+    `contacts` has (contacts, shares, changes of their loads [N]) (N, 2) of each bearing.
+    """
+
+    coordinates: np.ndarray
+    forces: np.ndarray
+    contacts: list[tuple]
+
+
+def response_of(parameters: ShaftScene, law: str, speed: float, time: float, shares_at) -> Moved:
+    """What contacts that are too stiff by shares of their load make of the balance at `time` [s].
 
     `shares_at(scene, contacts)` gives what each contact bears more than its law gives at the same approach. Raises
     SceneError where nothing carries the loads.
@@ -66,7 +77,31 @@ def responses(parameters: ShaftScene, law: str, speed: float, time: float, share
         loads += turned.T @ pushed.loads
         found.append((contacts, shares, pushed, turned))
     moved = -np.linalg.pinv(balance.stiffness) @ loads
-    return [(contacts, shares, pushed.contacts(turned @ moved)[0]) for contacts, shares, pushed, turned in found]
+    forces = [turned.T @ (pushed.loads + pushed.found.stiffness @ turned @ moved) for _, _, pushed, turned in found]
+    changes = [(contacts, shares, pushed.contacts(turned @ moved)[0]) for contacts, shares, pushed, turned in found]
+    return Moved(moved, -np.array(forces)[:, :3], changes)
+
+
+def responses(parameters: ShaftScene, law: str, speed: float, time: float, shares_at) -> list[tuple]:
+    """The `contacts` of `response_of`."""
+    return response_of(parameters, law, speed, time, shares_at).contacts
+
+
+@functools.lru_cache(maxsize=8)
+def moved_by(
+    parameters: ShaftScene, law: str, speed: float, time: float, shares: tuple[float, float], wide: bool
+) -> dict[str, list[float]]:
+    """By how much places and forces of a shaft are off, where all contacts of a bearing are off by such a share.
+
+    With `wide`, and by what bodies are no half-spaces. By figure, in its unit and shape; raises as `response_of`.
+    """
+    left = iter(shares)  # bearings are asked for one after the other
+    found = response_of(
+        parameters, law, speed, time, lambda scene, contacts: next(left) + wide * _wide(scene, contacts)
+    )
+    place, tilt = np.split(np.abs(found.coordinates), [3])
+    moved = {"displacement_m": place.tolist(), "tilt_rad": tilt.tolist()}
+    return moved | {f"{side}_force_n": np.abs(force).tolist() for side, force in zip(SIDES, found.forces, strict=True)}
 
 
 def _wide(scene, contacts) -> np.ndarray:
