@@ -45,7 +45,7 @@ from bearing_twin.nodes.log_room import SteadyTime
 from bearing_twin.nodes.messages import OK, WARN, qos_words, suited
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recorder_node import RecorderNode
-from bearing_twin.nodes.recording import Recording
+from bearing_twin.nodes.recording import MENDS, Recording
 from bearing_twin.nodes.replay_node import ReplayNode
 
 SCENE = made_up_scene(balls=2)
@@ -254,7 +254,8 @@ def test_lost_messages_of_any_topic_are_counted_said_and_written_before_the_end(
         status = recorder.recording.status()
         kept = status["messages"]
         assert 6 <= kept < 31  # the first, five that waited, and those that came before others as the machine let them
-        assert (status["messages_lost"], status["uncounted"]) == (31 - kept, "")
+        assert (status["messages_lost"], status["lost_on"], status["uncounted"]) == (31 - kept, "/elsewhere", "")
+        assert any(MENDS in status.message for status in seen)
         recover(path, tmp_path / "saved.mcap")  # as a crash would leave it
         with McapReader(tmp_path / "saved.mcap") as reader:
             told = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]

@@ -23,11 +23,13 @@ def _run(name: str) -> int:
 def _said(name: str) -> int:
     """The exit code of a node, with one sentence where it cannot run."""
     from bearing_twin.errors import BearingTwinError, missing_package
+    from bearing_twin.nodes.middleware import repair_soon
     from bearing_twin.pipes import leave
     from bearing_twin.processors import one_processor
 
     one_processor()
     try:
+        repair_soon()
         importlib.import_module("bearing_twin.nodes.messages")  # says in one sentence what is missing, if anything is
         node = importlib.import_module(f"bearing_twin.nodes.{name}")
         if hasattr(node, "PARAMETERS") and {"-h", "--help"} & set(sys.argv[1:]):

@@ -19,6 +19,7 @@ from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, mes
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
 from bearing_twin.nodes.recording import (
     DEPTH,
+    MENDS,
     RECORDS,
     Recording,
     default_topics,
@@ -58,6 +59,7 @@ class RecorderNode(Node):
         self._refused: set[str] = set()
         self._elsewhere: set[str] = set()  # topics of samples that nobody asked for, where none were named
         self._default = not any(values["topics"])
+        self._lost = 0  # messages that were told of
         self._taken: dict[str, Subscription] = {}
         self._taking = threading.Lock()
         self._period = min(TAKE_PERIOD, values["max_loss"])  # what waits is lost in a crash too
@@ -186,13 +188,16 @@ class RecorderNode(Node):
                 f"no samples are recorded, but there are on {some}: name them in the parameter topics",
             )
             self.get_logger().warning(message, once=True)
-        if status["messages_lost"]:
-            level, message = WARN, f"{status['messages_lost']} messages were lost"
+        if lost := status["messages_lost"]:
+            level, message = WARN, f"{lost} messages were lost on the way; {MENDS}"
+            if lost > self._lost:
+                self.get_logger().warning(f"{message}; lost_on of /diagnostics and of the log names their topics")
+            self._lost = lost
         if status["messages_unreadable"]:
             level, message = WARN, f"{status['messages_unreadable']} messages are not logged: no reader takes them"
         for what in ("records", "samples"):  # the outputs have the last word
             if lost := status[f"{what}_lost"]:
-                level, message = WARN, lost_in_words(lost, what == "records")
+                level, message = WARN, f"{lost_in_words(lost, what == 'records')}; {MENDS}"
         if mixed := status["mixed"]:
             level, message = WARN, f"several nodes publish {mixed}: their outputs are mixed, so give each a namespace"
             self.get_logger().warning(message, once=True)

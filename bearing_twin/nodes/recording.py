@@ -16,8 +16,9 @@ from bearing_twin.log.mcap_read import LARGEST_MESSAGE, MOST_TOPICS
 from bearing_twin.log.parts import Safety, Told
 from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter
 
-DEPTH = 2000  # messages a subscription may hold back: a lost one is asked for again only after up to 3 s
+DEPTH = 4000  # messages a subscription may hold back, 1000 a second: other nodes send one that was lost after up to 3 s
 FRAMES = ("/tf", "/tf_static")
+MENDS = "give the nodes more processors, or send and record less (run.publish_rate, topics)"
 RECORDS = "/records/"  # in the name of a topic whose rows are no outputs
 MIXED = 2  # steps back while there are several publishers: one is a node started again, whose end is not known yet
 BRIEF = tuple(f"{kind.namespace}/" for kind in KINDS.values() if kind.brief)  # short runs, which are kept whole
@@ -178,15 +179,16 @@ class Recording(Told):
     def status(self) -> dict[str, float | str]:
         """Counts so far: topics, messages, bytes, and what was lost, of messages, solver outputs and rows of records.
 
-        `uncounted` names the topics whose lost messages nobody can count: several publishers, or no numbers; `mixed`
-        those on which outputs of several stand among each other. Messages are dropped while the disk is full; those
-        that no reader takes are unreadable.
+        `lost_on` names the topics with lost messages, `uncounted` those whose lost messages nobody can count: several
+        publishers, or no numbers; `mixed` those on which outputs of several stand among each other. Messages are
+        dropped while the disk is full; those that no reader takes are unreadable.
         """
         outputs = [stream for topic, stream in self.sequences.items() if RECORDS not in topic]
         records = [stream for topic, stream in self.sequences.items() if RECORDS in topic]
         with self._lock:
             uncounted = self._uncounted | {topic for topic, sent in self._sent.items() if sent.restarts}
-            counted = [sent for topic, sent in self._sent.items() if topic not in uncounted]
+            counts = {topic: sent for topic, sent in self._sent.items() if topic not in uncounted}
+        counted = counts.values()
         return {
             "topics": len(self._numbers),
             "messages": self.messages,
@@ -194,6 +196,7 @@ class Recording(Told):
             "messages_before": sum(sent.before for sent in counted),
             "messages_dropped": self._log.dropped,
             "messages_unreadable": self.unreadable,
+            "lost_on": " ".join(sorted(topic for topic, sent in counts.items() if sent.lost)),
             "uncounted": " ".join(sorted(uncounted)),
             "mixed": " ".join(sorted(topic for topic, stream in self.sequences.items() if stream.mixed >= MIXED)),
             "bytes": self._log.bytes,

@@ -25,7 +25,7 @@ from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted
 from bearing_twin.nodes.node_words import advice, files_of_others, refuse_no_assignment, refuse_no_parameters
 from bearing_twin.nodes.outlet import MANY, Outlet
 
-ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as the next heartbeat, every 3 s
+ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as it is told what was sent, every 3 s by default
 DISCOVERY_POLL = 0.02  # s
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
 POLL = 0.1  # s: how soon the main thread sees that a node is done
