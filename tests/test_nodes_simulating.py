@@ -196,6 +196,19 @@ def test_a_look_tells_of_the_time_since_the_last_one():
     assert 0.1 < numbers["lag_s"] < 0.2
 
 
+@pytest.mark.parametrize(
+    ("status", "said"),
+    [("done", ""), ("doubtful: loads", "the run is doubtful: loads"), ("failed: energy", "the run is failed: energy")],
+)
+def test_whoever_looks_after_a_run_is_told_that_it_is_worth_less_than_wanted(status, said):
+    loop, _, clock = made_up_loop()
+    assert loop.doubt() == ""
+    loop.simulation.report = lambda: SimpleNamespace(status=status, errors={})
+    drive(loop, clock, 100 * MS)
+    assert loop.look()[2]["status"] == status
+    assert loop.doubt() == said
+
+
 def test_a_little_late_is_no_failure_to_keep_up():
     """One long wait: time passes three times as fast as the stream, which is still less than 0.1 s behind."""
     loop, _, clock = made_up_loop()

@@ -126,9 +126,11 @@ class SimulationLoop:
         return slow, message, numbers
 
     def doubt(self) -> str:
-        """What whoever looks after the run should know of: its commands, and that a model is outside its range."""
-        outside = "a model runs outside its range" if self.simulation.chosen.outside else ""
-        return "; ".join(filter(None, (outside, self.commands.doubt())))
+        """What whoever looks after the run should know of: that it is not worth what is wanted, and its commands."""
+        status = str(self._worth.get("status", ""))
+        worth = f"the run is {status}" if status.startswith(("doubtful", "failed")) else ""
+        worth = "a model runs outside its range" if self.simulation.chosen.outside else worth
+        return "; ".join(filter(None, (worth, self.commands.doubt())))
 
     def pause(self, now: int, paused: bool) -> str:
         """Holds time or lets it go on; pausing twice is as good as once."""
