@@ -42,6 +42,7 @@ from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS
 from bearing_twin.kinds.bearing.companion.second import Second
 from bearing_twin.kinds.bearing.companion.throws import Throw, through_throw
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, PLACE, WINDOW, Window, bumps, off_by, within
+from bearing_twin.kinds.bearing.forces.layout import MOTION
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
 
@@ -255,7 +256,8 @@ class Companion(Looking):
         """Rows of a copy that starts apart by what balls are off, before they may first have met in a part and after.
 
         It goes on, twice as far each time, until it is off by more than is wanted, or has taken its share of steps.
-        Looked at are the parts 1, 2, 4, 8 ... with meetings. Balls next to each other start off the other way.
+        Looked at are the parts 1, 2, 4, 8 ... with meetings. Balls next to each other start off the other way; or
+        all as far off as a second motion that went beside the run until then.
         """
         copied = copied_from(met, self.met)
         self.met += int(met.any())
@@ -269,7 +271,10 @@ class Companion(Looking):
         window = next(stretches)
         begin = part.elapsed + part.start(window.begin)
         moving, border = all_start(part, window.begin, window.length)
-        self.drift.set_apart(moving[0], begin, tolerance)
+        if window.begin < 0 and self.second.apart is not None:  # all that balls are off, across the raceways, too
+            moving[0][:, :MOTION] += self.second.apart[0][:, :MOTION]
+        else:
+            self.drift.set_apart(moving[0], begin, tolerance)
         self.drift.begin(None)
         last = (*moving, border)
         while window is not None and taken <= (COPYING if self.grew <= MET else THREATENED) * part.taken:
