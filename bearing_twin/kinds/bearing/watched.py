@@ -286,11 +286,11 @@ class WatchedMotion(BearingMotion):
             self.companion.see_again(part, self._windows)
         scales = self.scales if self.stepper not in FIXED_STEP and len(part.pointer) else self._asked[0]
         self._looked_at, self._eventful = (part, scales, self.tolerance), not part.all_bear
-        found, greatest = self.companion.look(part, self._windows, scales, self.tolerance), self.companion.greatest_load
+        throw, greatest = self.companion.throw(part, scales, *self._inherited[1:3]), self.companion.greatest_load
+        found = self.companion.look(part, self._windows if throw is None else [], scales, self.tolerance)
         added, self._before_it = found, found[:0]
         if len(found) or carries(self.parameters):
             ringing, drift = ringing_time(self.parameters, self.bearing, greatest), self.companion.drift.angle.max()
-            throw = self.companion.throw(part, scales, *self._inherited[1:3])
             what = part, found, self.tolerance, ringing, drift, greatest, self.companion.apart, throw
             found, added, self._before_it, self._inherited = carried_on(self._inherited, *what)
         between = between_steps(self.parameters, part, self.tolerance, greatest)

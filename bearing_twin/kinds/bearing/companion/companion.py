@@ -187,7 +187,9 @@ class Companion(Looking):
     def throw(self, part: Part, scales, off: float, wide: float) -> Throw | None:
         """What a copy shows of a part in which a ring is thrown, see `through_throw`; None of others."""
         found = through_throw(self.parameters, part, scales, off, wide, self.greatest_load)
-        self.steps += found.steps if found else 0
+        if found:
+            self.steps += found.found.steps
+            self.drift.see(part, found.window, found.found, 1.0 / (1.0 - TIGHTER))
         return found
 
     def _off_by(self, rows) -> float:
