@@ -51,7 +51,9 @@ AT_A_TIME = 2  # balls that are followed
 FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
 THREATENED = 0.33  # ... unless it is off by the tolerance, or loose, or `second`: then where so many were
 BOUNCING = 0.45  # ... or would be, with a ball that bounces although nothing points to it: it may rule a short run
-DEARER = 1.35  # times the run's steps: what a companion takes, at a third of the tolerance by a method of fourth order
+# Times the run's steps: what a companion takes, at a third of the tolerance by a method of fourth order; by all balls
+# that a ring couples, where it rings on.
+DEARER, TOGETHER = 1.35, 1.6
 KEPT = {"greatest_load": float, "steps": int, "looked": int, "parts": int, "met": int, "diverged": bool}
 KEPT |= {"grew": float, "reached": float}
 
@@ -241,7 +243,8 @@ class Companion(Looking):
             taken = any(one.ball in (window.ball, -1) for one in self.followed) or full
             share = THREATENED if left > 1.0 or loose(part, window) else FOLLOWING
             spent = self.steps > share * part.taken or bumps(self.parameters)  # see `go_beside`
-            window = affordable(part, window, (THREATENED * part.taken - self.steps) / DEARER)
+            dearer = TOGETHER if window.ball == ALL else DEARER
+            window = affordable(part, window, (THREATENED * part.taken - self.steps) / dearer)
             if taken or spent or (part.partners.active and window.ball != ALL) or not window.length:
                 continue
             alone, ends = window.ball != ALL, window.begin + 1 + window.length == len(part.times)
