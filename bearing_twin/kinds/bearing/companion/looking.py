@@ -97,13 +97,14 @@ class Looking:
     def windows_again(self, part: Part, windows: list[Window]) -> list[Window]:
         """These windows of a part that was done again, where other balls may have met; what points to them is kept.
 
-        One in which a ball takes many more steps now, as it rings, is cut to its end.
+        One in which a ball takes many more steps now, as it rings, is cut to its end, but where it begins with its part
+        as a ball slides.
         """
         grids, steps = self._pointers(part)
         met, again = meetings(part), []
         for window in windows:
             end = window.begin + window.length - 1
-            if window.ball >= 0 and steps_in(window, window.ball, steps) > LONG * LEAST_STEPS:
+            if window.ball >= 0 <= window.begin and steps_in(window, window.ball, steps) > LONG * LEAST_STEPS:
                 window = window_at(window.ball, end, steps_before(steps[window.ball]))
             again.append(as_met(window, met))
             self._see(part, again[-1], again[-1].ball, grids, steps)
