@@ -25,7 +25,7 @@ CANDIDATES = 16  # outputs that point most, of which windows are made
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
 LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far ...
 EVENTFUL = 0.3  # ... where balls roll in and out of the load: each time anew, and few of these times are looked at
-LONG = 10.0  # times the least steps: where a window has more once its part is done again, its end is enough
+LONG = 30.0  # times the least steps: where a window has more once its part is done again, its end is enough
 
 
 def _nan_last(number: float) -> tuple[bool, float]:
