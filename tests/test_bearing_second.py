@@ -9,11 +9,11 @@ import pytest
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.charts.bearing_variants import UNSEEN
 from bearing_twin.charts.tolerance import METHOD, ToleranceRow, beside_truth, up_to
-from bearing_twin.kinds.bearing.companion import second
+from bearing_twin.kinds.bearing.companion import companion, second
 from bearing_twin.kinds.bearing.companion.growth import BUMPED, Growth
 from bearing_twin.kinds.bearing.companion.second import STRETCHES, Second, stretches
-from bearing_twin.kinds.bearing.companion.windows import ALL, BESIDE, PLACE, WINDOW, Window
-from bearing_twin.kinds.bearing.forces.layout import LAND_WORK, LOST, MOTION, SHAFT_WORK, WORK_DONE
+from bearing_twin.kinds.bearing.companion.windows import ALL, APART, BESIDE, PLACE, WINDOW, Window
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, LAND_WORK, LOST, MOTION, SHAFT_WORK, WORK_DONE
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.watched import WatchedMotion
@@ -78,7 +78,8 @@ def test_nothing_goes_beside_a_run_whose_balls_do_not_bump():
             ("drive.offset=[-5.65e-6, -1.66e-7, 1.07e-5]", "geometry.radial_clearance=1.27e-5"),
         ),
         ("bearing_6203_loose", 1e-1, ("initial.motion=rest", "gravity=[0, -9.81, 0]", "run.duration=0.04")),
-        ("bearing_6203_fast", 1e-2, ("initial.motion=rest", "geometry.radial_clearance=2.05e-5", "drive.speed=246")),
+        # At 246 rad/s runs at 1e-7 and 1e-8 are 0.24 of mu N apart: what is true is not known there.
+        ("bearing_6203_fast", 1e-2, ("initial.motion=rest", "geometry.radial_clearance=2.05e-5", "drive.speed=246.2")),
     ],
 )
 def test_balls_of_an_even_cage_that_bounce_are_followed_and_keep_their_tolerance_or_say_so(scene, tolerance, differs):
@@ -218,3 +219,25 @@ def test_integrals_of_ring_and_cage_begin_each_stretch_as_the_runs(monkeypatch):
     for (_, _, border, ended), (window, last, *_) in pairwise(seen):
         assert np.array_equal(last[second.WORKS], border[window.begin][second.WORKS])
         assert not np.array_equal(ended[second.WORKS], last[second.WORKS])
+
+
+def test_a_copy_sets_out_from_where_the_second_motion_got_to(monkeypatch):
+    """Balls that bounced until a part are off across the raceways, too, by what is known then."""
+    scene, differs = UNSEEN["6205, loose, slow"]
+    real, motions, found = companion.all_beside, [], []
+
+    def second_of(parameters):
+        motions.append(Second(parameters))
+        return motions[-1]
+
+    def beside_too(parameters, part, window, *what):
+        if window.ball == APART and window.begin < 0:
+            found.append((what[1][0] - part.begun[0], motions[-1].apart))
+        return real(parameters, part, window, *what)
+
+    monkeypatch.setattr(companion, "Second", second_of)
+    monkeypatch.setattr(companion, "all_beside", beside_too)
+    ran(scene, *differs, "wanted.outputs=loads", "wanted.tolerance=0.1")
+    off, (states, _) = next(one for one in found if one[1] is not None)
+    assert np.abs(states[:, AXIS_DISTANCE]).max() > 0.0
+    assert off[:, :MOTION] == pytest.approx(states[:, :MOTION], rel=1e-6, abs=1e-15)

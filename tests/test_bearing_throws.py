@@ -11,7 +11,7 @@ from bearing_twin.kinds.bearing.companion import throws
 from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.companion.inherited import carried_on, stiffest
 from bearing_twin.kinds.bearing.companion.pointers import SLIDING, pointers
-from bearing_twin.kinds.bearing.companion.throws import through_throw, thrown
+from bearing_twin.kinds.bearing.companion.throws import through_throw, thrown, unheld
 from bearing_twin.kinds.bearing.companion.windows import (
     APART,
     BESIDE,
@@ -63,12 +63,45 @@ def test_a_copy_that_starts_apart_shows_what_a_ring_is_off_that_is_thrown(monkey
     assert twice.load / once.load == pytest.approx(2.0, rel=0.1)
     across = through_throw(moving.parameters, part, scales, 0.0, off, greatest)
     assert across.load > 5.0 * none.load
-    assert 0 < once.steps < 1.5 * part.pointer[..., 2].sum()
+    assert 0 < once.found.steps < 1.5 * part.pointer[..., 2].sum()
     outputs = []
     monkeypatch.setattr(throws, "all_beside", lambda parameters, part, window, *_: outputs.append(window.length))
     assert through_throw(moving.parameters, part, scales, off, 0.0, greatest) is None
-    assert outputs == [len(part.times)]  # once all have landed a ring may still knock to and fro
+    falls = np.flatnonzero(unheld(part))
+    assert outputs == [throws.FAR * (1 + falls[-1])]  # once all have landed a ring may still knock to and fro
     assert not part.in_flight[-1].any()
+
+
+def test_a_copy_of_a_thrown_ring_ends_once_the_ring_lies_and_errors_fade(monkeypatch):
+    """Nothing that it would have shown later is greater; where they do not fade it goes on to the end of the part."""
+    (_, part, scales, _), _, moving = through(1e-5, monkeypatch)
+    what = moving.parameters, part, scales, 1e-2, 0.0, moving.companion.greatest_load
+    ended = through_throw(*what)
+    monkeypatch.setattr(throws, "FADED", 0.0)
+    whole = through_throw(*what)
+    assert ended.window.length < whole.window.length == len(part.times)
+    assert ended.found.steps < 0.8 * whole.found.steps
+    assert (ended.load, ended.friction) == (whole.load, whole.friction)
+    assert np.array_equal(ended.found.states, whole.found.states[: ended.window.length])
+    steps = len(whole.found.out.numbers), whole.found.states.shape[0]
+    assert steps == (len(part.times), len(part.times))
+
+
+def test_no_window_is_looked_at_where_a_copy_of_a_thrown_ring_goes(monkeypatch):
+    rows = []
+    one = watched.carried_on
+    monkeypatch.setattr(
+        watched, "carried_on", lambda known, part, found, *rest: _noted(rows, one, known, part, found, *rest)
+    )
+    through(1e-4, monkeypatch)
+    assert any(copied for copied, _ in rows)
+    assert all(not len(found) for copied, found in rows if copied)
+    assert any(len(found) for copied, found in rows if not copied)
+
+
+def _noted(rows, one, known, part, found, *rest):
+    rows.append((rest[-1] is not None, found))
+    return one(known, part, found, *rest)
 
 
 def test_what_a_copy_showed_is_what_a_thrown_ring_is_off(monkeypatch):

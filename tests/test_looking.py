@@ -86,3 +86,16 @@ def test_a_calm_part_is_looked_at_more_and_more_seldom(monkeypatch):
     for (window,) in looked.values():
         assert window.ball == 1
         assert window.begin + 1 + window.length == OUTPUTS
+
+
+@pytest.mark.parametrize(("each", "cut"), [(20.0, False), (40.0, True)])
+def test_a_window_is_cut_to_its_end_where_a_part_done_again_has_many_more_steps_in_it(each, cut, monkeypatch):
+    """As where a ball rings that a rough setting damped at once; windows of all balls, or of one that slides, stay."""
+    grids = tuple(np.full((BALLS, OUTPUTS), 7.0) for _ in range(POINTERS))
+    monkeypatch.setattr(looking, "pointers", lambda *_: (grids, np.full((BALLS, OUTPUTS), each)))
+    monkeypatch.setattr(looking, "meetings", lambda part: np.zeros((OUTPUTS, BALLS), bool))
+    watching, windows = watching_over(), [Window(1, 2, 10), Window(ALL, 2, 10), Window(0, -1, 10)]
+    again = watching.windows_again(part_of(), windows)
+    assert again[0] == (Window(1, 10, 2) if cut else windows[0])
+    assert again[1:] == windows[1:]
+    assert (watching.best == 7.0).all()

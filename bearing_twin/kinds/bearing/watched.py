@@ -19,7 +19,6 @@ from bearing_twin.kinds.bearing.companion.balance import SURE, between_steps
 from bearing_twin.kinds.bearing.companion.companion import Companion
 from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.companion.inherited import NOTHING, all_of_it, carried_on, remembered, ringing_time
-from bearing_twin.kinds.bearing.companion.meetings import as_met, meetings
 from bearing_twin.kinds.bearing.companion.windows import (
     ALL,
     APART,
@@ -281,16 +280,14 @@ class WatchedMotion(BearingMotion):
         if self._windows is None:
             self._windows = self.companion.windows(part)
         else:
-            met = meetings(part)  # done again, other balls may have met
-            self._windows = [as_met(one, met) for one in self._windows]
-            self.companion.see_again(part, self._windows)
+            self._windows = self.companion.windows_again(part, self._windows)
         scales = self.scales if self.stepper not in FIXED_STEP and len(part.pointer) else self._asked[0]
         self._looked_at, self._eventful = (part, scales, self.tolerance), not part.all_bear
-        found, greatest = self.companion.look(part, self._windows, scales, self.tolerance), self.companion.greatest_load
+        throw, greatest = self.companion.throw(part, scales, *self._inherited[1:3]), self.companion.greatest_load
+        found = self.companion.look(part, self._windows if throw is None else [], scales, self.tolerance)
         added, self._before_it = found, found[:0]
         if len(found) or carries(self.parameters):
             ringing, drift = ringing_time(self.parameters, self.bearing, greatest), self.companion.drift.angle.max()
-            throw = self.companion.throw(part, scales, *self._inherited[1:3])
             what = part, found, self.tolerance, ringing, drift, greatest, self.companion.apart, throw
             found, added, self._before_it, self._inherited = carried_on(self._inherited, *what)
         between = between_steps(self.parameters, part, self.tolerance, greatest)

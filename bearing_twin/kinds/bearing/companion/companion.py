@@ -42,6 +42,7 @@ from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS
 from bearing_twin.kinds.bearing.companion.second import Second
 from bearing_twin.kinds.bearing.companion.throws import Throw, through_throw
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, PLACE, WINDOW, Window, bumps, off_by, within
+from bearing_twin.kinds.bearing.forces.layout import MOTION
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
 
@@ -50,7 +51,9 @@ AT_A_TIME = 2  # balls that are followed
 FOLLOWING = 0.1  # of the run's steps: where more were spent, nothing more is followed ...
 THREATENED = 0.33  # ... unless it is off by the tolerance, or loose, or `second`: then where so many were
 BOUNCING = 0.45  # ... or would be, with a ball that bounces although nothing points to it: it may rule a short run
-DEARER = 1.35  # times the run's steps: what a companion takes, at a third of the tolerance by a method of fourth order
+# Times the run's steps: what a companion takes, at a third of the tolerance by a method of fourth order; by all balls
+# that a ring couples, where it rings on.
+DEARER, TOGETHER = 1.35, 1.6
 KEPT = {"greatest_load": float, "steps": int, "looked": int, "parts": int, "met": int, "diverged": bool}
 KEPT |= {"grew": float, "reached": float}
 
@@ -186,7 +189,9 @@ class Companion(Looking):
     def throw(self, part: Part, scales, off: float, wide: float) -> Throw | None:
         """What a copy shows of a part in which a ring is thrown, see `through_throw`; None of others."""
         found = through_throw(self.parameters, part, scales, off, wide, self.greatest_load)
-        self.steps += found.steps if found else 0
+        if found:
+            self.steps += found.found.steps
+            self.drift.see(part, found.window, found.found, 1.0 / (1.0 - TIGHTER))
         return found
 
     def _off_by(self, rows) -> float:
@@ -238,7 +243,8 @@ class Companion(Looking):
             taken = any(one.ball in (window.ball, -1) for one in self.followed) or full
             share = THREATENED if left > 1.0 or loose(part, window) else FOLLOWING
             spent = self.steps > share * part.taken or bumps(self.parameters)  # see `go_beside`
-            window = affordable(part, window, (THREATENED * part.taken - self.steps) / DEARER)
+            dearer = TOGETHER if window.ball == ALL else DEARER
+            window = affordable(part, window, (THREATENED * part.taken - self.steps) / dearer)
             if taken or spent or (part.partners.active and window.ball != ALL) or not window.length:
                 continue
             alone, ends = window.ball != ALL, window.begin + 1 + window.length == len(part.times)
@@ -255,7 +261,8 @@ class Companion(Looking):
         """Rows of a copy that starts apart by what balls are off, before they may first have met in a part and after.
 
         It goes on, twice as far each time, until it is off by more than is wanted, or has taken its share of steps.
-        Looked at are the parts 1, 2, 4, 8 ... with meetings. Balls next to each other start off the other way.
+        Looked at are the parts 1, 2, 4, 8 ... with meetings. Balls next to each other start off the other way; or
+        all as far off as a second motion that went beside the run until then.
         """
         copied = copied_from(met, self.met)
         self.met += int(met.any())
@@ -269,7 +276,10 @@ class Companion(Looking):
         window = next(stretches)
         begin = part.elapsed + part.start(window.begin)
         moving, border = all_start(part, window.begin, window.length)
-        self.drift.set_apart(moving[0], begin, tolerance)
+        if window.begin < 0 and self.second.apart is not None:  # all that balls are off, across the raceways, too
+            moving[0][:, :MOTION] += self.second.apart[0][:, :MOTION]
+        else:
+            self.drift.set_apart(moving[0], begin, tolerance)
         self.drift.begin(None)
         last = (*moving, border)
         while window is not None and taken <= (COPYING if self.grew <= MET else THREATENED) * part.taken:

@@ -195,10 +195,13 @@ def carried_on(
         # Balls forget their slip within a window; what a ring's error does to friction follows from that of load.
         longer[SLIP] = 1.0
         row[ERRORS] = np.maximum(row, longer * np.abs(one))[ERRORS]
+    told_of = bool(seconds) and (len(rows) > 0 or throw is not None)
+    if throw is not None:
+        row[ERRORS] = np.maximum(row[ERRORS], throw.errors)
     now = float(row[PLACE["load"]]) + around * float(part.load.max() - part.load.min())
     across = stiffest(part.bearing.inner.law, greatest) * float(row[PLACE["ring_displacement"]])
     light, free, loads = max(light, light_share(part, greatest)), [now, off], [now, off]
-    for place, one in enumerate((row, before) if seconds and len(rows) else ()):
+    for place, one in enumerate((row, before) if told_of else ()):
         free[place], most, slips = grown(part, greatest, loads[place], throw)
         if most != loads[place]:
             one[PLACE["load"]] = loads[place] = most
@@ -207,13 +210,13 @@ def carried_on(
     unbounded[PLACE["load"]] *= free[1] / loads[1] if loads[1] else 1.0
     for one, *those in ((row, loads[0], across), (before, loads[1], wide), (unbounded, free[1], wide)):
         one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), light * max(those) / greatest if greatest else 0.0)
-    falls = 10.0 ** (-part.duration / seconds) if seconds and len(rows) else 1.0
+    falls = 10.0 ** (-part.duration / seconds) if told_of else 1.0
     later, wide = max(loads[0], loads[1] * falls), max(across, wide * falls)
     slips = ringing_alone(part, greatest) if seconds else unseen_landings(part, rows, greatest, apart)
     row[PLACE["friction"]] = max(float(row[PLACE["friction"]]), slips)
     both = np.maximum(row, before)
     friction = float(both[PLACE["friction"]])
-    if friction <= max(told, float(rows[:, PLACE["friction"]].max(initial=0.0))) and not len(whole):
+    if friction <= max(told, float(rows[:, PLACE["friction"]].max(initial=0.0))) and not len(whole) and throw is None:
         return Carried(rows, rows, np.array([before, unbounded]), (light, later, wide, told))
     known = light, later, wide, max(told, friction)
     return Carried(*(np.concatenate([rows, one[None]]) for one in (both, row)), np.array([before, unbounded]), known)

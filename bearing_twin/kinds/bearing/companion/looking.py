@@ -25,6 +25,7 @@ CANDIDATES = 16  # outputs that point most, of which windows are made
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
 LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far ...
 EVENTFUL = 0.3  # ... where balls roll in and out of the load: each time anew, and few of these times are looked at
+LONG = 30.0  # times the least steps: where a window has more once its part is done again, its end is enough
 
 
 def _nan_last(number: float) -> tuple[bool, float]:
@@ -93,11 +94,21 @@ class Looking:
             found += [] if any(within(window, other) for other in found) else [window]
         return found if whole else one_for_all(found, grids, steps)
 
-    def see_again(self, part: Part, windows: list[Window]) -> None:
-        """Keeps what the pointers say in windows of a part that was done again."""
+    def windows_again(self, part: Part, windows: list[Window]) -> list[Window]:
+        """These windows of a part that was done again, where other balls may have met; what points to them is kept.
+
+        One in which a ball takes many more steps now, as it rings, is cut to its end, but where it begins with its part
+        as a ball slides.
+        """
         grids, steps = self._pointers(part)
+        met, again = meetings(part), []
         for window in windows:
-            self._see(part, window, window.ball, grids, steps)
+            end = window.begin + window.length - 1
+            if window.ball >= 0 <= window.begin and steps_in(window, window.ball, steps) > LONG * LEAST_STEPS:
+                window = window_at(window.ball, end, steps_before(steps[window.ball]))
+            again.append(as_met(window, met))
+            self._see(part, again[-1], again[-1].ball, grids, steps)
+        return again
 
     def _jumped(self, part: Part) -> bool:
         """Whether a part begins with a ring that is shifted at once."""

@@ -1,9 +1,9 @@
 """A ring that is thrown across its clearance, and what that makes of errors: by a copy, more exact, that starts apart.
 
 Each blow of such a ring against its balls makes an error grow, by as much as no window shows and nobody knows before.
-So the copy sets out where the part begins, with the ring displaced by what it is off there, and goes on to the part's
-end: once the last ball has landed, a ring may still knock to and fro. Its difference from the run is all that the run
-is off: by what it had from before, and by its steps.
+So the copy sets out where the part begins, with the ring displaced by what it is off there, and goes on until the ring
+lies and what it is off fades: once the last ball has landed, a ring may still knock to and fro. Its difference from the
+run is all that the run is off: by what it had from before, and by its steps. No window of all balls says more.
 """
 
 import functools
@@ -15,11 +15,14 @@ from bearing_twin.contact.elastic import elastic
 from bearing_twin.contact.elasticity import Elasticity
 from bearing_twin.kinds.bearing.companion.beside import TIGHTER, all_beside
 from bearing_twin.kinds.bearing.companion.departures import all_start
-from bearing_twin.kinds.bearing.companion.deviations import Part, deviations, lengths
+from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, lengths
 from bearing_twin.kinds.bearing.companion.windows import ALL, Window, carries
 from bearing_twin.kinds.bearing.forces.layout import RING_X, RING_Y
+from bearing_twin.sample import Columns
 
 NO_LOAD = 1e-300  # N: next to nothing, so that no quotient is infinite
+FAR = 4  # times as long as a ring falls and knocks a copy goes on, and as long again where ...
+FADED = 1.0 / 3.0  # ... in the last third of that it is off by more than this share of the most
 
 
 @functools.lru_cache(maxsize=4)
@@ -30,26 +33,38 @@ def stiffest(law: Elasticity, greatest: float) -> float:
     return elastic(law.given, law.power, (greatest / law.given) ** (1.0 / law.power)).stiffness
 
 
+def unheld(part: Part) -> np.ndarray:
+    """Whether contacts leave more than half of a ring's load unheld (outputs,): half way from resting to falling."""
+    at, partners = np.asarray(part.times)[:, None], part.partners
+    load = (partners.load + partners.weight + at * partners.load_rate)[:, :3]
+    return 2.0 * lengths(load + part.out["inner_ring_force"]) > lengths(load)
+
+
 def thrown(part: Part) -> bool:
     """Whether a ring is thrown across its clearance: some ball then touches neither raceway at an output.
 
-    A ball may also hop on the outer raceway while the ring lies still, or slides round. So at some output contacts must
-    leave more than half of its load unheld: half way from lying still to falling.
+    A ball may also hop on the outer raceway while the ring lies still, or slides round. So at some output the ring's
+    load must be `unheld`, too.
     """
-    if not part.flies:
-        return False
-    at, partners = np.asarray(part.times)[:, None], part.partners
-    load = (partners.load + partners.weight + at * partners.load_rate)[:, :3]
-    moves = lengths(load + part.out["inner_ring_force"])
-    return bool((2.0 * moves > lengths(load)).any())
+    return part.flies and bool(unheld(part).any())
 
 
 class Throw(NamedTuple):
-    """Errors of load [N] and of friction, over mu N, that a copy showed, and the steps of all balls that it took."""
+    """What a copy showed: errors, as behind `tolerance` in a row of WINDOW, in which window, what it found there."""
 
-    load: float
-    friction: float
-    steps: int
+    errors: np.ndarray
+    window: Window
+    found: Found
+
+    @property
+    def load(self) -> float:
+        """The error of load [N]."""
+        return float(self.errors[0])
+
+    @property
+    def friction(self) -> float:
+        """The error of friction, over mu N."""
+        return float(self.errors[1])
 
 
 def through_throw(parameters, part: Part, scales, off: float, wide: float, greatest: float) -> Throw | None:
@@ -60,14 +75,36 @@ def through_throw(parameters, part: Part, scales, off: float, wide: float, great
     """
     if not carries(parameters) or not thrown(part):
         return None
-    window = Window(ALL, -1, len(part.times))
-    moving, border = all_start(part, -1, window.length)
+    moving, border = all_start(part, -1, len(part.times))
     load, stiffness = (part.partners.load + part.partners.weight)[:2], stiffest(part.bearing.inner.law, greatest)
     x, y = load / max(float(np.linalg.norm(load)), NO_LOAD)
     along, across = 2.0 * off / stiffness, wide / stiffness
     border[[RING_X, RING_Y]] += along * x - across * y, along * y + across * x
-    found = all_beside(parameters, part, window, scales, (*moving, border))
-    if found is None:
-        return None
-    load, friction = (one / (1.0 - TIGHTER) for one in deviations(part, window, found, greatest)[:2])
-    return Throw(load, friction, found.steps)
+    last, seen, end = (*moving, border), [], len(part.times)
+    begin, length = -1, min(FAR * (1 + int(np.flatnonzero(unheld(part))[-1])), end)
+    while True:
+        found = all_beside(parameters, part, Window(ALL, begin, length), scales, last)
+        if found is None:
+            return None
+        seen.append(found)
+        whole, last, begin = Window(ALL, -1, begin + 1 + length), found.last, begin + length
+        found = _joined(seen)
+        errors = np.abs(deviations(part, whole, found, greatest))
+        if begin + 1 == end or _faded(part, whole, found, length // 3, greatest, errors):
+            return Throw(errors / (1.0 - TIGHTER), whole, found)
+        length = min(begin + 1, end - 1 - begin)
+
+
+def _joined(seen: list[Found]) -> Found:
+    """What was found in stretches one behind the other, as of one."""
+    out, states = (np.concatenate(those) for those in ([one.out.numbers for one in seen], [one.states for one in seen]))
+    return Found(Columns(seen[-1].out.layout, out), states, seen[-1].last, sum(one.steps for one in seen))
+
+
+def _faded(part: Part, window: Window, found: Found, last: int, greatest: float, errors: np.ndarray) -> bool:
+    """Whether at so many `last` outputs of a window the run is off by much less than by these `errors`."""
+    if not last:
+        return False
+    found = found._replace(out=found.out.rows(slice(-last, None)), states=found.states[-last:])
+    window = window._replace(begin=window.begin + window.length - last, length=last)
+    return bool((np.array(deviations(part, window, found, greatest)[:2]) <= FADED * errors[:2]).all())
