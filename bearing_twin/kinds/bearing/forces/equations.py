@@ -560,18 +560,28 @@ def approaches(bearing, motion):
     return inner_approach(bearing, radius, motion[ORBIT_ANGLE], height), outer_approach(bearing, radius, height)
 
 
+@inlined
+def _still_push(bearing, raceway, centre, position):
+    """Radial and axial force [N] of a raceway on a ball that does not move: of `raceway_contact` the elastic load."""
+    offset, axis_distance, inverse = placed(position, centre)
+    geometry = ball_in_groove(
+        axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius
+    )
+    law, coefficient = raceway.law, coefficient_along(raceway.terms, geometry.normal_radial)
+    if looked_up(law):
+        coefficient = given_coefficient(bearing, raceway, offset)
+    load = -lane_elastic(law, coefficient, geometry.approach).load
+    return load * geometry.normal_radial * inverse * offset[0], load * geometry.normal_axial
+
+
 @kernel
 def static_force(bearing, orbit_rate, axis_distance, orbit_angle, height):
     """Radial and axial force [N] on a ball from elastic contacts and its orbit alone: what equilibrium makes zero."""
-    cosine, sine = math.cos(orbit_angle), math.sin(orbit_angle)
-    centre = about_z(cosine, -sine, bearing.offset)
-    position = (axis_distance, 0.0, height)
-    still = (0.0, 0.0, 0.0)
-    inner = single_contact(bearing, bearing.inner, centre, 0.0, position, still, still)
-    outer = single_contact(bearing, bearing.outer, still, 0.0, position, still, still)
-    radial = -inner.normal_load * inner.normal[0] - outer.normal_load * outer.normal[0]
-    axial = -inner.normal_load * inner.normal[2] - outer.normal_load * outer.normal[2]
-    return radial + bearing.ball_mass * axis_distance * orbit_rate * orbit_rate, axial
+    position, cosine, sine = (axis_distance, 0.0, height), math.cos(orbit_angle), math.sin(orbit_angle)
+    inner = _still_push(bearing, bearing.inner, about_z(cosine, -sine, bearing.offset), position)
+    outer = _still_push(bearing, bearing.outer, ON_AXIS, position)
+    pulled = bearing.ball_mass * axis_distance * orbit_rate * orbit_rate
+    return inner[0] + outer[0] + pulled, inner[1] + outer[1]
 
 
 def raceway_of(geometry, conformity, side, law: Callable) -> Raceway:
