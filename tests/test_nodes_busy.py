@@ -66,8 +66,11 @@ def test_a_recorder_that_is_held_up_again_and_again_loses_nothing(tmp_path):
     ):
         watcher = plain_node(executor)
         watcher.create_subscription(DiagnosticArray, "/diagnostics", heard, 100)
-        met = lambda: count("sim_node", "least_subscribers") and count("recorder_node", "least_publishers")  # noqa: E731
-        spin_until(executor, met, "the nodes know each other")
+        spin_until(
+            executor,
+            lambda: count("sim_node", "least_subscribers") and count("recorder_node", "least_publishers"),
+            "the nodes know each other",
+        )
         assert call(executor, watcher, SetBool, "/bearing/sim_node/pause", SetBool.Request(data=False)).success
         for seconds in HELD_UP:
             spin_for(executor, seconds)
