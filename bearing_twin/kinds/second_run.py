@@ -250,8 +250,9 @@ class SecondRunDoubt:
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:
         found: dict[str, dict[str, Any]] = {}
-        by_source = (METHOD, self._method()), (LAW, self.law(figures)), (FRICTION_MODEL, self.friction(figures))
-        for source, errors in (*by_source, (LEFT_OUT, self.left_out(figures))):
+        by_source = {METHOD: self._method(), LAW: self.law(figures), FRICTION_MODEL: self.friction(figures)}
+        by_source[LEFT_OUT] = self.left_out(figures)
+        for source, errors in by_source.items():
             for key, error in errors.items():
                 found.setdefault(key, {})[source] = error
         known = float(self.row[KEPT]) if self._chaotic else None

@@ -127,10 +127,12 @@ class SimulationLoop:
 
     def doubt(self) -> str:
         """What whoever looks after the run should know of: that it is not worth what is wanted, and its commands."""
-        status = str(self._worth.get("status", ""))
-        worth = f"the run is {status}" if status.startswith(("doubtful", "failed")) else ""
-        worth = "a model runs outside its range" if self.simulation.chosen.outside else worth
-        return "; ".join(filter(None, (worth, self.commands.doubt())))
+        status, said = str(self._worth.get("status", "")), ""
+        if self.simulation.chosen.outside:  # also before the run is judged
+            said = "a model runs outside its range"
+        elif status.startswith(("doubtful", "failed")):
+            said = f"the run is {status}"
+        return "; ".join(filter(None, (said, self.commands.doubt())))
 
     def pause(self, now: int, paused: bool) -> str:
         """Holds time or lets it go on; pausing twice is as good as once."""

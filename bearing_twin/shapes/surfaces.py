@@ -18,6 +18,13 @@ class GrooveContact(NamedTuple):
 
 
 @inlined
+def groove_curvatures(ball_radius, locus_radius, groove_radius, normal_radial):
+    """Curvatures (small, large) of the gap [1/m] where the normal has this radial part; see `ball_in_groove`."""
+    ball, rolling = 1.0 / ball_radius, normal_radial / (locus_radius + groove_radius * normal_radial)
+    return 0.5 * (ball - 1.0 / groove_radius), 0.5 * (ball - rolling)
+
+
+@inlined
 def ball_in_groove(axis_distance, axial, ball_radius, locus_radius, groove_radius):
     """Approach [m], outward normal and gap curvatures [1/m] of a ball in a toroidal groove (paper 1, section 5).
 
@@ -32,15 +39,8 @@ def ball_in_groove(axis_distance, axial, ball_radius, locus_radius, groove_radiu
     # The tiny number keeps the centre circle defined without a branch, so that loops over balls become vector code.
     distance, inverse = root_and_inverse(radial * radial + axial * axial + 1e-300)
     normal_radial, normal_axial = radial * inverse, axial * inverse
-    ball = 1.0 / ball_radius
-    rolling = normal_radial / (locus_radius + groove_radius * normal_radial)
-    return GrooveContact(
-        distance + ball_radius - groove_radius,
-        normal_radial,
-        normal_axial,
-        0.5 * (ball - 1.0 / groove_radius),
-        0.5 * (ball - rolling),
-    )
+    small, large = groove_curvatures(ball_radius, locus_radius, groove_radius, normal_radial)
+    return GrooveContact(distance + ball_radius - groove_radius, normal_radial, normal_axial, small, large)
 
 
 class LowestPoint(NamedTuple):

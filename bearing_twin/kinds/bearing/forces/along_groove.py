@@ -1,8 +1,8 @@
 """A law's coefficient along a groove: a polynomial in the contact's direction, made once for a bearing.
 
 Across a groove the gap between it and a ball has one curvature, along it one that follows from the radial part n of
-the contact's normal alone (`surfaces.ball_in_groove`): so does the coefficient of a law that follows curvatures. It is
-taken at Chebyshev's points and held as a polynomial in |n| - 1. All laws then cost the same, and slopes are exact.
+the contact's normal alone (`surfaces.groove_curvatures`): so does the coefficient of a law that follows curvatures. It
+is taken at Chebyshev's points and held as a polynomial in |n| - 1. All laws then cost the same, and slopes are exact.
 
 The points reach to a right angle, or to where the groove's radius about the axis is FURTHEST times that at angle zero,
 or as small a part of it: at 0.52 of the ball, to 67 degrees where balls are half the pitch circle. Beyond, the
@@ -14,7 +14,8 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.contact.elasticity import Elasticity, follows, fresh_coefficient
+from bearing_twin.contact.elasticity import Elasticity, follows, fresh_coefficient, looked_up
+from bearing_twin.shapes.surfaces import groove_curvatures
 
 TERMS = 10
 FURTHEST = 1.7
@@ -39,18 +40,15 @@ _POINTS, _SERIES, _POWERS = _points_and_fit()
 
 @kernel
 def _fill_coefficients(law, ball_radius, locus_radius, groove_radius, side, radials, found):
-    ball = 1.0 / ball_radius
     for i in range(len(radials)):
-        towards = side * radials[i]
-        rolling = towards / (locus_radius + groove_radius * towards)  # as `surfaces.ball_in_groove`
-        found[i] = fresh_coefficient(law, 0.5 * (ball - 1.0 / groove_radius), 0.5 * (ball - rolling))
+        small, large = groove_curvatures(ball_radius, locus_radius, groove_radius, side * radials[i])
+        found[i] = fresh_coefficient(law, small, large)
 
 
 def _reach_of(locus_radius, groove_radius, side):
     """1 - |n| up to which the groove's radius about the axis is near that at angle zero."""
-    level = side * locus_radius / groove_radius + 1.0  # the radius there, as the others over that of the groove
-    further = level - FURTHEST * level if side < 0.0 else level - level / FURTHEST
-    return min(1.0, abs(further))
+    level = abs(side * locus_radius / groove_radius + 1.0)  # the radius there, over that of the groove
+    return min(1.0, level * (FURTHEST - 1.0 if side < 0.0 else 1.0 - 1.0 / FURTHEST))
 
 
 def terms_along(law: Elasticity, ball_radius, locus_radius, groove_radius, side) -> tuple[float, ...]:
@@ -88,3 +86,9 @@ def slope_along(terms, radial):
     slope = low + (high + 9.0 * terms[9] * fourth) * fourth
     slope = slope if x > terms[10] else 0.0
     return slope if radial >= 0.0 else -slope
+
+
+@inlined
+def raceway_coefficient(raceway, given, radial):
+    """c of a contact with a raceway: as `given` where its law is looked up (`elasticity.lane_given`), else along it."""
+    return given if looked_up(raceway.law) else coefficient_along(raceway.terms, radial)

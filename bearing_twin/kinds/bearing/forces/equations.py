@@ -26,7 +26,7 @@ from bearing_twin.contact.damping import damped_load
 from bearing_twin.contact.elastic import HERTZIAN, elastic
 from bearing_twin.contact.elasticity import Elasticity, carries, lane_elastic, lane_given, looked_up
 from bearing_twin.contact.friction import friction_factor
-from bearing_twin.kinds.bearing.forces.along_groove import coefficient_along, terms_along
+from bearing_twin.kinds.bearing.forces.along_groove import raceway_coefficient, terms_along
 from bearing_twin.kinds.bearing.forces.carried import carried_coefficient, gap_at
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIAL_PUSH,
@@ -190,8 +190,7 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
     spin_rate = dot(spin, normal) - ring_speed * normal[2]
 
     # How hard: elastic law, viscous term, friction.
-    coefficient = given if looked_up(raceway.law) else coefficient_along(raceway.terms, geometry.normal_radial)
-    spring = lane_elastic(raceway.law, coefficient, approach)
+    spring = lane_elastic(raceway.law, raceway_coefficient(raceway, given, geometry.normal_radial), approach)
     normal_load = damped_load(spring.load, spring.stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
     resistance = friction_factor(
         normal_load, slip[0], slip[1], slip[2], bearing.raceway_friction, bearing.friction_regularisation
@@ -567,10 +566,8 @@ def _still_push(bearing, raceway, centre, position):
     geometry = ball_in_groove(
         axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius
     )
-    law, coefficient = raceway.law, coefficient_along(raceway.terms, geometry.normal_radial)
-    if looked_up(law):
-        coefficient = given_coefficient(bearing, raceway, offset)
-    load = -lane_elastic(law, coefficient, geometry.approach).load
+    coefficient = raceway_coefficient(raceway, given_coefficient(bearing, raceway, offset), geometry.normal_radial)
+    load = -lane_elastic(raceway.law, coefficient, geometry.approach).load
     return load * geometry.normal_radial * inverse * offset[0], load * geometry.normal_axial
 
 

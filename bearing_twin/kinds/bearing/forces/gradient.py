@@ -10,7 +10,7 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined
 from bearing_twin.contact.elastic import HERTZIAN
 from bearing_twin.contact.elasticity import lane_root, looked_up
-from bearing_twin.kinds.bearing.forces.along_groove import coefficient_along, slope_along
+from bearing_twin.kinds.bearing.forces.along_groove import raceway_coefficient, slope_along
 from bearing_twin.kinds.bearing.forces.equations import placed, raceway_contact
 from bearing_twin.numerics.block_solve import combined, negative, plus
 from bearing_twin.numerics.rotation import add, cross, dot, minus, root_and_inverse, scaled
@@ -133,11 +133,11 @@ def slopes_of(bearing, friction_coefficient, coefficient, power, root, by_radial
 @inlined
 def raceway_slopes(bearing, raceway, given, given_slope, contact, radial):
     """Partial derivatives of the laws at a contact with a raceway."""
-    law, asked = raceway.law, looked_up(raceway.law)
+    law = raceway.law
     groove = raceway.locus_radius + raceway.groove_radius * radial
     curvature = -0.5 * raceway.locus_radius / (groove * groove)
-    coefficient = given if asked else coefficient_along(raceway.terms, radial)
-    by_radial = given_slope * curvature if asked else slope_along(raceway.terms, radial)
+    coefficient = raceway_coefficient(raceway, given, radial)
+    by_radial = given_slope * curvature if looked_up(law) else slope_along(raceway.terms, radial)
     root = lane_root(law, max(contact.approach, SHALLOWEST))
     return slopes_of(bearing, bearing.raceway_friction, coefficient, law.power, root, by_radial, curvature, contact)
 

@@ -9,6 +9,7 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
 from bearing_twin.kinds.bearing.quasi_static.forces import LEVEL, orbit_and_roll, push_of, speeds_of
 from bearing_twin.kinds.bearing.quasi_static.opening import opening_of
+from bearing_twin.shapes.surfaces import groove_curvatures
 
 IDLE = 1e-3  # of the greatest load: below it the angle of a contact has no limit
 
@@ -42,10 +43,7 @@ def empty_contacts(*shape: int) -> Contacts:
 @inlined
 def curvatures_at(setting, raceway, side, n_r):
     """Curvatures (small, large) of the gap [1/m] where the normal's radial part is `n_r`; `side` -1 inner, 1 outer."""
-    ball = 1.0 / setting.ball_radius
-    towards = side * n_r
-    bottom = raceway.locus_radius + raceway.groove_radius * towards
-    return 0.5 * (ball - 1.0 / raceway.groove_radius), 0.5 * (ball - towards / bottom)
+    return groove_curvatures(setting.ball_radius, raceway.locus_radius, raceway.groove_radius, side * n_r)
 
 
 @kernel
