@@ -31,7 +31,8 @@ NAMES = "drive.offset", "drive.tilt"
 
 
 def scene_of(*overrides):
-    scene = (NO_GRAVITY, "model.dimension=prescribed", "cage.kind=even", "solver.companion=off", *overrides)
+    rolling = "model.control=shared", "model.dimension=prescribed"
+    scene = (NO_GRAVITY, *rolling, "cage.kind=even", "solver.companion=off", *overrides)
     return load_scene("bearing_6203", scene).parameters
 
 
@@ -222,7 +223,8 @@ def test_the_lag_holds_whichever_way_the_ring_turns():
 def test_an_answer_and_a_run_tell_the_error_of_their_angles():
     """At 1749 rad/s, once the axes of spin have settled; that of the answer holds law and half-spaces as well."""
     load = "rings.inner.load=[0,-60,100]", "drive.speed=1749"
-    scene = load_scene("bearing_6203", (*load, NO_GRAVITY, "model.dimension=quasi_static", "run.duration=0.02"))
+    still = "model.dimension=quasi_static", "model.control=shared", "run.duration=0.02"
+    scene = load_scene("bearing_6203", (*load, NO_GRAVITY, *still))
     run = simulate(scene)
     assert len(list(run)) > 10
     told = run.report.errors["errors_by_source"]["contact_angle_inner_rad"]
@@ -269,13 +271,14 @@ def test_axes_of_spin_change_nothing_at_rest_and_next_to_nothing_in_a_deep_groov
 
 
 def test_a_run_of_equilibria_says_what_settled_axes_do_to_its_loads():
-    run = simulate("bearing_218_thrust")
+    shared = ("model.control=shared",)
+    run = simulate(load_scene("bearing_218_thrust", shared))
     for _ in run.blocks():
         pass
     errors = run.report.errors
     assert errors["errors_by_source"]["normal_load_outer_n"]["friction_model"][0] == pytest.approx(157.5, rel=1e-3)
     assert errors["normal_load_outer_n_error"][0] > 157.4
-    wants_loads = simulate(load_scene("bearing_218_thrust", ["wanted.outputs=loads"]))
+    wants_loads = simulate(load_scene("bearing_218_thrust", ["wanted.outputs=loads", *shared]))
     for _ in wants_loads.blocks():
         pass
     for one in (run, wants_loads):

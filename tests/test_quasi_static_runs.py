@@ -75,7 +75,7 @@ def test_loads_and_angles_are_those_of_the_settled_motion(speed, within):
 
 
 def test_friction_carries_the_gyroscopic_moment_and_every_ball_is_in_balance():
-    moving = still_motion(NO_GRAVITY, "drive.speed=3000.0", "drive.offset=[0,0,3e-5]")
+    moving = still_motion(NO_GRAVITY, "model.control=shared", "drive.speed=3000.0", "drive.offset=[0,0,3e-5]")
     out = moving.first_outputs()
     mass, radius = moving.setting.ball_mass, moving.setting.ball_radius
     # Newton and Euler of a ball that goes round evenly: m v' and (d/dt) I w, both turning with the orbit
@@ -401,7 +401,9 @@ def test_the_greatest_contact_angle_is_the_same_for_a_thrust_the_other_way():
     """At speed the inner raceway's is the greater one, whatever its sign."""
     found = []
     for thrust in (17800.0, -17800.0):
-        report, _ = whole("bearing_218_thrust", f"rings.inner.load=[0,0,{thrust}]", "run.duration=0.002")
+        report, _ = whole(
+            "bearing_218_thrust", f"rings.inner.load=[0,0,{thrust}]", "run.duration=0.002", "gravity=[0,0,0]"
+        )
         inner, outer = (abs(report.figures[f"contact_angle_{ring}_rad"][0]) for ring in ("inner", "outer"))
         found.append(KINDS["bearing"].quantities_of()["greatest_contact_angle"].figure(report.figures))
         assert found[-1] == pytest.approx(inner, rel=1e-9)

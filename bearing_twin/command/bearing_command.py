@@ -166,7 +166,7 @@ def _row_alone(arguments, given) -> Outcome | None:
 def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     """One equilibrium; `factor` multiplies the loads."""
     from bearing_twin.kinds.bearing import catalogue_answer
-    from bearing_twin.kinds.bearing.controls import SHARED
+    from bearing_twin.kinds.bearing.controls import SETTLED
     from bearing_twin.kinds.bearing.quasi_static import answer, in_motion, shares, statics
     from bearing_twin.run.fidelity import choose
 
@@ -177,10 +177,10 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
         support = support._replace(loads=tuple(factor * value for value in support.loads))
     first = statics.load_line(support) if angle is None else angle
     solver = statics.solver_of(parameters, law, first, arguments.arm)
-    found, _, turn = in_motion.in_motion(parameters, solver, support)
-    head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": shares.control_of(parameters)}
+    found, _, turn = in_motion.in_motion(parameters, solver, support, None, shares.control_of(parameters) == SETTLED)
+    head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": in_motion.control_found(parameters, turn)}
     if turn.why:
-        head |= {"control": SHARED, "control_reason": in_motion.rolling_still(turn)}
+        head["control_reason"] = in_motion.rolling_still(turn)
     if catalogued := _row(parameters):
         head["catalogue"] = catalogue_answer.row_of(catalogued)
     head["speed_rad_s"] = parameters.drive.speed

@@ -8,10 +8,10 @@ import numpy as np
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.controls import SETTLED
 from bearing_twin.kinds.bearing.parameters import LOADS
-from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
+from bearing_twin.kinds.bearing.quasi_static.axes import left_by_rolling
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.in_motion import rolling_still, scene_in_motion
-from bearing_twin.kinds.bearing.quasi_static.shares import control_of
+from bearing_twin.kinds.bearing.quasi_static.shares import begins_settled, control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Support,
     azimuths_of,
@@ -154,15 +154,16 @@ def share_at_start(parameters, law: str) -> float:
 
 def still_at_start(parameters, law: str) -> Still:
     """`Still` with the scene's own load, or the ring where its drive holds it; raises SceneError."""
-    if control_of(parameters) == SETTLED:  # in which moving balls start as well
+    if begins_settled(parameters):
         found = scene_in_motion(parameters, law).found
         if not math.isnan(found.settled):
             return Still(centrifugal_share(found.contacts), found.settled)
     solver, support = solver_of(parameters, law), support_of(parameters)
-    contacts, settling = solver.solve(support).contacts, response_to_axes(parameters, solver, support)
-    share, greatest = centrifugal_share(contacts), float(contacts.load.max())
-    axes = float(np.abs(settling.loads).max()) / greatest if settling and greatest > 0.0 else 0.0
-    return Still(share, max(still_error(share), axes))
+    found = solver.solve(support)
+    left, share = left_by_rolling(parameters, solver, support, found), centrifugal_share(found.contacts)
+    greatest = float(found.contacts.load.max())
+    rolling = float(left.loads.max()) / greatest if left and greatest > 0.0 else 0.0
+    return Still(share, max(still_error(share), rolling))
 
 
 def of_axes(parameters, law: str) -> list[str]:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
 from bearing_twin.kinds.bearing.clearance import clearance_of
@@ -102,7 +103,7 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
         "reference_life_mrev_error": off.lives.reference,
         "static_safety_error": off.lives.static_safety,
         "unbalanced_n": found.left,
-        "flags": flags_of(parameters, solver, support, found, spots, lives.static_safety),
+        "flags": flags_of(parameters, solver, support, found, spots, lives.static_safety, off.rolling),
     }
 
 
@@ -112,14 +113,15 @@ def _settled(values, scale) -> list:
 
 
 def flags_of(
-    parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, spots, safety: float
+    parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, spots, safety: float, rolling: float
 ) -> list[str]:
-    """What is doubtful about an equilibrium, one sentence each."""
+    """What is doubtful about an equilibrium, one sentence each; `rolling` is that of `Off`."""
     materials, contacts, geometry = parameters.materials, found.contacts, parameters.geometry
     pressure, widths = spots[2].max(), spots[0].max(axis=0)
     limit = yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)
     loose = loose_directions(found, support, solver.scales)
     friction = parameters.contact.friction_coefficient
+    over_spot = FRICTIONS[parameters.contact.friction].over_spot
     held = contacts.load > 0.0
     slips = np.any(np.abs(contacts.friction)[held] > friction * contacts.load[held])
     return gathered(
@@ -133,5 +135,9 @@ def flags_of(
         shoulder_doubt(geometry.contact_angle, contacts.angle[:, 1], contacts.load[:, 0]),
         "the gyroscopic moment of a ball needs more friction than contact.friction_coefficient gives: it slides"
         if slips
+        else None,
+        f"balls that move differ in load by up to {100.0 * rolling:.2g} % of the greatest, as their axes settle and as "
+        f"those in one cage slip{'' if over_spot else ', which --control settled holds'}"
+        if rolling > parameters.wanted.tolerance
         else None,
     )

@@ -16,10 +16,18 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.controls import OUTER, SHARED
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
-from bearing_twin.kinds.bearing.quasi_static.friction_across import without_shares
-from bearing_twin.kinds.bearing.quasi_static.response import Response
+from bearing_twin.kinds.bearing.quasi_static.friction_across import (
+    ALONG,
+    HOLDING,
+    SIZES,
+    add_ring_friction,
+    without_shares,
+)
+from bearing_twin.kinds.bearing.quasi_static.response import Response, followed, pushed_by
 from bearing_twin.kinds.bearing.quasi_static.shares import CONTROLS
 from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, EquilibriumSolver, Support
+
+LITTLE = 0.1  # of the tolerance wanted: what settled axes may change at most where those of rolling are taken
 
 
 def response_to_axes(parameters, solver: EquilibriumSolver, support: Support) -> Response | None:
@@ -30,6 +38,54 @@ def response_to_axes(parameters, solver: EquilibriumSolver, support: Support) ->
     except SceneError:
         return None
     return Response(*(after - before for after, before in zip(_answers(settled), _answers(rolling), strict=True)))
+
+
+def response_to_slip(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> Response:
+    """What friction along the grooves changes in an equilibrium `found` with axes as in rolling, in first order.
+
+    Balls in one cage share one orbit speed W, where each by itself would roll at W_j, as its angles are. Both raceways
+    then push it along its way by F alike, as its moment about its axis of spin is 0: slips F/c_i + F/c_o make up
+    d_m (W_j - W), c = mu Q/s. At W the cage is pushed by nothing.
+    """
+    setting, contacts, friction = solver.setting, found.contacts, parameters.contact
+    load, least = contacts.load, contacts.load.min(axis=1)
+    whole = load.sum(axis=1)
+    each = np.divide(load.prod(axis=1), whole, out=np.zeros_like(whole), where=whole > 0.0)
+    each *= friction.friction_coefficient / friction.friction_regularisation * setting.pitch_diameter
+    orbit = np.average(contacts.orbit, weights=each) if each.any() else 0.0
+    force = each * (contacts.orbit - orbit)
+    limit = np.maximum(friction.friction_coefficient * least, np.finfo(float).tiny)
+    force /= np.sqrt(1.0 + (force / limit) ** 2)
+    rows = np.zeros((len(force), SIZES))
+    rows[:, ALONG], rows[:, HOLDING] = force, setting.lever * np.sin(contacts.angle[:, 0]) * force
+    loads = np.zeros(5)
+    add_ring_friction(setting, solver.directions, rows, loads)
+    moved, ring = followed(solver, support, found, loads)
+    return Response(*pushed_by(solver, found, np.zeros_like(load)).contacts(moved), moved, ring)
+
+
+def left_by_rolling(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> Response | None:
+    """The greatest changes of an equilibrium `found` with axes as in rolling by what it leaves out: sums of sizes.
+
+    None where nothing carries the load once axes have settled.
+    """
+    axes = response_to_axes(parameters, solver, support)
+    if axes is None:
+        return None
+    slip = response_to_slip(parameters, solver, support, found)
+    return Response(*(np.abs(one) + np.abs(other) for one, other in zip(axes, slip, strict=True)))
+
+
+def settling_matters(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> bool:
+    """Whether what an equilibrium `found` with axes as in rolling leaves out is much against the wanted tolerance."""
+    greatest = float(found.contacts.load.max())
+    if solver.setting.speed == 0.0 or greatest <= 0.0:
+        return False
+    left, little = left_by_rolling(parameters, solver, support, found), LITTLE * parameters.wanted.tolerance
+    if left is None or left.loads.max() > little * greatest:
+        return True
+    steepest = float(np.abs(found.contacts.angle).max())
+    return bool(left.angles.max() > little * steepest)
 
 
 def _answers(found: Equilibrium) -> tuple[np.ndarray, ...]:

@@ -142,13 +142,15 @@ def _settle(setting, mu, smooth, way, place, contacts, spin, orbit, out):
             break
 
 
-def balanced_on_the_way(setting, coordinates, azimuths: np.ndarray) -> tuple[np.ndarray, Contacts]:
-    """Places (M, PLACES) and contacts of a ball in balance at these azimuths [rad], its own weight left out.
+def balanced_on_the_way(setting, coordinates, azimuths: np.ndarray, weights=None) -> tuple[np.ndarray, Contacts]:
+    """Places (M, PLACES) and contacts of a ball in balance at these azimuths [rad].
 
+    `weights` (M, 2) [N], radial and axial, act on it as well; its own is left out.
     The ring stands at `coordinates` (5,).
     """
     directions = np.stack([np.cos(azimuths), np.sin(azimuths)], axis=1)
-    place, weights = np.full((len(azimuths), PLACES), np.nan), np.zeros((len(azimuths), 2))
+    place = np.full((len(azimuths), PLACES), np.nan)
+    weights = np.zeros((len(azimuths), 2)) if weights is None else weights
     ring_loads(setting, directions, coordinates, place, weights, np.zeros(5), np.zeros((5, 5)))
     return place, contacts_at(setting, directions, coordinates, place)
 

@@ -10,8 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.contact.names import AUTO
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.controls import SETTLED
+from bearing_twin.kinds.bearing.controls import SETTLED, SHARED
+from bearing_twin.kinds.bearing.quasi_static.axes import settling_matters
 from bearing_twin.kinds.bearing.quasi_static.friction_across import (
     ALONG,
     HEAVY,
@@ -35,7 +37,7 @@ from bearing_twin.kinds.bearing.quasi_static.friction_across import (
     without_shares,
 )
 from bearing_twin.kinds.bearing.quasi_static.settled import SLIDING, Turn, no_turn, off_by, settled_turn
-from bearing_twin.kinds.bearing.quasi_static.shares import control_of
+from bearing_twin.kinds.bearing.quasi_static.shares import begins_settled, control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Equilibrium,
     EquilibriumSolver,
@@ -50,7 +52,9 @@ SHARP_LOOKS = 1024  # azimuths of a table where balls slide on part of their way
 TWICE = 2  # solutions: friction acts along the contacts of the first
 ROUNDS = 12  # in which a free ring and the motion of balls agree at the latest; 3 to 5 do
 KEPT = 4  # scenes: who chooses a model, begins a run and tells what it is worth all ask for one
-AGREE = 1e-6  # of the greatest load: what loads change in the last of them
+AGREE = 1e-6  # of the greatest load: the force by which the place of the ring is off in the last of them
+NOTHING = 1e-11  # of the greatest load: friction that is less is what the search leaves of nothing
+APART = 1e-6  # relative: changes that are less are rounding
 
 
 class InMotion(NamedTuple):
@@ -68,7 +72,8 @@ def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
     whole, orbit = turn.whole(azimuths)
     acting = Surroundings(parameters, setting, coordinates, azimuths).wrench(whole, orbit)
     angle = acting.contacts.angle
-    for side, force in enumerate(acting.friction):
+    for side, rubbing in enumerate(acting.friction):
+        force = np.where(np.abs(rubbing) > NOTHING * acting.contacts.load.max(), rubbing, 0.0)
         pushed = force + acting.normal_of(side, acting.viscous[side])
         table[:, 2 * side], table[:, 2 * side + 1] = pushed[:, 0], pushed[:, 2]
         table[:, SIZE + side] = np.cos(angle[:, side]) * force[:, 2] - np.sin(angle[:, side]) * force[:, 0]
@@ -107,11 +112,12 @@ def in_motion(
 ) -> InMotion:
     """The equilibrium with what moving balls add, their axes as `model.control` says. Raises as the solver does.
 
-    A motion `near` the one that has settled is where that is looked for first; without `search` only where it is given.
+    Left to itself, they have settled where that matters. A motion `near` the one that has settled is where that is
+    looked for first; without `search` only where it is given.
     """
     found = solver.solve(support)
     turn = no_turn("")
-    if control_of(parameters) == SETTLED and (search or near is not None):
+    if (search or near is not None) and _settles(parameters, solver, support, found):
         settled = _settled(parameters, solver, support, found, near)
         if not settled.turn.why:
             return settled
@@ -120,21 +126,42 @@ def in_motion(
     return InMotion(rubbed(solver, support, table) if len(table) else found, table, turn)
 
 
+def _settles(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> bool:
+    """Whether axes are to have settled in an equilibrium, found with those of rolling."""
+    control = control_of(parameters)
+    return control == SETTLED or (control == AUTO and settling_matters(parameters, solver, support, found))
+
+
 def _settled(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, turn) -> InMotion:
     """As `in_motion`, with axes that have settled; with the reason where they do not."""
-    setting = solver.setting
+    setting, at, tried = solver.setting, found.coordinates, []
     for _ in range(ROUNDS):
-        turn = settled_turn(parameters, setting, found.coordinates, turn)
+        turn = settled_turn(parameters, setting, at, turn)
         if turn.why:
             return InMotion(found, NO_FRICTION, turn)
-        table, before = table_of(parameters, setting, found.coordinates, turn), found.contacts.load
+        table = table_of(parameters, setting, at, turn)
         try:
             found = rubbed(solver, support, table)
         except SceneError:
             return InMotion(found, NO_FRICTION, no_turn("nothing carries the load once they have settled"))
-        if not any(support.free) or np.abs(found.contacts.load - before).max() <= AGREE * before.max():
+        off = found.coordinates - at
+        if np.abs(found.stiffness @ off / solver.scales).max() <= AGREE * found.contacts.load.max():
             return InMotion(found._replace(settled=off_by(turn)), table, turn)
+        tried.append((at * solver.scales, off * solver.scales))
+        at = _next(*zip(*tried, strict=True)) / solver.scales
     return InMotion(found, NO_FRICTION, no_turn("the ring and its balls do not agree on where they stand"))
+
+
+def _next(places, offs) -> np.ndarray:
+    """Where the ring is to be tried next, after some places (5,) and by how much each was off (Anderson's method).
+
+    Taken one after another the places may lead away: friction along the grooves answers a ring beside the axis across.
+    """
+    place, off = places[-1], offs[-1]
+    if len(offs) == 1:
+        return place + off
+    moved, changed = np.diff(places, axis=0).T, np.diff(offs, axis=0).T
+    return place + off - (moved + changed) @ np.linalg.lstsq(changed, off, rcond=APART)[0]
 
 
 @functools.lru_cache(KEPT)
@@ -145,13 +172,21 @@ def scene_in_motion(parameters, law: str) -> InMotion:
 
 def turn_of_scene(parameters, law: str) -> Turn | None:
     """The settled motion in which a scene begins, from which those nearby are found; None where there is none."""
-    if control_of(parameters) != SETTLED:
+    if not begins_settled(parameters):
         return None
     try:
         turn = scene_in_motion(parameters, law).turn
     except SceneError:
         return None
-    return None if turn.why else turn
+    return turn if len(turn.motion) else None
+
+
+def control_found(parameters, turn: Turn) -> str:
+    """What the axes of spin of an equilibrium with this motion are, a word of `model.control` other than `auto`."""
+    if len(turn.motion):
+        return SETTLED
+    control = control_of(parameters)
+    return SHARED if control in (AUTO, SETTLED) else control
 
 
 def rolling_still(turn: Turn) -> str:

@@ -23,7 +23,7 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.names import POINT
 from bearing_twin.kinds.bearing.parameters import rubbing_by
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, shared
-from bearing_twin.kinds.bearing.quasi_static.friction_across import BEARS, balanced_on_the_way
+from bearing_twin.kinds.bearing.quasi_static.friction_across import BEARS, balanced_on_the_way, without_shares
 from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of
 from bearing_twin.kinds.bearing.quasi_static.surroundings import UNKNOWNS, Surroundings
 from bearing_twin.kinds.bearing.quasi_static.turn_search import Search, parted, passing_waves
@@ -38,7 +38,8 @@ FINE, FINER = 1e-5, 1e-6
 OFF, OFF_SHARP = 5e-4, 3e-2
 NO_GRAVITY = (0.0, 0.0, 0.0)
 COARSE = 1e-3  # and at the most azimuths
-EVEN = 1e-9  # of the ball's radius: a ring that is less off the axis, or tilted, loads all balls alike
+FEW = 6  # rounds of balance and orbit speed: each leaves a tenth
+EVEN = 1e-7  # of the ball's radius: a ring that is less off the axis, or tilted, loads all balls alike
 
 
 class Turn(NamedTuple):
@@ -127,6 +128,8 @@ def settled_turn(parameters, setting, coordinates, near: Turn | None = None, gra
     for count in counts:
         given = parameters, setting, coordinates, count, float(contacts.load.max()), gravity
         found = None if turn is None else _from(turn, Search(*given), count > SLIDING)
+        if found is None and count == 1:
+            found = Search(*given).again(_parallel(setting, coordinates, place, contacts))
         if found is None and count > SLIDING:
             break
         if found is None:
@@ -195,6 +198,21 @@ def _first(search: Search, place: np.ndarray, contacts: Contacts) -> np.ndarray 
         if found is not None:
             return found
     return None
+
+
+def _parallel(setting, coordinates, place: np.ndarray, contacts: Contacts) -> np.ndarray:
+    """The unknowns of a turn of balls that are all loaded alike, by this place and contacts in rolling.
+
+    Their axes are parallel to the bearing's, no contact slips, and the balls are in balance without friction.
+    """
+    still, azimuths = without_shares(setting)._replace(speed=0.0), np.zeros(1)
+    for _ in range(FEW):
+        inner, outer = (setting.ball_radius - 0.5 * contacts.approach[0]) * np.cos(contacts.angle[0])  # of the axis
+        middle = setting.outer.locus_radius + place[0, 0]
+        orbit = setting.speed * (1.0 - inner / middle) * outer / (inner + outer)
+        pull = setting.ball_mass * middle * orbit * orbit
+        place, contacts = balanced_on_the_way(still, coordinates, azimuths, np.array([[pull, 0.0]]))
+    return np.append(place[0, :2], [0.0, 0.0, -orbit * middle / outer, orbit])
 
 
 def _sharpness(turn: Turn) -> float:

@@ -16,10 +16,11 @@ from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.outputs import ellipses
-from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
+from bearing_twin.kinds.bearing.quasi_static.axes import left_by_rolling
 from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion, turn_of_scene
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
 from bearing_twin.kinds.bearing.quasi_static.response import Response, response_of
+from bearing_twin.kinds.bearing.quasi_static.shares import begins_settled
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Equilibrium,
     EquilibriumSolver,
@@ -104,13 +105,17 @@ def _of_figures(response: Response | None, balls: int) -> dict[str, list[float]]
 
 
 class Off(NamedTuple):
-    """How far figures may be off: `columns` (N, 2) of contacts by name, the ring (5,), its loads (5,) and stiffness."""
+    """How far figures may be off: `columns` (N, 2) of contacts by name, the ring (5,), its loads (5,) and stiffness.
+
+    `rolling` is the part of the greatest load that is due to axes of spin as in rolling.
+    """
 
     columns: dict[str, np.ndarray]
     coordinates: np.ndarray
     ring_loads: np.ndarray
     stiffness: np.ndarray
     lives: Lives
+    rolling: float
 
 
 def spots_of(parameters, contacts):
@@ -143,7 +148,7 @@ def _worths(parameters, law: str, solver: EquilibriumSolver, support: Support, f
 def _by_axes(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> Response | None:
     """What axes of spin change once they have settled, or where they have, what loads are off at most."""
     if math.isnan(found.settled):
-        return response_to_axes(parameters, solver, support)
+        return left_by_rolling(parameters, solver, support, found)
     load = found.contacts.load
     off = np.full(load.shape, found.settled * load.max())
     ring = np.where(support.free, 0.0, found.settled * np.abs(found.loads))
@@ -169,7 +174,8 @@ def _worth_under(parameters, law: str, load: tuple[float, ...]) -> SceneWorth | 
     azimuths = azimuths_of(parameters.geometry.balls, load_line(support))
     solver = weighed_solver(parameters, setting, azimuths)
     try:
-        found = in_motion(parameters, solver, support, turn_of_scene(parameters, law)).found
+        settled = turn_of_scene(parameters, law), begins_settled(parameters)
+        found = in_motion(parameters, solver, support, *settled).found
     except SceneError:
         return None
     worth = _worths(parameters, law, solver, support, found, spots_of(parameters, found.contacts))
@@ -200,7 +206,10 @@ def errors_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
     stiffness = float(shares.max()) * np.abs(found.stiffness)
     angles += np.where(contacts.load > 0.0, worth.angles, 0.0)
     columns = {"normal_load": loads, "contact_angle": angles, **sizes}
-    return Off(columns, coordinates, ring, stiffness, Lives(*shorter))
+    rolling = 0.0
+    if worth.axes is not None and math.isnan(found.settled):
+        rolling = float(worth.axes.loads.max()) / worth.greatest
+    return Off(columns, coordinates, ring, stiffness, Lives(*shorter), rolling)
 
 
 def _settled(changes: np.ndarray) -> np.ndarray:
