@@ -34,10 +34,14 @@ PLACES = 90  # around the ring, where loads are compared
 
 
 class Still(NamedTuple):
-    """Balls in balance: the centrifugal load over that on the inner raceway, and the relative error of loads."""
+    """Balls in balance: the centrifugal load over that on the inner raceway, and the relative error of loads.
+
+    `settled` says whether their axes of spin have.
+    """
 
     share: float
     error: float
+    settled: bool = False
 
 
 def still_error(share: float) -> float:
@@ -157,7 +161,7 @@ def still_at_start(parameters, law: str) -> Still:
     if begins_settled(parameters):
         found = scene_in_motion(parameters, law).found
         if not math.isnan(found.settled):
-            return Still(centrifugal_share(found.contacts), found.settled)
+            return Still(centrifugal_share(found.contacts), found.settled, True)
     solver, support = solver_of(parameters, law), support_of(parameters)
     found = solver.solve(support)
     left, share = left_by_rolling(parameters, solver, support, found), centrifugal_share(found.contacts)

@@ -37,6 +37,7 @@ from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift, idle_step
 from bearing_twin.report import Choice
 
+SETTLED_ONES = " once their axes of spin have settled, as they are taken to have"
 DEFAULT = "rodas4"  # where nothing was measured
 
 
@@ -90,7 +91,7 @@ def _dimension(parameters, law: str, warnings: list[str]) -> tuple[str, str]:
         )
     return QUASI_STATIC, (
         f"quasi_static, {why}; the centrifugal load is {still.share:.2g} of the contact's at the start, where loads "
-        f"are within {100.0 * still.error:.2g} % of those of moving balls"
+        f"are within {100.0 * still.error:.2g} % of those of moving balls{SETTLED_ONES if still.settled else ''}"
     )
 
 

@@ -115,7 +115,8 @@ class Model:
         AUTO,
         CONTROL_WORDS,
         "balls' axes of spin in equilibrium: shared, outer = of rolling, raceways that carry the gyroscopic moment; "
-        "settled = as friction at a point leaves them, where runs start, too; auto = shared, over spots outer",
+        "settled = as friction at a point leaves them, where runs start, too; auto = outer over spots, else shared, "
+        "but settled in runs from equilibria where that changes more than a tenth of wanted.tolerance",
     )
 
 
