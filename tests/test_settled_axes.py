@@ -10,7 +10,7 @@ from bearing_twin.command import cli
 from bearing_twin.kinds.bearing.controls import CONTROL_WORDS
 from bearing_twin.kinds.bearing.forces.equations import single_contact
 from bearing_twin.kinds.bearing.motion import bearing_motion
-from bearing_twin.kinds.bearing.quasi_static import friction_across as columns
+from bearing_twin.kinds.bearing.quasi_static import turn_table as columns
 from bearing_twin.kinds.bearing.quasi_static.answer import answer_of
 from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
 from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion

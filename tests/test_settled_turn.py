@@ -10,8 +10,8 @@ from bearing_twin.kinds.bearing.axes_at_start import settle_axes
 from bearing_twin.kinds.bearing.forces.equations import single_contact
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, CAGE, CAGE_X, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.partners import partners_of, settled_start
-from bearing_twin.kinds.bearing.quasi_static import friction_across as columns
 from bearing_twin.kinds.bearing.quasi_static import settled
+from bearing_twin.kinds.bearing.quasi_static import turn_table as columns
 from bearing_twin.kinds.bearing.quasi_static.in_motion import table_of
 from bearing_twin.kinds.bearing.quasi_static.settled import COUNTS, Turn, off_by, settled_turn
 from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of, setting_of

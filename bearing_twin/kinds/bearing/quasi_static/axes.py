@@ -16,16 +16,16 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.controls import OUTER, SHARED
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
-from bearing_twin.kinds.bearing.quasi_static.friction_across import (
+from bearing_twin.kinds.bearing.quasi_static.response import Response, followed, pushed_by
+from bearing_twin.kinds.bearing.quasi_static.shares import CONTROLS
+from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, EquilibriumSolver, Support
+from bearing_twin.kinds.bearing.quasi_static.turn_table import (
     ALONG,
     HOLDING,
     SIZES,
     add_ring_friction,
     without_shares,
 )
-from bearing_twin.kinds.bearing.quasi_static.response import Response, followed, pushed_by
-from bearing_twin.kinds.bearing.quasi_static.shares import CONTROLS
-from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, EquilibriumSolver, Support
 
 LITTLE = 0.1  # of the tolerance wanted: what settled axes may change at most where those of rolling are taken
 

@@ -8,7 +8,9 @@ import numpy as np
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, empty_contacts, shared, write_contacts
 from bearing_twin.kinds.bearing.quasi_static.forces import Setting
-from bearing_twin.kinds.bearing.quasi_static.friction_across import (
+from bearing_twin.kinds.bearing.quasi_static.newton import FOUND
+from bearing_twin.kinds.bearing.quasi_static.ring_balance import first_ring, ring_in_balance
+from bearing_twin.kinds.bearing.quasi_static.turn_table import (
     INERTIA,
     SIZE,
     SIZES,
@@ -16,10 +18,7 @@ from bearing_twin.kinds.bearing.quasi_static.friction_across import (
     friction_at,
     pass_speed,
     put_settled,
-    settled_by,
 )
-from bearing_twin.kinds.bearing.quasi_static.newton import FOUND
-from bearing_twin.kinds.bearing.quasi_static.ring_balance import first_ring, ring_in_balance
 from bearing_twin.numerics.rotation import quaternion_product, turned
 from bearing_twin.numerics.statuses import STOPPED
 
@@ -134,16 +133,15 @@ def _solve(setting, directions, course, t, wanted, state, weight, longest, load,
 
 
 @kernel
-def _rub(setting, friction, azimuth, speed, directions, rows, weight, wanted, left):
+def _rub(setting, table, azimuth, speed, directions, rows, weight, wanted, left):
     """Adds friction (`rows`) to the forces on the balls, and leaves of the wanted loads (5,) what it does not carry.
 
     It acts along the contacts as they were looked at, which lie within 1e-4 rad of those found.
     """
     balls = len(rows)
     for k in range(balls):
-        friction_at(friction, azimuth + 2.0 * math.pi * k / balls, k, rows)
-    if settled_by(friction):
-        pass_speed(rows, speed)
+        friction_at(table, azimuth + 2.0 * math.pi * k / balls, k, rows)
+    pass_speed(rows, speed)
     for k in range(balls):
         weight[k, 0] += rows[k, 0] + rows[k, 2] + rows[k, INERTIA]
         weight[k, 1] += rows[k, 1] + rows[k, 3] + rows[k, INERTIA + 1]
@@ -154,11 +152,11 @@ def _rub(setting, friction, azimuth, speed, directions, rows, weight, wanted, le
 
 
 @kernel
-def equilibria(setting, gravity, friction, course, state, longest, out, stop):
+def equilibria(setting, gravity, table, course, state, longest, out, stop):
     """Fills `out` (`Instants`); returns (status, instant) of the first that has no equilibrium, else (FOUND, T).
 
-    `friction` (LOOKS, SIZES) is that across the grooves (`friction_across`), empty where the balance holds it. One of
-    balls whose axes have settled holds all that their motion does to them, and how they move.
+    `table` (LOOKS, SIZES) is what the motion of balls whose axes have settled does to them (`turn_table`), empty where
+    axes are those of rolling.
 
     Looks at `stop` (1,) before every instant, and ends with STOPPED there where it is not 0.
 
@@ -173,22 +171,21 @@ def equilibria(setting, gravity, friction, course, state, longest, out, stop):
     for t in range(len(course.turn)):
         if stop[0] != 0:
             return STOPPED, t
-        here = at_speed(setting, 0.0 if settled_by(friction) else course.speed[t])
+        here = at_speed(setting, 0.0 if len(table) > 0 else course.speed[t])
         state.cage[0] += state.cage[1] * course.turn[t]
         place_balls(here, gravity, state.cage[0], directions, weight)
-        if len(friction) > 0:
-            _rub(here, friction, state.cage[0], course.speed[t], directions, rows, weight, course.wanted, wanted)
+        if len(table) > 0:
+            _rub(here, table, state.cage[0], course.speed[t], directions, rows, weight, course.wanted, wanted)
         status = _solve(here, directions, course, t, wanted, state, weight, longest, load, stiffness)
         if status != FOUND:
             return status, t
         contacts = _row(out.contacts, t)
         write_contacts(here, directions, state.q, state.place, contacts)
-        if len(friction) > 0:
+        if len(table) > 0:
             add_ring_friction(here, directions, rows, load)
             for k in range(balls):
                 contacts.friction[k, 0], contacts.friction[k, 1] = rows[k, SIZE], rows[k, SIZE + 1]
-            if settled_by(friction):
-                put_settled(contacts, rows)
+            put_settled(contacts, rows)
         ratio = 0.5 * (1.0 - gamma)
         if course.speed[t] != 0.0:
             ratio = shared(contacts, contacts.orbit) / course.speed[t]

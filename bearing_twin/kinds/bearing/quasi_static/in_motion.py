@@ -1,4 +1,4 @@
-"""Equilibria of balls that move: with friction across the grooves, their axes of spin as in rolling or settled.
+"""Equilibria of balls that move, their axes of spin as in rolling, or settled with all friction.
 
 Where axes have settled (`settled`) what a ball's motion does to it, and what friction does to the ring, are numbers
 over its azimuth, with which the balls and the ring are in balance as at rest. A ring that is free stands elsewhere
@@ -14,28 +14,6 @@ from bearing_twin.contact.names import AUTO
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.controls import SETTLED, SHARED
 from bearing_twin.kinds.bearing.quasi_static.axes import settling_matters
-from bearing_twin.kinds.bearing.quasi_static.friction_across import (
-    ALONG,
-    HEAVY,
-    HOLDING,
-    INERTIA,
-    LOOKS,
-    NO_FRICTION,
-    ORBIT,
-    PITCH,
-    ROLL,
-    SIZE,
-    SIZES,
-    SPEED,
-    VISCOUS,
-    add_ring_friction,
-    friction_at,
-    friction_on_the_way,
-    put_friction,
-    put_settled,
-    settled_by,
-    without_shares,
-)
 from bearing_twin.kinds.bearing.quasi_static.settled import SLIDING, Turn, no_turn, off_by, settled_turn
 from bearing_twin.kinds.bearing.quasi_static.shares import begins_settled, control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
@@ -47,6 +25,26 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     support_of,
 )
 from bearing_twin.kinds.bearing.quasi_static.surroundings import Surroundings
+from bearing_twin.kinds.bearing.quasi_static.turn_table import (
+    ALONG,
+    HEAVY,
+    HOLDING,
+    INERTIA,
+    LOOKS,
+    NO_TABLE,
+    ORBIT,
+    PITCH,
+    ROLL,
+    SIZE,
+    SIZES,
+    SPEED,
+    VISCOUS,
+    add_ring_friction,
+    friction_at,
+    put_friction,
+    put_settled,
+    without_shares,
+)
 
 SHARP_LOOKS = 1024  # azimuths of a table where balls slide on part of their way
 TWICE = 2  # solutions: friction acts along the contacts of the first
@@ -58,7 +56,7 @@ APART = 1e-6  # relative: changes that are less are rounding
 
 
 class InMotion(NamedTuple):
-    """An equilibrium, the table of friction that it holds, and the balls' motion; why that has not settled is told."""
+    """An equilibrium, the table that it holds, and the balls' motion; why that has not settled is told."""
 
     found: Equilibrium
     table: np.ndarray
@@ -88,13 +86,11 @@ def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
 
 
 def rubbed(solver: EquilibriumSolver, support: Support, table: np.ndarray) -> Equilibrium:
-    """The equilibrium with the friction of this table. Raises SceneError as the solver does."""
-    rows, on_ring, settled = np.zeros((len(solver.azimuths), SIZES)), np.zeros(5), settled_by(table)
+    """The equilibrium with what this table holds. Raises SceneError as the solver does."""
+    rows, on_ring = np.zeros((len(solver.azimuths), SIZES)), np.zeros(5)
     for k, azimuth in enumerate(solver.azimuths):
         friction_at(table, azimuth, k, rows)
-    setting = without_shares(solver.setting)
-    if settled:
-        setting = setting._replace(speed=0.0)
+    setting = without_shares(solver.setting)._replace(speed=0.0)
     for _ in range(TWICE):
         on_ring[:] = 0.0
         add_ring_friction(solver.setting, solver.directions, rows, on_ring)
@@ -102,8 +98,7 @@ def rubbed(solver: EquilibriumSolver, support: Support, table: np.ndarray) -> Eq
         rubbing = EquilibriumSolver(setting, solver.azimuths, weights)
         found = rubbing.solve(support._replace(loads=tuple((np.array(support.loads) - on_ring).tolist())))
         put_friction(found.contacts, rows)
-        if settled:
-            put_settled(found.contacts, rows)
+        put_settled(found.contacts, rows)
     return found._replace(loads=found.loads + on_ring)
 
 
@@ -122,8 +117,7 @@ def in_motion(
         if not settled.turn.why:
             return settled
         turn = settled.turn
-    table = friction_on_the_way(parameters, solver.setting, found.coordinates)
-    return InMotion(rubbed(solver, support, table) if len(table) else found, table, turn)
+    return InMotion(found, NO_TABLE, turn)
 
 
 def _settles(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> bool:
@@ -138,18 +132,18 @@ def _settled(parameters, solver: EquilibriumSolver, support: Support, found: Equ
     for _ in range(ROUNDS):
         turn = settled_turn(parameters, setting, at, turn)
         if turn.why:
-            return InMotion(found, NO_FRICTION, turn)
+            return InMotion(found, NO_TABLE, turn)
         table = table_of(parameters, setting, at, turn)
         try:
             found = rubbed(solver, support, table)
         except SceneError:
-            return InMotion(found, NO_FRICTION, no_turn("nothing carries the load once they have settled"))
+            return InMotion(found, NO_TABLE, no_turn("nothing carries the load once they have settled"))
         off = found.coordinates - at
         if np.abs(found.stiffness @ off / solver.scales).max() <= AGREE * found.contacts.load.max():
             return InMotion(found._replace(settled=off_by(turn)), table, turn)
         tried.append((at * solver.scales, off * solver.scales))
         at = _next(*zip(*tried, strict=True)) / solver.scales
-    return InMotion(found, NO_FRICTION, no_turn("the ring and its balls do not agree on where they stand"))
+    return InMotion(found, NO_TABLE, no_turn("the ring and its balls do not agree on where they stand"))
 
 
 def _next(places, offs) -> np.ndarray:

@@ -1,8 +1,7 @@
 """How far contact angles of equilibria are off those of balls that move.
 
-Those that hold friction across the grooves (`friction_across`) leave LEFT of what it does, and what the axes of spin do
-later: they turn away from rolling, and a ball that drills otherwise slips otherwise. Those in balance miss all of it,
-those whose axes have settled (`settled`) none but what is told with them.
+Those with axes of spin as in rolling miss friction across the grooves, those whose axes have settled (`settled`)
+nothing but what is told with them.
 
 A ball whose contact angle a changes on its way round slips across both grooves, at d da/dt with the distance d from its
 centre to a groove's. Friction, mu Q slip/s at slips far below the s that it is smoothed over, resists, and the ball
@@ -22,14 +21,12 @@ import numpy as np
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
-from bearing_twin.kinds.bearing.quasi_static.friction_across import balanced_on_the_way, friction_on_the_way
 from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, EquilibriumSolver, azimuths_of
+from bearing_twin.kinds.bearing.quasi_static.turn_table import balanced_on_the_way
 
 LOOKS = 192  # azimuths at which a ball is looked at on its way round
 TURNS = 3  # after which a lag repeats itself
 BEARS = 1e-2  # of the greatest load: a ball that bears less on its way does not count
-LEFT = 0.015  # of a lag: what an equilibrium that holds it is off by at most
-WANDERS = 0.6  # of a ball's turning about the radius: by how much its axis settles elsewhere than in rolling
 STUCK = 0.1  # of the lag's time: what is left of it where friction slips through
 
 
@@ -44,7 +41,6 @@ def angle_errors(parameters, solver: EquilibriumSolver, found: Equilibrium) -> n
     azimuths = azimuths_of(LOOKS, float(found.azimuths[0]))
     _, contacts = balanced_on_the_way(solver.setting, found.coordinates, azimuths)
     friction = parameters.contact
-    held = len(friction_on_the_way(parameters, solver.setting, found.coordinates)) > 0
     distances, springs = _distances_and_springs(solver, contacts)
     loads = contacts.load.sum(axis=1)
     resisted = np.divide(4.0 * contacts.load.prod(axis=1), loads, out=np.zeros_like(loads), where=loads > 0.0)
@@ -57,9 +53,6 @@ def angle_errors(parameters, solver: EquilibriumSolver, found: Equilibrium) -> n
     order = slice(None) if solver.speed >= 0.0 else slice(None, None, -1)
     late = [np.abs(_late(one[order], lags[order], paces[order])[order]) for one in wanted]
     force = _gyroscopic(friction, contacts)
-    if held:
-        late = [LEFT * one for one in late]
-        force = force + 0.5 * resisted * WANDERS * np.abs(contacts.pitch) * _aside(solver, found, azimuths, contacts)
     turned = np.divide(force, springs, out=np.zeros_like(force), where=springs > 0.0)[:, None] / distances
     bears = contacts.load.min(axis=1) >= BEARS * contacts.load.max()
     return _nearby(np.maximum(*late)[:, None] + turned, bears, azimuths, found.azimuths)
@@ -71,16 +64,6 @@ def _distances_and_springs(solver: EquilibriumSolver, contacts: Contacts) -> tup
     reach = np.array([raceway.groove_radius - setting.ball_radius for raceway in (setting.inner, setting.outer)])
     distances = reach + np.maximum(contacts.approach, 0.0)
     return distances, (contacts.load / distances).sum(axis=1)
-
-
-def _aside(solver: EquilibriumSolver, found: Equilibrium, azimuths: np.ndarray, contacts: Contacts) -> np.ndarray:
-    """How far the inner contact lies beside the ball's meridian plane (M,) [m], at least 0."""
-    x, y, _, about_x, about_y = found.coordinates
-    cosine, sine = np.cos(azimuths), np.sin(azimuths)
-    angle = contacts.angle[:, 0]
-    shifted = np.cos(angle) * (y * cosine - x * sine) * 2.0 / solver.setting.pitch_diameter
-    leaning = np.sin(angle) * (about_x * cosine + about_y * sine)
-    return solver.setting.ball_radius * np.abs(shifted + leaning)
 
 
 def _late(wanted: np.ndarray, lags: np.ndarray, paces: np.ndarray) -> np.ndarray:

@@ -10,7 +10,6 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.quasi_static.channels import write_channels
 from bearing_twin.kinds.bearing.quasi_static.chunk import Course, Instants, State, equilibria, new_instants
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, limits_used
-from bearing_twin.kinds.bearing.quasi_static.friction_across import NO_FRICTION, without_shares
 from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion, turn_of_scene
 from bearing_twin.kinds.bearing.quasi_static.newton import FOUND
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES
@@ -21,6 +20,7 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     support_of,
     weighed_solver,
 )
+from bearing_twin.kinds.bearing.quasi_static.turn_table import NO_TABLE, without_shares
 from bearing_twin.kinds.energy import STORED
 from bearing_twin.numerics.rotation import quaternion_product
 from bearing_twin.numerics.statuses import STOPPED
@@ -29,7 +29,7 @@ from bearing_twin.stopping import SIGNALLED
 
 MOVING = (
     "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored", "_gross",
-    "_worked", "_lost", "_tables", "_turn", "_turned_at",
+    "_worked", "_lost", "_tables", "_turn", "_turned_at", "_vain",
 )  # fmt: skip
 NEAR = 0.02  # relative: speeds nearer than this have one friction while they only pass
 SAME = 1e-9  # relative: instants nearer than this are one
@@ -68,6 +68,7 @@ class QuasiStaticMotion:
         self.solved = 0
         self._changed = False
         self._tables, self._turn, self._turned_at = {}, None, 0.0
+        self._vain = False  # whether settled axes were looked for and not found: no more at speeds that only pass
         self._stored = self._first_stored = None
         self._gross = self._worked = self._lost = 0.0  # the last two: of balls that moved by themselves before
         self._before = None
@@ -213,8 +214,8 @@ class QuasiStaticMotion:
         self._write_work(out)
         return out
 
-    def _friction(self, speed: float, held) -> np.ndarray:
-        """Friction across the grooves at this speed [rad/s], the ring's held coordinates being these (5,).
+    def _table(self, speed: float, held) -> np.ndarray:
+        """What settled balls are in balance with at this speed [rad/s], the ring's held coordinates being these (5,).
 
         Of speeds that only pass, that of the nearest power of 1 + NEAR.
         """
@@ -232,18 +233,20 @@ class QuasiStaticMotion:
                 near = near.quicker(speed / self._turned_at)
             solver = weighed_solver(self.parameters, setting, azimuths)
             try:
-                table, turn = in_motion(self.parameters, solver, support, near, not passing)[1:]
+                search = not passing or not self._vain
+                table, turn = in_motion(self.parameters, solver, support, near, search)[1:]
             except SceneError:  # the run says so where it comes there
-                table = NO_FRICTION
+                table = NO_TABLE
             else:
-                self._turn, self._turned_at = (None if turn.why or not len(turn.motion) else turn), speed
+                self._vain = bool(turn.why)
+                self._turn, self._turned_at = (turn if len(turn.motion) else None), speed
             self._tables = dict([*self._tables.items()][-1:]) | {key: table}
         return self._tables[key]
 
     def _solve(self, course: Course, found) -> tuple[int, int]:
-        """Fills `found` by `equilibria`, from one change of what friction depends on to the next."""
+        """Fills `found` by `equilibria`, from one table to the next."""
         begin, count, gravity = 0, len(course.turn), self._gravity
-        tables = [self._friction(float(s), h) for s, h in zip(course.speed, course.held, strict=True)]
+        tables = [self._table(float(s), h) for s, h in zip(course.speed, course.held, strict=True)]
         while begin < count:
             end = begin + 1
             while end < count and tables[end] is tables[begin]:

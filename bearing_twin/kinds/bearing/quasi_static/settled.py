@@ -23,10 +23,10 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.names import POINT
 from bearing_twin.kinds.bearing.parameters import rubbing_by
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, shared
-from bearing_twin.kinds.bearing.quasi_static.friction_across import BEARS, balanced_on_the_way, without_shares
 from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of
 from bearing_twin.kinds.bearing.quasi_static.surroundings import UNKNOWNS, Surroundings
 from bearing_twin.kinds.bearing.quasi_static.turn_search import Search, parted, passing_waves
+from bearing_twin.kinds.bearing.quasi_static.turn_table import BEARS, balanced_on_the_way, without_shares
 
 # Azimuths of a turn, the more the sharper what happens on it; odd, so that no wave is lost. Where balls slide on part
 # of their way the last two are needed, at which a motion is looked for from one at fewer alone: they cost a second.
