@@ -190,3 +190,23 @@ def test_a_free_ring_and_settled_balls_agree(monkeypatch):
     assert len(rounds) <= 6
     assert held.found.loads[2] == pytest.approx(17800.0, rel=1e-9)
     assert np.abs(held.found.coordinates[:2]).max() < 1e-9
+
+
+@pytest.mark.parametrize("control", ["shared", "outer"])
+def test_stiffness_is_the_derivative_of_the_answer(control):
+    """At 1000 rad/s, tilted, with a load across, friction and all: by differences of what holds the ring."""
+    parameters = parameters_of("drive.speed=1000", control=control)
+    support = Support((True,) * 5, (0.0, -300.0, 500.0, 0.5, -1.0), (0.0,) * 5)
+    solver = solver_of(parameters, LAW, load_line(support))
+    found = in_motion(parameters, solver, support).found
+    steps = np.array([1e-9] * 3 + [1e-7] * 2)
+    for column, step in enumerate(steps):
+        loads = []
+        for side in (1.0, -1.0):
+            place = found.coordinates.copy()
+            place[column] += side * step
+            held = Support((False,) * 5, (0.0,) * 5, tuple(place))
+            loads.append(in_motion(parameters, solver_of(parameters, LAW, load_line(support)), held).found.loads)
+        slope = (loads[0] - loads[1]) / (2.0 * step)
+        size = np.sqrt(np.abs(np.diagonal(found.stiffness) * found.stiffness[column, column]))
+        assert slope / size == pytest.approx(found.stiffness[:, column] / size, abs=2e-6)
