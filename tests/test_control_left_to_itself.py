@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.command import cli
+from bearing_twin.errors import Stopped
 from bearing_twin.kinds.bearing.quasi_static import in_motion as equilibria
 from bearing_twin.kinds.bearing.quasi_static.axes import (
     LITTLE,
@@ -26,6 +27,7 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
 )
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.stopping import heeding
 
 LAW, FREE = "hertz", (True, True, True, False, False)
 EVEN = "gravity=[0,0,0]", "cage.kind=even"
@@ -210,3 +212,13 @@ def test_stiffness_is_the_derivative_of_the_answer(control):
         slope = (loads[0] - loads[1]) / (2.0 * step)
         size = np.sqrt(np.abs(np.diagonal(found.stiffness) * found.stiffness[column, column]))
         assert slope / size == pytest.approx(found.stiffness[:, column] / size, abs=2e-6)
+
+
+def test_a_search_for_settled_axes_can_be_stopped():
+    """It takes seconds where balls are about to slide."""
+    parameters = parameters_of("geometry.designation=7204B", "drive.speed=1136", control="settled")
+    support = under((0.0, 0.0, 85.9), (-1e-4, 6e-4))
+    asked = []
+    with heeding(lambda: asked.append(1) or len(asked) > 20), pytest.raises(Stopped):
+        in_motion(parameters, solver_of(parameters, LAW), support)
+    assert len(asked) == 21

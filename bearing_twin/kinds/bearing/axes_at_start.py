@@ -35,6 +35,8 @@ def settle_axes(parameters: BearingScene, law: str, partners: Partners, state: n
         return
     setting, azimuths = setting_of(parameters, law, speed), state[:, ORBIT_ANGLE]
     near = turn_of_scene(parameters, law)
+    if near is not None and near.why:
+        return
     coordinates = np.array([*drive.offset, *drive.tilt])
     if free:
         support = weighed_support(parameters, Loading(parameters.rings.inner).at(0.0)[0])

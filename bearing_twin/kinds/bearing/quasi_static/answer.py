@@ -16,6 +16,8 @@ from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Equilib
 from bearing_twin.kinds.bearing.quasi_static.worth import errors_of, spots_of
 from bearing_twin.kinds.bearing.ratings import equivalent_loads, lives_of, ratings_of
 
+FLAGGED = 1e-2  # of the greatest load: what balls that move differ by at most unflagged
+
 
 def frequencies_of(contacts, balls: int, speed: float) -> dict[str, float]:
     """Fault frequencies [Hz] of balls that roll in one cage: over outer and inner ring, cage, ball about itself.
@@ -138,6 +140,6 @@ def flags_of(
         else None,
         f"balls that move differ in load by up to {100.0 * rolling:.2g} % of the greatest, as their axes settle and as "
         f"those in one cage slip{'' if over_spot else ', which --control settled holds'}"
-        if rolling > parameters.wanted.tolerance
+        if rolling > FLAGGED
         else None,
     )

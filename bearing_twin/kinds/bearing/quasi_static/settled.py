@@ -47,6 +47,7 @@ class Turn(NamedTuple):
 
     `swing` (2 J,) [rad/s] are the waves of that speed, which repeat themselves as one of so many balls comes to where
     the next was (`passing_waves`). `why` says why there is no such motion, "" where there is.
+    `ring` (5,) is where the ring stands in it, None where that is not known.
     """
 
     motion: np.ndarray
@@ -54,6 +55,7 @@ class Turn(NamedTuple):
     why: str = ""
     swing: np.ndarray = np.zeros(0)
     balls: int = 1
+    ring: np.ndarray | None = None
 
     def at(self, azimuths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Motion and its derivative by the azimuth (K, UNKNOWNS) at these azimuths [rad] (K,)."""

@@ -8,6 +8,7 @@ import numpy as np
 from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of
 from bearing_twin.kinds.bearing.quasi_static.surroundings import UNKNOWNS, Surroundings
 from bearing_twin.kinds.bearing.start import cage_inertia
+from bearing_twin.stopping import look
 
 SMOOTHER = (16.0, 4.0, 1.0)  # times the slip that friction is smoothed over, on the way to it
 LONGER = 16.0  # times the time before: over which the axis turns in the next step
@@ -148,10 +149,14 @@ class Search:
         return matrix
 
     def newton(self, begin, before, rate: float, enough: float, guarded: bool):
-        """Unknowns with which the spins, and the orbit, have changed from `before` at this rate [1/s]; None if none."""
+        """Unknowns with which the spins, and the orbit, have changed from `before` at this rate [1/s]; None if none.
+
+        Raises Stopped.
+        """
         at, held = begin, self.held * rate
         left = self.left(at) - held * (at - before)
         for _ in range(STEPS):
+            look()
             matrix = (self.derivatives(at) - np.diag(held)) * self.columns / self.rows[:, None]
             size = np.abs(left / self.rows).max()
             try:
