@@ -16,7 +16,7 @@ from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, Equilib
 from bearing_twin.kinds.bearing.quasi_static.worth import errors_of, spots_of
 from bearing_twin.kinds.bearing.ratings import equivalent_loads, lives_of, ratings_of
 
-FLAGGED = 1e-2  # of the greatest load: what balls that move differ by at most unflagged
+FLAGGED = 2e-2  # of the greatest load: what balls that move differ by at most unflagged
 
 
 def frequencies_of(contacts, balls: int, speed: float) -> dict[str, float]:
