@@ -12,7 +12,7 @@ from bearing_twin.kinds.bearing.forces.equations import single_contact
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static import turn_table as columns
 from bearing_twin.kinds.bearing.quasi_static.answer import answer_of
-from bearing_twin.kinds.bearing.quasi_static.axes import response_to_axes
+from bearing_twin.kinds.bearing.quasi_static.axes import left_by_rolling
 from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
 from bearing_twin.kinds.bearing.quasi_static.settled import Turn, settled_turn
@@ -278,9 +278,10 @@ def test_what_is_told_of_settled_equilibria_is_what_is_left():
     told = angle_errors(parameters, solver, found)
     assert told == pytest.approx(np.full((8, 2), 5e-4 * np.abs(found.contacts.angle).max()))
     answer = answer_of(parameters, LAW, solver, support, found)["normal_load_inner_n_error"]
-    rolling = answer_of(parameters, LAW, solver, support, found._replace(settled=math.nan))["normal_load_inner_n_error"]
-    axes = np.abs(response_to_axes(parameters, solver, support).loads[:, 0])
-    assert np.array(answer) - 5e-4 * found.contacts.load.max() == pytest.approx(np.array(rolling) - axes)
+    unsettled = found._replace(settled=math.nan)
+    rolling = answer_of(parameters, LAW, solver, support, unsettled)["normal_load_inner_n_error"]
+    left = left_by_rolling(parameters, solver, support, unsettled).loads[:, 0]
+    assert np.array(answer) - 5e-4 * found.contacts.load.max() == pytest.approx(np.array(rolling) - left)
 
 
 def test_a_speed_that_passes_scales_what_balls_do():

@@ -16,6 +16,7 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.controls import OUTER, SHARED
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
+from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
 from bearing_twin.kinds.bearing.quasi_static.response import Response, followed, pushed_by
 from bearing_twin.kinds.bearing.quasi_static.shares import CONTROLS
 from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, EquilibriumSolver, Support
@@ -64,6 +65,21 @@ def response_to_slip(parameters, solver: EquilibriumSolver, support: Support, fo
     return Response(*pushed_by(solver, found, np.zeros_like(load)).contacts(moved), moved, ring)
 
 
+def loads_by_lag(parameters, solver: EquilibriumSolver, found: Equilibrium) -> np.ndarray:
+    """What loads (N, 2) [N] of an equilibrium `found` are off where contact angles lag, at most.
+
+    A ball beside its balance by e d, its angle off by e, is further by e^2 d/2 from either groove's centre, whose
+    distance is d. Angles are told that are greatest within half a spacing, whose mean square is e^2/3.
+    """
+    setting, contacts = solver.setting, found.contacts
+    reach = sum(raceway.groove_radius - setting.ball_radius for raceway in (setting.inner, setting.outer)) / 2.0
+    less = reach * angle_errors(parameters, solver, found, lag_alone=True).max(axis=1) ** 2 / 3.0
+    approach = np.maximum(contacts.approach, 0.0).sum(axis=1)
+    part = np.divide(less, approach, out=np.zeros_like(less), where=contacts.load.min(axis=1) > 0.0)
+    power = max(setting.inner.law.power, setting.outer.law.power)
+    return contacts.load * np.minimum(power * part, 1.0)[:, None]
+
+
 def left_by_rolling(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> Response | None:
     """The greatest changes of an equilibrium `found` with axes as in rolling by what it leaves out: sums of sizes.
 
@@ -73,7 +89,8 @@ def left_by_rolling(parameters, solver: EquilibriumSolver, support: Support, fou
     if axes is None:
         return None
     slip = response_to_slip(parameters, solver, support, found)
-    return Response(*(np.abs(one) + np.abs(other) for one, other in zip(axes, slip, strict=True)))
+    whole = Response(*(np.abs(one) + np.abs(other) for one, other in zip(axes, slip, strict=True)))
+    return whole._replace(loads=whole.loads + loads_by_lag(parameters, solver, found))
 
 
 def settling_matters(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> bool:

@@ -30,11 +30,12 @@ BEARS = 1e-2  # of the greatest load: a ball that bears less on its way does not
 STUCK = 0.1  # of the lag's time: what is left of it where friction slips through
 
 
-def angle_errors(parameters, solver: EquilibriumSolver, found: Equilibrium) -> np.ndarray:
+def angle_errors(parameters, solver: EquilibriumSolver, found: Equilibrium, lag_alone: bool = False) -> np.ndarray:
     """How far the contact angles (N, 2) [rad] of an equilibrium are off those of moving balls, at least 0.
 
     The greatest of what a ball meets under load within half a spacing to either side; 0 without friction and at rest.
-    Friction over spots may leave all of the gyroscopic moment to the outer raceway, which is told then.
+    Friction over spots may leave all of the gyroscopic moment to the outer raceway, which is told then; `lag_alone` is
+    without that moment.
     """
     if not math.isnan(found.settled):
         return np.full(found.contacts.angle.shape, found.settled * np.abs(found.contacts.angle).max())
@@ -52,7 +53,7 @@ def angle_errors(parameters, solver: EquilibriumSolver, found: Equilibrium) -> n
     wanted = np.where(contacts.load[:, 0] > 0.0, inner, outer), outer
     order = slice(None) if solver.speed >= 0.0 else slice(None, None, -1)
     late = [np.abs(_late(one[order], lags[order], paces[order])[order]) for one in wanted]
-    force = _gyroscopic(friction, contacts)
+    force = _gyroscopic(friction, contacts) * (not lag_alone)
     turned = np.divide(force, springs, out=np.zeros_like(force), where=springs > 0.0)[:, None] / distances
     bears = contacts.load.min(axis=1) >= BEARS * contacts.load.max()
     return _nearby(np.maximum(*late)[:, None] + turned, bears, azimuths, found.azimuths)
