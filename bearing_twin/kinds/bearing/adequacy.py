@@ -92,6 +92,12 @@ def told_of_equilibria(parameters, choice) -> float | None:
     return max(still, way_error(parameters, choice.law)) if parameters.wanted.outputs == LOADS else still
 
 
+def friction_of_equilibria(parameters, law: str) -> float | None:
+    """What friction of a run from equilibria is off by, over mu N: it is known where axes of spin have settled."""
+    still = still_at_start(parameters, law)
+    return still.error if still.settled else None
+
+
 def _start(parameters, still) -> str:
     return "balls that start from rest skid" if parameters.initial.motion == "rest" else ""
 

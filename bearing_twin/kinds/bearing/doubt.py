@@ -9,7 +9,7 @@ import numpy as np
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bearing.adequacy import mend_of_method, told_of_equilibria
+from bearing_twin.kinds.bearing.adequacy import friction_of_equilibria, mend_of_method, told_of_equilibria
 from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.companion.means import MeanError
 from bearing_twin.kinds.bearing.companion.pointers import dearest
@@ -32,6 +32,10 @@ from bearing_twin.sample import Block
 
 TILTING = "ring_moment_nm", "misalignment_rad"
 SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
+EQUILIBRIA = (
+    "equilibria are solved to rounding; the error of loads is what balls that move differ by; their friction is known "
+    "where axes of spin have settled alone"
+)
 STANDS = 1e-12  # rad/s: a ring that turns no faster stands, and work over its angle says nothing of a torque
 THEORY = "cage_speed_theory_rad_s", "roll_rate_theory_rad_s"
 OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
@@ -247,10 +251,14 @@ class BearingDoubt:
         spread = spread_of(self.least <= 0.0, carries(self.parameters))
         may = self._seen("load", spread=spread) / greatest + off if self._known and greatest else None
         loads = Promise("loads", norm, whole, wanted.tolerance, self.worst.where("load"), mend, before, may)
-        if still or wanted.outputs == LOADS or not self.parameters.contact.friction_coefficient:
+        if wanted.outputs == LOADS or not self.parameters.contact.friction_coefficient:
             return (loads,)
+        norm = "over mu N of a contact, or mu N R of a ball"
+        if still:
+            error = friction_of_equilibria(self.parameters, self.choice.law)
+            return loads, Promise("friction", norm, error, wanted.tolerance, "", self._smaller_steps)
         error, may = (max(self._seen("friction", spread=one), FLOOR) if self._known else None for one in (None, spread))
-        norm, place = "over mu N of a contact, or mu N R of a ball", self.worst.where("friction")
+        place = self.worst.where("friction")
         before = max(self._seen("friction", earlier), FLOOR) if earlier else None
         return loads, Promise("friction", norm, error, wanted.tolerance, place, self._mend(), before, may)
 
@@ -270,7 +278,7 @@ class BearingDoubt:
         """What is not known, by source and by what is left out."""
         notes = {}
         if self.choice.stepper == QUASI_STATIC:
-            notes[METHOD] = "equilibria are solved to rounding; the error of loads is what balls that move differ by"
+            notes[METHOD] = EQUILIBRIA
         elif self.parameters.solver.companion == "off":
             notes[METHOD] = "solver.companion: off, so nothing is known of the error of the integration method"
         elif not self._known:
