@@ -262,11 +262,15 @@ def test_friction_of_settled_equilibria_is_that_of_balls_that_move(load, words):
     """Force by force within what is told, over mu N; where axes are those of rolling nothing is known of it."""
     still = f"rings.inner.load={list(load)}", "model.dimension=quasi_static", "run.duration=0.002"
     runs = [simulate(load_scene("bearing_6203", (*EVEN, *words, *still, *more))) for more in ((), ROLLING)]
-    first = [list(run.blocks()) for run in runs][0][0].values
+    settled, _ = [list(run.blocks()) for run in runs]
     promised = [run.report.errors["wanted_errors"]["friction"]["error"] for run in runs]
     assert promised == [5e-4, None]
     assert runs[0].report.status == "done"
-    held = f"drive.offset={first['inner_ring_offset'][0].tolist()}", "model.control=settled", "solver.companion=off"
+    held = (
+        f"drive.offset={settled[0].values['inner_ring_offset'][0].tolist()}",
+        "model.control=settled",
+        "solver.companion=off",
+    )
     parameters = parameters_of("model.dimension=prescribed", *words, *held, control="auto")
     moving = bearing_motion(parameters, Choice(LAW, "rodas4", 0.0, "", ()))
     moving.advance(np.array([0.2]), 0.2)
