@@ -40,7 +40,6 @@ UNKNOWN = 0.1  # of what is left over: where accelerations are known no better, 
 SAME = 1e-6  # of an interval between outputs: those that differ by less are alike
 ERRORS = 3  # of a ball: of load, friction, torque
 NO_FRICTION = 1e-300  # share of the load: next to nothing, so that no quotient is infinite
-NO_STIFFNESS = 1e-300  # N/m: next to none, so that no quotient is infinite
 MOST = 100  # outputs of a part that are looked at: those in the longest steps, whose interpolants err most
 
 
@@ -185,23 +184,35 @@ def _left_over(given, coupled, times, here, bears, load, approach, angle, force,
                     off[row, ball, 1], off[row, ball, 2] = found
 
 
+@kernel
+def _bear(load, touched, here, bears):
+    """Fills `bears` (n, balls): whether both raceways carry a ball at outputs `here`, and at those before and behind.
+
+    And it touches neither neighbour: `touched` (outputs, balls, or none) are those that touch the next one ahead.
+    """
+    last, balls = len(load) - 1, load.shape[1]
+    for row, now in enumerate(here):
+        for ball in range(balls):
+            for at in (max(now - 1, 0), now, min(now + 1, last)):
+                free = not (load[at, ball, 0] > 0.0 and load[at, ball, 1] > 0.0)
+                if free or (len(touched) > 0 and (touched[at, ball] or touched[at, ball - 1])):
+                    bears[row, ball] = False
+
+
 def off_balance(part: Part, moves: bool, here: np.ndarray, greatest: float) -> np.ndarray:
     """How far outputs number `here` (n,) are off at balls (n, balls, ERRORS): load [N], friction (share), torque [N m].
 
     The greater one of the contacts of a ball, friction over what it could be, with the `greatest` load [N] of the run.
     0 where this says nothing, as where a ring moves with its balls: they swing with it for longer than a step.
     """
-    outputs, balls = part.load.shape[:2]
+    balls = part.load.shape[1]
     off = np.zeros((len(here), balls, ERRORS))
     if moves or not len(part.pointer):
         return off
     bears = np.ones((len(here), balls), bool)
     if not part.all_bear or part.near.any():
-        carried = part.carried
-        if part.near.any():
-            touched = part.out["neighbour_load"] != 0.0
-            carried = carried & ~(touched | np.roll(touched, 1, axis=1))
-        bears = carried[np.maximum(here - 1, 0)] & carried[here] & carried[np.minimum(here + 1, outputs - 1)]
+        touched = part.out["neighbour_load"] != 0.0 if part.near.any() else np.zeros((0, balls), bool)
+        _bear(part.load, touched, here, bears)
         if not bears.any():
             return off
     # Copies of these rows are alike to a kernel, rows of one output and of many are not.
@@ -213,28 +224,44 @@ def off_balance(part: Part, moves: bool, here: np.ndarray, greatest: float) -> n
     return off
 
 
+@kernel
+def _rung_out(given, relaxation_time, times, steps, bears, state, load, approach, force):
+    """What `rung_out` tells, of balls (N, ...) where a part begins; `steps` (N, T, POINTED), `bears` (T, N, 2)."""
+    most = 0.0
+    for ball in range(len(load)):
+        held, deep = load[ball], approach[ball]
+        if not (held[0] > 0.0 and held[1] > 0.0):
+            continue
+        one, two = given.inner * held[0] / deep[0], given.outer * held[1] / deep[1]
+        both, angle, speed = one + two, state[ball, ORBIT_ANGLE], state[ball, TANGENTIAL_VELOCITY]
+        left = (force[ball, 0] + given.mass * given.gravity[0]) * math.cos(angle)
+        left += (force[ball, 1] + given.mass * given.gravity[1]) * math.sin(angle)
+        left += given.mass * speed * speed / state[ball, AXIS_DISTANCE]
+        swing, lost, before = math.sqrt(both / given.mass) / SWING, False, 0.0
+        for now in range(len(times)):
+            lost = lost or (times[now] - before) * swing >= steps[ball, now, STEPS_IN]
+            before = times[now]
+            if lost and bears[now, ball, 0] > 0.0 and bears[now, ball, 1] > 0.0:
+                # It falls: no later output shows more.
+                falls = math.exp(-0.5 * both * relaxation_time / given.mass * before)
+                most = max(most, falls * abs(left) * max(one, two) / both)
+                break
+    return most
+
+
 def rung_out(parameters: BearingScene, part: Part) -> float:
     """What loads [N] are off as steps end the swing of balls that are out of balance where a part begins.
 
     A mass on the contacts with both raceways, each with a viscous term as their stiffness: its swing falls as
     exp(-k tau t / 2 m). It is lost from the first output on up to which steps are longer than it takes.
     """
-    state, orientation, _, _, border = (one[None].copy() for one in part.begun)
+    state, orientation, _, _, border = (one[None] for one in part.begun)
     out, bearing = empty_outputs(parameters, 1), part.bearing
-    start, drive = np.zeros(1), part.drive
-    write_outputs(parameters, bearing, part.partners, drive, start, state, orientation, border, out.numbers, 0)
-    load, approach, force = (out[name][0] for name in ("normal_load", "approach", "raceway_force"))
-    powers = np.array([bearing.inner.law.power, bearing.outer.law.power])
-    stiffness = np.where(load > 0.0, powers * load / np.where(load > 0.0, approach, 1.0), 0.0)
-    both, angle, speed = stiffness.sum(axis=1), state[0, :, ORBIT_ANGLE], state[0, :, TANGENTIAL_VELOCITY]
-    pushed = force + bearing.ball_mass * np.asarray(bearing.gravity)
-    left = pushed[:, 0] * np.cos(angle) + pushed[:, 1] * np.sin(angle)
-    left += bearing.ball_mass * speed**2 / state[0, :, AXIS_DISTANCE]
-    turns = np.diff(part.times, prepend=0.0)[:, None] * np.sqrt(both / bearing.ball_mass) / SWING
-    lost = np.maximum.accumulate(turns >= part.pointer[..., STEPS_IN].T, axis=0)
-    lost &= part.carried & (load > 0.0).all(axis=1)
-    falls = np.exp(-0.5 * both * bearing.relaxation_time / bearing.ball_mass * np.asarray(part.times)[:, None])
-    return float((lost * falls * np.abs(left) * stiffness.max(axis=1) / np.maximum(both, NO_STIFFNESS)).max())
+    begun = np.zeros(1), state, orientation, border
+    write_outputs(parameters, bearing, part.partners, part.drive, *begun, out.numbers, 0)
+    channels = (np.ascontiguousarray(out[name][0]) for name in ("normal_load", "approach", "raceway_force"))
+    instants = part.times, part.pointer, part.load
+    return _rung_out(_given(bearing, 0.0), float(bearing.relaxation_time), *instants, part.begun[0], *channels)
 
 
 def _given(bearing: Bearing, least: float) -> _Given:
