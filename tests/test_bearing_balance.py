@@ -311,11 +311,31 @@ def test_bumps_into_a_cage_make_loads_err_where_the_ring_moves(scene, kept):
     parameters = load_scene(scene, ("cage.kind=pockets",)).parameters
     doubt = BearingDoubt(parameters, choose(load_scene(scene, ("cage.kind=pockets",))))
     doubt.load[:], doubt.least = 50.0, 0.0
-    doubt.worst.add(a_row(0.01, ALL, load=1.0, friction=0.1))
+    doubt.worst.add(a_row(0.01, ALL, load=1.0, friction=0.01))
     assert doubt._seen("load") == pytest.approx(max(kept, MISSED))
-    assert doubt._seen("friction") == pytest.approx(BUMPING * 0.1)
-    doubt.worst.add(a_row(0.01, ALL, orbit_angle=0.1))
-    assert doubt._seen("load") == pytest.approx(max(kept, MISSED) + 0.1 * BUMPING * 50.0)
+    assert doubt._seen("friction") == pytest.approx(BUMPING * 0.01)
+    doubt.worst.add(a_row(0.01, ALL, orbit_angle=0.01))
+    assert doubt._seen("load") == pytest.approx(max(kept, MISSED) + 0.01 * BUMPING * 50.0)
+
+
+def test_what_is_told_of_friction_is_no_more_than_friction_can_be_off():
+    """Both runs rub with all of mu N, the one this way and the other that, and with mu N R of both contacts of a ball.
+
+    A ball that is off by a radian or more bears anything between the greatest load and the least.
+    """
+    scene = load_scene("bearing_6203_loose", ("contact.friction_coefficient=0.08",))
+    doubt = BearingDoubt(scene.parameters, choose(scene))
+    doubt.load[:], doubt.load[3], doubt.least = 5.0, (50.0, 45.0), 0.0
+    doubt.worst.add(a_row(0.01, ALL, friction=1.97, torque=1.0, orbit_angle=9.0, loss=7.0))
+    wide = spread_of(True, False)
+    assert doubt._seen("friction") == doubt._seen("friction", spread=wide) == 2.0
+    radius = 0.5 * scene.parameters.geometry.ball_diameter
+    assert doubt._seen("torque") == pytest.approx(2.0 * 0.08 * 95.0 * radius)
+    assert doubt._seen("load") == pytest.approx(50.0)
+    assert doubt._seen("loss") == BUMPING * 7.0
+    (told,) = (one for one in doubt._promises(None, None) if one.output == "friction")
+    assert told.error == told.may == 2.0
+    assert told.broken
 
 
 def test_a_copy_starts_apart_by_a_share_of_what_steps_may_err_where_nothing_was_seen():
