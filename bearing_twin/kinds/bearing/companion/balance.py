@@ -18,8 +18,10 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.companion.accelerations import bends, better, changes, even
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
 from bearing_twin.kinds.bearing.companion.windows import BETWEEN, PLACE, WINDOW
+from bearing_twin.kinds.bearing.forces.cage import Pockets
 from bearing_twin.kinds.bearing.forces.equations import Bearing
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
@@ -31,13 +33,13 @@ from bearing_twin.kinds.bearing.forces.layout import (
 from bearing_twin.kinds.bearing.outputs import empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of
+from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
 from bearing_twin.numerics.rotation import about_z, add, cross, dot, minus, scaled
 
 SWING = 2.0 * np.pi  # rad: steps shorter than such a period are made for the swing itself, where nothing is in balance
 SURE = 0.8  # of the tolerance: what is known so exactly is done again only above it
 UNKNOWN = 0.1  # of what is left over: where accelerations are known no better, nothing is said of friction
-SAME = 1e-6  # of an interval between outputs: those that differ by less are alike
 ERRORS = 3  # of a ball: of load, friction, torque
 NO_FRICTION = 1e-300  # share of the load: next to nothing, so that no quotient is infinite
 MOST = 100  # outputs of a part that are looked at: those in the longest steps, whose interpolants err most
@@ -71,52 +73,11 @@ def _rubs(given, coupled, load, angle, torque, force):
     return share / limit, math.sqrt(dot(across, across))
 
 
-@inlined
-def _changes(before, state, later, first, past, following):
-    """How fast three numbers from `first` on change, of second order; at the last output from the one before."""
-    one = scaled(1.0 / past, minus(_three(state, first), _three(before, first)))
-    if following == 0.0:
-        return one
-    uneven = minus(scaled(1.0 / following, minus(_three(later, first), _three(state, first))), one)
-    return add(one, scaled(past / (past + following), uneven))
-
-
-@inlined
-def _better(states, now, ball, first, change, step):
-    """What fourth order would add to a `change` over even steps [s], from two outputs to either side."""
-    far = scaled(0.25 / step, minus(_three(states[now + 2, ball], first), _three(states[now - 2, ball], first)))
-    return scaled(1.0 / 3.0, minus(change, far))
-
-
-@inlined
-def _bends(states, now, ball, first, step):
-    """How far three numbers from `first` on are from a cubic over even steps [s], as rates: 0 where all is smooth."""
-    middle = _three(states[now, ball], first)
-    near = add(_three(states[now - 1, ball], first), _three(states[now + 1, ball], first))
-    far = add(_three(states[now - 2, ball], first), _three(states[now + 2, ball], first))
-    return scaled(1.0 / step, add(minus(far, scaled(4.0, near)), scaled(6.0, middle)))
-
-
-@inlined
-def _even(times, now, last):
-    """Whether two outputs to either side of one are evenly apart."""
-    if now < 2 or now > last - 2:
-        return False
-    step, unlike = times[now] - times[now - 1], 0.0
-    for other in (now - 1, now + 1, now + 2):
-        unlike = max(unlike, abs(times[other] - times[other - 1] - step))
-    return unlike <= SAME * step
-
-
-@inlined
-def _three(numbers, first):
-    return numbers[first], numbers[first + 1], numbers[first + 2]
-
-
 class _Given(NamedTuple):
     """Numbers of a bearing: mass, moment of inertia and radius of a ball, powers of its laws, gravity, friction.
 
-    `relaxing` [1/(N s)] is how fast slip dies out for each newton of load; `least` [N] counts as load at least.
+    `relaxing` [1/(N s)] is how fast slip dies out for each newton of load; `least` [N] counts as load at least;
+    `creeps` [m/s] is the slip that smooths friction, also where a pocket pushes, on a circle of radius `pocket` [m].
     """
 
     mass: float
@@ -128,14 +89,29 @@ class _Given(NamedTuple):
     friction: float
     relaxing: float
     least: float
+    creeps: float = 1.0
+    pocket: float = 1.0
+    pocket_friction: float = 0.0
+
+
+@inlined
+def _pocket_rubs(given, push, speed, state):
+    """Friction [N] along radius and axis of the pocket that pushes a ball along its orbit; the lever [m] it acts at."""
+    lever = -math.copysign(given.radius, push)
+    slip = state[VELOCITY] - lever * (state[SPIN + 2] - speed), state[VELOCITY + 2] + lever * state[SPIN]
+    load = abs(push) * state[AXIS_DISTANCE] / given.pocket
+    resists = given.pocket_friction * load / math.sqrt(slip[0] * slip[0] + slip[1] * slip[1] + given.creeps**2)
+    return -resists * slip[0], -resists * slip[1], lever
 
 
 @kernel
-def _left_over(given, coupled, times, here, bears, load, approach, angle, force, torque, states, begun, counts, off):
+def _left_over(given, coupled, times, here, bears, channels, pushes, speeds, states, begun, counts, off):
     """Fills `off` (n, balls, ERRORS) where `bears` and steps are long; `counts` (balls, T) are steps up to outputs.
 
-    `load` to `torque` have the outputs `here` (n,) alone, `states` and `counts` all.
+    The `channels` load, approach, angle, force and torque, and `pushes` (n, balls) of pockets [N] along the orbit, have
+    the outputs `here` (n,) alone; `states`, the cage's `speeds` (T,) [rad/s] and `counts` all.
     """
+    load, approach, angle, force, torque = channels
     last = len(times) - 1
     if last == 0:  # here and not before, so that a run of one output compiles what longer ones need
         return
@@ -152,17 +128,19 @@ def _left_over(given, coupled, times, here, bears, load, approach, angle, force,
             swing, dies = math.sqrt((one + two) / given.mass), given.relaxing * (held[0] + held[1])  # rad/s, 1/s
             some, more = SWING * counts[ball, now], SWING * counts[ball, ahead]
             long, slow = swing * past >= some and swing * behind >= more, dies * past >= some
-            slow = slow and dies * behind >= more and _even(times, now, last)
+            slow = slow and dies * behind >= more and even(times, now, last)
             if not (long or slow):
                 continue
             state = states[now, ball]
             before, later = states[now - 1, ball] if now > 0 else begun[ball], states[ahead, ball]
-            moved = _changes(before, state, later, VELOCITY, past, following)
-            spun = _changes(before, state, later, SPIN, past, following)
+            moved = changes(before, state, later, VELOCITY, past, following)
+            spun = changes(before, state, later, SPIN, past, following)
             back = math.cos(state[ORBIT_ANGLE]), -math.sin(state[ORBIT_ANGLE])  # into the ball's frame
             speed, orbit = state[TANGENTIAL_VELOCITY], state[TANGENTIAL_VELOCITY] / state[AXIS_DISTANCE]
             faster = add(moved, (-speed * orbit, state[VELOCITY] * orbit, 0.0))
             pulled, pushed = about_z(*back, given.gravity), about_z(*back, force[row, ball])
+            along_radius, along_axis, lever = _pocket_rubs(given, pushes[row, ball], speeds[now], state)
+            pushed = add(pushed, (along_radius, 0.0, along_axis))
             left = add(pushed, scaled(given.mass, minus(pulled, faster)))
             if long:
                 leant = math.cos(angle[row, ball, 0]), math.cos(angle[row, ball, 1])
@@ -171,13 +149,14 @@ def _left_over(given, coupled, times, here, bears, load, approach, angle, force,
             if slow:
                 quicker = add(spun, (-orbit * state[SPIN + 1], orbit * state[SPIN], 0.0))
                 turning = minus(about_z(*back, torque[row, ball]), scaled(given.inertia, quicker))
+                turning = add(turning, (lever * along_axis, 0.0, -lever * along_radius))
                 # Two orders of accelerations, and how smooth all is, tell how well they are known.
-                more = scaled(given.mass, _better(states, now, ball, VELOCITY, moved, past))
-                turns = scaled(given.inertia, _better(states, now, ball, SPIN, spun, past))
+                more = scaled(given.mass, better(states, now, ball, VELOCITY, moved, past))
+                turns = scaled(given.inertia, better(states, now, ball, SPIN, spun, past))
                 mean = 0.5 * (angle[row, ball, 0] + angle[row, ball, 1])
                 found = _rubs(given, coupled, held, mean, turning, left)
-                bent = scaled(given.mass, _bends(states, now, ball, VELOCITY, past))
-                twisted = scaled(given.inertia, _bends(states, now, ball, SPIN, past))
+                bent = scaled(given.mass, bends(states, now, ball, VELOCITY, past))
+                twisted = scaled(given.inertia, bends(states, now, ball, SPIN, past))
                 unknown = _rubs(given, coupled, held, mean, turns, more)[0]
                 unknown += _rubs(given, coupled, held, mean, twisted, bent)[0]
                 if unknown < UNKNOWN * found[0]:
@@ -218,9 +197,11 @@ def off_balance(part: Part, moves: bool, here: np.ndarray, greatest: float) -> n
     # Copies of these rows are alike to a kernel, rows of one output and of many are not.
     names = "approach", "contact_angle", "raceway_force", "raceway_torque"
     channels = part.load[here], *(part.out[name][here] for name in names)
-    moving = part.filled[0], part.begun[0], part.pointer[..., STEPS_IN]
-    given = _given(part.bearing, LEAST_LOAD * greatest)
-    _left_over(given, bool(part.partners.active), part.times, here, bears, *channels, *moving, off)
+    coupled = bool(part.partners.active)
+    pushes = part.out["pocket_force"][here] if coupled else np.zeros((len(here), balls))
+    speeds = part.filled[2][:, CAGE_SPEED] if coupled else np.zeros(len(part.times))
+    moving = pushes, np.ascontiguousarray(speeds), part.filled[0], part.begun[0], part.pointer[..., STEPS_IN]
+    _left_over(_given(part.bearing, LEAST_LOAD * greatest), coupled, part.times, here, bears, channels, *moving, off)
     return off
 
 
@@ -271,7 +252,10 @@ def _given(bearing: Bearing, least: float) -> _Given:
     # Slip dies out by what friction does to place and spin of a ball; where there is no friction it never does.
     relaxing = friction / (bearing.friction_regularisation * bearing.ball_mass)
     gravity = tuple(map(float, bearing.gravity))
-    return _Given(*map(float, (*ball, *powers)), gravity, max(friction, NO_FRICTION), relaxing, float(least))
+    creeps, held = float(bearing.friction_regularisation), bearing.pockets
+    pocket = (float(held.radius), float(held.friction)) if isinstance(held, Pockets) else (1.0, 0.0)
+    known = *map(float, (*ball, *powers)), gravity, max(friction, NO_FRICTION), relaxing, float(least)
+    return _Given(*known, creeps, *pocket)
 
 
 def between_steps(parameters: BearingScene, part: Part, tolerance: float, greatest: float) -> np.ndarray:
