@@ -196,7 +196,9 @@ def off_balance(part: Part, moves: bool, here: np.ndarray, greatest: float) -> n
             return off
     # Copies of these rows are alike to a kernel, rows of one output and of many are not.
     names = "approach", "contact_angle", "raceway_force", "raceway_torque"
-    channels = part.load[here], *(part.out[name][here] for name in names)
+    every = len(here) == len(part.times)
+    channels = part.load, *(part.out[name] for name in names)
+    channels = tuple(np.ascontiguousarray(one) if every else one[here] for one in channels)
     coupled = bool(part.partners.active)
     pushes = part.out["pocket_force"][here] if coupled else np.zeros((len(here), balls))
     speeds = part.filled[2][:, CAGE_SPEED] if coupled else np.zeros(len(part.times))
@@ -264,7 +266,7 @@ def between_steps(parameters: BearingScene, part: Part, tolerance: float, greate
     `greatest` [N] is the greatest load of the run.
     """
     moves = dimension_of(parameters) == FREE_RING
-    off = off_balance(part, moves, in_longest_steps(part), greatest).max(axis=(0, 1), initial=0.0)
+    off = off_balance(part, moves, in_longest_steps(part), greatest).reshape(-1, ERRORS).max(axis=0, initial=0.0)
     if len(part.pointer) and not moves:
         off[0] = max(float(off[0]), rung_out(parameters, part))
     rows = np.zeros((int(off.any()), len(WINDOW.columns)))

@@ -36,6 +36,16 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
     return np.sqrt(squares[..., 0] + squares[..., 1] + squares[..., 2])
 
 
+@kernel
+def _lengths(vectors, found):
+    """Fills `found` (outputs, balls, 2) with the lengths of vectors (outputs, balls, 2, 3)."""
+    for output in range(len(vectors)):
+        for ball in range(vectors.shape[1]):
+            for side in range(2):
+                vector = vectors[output, ball, side]
+                found[output, ball, side] = math.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+
+
 @dataclass(eq=False)
 class Part:
     """A stretch of a run that was integrated in one go, with what it began from and what it gave out.
@@ -75,7 +85,9 @@ class Part:
     @functools.cached_property
     def friction(self) -> np.ndarray:
         """Lengths [N] (outputs, balls, 2) of the friction forces."""
-        return lengths(self.out["friction_force"].copy())
+        found = np.empty_like(self.load)
+        _lengths(self.out["friction_force"].copy(), found)
+        return found
 
     @functools.cached_property
     def all_bear(self) -> bool:

@@ -1,5 +1,6 @@
 """What points to the errors of a bearing run, ball by ball and output by output."""
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -42,7 +43,8 @@ def _point_alone(pointer, load, friction, coefficient, least, grids):
             slides = max(friction[output, ball, 0] / max(inner, least), friction[output, ball, 1] / max(outer, least))
             if coefficient > 0.0:
                 share = min(slides / coefficient, 1.0)
-                slides *= (1.0 - share * share) ** 1.5  # the slope of friction over slip, in units of that at rest
+                rest = 1.0 - share * share
+                slides *= rest * math.sqrt(rest)  # the slope of friction over slip, in units of that at rest
             grids[0, ball, output] = pointer[ball, output, OF_FORCE]
             grids[1, ball, output] = pointer[ball, output, OF_TORQUE] / max(inner + outer, least)
             grids[SLIDING, ball, output] = slides
