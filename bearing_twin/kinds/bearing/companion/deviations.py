@@ -85,7 +85,7 @@ class Part:
     @functools.cached_property
     def friction(self) -> np.ndarray:
         """Lengths [N] (outputs, balls, 2) of the friction forces."""
-        found = np.empty_like(self.load)
+        found = np.empty(self.load.shape)
         _lengths(self.out["friction_force"].copy(), found)
         return found
 
