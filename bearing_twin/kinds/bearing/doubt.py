@@ -30,6 +30,8 @@ from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LE
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
+EITHER_WAY = 2.0  # times what friction can be, mu N of the greater load: the most that it is off
+AROUND = 1.0  # rad or so lie between the greatest load and the least: a ball that is off further is off by no more load
 TILTING = "ring_moment_nm", "misalignment_rad"
 SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
 EQUILIBRIA = (
@@ -135,12 +137,19 @@ class BearingDoubt:
         # Up to a horizon windows that are followed show what bumps make of errors: that is how it was found.
         worst, inherited = (worst, 1.0) if worst else (self.worst, self._inherited)
         if name != "load":
-            return worst.seen(name, inherited, self.least <= 0.0, spread)
+            return min(worst.seen(name, inherited, self.least <= 0.0, spread), self._most.get(name, math.inf))
         # Bumps into a cage drive balls round, not against a held ring.
         held = dimension_of(self.parameters) != FREE_RING
         seen = worst.seen(name, 1.0 if held else inherited, self.least <= 0.0, spread)
         # Between the greatest load and the least a ball goes a radian or so: what a jump or a bounce does is no slope.
-        return seen + worst.seen("orbit_angle", inherited, False) * (float(self.load.max()) - self.least)
+        around = min(worst.seen("orbit_angle", inherited, False), AROUND)
+        return seen + around * (float(self.load.max()) - self.least)
+
+    @property
+    def _most(self) -> dict[str, float]:
+        """What physics bounds: a contact rubs with mu N at most, in the run one way, in truth perhaps the other."""
+        rubs = self.parameters.contact.friction_coefficient * 0.5 * self.parameters.geometry.ball_diameter
+        return {"friction": EITHER_WAY, "torque": EITHER_WAY * rubs * float(self.load.sum(axis=1).max())}
 
     def _method(self, figures: Mapping[str, Any]) -> dict[str, Any]:
         """Errors of the method by figure; one that no window saw is missing."""

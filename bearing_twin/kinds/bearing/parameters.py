@@ -134,6 +134,11 @@ class Solver(Bounded):
     )
 
 
+LEAST_TOLERANCE = 1e-10  # at 1e-11 every second step is rejected for rounding, and 16 times as many are taken
+ROUNDED = "less than double precision gives in a bearing, whose approaches are small differences of positions"
+ERROR_WANTED = "wanted error of load, over the greatest, and of friction, over mu N"
+
+
 @dataclass(frozen=True)
 class WantedLoads(Wanted):
     """As Wanted, of a bearing whose loads may be had without its friction."""
@@ -145,6 +150,7 @@ class WantedLoads(Wanted):
         "model.dimension: auto may be quasi_static",
         widest=True,
     )
+    tolerance: float = quantity(1e-3, "1", ERROR_WANTED, at_least=LEAST_TOLERANCE, at_most=0.1, less=ROUNDED)
 
 
 @dataclass(frozen=True)
@@ -168,7 +174,6 @@ class BearingScene:
     run: RunSettings = section(RunSettings, default=RunSettings(1.0, 1000.0, 100.0))
 
 
-LEAST_TOLERANCE = 1e-10  # at 1e-11 every second step is rejected for rounding, and 16 times as many are taken
 GREATEST_INTERFERENCE = 0.02  # of the ball diameter: beyond it the contacts are no longer small
 GREATEST_CLEARANCE = 0.1  # of the ball diameter: beyond it the grooves no longer hold the balls
 GREATEST_SQUEEZE = 0.02  # of the ball diameter: approaches of a ball's two contacts together, as of an interference
@@ -204,11 +209,6 @@ def check(parameters: BearingScene) -> list[str]:
         return problems
     geometry, run = operating_geometry(parameters), parameters.run
     ball, pitch = geometry.ball_diameter, geometry.pitch_diameter
-    if parameters.wanted.tolerance < LEAST_TOLERANCE:
-        problems.append(
-            f"wanted.tolerance = {parameters.wanted.tolerance:g} is less than double precision gives in a "
-            f"bearing, whose approaches are small differences of positions; use {LEAST_TOLERANCE:g} or more"
-        )
     if pitch <= ball:
         problems.append(
             f"geometry.pitch_diameter = {pitch:g} m leaves no inner raceway; "
