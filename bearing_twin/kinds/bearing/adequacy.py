@@ -26,6 +26,10 @@ from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.kinds.ranges import FASTEST_CHANGE
 from bearing_twin.units import CELSIUS
 
+EQUILIBRIA = (  # what is known of a run from them
+    "equilibria are solved to rounding; the error of loads is what balls that move differ by; their friction is known "
+    "where axes of spin have settled alone"
+)
 COLD = 150.0  # K, below all but cryogenic bearings
 # Of a ball's way round: what equilibria are off by where all balls bear load on their way, and where some do not.
 # Measured are up to 1.2e-4 (`tests/test_loads_alone.py`) and 3.2e-3 (there; 2.1e-3 in `chart dimensions`).

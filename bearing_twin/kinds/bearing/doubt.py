@@ -9,17 +9,16 @@ import numpy as np
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bearing.adequacy import friction_of_equilibria, mend_of_method, told_of_equilibria
+from bearing_twin.kinds.bearing.adequacy import EQUILIBRIA, friction_of_equilibria, mend_of_method, told_of_equilibria
 from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.companion.means import MeanError
 from bearing_twin.kinds.bearing.companion.pointers import dearest
 from bearing_twin.kinds.bearing.companion.windows import WINDOW, carries, unseen
 from bearing_twin.kinds.bearing.companion.worst import TOGETHER, Spread, Worst, spread_of
-from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
 from bearing_twin.kinds.bearing.forces.drilling import SIDES, Drilled, drilling_of
 from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error, spots_off
-from bearing_twin.kinds.bearing.left_out import left_out, unknown_drilling
+from bearing_twin.kinds.bearing.left_out import left_out, of_torque, unknown_drilling
 from bearing_twin.kinds.bearing.load_error import by_load
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.quasi_static.worth import LOADS_OF, SceneWorth, Worth, worths_of_run
@@ -34,10 +33,6 @@ EITHER_WAY = 2.0  # times what friction can be, mu N of the greater load: the mo
 AROUND = 1.0  # rad or so lie between the greatest load and the least: a ball that is off further is off by no more load
 TILTING = "ring_moment_nm", "misalignment_rad"
 SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
-EQUILIBRIA = (
-    "equilibria are solved to rounding; the error of loads is what balls that move differ by; their friction is known "
-    "where axes of spin have settled alone"
-)
 STANDS = 1e-12  # rad/s: a ring that turns no faster stands, and work over its angle says nothing of a torque
 THEORY = "cage_speed_theory_rad_s", "roll_rate_theory_rad_s"
 OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
@@ -235,15 +230,9 @@ class BearingDoubt:
             "drive_work_j": share * power * self._seconds,
             "friction_torque_nm": [share * float(one) for one in most],
         }
-        return found | (self._turned(figures, share * power / speed) if speed > STANDS else {})
-
-    def _turned(self, figures: Mapping[str, Any], torque: float) -> dict[str, float]:
-        """What friction that is off by this torque [N m] does: to the drive's torque, or to the speed that it makes."""
-        if self.parameters.drive.kind != TORQUE:
-            return {"drive_torque_nm": torque}
-        faster = torque * self._seconds / shaft_inertia(self.parameters)
-        work = abs(figures["drive_torque_nm"]) * faster * self._seconds
-        return {"inner_ring_speed_at_end_rad_s": faster, "drive_torque_nm": 0.0, "drive_work_j": work}
+        return found | (
+            of_torque(self.parameters, figures, share * power / speed, self._seconds) if speed > STANDS else {}
+        )
 
     def _promises(self, law: np.ndarray | None, horizon: float | None) -> tuple[Promise, ...]:
         """What is wanted: loads, and friction unless loads alone are; up to the run's horizon [s] as well."""
@@ -252,7 +241,11 @@ class BearingDoubt:
         worth = self._worth(LAW)
         off = 0.0 if law is None else float((law * self.load).max(initial=0.0)) / greatest if greatest else 0.0
         off *= 1.0 if worth is None else worth.kept
-        method = self._seen("load") / greatest if self._known and greatest else self._of_equilibria
+        method = (
+            self._seen("load") / greatest
+            if self._known and greatest
+            else told_of_equilibria(self.parameters, self.choice)
+        )
         whole = None if method is None else method + off
         mend = self._mend() if method is not None and method >= off else HERTZ_MENDS
         norm, earlier = "over the greatest load", None if horizon is None else self.worst.until(horizon)
@@ -264,8 +257,8 @@ class BearingDoubt:
             return (loads,)
         norm = "over mu N of a contact, or mu N R of a ball"
         if still:
-            error = friction_of_equilibria(self.parameters, self.choice.law)
-            return loads, Promise("friction", norm, error, wanted.tolerance, "", self._smaller_steps)
+            known = friction_of_equilibria(self.parameters, self.choice.law)
+            return loads, Promise("friction", norm, known, wanted.tolerance, "", self._smaller_steps)
         error, may = (max(self._seen("friction", spread=one), FLOOR) if self._known else None for one in (None, spread))
         place = self.worst.where("friction")
         before = max(self._seen("friction", earlier), FLOOR) if earlier else None
