@@ -167,7 +167,7 @@ class BearingDoubt:
             "cage_speed_rad_s": turning(self.parameters, seen["orbit_speed"]),
             "roll_rate_rad_s": turning(self.parameters, seen["roll_rate"]),
             "drive_work_j": turned * self._seconds + moved * math.hypot(*figures["ring_force_n"]),
-            **self._turned(figures, torque),
+            **of_torque(self.parameters, figures, torque, self._seconds),
             "dissipated_j": balls * seen["loss"] * self._seconds,
             "ring_displacement_m": [moved] * 3,
             # A tilt is integrated as exactly as the displacement that it makes at the balls.

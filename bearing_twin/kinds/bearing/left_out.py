@@ -65,7 +65,7 @@ def unknown_drilling(parameters) -> str:
 
 
 def of_torque(parameters, figures: Mapping[str, Any], torque: float, seconds: float) -> dict[str, float]:
-    """What friction that is off by this torque [N m] does in so long: to the drive's torque, or to the speed it makes."""
+    """What friction off by this torque [N m] does in so many seconds: to the drive's torque, or to its speed."""
     if parameters.drive.kind != TORQUE:
         return {"drive_torque_nm": torque}
     faster = torque * seconds / shaft_inertia(parameters)
