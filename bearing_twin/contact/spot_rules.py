@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.numerics.inverse_root import inverse_root
 
 RINGS, SPOKES = 24, 96  # of the quadrature over the spot
 COARSE_RINGS, COARSE_SPOKES = 6, 16
@@ -123,13 +124,12 @@ def over_spot(points, semi_major, semi_minor, slip_major, slip_minor, spin, regu
 def _opposite(x, y, weight, slip_major, slip_minor, spin, square):
     """Of two points that lie opposite, with 1/speed as weight: their sum, their difference times x and y, r^2 the sum.
 
-    One root a point, one quotient for both. The speeds are no differences of near numbers where few points are taken.
+    The speeds are no differences of near numbers where few points are taken.
     """
     distance = x * x + y * y
     middle, aside = square + spin * spin * distance, 2.0 * spin * (slip_minor * x - slip_major * y)
-    here, there = math.sqrt(max(middle + aside, 1e-300)), math.sqrt(max(middle - aside, 1e-300))
-    inverse = weight / (here * there)
-    both, more = (there + here) * inverse, (there - here) * inverse
+    here, there = inverse_root(max(middle + aside, 1e-300)), inverse_root(max(middle - aside, 1e-300))
+    both, more = weight * (here + there), weight * (here - there)
     return both, x * more, y * more, distance * both
 
 

@@ -4,13 +4,13 @@ In the spot's axes: a motion changes the slip along them, the spin, the semi-axe
 lever, and turns the axes. The means over the spot follow by their slopes.
 """
 
+import math
 from typing import NamedTuple
 
 from bearing_twin.compiled import inlined
-from bearing_twin.contact.ellipse import semi_axes
+from bearing_twin.kinds.bearing.forces.along_groove import slope_along
 from bearing_twin.kinds.bearing.forces.equations import raceway_contact
 from bearing_twin.kinds.bearing.forces.gradient import (
-    CURVATURE_STEP,
     SHALLOWEST,
     ContactMotion,
     raceway_slopes,
@@ -98,7 +98,7 @@ def _with_axes(spot, by):
 
 
 @inlined
-def _moved(bearing, raceway, friction, contact, spot, means, slopes, place, by_curvature, direction):
+def _moved(bearing, raceway, friction, contact, spot, means, slopes, place, axes_by_radial, direction):
     """The change when the ball's centre moves in `direction` against the ring's.
 
     The meridian plane turns about the ring's axis, and the axes in it by `tilt`; vectors turn with them.
@@ -110,7 +110,6 @@ def _moved(bearing, raceway, friction, contact, spot, means, slopes, place, by_c
     lever = -0.5 * by.approach
     change = minus(cross(place.spin, by.arm), by.turn)
     rate = dot(change, contact.normal) + dot(place.relative, by.normal)
-    curvature = slopes.curvature_by_radial * by.radial
     load = slopes.load_by_approach * by.approach + slopes.load_by_rate * rate
     load += slopes.load_by_coefficient * slopes.coefficient_by_radial * by.radial
     outwards = y * change[0] - x * change[1]
@@ -122,8 +121,8 @@ def _moved(bearing, raceway, friction, contact, spot, means, slopes, place, by_c
         axial * outwards - radial * change[2] - closing * tilt + around * axial * spot.slip_minor,
         x * change[0] + y * change[1] - around * (closing * radial + axial * spot.slip_major),
         dot(place.spin, by.normal) - place.ring_speed * by.axial,
-        spot.semi_major * deep + by_curvature[0] * curvature,
-        spot.semi_minor * deep + by_curvature[1] * curvature,
+        spot.semi_major * deep + axes_by_radial[0] * by.radial,
+        spot.semi_minor * deep + axes_by_radial[1] * by.radial,
     )
     major, minor, drilling = -spot.limit * means.along, -spot.limit * means.across, -spot.limit * means.moment
     force, torque = (
@@ -183,11 +182,11 @@ class SpotGradient(NamedTuple):
 
 @inlined
 def spot_gradient(
-    bearing, raceway, friction, given, given_slope, centre, by_angle, speed, position, velocity, spin, spot, means
+    bearing, raceway, friction, axes, given, given_slope, centre, by_angle, speed, position, velocity, spin, spot, means
 ):
     """How what friction over a spot does changes; arguments as of `gradient.contact_gradient`, then the spot's.
 
-    `by_angle` is empty where the ring is centred.
+    `axes` are `along_groove.axes_along`; `by_angle` is empty where the ring is centred.
     """
     contact = raceway_contact(bearing, raceway, given, centre, speed, position, velocity, spin)
     slopes = raceway_slopes(bearing, raceway, given, given_slope, contact, spot.normal_radial)
@@ -205,10 +204,9 @@ def spot_gradient(
         relative=relative,
     )
 
-    step = CURVATURE_STEP * contact.curvature_large
-    further = semi_axes(contact.curvature_small, contact.curvature_large + step, contact.approach)
-    by_curvature = (further[0] - spot.semi_major) / step, (further[1] - spot.semi_minor) / step
-    shared = bearing, raceway, friction, contact, spot, means, slopes, place, by_curvature
+    root, radial = math.sqrt(max(contact.approach, 0.0)), spot.normal_radial
+    axes_by_radial = root * slope_along(axes[0], radial), root * slope_along(axes[1], radial)
+    shared = bearing, raceway, friction, contact, spot, means, slopes, place, axes_by_radial
     by_velocity, by_spin = _driven(friction, spot, means, slopes.load_by_rate)
     by_turning = _response(spot, means, 0.0, 0.0, -_reach(spot), -spot.normal_axial, 0.0, 0.0)
     changes = (

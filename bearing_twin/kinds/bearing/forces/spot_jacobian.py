@@ -99,13 +99,13 @@ def _put_turning(changes, first, factor, room, k):
 
 
 @kernel
-def add_inner(friction, bearing, room):
+def add_inner(friction, axes, bearing, room):
     """Adds what the inner spot of each lane answers, to the motion and to the ring's speed."""
     for k in range(LANES):
         cosine, sine = cosine_sine(get(room, ORBIT_ANGLE, k))
         centre, speed = about_z(cosine, -sine, bearing.offset), get(room, RING_SPEED, k)
         found = spot_gradient(
-            bearing, bearing.inner, friction, get(room, GIVEN_INNER, k), get(room, GIVEN_SLOPE_INNER, k), centre,
+            bearing, bearing.inner, friction, axes, get(room, GIVEN_INNER, k), get(room, GIVEN_SLOPE_INNER, k), centre,
             (-centre[1], centre[0], 0.0), speed, lane_position(room, k), get_vector(room, VELOCITY, k),
             get_vector(room, SPIN, k), kept_spot(room, INNER_SPOTS + k), _means(room, INNER_SPOTS + k),
         )  # fmt: skip
@@ -121,13 +121,13 @@ def add_inner(friction, bearing, room):
 
 
 @kernel
-def add_outer(friction, bearing, room):
+def add_outer(friction, axes, bearing, room):
     """Adds what the outer spot of each lane answers to the motion."""
     still = (0.0, 0.0, 0.0)
     for k in range(LANES):
         found = spot_gradient(
-            bearing, bearing.outer, friction, get(room, GIVEN_OUTER, k), get(room, GIVEN_SLOPE_OUTER, k), still, (),
-            0.0, lane_position(room, k), get_vector(room, VELOCITY, k), get_vector(room, SPIN, k),
+            bearing, bearing.outer, friction, axes, get(room, GIVEN_OUTER, k), get(room, GIVEN_SLOPE_OUTER, k), still,
+            (), 0.0, lane_position(room, k), get_vector(room, VELOCITY, k), get_vector(room, SPIN, k),
             kept_spot(room, OUTER_SPOTS + k), _means(room, OUTER_SPOTS + k),
         )  # fmt: skip
         _add_columns(bearing, found.changes, room, k)
@@ -138,8 +138,8 @@ def _answered(spot, bearing, lanes):
     """A room with what the spots of all lanes answer."""
     room = room_of_slopes(spot, bearing.friction_regularisation, lanes, ROOM_ROWS)
     clear_rows(room, ANSWERS, ROOM_ROWS)
-    add_inner(spot[0], bearing, room)
-    add_outer(spot[0], bearing, room)
+    add_inner(spot[0], spot[3], bearing, room)
+    add_outer(spot[0], spot[4], bearing, room)
     return room
 
 
