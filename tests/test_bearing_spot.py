@@ -31,10 +31,10 @@ from bearing_twin.contact.ellipse import (
 )
 from bearing_twin.contact.spot_rules import FEW_POINTS
 from bearing_twin.kinds.bearing.forces.equations import ball_position, single_contact
-from bearing_twin.kinds.bearing.forces.layout import LANE_ROWS, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.forces.layout import JACOBIAN_END, LANE_ROWS, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.forces.rates import lane_rates
 from bearing_twin.kinds.bearing.forces.spot import add_answers, over_few_of_all, over_spots
-from bearing_twin.kinds.bearing.forces.spot_jacobian import ROOM_ROWS, add_inner, add_outer
+from bearing_twin.kinds.bearing.forces.spot_jacobian import ROOM_ROWS, put_spot_slopes
 from bearing_twin.kinds.bearing.forces.spot_slopes import add_points
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.numerics.lanes import LANES
@@ -227,15 +227,14 @@ def test_the_spots_are_vector_instructions():
     """
     if platform.machine() != "x86_64":
         pytest.skip("looks for x86-64 instructions")
-    bearing, lanes, room = motion(SPOT).bearing, np.ones(LANE_ROWS * LANES), np.ones(ROOM_ROWS * LANES)
+    bearing, lanes, room = motion(SPOT).bearing, np.ones(JACOBIAN_END * LANES), np.ones(ROOM_ROWS * LANES)
     for kernel, operation, arguments in (
         (over_few_of_all, "mul", (0.01, lanes)),
-        (over_spots, "sqrt", (0.01, lanes)),
+        (over_spots, "mul", (0.01, lanes)),
         (lane_rates, "sqrt", (bearing, lanes)),
         (add_answers, "mul", (1.0, 1.0, lanes)),
-        (add_points, "sqrt", (FEW_POINTS, 0.01, room)),
-        (add_inner, "sqrt", (0.1, bearing.spot[3], bearing, room)),
-        (add_outer, "sqrt", (0.1, bearing.spot[4], bearing, room)),
+        (add_points, "mul", (FEW_POINTS, 0.01, room)),
+        (put_spot_slopes, "sqrt", (bearing, lanes)),
     ):
         code = machine_code(kernel.py_func, *arguments)
         packed, alone = code.count(f"{operation}pd"), code.count(f"{operation}sd")

@@ -85,8 +85,7 @@ def slip_share(x, y, weight, slip_major, slip_minor, spin, regularisation):
     `x`, `y` [m] from the spot's centre along its axes. With a speed of exactly zero the share is zero.
     """
     u, v = slip_major - spin * y, slip_minor + spin * x
-    speed = math.sqrt(u * u + v * v + regularisation * regularisation)
-    factor = weight / max(speed, 1e-300)
+    factor = weight * inverse_root(max(u * u + v * v + regularisation * regularisation, 1e-300))
     return factor * u, factor * v, factor * (x * v - y * u)
 
 
@@ -99,7 +98,7 @@ def spot_slopes(x, y, weight, slip_major, slip_minor, spin, regularisation):
     """
     u, v = slip_major - spin * y, slip_minor + spin * x
     smooth = regularisation * regularisation
-    inverse = 1.0 / max(math.sqrt(u * u + v * v + smooth), 1e-300)
+    inverse = inverse_root(max(u * u + v * v + smooth, 1e-300))
     factor = weight * inverse
     bend = factor * inverse * inverse
     uu, uv, vv = bend * (v * v + smooth), -bend * u * v, bend * (u * u + smooth)
