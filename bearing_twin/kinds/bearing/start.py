@@ -297,3 +297,9 @@ def start_state(bearing: Bearing, inner_speed: float, motion: str) -> np.ndarray
     if motion == "rolling":
         least_drilling(bearing, float(inner_speed), state)
     return state
+
+
+def start_orientation(state: np.ndarray) -> np.ndarray:
+    """Orientations (N, 4), x, y, z, w, of balls in a state (N, COLUMNS): turned back about z by their orbit angle."""
+    half, nothing = -0.5 * state[:, ORBIT_ANGLE], np.zeros(len(state))
+    return np.stack((nothing, nothing, np.sin(half), np.cos(half)), axis=1)
