@@ -197,10 +197,10 @@ def predictions(parameters) -> list[Prediction]:
     wanted_of, even = (wanted.tolerance, wanted.outputs), not {*EVENTS, *COUPLED}.intersection(motions)
     for stepper in steppers_of(parameters):
         rungs = {one: _enough(ladders().get((one, stepper), ()), *wanted_of, even) for one in motions}
-        if rungs.get(POCKETS):
-            rungs[POCKETS] = _no_tighter(rungs[POCKETS], ladders()[POCKETS, stepper], wanted)
         if None in rungs.values():
             continue
+        if POCKETS in motions:
+            rungs = {one: _no_tighter(rung, ladders()[one, stepper], wanted) for one, rung in rungs.items()}
         # The motion that costs most decides; what it errs by at a setting tighter than its own is less than measured.
         motion, worst = max(rungs.items(), key=lambda one: one[1].cost)
         setting = max(FINEST, min(rung.setting for rung in rungs.values()))
