@@ -8,7 +8,7 @@ import pytest
 from doc_tables import CHARTED_TABLES, MEASURED_TABLES, ROOT
 from made_up_costs import made_up_ladders
 
-from bearing_twin.charts import fidelity
+from bearing_twin.charts import fidelity, fidelity_trials
 from bearing_twin.charts.fidelity import judge, reading
 from bearing_twin.kinds.bearing import measured
 from bearing_twin.kinds.bearing.friction_choice import chosen_friction
@@ -273,10 +273,45 @@ def test_a_stepper_that_is_asked_for_gets_the_wanted_tolerance():
 
 def test_the_chart_tries_everything_and_reads_itself(monkeypatch):
     monkeypatch.setattr(fidelity, "WANTED", (1e-2,))
-    monkeypatch.setattr(fidelity, "SETTINGS", (1e-2, 1e-4))
-    monkeypatch.setattr(fidelity, "ENOUGH", 0.0)
+    monkeypatch.setattr(fidelity_trials, "SETTINGS", (1e-2, 1e-4))
+    monkeypatch.setattr(fidelity_trials, "ENOUGH", 0.0)
     points = judge("slow", "as chosen", math.nan, 0.0)
     assert [point.outputs for point in points] == ["history", "loads"]
     assert all(point.kept and point.best and math.isfinite(point.seconds) for point in points)
+    assert all(point.seconds >= point.best_seconds for point in points)
+    assert all(point.watched_seconds >= max(point.best_watched_seconds, point.seconds) for point in points)
     said = reading(points)
     assert said[0].startswith("variants that nothing was fitted to: 2 of 2 choices kept what was wanted")
+    assert said[1].startswith("they cost, over the cheapest that was good enough: ")
+
+
+def test_all_laws_dimensions_and_cages_are_tried_and_judged_by_the_scene_as_it_is(monkeypatch):
+    """In a 6203 whose balls roll, equilibria and an even cage give loads, and not the friction of balls with weight."""
+    monkeypatch.setattr(fidelity_trials, "SETTINGS", (1e-2, 1e-4))
+    trials = fidelity_trials.Trials("bearing_6203", ())
+    found = trials.all()
+    assert {one.law for one in found} == {
+        "hertz",
+        "hertz_exact",
+        "volumetric",
+        "constant",
+        "hertz_differential",
+        "hertz_unprojected",
+    }
+    assert {(one.dimension, one.cage) for one in found} >= {
+        ("quasi_static", "even"),
+        ("free", "pockets"),
+        ("prescribed", "none"),
+    }
+    (still,) = (one for model, one in found.items() if (model.law, model.dimension) == ("hertz", "quasi_static"))
+    assert still.load_error < 1e-4 < 1e-3 < still.friction_error < 1e-2
+    soft = [
+        one
+        for model, one in found.items()
+        if (model.law, model.stepper, model.setting) == ("volumetric", "rodas4", 1e-2)
+    ]
+    assert 1e-3 < soft[0].load_error < 5e-3  # what the law is off here
+    caged = [one for model, one in found.items() if (model.dimension, model.cage) == ("prescribed", "even")]
+    assert all(one.load_error < 1e-4 for one in caged)
+    assert trials.enough("history", 1e-9) == []
+    assert all(found[one].load_error <= 1e-4 for one in trials.enough("loads", 1e-4))
