@@ -10,7 +10,7 @@ from bearing_twin.contact.names import AUTO, POINT, friction_names, numbers_miss
 from bearing_twin.kinds.bearing.catalogue import designations
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
 from bearing_twin.kinds.bearing.drive import Drive, torque_problems
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC, Cage, Model, Rings, dimension_of, ring_problems
+from bearing_twin.kinds.bearing.rings import LOADS, QUASI_STATIC, Cage, Model, Rings, dimension_of, ring_problems
 from bearing_twin.kinds.sections import (
     Bounded,
     Friction,
@@ -30,7 +30,6 @@ from bearing_twin.parameters import choice, quantity, section, text
 GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
 STEADY_REFUSED = {"steady": "is nothing a bearing's kernel knows; legal: hunt_crossley, with contact.restitution_speed"}
 MOTIONS = ("rolling", "rest")
-LOADS = "loads"  # of wanted.outputs
 STEEPEST = 0.25 * math.pi  # rad: radial bearings end at 45 degrees
 RELAXATION_TIME = 1.0e-6  # s, unless the scene says otherwise; no source, see the key's help
 ISO_GROOVES = "0.52 is the greatest that ISO 281 rates by its factors"
