@@ -115,9 +115,8 @@ class Model:
     control: str = choice(
         AUTO,
         CONTROL_WORDS,
-        "balls' axes of spin in equilibrium: shared, outer = of rolling, raceways that carry the gyroscopic moment; "
-        "settled = as friction at a point leaves them, where runs start, too; auto = outer over spots, else shared, "
-        "but settled in runs from equilibria where that changes more than a tenth of wanted.tolerance",
+        "balls' axes of spin in equilibrium: shared, outer = of rolling, by what raceways carry of gyroscopic moments; "
+        "settled = as friction leaves them, also at starts; auto = outer over spots, shared, settled in runs if needed",
     )
 
 

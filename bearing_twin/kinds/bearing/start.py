@@ -100,12 +100,6 @@ def _ring_motion(parameters: BearingScene) -> RingMotion | LevelMotion | tuple:
     return ()
 
 
-def cage_inertia(parameters: BearingScene) -> float:
-    """The cage's moment of inertia about its axis [kg m^2]."""
-    cage = parameters.cage
-    return cage.inertia or cage.mass * (0.5 * parameters.geometry.pitch_diameter) ** 2
-
-
 def _pockets(parameters: BearingScene) -> Pockets | MovingPockets | tuple:
     cage = parameters.cage
     if cage.kind != POCKETS or dimension_of(parameters) == QUASI_STATIC:
