@@ -34,12 +34,13 @@ class Parameter(NamedTuple):
     options: tuple[str, ...]
 
 
-def quantity(default, unit, help, *, above=None, below=None, at_least=None, at_most=None):
+def quantity(default, unit, help, *, above=None, below=None, at_least=None, at_most=None, less=""):
     """A number (int or float, as the default is) or a tuple of floats of the default's length, in `unit`.
 
     Without an upper bound the greatest size of its unit holds (see `units.Unit`), and the least if none is below 0.
+    `less` says why nothing below `at_least` is taken.
     """
-    limits, row = Limits(above, below, at_least, at_most), UNITS.get(unit)
+    limits, row = Limits(above, below, at_least, at_most, less=less), UNITS.get(unit)
     if row is not None and below is None and at_most is None:
         limits = limits._replace(greatest=row.greatest)
     if row is not None and 0.0 in (above, at_least):
@@ -171,6 +172,7 @@ def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any
         return None, legal
     if not limits.allow(value):
         fault = f"too small, below {limits.least:g}" if 0.0 < abs(value) < limits.least else "out of range"
+        fault = limits.less if limits.less and value < limits.at_least else fault
         return None, f"is {fault}; {legal}{WHY_SIZES if limits.of_physics.allow(value) else ''}"
     return (int(value) if integer else value), None
 

@@ -18,6 +18,7 @@ class Limits(NamedTuple):
     """Open (`above`, `below`) and closed (`at_least`, `at_most`) bounds of a quantity; None = unbounded.
 
     `least` and `greatest` bound its size where it is not 0: beyond them double precision fails, not physics.
+    `less` says what a number below `at_least` is, where that has a reason worth words.
     """
 
     above: float | None = None
@@ -26,6 +27,7 @@ class Limits(NamedTuple):
     at_most: float | None = None
     least: float = 0.0
     greatest: float = math.inf
+    less: str = ""
 
     @property
     def of_physics(self) -> "Limits":

@@ -87,15 +87,18 @@ def raceway_contacts(moving):
         centre, speed = in_ball_frame(state, k, bearing.offset), moving.drive.speed
         inner = single_contact(bearing, bearing.inner, centre, speed, *motion)
         outer = single_contact(bearing, bearing.outer, still, 0.0, *motion)
-        yield with_spot(bearing, centre, speed, motion[0], inner), with_spot(bearing, still, 0.0, motion[0], outer)
+        yield (
+            with_spot(bearing, 0, centre, speed, motion[0], inner),
+            with_spot(bearing, 1, still, 0.0, motion[0], outer),
+        )
 
 
-def with_spot(bearing, centre, ring_speed, position, contact):
+def with_spot(bearing, side, centre, ring_speed, position, contact):
     """A contact given the friction over its spot, where the bearing has it there: point by point, not in lanes."""
     if not bearing.spot:
         return contact
-    coefficient, number, _ = bearing.spot
-    place = spot_of(coefficient, contact, centre, position)
+    coefficient, number, _, *axes = bearing.spot
+    place = spot_of(coefficient, axes[side], contact, centre, position)
     motion = place.slip_major, place.slip_minor, contact.spin_rate, 1.0, bearing.friction_regularisation
     means = friction_of(number, -1.0, place.semi_major, place.semi_minor, *motion)
     answer = spot_answer(place, ring_speed, *means)

@@ -43,7 +43,9 @@ from bearing_twin.uq.knowledge import FACTS, FORMS
 from bearing_twin.uq.sampling import SAMPLERS
 
 ROOT = Path(__file__).resolve().parent.parent
-MEASURED_TABLES = ("steppers.csv", "dimensions.csv", "bearing_friction.csv")  # read by `kinds.bearing.measured`
+# Read by `kinds.bearing.measured`, and by `kinds.charted`.
+MEASURED_TABLES = ("steppers.csv", "motions.csv", "dimensions.csv", "bearing_friction.csv")
+CHARTED_TABLES = ("pairs.csv", "beams.csv", "two_bodies.csv", "discs.csv")
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SHIPPED = {name: kind for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")}  # not those of tests
 _PLACE = re.compile(r"(<!-- table: (\w+) -->\n)(.*?)(<!-- end -->)", flags=re.DOTALL)
@@ -339,7 +341,7 @@ def written(text: str) -> str:
 def main() -> int:
     """Writes what differs, and gives the chooser the tables of the charts; returns the number of pages that did."""
     changed = 0
-    for name in MEASURED_TABLES:
+    for name in (*MEASURED_TABLES, *CHARTED_TABLES):
         shutil.copyfile(ROOT / "docs" / name, ROOT / "config" / "measured" / name)
     for page in PAGES:
         text = page.read_text(encoding="utf-8")

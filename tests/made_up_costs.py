@@ -1,6 +1,7 @@
 """Tables of what steppers cost, made up: tests of how the chooser reads one do not hang on what was measured last."""
 
-from bearing_twin.kinds.bearing.measured import MOTIONS, Rung
+from bearing_twin.kinds.bearing.measured import Rung
+from bearing_twin.kinds.bearing.motions import MOTIONS
 
 SETTINGS = (1e-1, 1e-2, 3e-3, 1e-3, 1e-4, 1e-5)
 ERRS = {"rodas4": 1e-3, "rodas4_landing": 1e-3, "rodas3": 5e-3}  # times the setting

@@ -4,10 +4,17 @@ import numpy as np
 import pytest
 
 from bearing_twin.contact.elasticity import elasticity, fresh_coefficient
+from bearing_twin.contact.ellipse import semi_axes
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
 from bearing_twin.kinds.bearing.catalogue import entries
-from bearing_twin.kinds.bearing.forces.along_groove import TERMS, coefficient_along, slope_along, terms_along
+from bearing_twin.kinds.bearing.forces.along_groove import (
+    TERMS,
+    axes_along,
+    coefficient_along,
+    slope_along,
+    terms_along,
+)
 from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.shapes.surfaces import ball_in_groove
 
@@ -23,12 +30,18 @@ def groove(share, conformity, side):
     return radius, 0.5 * PITCH + side * (radius - across), across
 
 
-def exact(law, ball, circle, across, side, cosine):
-    """c of the law where the contact's normal leans from the radius by this cosine, by the gap itself."""
+def gap_there(ball, circle, across, side, cosine):
+    """The gap where the contact's normal leans from the radius by this cosine."""
     away = across - 0.999 * ball  # of the centres, in contact
     sine = np.sqrt(1.0 - cosine**2)
     gap = ball_in_groove(circle + side * away * cosine, away * sine, ball, circle, across)
     assert side * gap.normal_radial == pytest.approx(cosine, abs=1e-12)
+    return gap
+
+
+def exact(law, *place):
+    """c of the law there, by the gap itself."""
+    gap = gap_there(*place)
     return fresh_coefficient(law, gap.curvature_small, gap.curvature_large)
 
 
@@ -54,6 +67,31 @@ def test_a_law_along_a_groove_is_the_law_at_every_contact_angle(name, share, con
             beyond = side * (cosines.min() - 0.01)
             assert coefficient_along(terms, beyond) == pytest.approx(found[-1], rel=1e-12)
             assert slope_along(terms, beyond) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("share", "conformity", "off"),
+    [
+        (0.236, 0.52, 7e-14),
+        (0.236, 0.501, 7e-14),
+        (0.1, 0.52, 1e-14),
+        (0.4, 0.52, 4e-11),
+        (0.5, 0.52, 4e-11),
+        (0.236, 0.5003, 2e-3),
+    ],
+)
+def test_the_semi_axes_along_a_groove_are_those_of_every_contact_angle(share, conformity, off):
+    """At last of a groove along which spots come to b/a = 0.01, from where on `semi_axes` keeps their shape."""
+    for side in (-1.0, 1.0):
+        shape = groove(share, conformity, side)
+        both = axes_along(*shape, side)
+        cosines = 1.0 + both[0][TERMS] * COSINES
+        assert cosines.min() < 0.4
+        for axis, terms in enumerate(both):
+            found = np.array([coefficient_along(terms, side * cosine) for cosine in cosines])
+            gaps = [gap_there(*shape, side, cosine) for cosine in cosines]
+            expected = [semi_axes(gap.curvature_small, gap.curvature_large, 4e-6)[axis] for gap in gaps]
+            assert np.abs(2e-3 * found / expected - 1.0).max() < off
 
 
 @pytest.mark.parametrize("conformity", [3.0, 10.0])

@@ -7,7 +7,7 @@ from bearings import motion
 from bearing_twin.contact.damping import damping_number, restitution_of
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, VELOCITY
-from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.run.scene import load_scene, open_scene, parse_scene
 
 ALONE = (
     "geometry.balls=1",
@@ -50,12 +50,15 @@ def test_without_a_restitution_the_relaxation_time_damps():
 
 
 def test_one_damping_is_enough():
-    for key, value in (("damping", "0.2"), ("relaxation_time", "2e-6")):
+    for key, value in (("damping", "0.2"), ("relaxation_time", "2e-6"), ("relaxation_time", "1e-6")):
         with pytest.raises(SceneError, match=f"contact.{key} = .* all set the viscous term; keep one of them"):
             load_scene("bearing_6203", ["contact.restitution=0.8", f"contact.{key}={value}"])
     scene = load_scene("bearing_6203", ["contact.restitution=0.8"])
     assert scene.parameters.contact.relaxation_time == 0.0
     assert parse_scene(scene.resolved(), "again") == scene
+    assert parse_scene(open_scene("bearing_6203", ["contact.restitution=0.8"])[0], "with all keys") == scene
+    plain = load_scene("bearing_6203").resolved()  # where all keys stand, whoever gave them
+    assert load_scene(plain, ["contact.restitution=0.8"]).parameters == scene.parameters
     assert load_scene("bearing_6203").parameters.contact.relaxation_time == 1e-6
     with pytest.raises(SceneError, match="above 0"):
         load_scene("bearing_6203", ["contact.restitution=0.0"])

@@ -31,10 +31,10 @@ from bearing_twin.contact.ellipse import (
 )
 from bearing_twin.contact.spot_rules import FEW_POINTS
 from bearing_twin.kinds.bearing.forces.equations import ball_position, single_contact
-from bearing_twin.kinds.bearing.forces.layout import LANE_ROWS, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.forces.layout import JACOBIAN_END, LANE_ROWS, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.forces.rates import lane_rates
-from bearing_twin.kinds.bearing.forces.spot import add_answers, contacts_of_spots, over_few_of_all, over_spots
-from bearing_twin.kinds.bearing.forces.spot_jacobian import ROOM_ROWS, add_inner, add_outer
+from bearing_twin.kinds.bearing.forces.spot import add_answers, over_few_of_all, over_spots
+from bearing_twin.kinds.bearing.forces.spot_jacobian import ROOM_ROWS, put_spot_slopes
 from bearing_twin.kinds.bearing.forces.spot_slopes import add_points
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.numerics.lanes import LANES
@@ -84,13 +84,13 @@ def test_pure_spinning_and_pure_sliding_in_closed_form():
     major, minor = semi_axes(contact.curvature_small, contact.curvature_large, contact.approach)
     limit = bearing.spot[0] * contact.normal_load
     spinning = contact._replace(slip=MIDDLE, spin_rate=-3e3)
-    found = with_spot(bearing, centre, 0.0, position, spinning)
+    found = with_spot(bearing, 0, centre, 0.0, position, spinning)
     torque = 0.375 * limit * major * ellipe(1.0 - (minor / major) ** 2)
     assert found.drilling == pytest.approx(torque, rel=1e-2)
     assert np.linalg.norm(found.friction) < 1e-9 * limit
     assert found.dissipation == pytest.approx(3e3 * torque, rel=1e-2)
     sliding = contact._replace(spin_rate=0.0)
-    found = with_spot(bearing, centre, 0.0, position, sliding)
+    found = with_spot(bearing, 0, centre, 0.0, position, sliding)
     along = np.array(contact.slip) / np.linalg.norm(contact.slip)
     assert np.array(found.friction) == pytest.approx(-limit * along, rel=1e-9, abs=1e-9 * limit)
     assert abs(found.drilling) < 1e-12 * limit
@@ -213,7 +213,7 @@ def test_friction_at_a_point_neither_runs_nor_compiles_the_spots():
         lane_rates(bearing, lanes)
         form = lane_rates.overloads[tuple(map(typeof, (bearing, lanes)))]
         called[overrides] = {one.function for one in needs_of(form.library)}
-    of_spots = {"contacts_of_spots", "over_spots", "add_answers"}
+    of_spots = {"over_spots", "add_answers"}
     assert of_spots <= called[(SPOT,)]
     assert not of_spots & called[()]
 
@@ -227,15 +227,14 @@ def test_the_spots_are_vector_instructions():
     """
     if platform.machine() != "x86_64":
         pytest.skip("looks for x86-64 instructions")
-    bearing, lanes, room = motion(SPOT).bearing, np.ones(LANE_ROWS * LANES), np.ones(ROOM_ROWS * LANES)
+    bearing, lanes, room = motion(SPOT).bearing, np.ones(JACOBIAN_END * LANES), np.ones(ROOM_ROWS * LANES)
     for kernel, operation, arguments in (
-        (over_few_of_all, "sqrt", (0.01, lanes)),
-        (over_spots, "sqrt", (0.01, lanes)),
-        (contacts_of_spots, "sqrt", (0.1, bearing, lanes)),
-        (add_answers, "mul", (bearing, lanes)),
-        (add_points, "sqrt", (FEW_POINTS, 0.01, room)),
-        (add_inner, "sqrt", (0.1, bearing, room)),
-        (add_outer, "sqrt", (0.1, bearing, room)),
+        (over_few_of_all, "mul", (0.01, lanes)),
+        (over_spots, "mul", (0.01, lanes)),
+        (lane_rates, "sqrt", (bearing, lanes)),
+        (add_answers, "mul", (1.0, 1.0, lanes)),
+        (add_points, "mul", (FEW_POINTS, 0.01, room)),
+        (put_spot_slopes, "sqrt", (bearing, lanes)),
     ):
         code = machine_code(kernel.py_func, *arguments)
         packed, alone = code.count(f"{operation}pd"), code.count(f"{operation}sd")

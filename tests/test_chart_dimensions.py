@@ -72,13 +72,12 @@ def angles_told(rows):
 
 
 def test_errors_told_of_angles_are_those_there_are(rows):
-    """Across, errors of axes as in rolling are less than what is told, which holds what they do once they settle."""
+    """Under thrust and across, of axes as in rolling; those that have settled hold what these leave out."""
     told = angles_told(rows)
     assert told[:2] == pytest.approx([1.0] * 2, abs=0.3)
-    assert min(told[2:]) > 1.0
+    assert told[2:] == pytest.approx([1.5] * len(told[2:]), abs=1.0)
     across = [row for row in rows if row.method == "quasi_static" and row.problem == ACROSS]
-    assert worst(across, "quasi_static", "early_angle_error", 0.03) < 1e-4
-    assert worst(across, "quasi_static", "early_angle_error", 0.3) < 2e-3
+    assert worst(across, "quasi_static", "early_angle_error", 0.3) > 1e-3
     assert worst(across, "quasi_static", "angle_error", 0.3) < 1e-4
 
 

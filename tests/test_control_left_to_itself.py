@@ -36,6 +36,7 @@ LAW, FREE = "hertz", (True, True, True, False, False)
 EVEN = "gravity=[0,0,0]", "cage.kind=even"
 QUASI_STATIC = "model.dimension=quasi_static"
 MASS = "rings.inner.mass=0.5", "rings.inner.inertia=[1e-4,1e-4]", "rings.inner.support.damping=[200,200,200]"
+ROLLING = ("model.control=shared",)
 BINS = 24  # of a ball's way round
 
 
@@ -247,3 +248,44 @@ def test_loads_of_balls_that_enter_a_loaded_zone_are_told(speed):
         told = max(told, left_by_rolling(parameters, solver, support, found.found).loads.max() / loads.max())
     assert off > 1e-3
     assert off / 3.0 < told < 3.0 * off
+
+
+@pytest.mark.parametrize(
+    ("load", "words"),
+    [
+        ((0, -60, 100), ("drive.tilt=[1e-3,0]",)),
+        ((0, -60, 100), ("drive.speed=1749",)),
+        ((0, -100, 300), ("drive.speed=900", "geometry.designation=7204B")),
+    ],
+)
+def test_friction_of_settled_equilibria_is_that_of_balls_that_move(load, words):
+    """Force by force within what is told, over mu N; where axes are those of rolling nothing is known of it."""
+    still = f"rings.inner.load={list(load)}", "model.dimension=quasi_static", "run.duration=0.002"
+    runs = [simulate(load_scene("bearing_6203", (*EVEN, *words, *still, *more))) for more in ((), ROLLING)]
+    settled, _ = [list(run.blocks()) for run in runs]
+    promised = [run.report.errors["wanted_errors"]["friction"]["error"] for run in runs]
+    assert promised == [5e-4, None]
+    assert runs[0].report.status == "done"
+    held = (
+        f"drive.offset={settled[0].values['inner_ring_offset'][0].tolist()}",
+        "model.control=settled",
+        "solver.companion=off",
+    )
+    parameters = parameters_of("model.dimension=prescribed", *words, *held, control="auto")
+    moving = bearing_motion(parameters, Choice(LAW, "rodas4", 0.0, "", ()))
+    moving.advance(np.array([0.2]), 0.2)
+    speed, off = parameters.drive.speed, 0.0
+    ring = (*parameters.drive.offset, *parameters.drive.tilt)
+    out = moving.advance(np.linspace(0.0, 2.0 / speed, 5)[1:], 2.0 / speed)
+    for azimuths, forces in zip(out.orbit_angle, out.friction_force, strict=True):
+        solver = EquilibriumSolver(setting_of(parameters, LAW, speed), azimuths)
+        contacts = in_motion(parameters, solver, Support((False,) * 5, (0.0,) * 5, ring)).found.contacts
+        along = np.stack([-np.sin(azimuths), np.cos(azimuths)], axis=1)
+        radial = np.stack([np.cos(azimuths), np.sin(azimuths)], axis=1)
+        angle = contacts.angle
+        pushed = np.einsum("kij,kj->ki", forces[..., :2], along) - contacts.along
+        outward = np.einsum("kij,kj->ki", forces[..., :2], radial)
+        across = np.cos(angle) * forces[..., 2] - np.sin(angle) * outward - contacts.friction
+        most = parameters.contact.friction_coefficient * contacts.load
+        off = max(off, (np.hypot(pushed, across) / most).max())
+    assert 1e-6 < off < 5e-4

@@ -49,7 +49,7 @@ def test_a_part_jumps_where_a_ring_is_shifted_and_then_alone(words, jumps):
 def test_what_points_to_a_jump_of_all_balls_is_not_kept(elapsed, begin, ball, kept):
     """So that balls which roll on, which it outdoes a thousand times, are looked at as well."""
     watching = watching_over("drive.change.time=0.02", "drive.change.offset=[0,-1e-6,0]")
-    grids = tuple(np.full((BALLS, OUTPUTS), 7.0) for _ in range(POINTERS))
+    grids = np.full((POINTERS, BALLS, OUTPUTS), 7.0)
     window = Window(ball, begin, 5)
     took = watching._see(part_of(elapsed=elapsed), window, max(ball, 0), grids, np.ones((BALLS, OUTPUTS)))
     assert took > 0.0
@@ -71,7 +71,7 @@ def test_more_is_looked_at_where_balls_roll_in_and_out_of_the_load(more, share):
 
 def test_a_calm_part_is_looked_at_more_and_more_seldom(monkeypatch):
     """At its last outputs, in parts 2, 4, 8 and so on of a run, whatever points to nothing there."""
-    nothing, steps = tuple(np.zeros((BALLS, OUTPUTS)) for _ in range(POINTERS)), np.full((BALLS, OUTPUTS), 4.0)
+    nothing, steps = np.zeros((POINTERS, BALLS, OUTPUTS)), np.full((BALLS, OUTPUTS), 4.0)
     steps[1] = 2.0
     monkeypatch.setattr(looking, "pointers", lambda *_: (nothing, steps))
     monkeypatch.setattr(looking, "meetings", lambda part: np.zeros((BALLS, OUTPUTS), bool))
@@ -91,7 +91,7 @@ def test_a_calm_part_is_looked_at_more_and_more_seldom(monkeypatch):
 @pytest.mark.parametrize(("each", "cut"), [(20.0, False), (40.0, True)])
 def test_a_window_is_cut_to_its_end_where_a_part_done_again_has_many_more_steps_in_it(each, cut, monkeypatch):
     """As where a ball rings that a rough setting damped at once; windows of all balls, or of one that slides, stay."""
-    grids = tuple(np.full((BALLS, OUTPUTS), 7.0) for _ in range(POINTERS))
+    grids = np.full((POINTERS, BALLS, OUTPUTS), 7.0)
     monkeypatch.setattr(looking, "pointers", lambda *_: (grids, np.full((BALLS, OUTPUTS), each)))
     monkeypatch.setattr(looking, "meetings", lambda part: np.zeros((OUTPUTS, BALLS), bool))
     watching, windows = watching_over(), [Window(1, 2, 10), Window(ALL, 2, 10), Window(0, -1, 10)]

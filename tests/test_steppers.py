@@ -22,6 +22,7 @@ from bearing_twin.numerics.steppers import (
     STEPPER_FACTS,
     next_step,
     rosenbrock_dense,
+    stays,
 )
 from bearing_twin.parameters import describe
 
@@ -94,6 +95,25 @@ def test_rosenbrock_methods_have_their_order_on_a_stiff_problem_with_a_known_sol
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(method.order, abs=0.15)
     # An interpolant of order p errs by h^(p + 1) over one step.
     assert np.log2(inside(0.02) / inside(0.01)) > method.order - 0.15
+
+
+@pytest.mark.parametrize("scene", ["bearing_6203_loose", "bearing_6203_sudden", "bearing_6203_rig_1000N"])
+def test_a_stage_that_lies_where_the_first_does_takes_its_rates(monkeypatch, scene):
+    """The second of rodas3. One that lies 1e-300 of a step later takes rates of its own, which are the same."""
+
+    def ended():
+        moving = motion(scene=scene, stepper="rodas3")
+        moving.advance(np.array([]), 3e-4)
+        costs = moving.costs()
+        return moving.state, costs["ball_rates"] / (costs["ball_steps"] + costs["ball_rejections"])
+
+    method = ROSENBROCK["rodas3"]
+    state, asked = ended()
+    assert [stays(method, stage) for stage in range(4)] == [False, True, False, False]
+    monkeypatch.setitem(ROSENBROCK, "rodas3", method._replace(alpha=np.array([0.0, 1e-300, 1.0, 1.0])))
+    again, more = ended()
+    assert state == pytest.approx(again, rel=1e-9, abs=1e-12)
+    assert more == pytest.approx(asked + 1.0)
 
 
 @pytest.mark.parametrize("name", EXPLICIT)

@@ -1,65 +1,76 @@
 """What the chooser takes for bearings against all that could be taken: error kept or not, and cost over the least.
 
-Scenes as they ship and variants of them to which nothing was fitted, by what is wanted and how exactly. Truth is
-`rodas4` ten times tighter than the tightest setting. All steppers are tried at all settings; the cheapest that
-keeps the tolerance is what a perfect chooser would take. Costs are CPU seconds, medians of several timings. `reason` is
-the choice's, `setting` the tolerance that was chosen.
+Scenes as they ship, some with a free ring or a cage, and variants to which nothing was fitted, by what is wanted and
+how exactly. All laws, dimensions, cages, steppers and settings are tried (`fidelity_trials`); the cheapest combination
+that keeps the tolerance is what a perfect chooser would take. Costs are CPU seconds, medians of several timings, of the
+motion alone and with the companion of a user's run. `reason` is the choice's, `setting` the tolerance that was chosen.
 """
 
 import math
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.charts.bearing_variants import VARIANTS
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import limited
 from bearing_twin.charts.contest_picture import ring
+from bearing_twin.charts.fidelity_trials import SPAN, Combination, Trials
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE, FAILED, Row
-from bearing_twin.charts.timing import timed
-from bearing_twin.errors import IntegrationError
-from bearing_twin.kinds.bearing.motion import BearingMotion, bearing_motion
+from bearing_twin.kinds.bearing.measured import method_of
 from bearing_twin.kinds.bearing.parameters import LOADS
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC
-from bearing_twin.numerics.steppers import ROSENBROCK
+from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, QUASI_STATIC, dimension_of
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, key_above, save, stamp
 from bearing_twin.report import Choice
 from bearing_twin.run.fidelity import choose
-from bearing_twin.run.scene import load_scene
 from bearing_twin.units import two_digits
 
-SPAN, OUTPUTS = 0.02, 40  # s and outputs of a run
-SETTINGS = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7)
-FINEST = 3e-8
 WANTED = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 OUTPUTS_WANTED = ("history", LOADS)
-ENOUGH = 0.04  # CPU seconds of a timing
 LEAST, MOST = 1e-9, 1e2  # of the error axis
+SOON = {"sudden": ("drive.change.time=5e-3",), "step_load": ("rings.inner.change.time=5e-3",)}  # within SPAN
 SHIPPED = {
-    name: (f"bearing_{name}", ())
-    for name in ("6203", "6203_fast", "6203_loose", "6203_start", "6203_sudden", "6203_sticking", "6205")
+    name: (f"bearing_{'6203_' * (name != '6203' and name != '6205')}{name}", SOON.get(name, ()))
+    for name in ("6203", "fast", "loose", "start", "sudden", "sticking", "6205")
 }
-CASES = SHIPPED | VARIANTS
+RINGS = {
+    name: (f"bearing_6203_{name}", SOON.get(name, ()))
+    for name in ("tilted", "rig_1000N", "rig_400N", "step_load", "unbalance", "run_up")
+}
+CASES = SHIPPED | RINGS | VARIANTS
+GROUPS = {
+    "scenes as they ship, without a cage": SHIPPED,
+    "scenes as they ship, with a cage, most with a free ring": RINGS,
+    "variants that nothing was fitted to": VARIANTS,
+}
+LABELS = "shipped", "with a cage", "variants"
 
 
 @dataclass(frozen=True)
 class FidelityRow(Row):
     """One choice: which outputs were wanted how exactly, and what error was predicted (NaN = none).
 
-    `best`, `best_setting`, `best_seconds`: the cheapest that keeps the tolerance, by trying all; empty where none.
+    `best*`: the cheapest combination that keeps the tolerance, by trying all; empty where none. `watched_seconds`: with
+    the companion; `best_watched_seconds`: the least of that among what is good enough.
     """
 
     outputs: str = ""
     wanted: float = math.nan
     predicted: float = math.nan
+    law: str = ""
+    dimension: str = ""
+    watched_seconds: float = math.nan
     best: str = ""
     best_setting: float = math.nan
+    best_law: str = ""
+    best_dimension: str = ""
     best_seconds: float = math.nan
+    best_watched_seconds: float = math.nan
 
     @property
     def kept(self) -> bool:
@@ -67,133 +78,118 @@ class FidelityRow(Row):
         return self.error <= self.wanted
 
 
-class StepperTrial(NamedTuple):
-    """Errors of load and friction of a stepper at a setting, CPU seconds and their spread; infinite where it broke."""
-
-    load_error: float
-    friction_error: float
-    seconds: float
-    spread: float = math.nan
-
-    def error(self, outputs: str) -> float:
-        """What counts for the outputs that are wanted."""
-        return self.load_error if outputs == LOADS else max(self.load_error, self.friction_error)
-
-
-def _timed_run(motion):
-    """The outputs of a motion over SPAN, and the timing of it."""
-    times = SPAN / OUTPUTS * np.arange(1, OUTPUTS + 1)
-
-    def work():
-        motion.reset()
-        return motion.advance(times, SPAN)
-
-    return timed(work, ENOUGH)
-
-
-class _Trials:
-    """All that can be tried on one scene, each once."""
-
-    def __init__(self, scene: str, overrides):
-        self._scene, self._overrides, self._found = scene, overrides, {}
-        self.exact = self._run("rodas4", FINEST)[1]
-
-    def keys(self, wanted: float, outputs: str = "history") -> tuple[str, ...]:
-        """What differs from the scene, with what is wanted of it."""
-        words = f"wanted.tolerance={wanted}", f"wanted.outputs={outputs}"
-        rate = f"run.output_rate={OUTPUTS / SPAN}", "run.publish_rate=100", f"run.duration={SPAN}"
-        return *self._overrides, *words, *rate
-
-    def scene(self, wanted: float, outputs: str = "history"):
-        """The scene with that."""
-        return load_scene(self._scene, self.keys(wanted, outputs))
-
-    def _run(self, stepper, setting):
-        motion = BearingMotion(self.scene(setting).parameters, Choice("hertz", stepper, 0.0, "", ()))
-        return motion, *_timed_run(motion)
-
-    def trial(self, stepper: str, setting: float) -> StepperTrial:
-        """How a stepper does at a setting."""
-        if (stepper, setting) not in self._found:
-            try:
-                motion, out, cost = self._run(stepper, setting)
-                self._found[stepper, setting] = StepperTrial(*errors(motion, out, self.exact), *cost)
-            except (IntegrationError, ArithmeticError):
-                self._found[stepper, setting] = StepperTrial(math.inf, math.inf, math.inf)
-        return self._found[stepper, setting]
-
-    def at_rest(self, choice: Choice, wanted: float) -> StepperTrial:
-        """How equilibria do."""
-        out, cost = _timed_run(bearing_motion(self.scene(wanted, LOADS).parameters, choice))
-        loads = np.abs(out.normal_load - self.exact.normal_load).max() / self.exact.normal_load.max()
-        return StepperTrial(float(loads), math.nan, *cost)
-
-
 def judge(name: str, _: str, __: float, limit: float) -> list[FidelityRow]:
     """All choices for one scene; the limit is that of one of OUTPUTS_WANTED and WANTED, all that is tried included."""
     scene, overrides = CASES[name]
-    rows = []
     with limited(limit * len(WANTED) * len(OUTPUTS_WANTED)):
-        trials = _Trials(scene, overrides)
-        for outputs in OUTPUTS_WANTED:
-            for wanted in WANTED:
-                command = command_of(scene, trials.keys(wanted, outputs))
-                rows.append(_row(name, trials, outputs, wanted).but(command=command))
-    return rows
+        trials = Trials(scene, overrides)
+        return [
+            _row(name, trials, outputs, wanted).but(command=command_of(scene, trials.keys(wanted, outputs)))
+            for outputs in OUTPUTS_WANTED
+            for wanted in WANTED
+        ]
 
 
-def _row(name: str, trials: _Trials, outputs: str, wanted: float) -> FidelityRow:
+def _chosen(trials: Trials, outputs: str, wanted: float) -> tuple[Combination, Choice]:
+    """What is chosen for a scene where this is wanted; of loads alone also the dimension of a free ring."""
+    left = ("model.dimension=auto",) if outputs == LOADS and trials.own[0] == FREE_RING else ()
+    scene = trials.scene(wanted, outputs, *left)
+    choice = choose(scene)
+    if choice.stepper == QUASI_STATIC:
+        return Combination(choice.law, QUASI_STATIC, EVEN, QUASI_STATIC, math.nan), choice
+    given = scene.parameters
+    return Combination(choice.law, dimension_of(given), given.cage.kind, choice.stepper, choice.setting), choice
+
+
+def _named(model: Combination) -> str:
+    """Its dimension, and its cage."""
+    return method_of(model.dimension, model.cage)
+
+
+def _row(name: str, trials: Trials, outputs: str, wanted: float) -> FidelityRow:
     """What is chosen for a scene where this is wanted, and what would have been best."""
-    choice = choose(trials.scene(wanted, outputs))
-    still = choice.stepper == QUASI_STATIC
-    setting = math.nan if still else choice.setting
-    found = trials.at_rest(choice, wanted) if still else trials.trial(choice.stepper, setting)
-    enough = [
-        (one.seconds, stepper, at)
-        for stepper in ROSENBROCK
-        for at in SETTINGS
-        if (one := trials.trial(stepper, at)).error(outputs) <= wanted
-    ]
-    seconds, best, at = min(enough, default=(math.nan, "", math.nan))
-    told = choice.predicted or {}
-    friction = 0.0 if outputs == LOADS else told.get("friction_error", math.nan)
-    return FidelityRow(
+    model, choice = _chosen(trials, outputs, wanted)
+    found = trials.trial(model)
+    good, done = trials.enough(outputs, wanted), math.isfinite(found.error(outputs))
+    own = [model] if found.error(outputs) <= wanted else []
+    good += [one for one in own if one not in good]
+    alone, spread = trials.cost(model) if done else (math.nan, math.nan)
+    row = FidelityRow(
         name,
-        choice.stepper,
-        setting,
+        model.stepper,
+        model.setting,
         load_error=float(found.load_error),
         friction_error=math.nan if outputs == LOADS else float(found.friction_error),
-        seconds=found.seconds,
-        spread=found.spread,
-        status=DONE if math.isfinite(found.error(outputs)) else FAILED,
+        seconds=alone,
+        spread=spread,
+        status=DONE if done else FAILED,
         reason=choice.reason,
         outputs=outputs,
         wanted=wanted,
-        predicted=max(told.get("load_error", math.nan), friction),
-        best=best,
-        best_setting=at,
-        best_seconds=seconds,
+        predicted=_predicted(choice, outputs),
+        law=model.law,
+        dimension=_named(model),
+        watched_seconds=trials.watched(model, wanted, outputs) if done else math.nan,
     )
+    if not good:
+        return row
+    best = min(good, key=lambda one: trials.cost(one)[0])
+    return row.but(
+        best=best.stepper,
+        best_setting=best.setting,
+        best_law=best.law,
+        best_dimension=_named(best),
+        best_seconds=trials.cost(best)[0],
+        best_watched_seconds=min(trials.watched(one, wanted, outputs) for one in {best, *good[:2], *own}),
+    )
+
+
+def _predicted(choice: Choice, outputs: str) -> float:
+    """The error that the tables promise, NaN for none."""
+    told = choice.predicted or {}
+    friction = 0.0 if outputs == LOADS else told.get("friction_error", math.nan)
+    return max(told.get("load_error", math.nan), friction)
+
+
+def _quantiles(ratios: Iterable[float]) -> str:
+    """Of ratios of costs, in words."""
+    known = [one for one in ratios if math.isfinite(one)]
+    return f"{np.median(known):.2f} times as a median, {np.quantile(known, 0.95):.2f} times at 95 %"
+
+
+def _costs(rows: list[FidelityRow]) -> list[str]:
+    """What choices cost over the cheapest that was good enough, where both are."""
+    good = [p for p in rows if p.kept and p.best]
+    if not good:
+        return []
+    with_it = _quantiles(p.watched_seconds / p.best_watched_seconds for p in good)
+    theirs = _quantiles(p.watched_seconds / p.best_seconds for p in good)
+    said = [
+        f"they cost, over the cheapest that was good enough: {_quantiles(p.seconds / p.best_seconds for p in good)}"
+    ]
+    for outputs in OUTPUTS_WANTED:
+        if mine := [p.seconds / p.best_seconds for p in good if p.outputs == outputs]:
+            said.append(f"for {outputs} {_quantiles(mine)}")
+    said.append(f"as a user has them, each with its companion: {with_it}; with a companion of theirs alone: {theirs}")
+    return ["; ".join(said)]
 
 
 def reading(points: list[FidelityRow]) -> list[str]:
     """What the chart says."""
     sentences = []
-    for shipped, who in ((True, "scenes as they ship"), (False, "variants that nothing was fitted to")):
-        mine = [p for p in points if (p.problem in SHIPPED) == shipped and p.outputs]
+    for who, cases in GROUPS.items():
+        mine = [p for p in points if p.problem in cases and p.outputs]
         if not mine:
             continue
         worst = max(mine, key=lambda p: p.error / p.wanted)
-        ratios = [p.seconds / p.best_seconds for p in mine if p.kept and p.best]
         sentences.append(
             f"{who}: {sum(p.kept for p in mine)} of {len(mine)} choices kept what was wanted; the worst, "
             f"{worst.problem} at {worst.wanted:g} for {worst.outputs}, erred {two_digits(worst.error / worst.wanted)} "
             "times that"
         )
-        sentences.append(
-            f"they cost {np.median(ratios):.2f} times the cheapest that was good enough as a median, "
-            f"{np.quantile(ratios, 0.95):.2f} times at 95 %"
-        )
+        sentences += _costs(mine)
+    sentences += [f"all: {one}" for one in _costs([p for p in points if p.outputs])]
+    sentences += _best(points)
     told = [p for p in points if math.inf > p.error > 1e-8 and p.predicted > 0.0]
     near = sum(1.0 / 3.0 <= p.error / p.predicted <= 3.0 for p in told)
     low = sum(p.error > 10.0 * p.predicted for p in told)
@@ -204,15 +200,27 @@ def reading(points: list[FidelityRow]) -> list[str]:
     return sentences
 
 
+def _best(points: list[FidelityRow]) -> list[str]:
+    """What was cheapest, by law and by dimension."""
+    good = [p for p in points if p.best]
+    if not good:
+        return []
+    parts = []
+    for what in ("best_law", "best_dimension", "best"):
+        counts = Counter(getattr(p, what) for p in good)
+        parts.append(", ".join(f"{name} {count}" for name, count in counts.most_common()))
+    return [f"cheapest of all that was good enough, in {len(good)} cells: {'; '.join(parts)}"]
+
+
 def draw(points: list[FidelityRow], path: Path) -> None:
     """Left: error over what was wanted. Right: cost over the cheapest that is good enough."""
     figure = Figure(figsize=(13.0, 6.5), dpi=100, facecolor="white")
     grid = figure.add_gridspec(1, 2, left=0.07, right=0.98, top=0.83, bottom=0.13, wspace=0.2)
     error, cost = figure.add_subplot(grid[0]), figure.add_subplot(grid[1])
-    for number, (shipped, label) in enumerate(((True, "scenes as they ship"), (False, "variants"))):
-        mine = [p for p in points if (p.problem in SHIPPED) == shipped and p.outputs]
-        look = {**ball_line(number), "linestyle": "", "marker": "os"[number], "markersize": 5 + 2 * (not number)}
-        aside = (0.88, 1.12)[number]
+    for number, (label, cases) in enumerate(zip(LABELS, GROUPS.values(), strict=True)):
+        mine = [p for p in points if p.problem in cases and p.outputs]
+        look = {**ball_line(number), "linestyle": "", "marker": "oDs"[number], "markersize": (7, 6, 5)[number]}
+        aside = (0.82, 1.0, 1.22)[number]
         error.plot(
             [aside * p.wanted for p in mine], [min(max(p.error, LEAST), MOST) for p in mine], label=label, **look
         )
@@ -222,14 +230,20 @@ def draw(points: list[FidelityRow], path: Path) -> None:
     error.plot([WANTED[-1], WANTED[0]], [WANTED[-1], WANTED[0]], color=STYLE["ink"], linewidth=1.2)
     error.annotate("as wanted", (4e-3, 5e-3), color=STYLE["ink"], ha="left", va="bottom", fontsize=11)
     error.set(xscale="log", yscale="log", xlabel="tolerance that was wanted", ylabel="error of the run")
-    cost.set(xscale="log", xlabel="tolerance that was wanted", ylabel="CPU time over that of the cheapest good enough")
+    cost.set(
+        xscale="log",
+        yscale="log",
+        xlabel="tolerance that was wanted",
+        ylabel="CPU time over that of the cheapest good enough",
+    )
     cost.axhline(1.0, color=STYLE["ink"], linewidth=1.2)
     for axis, title in ((error, "What was wanted is kept below the line"), (cost, "What the choice costs too much")):
         frame(axis)
         axis.invert_xaxis()
         heading(axis, title)
         key_above(axis)
-    title = f"The chooser against all that could be chosen, {len(CASES)} bearings over {1e3 * SPAN:g} ms"
+    bearings = len({p.problem for p in points})
+    title = f"The chooser against all that could be chosen, {bearings} bearings over {1e3 * SPAN:g} ms"
     figure.text(0.07, 0.945, title, fontsize=17, weight="bold", color=STYLE["ink"], va="center")
     stamp(figure)
     save(figure, path)

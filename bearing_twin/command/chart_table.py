@@ -25,8 +25,17 @@ CHARTS = {
     "drawn": Listed(
         "drawn", "bearing scenes drawn by chance: error against tolerance, and what runs say of it", 300, "contest"
     ),
+    "motions": Listed(
+        "motions",
+        "steppers in every motion of a bearing, cages and rings with mass too: error, cost, evaluations",
+        150,
+        "contest",
+    ),
     "fidelity": Listed(
-        "fidelity", "what is chosen for bearings: error against what was wanted, cost against the least", 80, "contest"
+        "fidelity",
+        "what is chosen for bearings: error against what was wanted, cost against the least",
+        1100,
+        "contest",
     ),
     "stability": Listed(
         "stability_picture", "maps of where methods fail: limits predicted, found, and what is refused", 90, "contest"

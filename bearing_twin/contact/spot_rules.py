@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.numerics.inverse_root import inverse_root
 
 RINGS, SPOKES = 24, 96  # of the quadrature over the spot
 COARSE_RINGS, COARSE_SPOKES = 6, 16
@@ -84,8 +85,7 @@ def slip_share(x, y, weight, slip_major, slip_minor, spin, regularisation):
     `x`, `y` [m] from the spot's centre along its axes. With a speed of exactly zero the share is zero.
     """
     u, v = slip_major - spin * y, slip_minor + spin * x
-    speed = math.sqrt(u * u + v * v + regularisation * regularisation)
-    factor = weight / max(speed, 1e-300)
+    factor = weight * inverse_root(max(u * u + v * v + regularisation * regularisation, 1e-300))
     return factor * u, factor * v, factor * (x * v - y * u)
 
 
@@ -98,7 +98,7 @@ def spot_slopes(x, y, weight, slip_major, slip_minor, spin, regularisation):
     """
     u, v = slip_major - spin * y, slip_minor + spin * x
     smooth = regularisation * regularisation
-    inverse = 1.0 / max(math.sqrt(u * u + v * v + smooth), 1e-300)
+    inverse = inverse_root(max(u * u + v * v + smooth, 1e-300))
     factor = weight * inverse
     bend = factor * inverse * inverse
     uu, uv, vv = bend * (v * v + smooth), -bend * u * v, bend * (u * u + smooth)
@@ -123,13 +123,12 @@ def over_spot(points, semi_major, semi_minor, slip_major, slip_minor, spin, regu
 def _opposite(x, y, weight, slip_major, slip_minor, spin, square):
     """Of two points that lie opposite, with 1/speed as weight: their sum, their difference times x and y, r^2 the sum.
 
-    One root a point, one quotient for both. The speeds are no differences of near numbers where few points are taken.
+    The speeds are no differences of near numbers where few points are taken.
     """
     distance = x * x + y * y
     middle, aside = square + spin * spin * distance, 2.0 * spin * (slip_minor * x - slip_major * y)
-    here, there = math.sqrt(max(middle + aside, 1e-300)), math.sqrt(max(middle - aside, 1e-300))
-    inverse = weight / (here * there)
-    both, more = (there + here) * inverse, (there - here) * inverse
+    here, there = inverse_root(max(middle + aside, 1e-300)), inverse_root(max(middle - aside, 1e-300))
+    both, more = weight * (here + there), weight * (here - there)
     return both, x * more, y * more, distance * both
 
 

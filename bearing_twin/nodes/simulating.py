@@ -7,6 +7,7 @@ from bearing_twin.errors import BearingTwinError, Interrupted
 from bearing_twin.kinds.contract import Command
 from bearing_twin.nodes.commanding import Commands
 from bearing_twin.nodes.pacing import FASTEST, PacedStream, Pacer, StreamPace, Timed
+from bearing_twin.run.foretold import KEY
 
 CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
 LONGEST_STEP = 10.0  # s
@@ -285,8 +286,9 @@ def model(simulation) -> dict[str, str]:
 
 
 def worth(report) -> dict[str, float | str]:
-    """What a report says of the run's worth, for diagnostics: status, error of each output wanted, horizon if any."""
+    """What a report says for diagnostics: status, error of each output wanted, horizon, cost over what was foretold."""
     wanted = report.errors.get("wanted_errors", {})
     known = {f"{output}_error": one["error"] for output, one in wanted.items() if one["error"] is not None}
     until = {"horizon_s": report.errors["horizon_s"]} if "horizon_s" in report.errors else {}
-    return {"status": report.status, **known, **until}
+    took = {"cost_over_predicted": report.errors[KEY]["ratio"]} if KEY in report.errors else {}
+    return {"status": report.status, **known, **until, **took}

@@ -27,7 +27,7 @@ from bearing_twin.numerics.lanes import (
 from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rosenbrock_inside import mixed_stages
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, OK, REJECTIONS, STALLED, STEPS, STOPPED
-from bearing_twin.numerics.steppers import LEAST_STEP, NOTHING, five, next_step
+from bearing_twin.numerics.steppers import LEAST_STEP, NOTHING, five, next_step, rates_of_a_step, stays
 
 IDLE = -1  # the body in a lane without one
 LANDED = 0.95  # share of a step: an event later in it is as good as at its end
@@ -93,11 +93,12 @@ def rosenbrock_stages(rates, linearise, solve, scene, coupling, method, varies, 
     `rates(scene, coupling, stage, alpha, blocks)` puts the states of a stage, `alpha` steps ahead, into END, of the
     first what follows from the steps' sizes too, and fills LANE_RATES; `linearise(scene, coupling, varies, blocks)`
     takes the Jacobian there and factorises; `solve(scene, coupling, stage, blocks)` solves RIGHT to SOLUTION. Where the
-    rates vary with time by themselves, a stage -1 lies a little after the start.
+    rates vary with time by themselves, a stage -1 lies a little after the start. One that `stays` asks for no rates.
     """
     # One loop, so that the code of the rates is here once.
     for stage in range(-1 if varies else 0, len(method.alpha)):
-        rates(scene, coupling, stage, method.alpha[stage] if stage >= 0 else SLOPE_STEP, blocks)
+        if stage < 0 or not stays(method, stage):
+            rates(scene, coupling, stage, method.alpha[stage] if stage >= 0 else SLOPE_STEP, blocks)
         if stage < 0:
             for block in range(len(blocks)):
                 _keep_rates(blocks[block])
@@ -195,7 +196,7 @@ def fill_lanes(begin, scene, coupling, stretches, bodies, steps, held, cursor, b
 @template
 def _judge(one_step, landing, accept_all, scene, coupling, method, bodies, held, cursor, counts, blocks):
     """Makes a step of every lane and finds what it is worth: its error, its share to the first event, and UNTIL."""
-    kept = 1 if begins_again(coupling, blocks) else 0
+    kept, asked = 1 if begins_again(coupling, blocks) else 0, rates_of_a_step(method)
     one_step(scene, coupling, blocks)
     if len(coupling) > 0:
         _agree(at.ERROR, False, bodies, blocks)
@@ -205,7 +206,7 @@ def _judge(one_step, landing, accept_all, scene, coupling, method, bodies, held,
         if held[place] == IDLE:
             continue
         counts[JACOBIANS] += 1 - kept
-        counts[EVALUATIONS] += len(method.alpha) - kept
+        counts[EVALUATIONS] += asked - kept
         if method.lands and get(lanes, at.ERROR, k) <= 1.0:
             put(lanes, at.SHARE, k, landing(scene, lanes, k))
     if len(coupling) > 0:

@@ -20,5 +20,7 @@ class Stretches(NamedTuple):
 
 def alike(bodies: int, duration: float, instants: int) -> Stretches:
     """Those of so many bodies that go through the same instants to the same end [s]."""
-    counts = np.zeros((2, bodies), np.int64)
-    return Stretches(np.full(bodies, duration), counts[0], np.full(bodies, instants), counts[1])
+    ends, counts = np.empty(bodies), np.zeros((3, bodies), np.int64)
+    ends.fill(duration)  # in half the time of `full`, as every chunk does it
+    counts[1].fill(instants)
+    return Stretches(ends, *counts)

@@ -9,6 +9,7 @@ from bearing_twin.kinds.contract import Figures
 from bearing_twin.kinds.doubt import Doubt
 from bearing_twin.report import Choice, Report
 from bearing_twin.run.doubt import companion_cost, failed, judged
+from bearing_twin.run.foretold import cost_told
 from bearing_twin.sample import Aligned, Block, cut, outputs_at_once
 
 BLOCK_OUTPUTS = 50  # outputs at most in the blocks that figures are made of
@@ -72,6 +73,10 @@ class Gathering:
         errors = doubt.errors(numbers)
         status = failed(failure) if failure else figures.status()
         errorless = getattr(doubt, "errorless", ())
+        seconds, took = 1e-9 * self._last_ns, costs or {}
+        foretold = (
+            self.choice.predicted if choice.reason == self.choice.reason else None
+        )  # of a model in use throughout
         judgement = judged(errors, numbers, status, self.choice.outside, self.choice.predicted, errorless)
         return Report(
             scene=scene,
@@ -81,12 +86,12 @@ class Gathering:
             warnings=self.choice.warnings,
             flags=(*self.choice.outside, *figures.flags(), *judgement.flags),
             status=judgement.status,
-            simulated_seconds=1e-9 * self._last_ns,
+            simulated_seconds=seconds,
             compute_seconds=compute_seconds,
             samples=self.outputs,
-            costs=dict(costs or {}),
+            costs=dict(took),
             figures=numbers,
-            errors=judgement.keys | companion_cost(costs or {}, errors.dearest),
+            errors=judgement.keys | companion_cost(took, errors.dearest) | cost_told(foretold, took, seconds),
             predicted=self.choice.predicted,
             outside=self.choice.outside,
             failure=failure,

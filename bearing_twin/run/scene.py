@@ -15,7 +15,7 @@ import yaml
 from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.ranges import OUTSIDE, allowed, left_by
-from bearing_twin.kinds.sections import ALIASES, not_here
+from bearing_twin.kinds.sections import ALIASES, damped_twice, not_here
 from bearing_twin.parameters import (
     describe,
     echo,
@@ -184,7 +184,10 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
         _apply(KINDS[kind].parameters, mapping, override)
     named = [shortened(override) for override in overrides[:MOST_NAMED]]
     more = [f"and {len(overrides) - MOST_NAMED} more"] if len(overrides) > MOST_NAMED else []
-    return mapping, " ".join((origin, *(("with",) if overrides else ()), *named, *more))
+    origin = " ".join((origin, *(("with",) if overrides else ()), *named, *more))
+    if not isinstance(source, Mapping):  # of data all keys may stand there, whoever gave them
+        raise_problems(origin, damped_twice(mapping.get("contact")))
+    return mapping, origin
 
 
 def _catalogued(source) -> dict | None:

@@ -1,14 +1,21 @@
 """Theory and method for a sphere on a beam: the cheapest adequate beam, modes and a Hertz spring, unless asked for."""
 
+import math
+
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.beam.derived import touch_speed
 from bearing_twin.kinds.beam.fineness import modes_for, modes_wanted, states_held, steps_for
 from bearing_twin.kinds.beam.impact import MOST_BYTES, MOST_MODES
 from bearing_twin.kinds.beam.parameters import TIMOSHENKO
 from bearing_twin.kinds.beam.theory import reason_of, theory_of
 from bearing_twin.kinds.beam.watched import PEAK_SAMPLES
+from bearing_twin.kinds.charted import in_words, predicted, row_of
 from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.report import Choice
 
+CHARTED = {"1 cm/s, one contact": 0.01, "drop of 600 mm": 3.43}  # m/s of the blows of `chart beams`
+SAME = "modes, 9", "modes, 41"  # of that chart, the same method with other numbers
+AS_WANTED = "tolerance"  # what the chart calls modes and steps that the tolerance wants
 VOLTERRA_STEPS = 500
 """Steps a contact below which the linear pieces of the Volterra equation are coarse."""
 SECONDS = {"step": 1.5e-7, "instant": 1.5e-7}
@@ -45,7 +52,14 @@ def choose(parameters) -> Choice:
         f"hertz, the law of a sphere on a plane; {theory} beam, {reason_of(parameters)}; {stepper}, {why}: "
         f"modes up to {modes}, {steps} steps a contact"
     )
-    return Choice("hertz", stepper, 0.0, reason, tuple(warnings))
+    if solver.stepper != "auto" or solver.modes or solver.steps:
+        return Choice("hertz", stepper, 0.0, reason, tuple(warnings))
+    speed = touch_speed(parameters.blow)
+    blow = min(CHARTED, key=lambda one: abs(math.log(CHARTED[one] / speed)))
+    row = row_of("beams", blow, AS_WANTED, parameters.wanted.tolerance)
+    reason += f"; {in_words('beams', row, parameters.wanted.tolerance, same=SAME)}"
+    told = predicted(row, "steps", row.evaluations) | {"stepper": stepper}
+    return Choice("hertz", stepper, 0.0, reason, tuple(warnings), predicted=told)
 
 
 def _cost(parameters, modes, steps) -> list[str]:

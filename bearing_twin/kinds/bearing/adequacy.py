@@ -26,6 +26,10 @@ from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.kinds.ranges import FASTEST_CHANGE
 from bearing_twin.units import CELSIUS
 
+EQUILIBRIA = (  # what is known of a run from them
+    "equilibria are solved to rounding; the error of loads is what balls that move differ by; their friction is known "
+    "where axes of spin have settled alone"
+)
 COLD = 150.0  # K, below all but cryogenic bearings
 # Of a ball's way round: what equilibria are off by where all balls bear load on their way, and where some do not.
 # Measured are up to 1.2e-4 (`tests/test_loads_alone.py`) and 3.2e-3 (there; 2.1e-3 in `chart dimensions`).
@@ -90,6 +94,12 @@ def told_of_equilibria(parameters, choice) -> float | None:
         return None
     still = still_at_start(parameters, choice.law).error
     return max(still, way_error(parameters, choice.law)) if parameters.wanted.outputs == LOADS else still
+
+
+def friction_of_equilibria(parameters, law: str) -> float | None:
+    """What friction of a run from equilibria is off by, over mu N: it is known where axes of spin have settled."""
+    still = still_at_start(parameters, law)
+    return still.error if still.settled else None
 
 
 def _start(parameters, still) -> str:

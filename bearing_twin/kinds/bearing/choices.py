@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.measured import unmeasured
+from bearing_twin.kinds.bearing.motions import COUPLED, motions_of, unmeasured
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.numerics.names import stepper_names
@@ -36,7 +36,8 @@ def may_switch(parameters) -> bool:
     if dimension_of(parameters) != PRESCRIBED:
         return False
     still = parameters.model.dimension == "auto" and parameters.wanted.outputs == LOADS
-    return still or (parameters.solver.stepper == "auto" and not unmeasured(parameters))
+    alone = not unmeasured(parameters) and not set(COUPLED).intersection(motions_of(parameters))
+    return still or (parameters.solver.stepper == "auto" and alone)
 
 
 class Switch(NamedTuple):

@@ -9,17 +9,16 @@ import numpy as np
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bearing.adequacy import mend_of_method, told_of_equilibria
+from bearing_twin.kinds.bearing.adequacy import EQUILIBRIA, friction_of_equilibria, mend_of_method, told_of_equilibria
 from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.companion.means import MeanError
 from bearing_twin.kinds.bearing.companion.pointers import dearest
 from bearing_twin.kinds.bearing.companion.windows import WINDOW, carries, unseen
 from bearing_twin.kinds.bearing.companion.worst import TOGETHER, Spread, Worst, spread_of
-from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
 from bearing_twin.kinds.bearing.forces.drilling import SIDES, Drilled, drilling_of
 from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error, spots_off
-from bearing_twin.kinds.bearing.left_out import left_out, unknown_drilling
+from bearing_twin.kinds.bearing.left_out import left_out, of_torque, unknown_drilling
 from bearing_twin.kinds.bearing.load_error import by_load
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.quasi_static.worth import LOADS_OF, SceneWorth, Worth, worths_of_run
@@ -30,6 +29,8 @@ from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LE
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
+EITHER_WAY = 2.0  # times what friction can be, mu N of the greater load: the most that it is off
+AROUND = 1.0  # rad or so lie between the greatest load and the least: a ball that is off further is off by no more load
 TILTING = "ring_moment_nm", "misalignment_rad"
 SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
 STANDS = 1e-12  # rad/s: a ring that turns no faster stands, and work over its angle says nothing of a torque
@@ -131,12 +132,19 @@ class BearingDoubt:
         # Up to a horizon windows that are followed show what bumps make of errors: that is how it was found.
         worst, inherited = (worst, 1.0) if worst else (self.worst, self._inherited)
         if name != "load":
-            return worst.seen(name, inherited, self.least <= 0.0, spread)
+            return min(worst.seen(name, inherited, self.least <= 0.0, spread), self._most.get(name, math.inf))
         # Bumps into a cage drive balls round, not against a held ring.
         held = dimension_of(self.parameters) != FREE_RING
         seen = worst.seen(name, 1.0 if held else inherited, self.least <= 0.0, spread)
         # Between the greatest load and the least a ball goes a radian or so: what a jump or a bounce does is no slope.
-        return seen + worst.seen("orbit_angle", inherited, False) * (float(self.load.max()) - self.least)
+        around = min(worst.seen("orbit_angle", inherited, False), AROUND)
+        return seen + around * (float(self.load.max()) - self.least)
+
+    @property
+    def _most(self) -> dict[str, float]:
+        """What physics bounds: a contact rubs with mu N at most, in the run one way, in truth perhaps the other."""
+        rubs = self.parameters.contact.friction_coefficient * 0.5 * self.parameters.geometry.ball_diameter
+        return {"friction": EITHER_WAY, "torque": EITHER_WAY * rubs * float(self.load.sum(axis=1).max())}
 
     def _method(self, figures: Mapping[str, Any]) -> dict[str, Any]:
         """Errors of the method by figure; one that no window saw is missing."""
@@ -159,7 +167,7 @@ class BearingDoubt:
             "cage_speed_rad_s": turning(self.parameters, seen["orbit_speed"]),
             "roll_rate_rad_s": turning(self.parameters, seen["roll_rate"]),
             "drive_work_j": turned * self._seconds + moved * math.hypot(*figures["ring_force_n"]),
-            **self._turned(figures, torque),
+            **of_torque(self.parameters, figures, torque, self._seconds),
             "dissipated_j": balls * seen["loss"] * self._seconds,
             "ring_displacement_m": [moved] * 3,
             # A tilt is integrated as exactly as the displacement that it makes at the balls.
@@ -222,15 +230,9 @@ class BearingDoubt:
             "drive_work_j": share * power * self._seconds,
             "friction_torque_nm": [share * float(one) for one in most],
         }
-        return found | (self._turned(figures, share * power / speed) if speed > STANDS else {})
-
-    def _turned(self, figures: Mapping[str, Any], torque: float) -> dict[str, float]:
-        """What friction that is off by this torque [N m] does: to the drive's torque, or to the speed that it makes."""
-        if self.parameters.drive.kind != TORQUE:
-            return {"drive_torque_nm": torque}
-        faster = torque * self._seconds / shaft_inertia(self.parameters)
-        work = abs(figures["drive_torque_nm"]) * faster * self._seconds
-        return {"inner_ring_speed_at_end_rad_s": faster, "drive_torque_nm": 0.0, "drive_work_j": work}
+        return found | (
+            of_torque(self.parameters, figures, share * power / speed, self._seconds) if speed > STANDS else {}
+        )
 
     def _promises(self, law: np.ndarray | None, horizon: float | None) -> tuple[Promise, ...]:
         """What is wanted: loads, and friction unless loads alone are; up to the run's horizon [s] as well."""
@@ -239,7 +241,11 @@ class BearingDoubt:
         worth = self._worth(LAW)
         off = 0.0 if law is None else float((law * self.load).max(initial=0.0)) / greatest if greatest else 0.0
         off *= 1.0 if worth is None else worth.kept
-        method = self._seen("load") / greatest if self._known and greatest else self._of_equilibria
+        method = (
+            self._seen("load") / greatest
+            if self._known and greatest
+            else told_of_equilibria(self.parameters, self.choice)
+        )
         whole = None if method is None else method + off
         mend = self._mend() if method is not None and method >= off else HERTZ_MENDS
         norm, earlier = "over the greatest load", None if horizon is None else self.worst.until(horizon)
@@ -247,10 +253,14 @@ class BearingDoubt:
         spread = spread_of(self.least <= 0.0, carries(self.parameters))
         may = self._seen("load", spread=spread) / greatest + off if self._known and greatest else None
         loads = Promise("loads", norm, whole, wanted.tolerance, self.worst.where("load"), mend, before, may)
-        if still or wanted.outputs == LOADS or not self.parameters.contact.friction_coefficient:
+        if wanted.outputs == LOADS or not self.parameters.contact.friction_coefficient:
             return (loads,)
+        norm = "over mu N of a contact, or mu N R of a ball"
+        if still:
+            known = friction_of_equilibria(self.parameters, self.choice.law)
+            return loads, Promise("friction", norm, known, wanted.tolerance, "", self._smaller_steps)
         error, may = (max(self._seen("friction", spread=one), FLOOR) if self._known else None for one in (None, spread))
-        norm, place = "over mu N of a contact, or mu N R of a ball", self.worst.where("friction")
+        place = self.worst.where("friction")
         before = max(self._seen("friction", earlier), FLOOR) if earlier else None
         return loads, Promise("friction", norm, error, wanted.tolerance, place, self._mend(), before, may)
 
@@ -270,7 +280,7 @@ class BearingDoubt:
         """What is not known, by source and by what is left out."""
         notes = {}
         if self.choice.stepper == QUASI_STATIC:
-            notes[METHOD] = "equilibria are solved to rounding; the error of loads is what balls that move differ by"
+            notes[METHOD] = EQUILIBRIA
         elif self.parameters.solver.companion == "off":
             notes[METHOD] = "solver.companion: off, so nothing is known of the error of the integration method"
         elif not self._known:

@@ -63,6 +63,12 @@ def shaft_inertia(parameters) -> float:
     return parameters.rings.inner.inertia[1] + parameters.drive.inertia
 
 
+def cage_inertia(parameters) -> float:
+    """The cage's moment of inertia about its axis [kg m^2]."""
+    cage = parameters.cage
+    return cage.inertia or cage.mass * (0.5 * parameters.geometry.pitch_diameter) ** 2
+
+
 def torque_problems(parameters, still: bool) -> list[str]:
     """What contradicts itself about a drive that gives a torque, one sentence each; `still`: in equilibria."""
     drive, problems = parameters.drive, []

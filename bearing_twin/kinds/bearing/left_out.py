@@ -1,9 +1,10 @@
 """What a bearing scene leaves out: one row each, a sentence where it applies, and a number where one is computed."""
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of, moving_centre, spots_built
 
 
@@ -61,3 +62,12 @@ def unknown_drilling(parameters) -> str:
     if dimension_of(parameters) == QUASI_STATIC:
         return ""
     return f"errors hold torque and loss that contact.friction: {model.name} errs by, {beyond}"
+
+
+def of_torque(parameters, figures: Mapping[str, Any], torque: float, seconds: float) -> dict[str, float]:
+    """What friction off by this torque [N m] does in so many seconds: to the drive's torque, or to its speed."""
+    if parameters.drive.kind != TORQUE:
+        return {"drive_torque_nm": torque}
+    faster = torque * seconds / shaft_inertia(parameters)
+    work = abs(figures["drive_torque_nm"]) * faster * seconds
+    return {"inner_ring_speed_at_end_rad_s": faster, "drive_torque_nm": 0.0, "drive_work_j": work}

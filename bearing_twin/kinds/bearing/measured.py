@@ -1,8 +1,8 @@
 """What steppers, dimensions and friction cost and err in bearings, as measured: the tables that the chooser reads.
 
-`bearing_twin chart steppers`, `chart dimensions` and `chart bearing_friction` make them; the first two hold for eight
-balls, contacts by `hertz` and friction by `point`. Costs are CPU seconds a simulated second on the machine of the
-tables: only ratios mean something.
+`bearing_twin chart steppers`, `chart motions`, `chart dimensions` and `chart bearing_friction` make them; they hold for
+eight balls and contacts by `hertz`. Costs are CPU seconds a simulated second on the machine of the tables: only ratios
+mean something. Evaluations are the same on every machine.
 """
 
 import csv
@@ -13,27 +13,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.contact.friction import FRICTIONS
-from bearing_twin.kinds.bearing.adequacy import cage_needed, hurried
-from bearing_twin.kinds.bearing.drive import TORQUE
+from bearing_twin.kinds.bearing.motions import COUPLED, SHARED, motions_of
 from bearing_twin.kinds.bearing.parameters import LOADS
-from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.rings import EVEN, POCKETS, PRESCRIBED, QUASI_STATIC
 from bearing_twin.numerics.steppers import ROSENBROCK
 from bearing_twin.paths import share_path
 
-STICKY = 1e-3  # m/s: a regularisation of friction below this is like the sticking one of the table
-FAST = 3e5  # mm/min of speed times pitch diameter, the n d_m of catalogues
 LOOSEST = 30.0  # times the wanted tolerance
 LIKE_MEASURED = 30.0, 2.4  # what a scene of the same motion may err more: settings looser than wanted, and others
 EVENTS = "sudden", "sliding"  # motions in which an error hangs on single events: where a ball that hops lands
 BETWEEN = 1, 1.5, 2, 3, 5, 7  # settings in a decade, of which tables hold 1 and 3
-LEAST_DAMPING = 2e-7  # s of relaxation time, a fifth of the one measured with: less lets contacts ring for long
 FINEST = 1e-9  # no setting is finer
 LIKE_LANDING = "rodas4"  # the method whose steps end elsewhere where it lands
 SPREAD = 1.0 / 3.0  # of costs: two tables of the same code lie that far apart (docs/models.md, Steppers)
-ROOM = 1.1  # ball diameters from centre to centre: less, and neighbours soon meet
 RATES = {"seconds": 1000.0, "cost_at_100_hz": 100.0}  # outputs a second, by the columns of costs of dimensions
 DIMENSIONS = QUASI_STATIC, PRESCRIBED
+FIRST = 0.02  # s, which the table of motions counts by themselves
+COUNTED = "ball_rates"  # what it counts, as the costs of a run name it
 RIG = "rig"  # the problems of a bearing with clearance begin so
 
 
@@ -47,7 +43,10 @@ class Rung(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """A stepper for a scene: the tolerance it is given, what errors and cost it had in that motion when measured."""
+    """A stepper for a scene: the tolerance it is given, what errors and cost it had in that motion when measured.
+
+    Of what is `counted`, by its name in the costs of a run, it takes so many `at_start` and so many `a_second`.
+    """
 
     motion: str
     stepper: str
@@ -55,60 +54,14 @@ class Prediction(NamedTuple):
     load_error: float
     friction_error: float
     cost: float
+    counted: str = COUNTED
+    at_start: float = 0.0
+    a_second: float = 0.0
 
 
 def error_of(measured: Rung | Prediction, outputs: str) -> float:
     """The error that counts for the outputs that are wanted."""
     return measured.load_error if outputs == LOADS else max(measured.load_error, measured.friction_error)
-
-
-def _jump(parameters) -> bool:
-    change = parameters.drive.change
-    return bool(change.time) and (any(change.offset) or hurried(parameters))
-
-
-def _fast(parameters) -> bool:
-    turns = 60.0 * abs(parameters.drive.speed) / (2.0 * math.pi)
-    return turns * 1e3 * parameters.geometry.pitch_diameter >= FAST
-
-
-MOTIONS = {
-    "sudden": ("the ring jumps", _jump),
-    "sliding": ("balls start from rest", lambda one: one.initial.motion == "rest"),
-    "sticking": (
-        "friction is regularised below 1 mm/s",
-        lambda one: one.contact.friction_regularisation <= STICKY,
-    ),
-    "lift-off": (
-        "the load of a ball changes on its way round",
-        lambda one: any(one.drive.offset[:2]) or bool(cage_needed(one)),
-    ),
-    "fast": ("speed times pitch diameter is above 3e5 mm/min", _fast),
-    "settled": ("balls roll", lambda one: True),
-}
-"""The motions of the table, hardest first: when a scene is like one."""
-
-
-def motions_of(parameters) -> tuple[str, ...]:
-    """All motions of MOTIONS that a scene is like."""
-    return tuple(name for name, (_, like) in MOTIONS.items() if like(parameters))
-
-
-def unmeasured(parameters) -> str:
-    """What a scene has that the table of steppers does not hold, "" for nothing."""
-    if FRICTIONS[parameters.contact.friction].over_spot:
-        return "friction over the spot"
-    if parameters.cage.kind != "none":
-        return "a cage"
-    if dimension_of(parameters) == FREE_RING:
-        return "a ring that moves"
-    if parameters.drive.kind == TORQUE:
-        return "a shaft that a torque turns"
-    contact, geometry = parameters.contact, parameters.geometry
-    if 0.0 < contact.relaxation_time < LEAST_DAMPING:
-        return "so little damping"
-    room = geometry.pitch_diameter * math.sin(math.pi / geometry.balls) / geometry.ball_diameter
-    return "balls that can touch" if geometry.balls > 1 and room < ROOM else ""
 
 
 @functools.cache
@@ -125,7 +78,7 @@ def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
     (docs/models.md).
     """
     found: dict[tuple[str, str], list[Rung]] = {}
-    for row in _read("steppers.csv"):
+    for row in (*_read("steppers.csv"), *(row for row in _read("motions.csv") if row["problem"] in COUPLED)):
         if row["method"] in ROSENBROCK and row["status"] == "done":
             rung = (float(row[key]) for key in ("setting", "load_error", "friction_error", "seconds"))
             found.setdefault((row["problem"], row["method"]), []).append(Rung(*rung))
@@ -134,6 +87,33 @@ def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
             plain = {one.setting: one for one in found[motion, LIKE_LANDING]}
             found[motion, stepper] = [_no_better(one, plain.get(one.setting, one)) for one in rungs]
     return {key: tuple(sorted(rungs, reverse=True)) for key, rungs in found.items()}
+
+
+@functools.cache
+def counts() -> dict[tuple[str, str], np.ndarray]:
+    """(motion, stepper): rows of setting, evaluations of a ball at the start and a second, settings increasing."""
+    found: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
+    for row in _read("motions.csv"):
+        if row["status"] == "done":
+            first, later = (float(row[key]) / float(row["balls"]) for key in ("evaluations", "evaluations_a_second"))
+            one = float(row["setting"]), max(first - FIRST * later, 1.0), max(later, 1.0)
+            found.setdefault((row["problem"], row["method"]), []).append(one)
+    return {key: np.array(sorted(rows)) for key, rows in found.items()}
+
+
+def counted(parameters, stepper: str, setting: float) -> tuple[float, float]:
+    """How often the rates of all balls will be evaluated at the start, and a second: most of the motions it is like.
+
+    Between settings, and beyond them, by powers of the setting.
+    """
+    most = np.zeros(2)
+    for motion in motions_of(parameters):
+        logs = np.log(counts()[motion, stepper])
+        at = int(np.clip(np.searchsorted(logs[:, 0], math.log(setting)), 1, len(logs) - 1))
+        share = (math.log(setting) - logs[at - 1, 0]) / (logs[at, 0] - logs[at - 1, 0])
+        most = np.maximum(most, np.exp(logs[at - 1, 1:] + min(share, 1.0) * (logs[at, 1:] - logs[at - 1, 1:])))
+    at_start, a_second = (most * parameters.geometry.balls).tolist()
+    return at_start, a_second
 
 
 def _no_better(rung: Rung, other: Rung) -> Rung:
@@ -181,6 +161,17 @@ def _enough(rungs: tuple[Rung, ...], wanted: float, outputs: str, even: bool = T
     return _scaled(rungs[-1], share)._replace(setting=min(wanted, share * rungs[-1].setting))
 
 
+def _no_tighter(rung: Rung, rungs: tuple[Rung, ...], wanted) -> Rung:
+    """The rung, or that of the wanted tolerance where it is a tighter one.
+
+    Balls that bump carry errors on: no setting keeps a tolerance for long, and the companion says up to when one does.
+    """
+    if rung.setting >= wanted.tolerance:
+        return rung
+    loose = [one for one in rungs if one.setting >= wanted.tolerance * (1.0 - 1e-9)]
+    return (loose[-1] if loose else rungs[-1])._replace(setting=wanted.tolerance)
+
+
 def as_cheap(rows: Sequence) -> list:
     """Those of the rows, which have a `cost`, that cost no more than SPREAD above the least, in the order given.
 
@@ -190,6 +181,12 @@ def as_cheap(rows: Sequence) -> list:
     return [one for one in rows if one.cost <= (1.0 + SPREAD) * least]
 
 
+def steppers_of(parameters) -> tuple[str, ...]:
+    """Those that a scene may take: none that lands where balls share a step with each other."""
+    shared = set(SHARED).intersection(motions_of(parameters))
+    return tuple(name for name, one in ROSENBROCK.items() if not (shared and one.lands))
+
+
 def predictions(parameters) -> list[Prediction]:
     """Each stepper at the loosest setting that keeps what is wanted in all motions the scene is like; best first.
 
@@ -197,15 +194,19 @@ def predictions(parameters) -> list[Prediction]:
     by their cost. The scene alone decides, not what runs: a node that is slow again comes back to what it began with.
     """
     found, motions, wanted = [], motions_of(parameters), parameters.wanted
-    wanted_of, even = (wanted.tolerance, wanted.outputs), not set(EVENTS).intersection(motions)
-    for stepper in ROSENBROCK:
+    wanted_of, even = (wanted.tolerance, wanted.outputs), not {*EVENTS, *COUPLED}.intersection(motions)
+    for stepper in steppers_of(parameters):
         rungs = {one: _enough(ladders().get((one, stepper), ()), *wanted_of, even) for one in motions}
         if None in rungs.values():
             continue
+        if POCKETS in motions:
+            rungs = {one: _no_tighter(rung, ladders()[one, stepper], wanted) for one, rung in rungs.items()}
         # The motion that costs most decides; what it errs by at a setting tighter than its own is less than measured.
         motion, worst = max(rungs.items(), key=lambda one: one[1].cost)
         setting = max(FINEST, min(rung.setting for rung in rungs.values()))
-        found.append(Prediction(motion, stepper, *worst._replace(setting=setting)))
+        told = Prediction(motion, stepper, *worst._replace(setting=setting))
+        at_start, a_second = counted(parameters, stepper, setting)
+        found.append(told._replace(at_start=at_start, a_second=a_second))
     equals = as_cheap(found)
     return equals + sorted((one for one in found if one not in equals), key=lambda one: one.cost)
 

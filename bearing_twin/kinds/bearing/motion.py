@@ -2,6 +2,8 @@
 
 import functools
 import math
+from copy import copy
+from operator import attrgetter
 
 import numpy as np
 
@@ -14,7 +16,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     CARRIED_COLUMNS,
     DRIVE_WORK,
     GROSS_WORK,
-    ORBIT_ANGLE,
     PLACES,
     SHAFT_ANGLE,
     SHAFT_SPEED,
@@ -26,8 +27,8 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import RingLoading, border_scales, caged_start, partners_of, settled_start
 from bearing_twin.kinds.bearing.rings import keeps_apart
 from bearing_twin.kinds.bearing.snapshots import MOVING, put_back, snapshot_of
-from bearing_twin.kinds.bearing.start import bearing_of, start_state
-from bearing_twin.kinds.bearing.stepping.integrate import Chunk, PartRoom, check, integrated
+from bearing_twin.kinds.bearing.start import bearing_of, start_orientation, start_state
+from bearing_twin.kinds.bearing.stepping.integrate import Chunk, PartRoom, check, instants_in, integrated
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, Rates, fastest_rates, stable_step, too_long
 from bearing_twin.kinds.bearing.stepping.steps import Results
 from bearing_twin.kinds.contract import late
@@ -42,6 +43,7 @@ REPLACED = ("drive", "goal_speed", "bearing", "step", "elapsed", "_acceleration"
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
 LONGEST = 0.4  # s asked for in one go: of balls alone, or round a ring with mass in a cage that keeps them apart
+KEPT = attrgetter(*MOVING, "counts", *REPLACED)  # what `take_back` needs
 EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 
@@ -59,7 +61,7 @@ class BearingMotion:
         self.parameters = parameters = as_chosen(parameters, choice)
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
-        self.loading, self._instants = RingLoading(parameters), PartRoom()
+        self._loading, self._instants = RingLoading(parameters), PartRoom()
         partners = partners_of(parameters)
         self._apart = keeps_apart(parameters.cage, parameters.geometry, 2.0 * NEAR * self.bearing.ball_radius)
         self.longest_chunk = LONGEST if not partners.active or (self._apart and partners.ring) else None
@@ -73,7 +75,7 @@ class BearingMotion:
         scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
         light = light_approach(self.bearing, start) if self.bearing.pockets else 0.0
         self.partners = partners._replace(scales=border_scales(parameters, scales), light=light)
-        self.scales, self._start = scales, start
+        self.scales, self._start, self._start_orientation = scales, start, start_orientation(start)
         self.step = parameters.solver.step
         if choice.stepper in FIXED_STEP:
             what = self.rates, choice.stepper, parameters.initial.motion == "rest"
@@ -91,10 +93,7 @@ class BearingMotion:
     def reset(self) -> None:
         """Back to the start."""
         self.state, self.border = self._start.copy(), self._start_border.copy()
-        self.loading = RingLoading(self.parameters)
-        self.orientation = np.zeros((self.bearing.balls, 4))
-        self.orientation[:, 3] = np.cos(-0.5 * self.state[:, ORBIT_ANGLE])
-        self.orientation[:, 2] = np.sin(-0.5 * self.state[:, ORBIT_ANGLE])
+        self.loading, self.orientation = copy(self._loading), self._start_orientation.copy()
         self.drive, self.step = RingDrive(0.0, float(self.parameters.drive.speed), 0.0), self._start_step
         self.goal_speed = float(self.parameters.drive.speed)
         self.bearing = self._bearing
@@ -109,12 +108,12 @@ class BearingMotion:
 
     def _keep(self) -> None:
         """Keeps what `take_back` needs."""
-        arrays = {name: getattr(self, name).copy() for name in (*MOVING, "counts")}
-        self._before = arrays | {name: getattr(self, name) for name in REPLACED}
+        kept, arrays = KEPT(self), len(MOVING) + 1
+        self._before = *(one.copy() for one in kept[:arrays]), *kept[arrays:]
 
     def take_back(self) -> None:
         """Back to before the last `advance`."""
-        vars(self).update(self._before)
+        vars(self).update(zip((*MOVING, "counts", *REPLACED), self._before, strict=True))
         self._keep()
 
     def snapshot(self) -> dict:
@@ -169,7 +168,7 @@ class BearingMotion:
             last = end >= duration * (1.0 - SHORTEST_PART)
             end = duration if last else end
             until = len(times) if last else int(np.searchsorted(times, end, side="right"))
-            self._part(np.minimum(times[cursor:until] - begin, end - begin), end - begin, out, cursor)
+            self._part(instants_in(times[cursor:until], begin, end), end - begin, out, cursor)
             begin, cursor = end, until
         return out
 
@@ -267,7 +266,7 @@ class BearingMotion:
             pointer = self._integrate(drive, partners, near, times, duration, filled)
         write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out.numbers, first)
         given = out.rows(slice(first, first + len(times))), pointer, self.elapsed, int(self.counts[STEPS])
-        check_speed(self.parameters, partners, self.elapsed + times, filled[2])
+        check_speed(self.parameters, partners, self.elapsed, times, filled[2])
         self._look(Part(self.bearing, drive, partners, near, times, duration, before, filled, *given))
         self.elapsed += duration
         if partners.shaft:

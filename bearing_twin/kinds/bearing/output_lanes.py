@@ -33,8 +33,8 @@ from bearing_twin.kinds.bearing.forces.ring_seat import moment_on, ring_in_lane
 from bearing_twin.kinds.bearing.forces.spot import (
     INNER_SPOTS,
     OUTER_SPOTS,
-    contacts_of_spots,
     find_means,
+    keep_spots,
     kept_answer,
 )
 from bearing_twin.numerics.lanes import (
@@ -101,7 +101,7 @@ def _note(contact, side, lanes, k):
 
 @lean_kernel
 def _contacts(bearing, lanes):
-    """Both contacts of every lane, with friction at a point if any: channels of one and of two numbers."""
+    """Both contacts of every lane, with friction at a point, or their spots: channels of one and of two numbers."""
     for k in range(LANES):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
         position = lane_position(lanes, k)
@@ -117,13 +117,13 @@ def _contacts(bearing, lanes):
         put(lanes, SINE, k, sine)
         _note(inner, INNER, lanes, k)
         _note(outer, OUTER, lanes, k)
+        keep_spots(bearing.spot, inner, outer, about_z(cosine, -sine, place), position, lanes, k)
 
 
 @lean_kernel
 def _add_spots(spot, bearing, lanes):
     """Friction over the spots of every lane, where the bearing's `spot` is not empty."""
     if len(spot) > 0:
-        contacts_of_spots(spot[0], bearing, lanes)
         find_means(spot, bearing, lanes)
         for k in range(LANES):
             inner, outer = kept_answer(0.0, lanes, INNER_SPOTS + k), kept_answer(0.0, lanes, OUTER_SPOTS + k)

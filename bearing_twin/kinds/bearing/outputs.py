@@ -120,16 +120,22 @@ def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
 def _places(n: int) -> RowPlaces:
     """Where the numbers of a bearing with n balls stand in a row of all channels."""
     rows = _channels(n)
-    edges = {name: columns.start for name, (columns, _) in layout_of(rows).places.items()}
+    edges = {name: columns.start for name, (columns, _) in _layout(n).places.items()}
     first, width = np.array([(edges[channel.name], channel.width // n) for channel in rows[:OWN]]).T.copy()
     named = "inner_ring_angle", "inner_ring_force", "neighbour_approach", "position", "raceway_force"
     ring, shared, *others = (edges[name] for name in named)
     return RowPlaces(first, width, ring, shared, sum(SHARED_WIDTHS), *others)
 
 
+@functools.cache
+def _layout(n: int) -> Layout:
+    """`layout_of` a bearing with n balls, which looks at all channels each time."""
+    return layout_of(_channels(n))
+
+
 def empty_outputs(parameters: BearingScene, count: int) -> Rows:
     """Room for `count` solver outputs: all channels side by side."""
-    layout = layout_of(_channels(parameters.geometry.balls))
+    layout = _layout(parameters.geometry.balls)
     return Rows(layout, np.empty((count, layout.width)))
 
 

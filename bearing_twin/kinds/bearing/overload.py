@@ -32,17 +32,17 @@ def _load(chunk: Chunk, into: float) -> list[float]:
     return [outside_load(chunk.partners, chunk.drive, into, i) for i in range(CAGE)]
 
 
-def check_speed(parameters, partners: Partners, times, borders) -> None:
+def check_speed(parameters, partners: Partners, begin, times, borders) -> None:
     """Raises IntegrationError at the first of the `times` (n,) [s] at which a shaft that a torque turns is too fast.
 
-    `borders` (n, BORDER) are those of the `partners` then.
+    They count from `begin` [s]; `borders` (n, BORDER) are those of the `partners` then.
     """
     if not partners.shaft:
         return
     limit, speeds = parameters.drive.greatest_speed, borders[:, SHAFT_SPEED]
     beyond = ~(np.abs(speeds) <= limit)
     if beyond.any():
-        seconds, speed = float(times[beyond.argmax()]), float(speeds[beyond.argmax()])
+        seconds, speed = begin + float(times[beyond.argmax()]), float(speeds[beyond.argmax()])
         sentence = (
             f"at {seconds:.9g} s the inner ring turns at {speed:.6g} rad/s, beyond drive.greatest_speed = {limit:g} "
             "rad/s: nothing holds the torque; lower it, or add drive.damping"

@@ -10,7 +10,7 @@ from bearing_twin.contact.names import AUTO, POINT, friction_names, numbers_miss
 from bearing_twin.kinds.bearing.catalogue import designations
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
 from bearing_twin.kinds.bearing.drive import Drive, torque_problems
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC, Cage, Model, Rings, dimension_of, ring_problems
+from bearing_twin.kinds.bearing.rings import LOADS, QUASI_STATIC, Cage, Model, Rings, dimension_of, ring_problems
 from bearing_twin.kinds.sections import (
     Bounded,
     Friction,
@@ -30,7 +30,6 @@ from bearing_twin.parameters import choice, quantity, section, text
 GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
 STEADY_REFUSED = {"steady": "is nothing a bearing's kernel knows; legal: hunt_crossley, with contact.restitution_speed"}
 MOTIONS = ("rolling", "rest")
-LOADS = "loads"  # of wanted.outputs
 STEEPEST = 0.25 * math.pi  # rad: radial bearings end at 45 degrees
 RELAXATION_TIME = 1.0e-6  # s, unless the scene says otherwise; no source, see the key's help
 ISO_GROOVES = "0.52 is the greatest that ISO 281 rates by its factors"
@@ -134,6 +133,11 @@ class Solver(Bounded):
     )
 
 
+LEAST_TOLERANCE = 1e-10  # at 1e-11 every second step is rejected for rounding, and 16 times as many are taken
+ROUNDED = "less than double precision gives in a bearing, whose approaches are small differences of positions"
+ERROR_WANTED = "wanted error of load, over the greatest, and of friction, over mu N"
+
+
 @dataclass(frozen=True)
 class WantedLoads(Wanted):
     """As Wanted, of a bearing whose loads may be had without its friction."""
@@ -145,6 +149,7 @@ class WantedLoads(Wanted):
         "model.dimension: auto may be quasi_static",
         widest=True,
     )
+    tolerance: float = quantity(1e-3, "1", ERROR_WANTED, at_least=LEAST_TOLERANCE, at_most=0.1, less=ROUNDED)
 
 
 @dataclass(frozen=True)
@@ -168,7 +173,6 @@ class BearingScene:
     run: RunSettings = section(RunSettings, default=RunSettings(1.0, 1000.0, 100.0))
 
 
-LEAST_TOLERANCE = 1e-10  # at 1e-11 every second step is rejected for rounding, and 16 times as many are taken
 GREATEST_INTERFERENCE = 0.02  # of the ball diameter: beyond it the contacts are no longer small
 GREATEST_CLEARANCE = 0.1  # of the ball diameter: beyond it the grooves no longer hold the balls
 GREATEST_SQUEEZE = 0.02  # of the ball diameter: approaches of a ball's two contacts together, as of an interference
@@ -204,11 +208,6 @@ def check(parameters: BearingScene) -> list[str]:
         return problems
     geometry, run = operating_geometry(parameters), parameters.run
     ball, pitch = geometry.ball_diameter, geometry.pitch_diameter
-    if parameters.wanted.tolerance < LEAST_TOLERANCE:
-        problems.append(
-            f"wanted.tolerance = {parameters.wanted.tolerance:g} is less than double precision gives in a "
-            f"bearing, whose approaches are small differences of positions; use {LEAST_TOLERANCE:g} or more"
-        )
     if pitch <= ball:
         problems.append(
             f"geometry.pitch_diameter = {pitch:g} m leaves no inner raceway; "

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
+from bearing_twin.kinds.bearing.drive import TORQUE, cage_inertia, shaft_inertia
 from bearing_twin.kinds.bearing.forces.land import NO_LAND, Land
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
@@ -39,7 +39,6 @@ from bearing_twin.kinds.bearing.rings import (
     moving_centre,
     tilts,
 )
-from bearing_twin.kinds.bearing.start import cage_inertia
 from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, Partners
 from bearing_twin.kinds.bearing.stepping.shaft import Shaft
 from bearing_twin.numerics.lanes import COLUMNS

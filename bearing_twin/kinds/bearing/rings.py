@@ -22,6 +22,7 @@ CENTRED, BALLS, INNER_LAND, OUTER_LAND = "centred", "balls", "inner", "outer"
 SHOULDER = 0.3  # of a ball: where the land of a ring stands, inside or outside the pitch circle
 QUASI_STATIC, PRESCRIBED, FREE_RING = "quasi_static", "prescribed", "free"
 EVEN, POCKETS = "even", "pockets"
+LOADS = "loads"  # of wanted.outputs
 
 
 @dataclass(frozen=True)
@@ -114,9 +115,8 @@ class Model:
     control: str = choice(
         AUTO,
         CONTROL_WORDS,
-        "balls' axes of spin in equilibrium: shared, outer = of rolling, raceways that carry the gyroscopic moment; "
-        "settled = as friction at a point leaves them, where runs start, too; auto = outer over spots, else shared, "
-        "but settled in runs from equilibria where that changes more than a tenth of wanted.tolerance",
+        "balls' axes of spin in equilibrium: shared, outer = of rolling, by what raceways carry of gyroscopic moments; "
+        "settled = as friction leaves them, also at starts; auto = outer over spots, shared, settled in runs if needed",
     )
 
 
@@ -153,14 +153,15 @@ def free_coordinates(parameters) -> tuple[bool, ...]:
 def dimension_of(parameters) -> str:
     """The dimension a scene asks for; `auto` is quasi_static where the ring is loaded, free or tilted.
 
-    Where a torque turns the ring it is free then.
+    It is free where a torque turns such a ring, or it has mass, balls have a cage, and loads alone are wanted.
     """
-    asked = parameters.model.dimension
-    if asked != "auto":
-        return asked
-    if parameters.drive.kind == TORQUE:
-        return FREE_RING if any(free_coordinates(parameters)) else PRESCRIBED
-    return QUASI_STATIC if any(free_coordinates(parameters)) or any(parameters.drive.tilt) else PRESCRIBED
+    follows, drive = any(free_coordinates(parameters)), parameters.drive
+    if parameters.model.dimension != "auto":
+        return parameters.model.dimension
+    massive = parameters.rings.inner.mass and parameters.cage.kind != "none" and parameters.wanted.outputs == LOADS
+    if follows and (drive.kind == TORQUE or massive):
+        return FREE_RING
+    return QUASI_STATIC if drive.kind != TORQUE and (follows or any(drive.tilt)) else PRESCRIBED
 
 
 def spots_built(parameters) -> bool:

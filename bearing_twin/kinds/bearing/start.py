@@ -12,6 +12,7 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.clearance import operating_geometry
+from bearing_twin.kinds.bearing.forces.along_groove import axes_along
 from bearing_twin.kinds.bearing.forces.cage import Pockets
 from bearing_twin.kinds.bearing.forces.equations import Bearing, raceway_of, single_contact, static_force
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE, SPIN, TANGENTIAL_VELOCITY
@@ -50,7 +51,6 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     mass = materials.ball.density * 4.0 / 3.0 * math.pi * radius**3
     pair = effective_modulus(materials.ball, materials.ball)
     friction = FRICTIONS[contact.friction]
-    spot = contact.friction_coefficient, friction_number(contact.friction), friction.in_lanes
     damping, relaxation_time = viscous_terms(contact)
 
     def law_of(ring):
@@ -61,13 +61,21 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
 
         return at
 
+    inner = raceway_of(geometry, geometry.inner_conformity, -1.0, law_of(materials.inner_ring))
+    outer = raceway_of(geometry, geometry.outer_conformity, 1.0, law_of(materials.outer_ring))
+    spot = ()
+    if friction.over_spot:
+        axes = [
+            axes_along(radius, one.locus_radius, one.groove_radius, side) for one, side in ((inner, -1.0), (outer, 1.0))
+        ]
+        spot = contact.friction_coefficient, friction_number(contact.friction), friction.in_lanes, *axes
     return Bearing(
         balls=geometry.balls,
         ball_radius=radius,
         ball_mass=mass,
         ball_inertia=0.4 * mass * radius**2,
-        inner=raceway_of(geometry, geometry.inner_conformity, -1.0, law_of(materials.inner_ring)),
-        outer=raceway_of(geometry, geometry.outer_conformity, 1.0, law_of(materials.outer_ring)),
+        inner=inner,
+        outer=outer,
         offset=tuple(parameters.drive.offset),
         gravity=tuple(parameters.gravity),
         damping=damping,
@@ -76,7 +84,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         friction_regularisation=contact.friction_regularisation,
         pair_coefficient=hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
         raceway_friction=0.0 if friction.over_spot else contact.friction_coefficient,
-        spot=spot if friction.over_spot else (),
+        spot=spot,
         ring=_ring_motion(parameters),
         pockets=_pockets(parameters),
     )
@@ -90,12 +98,6 @@ def _ring_motion(parameters: BearingScene) -> RingMotion | LevelMotion | tuple:
     if dimension == FREE_RING or (dimension == PRESCRIBED and any(tilt)):
         return RingMotion(tilt, (0.0, 0.0, 0.0), (0.0, 0.0))
     return ()
-
-
-def cage_inertia(parameters: BearingScene) -> float:
-    """The cage's moment of inertia about its axis [kg m^2]."""
-    cage = parameters.cage
-    return cage.inertia or cage.mass * (0.5 * parameters.geometry.pitch_diameter) ** 2
 
 
 def _pockets(parameters: BearingScene) -> Pockets | MovingPockets | tuple:
@@ -289,3 +291,9 @@ def start_state(bearing: Bearing, inner_speed: float, motion: str) -> np.ndarray
     if motion == "rolling":
         least_drilling(bearing, float(inner_speed), state)
     return state
+
+
+def start_orientation(state: np.ndarray) -> np.ndarray:
+    """Orientations (N, 4), x, y, z, w, of balls in a state (N, COLUMNS): turned back about z by their orbit angle."""
+    half, nothing = -0.5 * state[:, ORBIT_ANGLE], np.zeros(len(state))
+    return np.stack((nothing, nothing, np.sin(half), np.cos(half)), axis=1)

@@ -54,6 +54,8 @@ class WatchedMotion(BearingMotion):
         if not hasattr(self, "companion"):
             spent = STEP_SHARE * self.given
             self.companion = Companion(self.parameters, self.scales / spent)
+            self._carries, self._bumps = carries(self.parameters), bumps(self.parameters)
+            self._unseen = unseen(self.parameters)
             self._asked, self.setting = (self.scales, self.partners.scales), 1.0
         self.companion.reset()
         self._set(1.0)
@@ -166,7 +168,7 @@ class WatchedMotion(BearingMotion):
         self.counts[:], self._rows = spent, rows.copy()
         self.companion.steps, self.companion.looked, self.companion.grew = watching
         # A ring forgets in time what it was off, and may take longer steps again.
-        self._roughest, self._calm = redoing.SPARED * self.setting if carries(self.parameters) else setting, 0
+        self._roughest, self._calm = redoing.SPARED * self.setting if self._carries else setting, 0
         self._set(setting)
 
     def _part(self, times, duration, out, first) -> None:
@@ -195,7 +197,7 @@ class WatchedMotion(BearingMotion):
                 break
             last, worst = worst, self._worst(since)
             dear = dear or redoing.MOST_SPENT * (self.counts[STEPS] - spent)
-            eventful = self._eventful and not bumps(self.parameters)  # whose errors no setting spares
+            eventful = self._eventful and not self._bumps  # whose errors no setting spares
             if redoing.enough(worst, attempt, eventful) or self.companion.diverged or self.counts[STEPS] - spent > dear:
                 break
             if attempt and worst >= redoing.HELPED * last:
@@ -210,7 +212,7 @@ class WatchedMotion(BearingMotion):
         self._relax(rows if rows is None else rows[rows[:, PLACE["begin"]] >= begun])
         if rows is not None:
             rows = self.companion.go_beside(*self._looked_at, (self.state, self.border), rows)
-            if not bumps(self.parameters):
+            if not self._bumps:
                 self._grown = max(self._grown, self._off(redoing.carried(rows, begun)))
             elif self.companion.diverged:
                 self._set(redoing.BEYOND)
@@ -220,7 +222,7 @@ class WatchedMotion(BearingMotion):
     def _stop_carrying(self) -> None:
         """Ends a chunk that is off too far by what it carried into this part."""
         stops = self._may_retake and self.elapsed > self._chunk_begun and self.tolerance > VERIFIABLE
-        if stops and self._off(self._before_it[:1]) > redoing.CARRIED and not bumps(self.parameters):
+        if stops and self._off(self._before_it[:1]) > redoing.CARRIED and not self._bumps:
             raise redoing.CarriedOn(self._off(self._before_it), self._part_begun)
 
     def _relax(self, rows: np.ndarray | None) -> None:
@@ -228,7 +230,7 @@ class WatchedMotion(BearingMotion):
         spare = self.companion.spare
         if rows is not None and len(rows):
             whole = rows[:, PLACE["ball"]] == ALL
-            worst = max(self._off(rows[~whole]), unseen(self.parameters) * self._off(rows[whole]))
+            worst = max(self._off(rows[~whole]), self._unseen * self._off(rows[whole]))
             spare = redoing.CALM / max(worst, 1e-300)
         self._calm = self._calm + 1 if spare > redoing.NOTABLE else 0
         if self._calm > redoing.PATIENT and self.setting < self._roughest and not self._sensitive:
@@ -244,7 +246,7 @@ class WatchedMotion(BearingMotion):
         self._set(setting)
 
     def _until_next(self, duration: float) -> float:
-        longer = LONGER[carries(self.parameters)] ** min(self.companion.parts, DOUBLED)
+        longer = LONGER[self._carries] ** min(self.companion.parts, DOUBLED)
         return min(super()._until_next(duration), SHORT * longer)
 
     def _worst(self, since: float) -> float:
@@ -255,10 +257,10 @@ class WatchedMotion(BearingMotion):
         if self._found is None or self.tolerance <= VERIFIABLE:
             return 0.0
         rows = self._added
-        if bumps(self.parameters):
+        if self._bumps:
             rows = rows[rows[:, PLACE["ball"]] != INHERITED]
         rows = rows[(rows[:, PLACE["begin"]] >= since) & (rows[:, PLACE["ball"]] != APART)]
-        return self._off(redoing.weighed(rows, self._eventful, carries(self.parameters)))
+        return self._off(redoing.weighed(rows, self._eventful, self._carries))
 
     def _off(self, rows: np.ndarray) -> float:
         """The greatest error in rows of WINDOW over the wanted tolerance."""
@@ -286,7 +288,7 @@ class WatchedMotion(BearingMotion):
         throw, greatest = self.companion.throw(part, scales, *self._inherited[1:3]), self.companion.greatest_load
         found = self.companion.look(part, self._windows if throw is None else [], scales, self.tolerance)
         added, self._before_it = found, found[:0]
-        if len(found) or carries(self.parameters):
+        if len(found) or self._carries:
             ringing, drift = ringing_time(self.parameters, self.bearing, greatest), self.companion.drift.angle.max()
             what = part, found, self.tolerance, ringing, drift, greatest, self.companion.apart, throw
             found, added, self._before_it, self._inherited = carried_on(self._inherited, *what)

@@ -1,6 +1,7 @@
 """Law and stepper of an ellipsoid on a plane: laws are weighed over the whole surface."""
 
 from bearing_twin.contact.friction import FRICTIONS, roughness
+from bearing_twin.kinds.charted import in_words, row_of
 from bearing_twin.kinds.ellipsoid.derived import law_error_over, shortest_contact
 from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift, idle_step
@@ -25,7 +26,9 @@ def choose(parameters) -> Choice:
     warnings += drift(law)
     warnings += roughness(FRICTIONS[parameters.contact.friction])
     if solver.stepper == "auto":
+        row = row_of("pairs", "ellipsoid on a plane", stepper, parameters.wanted.tolerance)
         reason += "; dop853, because its steps follow the contact's own time and its error is controlled"
+        reason += f"; {in_words('pairs', row, parameters.wanted.tolerance)}"
     else:
         reason += f"; {stepper}, as the scene asks"
     warnings += idle_step(solver.step, stepper, ("rk4",))

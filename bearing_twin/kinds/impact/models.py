@@ -2,6 +2,7 @@
 
 from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.laws import LAWS
+from bearing_twin.kinds.charted import Charted, in_words, predicted, row_of
 from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.kinds.impact.derived import contact_time_by, is_elastic, is_steady, pair_contact_time, sphere_law
 from bearing_twin.kinds.impact.facts import speed_share
@@ -46,7 +47,19 @@ def choose_spheres(parameters) -> Choice:
         reasons.append("dop853, because the force history with losses needs the differential equation")
     exact = sphere_coefficient("hertz", 1.0, 1.0)
     error = 0.0 if LAWS[law].measured else abs(float(sphere_coefficient(law, 1.0, 1.0) / exact) - 1.0)
-    return Choice(law, stepper, error, "; ".join(reasons), _step_warnings(parameters, stepper))
+    row = _row(parameters, "elastic spheres" if is_elastic(contact) else "spheres, restitution 0.8", stepper, reasons)
+    told = predicted(row, "evaluations", row.evaluations) if row else None
+    return Choice(law, stepper, error, "; ".join(reasons), _step_warnings(parameters, stepper), predicted=told)
+
+
+def _row(parameters, problem: str, stepper: str, reasons: list[str]) -> Charted | None:
+    """The row that speaks for a stepper that was chosen, which joins the reasons; None of one that is asked for."""
+    if parameters.solver.stepper != "auto":
+        return None
+    wanted = parameters.wanted.tolerance
+    row = row_of("pairs", problem, stepper, wanted)
+    reasons += filter(None, [in_words("pairs", row, wanted)])
+    return row
 
 
 def choose_discs(parameters) -> Choice:
@@ -75,7 +88,10 @@ def choose_discs(parameters) -> Choice:
     else:
         stepper = "dop853"
         reasons.append("dop853, because a force history is wanted")
-    return Choice(law, stepper, error, "; ".join(reasons), (*warnings, *_step_warnings(parameters, stepper)))
+    row = _row(parameters, "discs, line contact", stepper, reasons)
+    told = predicted(row, "evaluations", row.evaluations) if row else None
+    warnings += _step_warnings(parameters, stepper)
+    return Choice(law, stepper, error, "; ".join(reasons), tuple(warnings), predicted=told)
 
 
 def off_elements(parameters) -> tuple[float, list[str]]:

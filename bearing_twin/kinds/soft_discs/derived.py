@@ -119,13 +119,19 @@ def fitting(divisions: int, order: int) -> int:
 
 def predicted_seconds(parameters: SoftDiscsScene) -> float:
     """About the seconds a run takes on one processor, from its resolved keys."""
-    mesh, discs, step = parameters.mesh, bodies_of(parameters), math.inf
-    for one in discs.values():
+    discs, nodes = len(bodies_of(parameters)), nodes_of(parameters.mesh.divisions)
+    return parameters.run.duration / predicted_step(parameters) * discs * nodes * SECONDS
+
+
+def predicted_step(parameters: SoftDiscsScene) -> float:
+    """About the step [s] of a run, from its resolved keys."""
+    mesh, step = parameters.mesh, math.inf
+    for one in bodies_of(parameters).values():
         ratio = capped_ratio(one)
         stiff = math.sqrt((1.0 - ratio) / ((1.0 + ratio) * (1.0 - 2.0 * ratio)) / 1.2)
         share = STEPS[mesh.order] / mesh.divisions * 2.0 * parameters.solver.step_share / max(stiff, 1.0)
         step = min(step, share * time_unit(one))
-    return parameters.run.duration / step * len(discs) * nodes_of(mesh.divisions) * SECONDS
+    return step
 
 
 def nodes_of(divisions: int) -> int:

@@ -1,6 +1,7 @@
 """The model of soft discs: one method, on a mesh whose error is known."""
 
-from bearing_twin.kinds.soft_discs.derived import predicted_error, predicted_seconds
+from bearing_twin.kinds.charted import in_words, predicted, row_of
+from bearing_twin.kinds.soft_discs.derived import predicted_error, predicted_seconds, predicted_step
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.report import Choice
 
@@ -20,10 +21,9 @@ def choose(parameters: SoftDiscsScene) -> Choice:
         )
     if seconds > LONG:
         warnings.append(f"this run takes about {seconds:.2g} s on one processor")
-    return Choice(
-        parameters.formulation,
-        STEPPER,
-        error,
-        f"{mesh.divisions} divisions of order {mesh.order}: the force is known to about {error:.1g}",
-        tuple(warnings),
-    )
+    row = row_of("discs", "mesh", f"order {mesh.order}", mesh.divisions)
+    reason = f"{mesh.divisions} divisions of order {mesh.order}: the force is known to about {error:.1g}"
+    reason += f"; {in_words('discs', row, tolerance, 'divisions:')}" if row else ""
+    told = predicted(row, "steps", 0.0, 1.0 / predicted_step(parameters)) if row else None
+    told = told and told | {"force_error": error}
+    return Choice(parameters.formulation, STEPPER, error, reason, tuple(warnings), predicted=told)

@@ -87,7 +87,12 @@ class WantedOfDisc(WantedImpact):
     """What is wanted of a soft disc."""
 
     tolerance: float = quantity(
-        2e-3, "1", "wanted relative error of the force, root mean square over the contact", at_least=1e-4, at_most=0.1
+        2e-3,
+        "1",
+        "wanted relative error of the force, root mean square over the contact",
+        at_least=1e-4,
+        at_most=0.1,
+        less="less than meshes that can be solved give",
     )
 
 

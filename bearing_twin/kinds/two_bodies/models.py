@@ -5,9 +5,10 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.charted import in_words, row_of
 from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift
-from bearing_twin.kinds.two_bodies.derived import start_contact
-from bearing_twin.kinds.two_bodies.parameters import OVERLAP
+from bearing_twin.kinds.two_bodies.derived import start_contact, tracking_of
+from bearing_twin.kinds.two_bodies.parameters import OVERLAP, TRACKINGS
 from bearing_twin.report import Choice
 
 
@@ -45,4 +46,8 @@ def choose(parameters) -> Choice:
         )
     warnings += drift(law)
     warnings += roughness(FRICTIONS[contact.friction])
-    return Choice(law, "dop853", error, f"{reason}; dop853, whose steps follow the contact's own time", tuple(warnings))
+    wanted, tracking = parameters.wanted.tolerance, TRACKINGS[tracking_of(parameters)]
+    row = row_of("two_bodies", "ball in a groove", tracking, wanted) if contact.tracking == "auto" else None
+    told = f"; points {tracking}, {in_words('two_bodies', row, wanted)}" if row else ""
+    reason = f"{reason}; dop853, whose steps follow the contact's own time{told}"
+    return Choice(law, "dop853", error, reason, tuple(warnings))

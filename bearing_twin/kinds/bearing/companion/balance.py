@@ -18,8 +18,10 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
+from bearing_twin.kinds.bearing.companion.accelerations import bends, better, changes, even
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
 from bearing_twin.kinds.bearing.companion.windows import BETWEEN, PLACE, WINDOW
+from bearing_twin.kinds.bearing.forces.cage import Pockets
 from bearing_twin.kinds.bearing.forces.equations import Bearing
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
@@ -31,16 +33,15 @@ from bearing_twin.kinds.bearing.forces.layout import (
 from bearing_twin.kinds.bearing.outputs import empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of
+from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED
 from bearing_twin.kinds.bearing.stepping.pointing import STEPS_IN
 from bearing_twin.numerics.rotation import about_z, add, cross, dot, minus, scaled
 
 SWING = 2.0 * np.pi  # rad: steps shorter than such a period are made for the swing itself, where nothing is in balance
 SURE = 0.8  # of the tolerance: what is known so exactly is done again only above it
 UNKNOWN = 0.1  # of what is left over: where accelerations are known no better, nothing is said of friction
-SAME = 1e-6  # of an interval between outputs: those that differ by less are alike
 ERRORS = 3  # of a ball: of load, friction, torque
 NO_FRICTION = 1e-300  # share of the load: next to nothing, so that no quotient is infinite
-NO_STIFFNESS = 1e-300  # N/m: next to none, so that no quotient is infinite
 MOST = 100  # outputs of a part that are looked at: those in the longest steps, whose interpolants err most
 
 
@@ -72,52 +73,11 @@ def _rubs(given, coupled, load, angle, torque, force):
     return share / limit, math.sqrt(dot(across, across))
 
 
-@inlined
-def _changes(before, state, later, first, past, following):
-    """How fast three numbers from `first` on change, of second order; at the last output from the one before."""
-    one = scaled(1.0 / past, minus(_three(state, first), _three(before, first)))
-    if following == 0.0:
-        return one
-    uneven = minus(scaled(1.0 / following, minus(_three(later, first), _three(state, first))), one)
-    return add(one, scaled(past / (past + following), uneven))
-
-
-@inlined
-def _better(states, now, ball, first, change, step):
-    """What fourth order would add to a `change` over even steps [s], from two outputs to either side."""
-    far = scaled(0.25 / step, minus(_three(states[now + 2, ball], first), _three(states[now - 2, ball], first)))
-    return scaled(1.0 / 3.0, minus(change, far))
-
-
-@inlined
-def _bends(states, now, ball, first, step):
-    """How far three numbers from `first` on are from a cubic over even steps [s], as rates: 0 where all is smooth."""
-    middle = _three(states[now, ball], first)
-    near = add(_three(states[now - 1, ball], first), _three(states[now + 1, ball], first))
-    far = add(_three(states[now - 2, ball], first), _three(states[now + 2, ball], first))
-    return scaled(1.0 / step, add(minus(far, scaled(4.0, near)), scaled(6.0, middle)))
-
-
-@inlined
-def _even(times, now, last):
-    """Whether two outputs to either side of one are evenly apart."""
-    if now < 2 or now > last - 2:
-        return False
-    step, unlike = times[now] - times[now - 1], 0.0
-    for other in (now - 1, now + 1, now + 2):
-        unlike = max(unlike, abs(times[other] - times[other - 1] - step))
-    return unlike <= SAME * step
-
-
-@inlined
-def _three(numbers, first):
-    return numbers[first], numbers[first + 1], numbers[first + 2]
-
-
 class _Given(NamedTuple):
     """Numbers of a bearing: mass, moment of inertia and radius of a ball, powers of its laws, gravity, friction.
 
-    `relaxing` [1/(N s)] is how fast slip dies out for each newton of load; `least` [N] counts as load at least.
+    `relaxing` [1/(N s)] is how fast slip dies out for each newton of load; `least` [N] counts as load at least;
+    `creeps` [m/s] is the slip that smooths friction, also where a pocket pushes, on a circle of radius `pocket` [m].
     """
 
     mass: float
@@ -129,14 +89,29 @@ class _Given(NamedTuple):
     friction: float
     relaxing: float
     least: float
+    creeps: float = 1.0
+    pocket: float = 1.0
+    pocket_friction: float = 0.0
+
+
+@inlined
+def _pocket_rubs(given, push, speed, state):
+    """Friction [N] along radius and axis of the pocket that pushes a ball along its orbit; the lever [m] it acts at."""
+    lever = -math.copysign(given.radius, push)
+    slip = state[VELOCITY] - lever * (state[SPIN + 2] - speed), state[VELOCITY + 2] + lever * state[SPIN]
+    load = abs(push) * state[AXIS_DISTANCE] / given.pocket
+    resists = given.pocket_friction * load / math.sqrt(slip[0] * slip[0] + slip[1] * slip[1] + given.creeps**2)
+    return -resists * slip[0], -resists * slip[1], lever
 
 
 @kernel
-def _left_over(given, coupled, times, here, bears, load, approach, angle, force, torque, states, begun, counts, off):
+def _left_over(given, coupled, times, here, bears, channels, pushes, speeds, states, begun, counts, off):
     """Fills `off` (n, balls, ERRORS) where `bears` and steps are long; `counts` (balls, T) are steps up to outputs.
 
-    `load` to `torque` have the outputs `here` (n,) alone, `states` and `counts` all.
+    The `channels` load, approach, angle, force and torque, and `pushes` (n, balls) of pockets [N] along the orbit, have
+    the outputs `here` (n,) alone; `states`, the cage's `speeds` (T,) [rad/s] and `counts` all.
     """
+    load, approach, angle, force, torque = channels
     last = len(times) - 1
     if last == 0:  # here and not before, so that a run of one output compiles what longer ones need
         return
@@ -153,17 +128,19 @@ def _left_over(given, coupled, times, here, bears, load, approach, angle, force,
             swing, dies = math.sqrt((one + two) / given.mass), given.relaxing * (held[0] + held[1])  # rad/s, 1/s
             some, more = SWING * counts[ball, now], SWING * counts[ball, ahead]
             long, slow = swing * past >= some and swing * behind >= more, dies * past >= some
-            slow = slow and dies * behind >= more and _even(times, now, last)
+            slow = slow and dies * behind >= more and even(times, now, last)
             if not (long or slow):
                 continue
             state = states[now, ball]
             before, later = states[now - 1, ball] if now > 0 else begun[ball], states[ahead, ball]
-            moved = _changes(before, state, later, VELOCITY, past, following)
-            spun = _changes(before, state, later, SPIN, past, following)
+            moved = changes(before, state, later, VELOCITY, past, following)
+            spun = changes(before, state, later, SPIN, past, following)
             back = math.cos(state[ORBIT_ANGLE]), -math.sin(state[ORBIT_ANGLE])  # into the ball's frame
             speed, orbit = state[TANGENTIAL_VELOCITY], state[TANGENTIAL_VELOCITY] / state[AXIS_DISTANCE]
             faster = add(moved, (-speed * orbit, state[VELOCITY] * orbit, 0.0))
             pulled, pushed = about_z(*back, given.gravity), about_z(*back, force[row, ball])
+            along_radius, along_axis, lever = _pocket_rubs(given, pushes[row, ball], speeds[now], state)
+            pushed = add(pushed, (along_radius, 0.0, along_axis))
             left = add(pushed, scaled(given.mass, minus(pulled, faster)))
             if long:
                 leant = math.cos(angle[row, ball, 0]), math.cos(angle[row, ball, 1])
@@ -172,17 +149,33 @@ def _left_over(given, coupled, times, here, bears, load, approach, angle, force,
             if slow:
                 quicker = add(spun, (-orbit * state[SPIN + 1], orbit * state[SPIN], 0.0))
                 turning = minus(about_z(*back, torque[row, ball]), scaled(given.inertia, quicker))
+                turning = add(turning, (lever * along_axis, 0.0, -lever * along_radius))
                 # Two orders of accelerations, and how smooth all is, tell how well they are known.
-                more = scaled(given.mass, _better(states, now, ball, VELOCITY, moved, past))
-                turns = scaled(given.inertia, _better(states, now, ball, SPIN, spun, past))
+                more = scaled(given.mass, better(states, now, ball, VELOCITY, moved, past))
+                turns = scaled(given.inertia, better(states, now, ball, SPIN, spun, past))
                 mean = 0.5 * (angle[row, ball, 0] + angle[row, ball, 1])
                 found = _rubs(given, coupled, held, mean, turning, left)
-                bent = scaled(given.mass, _bends(states, now, ball, VELOCITY, past))
-                twisted = scaled(given.inertia, _bends(states, now, ball, SPIN, past))
+                bent = scaled(given.mass, bends(states, now, ball, VELOCITY, past))
+                twisted = scaled(given.inertia, bends(states, now, ball, SPIN, past))
                 unknown = _rubs(given, coupled, held, mean, turns, more)[0]
                 unknown += _rubs(given, coupled, held, mean, twisted, bent)[0]
                 if unknown < UNKNOWN * found[0]:
                     off[row, ball, 1], off[row, ball, 2] = found
+
+
+@kernel
+def _bear(load, touched, here, bears):
+    """Fills `bears` (n, balls): whether both raceways carry a ball at outputs `here`, and at those before and behind.
+
+    And it touches neither neighbour: `touched` (outputs, balls, or none) are those that touch the next one ahead.
+    """
+    last, balls = len(load) - 1, load.shape[1]
+    for row, now in enumerate(here):
+        for ball in range(balls):
+            for at in (max(now - 1, 0), now, min(now + 1, last)):
+                free = not (load[at, ball, 0] > 0.0 and load[at, ball, 1] > 0.0)
+                if free or (len(touched) > 0 and (touched[at, ball] or touched[at, ball - 1])):
+                    bears[row, ball] = False
 
 
 def off_balance(part: Part, moves: bool, here: np.ndarray, greatest: float) -> np.ndarray:
@@ -191,26 +184,52 @@ def off_balance(part: Part, moves: bool, here: np.ndarray, greatest: float) -> n
     The greater one of the contacts of a ball, friction over what it could be, with the `greatest` load [N] of the run.
     0 where this says nothing, as where a ring moves with its balls: they swing with it for longer than a step.
     """
-    outputs, balls = part.load.shape[:2]
+    balls = part.load.shape[1]
     off = np.zeros((len(here), balls, ERRORS))
     if moves or not len(part.pointer):
         return off
     bears = np.ones((len(here), balls), bool)
     if not part.all_bear or part.near.any():
-        carried = part.carried
-        if part.near.any():
-            touched = part.out["neighbour_load"] != 0.0
-            carried = carried & ~(touched | np.roll(touched, 1, axis=1))
-        bears = carried[np.maximum(here - 1, 0)] & carried[here] & carried[np.minimum(here + 1, outputs - 1)]
+        touched = part.out["neighbour_load"] != 0.0 if part.near.any() else np.zeros((0, balls), bool)
+        _bear(part.load, touched, here, bears)
         if not bears.any():
             return off
     # Copies of these rows are alike to a kernel, rows of one output and of many are not.
     names = "approach", "contact_angle", "raceway_force", "raceway_torque"
-    channels = part.load[here], *(part.out[name][here] for name in names)
-    moving = part.filled[0], part.begun[0], part.pointer[..., STEPS_IN]
-    given = _given(part.bearing, LEAST_LOAD * greatest)
-    _left_over(given, bool(part.partners.active), part.times, here, bears, *channels, *moving, off)
+    every = len(here) == len(part.times)
+    channels = part.load, *(part.out[name] for name in names)
+    channels = tuple(np.ascontiguousarray(one) if every else one[here] for one in channels)
+    coupled = bool(part.partners.active)
+    pushes = part.out["pocket_force"][here] if coupled else np.zeros((len(here), balls))
+    speeds = part.filled[2][:, CAGE_SPEED] if coupled else np.zeros(len(part.times))
+    moving = pushes, np.ascontiguousarray(speeds), part.filled[0], part.begun[0], part.pointer[..., STEPS_IN]
+    _left_over(_given(part.bearing, LEAST_LOAD * greatest), coupled, part.times, here, bears, channels, *moving, off)
     return off
+
+
+@kernel
+def _rung_out(given, relaxation_time, times, steps, bears, state, load, approach, force):
+    """What `rung_out` tells, of balls (N, ...) where a part begins; `steps` (N, T, POINTED), `bears` (T, N, 2)."""
+    most = 0.0
+    for ball in range(len(load)):
+        held, deep = load[ball], approach[ball]
+        if not (held[0] > 0.0 and held[1] > 0.0):
+            continue
+        one, two = given.inner * held[0] / deep[0], given.outer * held[1] / deep[1]
+        both, angle, speed = one + two, state[ball, ORBIT_ANGLE], state[ball, TANGENTIAL_VELOCITY]
+        left = (force[ball, 0] + given.mass * given.gravity[0]) * math.cos(angle)
+        left += (force[ball, 1] + given.mass * given.gravity[1]) * math.sin(angle)
+        left += given.mass * speed * speed / state[ball, AXIS_DISTANCE]
+        swing, lost, before = math.sqrt(both / given.mass) / SWING, False, 0.0
+        for now in range(len(times)):
+            lost = lost or (times[now] - before) * swing >= steps[ball, now, STEPS_IN]
+            before = times[now]
+            if lost and bears[now, ball, 0] > 0.0 and bears[now, ball, 1] > 0.0:
+                # It falls: no later output shows more.
+                falls = math.exp(-0.5 * both * relaxation_time / given.mass * before)
+                most = max(most, falls * abs(left) * max(one, two) / both)
+                break
+    return most
 
 
 def rung_out(parameters: BearingScene, part: Part) -> float:
@@ -219,22 +238,13 @@ def rung_out(parameters: BearingScene, part: Part) -> float:
     A mass on the contacts with both raceways, each with a viscous term as their stiffness: its swing falls as
     exp(-k tau t / 2 m). It is lost from the first output on up to which steps are longer than it takes.
     """
-    state, orientation, _, _, border = (one[None].copy() for one in part.begun)
+    state, orientation, _, _, border = (one[None] for one in part.begun)
     out, bearing = empty_outputs(parameters, 1), part.bearing
-    start, drive = np.zeros(1), part.drive
-    write_outputs(parameters, bearing, part.partners, drive, start, state, orientation, border, out.numbers, 0)
-    load, approach, force = (out[name][0] for name in ("normal_load", "approach", "raceway_force"))
-    powers = np.array([bearing.inner.law.power, bearing.outer.law.power])
-    stiffness = np.where(load > 0.0, powers * load / np.where(load > 0.0, approach, 1.0), 0.0)
-    both, angle, speed = stiffness.sum(axis=1), state[0, :, ORBIT_ANGLE], state[0, :, TANGENTIAL_VELOCITY]
-    pushed = force + bearing.ball_mass * np.asarray(bearing.gravity)
-    left = pushed[:, 0] * np.cos(angle) + pushed[:, 1] * np.sin(angle)
-    left += bearing.ball_mass * speed**2 / state[0, :, AXIS_DISTANCE]
-    turns = np.diff(part.times, prepend=0.0)[:, None] * np.sqrt(both / bearing.ball_mass) / SWING
-    lost = np.maximum.accumulate(turns >= part.pointer[..., STEPS_IN].T, axis=0)
-    lost &= part.carried & (load > 0.0).all(axis=1)
-    falls = np.exp(-0.5 * both * bearing.relaxation_time / bearing.ball_mass * np.asarray(part.times)[:, None])
-    return float((lost * falls * np.abs(left) * stiffness.max(axis=1) / np.maximum(both, NO_STIFFNESS)).max())
+    begun = np.zeros(1), state, orientation, border
+    write_outputs(parameters, bearing, part.partners, part.drive, *begun, out.numbers, 0)
+    channels = (np.ascontiguousarray(out[name][0]) for name in ("normal_load", "approach", "raceway_force"))
+    instants = part.times, part.pointer, part.load
+    return _rung_out(_given(bearing, 0.0), float(bearing.relaxation_time), *instants, part.begun[0], *channels)
 
 
 def _given(bearing: Bearing, least: float) -> _Given:
@@ -244,7 +254,10 @@ def _given(bearing: Bearing, least: float) -> _Given:
     # Slip dies out by what friction does to place and spin of a ball; where there is no friction it never does.
     relaxing = friction / (bearing.friction_regularisation * bearing.ball_mass)
     gravity = tuple(map(float, bearing.gravity))
-    return _Given(*map(float, (*ball, *powers)), gravity, max(friction, NO_FRICTION), relaxing, float(least))
+    creeps, held = float(bearing.friction_regularisation), bearing.pockets
+    pocket = (float(held.radius), float(held.friction)) if isinstance(held, Pockets) else (1.0, 0.0)
+    known = *map(float, (*ball, *powers)), gravity, max(friction, NO_FRICTION), relaxing, float(least)
+    return _Given(*known, creeps, *pocket)
 
 
 def between_steps(parameters: BearingScene, part: Part, tolerance: float, greatest: float) -> np.ndarray:
@@ -253,7 +266,7 @@ def between_steps(parameters: BearingScene, part: Part, tolerance: float, greate
     `greatest` [N] is the greatest load of the run.
     """
     moves = dimension_of(parameters) == FREE_RING
-    off = off_balance(part, moves, in_longest_steps(part), greatest).max(axis=(0, 1), initial=0.0)
+    off = off_balance(part, moves, in_longest_steps(part), greatest).reshape(-1, ERRORS).max(axis=0, initial=0.0)
     if len(part.pointer) and not moves:
         off[0] = max(float(off[0]), rung_out(parameters, part))
     rows = np.zeros((int(off.any()), len(WINDOW.columns)))

@@ -1,11 +1,13 @@
 """How far a stretch of a bearing run is from what a companion found for it."""
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.companion.windows import Window
 from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.forces.layout import (
@@ -32,6 +34,16 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
     """Lengths of vectors (..., 3), to the bit those of `np.linalg.norm`, in a third of its time."""
     squares = vectors * vectors
     return np.sqrt(squares[..., 0] + squares[..., 1] + squares[..., 2])
+
+
+@kernel
+def _lengths(vectors, found):
+    """Fills `found` (outputs, balls, 2) with the lengths of vectors (outputs, balls, 2, 3)."""
+    for output in range(len(vectors)):
+        for ball in range(vectors.shape[1]):
+            for side in range(2):
+                vector = vectors[output, ball, side]
+                found[output, ball, side] = math.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
 
 
 @dataclass(eq=False)
@@ -73,7 +85,9 @@ class Part:
     @functools.cached_property
     def friction(self) -> np.ndarray:
         """Lengths [N] (outputs, balls, 2) of the friction forces."""
-        return lengths(self.out["friction_force"].copy())
+        found = np.empty(self.load.shape)
+        _lengths(self.out["friction_force"].copy(), found)
+        return found
 
     @functools.cached_property
     def all_bear(self) -> bool:
@@ -112,8 +126,8 @@ class Found(NamedTuple):
 
 
 _READ = "normal_load", "friction_force", "raceway_torque", "contact_angle", "roll_rate"
-LOADS, VECTORS, ANGLES, ROLL = slice(2), slice(2, 11), slice(11, 13), 13  # of what `_read` gives
-FORCES, TORQUE = slice(2), 2  # of these vectors
+LOADS, FRICTIONS, TORQUE, ANGLES, ROLL = 0, 2, 8, 11, 13  # of what stands at `_places`, the first number of each
+GREATEST = 7  # errors that `_compare` finds: of load, friction, torque, contact angle, orbit angle and speed, roll rate
 
 
 @functools.cache
@@ -124,35 +138,75 @@ def _places(layout: Layout) -> np.ndarray:
     return np.column_stack([one.reshape(len(numbers[-1]), -1) for one in numbers])
 
 
-def _read(out: Columns, rows: slice, ball: int | None) -> np.ndarray:
-    """The channels of `_READ` side by side, (outputs, ROLL + 1) of a ball, (outputs, balls, ROLL + 1) of all."""
-    places = _places(out.layout)
-    return out.numbers[rows].take(places if ball is None else places[ball], axis=1)
+@inlined
+def _length(one, two, three):
+    return math.sqrt(one * one + two * two + three * three)
+
+
+@inlined
+def _between(run, exact, here, there, first):
+    """The length of a difference of vectors, of which three numbers begin at place number `first`."""
+    one, two = run[here[first]] - exact[there[first]], run[here[first + 1]] - exact[there[first + 1]]
+    return _length(one, two, run[here[first + 2]] - exact[there[first + 2]])
+
+
+@inlined
+def _torque(row, places):
+    return _length(row[places[TORQUE]], row[places[TORQUE + 1]], row[places[TORQUE + 2]])
+
+
+@inlined
+def _keep(found, place, value):
+    """Keeps the greatest; a NaN stays."""
+    if value > found[place] or value != value:
+        found[place] = value
+
+
+@kernel
+def _compare(run, exact, here, there, mine, theirs, ball, radius, coefficient, least, found, mean):
+    """Fills `found` (GREATEST,) and `mean` (balls,), by how much the mean torque differs.
+
+    Rows of channels of a `run` and of what is `exact`, numbers of balls `here` and `there` in them; states `mine`, from
+    number `ball` on, and `theirs`.
+    """
+    for row in range(len(run)):
+        one, two = run[row], exact[row]
+        for k in range(len(there)):
+            place, other = here[k], there[k]
+            loads = two[other[LOADS]], two[other[LOADS + 1]]
+            for side in range(2):
+                _keep(found, 0, abs(one[place[LOADS + side]] - loads[side]))
+                angle = abs(one[place[ANGLES + side]] - two[other[ANGLES + side]])
+                _keep(found, 3, angle if loads[side] > 0.0 else 0.0)
+                if least > 0.0 and coefficient > 0.0:
+                    force = _between(one, two, place, other, FRICTIONS + 3 * side)
+                    _keep(found, 1, force / max(loads[side], least) / coefficient)
+            torque = _between(one, two, place, other, TORQUE)
+            _keep(found, 2, torque)
+            if least > 0.0 and coefficient > 0.0:
+                _keep(found, 1, torque / radius / max(loads[0] + loads[1], least) / coefficient)
+            _keep(found, 6, abs(one[place[ROLL]] - two[other[ROLL]]))
+            mean[k] += (_torque(one, place) - _torque(two, other)) / len(run)
+            own, true = mine[row, ball + k], theirs[row, k]
+            speed = own[TANGENTIAL_VELOCITY] / own[AXIS_DISTANCE] - true[TANGENTIAL_VELOCITY] / true[AXIS_DISTANCE]
+            _keep(found, 5, abs(speed))
+    for k in range(len(there)):
+        _keep(found, 4, abs(mine[len(run) - 1, ball + k, ORBIT_ANGLE] - theirs[len(run) - 1, k, ORBIT_ANGLE]))
 
 
 def deviations(part: Part, window: Window, found: Found, greatest_load: float) -> list[float]:
     """The greatest errors of the run in a window: what stands behind `tolerance` in a row of WINDOW."""
-    rows, alone = slice(window.begin + 1, window.begin + 1 + window.length), window.ball >= 0
-    run = _read(part.out, rows, window.ball if alone else None)
-    exact = _read(found.out, slice(None), 0 if alone else None)
-    off, bearing, least = run - exact, part.bearing, LEAST_LOAD * greatest_load
-    vectors = np.array([one[..., VECTORS] for one in (run, exact, off)])
-    long = lengths(vectors.reshape(*vectors.shape[:-1], 3, 3))
-    coefficient, load, torque = bearing.friction_coefficient, exact[..., LOADS], long[2, ..., TORQUE]
-    sizes, friction = np.abs(off), 0.0
-    greatest = sizes.reshape(-1, ROLL + 1).max(axis=0).tolist()
-    if coefficient > 0.0 and least > 0.0:
-        force = long[2, ..., FORCES] / np.maximum(load, least)
-        turned = torque / bearing.ball_radius / np.maximum(load[..., 0] + load[..., 1], least)
-        friction = float(max(force.max(), turned.max())) / coefficient
-    turns = long[0, ..., TORQUE] - long[1, ..., TORQUE]
-    mean = np.add.reduce(turns.reshape(len(turns), -1), axis=0) / len(turns)
-    balls = (window.ball, 0) if alone else (slice(None), slice(None))
-    mine, theirs = part.filled[0][rows, balls[0]], found.states[:, balls[1]]
-    orbit = [one[..., TANGENTIAL_VELOCITY] / one[..., AXIS_DISTANCE] for one in (mine, theirs)]
+    rows, alone, bearing = slice(window.begin + 1, window.begin + 1 + window.length), window.ball >= 0, part.bearing
+    ball, here = (window.ball if alone else 0), _places(part.out.layout)
+    here, there = here[ball : ball + 1] if alone else here, _places(found.out.layout)
+    greatest, mean, mine = np.zeros(GREATEST), np.zeros(len(there)), part.filled[0][rows]
+    numbers = float(bearing.ball_radius), float(bearing.friction_coefficient), LEAST_LOAD * greatest_load
+    channels = part.out.numbers[rows], found.out.numbers, here, there
+    _compare(*channels, mine, found.states, ball, *numbers, greatest, mean)
+    load, friction, torque, contact_angle, orbit_angle, orbit_speed, roll = greatest.tolist()
     before = 0.0 if window.begin < 0 else part.times[window.begin]
     seconds = float(part.times[rows][-1] - before)
-    last = (mine[-1] - theirs[-1]).reshape(-1, mine.shape[-1])  # one row a ball
+    last = mine[-1, ball : ball + len(there)] - found.states[-1]  # one row a ball
     integrals = np.abs(last[0] if alone else last.mean(axis=0))  # what one ball gets too much another gets too little
     speed = abs(part.drive.speed) + abs(part.drive.acceleration) * part.duration
     if part.partners.shaft:
@@ -162,13 +216,13 @@ def deviations(part: Part, window: Window, found: Found, greatest_load: float) -
         names = "inner_ring_offset", "inner_ring_force"
         ring = [float(np.abs(part.out[one][rows] - found.out[one]).max()) for one in names]
     return [
-        max(greatest[LOADS]),
+        load,
         friction,
-        float(torque.max()),
-        float((sizes[..., ANGLES] * (load > 0.0)).max()),
-        max(map(abs, last[:, ORBIT_ANGLE].tolist())),
-        float(np.abs(orbit[0] - orbit[1]).max()),
-        greatest[ROLL],
+        torque,
+        contact_angle,
+        orbit_angle,
+        orbit_speed,
+        roll,
         float(integrals[DRIVE_WORK]) / (speed * seconds) if speed > 0.0 else 0.0,
         float(integrals[DISSIPATED]) / seconds,
         *ring,

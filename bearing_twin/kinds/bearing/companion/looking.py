@@ -6,7 +6,15 @@ import numpy as np
 
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
 from bearing_twin.kinds.bearing.companion.meetings import as_met, copied_from, meetings
-from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS, SLIDING, one_for_all, pointers, spare
+from bearing_twin.kinds.bearing.companion.pointers import (
+    MOST,
+    POINTERS,
+    SLIDING,
+    foremost,
+    one_for_all,
+    pointers,
+    spare,
+)
 from bearing_twin.kinds.bearing.companion.windows import (
     ALL,
     LEAST_STEPS,
@@ -47,27 +55,26 @@ class Looking:
 
     def windows(self, part: Part) -> list[Window]:
         """Where this part is worth a look: for each pointer apart from each other in time."""
-        found: list[Window] = []
         grids, steps = self._pointers(part)
         met, whole, planned = meetings(part), part.partners.active, 0.0
         copied = copied_from(met, self.met) is not None
-        fewest = min(LEAST_STEPS, steps.sum(axis=1).min())
-        tops = [float(grid.max()) for grid in grids]
+        points, flat = (one.tolist() for one in foremost(grids, CANDIDATES))
+        found: list[Window] = []
         touched, before = bool(met.any()), {}
         much = self._much(part)
         # Balls that begin to roll at the start of a run may rule what their friction is off in all of it.
         first = not self.parts and self.parameters.wanted.outputs != LOADS
-        some_cheap = not whole and self.parts < EARLY and fewest <= CHEAP * part.taken
-        for place, grid in enumerate(grids):
+        some_cheap = not whole and self.parts < EARLY
+        some_cheap = some_cheap and min(LEAST_STEPS, steps.sum(axis=1).min()) <= CHEAP * part.taken
+        for place in range(POINTERS):
             mine: list[Window] = []
-            points, least = grid.ravel(), (LIKE if some_cheap else RAISED) * self.best[place].min()
-            if tops[place] <= least:
-                continue
-            worth = (points > least).nonzero()[0]
-            for flat in worth[(-points[worth]).argsort(kind="stable")][:CANDIDATES].tolist():
-                row, cell = divmod(flat, grid.shape[1])
+            least = (LIKE if some_cheap else RAISED) * self.best[place].min()
+            for point, at in zip(points[place], flat[place], strict=True):
+                if not point > least:
+                    break
+                row, cell = divmod(at, grids.shape[2])
                 spent = self.looked + planned > much and not (first and place == SLIDING and not whole)
-                good = self._worth(place, float(grid[row, cell]), mine, spent)
+                good = self._worth(place, point, mine, spent)
                 if len(mine) == MOST or not (good or some_cheap):
                     break
                 if row not in before:
@@ -86,7 +93,7 @@ class Looking:
                     if not any(within(window, other) for other in found):
                         found.append(window)
                         planned += self._see(part, window, row, grids, steps)
-        self.spare = spare(self.best, tops) if len(part.pointer) else 1.0
+        self.spare = spare(self.best, [one[0] for one in points]) if len(part.pointer) else 1.0
         self.parts += 1
         if (self.parts > 1 or not found) and self.parts.bit_count() == 1 and ALL not in {one.ball for one in found}:
             calm = int(steps.sum(axis=1).argmin())
@@ -115,7 +122,7 @@ class Looking:
         change = self.parameters.drive.change
         return bool(change.time) and any(change.offset) and math.isclose(part.elapsed, change.time)
 
-    def _see(self, part: Part, window: Window, row: int, grids: tuple[np.ndarray, ...], steps: np.ndarray) -> float:
+    def _see(self, part: Part, window: Window, row: int, grids: np.ndarray, steps: np.ndarray) -> float:
         """Keeps what the pointers say in a window that is looked at; the steps that the run took in it.
 
         What they say of a jump of all balls is a thousand times what they say of balls that roll on, which are off by
@@ -125,22 +132,22 @@ class Looking:
             return steps_in(window, row, steps)
         inside = slice(window.begin + 1, window.begin + 1 + window.length)
         rows = slice(None) if window.ball == ALL else slice(row, row + 1)
-        for place, grid in enumerate(grids):
-            self.best[place] = sorted([*self.best[place].tolist(), float(grid[rows, inside].max())], key=_nan_last)[1:]
+        for place, most in enumerate(grids[:, rows, inside].max(axis=(1, 2)).tolist()):
+            self.best[place] = sorted([*self.best[place].tolist(), most], key=_nan_last)[1:]
         return steps_in(window, row, steps)
 
-    def _worth(self, place: int, points: float, mine: list[Window], spent: bool) -> bool:
+    def _worth(self, place: int, point: float, mine: list[Window], spent: bool) -> bool:
         """Whether a window is worth its steps: the first always is; where many were `spent`, what points far more."""
         best = self.best[place]
         if spent or any(one.ball == ALL for one in mine):
-            return points > FAR_RAISED * best.max()
-        return points > RAISED * best.min()
+            return point > FAR_RAISED * best.max()
+        return point > RAISED * best.min()
 
     def _much(self, part: Part) -> float:
         """Steps of windows in a part and before it, beyond which only that is worth a look which exceeds all by far."""
         eventful = not part.partners.active and not part.all_bear and (part.load > 0.0).any(axis=2).all()
         return (EVENTFUL if eventful else LOOKING) * part.taken
 
-    def _pointers(self, part: Part) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+    def _pointers(self, part: Part) -> tuple[np.ndarray, np.ndarray]:
         self.greatest_load = max(self.greatest_load, float(part.load.max()))
         return pointers(part, LEAST_LOAD * self.greatest_load)

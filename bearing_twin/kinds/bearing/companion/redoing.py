@@ -52,7 +52,8 @@ def cut_by(worst: float) -> float:
 
 def carried(rows: np.ndarray, begun: float) -> np.ndarray:
     """Those rows of WINDOW of a part that began at `begun` [s] which hold what it carries on from before."""
-    return rows[(rows[:, PLACE["begin"]] < begun) | np.isin(rows[:, PLACE["ball"]], (APART, BESIDE))]
+    balls = rows[:, PLACE["ball"]]
+    return rows[(rows[:, PLACE["begin"]] < begun) | (balls == APART) | (balls == BESIDE)]
 
 
 def weighed(rows: np.ndarray, eventful: bool, carries: bool) -> np.ndarray:
@@ -61,6 +62,8 @@ def weighed(rows: np.ndarray, eventful: bool, carries: bool) -> np.ndarray:
     Where contacts come and go (`eventful`), such that with what windows miss, and the spread of estimates, the
     tolerance is kept. What a ring `carries` on is told rather too great.
     """
+    if not len(rows):
+        return rows
     balls, spread = rows[:, PLACE["ball"]], spread_of(eventful, carries)
     windows, told = 1.0, 1.0
     if eventful:

@@ -127,9 +127,13 @@ def steps_in(window: Window, row: int, steps: np.ndarray) -> float:
 
 
 def off_by(rows: np.ndarray, greatest: float, loads_alone: bool = False) -> float:
-    """The greatest error in rows of WINDOW: of load over the `greatest` load [N], and of friction if it counts."""
-    load = float(rows[..., PLACE["load"]].max(initial=0.0)) / greatest
-    return load if loads_alone else max(load, float(rows[..., PLACE["friction"]].max(initial=0.0)))
+    """The greatest error in a row of WINDOW, or rows: of load over the `greatest` [N], and of friction if it counts."""
+    if not len(rows):
+        return 0.0
+    found = rows[..., PLACE["load"] : PLACE["torque"]]
+    load, friction = (found if rows.ndim == 1 else found.max(axis=0)).tolist()
+    load /= greatest
+    return load if loads_alone else max(load, friction)
 
 
 def within(window: Window, other: Window) -> bool:

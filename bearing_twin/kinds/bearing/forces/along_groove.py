@@ -1,12 +1,13 @@
-"""A law's coefficient along a groove: a polynomial in the contact's direction, made once for a bearing.
+"""What a contact's curvatures decide along a groove, as polynomials in its direction, made once for a bearing.
 
 Across a groove the gap between it and a ball has one curvature, along it one that follows from the radial part n of
-the contact's normal alone (`surfaces.groove_curvatures`): so does the coefficient of a law that follows curvatures. It
-is taken at Chebyshev's points and held as a polynomial in |n| - 1. All laws then cost the same, and slopes are exact.
+the contact's normal alone (`surfaces.groove_curvatures`): so do the coefficient of a law that follows curvatures, and
+the semi-axes of a spot over the root of its approach. They are taken at Chebyshev's points and held as polynomials in
+|n| - 1. All laws then cost the same, and slopes are exact.
 
 The points reach to a right angle, or to where the groove's radius about the axis is FURTHEST times that at angle zero,
 or as small a part of it: at 0.52 of the ball, to 67 degrees where balls are half the pitch circle. Beyond, the
-coefficient stays. The polynomial is off by 5e-14 in a 6203 and by 3e-11 where balls are 0.4 of the pitch circle or more
+coefficient stays. The polynomial is off by 6e-14 in a 6203 and by 3e-11 where balls are 0.4 of the pitch circle or more
 (`tests/test_along_groove.py`).
 """
 
@@ -15,6 +16,7 @@ from numpy.polynomial import Chebyshev, Polynomial
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.elasticity import Elasticity, follows, fresh_coefficient, looked_up
+from bearing_twin.contact.ellipse import semi_axes
 from bearing_twin.shapes.surfaces import groove_curvatures
 
 TERMS = 10
@@ -45,10 +47,32 @@ def _fill_coefficients(law, ball_radius, locus_radius, groove_radius, side, radi
         found[i] = fresh_coefficient(law, small, large)
 
 
+@kernel
+def _fill_axes(ball_radius, locus_radius, groove_radius, side, radials, major, minor):
+    for i in range(len(radials)):
+        small, large = groove_curvatures(ball_radius, locus_radius, groove_radius, side * radials[i])
+        major[i], minor[i] = semi_axes(small, large, 1.0)
+
+
 def _reach_of(locus_radius, groove_radius, side):
     """1 - |n| up to which the groove's radius about the axis is near that at angle zero."""
     level = abs(side * locus_radius / groove_radius + 1.0)  # the radius there, over that of the groove
     return min(1.0, level * (FURTHEST - 1.0 if side < 0.0 else 1.0 - 1.0 / FURTHEST))
+
+
+def _terms(found, reach) -> tuple[float, ...]:
+    """The terms of the polynomial through these numbers (TERMS,), and then how far |n| - 1 falls to."""
+    return (*(_POWERS @ (_SERIES @ found) / reach ** np.arange(TERMS)).tolist(), -reach)
+
+
+def axes_along(ball_radius, locus_radius, groove_radius, side) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """The polynomials of a spot's semi-axes, major and minor, over the root of the approach [m^0.5]; see `terms_along`.
+
+    They are those of `ellipse.semi_axes`, off by 2e-3 along a groove where these come to b/a = 0.01 and have a bend.
+    """
+    reach, (major, minor) = _reach_of(locus_radius, groove_radius, side), np.empty((2, TERMS))
+    _fill_axes(ball_radius, locus_radius, groove_radius, float(side), 1.0 + reach * _POINTS, major, minor)
+    return _terms(major, reach), _terms(minor, reach)
 
 
 def terms_along(law: Elasticity, ball_radius, locus_radius, groove_radius, side) -> tuple[float, ...]:
@@ -60,13 +84,15 @@ def terms_along(law: Elasticity, ball_radius, locus_radius, groove_radius, side)
         return (law.given, *(0.0,) * TERMS)
     reach, found = _reach_of(locus_radius, groove_radius, side), np.empty(TERMS)
     _fill_coefficients(law, ball_radius, locus_radius, groove_radius, float(side), 1.0 + reach * _POINTS, found)
-    terms = _POWERS @ (_SERIES @ found) / reach ** np.arange(TERMS)
-    return (*terms.tolist(), -reach)
+    return _terms(found, reach)
 
 
 @inlined
 def coefficient_along(terms, radial):
-    """c [N/m^power] where the contact's normal has this radial part; short chains, as each term waits for its power."""
+    """What these `terms` come to, such as c [N/m^power], where the contact's normal has this radial part.
+
+    Short chains, as each term waits for its power.
+    """
     x = max(abs(radial) - 1.0, terms[10])
     square = x * x
     fourth = square * square
@@ -77,7 +103,7 @@ def coefficient_along(terms, radial):
 
 @inlined
 def slope_along(terms, radial):
-    """dc/dn [N/m^power] by the radial part of the contact's normal."""
+    """The slope of what these `terms` come to, such as dc/dn [N/m^power], by the radial part of the normal."""
     x = abs(radial) - 1.0
     square = x * x
     fourth = square * square

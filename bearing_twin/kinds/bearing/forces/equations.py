@@ -65,11 +65,12 @@ class Raceway(NamedTuple):
 class Bearing(NamedTuple):
     """Everything the equations of motion need, as numbers (SI).
 
-    `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact point;
-    it is 0 where `spot`, empty else, says how friction acts over the spot: its coefficient, its model's number, and
-    whether that model is evaluated in lanes (see `spot`). `offset` is the place of the inner ring's centre; `ring` is
-    empty where its axis stays z and it only spins, else its motion (`ring_seat.RingMotion`, or `LevelMotion` where it
-    does not tilt). `pockets`, empty else, are those of a cage that balls bump into (`cage.Pockets`).
+    `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact
+    point; it is 0 where `spot`, empty else, says how friction acts over the spot: its coefficient, its model's
+    number, whether that model is evaluated in lanes (see `spot`), and inner and outer semi-axes
+    (`along_groove.axes_along`). `offset` is the place of the inner ring's centre; `ring` is empty where its axis
+    stays z and it only spins, else its motion (`ring_seat.RingMotion`, or `LevelMotion` where it does not tilt).
+    `pockets`, empty else, are those of a cage that balls bump into (`cage.Pockets`).
     """
 
     balls: int
@@ -192,11 +193,17 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
     # How hard: elastic law, viscous term, friction.
     spring = lane_elastic(raceway.law, raceway_coefficient(raceway, given, geometry.normal_radial), approach)
     normal_load = damped_load(spring.load, spring.stiffness, approach_rate, bearing.damping, bearing.relaxation_time)
-    resistance = friction_factor(
-        normal_load, slip[0], slip[1], slip[2], bearing.raceway_friction, bearing.friction_regularisation
-    )
-    friction = scaled(-resistance, slip)
-    force = add(scaled(-normal_load, normal), friction)
+    push = scaled(-normal_load, normal)
+    if len(bearing.spot) > 0:  # all friction is over the spot, and found there
+        friction = torque = (0.0, 0.0, 0.0)
+        force, rubbed = push, 0.0
+    else:
+        resistance = friction_factor(
+            normal_load, slip[0], slip[1], slip[2], bearing.raceway_friction, bearing.friction_regularisation
+        )
+        friction = scaled(-resistance, slip)
+        torque = cross(arm, friction)
+        force, rubbed = add(push, friction), resistance * dot(slip, slip)
     return RacewayContact(
         approach=approach,
         approach_rate=approach_rate,
@@ -211,10 +218,10 @@ def raceway_contact(bearing, raceway, given, centre, ring_speed, position, veloc
         friction=friction,
         drilling=0.0,
         force=force,
-        torque=cross(arm, friction),
+        torque=torque,
         drive_power=dot(force, raceway_velocity),
         axial_moment=point[0] * force[1] - point[1] * force[0],
-        dissipation=resistance * dot(slip, slip) + (normal_load - spring.load) * approach_rate,
+        dissipation=rubbed + (normal_load - spring.load) * approach_rate,
     )
 
 

@@ -1,7 +1,7 @@
 """The Jacobian of `lane_rates`: how the raceways' answer changes with a ball's motion, balls side by side.
 
-The same contacts give the rates, which a step wants at the same motion: a sixth of its evaluations.
-Exact for friction at a point; `spot_jacobian` says how friction over the spot adds to it.
+The same contacts give the rates, which a step wants at the same motion: a sixth of its evaluations. Where friction acts
+over spots, `spot_jacobian` says what the raceways answer, after the rates.
 """
 
 import math
@@ -13,7 +13,6 @@ from bearing_twin.kinds.bearing.forces.equations import ON_AXIS, give_coefficien
 from bearing_twin.kinds.bearing.forces.gradient import CURVATURE_STEP, contact_gradient
 from bearing_twin.kinds.bearing.forces.layout import (
     ANSWERING,
-    AXIAL_VELOCITY,
     AXIS_DISTANCE,
     BALL_BY_BORDER,
     BALL_TILE,
@@ -28,16 +27,12 @@ from bearing_twin.kinds.bearing.forces.layout import (
     GIVEN_OUTER,
     GIVEN_SLOPE_INNER,
     GIVEN_SLOPE_OUTER,
-    HEIGHT,
     MOTION,
     ORBIT_ANGLE,
     PLACES,
     POWER_SIGN,
-    RADIAL_SPIN,
-    RADIAL_VELOCITY,
     RING_SPEED,
     SPIN,
-    TANGENTIAL_SPIN,
     TANGENTIAL_VELOCITY,
     VELOCITY,
     entry,
@@ -47,7 +42,8 @@ from bearing_twin.kinds.bearing.forces.layout import (
 from bearing_twin.kinds.bearing.forces.rates import add_others
 from bearing_twin.kinds.bearing.forces.ring_gradient import inner_gradient, of_ball, put_answers, seated_gradient
 from bearing_twin.kinds.bearing.forces.ring_seat import from_ring, ring_in_lane
-from bearing_twin.kinds.bearing.forces.spot_jacobian import add_spot_slopes
+from bearing_twin.kinds.bearing.forces.spot_jacobian import put_spot_slopes
+from bearing_twin.kinds.bearing.forces.turning_frame import add_frame, add_orbit, clear_places
 from bearing_twin.numerics.block_solve import Linear, plus, scaled_block
 from bearing_twin.numerics.lanes import (
     LANES,
@@ -56,7 +52,6 @@ from bearing_twin.numerics.lanes import (
     clear_rows,
     get,
     get_vector,
-    increase,
     put,
     put_vector,
 )
@@ -80,33 +75,10 @@ def put_resistance(bearing, position, velocity, spin, power, inner, outer, lanes
     put_jacobian_block(lanes, VELOCITY, SPIN, k, scaled_block(inverse_mass, plus(inner.force_s, outer.force_s)))
     put_jacobian_block(lanes, SPIN, VELOCITY, k, scaled_block(inverse_inertia, plus(inner.torque_v, outer.torque_v)))
     put_jacobian_block(lanes, SPIN, SPIN, k, scaled_block(inverse_inertia, plus(inner.torque_s, outer.torque_s)))
-    increase(lanes, entry(RADIAL_VELOCITY, TANGENTIAL_VELOCITY), k, 2.0 * rate)
-    increase(lanes, entry(TANGENTIAL_VELOCITY, RADIAL_VELOCITY), k, -rate)
-    increase(lanes, entry(TANGENTIAL_VELOCITY, TANGENTIAL_VELOCITY), k, -velocity[0] * inverse)
-    increase(lanes, entry(RADIAL_SPIN, TANGENTIAL_VELOCITY), k, spin[1] * inverse)
-    increase(lanes, entry(RADIAL_SPIN, TANGENTIAL_SPIN), k, rate)
-    increase(lanes, entry(TANGENTIAL_SPIN, TANGENTIAL_VELOCITY), k, -spin[0] * inverse)
-    increase(lanes, entry(TANGENTIAL_SPIN, RADIAL_SPIN), k, -rate)
+    add_orbit(lanes, k, inverse, rate, velocity, spin)
     _put_row(lanes, DRIVE_WORK, k, inner.power_v, inner.power_s)
     _put_row(lanes, DISSIPATED, k, add(inner.loss_v, outer.loss_v), add(inner.loss_s, outer.loss_s))
     put(lanes, POWER_SIGN, k, math.copysign(1.0, power))
-
-
-@inlined
-def _add_frame(lanes, k, position, velocity, spin, gravity):
-    """Adds what answers to places in the frame that turns with the ball, gravity in it, and how places change."""
-    inverse = 1.0 / position[0]
-    rate = velocity[1] * inverse
-    increase(lanes, entry(AXIS_DISTANCE, RADIAL_VELOCITY), k, 1.0)
-    increase(lanes, entry(ORBIT_ANGLE, AXIS_DISTANCE), k, -rate * inverse)
-    increase(lanes, entry(ORBIT_ANGLE, TANGENTIAL_VELOCITY), k, inverse)
-    increase(lanes, entry(HEIGHT, AXIAL_VELOCITY), k, 1.0)
-    increase(lanes, entry(RADIAL_VELOCITY, AXIS_DISTANCE), k, -rate * rate)
-    increase(lanes, entry(RADIAL_VELOCITY, ORBIT_ANGLE), k, gravity[1])
-    increase(lanes, entry(TANGENTIAL_VELOCITY, AXIS_DISTANCE), k, rate * velocity[0] * inverse)
-    increase(lanes, entry(TANGENTIAL_VELOCITY, ORBIT_ANGLE), k, -gravity[0])
-    increase(lanes, entry(RADIAL_SPIN, AXIS_DISTANCE), k, -rate * spin[1] * inverse)
-    increase(lanes, entry(TANGENTIAL_SPIN, AXIS_DISTANCE), k, rate * spin[0] * inverse)
 
 
 @kernel
@@ -142,15 +114,14 @@ def _put_ball(ring, bearing, lanes, k, place, cosine, sine, contact, inner):
     velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
     given, slope = get(lanes, GIVEN_OUTER, k), get(lanes, GIVEN_SLOPE_OUTER, k)
     other, outer = contact_gradient(bearing, bearing.outer, given, slope, ON_AXIS, still, 0.0, position, velocity, spin)
-    for row in range(entry(AXIS_DISTANCE, AXIS_DISTANCE), entry(VELOCITY, AXIS_DISTANCE)):
-        put(lanes, row, k, 0.0)
+    clear_places(lanes, k)
     force_p, torque_p = plus(inner.force_p, outer.force_p), plus(inner.torque_p, outer.torque_p)
     put_jacobian_block(lanes, VELOCITY, AXIS_DISTANCE, k, scaled_block(1.0 / bearing.ball_mass, force_p))
     put_jacobian_block(lanes, SPIN, AXIS_DISTANCE, k, scaled_block(1.0 / bearing.ball_inertia, torque_p))
     put_vector(lanes, entry(DRIVE_WORK, AXIS_DISTANCE), k, inner.power_p)
     put_vector(lanes, entry(DISSIPATED, AXIS_DISTANCE), k, add(inner.loss_p, outer.loss_p))
     put_resistance(bearing, position, velocity, spin, contact.drive_power, inner, outer, lanes, k)
-    _add_frame(lanes, k, position, velocity, spin, about_z(cosine, -sine, bearing.gravity))
+    add_frame(lanes, k, position, velocity, spin, about_z(cosine, -sine, bearing.gravity))
     put_ball_rates(ring, bearing, place, cosine, sine, position, velocity, spin, contact, other, lanes, k)
 
 
@@ -197,6 +168,19 @@ def _fill_with_ring(ring, bearing, lanes):
 
 
 @inlined
+def _fill_over_spots(bearing, lanes):
+    """Jacobian of each lane from the rates of the same motion with friction over the spots."""
+    put_spot_slopes(bearing, lanes)
+    for k in range(LANES):
+        cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
+        position, velocity, spin = lane_position(lanes, k), get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
+        inverse = 1.0 / position[0]
+        clear_places(lanes, k)
+        add_orbit(lanes, k, inverse, velocity[1] * inverse, velocity, spin)
+        add_frame(lanes, k, position, velocity, spin, about_z(cosine, -sine, bearing.gravity))
+
+
+@inlined
 def _give_laws(bearing, lanes):
     """What a law that is looked up gives, and its slopes."""
     if looked_up(bearing.inner.law):
@@ -208,9 +192,12 @@ def _give_laws(bearing, lanes):
 def rates_and_jacobian(spot, bearing, lanes):
     """`lane_rates`, and d(rates)/d(motion), of each lane by whatever law and friction; `spot` is the bearing's."""
     _give_laws(bearing, lanes)
-    _fill(bearing, lanes)
-    add_others(bearing, lanes)
-    add_spot_slopes(spot, bearing, lanes)
+    if len(spot) > 0:
+        add_others(bearing, lanes)
+        _fill_over_spots(bearing, lanes)
+    else:
+        _fill(bearing, lanes)
+        add_others(bearing, lanes)
 
 
 @inlined
@@ -231,7 +218,6 @@ def _with_border(ring, border, bearing, lanes):
         _give_laws(bearing, lanes)
         _fill_with_ring(ring, bearing, lanes)
         add_others(bearing, lanes)
-        add_spot_slopes(bearing.spot, bearing, lanes)
     else:
         clear_rows(lanes, BALL_BY_BORDER, BALL_TILE)
         rates_and_jacobian(bearing.spot, bearing, lanes)

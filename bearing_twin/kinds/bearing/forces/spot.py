@@ -12,10 +12,10 @@ import math
 from typing import NamedTuple
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.contact.ellipse import semi_axes
 from bearing_twin.contact.friction import friction_of
 from bearing_twin.contact.spot_rules import COARSE_POINTS, blend, over_few, rim_share, slip_share
-from bearing_twin.kinds.bearing.forces.equations import ON_AXIS, lane_position, put_rates, raceway_contact
+from bearing_twin.kinds.bearing.forces.along_groove import coefficient_along
+from bearing_twin.kinds.bearing.forces.equations import ON_AXIS, lane_position, placed, put_rates, raceway_contact
 from bearing_twin.kinds.bearing.forces.layout import (
     ACROSS,
     ALONG,
@@ -46,7 +46,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     VELOCITY,
 )
 from bearing_twin.numerics.lanes import LANE_RATES, LANES, get, get_vector, increase, increase_vector, put
-from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, minus, scaled
+from bearing_twin.numerics.rotation import about_z, add, cosine_sine, dot, scaled
 
 INNER_SPOTS, OUTER_SPOTS = 0, LANES  # where the spots of a ring begin among the SPOTS of all lanes
 
@@ -96,14 +96,17 @@ def along_axes(spot, major, minor, normal):
 
 
 @inlined
-def spot_of(coefficient, contact, centre, position):
-    """The spot of a contact with the ring centred at `centre`, by the coefficient of friction."""
-    offset, normal, slip = minus(position, centre), contact.normal, contact.slip
-    axis_distance = math.sqrt(offset[0] * offset[0] + offset[1] * offset[1])
-    inverse = 1.0 / axis_distance
+def spot_of(coefficient, axes, contact, centre, position):
+    """The spot of a contact with the ring centred at `centre`, by the coefficient of friction.
+
+    `axes` are `along_groove.axes_along`; the spot's size follows the approach, also where a viscous part adds to the
+    load.
+    """
+    normal, slip = contact.normal, contact.slip
+    offset, axis_distance, inverse = placed(position, centre)
     x, y = -inverse * offset[1], inverse * offset[0]
     radial, axial = y * normal[0] - x * normal[1], normal[2]
-    semi_major, semi_minor = semi_axes(contact.curvature_small, contact.curvature_large, contact.approach)
+    root = math.sqrt(max(contact.approach, 0.0))
     return Spot(
         limit=coefficient * contact.normal_load,
         axis_distance=axis_distance,
@@ -111,8 +114,8 @@ def spot_of(coefficient, contact, centre, position):
         normal_radial=radial,
         normal_axial=axial,
         lever=dot(contact.arm, normal),
-        semi_major=semi_major,
-        semi_minor=semi_minor,
+        semi_major=root * coefficient_along(axes[0], radial),
+        semi_minor=root * coefficient_along(axes[1], radial),
         slip_major=axial * (y * slip[0] - x * slip[1]) - radial * slip[2],
         slip_minor=x * slip[0] + y * slip[1],
         spin_rate=contact.spin_rate,
@@ -177,14 +180,22 @@ def kept_spot(lanes, k):
     )
 
 
-@kernel
-def contacts_of_spots(coefficient, bearing, lanes):
-    """`equations.raceway_rates` by contacts without friction, whose spots are kept."""
+@inlined
+def keep_spots(spot, inner, outer, centre, position, lanes, k):
+    """Keeps the spots of both contacts of lane k's ball, where the bearing's `spot` is not empty."""
+    if len(spot) > 0:
+        _keep(spot_of(spot[0], spot[3], inner, centre, position), lanes, INNER_SPOTS + k)
+        _keep(spot_of(spot[0], spot[4], outer, ON_AXIS, position), lanes, OUTER_SPOTS + k)
+
+
+@inlined
+def contacts_of_spots(spot, bearing, lanes):
+    """`equations.raceway_rates` by contacts without friction, whose spots are kept; put into its caller as that is."""
     for k in range(LANES):
         cosine, sine = cosine_sine(get(lanes, ORBIT_ANGLE, k))
         position = lane_position(lanes, k)
         velocity, spin = get_vector(lanes, VELOCITY, k), get_vector(lanes, SPIN, k)
-        centre, middle = about_z(cosine, -sine, bearing.offset), (0.0, 0.0, 0.0)
+        centre = about_z(cosine, -sine, bearing.offset)
         speed, given = get(lanes, RING_SPEED, k), get(lanes, GIVEN_INNER, k)
         inner = raceway_contact(bearing, bearing.inner, given, centre, speed, position, velocity, spin)
         given = get(lanes, GIVEN_OUTER, k)
@@ -192,8 +203,7 @@ def contacts_of_spots(coefficient, bearing, lanes):
         gravity = about_z(cosine, -sine, bearing.gravity)
         put_rates(bearing, gravity, position, velocity, spin, inner, outer, lanes, k)
         put(lanes, AXIAL_PUSH, k, -inner.axial_moment)
-        _keep(spot_of(coefficient, inner, centre, position), lanes, INNER_SPOTS + k)
-        _keep(spot_of(coefficient, outer, middle, position), lanes, OUTER_SPOTS + k)
+        keep_spots(spot, inner, outer, centre, position, lanes, k)
 
 
 @kernel
@@ -261,9 +271,9 @@ def kept_answer(ring_speed, lanes, k):
 
 
 @kernel
-def add_answers(bearing, lanes):
+def add_answers(ball_mass, ball_inertia, lanes):
     """Adds what friction over the spots does to the rates of all lanes."""
-    inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
+    inverse_mass, inverse_inertia = 1.0 / ball_mass, 1.0 / ball_inertia
     for k in range(LANES):
         one = kept_answer(get(lanes, RING_SPEED, k), lanes, INNER_SPOTS + k)
         two = kept_answer(0.0, lanes, OUTER_SPOTS + k)
@@ -280,6 +290,6 @@ def add_answers(bearing, lanes):
 def rates_with_spots(spot, bearing, lanes):
     """`equations.raceway_rates` with friction over the spots, where the bearing has it: its `spot` is not empty."""
     if len(spot) > 0:
-        contacts_of_spots(spot[0], bearing, lanes)
+        contacts_of_spots(spot, bearing, lanes)
         find_means(spot, bearing, lanes)
-        add_answers(bearing, lanes)
+        add_answers(bearing.ball_mass, bearing.ball_inertia, lanes)

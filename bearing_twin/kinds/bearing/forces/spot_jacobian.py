@@ -1,10 +1,10 @@
-"""How friction over the spots changes with the motion of balls and with the ring's speed, balls side by side."""
+"""How contacts with friction over their spots change with the motion of balls and the ring's speed, side by side."""
 
 import math
 
 import numpy as np
 
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces.equations import lane_position
 from bearing_twin.kinds.bearing.forces.layout import (
     ACROSS,
@@ -34,11 +34,9 @@ from bearing_twin.kinds.bearing.forces.spot_slopes import SLOPES_END, room_of_sl
 from bearing_twin.numerics.lanes import (
     LANE_RATES,
     LANES,
-    clear_rows,
     get,
     get_vector,
     increase,
-    increase_vector,
     put,
     put_vector,
 )
@@ -64,30 +62,37 @@ def _means(room, k):
 
 
 @inlined
-def _add_column(bearing, change, column, room, k):
-    """Adds how the rates change with one number of the motion, but for the drive's power."""
-    force, torque = scaled(1.0 / bearing.ball_mass, change.force), scaled(1.0 / bearing.ball_inertia, change.torque)
-    increase(room, ANSWERS + column, k, force[0])
-    increase(room, ANSWERS + MOTION + column, k, force[1])
-    increase(room, ANSWERS + 2 * MOTION + column, k, force[2])
-    increase(room, ANSWERS + 3 * MOTION + column, k, torque[0])
-    increase(room, ANSWERS + 4 * MOTION + column, k, torque[1])
-    increase(room, ANSWERS + 5 * MOTION + column, k, torque[2])
-    increase(room, ANSWERS + 7 * MOTION + column, k, change.loss)
+def _put_entry(fresh, rate, column, value, room, k):
+    """Writes how a rate changes with one number of the motion, or adds to what stands there."""
+    row = ANSWERS + rate * MOTION + column
+    put(room, row, k, value if fresh else get(room, row, k) + value)
 
 
 @inlined
-def _add_columns(bearing, changes, room, k):
-    """Adds how the rates change with all numbers of the motion; constants, as `layout` wants rows that are."""
-    _add_column(bearing, changes[0], 0, room, k)
-    _add_column(bearing, changes[1], 1, room, k)
-    _add_column(bearing, changes[2], 2, room, k)
-    _add_column(bearing, changes[3], 3, room, k)
-    _add_column(bearing, changes[4], 4, room, k)
-    _add_column(bearing, changes[5], 5, room, k)
-    _add_column(bearing, changes[6], 6, room, k)
-    _add_column(bearing, changes[7], 7, room, k)
-    _add_column(bearing, changes[8], 8, room, k)
+def _put_column(bearing, fresh, change, column, room, k):
+    """Writes how the rates change with one number of the motion, but for the drive's power, or adds it."""
+    force, torque = scaled(1.0 / bearing.ball_mass, change.force), scaled(1.0 / bearing.ball_inertia, change.torque)
+    _put_entry(fresh, 0, column, force[0], room, k)
+    _put_entry(fresh, 1, column, force[1], room, k)
+    _put_entry(fresh, 2, column, force[2], room, k)
+    _put_entry(fresh, 3, column, torque[0], room, k)
+    _put_entry(fresh, 4, column, torque[1], room, k)
+    _put_entry(fresh, 5, column, torque[2], room, k)
+    _put_entry(fresh, 7, column, change.loss, room, k)
+
+
+@inlined
+def _put_columns(bearing, fresh, changes, room, k):
+    """The same with all numbers of the motion; constants, as `layout` wants rows that are."""
+    _put_column(bearing, fresh, changes[0], 0, room, k)
+    _put_column(bearing, fresh, changes[1], 1, room, k)
+    _put_column(bearing, fresh, changes[2], 2, room, k)
+    _put_column(bearing, fresh, changes[3], 3, room, k)
+    _put_column(bearing, fresh, changes[4], 4, room, k)
+    _put_column(bearing, fresh, changes[5], 5, room, k)
+    _put_column(bearing, fresh, changes[6], 6, room, k)
+    _put_column(bearing, fresh, changes[7], 7, room, k)
+    _put_column(bearing, fresh, changes[8], 8, room, k)
 
 
 @inlined
@@ -98,64 +103,62 @@ def _put_turning(changes, first, factor, room, k):
     put_vector(room, first + 6, k, scaled(factor, (changes[6].turning, changes[7].turning, changes[8].turning)))
 
 
-@kernel
-def add_inner(friction, bearing, room):
-    """Adds what the inner spot of each lane answers, to the motion and to the ring's speed."""
+@inlined
+def put_inner(friction, axes, bearing, room):
+    """Writes what the inner contact of each lane answers, to the motion and to the ring's speed."""
     for k in range(LANES):
         cosine, sine = cosine_sine(get(room, ORBIT_ANGLE, k))
         centre, speed = about_z(cosine, -sine, bearing.offset), get(room, RING_SPEED, k)
         found = spot_gradient(
-            bearing, bearing.inner, friction, get(room, GIVEN_INNER, k), get(room, GIVEN_SLOPE_INNER, k), centre,
+            bearing, bearing.inner, friction, axes, get(room, GIVEN_INNER, k), get(room, GIVEN_SLOPE_INNER, k), centre,
             (-centre[1], centre[0], 0.0), speed, lane_position(room, k), get_vector(room, VELOCITY, k),
             get_vector(room, SPIN, k), kept_spot(room, INNER_SPOTS + k), _means(room, INNER_SPOTS + k),
         )  # fmt: skip
-        _add_columns(bearing, found.changes, room, k)
+        _put_columns(bearing, True, found.changes, room, k)
         _put_turning(found.changes, ANSWERS + 6 * MOTION, speed, room, k)
         _put_turning(found.changes, TURNING, 1.0, room, k)
         by = found.by_speed
-        increase_vector(room, BY_SPEED, k, scaled(1.0 / bearing.ball_mass, by.force))
-        increase_vector(room, BY_SPEED + 3, k, scaled(1.0 / bearing.ball_inertia, by.torque))
+        put_vector(room, BY_SPEED, k, scaled(1.0 / bearing.ball_mass, by.force))
+        put_vector(room, BY_SPEED + 3, k, scaled(1.0 / bearing.ball_inertia, by.torque))
         put(room, BY_SPEED + 6, k, found.turning + speed * by.turning)
         put(room, BY_SPEED + 7, k, by.loss)
         put(room, BY_SPEED + 8, k, by.turning)
 
 
-@kernel
-def add_outer(friction, bearing, room):
-    """Adds what the outer spot of each lane answers to the motion."""
+@inlined
+def add_outer(friction, axes, bearing, room):
+    """Adds what the outer contact of each lane answers to the motion."""
     still = (0.0, 0.0, 0.0)
     for k in range(LANES):
         found = spot_gradient(
-            bearing, bearing.outer, friction, get(room, GIVEN_OUTER, k), get(room, GIVEN_SLOPE_OUTER, k), still, (),
-            0.0, lane_position(room, k), get_vector(room, VELOCITY, k), get_vector(room, SPIN, k),
+            bearing, bearing.outer, friction, axes, get(room, GIVEN_OUTER, k), get(room, GIVEN_SLOPE_OUTER, k), still,
+            (), 0.0, lane_position(room, k), get_vector(room, VELOCITY, k), get_vector(room, SPIN, k),
             kept_spot(room, OUTER_SPOTS + k), _means(room, OUTER_SPOTS + k),
         )  # fmt: skip
-        _add_columns(bearing, found.changes, room, k)
+        _put_columns(bearing, False, found.changes, room, k)
 
 
-@owning_kernel
-def _answered(spot, bearing, lanes):
-    """A room with what the spots of all lanes answer."""
+@inlined
+def _answered(bearing, lanes):
+    """A room with what the contacts of all lanes answer; put into its callers, as a bearing handed over costs time."""
+    spot = bearing.spot
     room = room_of_slopes(spot, bearing.friction_regularisation, lanes, ROOM_ROWS)
-    clear_rows(room, ANSWERS, ROOM_ROWS)
-    add_inner(spot[0], bearing, room)
-    add_outer(spot[0], bearing, room)
+    put_inner(spot[0], spot[3], bearing, room)
+    add_outer(spot[0], spot[4], bearing, room)
     return room
 
 
 @owning_kernel
-def add_spot_slopes(spot, bearing, lanes):
-    """Adds to each lane's Jacobian of a bearing without friction what that over its spots does, where there is any.
+def put_spot_slopes(bearing, lanes):
+    """Writes what the raceways answer into each lane's Jacobian, of rates from VELOCITY on, by friction over spots.
 
     The rates of the same motion come first: the means over the spots, and the drive's power, are taken from there.
     """
-    if len(spot) > 0:
-        room = _answered(spot, bearing, lanes)
-        for rate in range(ANSWERED):
-            for i in range(MOTION_SPAN):
-                increase(lanes, entry(VELOCITY + rate, 0), i, get(room, ANSWERS + rate * MOTION, i))
-        for k in range(LANES):
-            put(lanes, POWER_SIGN, k, math.copysign(1.0, get(lanes, LANE_RATES + DRIVE_WORK, k)))
+    room = _answered(bearing, lanes)
+    for i in range(ANSWERED * MOTION_SPAN):
+        put(lanes, entry(VELOCITY, 0), i, get(room, ANSWERS, i))
+    for k in range(LANES):
+        put(lanes, POWER_SIGN, k, math.copysign(1.0, get(lanes, LANE_RATES + DRIVE_WORK, k)))
 
 
 @owning_kernel
@@ -165,7 +168,7 @@ def add_spot_turning(spot, bearing, lanes):
     After `shaft_gradient.put_shaft_answers`; nothing where the bearing's `spot` is empty.
     """
     if len(spot) > 0:
-        room, shift = _answered(spot, bearing, lanes), BALL_BY_SHAFT - VELOCITY
+        room, shift = _answered(bearing, lanes), BALL_BY_SHAFT - VELOCITY
         for i in range(MOTION_SPAN):
             increase(lanes, SHAFT_BY_BALL, i, -get(room, TURNING, i))
         for rate in range(ANSWERED):

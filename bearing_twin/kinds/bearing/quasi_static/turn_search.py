@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 
+from bearing_twin.kinds.bearing.drive import cage_inertia
 from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of
 from bearing_twin.kinds.bearing.quasi_static.surroundings import UNKNOWNS, Surroundings
-from bearing_twin.kinds.bearing.start import cage_inertia
 from bearing_twin.stopping import look
 
 SMOOTHER = (16.0, 4.0, 1.0)  # times the slip that friction is smoothed over, on the way to it

@@ -71,6 +71,17 @@ def _fill(lanes):
         put_quaternion(lanes, TURNED_THERE, k, result)
 
 
+@inlined
+def _find(times, after, held, cursor, first, lanes, k):
+    """Finds a lane's share of its step to its next instant; returns whether it has one."""
+    at, until = cursor[first + k], get(lanes, UNTIL, k)
+    if until > 0.0 and at < after[held[first + k]] and times[at] <= until:
+        put(lanes, SHARE_THERE, k, (times[at] - get(lanes, TIME, k)) / get(lanes, STEP, k))
+        return True
+    put(lanes, SHARE_THERE, k, NONE)
+    return False
+
+
 @lean_kernel
 def _find_next(times, after, held, cursor, first, lanes):
     """Finds each lane's share of its step to its next instant; returns whether any lane has one.
@@ -79,10 +90,7 @@ def _find_next(times, after, held, cursor, first, lanes):
     """
     wanted = False
     for k in range(LANES):
-        at, share = cursor[first + k], NONE
-        if get(lanes, UNTIL, k) > 0.0 and at < after[held[first + k]] and times[at] <= get(lanes, UNTIL, k):
-            share, wanted = (times[at] - get(lanes, TIME, k)) / get(lanes, STEP, k), True
-        put(lanes, SHARE_THERE, k, share)
+        wanted = _find(times, after, held, cursor, first, lanes, k) or wanted
     return wanted
 
 
@@ -97,6 +105,7 @@ def give_out(times, after, weights, held, cursor, first, lanes, states, orientat
         take_terms(weights, lanes)
     while found:
         _fill(lanes)
+        found = False
         for k in range(LANES):
             if get(lanes, SHARE_THERE, k) == NONE:
                 continue
@@ -106,4 +115,4 @@ def give_out(times, after, weights, held, cursor, first, lanes, states, orientat
             for part in range(4):
                 orientations[at, ball, part] = get(lanes, TURNED_THERE + part, k)
             cursor[first + k] = at + 1
-        found = _find_next(times, after, held, cursor, first, lanes)
+            found = _find(times, after, held, cursor, first, lanes, k) or found

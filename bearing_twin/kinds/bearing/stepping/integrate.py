@@ -1,5 +1,6 @@
 """One part of a chunk by whichever stepper: balls alone, balls that may touch, or all of them with ring and cage."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -51,10 +52,18 @@ class PartRoom:
         """That of the next part, all NaN; the arrays handed out before are overwritten."""
         if not self._room or len(self._room[0]) < count:
             self._room = [np.empty((count, *shape)) for shape in ((balls, COLUMNS), (balls, 4), (BORDER,))]
-        arrays = tuple(one[:count] for one in self._room)
+        states, orientations, borders = self._room
+        arrays = states[:count], orientations[:count], borders[:count]
         for one in arrays:
-            one.fill(np.nan)
+            one.fill(math.nan)
         return arrays
+
+
+def instants_in(times: np.ndarray, begin: float, end: float) -> np.ndarray:
+    """Those `times` [s] of a chunk, within rounding of its part from `begin` to `end`, as counted from its begin."""
+    if begin == 0.0 and not (len(times) and times[-1] > end):  # as nearly always
+        return np.array(times, float)
+    return np.minimum(times - begin, end - begin)
 
 
 def integrated(stepper: str, chunk: Chunk, moving, results) -> int:
@@ -63,7 +72,7 @@ def integrated(stepper: str, chunk: Chunk, moving, results) -> int:
         return imex_chunk(
             chunk.bearing, chunk.drive, chunk.near, chunk.times, chunk.duration, chunk.step, *moving[:2], results
         )
-    if not chunk.near.any():
+    if not np.count_nonzero(chunk.near):  # in a fifth of the time of `any`
         return _with_losses(stepper, chunk, moving, results)
     add_stored(chunk.bearing, chunk.near, 1.0, moving[0])
     status = _with_losses(stepper, chunk, moving, results)
@@ -115,12 +124,12 @@ def _by_rosenbrock(task, partners, near, moving, results) -> int:
     """
     if partners.active:
         alone, together = [], [range(len(near))]
-    elif near.any():
+    elif np.count_nonzero(near):
         groups = groups_of(near)
         alone, together = [group[0] for group in groups if len(group) == 1], [one for one in groups if len(one) > 1]
     else:
-        alone, together = range(len(near)), []
-    status = rosenbrock_chunk(task, (), np.array(alone), *moving, results) if len(alone) else OK
+        alone, together = np.arange(len(near)), []
+    status = rosenbrock_chunk(task, (), np.asarray(alone), *moving, results) if len(alone) else OK
     for group in together:
         if status == OK:
             balls = np.array(group)

@@ -81,8 +81,10 @@ def weigh_landings(alone, bearing, scales, lanes):
         _gaps(bearing, lanes)
         per_scale = CHANCE / (scales[VELOCITY] * math.sqrt(MOTION))
         for k in range(LANES):
-            if get(lanes, LEAST, k) > 0.0 or get(lanes, ERROR, k) > 1.0:
-                continue  # as nearly always: what the outer raceway bears throughout forgets errors
+            # As nearly always: what the outer raceway bears throughout forgets errors. Lanes without a ball hold no
+            # numbers, which compare as false.
+            if not (get(lanes, LEAST, k) <= 0.0 and get(lanes, ERROR, k) <= 1.0):
+                continue
             begin, end, step = get(lanes, BEGIN, k), get(lanes, FINISH, k), get(lanes, STEP, k)
             changes = _impulse(bearing, bearing.outer.law, begin, end, step)
             place, there = get_vector(lanes, START + AXIS_DISTANCE, k), get_vector(lanes, END + AXIS_DISTANCE, k)
