@@ -41,7 +41,7 @@ class Measured:
         """What was found as it would be where a contact takes YARDSTICK; as it is where that says nothing of it."""
         slower = self.contact / YARDSTICK
         times = slower if self.unit == SPEED else 1.0 / slower
-        return float(f"{(times if self.timed else 1.0) * self.found:.2g}")
+        return float(f"{(times if self.timed else 1.0) * self.found:.3g}")
 
     @property
     def met(self) -> bool:

@@ -254,7 +254,7 @@ def main(*words: str) -> None:
         if np.isnan(found):
             print(f"{row.what}: left out, what it is compared with is not to be had here", file=sys.stderr)
             continue
-        here = {"found": float(f"{found:.2g}"), "machine": machine, "contact": contact, "day": str(date.today())}
+        here = {"found": float(f"{found:.3g}"), "machine": machine, "contact": contact, "day": str(date.today())}
         rows.append(replace(row, **here))
         as_there = f"{rows[-1].scaled:g} at {YARDSTICK} ns, of {contact:g}" if row.timed else ""
         print(

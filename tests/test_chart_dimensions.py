@@ -11,9 +11,9 @@ from bearing_twin.charts.dimension_row import DimensionRow, worst
 from bearing_twin.charts.dimensions import ALL, CONTESTS, draw, judge, reading, settings
 from bearing_twin.charts.preloaded import EARLY, LOADS, SHARES, late
 from bearing_twin.charts.table import read_table, write_table
-from bearing_twin.kinds.bearing.adequacy import still_error
 from bearing_twin.kinds.bearing.measured import dimension_costs, method_of
 from bearing_twin.kinds.bearing.quasi_static.settled import OFF
+from bearing_twin.kinds.bearing.still import still_error
 from bearing_twin.run.scene import load_scene
 
 pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")

@@ -189,7 +189,7 @@ def test_a_free_ring_and_settled_balls_agree(monkeypatch):
     """Within 6 rounds, where a ring that took its answers as they came was thrown aside 40 times as far each round."""
     rounds = []
     real = equilibria.settled_turn
-    monkeypatch.setattr(equilibria, "settled_turn", lambda *given: rounds.append(1) or real(*given))
+    monkeypatch.setattr(equilibria, "settled_turn", lambda *given, **more: rounds.append(1) or real(*given, **more))
     parameters = parameters_of("drive.speed=1200", scene="bearing_218_thrust", control="settled")
     held = in_motion(parameters, solver_of(parameters, LAW), support_of(parameters))
     assert not held.turn.why
@@ -289,3 +289,29 @@ def test_friction_of_settled_equilibria_is_that_of_balls_that_move(load, words):
         most = parameters.contact.friction_coefficient * contacts.load
         off = max(off, (np.hypot(pushed, across) / most).max())
     assert 1e-6 < off < 5e-4
+
+
+def test_a_tilted_ring_that_is_held_bears_what_its_balls_slip():
+    """Loads of balls hardly change, the force on the ring by 3 %: that of balls that move in one cage."""
+    words = *EVEN, "drive.offset=[0,0,5e-5]", "drive.tilt=[1e-3,0]", "run.duration=0.05"
+    still, moving = (
+        list(simulate(load_scene("bearing_6203", (*words, f"model.dimension={one}"))).blocks())[-1].values
+        for one in ("quasi_static", "prescribed")
+    )
+    force, truth = still["inner_ring_force"][-1], moving["inner_ring_force"][-1]
+    assert abs(truth[0]) > 0.03 * np.linalg.norm(truth)
+    assert force == pytest.approx(truth, abs=1e-3 * np.linalg.norm(truth))
+
+
+def test_errors_of_a_run_hold_those_at_the_speed_it_ends_with():
+    """No settled motion is found there, and loads are off by a fifth; no speed that passes is searched for long."""
+    ramp = "drive.speed=300", "drive.change={time: 0.02, speed: 2700.0}", "drive.acceleration=1e5"
+    words = *EVEN, "rings.inner.load=[0,-100,800]", "run.duration=0.05"
+    run = simulate(load_scene("7204B", (*words, *ramp)))
+    assert all(len(block.values["normal_load"]) for block in run.blocks())
+    assert run.report.status == "doubtful: loads"
+    end = simulate(load_scene("7204B", (*words, "drive.speed=3000")))
+    assert all(len(block.values["normal_load"]) for block in end.blocks())
+    told = [one.report.errors["wanted_errors"]["loads"]["error"] for one in (run, end)]
+    assert told[0] == pytest.approx(told[1], rel=1e-6)
+    assert told[0] > 0.1

@@ -8,16 +8,10 @@ import numpy as np
 import pytest
 
 from bearing_twin.charts import tolerance as chart
-from bearing_twin.kinds.bearing.adequacy import (
-    WAY_OFF,
-    WAY_OFF_LOOSE,
-    still_at_start,
-    told_of_equilibria,
-    way_doubt,
-    way_error,
-)
+from bearing_twin.kinds.bearing.adequacy import WAY_OFF, WAY_OFF_LOOSE, told_of_equilibria, way_doubt, way_error
 from bearing_twin.kinds.bearing.measured import _read
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
+from bearing_twin.kinds.bearing.still import still_at_start
 from bearing_twin.kinds.energy import adds_up
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene

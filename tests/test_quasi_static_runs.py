@@ -48,7 +48,7 @@ def test_loads_and_angles_are_those_of_the_settled_motion(speed, within):
     moving = motion(*scene)
     for _ in range(5):
         settled = moving.advance(np.array([0.02]), 0.02)
-    found = still_motion(*scene).first_outputs()
+    found = still_motion(*scene, "model.control=shared").first_outputs()  # axes take seconds to settle
     for name in ("normal_load", "contact_angle", "approach", "curvature_large"):
         assert getattr(found, name)[0] == pytest.approx(getattr(settled, name)[0], rel=within), name
     assert found.inner_ring_force[0] == pytest.approx(settled.inner_ring_force[0], rel=within, abs=1e-3)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bearing_twin.kinds.bearing.adequacy import still_error
+from bearing_twin.kinds.bearing.still import still_error
 from bearing_twin.kinds.shaft.doubt import ShaftDoubt
 from bearing_twin.kinds.shaft.figures import MEANINGS, OF_MOTION, WATCH, WORKS
 from bearing_twin.kinds.shaft.models import shares_of

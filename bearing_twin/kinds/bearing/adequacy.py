@@ -1,17 +1,15 @@
 """When equilibria are enough for a bearing, and when its balls need a cage: rows of reasons, and errors as measured."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.controls import SETTLED
+from bearing_twin.kinds.bearing.drive import with_speeds
 from bearing_twin.kinds.bearing.parameters import LOADS
-from bearing_twin.kinds.bearing.quasi_static.axes import left_by_rolling
-from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.in_motion import rolling_still, scene_in_motion
-from bearing_twin.kinds.bearing.quasi_static.shares import begins_settled, control_of
+from bearing_twin.kinds.bearing.quasi_static.shares import control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Support,
     azimuths_of,
@@ -23,45 +21,15 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
 )
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, free_coordinates
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.still import Still, still_at_start
 from bearing_twin.kinds.ranges import FASTEST_CHANGE
 from bearing_twin.units import CELSIUS
 
-EQUILIBRIA = (  # what is known of a run from them
-    "equilibria are solved to rounding; the error of loads is what balls that move differ by; their friction is known "
-    "where axes of spin have settled alone"
-)
 COLD = 150.0  # K, below all but cryogenic bearings
 # Of a ball's way round: what equilibria are off by where all balls bear load on their way, and where some do not.
 # Measured are up to 1.2e-4 (`tests/test_loads_alone.py`) and 3.2e-3 (there; 2.1e-3 in `chart dimensions`).
 WAY_OFF, WAY_OFF_LOOSE = 3e-4, 4e-3
 PLACES = 90  # around the ring, where loads are compared
-
-
-class Still(NamedTuple):
-    """Balls in balance: the centrifugal load over that on the inner raceway, and the relative error of loads.
-
-    `settled` says whether their axes of spin have.
-    """
-
-    share: float
-    error: float
-    settled: bool = False
-
-
-def still_error(share: float) -> float:
-    """Relative error of equilibria in load, the centrifugal load being this share of that on the inner raceway.
-
-    A bound on what `bearing_twin chart dimensions` measures of a 6203 up to a share of 1.4, before and after the axes
-    of spin have settled. At larger contact angles they do more: see `still_at_start`.
-    """
-    return max(1e-4, 0.04 * share * share)
-
-
-def centrifugal_share(contacts: Contacts) -> float:
-    """The greatest centrifugal load over the load on the inner raceway, of the balls that carry; 0 where none does."""
-    load = contacts.load[:, 0]
-    carry = load > 1e-3 * load.max()
-    return float((contacts.centrifugal[carry] / load[carry]).max()) if carry.any() and load.max() > 0.0 else 0.0
 
 
 def way_error(parameters, law: str) -> float:
@@ -92,14 +60,8 @@ def told_of_equilibria(parameters, choice) -> float | None:
     """
     if choice.stepper != QUASI_STATIC:
         return None
-    still = still_at_start(parameters, choice.law).error
+    still = max(still_at_start(one, choice.law).error for one in with_speeds(parameters))
     return max(still, way_error(parameters, choice.law)) if parameters.wanted.outputs == LOADS else still
-
-
-def friction_of_equilibria(parameters, law: str) -> float | None:
-    """What friction of a run from equilibria is off by, over mu N: it is known where axes of spin have settled."""
-    still = still_at_start(parameters, law)
-    return still.error if still.settled else None
 
 
 def _start(parameters, still) -> str:
@@ -132,7 +94,7 @@ def _hurry(parameters, still) -> str:
 
 
 def _spin(parameters, still) -> str:
-    if still.error < parameters.wanted.tolerance:
+    if still.error < parameters.wanted.tolerance or still.whirls:
         return ""
     return (
         f"the centrifugal load is {still.share:.2g} of the contact's, where equilibria are off by up to "
@@ -157,27 +119,12 @@ def way_doubt(parameters, law: str) -> str:
     )
 
 
-DOUBTS = (_start, _jump, _hurry, _spin, _spacing)
+def _whirl(parameters, still) -> str:
+    return still.whirls
+
+
+DOUBTS = (_start, _jump, _hurry, _spin, _spacing, _whirl)
 """What may speak against equilibria: functions of parameters and `Still` that give a sentence, or ""."""
-
-
-def share_at_start(parameters, law: str) -> float:
-    """`centrifugal_share` with the scene's own load, or the ring where its drive holds it; raises SceneError."""
-    return centrifugal_share(solver_of(parameters, law).solve(support_of(parameters)).contacts)
-
-
-def still_at_start(parameters, law: str) -> Still:
-    """`Still` with the scene's own load, or the ring where its drive holds it; raises SceneError."""
-    if begins_settled(parameters):
-        found = scene_in_motion(parameters, law).found
-        if not math.isnan(found.settled):
-            return Still(centrifugal_share(found.contacts), found.settled, True)
-    solver, support = solver_of(parameters, law), support_of(parameters)
-    found = solver.solve(support)
-    left, share = left_by_rolling(parameters, solver, support, found), centrifugal_share(found.contacts)
-    greatest = float(found.contacts.load.max())
-    rolling = float(left.loads.max()) / greatest if left and greatest > 0.0 else 0.0
-    return Still(share, max(still_error(share), rolling))
 
 
 def of_axes(parameters, law: str) -> list[str]:

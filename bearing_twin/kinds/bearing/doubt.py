@@ -9,7 +9,7 @@ import numpy as np
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bearing.adequacy import EQUILIBRIA, friction_of_equilibria, mend_of_method, told_of_equilibria
+from bearing_twin.kinds.bearing.adequacy import mend_of_method, told_of_equilibria
 from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_until
 from bearing_twin.kinds.bearing.companion.means import MeanError
 from bearing_twin.kinds.bearing.companion.pointers import dearest
@@ -23,6 +23,7 @@ from bearing_twin.kinds.bearing.load_error import by_load
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.quasi_static.worth import LOADS_OF, SceneWorth, Worth, worths_of_run
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
+from bearing_twin.kinds.bearing.still import EQUILIBRIA, friction_of_equilibria
 from bearing_twin.kinds.bearing.summing import STRETCH, turning
 from bearing_twin.kinds.bearing.tilt_error import Tilted, added
 from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise

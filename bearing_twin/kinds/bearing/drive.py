@@ -1,7 +1,7 @@
 """What turns the inner ring of a bearing: a prescribed speed, or a torque on a shaft with inertia."""
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bearing_twin import tables
 from bearing_twin.parameters import choice, quantity, section
@@ -52,6 +52,11 @@ class Drive:
     greatest_speed: float = quantity(1.0e4, "rad/s", "by drive.kind: torque, faster than which a run ends", above=0.0)
 
     @property
+    def changed_speed(self) -> float:
+        """The speed [rad/s] once the change has come."""
+        return self.speed + self.change.speed
+
+    @property
     def changed_offset(self) -> tuple[float, float, float]:
         """Displacement of the ring's centre [m] once the change has come."""
         x, y, z = (here + more for here, more in zip(self.offset, self.change.offset, strict=True))
@@ -98,3 +103,11 @@ def torque_problems(parameters, still: bool) -> list[str]:
             f"drive.speed = {drive.speed:g} rad/s must be below drive.greatest_speed = {drive.greatest_speed:g} rad/s"
         )
     return problems
+
+
+def with_speeds(parameters) -> list:
+    """The scene, and with the speed at its end where that is another: equilibria differ in what they leave out."""
+    drive = parameters.drive
+    if not drive.change.speed:
+        return [parameters]
+    return [parameters, replace(parameters, drive=replace(drive, speed=drive.changed_speed))]

@@ -3,8 +3,8 @@
 import math
 
 from bearing_twin.contact.ellipse import axis_ratio as ratio_of
-from bearing_twin.kinds.bearing.adequacy import share_at_start
 from bearing_twin.kinds.bearing.start import nominal_curvatures
+from bearing_twin.kinds.bearing.still import share_at_start
 
 
 def axis_ratio(parameters) -> float:

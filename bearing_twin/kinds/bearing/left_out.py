@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of, moving_centre, spots_built
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of, free_coordinates, moving_centre, spots_built
 
 
 class LeftOut(NamedTuple):
@@ -35,6 +35,16 @@ ROWS = {
     "cage_tilt": LeftOut(
         moving_centre,
         "the cage moves in its plane alone: its tilt, and what it does along the axis, are not computed",
+    ),
+    "whirl": LeftOut(
+        lambda parameters: (
+            dimension_of(parameters) == QUASI_STATIC
+            and any(free_coordinates(parameters))
+            and not parameters.rings.inner.mass
+            and parameters.contact.friction_coefficient > 0.0
+        ),
+        "whether the ring stays in its equilibrium: friction along the grooves can make it whirl, which is looked at "
+        "where rings.inner.mass is given",
     ),
     "shear": LeftOut(
         lambda parameters: dimension_of(parameters) != QUASI_STATIC,

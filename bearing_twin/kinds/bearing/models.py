@@ -15,7 +15,6 @@ from bearing_twin.kinds.bearing.adequacy import (
     of_falling_balls,
     of_held_ring,
     of_temperatures,
-    still_at_start,
     way_doubt,
 )
 from bearing_twin.kinds.bearing.drive import TORQUE
@@ -34,6 +33,7 @@ from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import FREE_RING, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.still import still_at_start
 from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift, idle_step
 from bearing_twin.report import Choice
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.adequacy import still_error
+from bearing_twin.kinds.bearing.still import still_error
 from bearing_twin.kinds.doubt import HERTZ_MENDS, LEFT_OUT, Errors
 from bearing_twin.kinds.second_run import SecondRunDoubt
 from bearing_twin.kinds.shaft.derived import speeds_of

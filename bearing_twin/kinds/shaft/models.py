@@ -2,7 +2,7 @@
 
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing import models as of_bearings
-from bearing_twin.kinds.bearing.adequacy import centrifugal_share, still_error
+from bearing_twin.kinds.bearing.still import centrifugal_share, still_error
 from bearing_twin.kinds.law_words import HERTZ_FOLLOWS
 from bearing_twin.kinds.shaft.derived import bearing_scene, speeds_of
 from bearing_twin.kinds.shaft.modes import modes_of

@@ -8,6 +8,7 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
 from bearing_twin.kinds.bearing.clearance import clearance_of
+from bearing_twin.kinds.bearing.controls import SETTLED
 from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
 from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.quasi_static.channels import LEFT
@@ -123,7 +124,7 @@ def flags_of(
     limit = yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)
     loose = loose_directions(found, support, solver.scales)
     friction = parameters.contact.friction_coefficient
-    over_spot = FRICTIONS[parameters.contact.friction].over_spot
+    asked = FRICTIONS[parameters.contact.friction].over_spot or parameters.model.control == SETTLED
     held = contacts.load > 0.0
     slips = np.any(np.abs(contacts.friction)[held] > friction * contacts.load[held])
     return gathered(
@@ -139,7 +140,7 @@ def flags_of(
         if slips
         else None,
         f"balls that move differ in load by up to {100.0 * rolling:.2g} % of the greatest, as their axes settle and as "
-        f"those in one cage slip{'' if over_spot else ', which --control settled holds'}"
+        f"those in one cage slip{'' if asked else ', which --control settled holds where there is such a motion'}"
         if rolling > FLAGGED
         else None,
     )

@@ -94,12 +94,15 @@ def left_by_rolling(parameters, solver: EquilibriumSolver, support: Support, fou
 
 
 def settling_matters(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> bool:
-    """Whether what an equilibrium `found` with axes as in rolling leaves out is much against the wanted tolerance."""
+    """Whether what an equilibrium `found` with axes as in rolling leaves out is much against the wanted tolerance.
+
+    Of loads, of angles, and of what holds the ring where it is held.
+    """
     greatest = float(found.contacts.load.max())
     if solver.setting.speed == 0.0 or greatest <= 0.0:
         return False
     left, little = left_by_rolling(parameters, solver, support, found), LITTLE * parameters.wanted.tolerance
-    if left is None or left.loads.max() > little * greatest:
+    if left is None or max(left.loads.max(), (left.ring_loads / solver.scales).max()) > little * greatest:
         return True
     steepest = float(np.abs(found.contacts.angle).max())
     return bool(left.angles.max() > little * steepest)

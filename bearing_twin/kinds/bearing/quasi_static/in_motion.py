@@ -104,18 +104,24 @@ def rubbed(solver: EquilibriumSolver, support: Support, table: np.ndarray) -> Eq
 
 
 def in_motion(
-    parameters, solver: EquilibriumSolver, support: Support, near: Turn | None = None, search: bool = True
+    parameters,
+    solver: EquilibriumSolver,
+    support: Support,
+    near: Turn | None = None,
+    search: bool = True,
+    passing: bool = False,
 ) -> InMotion:
     """The equilibrium with what moving balls add, their axes as `model.control` says. Raises as the solver does.
 
     Left to itself, they have settled where that matters. A motion `near` the one that has settled is where that is
-    looked for first; without `search` only where it is given, and nowhere if there was none nearby.
+    looked for first; without `search` only where it is given, and nowhere if there was none nearby. At a speed that is
+    only `passing` the search is short.
     """
     found = solver.solve(support)
     turn = no_turn("" if near is None else near.why)
     known = near is not None and len(near.motion)
     if not turn.why and (search or known) and _settles(parameters, solver, support, found):
-        settled = _settled(parameters, solver, support, found, near if known else None)
+        settled = _settled(parameters, solver, support, found, near if known else None, passing)
         if not settled.turn.why:
             return settled
         turn = settled.turn
@@ -128,13 +134,15 @@ def _settles(parameters, solver: EquilibriumSolver, support: Support, found: Equ
     return control == SETTLED or (control == AUTO and settling_matters(parameters, solver, support, found))
 
 
-def _settled(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, turn) -> InMotion:
+def _settled(
+    parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, turn, passing: bool
+) -> InMotion:
     """As `in_motion`, with axes that have settled; with the reason where they do not."""
     setting, at, tried = solver.setting, found.coordinates, []
     if turn is not None and turn.ring is not None:
         at = np.where(support.free, turn.ring, at)
     for tries in range(ROUNDS):
-        turn = settled_turn(parameters, setting, at, turn)
+        turn = settled_turn(parameters, setting, at, turn, passing=passing)
         if turn.why:
             return InMotion(found, NO_TABLE, turn)
         table = table_of(parameters, setting, at, turn)

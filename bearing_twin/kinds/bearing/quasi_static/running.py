@@ -234,7 +234,7 @@ class QuasiStaticMotion:
             solver = weighed_solver(self.parameters, setting, azimuths)
             try:
                 search = not passing or not self._vain
-                table, turn = in_motion(self.parameters, solver, support, near, search)[1:]
+                table, turn = in_motion(self.parameters, solver, support, near, search, passing)[1:]
             except SceneError:  # the run says so where it comes there
                 table = NO_TABLE
             else:

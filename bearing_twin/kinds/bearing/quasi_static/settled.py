@@ -105,11 +105,13 @@ def _resolved(turn: Turn) -> bool:
     return _sharpness(turn) <= (FINE if len(turn.motion) < SLIDING else FINER)
 
 
-def settled_turn(parameters, setting, coordinates, near: Turn | None = None, gravity=NO_GRAVITY) -> Turn:
+def settled_turn(
+    parameters, setting, coordinates, near: Turn | None = None, gravity=NO_GRAVITY, passing: bool = False
+) -> Turn:
     """The motion of balls whose axes have settled, the ring at `coordinates` (5,), or why there is none.
 
     It is looked for from `near` first, one that was found with the ring nearby. The balls have no weight but where
-    `gravity` [m/s^2] is given.
+    `gravity` [m/s^2] is given. At a speed that is only `passing` it is looked for next to `near`, and not sharply.
     """
     contact = rubbing_by(parameters, POINT).contact
     if setting.speed == 0.0:
@@ -126,10 +128,14 @@ def settled_turn(parameters, setting, coordinates, near: Turn | None = None, gra
     sharp_near = near is not None and len(near.motion) > SLIDING
     if sharp_near:
         counts = counts[counts.index(len(near.motion)) :]
+    if passing:
+        counts = tuple(one for one in counts if one <= SLIDING) or counts[:1]
     turn, sharp = near, math.inf
     for count in counts:
         given = parameters, setting, coordinates, count, float(contacts.load.max()), gravity
-        found = None if turn is None else _from(turn, Search(*given), count > SLIDING)
+        found = None if turn is None else _from(turn, Search(*given), count > SLIDING and not passing)
+        if found is None and passing:
+            return no_turn("none is found next to that at the speed before")
         if found is None and count == 1:
             found = Search(*given).again(_parallel(setting, coordinates, place, contacts))
         if found is None and count > SLIDING:

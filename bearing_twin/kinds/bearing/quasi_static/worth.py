@@ -12,6 +12,7 @@ import numpy as np
 
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.drive import with_speeds
 from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.loading import Loading
@@ -156,7 +157,7 @@ def _by_axes(parameters, solver: EquilibriumSolver, support: Support, found: Equ
 
 
 def worths_of_run(parameters, law: str) -> list[SceneWorth]:
-    """As the scene loads the ring where its run begins and where it ends, and holds it, a ball on the load line.
+    """As the scene loads and turns the ring where its run begins and ends, and holds it, a ball on the load line.
 
     Nothing where the ring moves as prescribed, or of a load that nothing carries; one where both loads are the same.
     """
@@ -164,7 +165,7 @@ def worths_of_run(parameters, law: str) -> list[SceneWorth]:
         return []
     loading = Loading(parameters.rings.inner)
     loads = dict.fromkeys(tuple(loading.at(time)[0].tolist()) for time in (0.0, float(parameters.run.duration)))
-    found = (_worth_under(parameters, law, load) for load in loads)
+    found = (_worth_under(one, law, load) for one in with_speeds(parameters) for load in loads)
     return [one for one in found if one is not None]
 
 
