@@ -20,6 +20,7 @@ from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.measured import steppers_of
 from bearing_twin.kinds.bearing.models import law_error
 from bearing_twin.kinds.bearing.motion import BearingMotion, bearing_motion
+from bearing_twin.kinds.bearing.motions import motions_of
 from bearing_twin.kinds.bearing.moving import moving_by
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC, dimension_of
@@ -160,7 +161,10 @@ class Trials:
         for law in TRIED_LAWS:
             least = 0.1 * law_error(law, parameters)
             settings = [one for one in SETTINGS if one >= least]
-            yield from ([self.as_given(law, stepper, one) for one in settings] for stepper in steppers_of(parameters))
+            yield from (
+                [self.as_given(law, stepper, one) for one in settings]
+                for stepper in steppers_of(motions_of(parameters))
+            )
             yield [Combination(law, QUASI_STATIC, EVEN, QUASI_STATIC, math.nan)]
         if self.own == (PRESCRIBED, "none"):
             yield [self.as_given(HERTZ, EXPLICIT, one) for one in SETTINGS[::2]]

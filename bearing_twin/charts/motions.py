@@ -17,6 +17,7 @@ from bearing_twin.charts.contest_picture import Contest
 from bearing_twin.charts.table import DONE, Row
 from bearing_twin.charts.work_precision import CASES as MOVED
 from bearing_twin.kinds.bearing.measured import steppers_of
+from bearing_twin.kinds.bearing.motions import motions_of
 from bearing_twin.run.scene import load_scene
 
 PERIOD, OUTPUTS = 5e-4, 40  # s between outputs, and how many: the first 20 ms
@@ -59,7 +60,7 @@ def judge(name: str, stepper: str, setting: float, limit: float) -> MotionRow:
 
 def _steppers(name: str) -> tuple[str, ...]:
     """Those that may move a bearing so."""
-    return steppers_of(load_scene(CASES[name].scene, CASES[name].overrides).parameters)
+    return steppers_of(motions_of(load_scene(CASES[name].scene, CASES[name].overrides).parameters))
 
 
 def _counted(case: Case, stepper: str, setting: float) -> dict[str, float]:

@@ -91,28 +91,28 @@ def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
 
 @functools.cache
 def counts() -> dict[tuple[str, str], np.ndarray]:
-    """(motion, stepper): rows of setting, evaluations of a ball at the start and a second, settings increasing."""
+    """(motion, stepper): logarithms of setting, evaluations of a ball at the start and a second, settings rising."""
     found: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
     for row in _read("motions.csv"):
         if row["status"] == "done":
             first, later = (float(row[key]) / float(row["balls"]) for key in ("evaluations", "evaluations_a_second"))
             one = float(row["setting"]), max(first - FIRST * later, 1.0), max(later, 1.0)
             found.setdefault((row["problem"], row["method"]), []).append(one)
-    return {key: np.array(sorted(rows)) for key, rows in found.items()}
+    return {key: np.log(sorted(rows)) for key, rows in found.items()}
 
 
-def counted(parameters, stepper: str, setting: float) -> tuple[float, float]:
-    """How often the rates of all balls will be evaluated at the start, and a second: most of the motions it is like.
+def counted(balls: int, motions: tuple[str, ...], stepper: str, setting: float) -> tuple[float, float]:
+    """How often the rates of so many balls will be evaluated at the start, and a second: most of these motions.
 
     Between settings, and beyond them, by powers of the setting.
     """
-    most = np.zeros(2)
-    for motion in motions_of(parameters):
-        logs = np.log(counts()[motion, stepper])
-        at = int(np.clip(np.searchsorted(logs[:, 0], math.log(setting)), 1, len(logs) - 1))
-        share = (math.log(setting) - logs[at - 1, 0]) / (logs[at, 0] - logs[at - 1, 0])
+    most, wanted = np.zeros(2), math.log(setting)
+    for motion in motions:
+        logs = counts()[motion, stepper]
+        at = min(max(int(logs[:, 0].searchsorted(wanted)), 1), len(logs) - 1)
+        share = (wanted - logs[at - 1, 0]) / (logs[at, 0] - logs[at - 1, 0])
         most = np.maximum(most, np.exp(logs[at - 1, 1:] + min(share, 1.0) * (logs[at, 1:] - logs[at - 1, 1:])))
-    at_start, a_second = (most * parameters.geometry.balls).tolist()
+    at_start, a_second = (most * balls).tolist()
     return at_start, a_second
 
 
@@ -181,9 +181,9 @@ def as_cheap(rows: Sequence) -> list:
     return [one for one in rows if one.cost <= (1.0 + SPREAD) * least]
 
 
-def steppers_of(parameters) -> tuple[str, ...]:
-    """Those that a scene may take: none that lands where balls share a step with each other."""
-    shared = set(SHARED).intersection(motions_of(parameters))
+def steppers_of(motions: tuple[str, ...]) -> tuple[str, ...]:
+    """Those that a scene like these motions may take: none that lands where balls share a step with each other."""
+    shared = set(SHARED).intersection(motions)
     return tuple(name for name, one in ROSENBROCK.items() if not (shared and one.lands))
 
 
@@ -195,7 +195,7 @@ def predictions(parameters) -> list[Prediction]:
     """
     found, motions, wanted = [], motions_of(parameters), parameters.wanted
     wanted_of, even = (wanted.tolerance, wanted.outputs), not {*EVENTS, *COUPLED}.intersection(motions)
-    for stepper in steppers_of(parameters):
+    for stepper in steppers_of(motions):
         rungs = {one: _enough(ladders().get((one, stepper), ()), *wanted_of, even) for one in motions}
         if None in rungs.values():
             continue
@@ -205,7 +205,7 @@ def predictions(parameters) -> list[Prediction]:
         motion, worst = max(rungs.items(), key=lambda one: one[1].cost)
         setting = max(FINEST, min(rung.setting for rung in rungs.values()))
         told = Prediction(motion, stepper, *worst._replace(setting=setting))
-        at_start, a_second = counted(parameters, stepper, setting)
+        at_start, a_second = counted(parameters.geometry.balls, motions, stepper, setting)
         found.append(told._replace(at_start=at_start, a_second=a_second))
     equals = as_cheap(found)
     return equals + sorted((one for one in found if one not in equals), key=lambda one: one.cost)
