@@ -62,6 +62,7 @@ class BearingMotion:
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
         self._loading, self._instants = RingLoading(parameters), PartRoom()
+        self._loading.with_torque(0.0)  # where that never jumps, it is found here for all starts
         partners = partners_of(parameters)
         self._apart = keeps_apart(parameters.cage, parameters.geometry, 2.0 * NEAR * self.bearing.ball_radius)
         self.longest_chunk = LONGEST if not partners.active or (self._apart and partners.ring) else None

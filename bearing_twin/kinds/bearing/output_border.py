@@ -75,19 +75,21 @@ def _write_moving(pockets, bearing, land, speed, state, border, row, first, shar
 
 
 @kernel
-def _hold_even(bearing, partners, state, border, row, first, places):
-    """Writes what an even cage does to each ball, from the forces of the raceways and the balls' places in `row`."""
-    mass, speed = bearing.ball_mass, border[CAGE_SPEED]
-    inertia, torque = partners.mass[CAGE], 0.0
-    for k in range(bearing.balls):
-        at, force, radius = places.position + 3 * k, places.force + 3 * k, state[k, AXIS_DISTANCE]
-        x, y = row[force] + mass * bearing.gravity[0], row[force + 1] + mass * bearing.gravity[1]
+def _hold_even(mass, gravity, inertia, state, speed, row, first, position, force):
+    """Writes what an even cage of this inertia does to each ball, from the raceways' forces and balls' places in `row`.
+
+    It asks for numbers alone: a bearing and its partners as arguments took longer than all that is reckoned here.
+    """
+    torque, pulled_x, pulled_y = 0.0, mass * gravity[0], mass * gravity[1]
+    for k in range(len(state)):
+        at, on, radius = position + 3 * k, force + 3 * k, state[k, AXIS_DISTANCE]
+        x, y = row[on] + pulled_x, row[on + 1] + pulled_y
         moment = row[at] * y - row[at + 1] * x - 2.0 * mass * state[k, RADIAL_VELOCITY] * speed * radius
         row[first + k] = moment / radius
         torque += moment
         inertia += mass * radius * radius
     growth = mass * torque / inertia
-    for k in range(bearing.balls):
+    for k in range(len(state)):
         row[first + k] = state[k, AXIS_DISTANCE] * growth - row[first + k]
 
 
@@ -134,7 +136,8 @@ def write_border(bearing, partners, drive, rolling, times, states, borders, plac
             row[cage], row[cage + 1] = border[CAGE], border[CAGE_SPEED]
             row[cage + 2] = 1.0 - border[CAGE_SPEED] / speed if speed != 0.0 else 0.0
             if partners.even:
-                _hold_even(bearing, partners, states[sample], border, row, pocket, places)
+                given = bearing.ball_mass, bearing.gravity, partners.mass[CAGE], states[sample], border[CAGE_SPEED]
+                _hold_even(*given, row, pocket, places.position, places.force)
             else:
                 state, pockets = states[sample], bearing.pockets
                 row[shared + 1] += _pocket_forces(pockets, bearing, state, border, row, pocket)
