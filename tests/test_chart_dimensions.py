@@ -119,10 +119,8 @@ def test_the_shipped_table_is_within_what_is_believed_and_told(shipped):
     for row in still:
         assert row.early_load_error <= still_error(row.setting), row
         assert max(row.load_error, row.angle_error) < OFF == 5e-4, row
-    across = angles_told([row for row in shipped if row.problem == ACROSS])
-    thrust = angles_told([row for row in shipped if row.problem != ACROSS])
-    assert 1.0 / 3.0 < min(thrust) < max(thrust) < 3.0
-    assert min(across) > 0.9  # more than there is early: of axes that have settled, minutes later at slow speeds
+    told = angles_told(shipped)
+    assert 1.0 / 3.0 < min(told) < max(told) < 3.0
 
 
 def test_the_shipped_table_holds_every_model_and_its_fullest_is_the_best(shipped):
