@@ -128,6 +128,12 @@ class Wanted:
     tolerance: float = quantity(1e-3, "1", "wanted error", at_least=1e-13, at_most=0.1)
 
 
+def peak_and_impulse(default: float, at_least: float):
+    """A field for the wanted tolerance of a body that bounces, of which a second run says what it is worth."""
+    what = "wanted error of a contact's peak load and impulse, over the greatest"
+    return quantity(default, "1", what, at_least=at_least, at_most=1e-2, less=UNVERIFIED)
+
+
 @dataclass(frozen=True)
 class WantedImpact(Wanted):
     """As Wanted, of an impact whose figures may be had without its history."""

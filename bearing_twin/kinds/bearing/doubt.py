@@ -242,11 +242,7 @@ class BearingDoubt:
         worth = self._worth(LAW)
         off = 0.0 if law is None else float((law * self.load).max(initial=0.0)) / greatest if greatest else 0.0
         off *= 1.0 if worth is None else worth.kept
-        method = (
-            self._seen("load") / greatest
-            if self._known and greatest
-            else told_of_equilibria(self.parameters, self.choice)
-        )
+        method = self._seen("load") / greatest if self._known and greatest else self._of_equilibria
         whole = None if method is None else method + off
         mend = self._mend() if method is not None and method >= off else HERTZ_MENDS
         norm, earlier = "over the greatest load", None if horizon is None else self.worst.until(horizon)

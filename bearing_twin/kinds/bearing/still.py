@@ -1,11 +1,12 @@
 """How far balls in balance are off balls that move: what is known of equilibria before a run, and of their friction."""
 
+import functools
 import math
 from typing import NamedTuple
 
 from bearing_twin.kinds.bearing.quasi_static.axes import left_by_rolling
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
-from bearing_twin.kinds.bearing.quasi_static.in_motion import scene_in_motion
+from bearing_twin.kinds.bearing.quasi_static.in_motion import KEPT, scene_in_motion
 from bearing_twin.kinds.bearing.quasi_static.shares import begins_settled
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
 from bearing_twin.kinds.bearing.quasi_static.whirl import whirl_of
@@ -49,6 +50,7 @@ def share_at_start(parameters, law: str) -> float:
     return centrifugal_share(solver_of(parameters, law).solve(support_of(parameters)).contacts)
 
 
+@functools.lru_cache(KEPT)
 def still_at_start(parameters, law: str) -> Still:
     """`Still` with the scene's own load, or the ring where its drive holds it; raises SceneError."""
     if begins_settled(parameters):

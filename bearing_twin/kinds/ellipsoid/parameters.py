@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.kinds.sections import (
-    UNVERIFIED,
     Friction,
     PointElastic,
     RunSettings,
@@ -14,6 +13,7 @@ from bearing_twin.kinds.sections import (
     Wanted,
     Watched,
     free_fall,
+    peak_and_impulse,
     point_laws,
 )
 from bearing_twin.parameters import choice, quantity, section
@@ -74,14 +74,7 @@ class EllipsoidSolver(Watched):
 class WantedOfEllipsoid(Wanted):
     """What is wanted of an ellipsoid on a plane."""
 
-    tolerance: float = quantity(
-        1e-6,
-        "1",
-        "wanted error of a contact's peak load and impulse, over the greatest",
-        at_least=1e-12,
-        at_most=1e-2,
-        less=UNVERIFIED,
-    )
+    tolerance: float = peak_and_impulse(1e-6, at_least=1e-12)
 
 
 @dataclass(frozen=True)

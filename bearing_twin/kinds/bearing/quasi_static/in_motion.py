@@ -104,24 +104,19 @@ def rubbed(solver: EquilibriumSolver, support: Support, table: np.ndarray) -> Eq
 
 
 def in_motion(
-    parameters,
-    solver: EquilibriumSolver,
-    support: Support,
-    near: Turn | None = None,
-    search: bool = True,
-    passing: bool = False,
+    parameters, solver: EquilibriumSolver, support: Support, near: Turn | None = None, search: bool = True
 ) -> InMotion:
     """The equilibrium with what moving balls add, their axes as `model.control` says. Raises as the solver does.
 
     Left to itself, they have settled where that matters. A motion `near` the one that has settled is where that is
-    looked for first; without `search` only where it is given, and nowhere if there was none nearby. At a speed that is
-    only `passing` the search is short.
+    looked for first; without `search`, as at a speed that only passes, shortly and next to it alone. Where there was
+    none nearby none is looked for.
     """
     found = solver.solve(support)
     turn = no_turn("" if near is None else near.why)
     known = near is not None and len(near.motion)
     if not turn.why and (search or known) and _settles(parameters, solver, support, found):
-        settled = _settled(parameters, solver, support, found, near if known else None, passing)
+        settled = _settled(parameters, solver, support, found, near if known else None, not search)
         if not settled.turn.why:
             return settled
         turn = settled.turn
@@ -189,6 +184,11 @@ def turn_of_scene(parameters, law: str) -> Turn | None:
     except SceneError:
         return None
     return turn if turn.why or len(turn.motion) else None
+
+
+def as_in_run(parameters, law: str, solver: EquilibriumSolver, support: Support) -> Equilibrium:
+    """The equilibrium with axes of spin as in a run of the scene, from where that begins; raises SceneError."""
+    return in_motion(parameters, solver, support, turn_of_scene(parameters, law), begins_settled(parameters)).found
 
 
 def control_found(parameters, turn: Turn) -> str:

@@ -6,8 +6,7 @@ import numpy as np
 
 from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.kinds.bearing.drive import SPEED, TORQUE
-from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion, turn_of_scene
-from bearing_twin.kinds.bearing.quasi_static.shares import begins_settled
+from bearing_twin.kinds.bearing.quasi_static.in_motion import as_in_run
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Support,
     azimuths_of,
@@ -94,8 +93,7 @@ def operating_point(parameters, law: str, sample) -> OperatingPoint:
     held = Support((False,) * 5, (0.0,) * 5, tuple(coordinates))
     try:
         solver = weighed_solver(parameters, setting, azimuths)
-        settled = turn_of_scene(parameters, law), begins_settled(parameters)
-        found = in_motion(parameters, solver, held, *settled).found
+        found = as_in_run(parameters, law, solver, held)
     except SceneError as error:
         raise BearingTwinError(f"there is no stiffness where the ring stands now: {error}") from error
     return OperatingPoint(found.coordinates, found.loads, found.stiffness)

@@ -29,7 +29,7 @@ from bearing_twin.stopping import SIGNALLED
 
 MOVING = (
     "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored", "_gross",
-    "_worked", "_lost", "_tables", "_turn", "_turned_at", "_vain",
+    "_worked", "_lost", "_tables", "_turn", "_turned_at",
 )  # fmt: skip
 NEAR = 0.02  # relative: speeds nearer than this have one friction while they only pass
 SAME = 1e-9  # relative: instants nearer than this are one
@@ -68,7 +68,6 @@ class QuasiStaticMotion:
         self.solved = 0
         self._changed = False
         self._tables, self._turn, self._turned_at = {}, None, 0.0
-        self._vain = False  # whether settled axes were looked for and not found: no more at speeds that only pass
         self._stored = self._first_stored = None
         self._gross = self._worked = self._lost = 0.0  # the last two: of balls that moved by themselves before
         self._before = None
@@ -233,12 +232,10 @@ class QuasiStaticMotion:
                 near = near.quicker(speed / self._turned_at)
             solver = weighed_solver(self.parameters, setting, azimuths)
             try:
-                search = not passing or not self._vain
-                table, turn = in_motion(self.parameters, solver, support, near, search, passing)[1:]
+                table, turn = in_motion(self.parameters, solver, support, near, not passing)[1:]
             except SceneError:  # the run says so where it comes there
                 table = NO_TABLE
             else:
-                self._vain = bool(turn.why)
                 self._turn, self._turned_at = (turn if len(turn.motion) else None), speed
             self._tables = dict([*self._tables.items()][-1:]) | {key: table}
         return self._tables[key]

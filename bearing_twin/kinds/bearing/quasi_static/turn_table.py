@@ -68,7 +68,7 @@ def put_friction(contacts, rows):
     for k in range(len(rows)):
         for side in range(2):
             size, angle = rows[k, SIZE + side], contacts.angle[k, side]
-            contacts.friction[k, side], contacts.along[k, side] = size, rows[k, ALONG + side]
+            contacts.friction[k, side] = size
             push, sine, cosine = (1.0 - 2.0 * side) * rows[k, VISCOUS + side], math.sin(angle), math.cos(angle)
             rows[k, 2 * side], rows[k, 2 * side + 1] = push * cosine - size * sine, push * sine + size * cosine
 

@@ -9,7 +9,6 @@ may grow: M its mass and inertia, G what its spin does to tilts, D what contacts
 settled wherever the ring is, by differences; D is the balance's stiffness by the relaxation time of the contacts.
 """
 
-import functools
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -19,7 +18,7 @@ from bearing_twin.contact.names import AUTO
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.controls import SETTLED
 from bearing_twin.kinds.bearing.parameters import viscous_terms
-from bearing_twin.kinds.bearing.quasi_static.in_motion import KEPT, in_motion, scene_in_motion
+from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion, scene_in_motion
 from bearing_twin.kinds.bearing.quasi_static.settled import SLIDING
 from bearing_twin.kinds.bearing.quasi_static.shares import control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import Support, solver_of, support_of
@@ -40,7 +39,6 @@ class Whirl(NamedTuple):
         return self.rate > GROWS * 2.0 * np.pi * self.frequency
 
 
-@functools.lru_cache(KEPT)
 def whirl_of(parameters, law: str) -> Whirl | None:
     """How a ring leaves the equilibrium in which a scene begins; None where a coordinate that is free has no mass.
 

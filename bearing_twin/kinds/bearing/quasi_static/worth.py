@@ -18,10 +18,9 @@ from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.outputs import ellipses
 from bearing_twin.kinds.bearing.quasi_static.axes import left_by_rolling
-from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion, turn_of_scene
+from bearing_twin.kinds.bearing.quasi_static.in_motion import as_in_run
 from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
 from bearing_twin.kinds.bearing.quasi_static.response import Response, response_of
-from bearing_twin.kinds.bearing.quasi_static.shares import begins_settled
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Equilibrium,
     EquilibriumSolver,
@@ -175,8 +174,7 @@ def _worth_under(parameters, law: str, load: tuple[float, ...]) -> SceneWorth | 
     azimuths = azimuths_of(parameters.geometry.balls, load_line(support))
     solver = weighed_solver(parameters, setting, azimuths)
     try:
-        settled = turn_of_scene(parameters, law), begins_settled(parameters)
-        found = in_motion(parameters, solver, support, *settled).found
+        found = as_in_run(parameters, law, solver, support)
     except SceneError:
         return None
     worth = _worths(parameters, law, solver, support, found, spots_of(parameters, found.contacts))
