@@ -43,7 +43,7 @@ def test_table():
     assert table[2].full_name == "/bearing/ball_0/wrench"
     assert table[names.index("/tf")].full_name == "/tf"
     assert {topic.qos.reliability for topic in table} == {"reliable"}
-    depths = {PUBLISH: 100, MARKERS: 20, SAMPLES: 20, ONCE: 1}  # a second of messages
+    depths = {PUBLISH: 400, MARKERS: 80, SAMPLES: 80, ONCE: 1}  # four seconds of messages
     assert [topic.qos.depth for topic in table] == [depths[topic.rate] for topic in table]
     assert {topic.qos.durability for topic in table[:2]} == {"transient_local"}
 

@@ -13,7 +13,7 @@ from bearing_twin.nodes.middleware import OF_THE_FOLDER, PROFILES, repair_soon
 from bearing_twin.paths import share_path
 
 RATE, DURATION = 1000, 4.0  # messages of a topic a second, s
-HELD_UP = (0.5, *[0.1] * 10)  # s, each after as long at work; a publisher keeps a second of messages
+HELD_UP = (0.5, *[0.1] * 10)  # s, each after as long at work; a publisher keeps four seconds of messages
 
 
 @pytest.fixture

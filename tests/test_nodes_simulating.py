@@ -443,9 +443,9 @@ def test_what_is_published_more_often_is_kept_as_long_for_a_late_subscriber():
     def depths(rate):
         return {topic.qos.depth for topic in topics(made_up_scene(publish_rate=rate)) if topic.rate == PUBLISH}
 
-    assert [depths(rate) for rate in (20.0, 100.0, 1000.0)] == [{20}, {100}, {1000}]
+    assert [depths(rate) for rate in (20.0, 100.0, 1000.0, 5000.0)] == [{80}, {400}, {4000}, {10_000}]
     impact = load_scene("two_spheres")  # its seconds take hours: a tenth of one is no time
-    assert {topic.qos.depth for topic in topics(impact) if topic.rate == PUBLISH} == {20}
+    assert {topic.qos.depth for topic in topics(impact) if topic.rate == PUBLISH} == {80}
 
 
 @pytest.mark.parametrize(("factor", "slow"), [(1.0, True), (FASTEST, False)])

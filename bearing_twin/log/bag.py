@@ -9,6 +9,7 @@ import yaml
 
 _INFINITE = {"sec": 9223372036, "nsec": 854775807}
 NOTHING_YET = 2**63 - 1  # rosbag2's starting time of a log without messages
+DEEPEST = 10_000  # messages of a topic that a publisher keeps
 LONGEST_PROFILE = 5000  # characters; those of bags have 300
 NUMBERED = {
     "reliability": {1: "reliable", 2: "best_effort"},
@@ -88,7 +89,7 @@ def offered_qos(text: str) -> Qos:
     except (yaml.YAMLError, LookupError, TypeError, ValueError, RecursionError):
         return Qos()
     return Qos(
-        depth if 1 <= depth <= 10_000 else Qos().depth,
+        depth if 1 <= depth <= DEEPEST else Qos().depth,
         "best_effort" if reliability == "best_effort" else "reliable",
         "transient_local" if durability == "transient_local" else "volatile",
     )

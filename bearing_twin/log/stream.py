@@ -18,7 +18,7 @@ from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, Output,
 from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.kinds.topics import outside_topic
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
+from bearing_twin.log.bag import DEEPEST, Qos
 from bearing_twin.log.bundles import Bundle, Bundler, Separate
 from bearing_twin.log.consecutive import Consecutive
 from bearing_twin.log.encoder import Encoder, stamps_of
@@ -30,8 +30,8 @@ from bearing_twin.sample import Block, Sample, Table
 
 SLOW_RATE = 20.0  # Hz, of sample blocks and markers
 LARGEST_BLOCK = 4 << 20  # bytes of values in one SampleBlock
-RELIABLE = Qos(depth=math.ceil(SLOW_RATE))
-KEPT_SECONDS = 1.0  # of messages, that a publisher keeps for a subscriber who is late: RELIABLE's depth at SLOW_RATE
+KEPT_SECONDS = 4.0  # of messages, that a publisher keeps for a subscriber who is late
+RELIABLE = Qos(depth=math.ceil(KEPT_SECONDS * SLOW_RATE))
 LATCHED = Qos(depth=1, durability="transient_local")
 
 
@@ -72,7 +72,8 @@ def topics(scene) -> tuple[Channelled, ...]:
         Topic("samples", cdr.SAMPLE_BLOCK, SAMPLES, None, "every solver output, without loss", kind.frame),
     ]
     rate = 0.0 if kind.brief else scene.parameters.run.publish_rate  # what is brief is played slowly
-    kept = {ONCE: LATCHED, PUBLISH: RELIABLE._replace(depth=max(RELIABLE.depth, math.ceil(KEPT_SECONDS * rate)))}
+    depth = min(max(RELIABLE.depth, math.ceil(KEPT_SECONDS * rate)), DEEPEST)
+    kept = {ONCE: LATCHED, PUBLISH: RELIABLE._replace(depth=depth)}
     return tuple(
         Channelled(
             row,
