@@ -441,7 +441,8 @@ def test_where_nobody_listens_few_words_tell_how_far_it_is(tells_time):
 
 def test_what_is_published_more_often_is_kept_as_long_for_a_late_subscriber():
     def depths(rate):
-        return {topic.qos.depth for topic in topics(made_up_scene(publish_rate=rate)) if topic.rate == PUBLISH}
+        scene = made_up_scene(output_rate=max(rate, 1000.0), publish_rate=rate)
+        return {topic.qos.depth for topic in topics(scene) if topic.rate == PUBLISH}
 
     assert [depths(rate) for rate in (20.0, 100.0, 1000.0, 5000.0)] == [{80}, {400}, {4000}, {10_000}]
     impact = load_scene("two_spheres")  # its seconds take hours: a tenth of one is no time
