@@ -17,6 +17,7 @@ from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import CAGE_SPEED, Partners
 from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion, turn_of_scene
+from bearing_twin.kinds.bearing.quasi_static.marched import March
 from bearing_twin.kinds.bearing.quasi_static.settled import settled_turn
 from bearing_twin.kinds.bearing.quasi_static.shares import control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import setting_of, weighed_solver, weighed_support
@@ -47,7 +48,9 @@ def settle_axes(parameters: BearingScene, law: str, partners: Partners, state: n
         if near.why:
             return
         coordinates = found.coordinates
-    turn = settled_turn(parameters, setting, coordinates, near, parameters.gravity)
+    turn = near
+    if not isinstance(near, March):
+        turn = settled_turn(parameters, setting, coordinates, near, parameters.gravity)
     if turn.why:
         return
     if free:

@@ -14,7 +14,8 @@ from bearing_twin.contact.names import AUTO
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.controls import SETTLED, SHARED
 from bearing_twin.kinds.bearing.quasi_static.axes import settling_matters
-from bearing_twin.kinds.bearing.quasi_static.settled import SLIDING, Turn, no_turn, off_by, settled_turn
+from bearing_twin.kinds.bearing.quasi_static.marched import March, marched
+from bearing_twin.kinds.bearing.quasi_static.settled import LEAVES, SLIDING, Turn, no_turn, off_by, settled_turn
 from bearing_twin.kinds.bearing.quasi_static.shares import begins_settled, control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Equilibrium,
@@ -66,10 +67,11 @@ class InMotion(NamedTuple):
 
 def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
     """What a settled motion does to a ball (M, SIZES) at M azimuths, the ring at `coordinates` (5,)."""
-    looks = LOOKS if len(turn.motion) < SLIDING else SHARP_LOOKS
+    looks = len(turn.motion) if isinstance(turn, March) else LOOKS if len(turn.motion) < SLIDING else SHARP_LOOKS
     azimuths, table = azimuths_of(looks, 0.0), np.zeros((looks, SIZES))
     whole, orbit = turn.whole(azimuths)
-    acting = Surroundings(parameters, setting, coordinates, azimuths).wrench(whole, orbit)
+    around = Surroundings(parameters, setting, coordinates, azimuths, parameters.gravity)
+    acting = around.wrench(whole, orbit)
     angle = acting.contacts.angle
     for side, rubbing in enumerate(acting.friction):
         force = np.where(np.abs(rubbing) > NOTHING * acting.contacts.load.max(), rubbing, 0.0)
@@ -77,9 +79,12 @@ def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
         table[:, 2 * side], table[:, 2 * side + 1] = pushed[:, 0], pushed[:, 2]
         table[:, SIZE + side] = np.cos(angle[:, side]) * force[:, 2] - np.sin(angle[:, side]) * force[:, 0]
         table[:, ALONG + side], table[:, VISCOUS + side] = force[:, 1], acting.viscous[side]
-    swing = setting.ball_mass * turn.accelerations(azimuths)
     table[:, HEAVY] = setting.ball_mass * (setting.outer.locus_radius + whole[:, 0]) * orbit**2
-    table[:, INERTIA], table[:, INERTIA + 1] = table[:, HEAVY] - swing[:, 0], -swing[:, 1]
+    if isinstance(turn, March):
+        table[:, INERTIA : INERTIA + 2] = -(acting.force() + around.weight)[:, [0, 2]]
+    else:
+        swing = setting.ball_mass * turn.accelerations(azimuths)
+        table[:, INERTIA], table[:, INERTIA + 1] = table[:, HEAVY] - swing[:, 0], -swing[:, 1]
     table[:, ORBIT], table[:, ROLL], table[:, PITCH] = turn.orbit, turn.orbit - whole[:, 6], whole[:, 4]
     table[:, SPEED] = setting.speed
     table[:, HOLDING] = setting.lever * np.sin(angle[:, 0]) * table[:, ALONG]
@@ -137,7 +142,7 @@ def _settled(
     if turn is not None and turn.ring is not None:
         at = np.where(support.free, turn.ring, at)
     for tries in range(ROUNDS):
-        turn = settled_turn(parameters, setting, at, turn, passing=passing)
+        turn = _motion(parameters, setting, at, turn, passing)
         if turn.why:
             return InMotion(found, NO_TABLE, turn)
         table = table_of(parameters, setting, at, turn)
@@ -152,6 +157,14 @@ def _settled(
         tried.append((at * solver.scales, off * solver.scales))
         at = _next(*zip(*tried, strict=True)) / solver.scales
     return InMotion(found, NO_TABLE, no_turn("the ring and its balls do not agree on where they stand"))
+
+
+def _motion(parameters, setting, at, near, passing: bool) -> Turn | March:
+    """The settled motion of balls, the ring at `at` (5,): as waves, or as balls are moved that leave a raceway."""
+    turn = settled_turn(parameters, setting, at, near if isinstance(near, Turn) else None, passing=passing)
+    if turn.why != LEAVES or passing:
+        return turn
+    return marched(parameters, setting, at) or no_turn(f"{LEAVES}, and no turn is as the one before")
 
 
 def _next(places, offs) -> np.ndarray:
