@@ -53,16 +53,18 @@ def share_at_start(parameters, law: str) -> float:
 @functools.lru_cache(KEPT)
 def still_at_start(parameters, law: str) -> Still:
     """`Still` with the scene's own load, or the ring where its drive holds it; raises SceneError."""
+    apart = 0.0
     if begins_settled(parameters):
         found = scene_in_motion(parameters, law).found
         if not math.isnan(found.settled):
             return _watched(parameters, law, Still(centrifugal_share(found.contacts), found.settled, True))
+        apart = found.apart
     solver, support = solver_of(parameters, law), support_of(parameters)
     found = solver.solve(support)
     left, share = left_by_rolling(parameters, solver, support, found), centrifugal_share(found.contacts)
     greatest = float(found.contacts.load.max())
     rolling = float(left.loads.max()) / greatest if left and greatest > 0.0 else 0.0
-    return _watched(parameters, law, Still(share, max(still_error(share), rolling)))
+    return _watched(parameters, law, Still(share, max(still_error(share), rolling, apart)))
 
 
 def _watched(parameters, law: str, still: Still) -> Still:

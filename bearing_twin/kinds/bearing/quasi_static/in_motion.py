@@ -14,8 +14,9 @@ from bearing_twin.contact.names import AUTO
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.controls import SETTLED, SHARED
 from bearing_twin.kinds.bearing.quasi_static.axes import settling_matters
+from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.marched import March, marched
-from bearing_twin.kinds.bearing.quasi_static.settled import LEAVES, SLIDING, Turn, no_turn, off_by, settled_turn
+from bearing_twin.kinds.bearing.quasi_static.settled import LEAVES, OFF, SLIDING, Turn, no_turn, off_by, settled_turn
 from bearing_twin.kinds.bearing.quasi_static.shares import begins_settled, control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Equilibrium,
@@ -24,8 +25,9 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     azimuths_of,
     solver_of,
     support_of,
+    weighed_solver,
 )
-from bearing_twin.kinds.bearing.quasi_static.surroundings import Surroundings
+from bearing_twin.kinds.bearing.quasi_static.surroundings import STILL, Acting, Surroundings
 from bearing_twin.kinds.bearing.quasi_static.turn_table import (
     ALONG,
     HEAVY,
@@ -48,6 +50,7 @@ from bearing_twin.kinds.bearing.quasi_static.turn_table import (
 )
 
 SHARP_LOOKS = 1024  # azimuths of a table where balls slide on part of their way
+CHECKS = 32  # places of balls at which equilibria are held against balls that were moved
 TWICE = 2  # solutions: friction acts along the contacts of the first
 ROUNDS = 12  # in which a free ring and the motion of balls agree at the latest; 2 to 6 do
 KEPT = 4  # scenes: who chooses a model, begins a run and tells what it is worth all ask for one
@@ -70,8 +73,8 @@ def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
     looks = len(turn.motion) if isinstance(turn, March) else LOOKS if len(turn.motion) < SLIDING else SHARP_LOOKS
     azimuths, table = azimuths_of(looks, 0.0), np.zeros((looks, SIZES))
     whole, orbit = turn.whole(azimuths)
-    around = Surroundings(parameters, setting, coordinates, azimuths, parameters.gravity)
-    acting = around.wrench(whole, orbit)
+    rings = turn.rings if isinstance(turn, March) else [(*coordinates, *STILL)]
+    acting, pushed_on = _acting(parameters, setting, rings, azimuths, whole, orbit)
     angle = acting.contacts.angle
     for side, rubbing in enumerate(acting.friction):
         force = np.where(np.abs(rubbing) > NOTHING * acting.contacts.load.max(), rubbing, 0.0)
@@ -81,7 +84,7 @@ def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
         table[:, ALONG + side], table[:, VISCOUS + side] = force[:, 1], acting.viscous[side]
     table[:, HEAVY] = setting.ball_mass * (setting.outer.locus_radius + whole[:, 0]) * orbit**2
     if isinstance(turn, March):
-        table[:, INERTIA : INERTIA + 2] = -(acting.force() + around.weight)[:, [0, 2]]
+        table[:, INERTIA : INERTIA + 2] = -pushed_on[:, [0, 2]]
     else:
         swing = setting.ball_mass * turn.accelerations(azimuths)
         table[:, INERTIA], table[:, INERTIA + 1] = table[:, HEAVY] - swing[:, 0], -swing[:, 1]
@@ -89,6 +92,28 @@ def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
     table[:, SPEED] = setting.speed
     table[:, HOLDING] = setting.lever * np.sin(angle[:, 0]) * table[:, ALONG]
     return table
+
+
+def _acting(parameters, setting, rings, azimuths, whole, orbit) -> tuple[Acting, np.ndarray]:
+    """What acts on a ball that goes round so, and the whole force (M, 3) [N] with its weight; `rings` as of `March`."""
+    parts, forces = [], np.zeros((len(azimuths), 3))
+    for k, ring in enumerate(rings):
+        there = slice(k, None, len(rings))
+        around = Surroundings(parameters, setting, ring[:5], azimuths[there], parameters.gravity, ring[5:])
+        parts.append(around.wrench(whole[there], orbit[there]))
+        forces[there] = parts[-1].force() + around.weight
+    return (parts[0] if len(parts) == 1 else _together(parts)), forces
+
+
+def _together(parts: list[Acting]) -> Acting:
+    """Of many rings, each at as many azimuths, in their order."""
+
+    def joined(values):
+        return np.stack(values, axis=1).reshape(-1, *values[0].shape[1:])
+
+    normals, viscous, friction, moment, contacts = zip(*parts, strict=True)
+    sided = ([joined(side) for side in zip(*one, strict=True)] for one in (normals, viscous, friction))
+    return Acting(*sided, joined(moment), Contacts(*(joined(one) for one in zip(*contacts, strict=True))))
 
 
 def rubbed(solver: EquilibriumSolver, support: Support, table: np.ndarray) -> Equilibrium:
@@ -124,7 +149,7 @@ def in_motion(
         settled = _settled(parameters, solver, support, found, near if known else None, not search)
         if not settled.turn.why:
             return settled
-        turn = settled.turn
+        turn, found = settled.turn, found._replace(apart=settled.found.apart)
     return InMotion(found, NO_TABLE, turn)
 
 
@@ -138,11 +163,13 @@ def _settled(
     parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, turn, passing: bool
 ) -> InMotion:
     """As `in_motion`, with axes that have settled; with the reason where they do not."""
-    setting, at, tried = solver.setting, found.coordinates, []
+    setting, at, tried, near = solver.setting, found.coordinates, [], turn
     if turn is not None and turn.ring is not None:
         at = np.where(support.free, turn.ring, at)
     for tries in range(ROUNDS):
-        turn = _motion(parameters, setting, at, turn, passing)
+        turn = settled_turn(parameters, setting, at, turn if isinstance(turn, Turn) else None, passing=passing)
+        if turn.why == LEAVES and not passing:
+            return _marched(parameters, solver, support, found, near)
         if turn.why:
             return InMotion(found, NO_TABLE, turn)
         table = table_of(parameters, setting, at, turn)
@@ -159,12 +186,39 @@ def _settled(
     return InMotion(found, NO_TABLE, no_turn("the ring and its balls do not agree on where they stand"))
 
 
-def _motion(parameters, setting, at, near, passing: bool) -> Turn | March:
-    """The settled motion of balls, the ring at `at` (5,): as waves, or as balls are moved that leave a raceway."""
-    turn = settled_turn(parameters, setting, at, near if isinstance(near, Turn) else None, passing=passing)
-    if turn.why != LEAVES or passing:
-        return turn
-    return marched(parameters, setting, at) or no_turn(f"{LEAVES}, and no turn is as the one before")
+def _marched(parameters, solver: EquilibriumSolver, support: Support, rolling: Equilibrium, near) -> InMotion:
+    """As `_settled`, where balls leave a raceway on their way; `near` may be the motion itself."""
+    turn = near
+    if not isinstance(near, March) or near.given != (solver.setting.speed, support):
+        turn = marched(parameters, solver.setting, support, rolling)
+    if turn is None:
+        return InMotion(rolling, NO_TABLE, no_turn(LEAVES))
+    if turn.why:
+        off = _off_by(parameters, solver, support, turn)
+        return InMotion(rolling._replace(apart=off), NO_TABLE, no_turn(f"{LEAVES}, and {turn.why}"))
+    table = table_of(parameters, solver.setting, rolling.coordinates, turn)
+    try:
+        off = max(OFF, _off_by(parameters, solver, support, turn, table))
+        found = rubbed(solver, support, table)
+    except SceneError:
+        return InMotion(rolling, NO_TABLE, no_turn("nothing carries the load once they have settled"))
+    return InMotion(found._replace(settled=off), table, turn._replace(ring=found.coordinates))
+
+
+def _off_by(parameters, solver: EquilibriumSolver, support: Support, turn: March, table=None) -> float:
+    """What loads of equilibria are off those of the balls that were moved, over the greatest.
+
+    Of equilibria with this table, or with axes of rolling.
+    """
+    balls, off = parameters.geometry.balls, 0.0
+    passed = len(turn.motion) // balls
+    azimuths = azimuths_of(len(turn.motion), 0.0)
+    for first in range(0, passed, max(1, passed // CHECKS)):
+        there = slice(first, None, passed)
+        weighed = weighed_solver(parameters, solver.setting, azimuths[there])
+        found = weighed.solve(support) if table is None else rubbed(weighed, support, table)
+        off = max(off, float(np.abs(found.contacts.load - turn.loads[there]).max() / turn.loads.max()))
+    return off
 
 
 def _next(places, offs) -> np.ndarray:

@@ -15,29 +15,50 @@ import numpy as np
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import POINT
 from bearing_twin.errors import BearingTwinError, Stopped
+from bearing_twin.kinds.bearing.controls import SHARED
 from bearing_twin.kinds.bearing.drive import SPEED, Change
 from bearing_twin.kinds.bearing.parameters import rubbing_by
 from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of, setting_of
-from bearing_twin.kinds.bearing.rings import EVEN, PRESCRIBED, Rings
+from bearing_twin.kinds.bearing.rings import (
+    CENTRED,
+    EVEN,
+    FREE,
+    FREE_RING,
+    PRESCRIBED,
+    InnerRing,
+    Rings,
+    RingSupport,
+)
 from bearing_twin.kinds.contract import late
 from bearing_twin.report import Choice
 
 STEPPER = "rodas4"
 OUTPUTS = 64  # of every ball in a spacing, and one more a turn, so that no two balls are seen at one azimuth
-LOOKS = 4096  # azimuths at which the motion is kept
-TURNS = 60  # of the cage at most; 5 to 15 are enough
+LOOKS = 4096  # azimuths at which the motion is kept, or a few less: as many for every ball
+TURNS = 25  # of the cage at most; 5 to 15 are enough
 SAME = 1e-4  # of the greatest angle: what may differ from the turn before, of balls that bear BEARS
 TOLERANCE = 1e-5  # that steps are made by
 BEARS = 2e-2  # of the greatest load
-KINEMATIC = 3  # turns in which a ball has the orbit speed
+# Of all balls' masses: the mass of a ring that follows its loads, so little that it is in balance all the way. Of its
+# critical damping: what its support damps.
+HEAVY, DAMPED = 4.0, 0.02
+RING = "inner_ring_offset", "inner_ring_tilt", "inner_ring_velocity", "inner_ring_tilt_rate"  # channels
 
 _bearing_motion = late("bearing_twin.kinds.bearing.motion:BearingMotion")
 
 
 class March(NamedTuple):
-    """As `settled.Turn`, from balls that were moved: `motion` (M, 8) is place, its rates, spin and orbit speed."""
+    """As `settled.Turn`, from balls that were moved: `motion` (M, 8) is place, its rates, spin and orbit speed.
+
+    `loads` (M, 2) [N] are those of the contacts. `rings` (M/Z, 10) is where the ring is, and how fast it moves, while a
+    ball goes to where the next of Z balls began, one row of a ring that is held. `given` is the speed [rad/s] and the
+    `Support` under which all this is so.
+    """
 
     motion: np.ndarray
+    loads: np.ndarray
+    rings: np.ndarray
+    given: tuple
     orbit: float
     why: str = ""
     ring: np.ndarray | None = None
@@ -51,39 +72,51 @@ class March(NamedTuple):
         """As if the ring turned so many times as fast."""
         motion = self.motion.copy()
         motion[:, 2:] *= times
-        return self._replace(motion=motion, orbit=self.orbit * times)
+        return self._replace(motion=motion, orbit=self.orbit * times, given=())
 
 
-def _at(wanted, azimuths, rows) -> np.ndarray:
+def _at(wanted, azimuths, rows, period: float = 2.0 * math.pi) -> np.ndarray:
     """Rows (K, ...) at wanted azimuths [rad], straight between those given at others."""
-    columns = (np.interp(wanted, azimuths, column, period=2.0 * math.pi) for column in rows.T)
+    columns = (np.interp(wanted, azimuths, column, period=period) for column in rows.T)
     return np.stack(list(columns), axis=1)
 
 
-def marched(parameters, setting, coordinates):
-    """The motion that repeats itself, the ring held at `coordinates` (5,), or None where none does.
+def marched(parameters, setting, support, found) -> March | None:
+    """The motion that repeats itself under a ring held and loaded as `support` says, or its last turn and why not.
 
-    Of balls with their weight. Raises Stopped.
+    Of balls with their weight, from the equilibrium `found` with axes of rolling. None where they cannot be moved.
+    Raises Stopped.
     """
-    scene = _held(parameters, setting.speed, coordinates)
+    if support.free not in FREE.values():
+        return None
+    balls = parameters.geometry.balls
+    scene = _moved(parameters, setting, support, found)
     law = next(name for name in LAWS if _is_of(scene, name, setting))
-    azimuths, outputs = azimuths_of(LOOKS, 0.0), OUTPUTS * scene.geometry.balls + 1
+    a_ball = LOOKS // balls
+    why = "no turn of the cage is as the one before"
+    azimuths, outputs = azimuths_of(a_ball * balls, 0.0), OUTPUTS * balls + 1
     try:
-        motion, before = _bearing_motion(scene, Choice(law, STEPPER, math.nan, "", ())), None
-        orbit = float(np.mean(motion.first_outputs().cage_speed))
+        moving, before = _bearing_motion(scene, Choice(law, STEPPER, math.nan, "", ())), None
+        orbit = float(moving.first_outputs().cage_speed[0])
         for _ in range(TURNS):
             turn = 2.0 * math.pi / abs(orbit)
-            out = motion.advance(np.linspace(0.0, turn, outputs + 1)[1:], turn)
+            out = moving.advance(np.linspace(0.0, turn, outputs + 1)[1:], turn)
             orbit = float(out.cage_speed.mean())
             angles = _angles(out, azimuths)
             if before is not None and np.abs(angles - before).max() <= SAME * np.abs(angles).max():
-                return March(_at(azimuths, out.orbit_angle.ravel(), _rows(setting, out)), orbit)
+                why = ""
+                break
             before = angles
     except Stopped:
         raise
     except BearingTwinError:
         return None
-    return None
+    rings = np.concatenate([getattr(out, name) for name in RING], axis=1)
+    rings = _at(azimuths[:a_ball], out.orbit_angle[:, 0], rings, 2.0 * math.pi / balls)
+    rings = rings if any(support.free) else rings[:1]
+    seen = out.orbit_angle.ravel(), np.hstack([_rows(setting, out), out.normal_load.reshape(-1, 2)])
+    motion, loads = np.split(_at(azimuths, *seen), [8], axis=1)
+    return March(motion, loads, rings, (setting.speed, support), orbit, why)
 
 
 def _is_of(scene, law, setting) -> bool:
@@ -95,10 +128,10 @@ def _is_of(scene, law, setting) -> bool:
 
 
 def _angles(out, azimuths) -> np.ndarray:
-    """Contact angles over the azimuth, 0 where balls bear next to nothing."""
+    """Contact angles over the azimuth, less where balls bear less than BEARS of the greatest load."""
     load, angle = out.normal_load.reshape(-1, 2), out.contact_angle.reshape(-1, 2)
-    bears = load.min(axis=1) > BEARS * load.max()
-    return _at(azimuths, out.orbit_angle.ravel(), angle * bears[:, None])
+    counts = np.minimum(load.min(axis=1) / (BEARS * load.max()), 1.0)
+    return _at(azimuths, out.orbit_angle.ravel(), angle * counts[:, None])
 
 
 def _rows(setting, out) -> np.ndarray:
@@ -116,18 +149,30 @@ def _rows(setting, out) -> np.ndarray:
     return np.stack([*place, radial, axial, *turned(out.angular_velocity), along / distance], axis=1)
 
 
-def _held(parameters, speed: float, coordinates):
-    """The scene of balls in one even cage, the ring turning evenly and held at `coordinates` (5,)."""
+def _moved(parameters, setting, support, found):
+    """The scene of balls in one even cage, the ring turning evenly, held and loaded as `support` says."""
+    held, loads = (np.where(support.free, *one) for one in ((0.0, support.held), (support.loads, 0.0)))
+    mass = HEAVY * parameters.geometry.balls * setting.ball_mass
+    masses = np.array([mass] * 3 + [mass * setting.arm**2] * 2)
+    damping = DAMPED * 2.0 * np.sqrt(np.abs(np.diag(found.stiffness)) * masses)
+    loads[:3] -= mass * np.array(parameters.gravity) * support.free[:3]
     drive = replace(
-        parameters.drive, kind=SPEED, speed=float(speed), change=Change(),
-        offset=tuple(map(float, coordinates[:3])), tilt=tuple(map(float, coordinates[3:])),
+        parameters.drive, kind=SPEED, speed=float(setting.speed), change=Change(),
+        offset=tuple(held[:3].tolist()), tilt=tuple(held[3:].tolist()),
     )  # fmt: skip
+    word = next(word for word, free in FREE.items() if free == support.free)
+    inner = InnerRing(
+        load=tuple(loads[:3].tolist()), moment=tuple(loads[3:].tolist()), free=word,
+        mass=mass, inertia=(float(masses[3]), 0.0),
+        support=RingSupport(damping=tuple(damping[:3].tolist()), tilt_damping=float(damping[3:].max())),
+    )  # fmt: skip
+    free = any(support.free)
     return replace(
         rubbing_by(parameters, POINT),
         drive=drive,
-        rings=Rings(),
-        model=replace(parameters.model, dimension=PRESCRIBED, control="shared"),
-        cage=replace(parameters.cage, kind=EVEN, guidance="centred"),
+        rings=Rings(inner if free else InnerRing()),
+        model=replace(parameters.model, dimension=FREE_RING if free else PRESCRIBED, control=SHARED),
+        cage=replace(parameters.cage, kind=EVEN, guidance=CENTRED),
         initial=replace(parameters.initial, motion="rolling"),
         wanted=replace(parameters.wanted, tolerance=TOLERANCE),
     )

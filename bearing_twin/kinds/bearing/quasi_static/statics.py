@@ -50,6 +50,7 @@ class Equilibrium(NamedTuple):
 
     `azimuths` [rad] (N,), `places` (N, 2) of the balls, `contacts`; `left` [N] is missing of the ring's balance.
     `settled` is what loads and angles are off, relative, where axes of spin have settled; NaN with those of rolling.
+    `apart` is what loads are off balls that were moved, over the greatest, where those never repeat themselves.
     """
 
     coordinates: np.ndarray
@@ -60,6 +61,7 @@ class Equilibrium(NamedTuple):
     contacts: Contacts
     left: float
     settled: float = math.nan
+    apart: float = 0.0
 
 
 def setting_of(parameters, law: str, speed: float, arm: str = "groove", control: str = "") -> Setting:

@@ -9,6 +9,7 @@ from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_
 from bearing_twin.kinds.bearing.quasi_static.opening import opening_of
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES
 
+STILL = (0.0,) * 5  # a ring that stands where it is
 UNKNOWNS = 5  # of a ball at one azimuth: place (2), spin (3)
 
 
@@ -37,9 +38,12 @@ class Acting(NamedTuple):
 
 
 class Surroundings:
-    """What acts on a ball at azimuths [rad] (K,), the ring at `coordinates` (5,), with this gravity [m/s^2]."""
+    """What acts on a ball at azimuths [rad] (K,), the ring at `coordinates` (5,), with this gravity [m/s^2].
 
-    def __init__(self, parameters, setting, coordinates, azimuths: np.ndarray, gravity=(0.0, 0.0, 0.0)):
+    `rates` (5,) [m/s], [rad/s] are those of the ring's coordinates.
+    """
+
+    def __init__(self, parameters, setting, coordinates, azimuths: np.ndarray, gravity=(0.0, 0.0, 0.0), rates=STILL):
         self.setting, self.coordinates = setting, np.asarray(coordinates, float)
         self.at_rest = setting._replace(speed=0.0)
         self.directions = np.stack([np.cos(azimuths), np.sin(azimuths)], axis=1)
@@ -48,10 +52,14 @@ class Surroundings:
         contact = parameters.contact
         self.friction, self.smooth = contact.friction_coefficient, contact.friction_regularisation
         self.viscous = viscous_terms(contact)
-        (cosine, sine), (x, y, z) = self.directions.T, gravity
-        pulled = np.stack([x * cosine + y * sine, y * cosine - x * sine, np.full(len(azimuths), z)], axis=1)
-        self.weight = setting.ball_mass * pulled
+        self.weight = setting.ball_mass * self._turned(gravity)
+        self.moves, self.tilts = self._turned(rates[:3]), self._turned((*rates[3:], 0.0))
         self.inertia = 0.4 * setting.ball_mass * setting.ball_radius**2
+
+    def _turned(self, vector) -> np.ndarray:
+        """A vector (3,) along the ball's radius, way and axis (K, 3)."""
+        (cosine, sine), (x, y, z) = self.directions.T, vector
+        return np.stack([x * cosine + y * sine, y * cosine - x * sine, np.full(len(cosine), z)], axis=1)
 
     def wrench(self, motion: np.ndarray, orbit) -> Acting:
         """What acts on balls in this motion (K, 7): place, its rates [m/s] and spin; orbit speeds (K,) [rad/s]."""
@@ -75,7 +83,7 @@ class Surroundings:
             arm = (sign * (setting.ball_radius - 0.5 * approach))[:, None] * normals[i]
             slip = velocity + np.cross(motion[:, 4:], arm)
             if i == 0:
-                slip -= setting.speed * np.cross(self.axis, from_ring + arm)
+                slip -= self.moves + np.cross(setting.speed * self.axis + self.tilts, from_ring + arm)
             rate = sign * (slip * normals[i]).sum(axis=1)
             slip -= (sign * rate)[:, None] * normals[i]
             stiffness = np.divide(raceway.law.power * load, approach, out=np.zeros_like(load), where=load > 0.0)

@@ -148,7 +148,8 @@ def _worths(parameters, law: str, solver: EquilibriumSolver, support: Support, f
 def _by_axes(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> Response | None:
     """What axes of spin change once they have settled, or where they have, what loads are off at most."""
     if math.isnan(found.settled):
-        return left_by_rolling(parameters, solver, support, found)
+        left = left_by_rolling(parameters, solver, support, found)
+        return left and left._replace(loads=np.maximum(np.abs(left.loads), found.apart * found.contacts.load.max()))
     load = found.contacts.load
     off = np.full(load.shape, found.settled * load.max())
     ring = np.where(support.free, 0.0, found.settled * np.abs(found.loads))
