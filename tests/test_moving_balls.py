@@ -142,7 +142,7 @@ def test_a_bearing_at_rest_or_without_friction_is_in_balance_to_the_bit():
         parameters = scene_of(*overrides)
         solver = solver_of(parameters, LAW, load_line(support))
         pair = solved_in_motion(parameters, solver, support), solver.solve(support)
-        (*ones, contacts, left, _), (*others, other_contacts, other_left, _) = pair
+        (*ones, contacts, left, _, _), (*others, other_contacts, other_left, _, _) = pair
         assert left == other_left
         assert all(np.array_equal(*two) for two in zip((*ones, *contacts), (*others, *other_contacts), strict=True))
 

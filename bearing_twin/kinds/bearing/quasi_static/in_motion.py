@@ -16,7 +16,7 @@ from bearing_twin.kinds.bearing.controls import SETTLED, SHARED
 from bearing_twin.kinds.bearing.quasi_static.axes import settling_matters
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.marched import March, marched
-from bearing_twin.kinds.bearing.quasi_static.settled import LEAVES, OFF, SLIDING, Turn, no_turn, off_by, settled_turn
+from bearing_twin.kinds.bearing.quasi_static.settled import LEAVING, OFF, SLIDING, Turn, no_turn, off_by, settled_turn
 from bearing_twin.kinds.bearing.quasi_static.shares import begins_settled, control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Equilibrium,
@@ -168,8 +168,8 @@ def _settled(
         at = np.where(support.free, turn.ring, at)
     for tries in range(ROUNDS):
         turn = settled_turn(parameters, setting, at, turn if isinstance(turn, Turn) else None, passing=passing)
-        if turn.why == LEAVES and not passing:
-            return _marched(parameters, solver, support, found, near)
+        if turn.why in LEAVING and not passing:
+            return _marched(parameters, solver, support, found, near, turn.why)
         if turn.why:
             return InMotion(found, NO_TABLE, turn)
         table = table_of(parameters, setting, at, turn)
@@ -186,16 +186,18 @@ def _settled(
     return InMotion(found, NO_TABLE, no_turn("the ring and its balls do not agree on where they stand"))
 
 
-def _marched(parameters, solver: EquilibriumSolver, support: Support, rolling: Equilibrium, near) -> InMotion:
-    """As `_settled`, where balls leave a raceway on their way; `near` may be the motion itself."""
+def _marched(
+    parameters, solver: EquilibriumSolver, support: Support, rolling: Equilibrium, near, leaves: str
+) -> InMotion:
+    """As `_settled`, where a ball `leaves` a raceway on its way; `near` may be the motion itself."""
     turn = near
     if not isinstance(near, March) or near.given != (solver.setting.speed, support):
         turn = marched(parameters, solver.setting, support, rolling)
     if turn is None:
-        return InMotion(rolling, NO_TABLE, no_turn(LEAVES))
+        return InMotion(rolling, NO_TABLE, no_turn(leaves))
     if turn.why:
         off = _off_by(parameters, solver, support, turn)
-        return InMotion(rolling._replace(apart=off), NO_TABLE, no_turn(f"{LEAVES}, and {turn.why}"))
+        return InMotion(rolling._replace(apart=off), NO_TABLE, no_turn(f"{leaves}, and {turn.why}"))
     table = table_of(parameters, solver.setting, rolling.coordinates, turn)
     try:
         off = max(OFF, _off_by(parameters, solver, support, turn, table))

@@ -36,7 +36,7 @@ SLIDING = 65
 FINE, FINER = 1e-5, 1e-6
 # Relative: what is off against balls that move, measured up to 3e-4, and 2e-2 where so many azimuths are too few.
 OFF, OFF_SHARP = 5e-4, 3e-2
-LEAVES = "a ball bears next to nothing on part of its way"
+LEAVING = tuple(f"a ball {bears} next to nothing on part of its way" for bears in ("bears", "comes to bear"))
 NO_GRAVITY = (0.0, 0.0, 0.0)
 COARSE = 1e-3  # and at the most azimuths
 FEW = 6  # rounds of balance and orbit speed: each leaves a tenth
@@ -96,9 +96,9 @@ def no_turn(why: str) -> Turn:
     return Turn(np.zeros((0, UNKNOWNS)), math.nan, why)
 
 
-def off_by(turn) -> float:
+def off_by(turn: Turn) -> float:
     """What loads and angles of equilibria in this motion are off, over the greatest: more where it is not resolved."""
-    return OFF if not isinstance(turn, Turn) or _resolved(turn) else OFF_SHARP
+    return OFF if _resolved(turn) else OFF_SHARP
 
 
 def _resolved(turn: Turn) -> bool:
@@ -124,7 +124,7 @@ def settled_turn(
     place, contacts = balanced_on_the_way(setting, coordinates, azimuths_of(COUNTS[-1], 0.0))
     least = BEARS * contacts.load.max()
     if not contacts.load.min() > least:
-        return no_turn(LEAVES)
+        return no_turn(LEAVING[0])
     counts = (1,) if _even(setting, coordinates) and not any(gravity[:2]) else COUNTS
     sharp_near = near is not None and len(near.motion) > SLIDING
     if sharp_near:
@@ -158,7 +158,7 @@ def settled_turn(
     if not sharp <= COARSE:
         return no_turn("balls slide on part of their way")
     if not _least_load(parameters, setting, coordinates, turn) > least:
-        return no_turn(LEAVES)
+        return no_turn(LEAVING[1])
     return turn
 
 

@@ -28,8 +28,7 @@ ARMS = ("groove", "pitch")
 """Arm of a tilt: to the inner groove's centre, the true geometry; or to the pitch circle, as commercial programs do."""
 LONGEST = 0.2  # of the ball diameter: no coordinate of the ring goes further
 STAGES = 12  # a load that is not found at once is approached in so many parts
-COARSE, HALVINGS = 8.0, 14  # of the search for the greatest load: steps down, then halvings of the last of them
-UNFOUND = 4  # halvings that one counts for whose balance is not found, which takes long
+COARSE, HALVINGS, UNFOUND = 8.0, 14, 4  # for the greatest load: steps down, halvings, as how many a slow one counts
 CARRIES, HEAVY = 1e-6, 1e6  # share of a load, of HEAVY [N] at most, below which the greatest load is none
 UNITS = ("N", "N", "N", "N m", "N m")
 
@@ -49,8 +48,7 @@ class Equilibrium(NamedTuple):
     """A bearing in balance: ring `coordinates` (5,), external `loads` (5,), `stiffness` (5, 5) of loads by coordinates.
 
     `azimuths` [rad] (N,), `places` (N, 2) of the balls, `contacts`; `left` [N] is missing of the ring's balance.
-    `settled` is what loads and angles are off, relative, where axes of spin have settled; NaN with those of rolling.
-    `apart` is what loads are off balls that were moved, over the greatest, where those never repeat themselves.
+    Relative errors: `settled` of loads and angles, NaN in rolling, `apart` of loads if balls never repeat themselves.
     """
 
     coordinates: np.ndarray
