@@ -3,8 +3,8 @@
 A ball without load has the axis and the angle with which it left the loaded zone, and takes them along to where it
 enters that again. Sums of waves do not follow it there (`settled`), so that balls in one even cage are moved by their
 equations of motion, with a ring that is held, or so light that it is in balance all the way: it moves as balls pass,
-and friction resists that, too. Some ten turns of the cage are enough where balls come back as they went: what one brings
-along is lost on its way through the loaded zone.
+and friction resists that, too. Some ten turns of the cage are enough where balls come back as they went: what one
+brings along is lost on its way through the loaded zone.
 """
 
 import math
