@@ -143,14 +143,14 @@ def in_motion(
     none nearby none is looked for.
     """
     found = solver.solve(support)
-    turn = no_turn("" if near is None else near.why)
+    turn = near if near is not None and near.why else no_turn("")
     known = near is not None and len(near.motion)
     if not turn.why and (search or known) and _settles(parameters, solver, support, found):
         settled = _settled(parameters, solver, support, found, near if known else None, not search)
         if not settled.turn.why:
             return settled
-        turn, found = settled.turn, found._replace(apart=settled.found.apart)
-    return InMotion(found, NO_TABLE, turn)
+        turn = settled.turn
+    return InMotion(found._replace(apart=turn.apart), NO_TABLE, turn)
 
 
 def _settles(parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> bool:
@@ -197,7 +197,7 @@ def _marched(
         return InMotion(rolling, NO_TABLE, no_turn(leaves))
     if turn.why:
         off = _off_by(parameters, solver, support, turn)
-        return InMotion(rolling._replace(apart=off), NO_TABLE, no_turn(f"{leaves}, and {turn.why}"))
+        return InMotion(rolling, NO_TABLE, no_turn(f"{leaves}, and {turn.why}", off))
     table = table_of(parameters, solver.setting, rolling.coordinates, turn)
     try:
         off = max(OFF, _off_by(parameters, solver, support, turn, table))

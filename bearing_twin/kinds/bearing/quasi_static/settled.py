@@ -48,7 +48,8 @@ class Turn(NamedTuple):
 
     `swing` (2 J,) [rad/s] are the waves of that speed, which repeat themselves as one of so many balls comes to where
     the next was (`passing_waves`). `why` says why there is no such motion, "" where there is.
-    `ring` (5,) is where the ring stands in it, None where that is not known.
+    `ring` (5,) is where the ring stands in it, None where that is not known. `apart` is what loads with axes of rolling
+    are off, over the greatest, where balls were moved and there is no such motion.
     """
 
     motion: np.ndarray
@@ -57,6 +58,7 @@ class Turn(NamedTuple):
     swing: np.ndarray = np.zeros(0)
     balls: int = 1
     ring: np.ndarray | None = None
+    apart: float = 0.0
 
     def at(self, azimuths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Motion and its derivative by the azimuth (K, UNKNOWNS) at these azimuths [rad] (K,)."""
@@ -91,9 +93,9 @@ class Turn(NamedTuple):
         return orbit[:, None] * (orbit[:, None] * curve + change[:, None] * self.at(azimuths)[1][:, :2])
 
 
-def no_turn(why: str) -> Turn:
+def no_turn(why: str, apart: float = 0.0) -> Turn:
     """That there is none, and why."""
-    return Turn(np.zeros((0, UNKNOWNS)), math.nan, why)
+    return Turn(np.zeros((0, UNKNOWNS)), math.nan, why, apart=apart)
 
 
 def off_by(turn: Turn) -> float:
