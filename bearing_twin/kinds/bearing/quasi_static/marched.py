@@ -64,6 +64,11 @@ class March(NamedTuple):
     why: str = ""
     ring: np.ndarray | None = None
 
+    @property
+    def ring_speed(self) -> float:
+        """How fast the ring's centre moves as balls pass [m/s], root of the mean square."""
+        return math.sqrt(float((self.rings[:, 5:8] ** 2).sum(axis=1).mean()))
+
     def whole(self, azimuths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Places, their rates [m/s] and spins (K, 7), and orbit speeds (K,), at these azimuths [rad] (K,)."""
         found = _at(azimuths, azimuths_of(len(self.motion), 0.0), self.motion)

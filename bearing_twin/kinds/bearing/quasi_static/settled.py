@@ -60,6 +60,11 @@ class Turn(NamedTuple):
     ring: np.ndarray | None = None
     apart: float = 0.0
 
+    @property
+    def ring_speed(self) -> float:
+        """How fast the ring's centre moves as balls pass [m/s]: next to nothing where all bear load."""
+        return 0.0
+
     def at(self, azimuths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Motion and its derivative by the azimuth (K, UNKNOWNS) at these azimuths [rad] (K,)."""
         waves = np.fft.rfft(self.motion, axis=0) / len(self.motion)
