@@ -15,8 +15,8 @@ EQUILIBRIA = (  # what is known of a run from them
     "equilibria are solved to rounding; the error of loads is what balls that move differ by; their friction is known "
     "where axes of spin have settled alone"
 )
-# Of the speed at which a ring follows passing balls, over that at which friction is smoothed: what friction is off, over
-# mu N, since a ring with mass vibrates as balls enter the loaded zone. Measured against rings of 50 g: 0.2 to 0.4.
+# Of the speed at which a ring follows passing balls, over that at which friction is smoothed: what friction is off,
+# over mu N, as a ring with mass vibrates when balls enter the loaded zone. Measured against rings of 50 g: 0.2 to 0.4.
 VIBRATES = 0.4
 
 
