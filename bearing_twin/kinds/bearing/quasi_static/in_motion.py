@@ -198,13 +198,15 @@ def _marched(
     if turn.why:
         off = _off_by(parameters, solver, support, turn)
         return InMotion(rolling, NO_TABLE, no_turn(f"{leaves}, and {turn.why}", off))
-    table = table_of(parameters, solver.setting, rolling.coordinates, turn)
     try:
-        off = max(OFF, _off_by(parameters, solver, support, turn, table))
-        found = rubbed(solver, support, table)
+        if turn.table is None:
+            table = table_of(parameters, solver.setting, rolling.coordinates, turn)
+            off = max(OFF, _off_by(parameters, solver, support, turn, table))
+            turn = turn._replace(table=table, off=off)
+        found = rubbed(solver, support, turn.table)
     except SceneError:
         return InMotion(rolling, NO_TABLE, no_turn("nothing carries the load once they have settled"))
-    return InMotion(found._replace(settled=off), table, turn._replace(ring=found.coordinates))
+    return InMotion(found._replace(settled=turn.off), turn.table, turn._replace(ring=found.coordinates))
 
 
 def _off_by(parameters, solver: EquilibriumSolver, support: Support, turn: March, table=None) -> float:

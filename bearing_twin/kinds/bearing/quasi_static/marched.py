@@ -53,7 +53,8 @@ class March(NamedTuple):
 
     `loads` (M, 2) [N] are those of the contacts. `rings` (M/Z, 10) is where the ring is, and how fast it moves, while a
     ball goes to where the next of Z balls began, one row of a ring that is held. `given` is the speed [rad/s] and the
-    `Support` under which all this is so.
+    `Support` under which all this is so. `table` is that of `turn_table`, `off` what equilibria with it are off the
+    balls that were moved, over the greatest load; both None before they are found.
     """
 
     motion: np.ndarray
@@ -63,6 +64,8 @@ class March(NamedTuple):
     orbit: float
     why: str = ""
     ring: np.ndarray | None = None
+    table: np.ndarray | None = None
+    off: float | None = None
 
     @property
     def ring_speed(self) -> float:
@@ -78,7 +81,7 @@ class March(NamedTuple):
         """As if the ring turned so many times as fast."""
         motion = self.motion.copy()
         motion[:, 2:] *= times
-        return self._replace(motion=motion, orbit=self.orbit * times, given=())
+        return self._replace(motion=motion, orbit=self.orbit * times, given=(), table=None)
 
 
 def _at(wanted, azimuths, rows, period: float = 2.0 * math.pi) -> np.ndarray:
