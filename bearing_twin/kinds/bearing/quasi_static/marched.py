@@ -42,7 +42,7 @@ TOLERANCE = 1e-5  # that steps are made by
 BEARS = 2e-2  # of the greatest load
 # Of all balls' masses: the mass of a ring that follows its loads, so little that it is in balance all the way. Of its
 # critical damping: what its support damps.
-HEAVY, DAMPED = 4.0, 0.02
+RING_MASS, RING_DAMPING = 4.0, 0.02
 RING = "inner_ring_offset", "inner_ring_tilt", "inner_ring_velocity", "inner_ring_tilt_rate"  # channels
 
 _bearing_motion = late("bearing_twin.kinds.bearing.motion:BearingMotion")
@@ -76,12 +76,6 @@ class March(NamedTuple):
         """Places, their rates [m/s] and spins (K, 7), and orbit speeds (K,), at these azimuths [rad] (K,)."""
         found = _at(azimuths, azimuths_of(len(self.motion), 0.0), self.motion)
         return found[:, :7], found[:, 7]
-
-    def quicker(self, times: float) -> "March":
-        """As if the ring turned so many times as fast."""
-        motion = self.motion.copy()
-        motion[:, 2:] *= times
-        return self._replace(motion=motion, orbit=self.orbit * times, given=(), table=None)
 
 
 def _at(wanted, azimuths, rows, period: float = 2.0 * math.pi) -> np.ndarray:
@@ -159,9 +153,9 @@ def _rows(setting, out) -> np.ndarray:
 def _moved(parameters, setting, support, found):
     """The scene of balls in one even cage, the ring turning evenly, held and loaded as `support` says."""
     held, loads = (np.where(support.free, *one) for one in ((0.0, support.held), (support.loads, 0.0)))
-    mass = HEAVY * parameters.geometry.balls * setting.ball_mass
+    mass = RING_MASS * parameters.geometry.balls * setting.ball_mass
     masses = np.array([mass] * 3 + [mass * setting.arm**2] * 2)
-    damping = DAMPED * 2.0 * np.sqrt(np.abs(np.diag(found.stiffness)) * masses)
+    damping = RING_DAMPING * 2.0 * np.sqrt(np.abs(np.diag(found.stiffness)) * masses)
     loads[:3] -= mass * np.array(parameters.gravity) * support.free[:3]
     drive = replace(
         parameters.drive, kind=SPEED, speed=float(setting.speed), change=Change(),

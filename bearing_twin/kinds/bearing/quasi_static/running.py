@@ -13,6 +13,7 @@ from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, limits_us
 from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion, turn_of_scene
 from bearing_twin.kinds.bearing.quasi_static.newton import FOUND
 from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES
+from bearing_twin.kinds.bearing.quasi_static.settled import Turn
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     azimuths_of,
     load_line,
@@ -228,7 +229,7 @@ class QuasiStaticMotion:
             passing, near = speed not in (self.parameters.drive.speed, self.goal_speed), self._turn
             if not passing:  # as in a run that begins with it
                 near = self._first_turn if speed == self.parameters.drive.speed else None
-            elif near is not None:
+            elif isinstance(near, Turn):
                 near = near.quicker(speed / self._turned_at)
             solver = weighed_solver(self.parameters, setting, azimuths)
             try:
