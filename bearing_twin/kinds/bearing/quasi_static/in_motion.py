@@ -16,7 +16,7 @@ from bearing_twin.kinds.bearing.controls import SETTLED, SHARED
 from bearing_twin.kinds.bearing.quasi_static.axes import settling_matters
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.marched import March, marched
-from bearing_twin.kinds.bearing.quasi_static.settled import LEAVING, OFF, SLIDING, Turn, no_turn, off_by, settled_turn
+from bearing_twin.kinds.bearing.quasi_static.settled import LEAVING, OFF, Turn, no_turn, off_by, settled_turn
 from bearing_twin.kinds.bearing.quasi_static.shares import begins_settled, control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import (
     Equilibrium,
@@ -27,13 +27,12 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     support_of,
     weighed_solver,
 )
-from bearing_twin.kinds.bearing.quasi_static.surroundings import STILL, Acting, Surroundings
+from bearing_twin.kinds.bearing.quasi_static.surroundings import Acting, Surroundings
 from bearing_twin.kinds.bearing.quasi_static.turn_table import (
     ALONG,
     HEAVY,
     HOLDING,
     INERTIA,
-    LOOKS,
     NO_TABLE,
     ORBIT,
     PITCH,
@@ -49,7 +48,6 @@ from bearing_twin.kinds.bearing.quasi_static.turn_table import (
     without_shares,
 )
 
-SHARP_LOOKS = 1024  # azimuths of a table where balls slide on part of their way
 CHECKS = 32  # places of balls at which equilibria are held against balls that were moved
 TWICE = 2  # solutions: friction acts along the contacts of the first
 ROUNDS = 12  # in which a free ring and the motion of balls agree at the latest; 2 to 6 do
@@ -70,11 +68,9 @@ class InMotion(NamedTuple):
 
 def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
     """What a settled motion does to a ball (M, SIZES) at M azimuths, the ring at `coordinates` (5,)."""
-    looks = len(turn.motion) if isinstance(turn, March) else LOOKS if len(turn.motion) < SLIDING else SHARP_LOOKS
-    azimuths, table = azimuths_of(looks, 0.0), np.zeros((looks, SIZES))
+    azimuths, table = azimuths_of(turn.looks, 0.0), np.zeros((turn.looks, SIZES))
     whole, orbit = turn.whole(azimuths)
-    rings = turn.rings if isinstance(turn, March) else [(*coordinates, *STILL)]
-    acting, pushed_on = _acting(parameters, setting, rings, azimuths, whole, orbit)
+    acting, pushed_on = _acting(parameters, setting, turn.standing(coordinates), azimuths, whole, orbit)
     angle = acting.contacts.angle
     for side, rubbing in enumerate(acting.friction):
         force = np.where(np.abs(rubbing) > NOTHING * acting.contacts.load.max(), rubbing, 0.0)
@@ -83,11 +79,7 @@ def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
         table[:, SIZE + side] = np.cos(angle[:, side]) * force[:, 2] - np.sin(angle[:, side]) * force[:, 0]
         table[:, ALONG + side], table[:, VISCOUS + side] = force[:, 1], acting.viscous[side]
     table[:, HEAVY] = setting.ball_mass * (setting.outer.locus_radius + whole[:, 0]) * orbit**2
-    if isinstance(turn, March):
-        table[:, INERTIA : INERTIA + 2] = -pushed_on[:, [0, 2]]
-    else:
-        swing = setting.ball_mass * turn.accelerations(azimuths)
-        table[:, INERTIA], table[:, INERTIA + 1] = table[:, HEAVY] - swing[:, 0], -swing[:, 1]
+    table[:, INERTIA : INERTIA + 2] = turn.inertia(setting.ball_mass, table[:, HEAVY], pushed_on, azimuths)
     table[:, ORBIT], table[:, ROLL], table[:, PITCH] = turn.orbit, turn.orbit - whole[:, 6], whole[:, 4]
     table[:, SPEED] = setting.speed
     table[:, HOLDING] = setting.lever * np.sin(angle[:, 0]) * table[:, ALONG]
@@ -95,7 +87,7 @@ def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
 
 
 def _acting(parameters, setting, rings, azimuths, whole, orbit) -> tuple[Acting, np.ndarray]:
-    """What acts on a ball that goes round so, and the whole force (M, 3) [N] with its weight; `rings` as of `March`."""
+    """What acts on a ball that goes round so, and the whole force (M, 3) [N] with its weight; `rings` as they stand."""
     parts, forces = [], np.zeros((len(azimuths), 3))
     for k, ring in enumerate(rings):
         there = slice(k, None, len(rings))

@@ -72,6 +72,19 @@ class March(NamedTuple):
         """How fast the ring's centre moves as balls pass [m/s], root of the mean square."""
         return math.sqrt(float((self.rings[:, 5:8] ** 2).sum(axis=1).mean()))
 
+    @property
+    def looks(self) -> int:
+        """The azimuths of its table: those at which it was kept."""
+        return len(self.motion)
+
+    def standing(self, _) -> np.ndarray:
+        """How the ring stands and moves while a ball passes, rows (K, 10)."""
+        return self.rings
+
+    def inertia(self, _mass, _heavy, pushed_on: np.ndarray, _azimuths) -> np.ndarray:
+        """That of a ball, radial and axial (K, 2) [N]: what resists all that pushes it (K, 3) [N]."""
+        return -pushed_on[:, [0, 2]]
+
     def whole(self, azimuths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Places, their rates [m/s] and spins (K, 7), and orbit speeds (K,), at these azimuths [rad] (K,)."""
         found = _at(azimuths, azimuths_of(len(self.motion), 0.0), self.motion)

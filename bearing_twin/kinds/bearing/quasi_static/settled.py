@@ -24,14 +24,15 @@ from bearing_twin.contact.names import POINT
 from bearing_twin.kinds.bearing.parameters import rubbing_by
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, shared
 from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of
-from bearing_twin.kinds.bearing.quasi_static.surroundings import UNKNOWNS, Surroundings
+from bearing_twin.kinds.bearing.quasi_static.surroundings import STILL, UNKNOWNS, Surroundings
 from bearing_twin.kinds.bearing.quasi_static.turn_search import Search, parted, passing_waves
-from bearing_twin.kinds.bearing.quasi_static.turn_table import BEARS, balanced_on_the_way, without_shares
+from bearing_twin.kinds.bearing.quasi_static.turn_table import BEARS, LOOKS, balanced_on_the_way, without_shares
 
 # Azimuths of a turn, the more the sharper what happens on it; odd, so that no wave is lost. Where balls slide on part
 # of their way the last two are needed, at which a motion is looked for from one at fewer alone: they cost a second.
 COUNTS = (17, 33, 65, 129, 257)
 SLIDING = 65
+SHARP_LOOKS = 1024  # azimuths of a table where balls slide on part of their way
 # Of the greatest angle: what the shortest waves may be before more azimuths are taken, of up to SLIDING and beyond.
 FINE, FINER = 1e-5, 1e-6
 # Relative: what is off against balls that move, measured up to 3e-4, and 2e-2 where so many azimuths are too few.
@@ -64,6 +65,20 @@ class Turn(NamedTuple):
     def ring_speed(self) -> float:
         """How fast the ring's centre moves as balls pass [m/s]: next to nothing where all bear load."""
         return 0.0
+
+    @property
+    def looks(self) -> int:
+        """The azimuths of its table: more where balls slide on part of their way."""
+        return LOOKS if len(self.motion) < SLIDING else SHARP_LOOKS
+
+    def standing(self, coordinates) -> np.ndarray:
+        """How the ring, at `coordinates` (5,), stands and moves while a ball passes, rows (1, 10)."""
+        return np.array([(*coordinates, *STILL)])
+
+    def inertia(self, mass: float, heavy: np.ndarray, _, azimuths: np.ndarray) -> np.ndarray:
+        """That of a ball of this mass [kg], radial and axial (K, 2) [N], `heavy` (K,) being the centrifugal load."""
+        swing = mass * self.accelerations(azimuths)
+        return np.stack([heavy - swing[:, 0], -swing[:, 1]], axis=1)
 
     def at(self, azimuths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Motion and its derivative by the azimuth (K, UNKNOWNS) at these azimuths [rad] (K,)."""
