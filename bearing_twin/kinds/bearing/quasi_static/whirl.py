@@ -44,15 +44,17 @@ def whirl_of(parameters, law: str) -> Whirl | None:
 
     Also None where axes do not settle, or balls slide on part of their way: nothing is known there.
     """
-    if control_of(parameters) == AUTO:  # friction takes the ring away even where it changes next to nothing
-        parameters = replace(parameters, model=replace(parameters.model, control=SETTLED))
     support, ring = support_of(parameters), parameters.rings.inner
     masses = np.array([ring.mass] * 3 + [ring.inertia[0]] * 2)
     free = np.array(support.free, np.bool_)
     if not free.any() or not masses[free].all():
         return None
     try:
-        begin = scene_in_motion(parameters, law)
+        begin, asked = scene_in_motion(parameters, law), control_of(parameters)
+        # Friction takes the ring away even where it changes next to nothing, and nobody settles axes left to themselves.
+        parameters = replace(parameters, model=replace(parameters.model, control=SETTLED))
+        if asked == AUTO and not begin.turn.why and not len(begin.turn.motion):
+            begin = scene_in_motion(parameters, law)
         if not 0 < len(begin.turn.motion) <= SLIDING:
             return None
         solver = solver_of(parameters, law)
