@@ -51,7 +51,7 @@ def whirl_of(parameters, law: str) -> Whirl | None:
         return None
     try:
         begin, asked = scene_in_motion(parameters, law), control_of(parameters)
-        # Friction takes the ring away even where it changes next to nothing, where axes left to themselves do not settle.
+        # Friction takes the ring away even where it changes next to nothing, and axes left to themselves do not settle.
         parameters = replace(parameters, model=replace(parameters.model, control=SETTLED))
         if asked == AUTO and not begin.turn.why and not len(begin.turn.motion):
             begin = scene_in_motion(parameters, law)
