@@ -25,6 +25,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     DISSIPATED,
     HEIGHT,
     MAY_TOUCH,
+    MEETS,
     MOTION,
     MOTION_SPAN,
     ORBIT_ANGLE,
@@ -77,18 +78,18 @@ def new_pairs(near, balls, storing):
 
 
 @kernel
-def look_ahead(pairs, blocks, row):
-    """Copies nine rows from `row` on of each ball to OWN, and of the next ball to AHEAD."""
+def look_ahead(pairs, blocks, row, columns):
+    """Copies so many rows from `row` on of each ball to OWN, and of the next ball to AHEAD."""
     for block in range(len(blocks)):
         there, here, following = pairs.blocks[block], blocks[block], blocks[(block + 1) % len(blocks)]
-        for i in range(MOTION_SPAN):
+        for i in range(columns * LANES):
             put(there, OWN, i, get(here, row, i))
-        for column in range(MOTION):
+        for column in range(columns):
             for k in range(LANES - 1):
                 put(there, AHEAD + column, k, get(here, row + column, k + 1))
             put(there, AHEAD + column, LANES - 1, get(following, row + column, 0))
     last, k = pairs.blocks[(pairs.count - 1) // LANES], (pairs.count - 1) % LANES
-    for column in range(MOTION):
+    for column in range(columns):
         put(last, AHEAD + column, k, get(blocks[0], row + column, 0))
 
 
@@ -160,7 +161,7 @@ def add_pairs(bearing, pairs, motions, rates, row):
 
     The balls' motion begins the blocks `motions`.
     """
-    look_ahead(pairs, motions, AXIS_DISTANCE)
+    look_ahead(pairs, motions, AXIS_DISTANCE, MOTION)
     for block in range(len(pairs.blocks)):
         _pushes(bearing, pairs.storing, pairs.blocks[block])
     add_pushes(pairs, rates, row + VELOCITY)
@@ -257,7 +258,7 @@ def _put_loss(lanes, first, k, by_place, turn, by_velocity, by_spin):
 
 @kernel
 def _answers(bearing, lanes):
-    """Fills the rows of how what balls do to each other answers to either's motion."""
+    """Fills the rows of how what balls do to each other answers to either's motion, and of whether they touch."""
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
         cosine, sine, position, velocity, spin = _meeting(lanes, k)
@@ -270,6 +271,7 @@ def _answers(bearing, lanes):
             add(get_vector(lanes, OWN + SPIN, k), spin),
             turn,
         )
+        put(lanes, MEETS, k, 1.0 if contact.approach > 0.0 else 0.0)
         _put_answers(
             lanes, 0, k, cosine, sine, inverse_mass, -inverse_mass,
             contact.force, by.force_p, by.force_v, by.force_s, by.force_turn,

@@ -58,7 +58,7 @@ def _by_place(lanes, first, k, ball):
 @kernel
 def add_known(pairs, blocks, row):
     """Adds what known changes of position, in the first rows from `row` on, do to the neighbours' right-hand sides."""
-    look_ahead(pairs, blocks, row)
+    look_ahead(pairs, blocks, row, VELOCITY)
     for block in range(len(blocks)):
         lanes = pairs.blocks[block]
         for k in range(LANES):
@@ -73,7 +73,7 @@ def add_known(pairs, blocks, row):
 @kernel
 def add_losses(g, pairs, blocks, row):
     """Adds g times the loss by the motion of the ball ahead to the row of losses of the motions from `row` on."""
-    look_ahead(pairs, blocks, row)
+    look_ahead(pairs, blocks, row, MOTION)
     for block in range(len(blocks)):
         here, there = pairs.blocks[block], blocks[block]
         for k in range(LANES):
