@@ -1,6 +1,6 @@
 """What balls that touch add to the linear system of a step: tiles, and what goes before and after a solution."""
 
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces.layout import (
     AHEAD,
     AHEAD_BY_OWN,
@@ -21,6 +21,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
 from bearing_twin.kinds.bearing.forces.pairs import LOSS, SECOND_HALF, add_pushes, look_ahead
 from bearing_twin.numerics.block_solve import behind, negative, plus, times
 from bearing_twin.numerics.lanes import LANES, get, get_vector, increase, put, put_tile_part, put_vector
+from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import dot
 
 
@@ -41,7 +42,7 @@ def _turning(g, lanes, ball, k):
     return (-g * g * get(lanes, ball + TANGENTIAL_VELOCITY, k) * inverse * inverse, g * inverse)
 
 
-@kernel
+@lean_kernel
 def pair_tiles(g, lanes):
     """Fills UPPER and LOWER, how a ball's velocity and spin answer to the next one's, and the other way round."""
     for k in range(LANES):
@@ -55,7 +56,7 @@ def _by_place(lanes, first, k, ball):
     return times(get_part(lanes, first, k), get_vector(lanes, ball + AXIS_DISTANCE, k))
 
 
-@kernel
+@lean_kernel
 def add_known(pairs, blocks, row):
     """Adds what known changes of position, in the first rows from `row` on, do to the neighbours' right-hand sides."""
     look_ahead(pairs, blocks, row, VELOCITY)
@@ -70,7 +71,7 @@ def add_known(pairs, blocks, row):
     add_pushes(pairs, blocks, row + VELOCITY)
 
 
-@kernel
+@lean_kernel
 def add_losses(g, pairs, blocks, row):
     """Adds g times the loss by the motion of the ball ahead to the row of losses of the motions from `row` on."""
     look_ahead(pairs, blocks, row, MOTION)
