@@ -79,18 +79,18 @@ def new_pairs(near, balls, storing):
 
 
 @lean_kernel
-def look_ahead(pairs, blocks, row, columns):
-    """Copies so many rows from `row` on of each ball to OWN, and of the next ball to AHEAD."""
+def look_ahead(pairs, blocks, row):
+    """Copies nine rows from `row` on of each ball to OWN, and of the next ball to AHEAD."""
     for block in range(len(blocks)):
         there, here, following = pairs.blocks[block], blocks[block], blocks[(block + 1) % len(blocks)]
-        for i in range(columns * LANES):
+        for i in range(MOTION_SPAN):
             put(there, OWN, i, get(here, row, i))
-        for column in range(columns):
+        for column in range(MOTION):
             for k in range(LANES - 1):
                 put(there, AHEAD + column, k, get(here, row + column, k + 1))
             put(there, AHEAD + column, LANES - 1, get(following, row + column, 0))
     last, k = pairs.blocks[(pairs.count - 1) // LANES], (pairs.count - 1) % LANES
-    for column in range(columns):
+    for column in range(MOTION):
         put(last, AHEAD + column, k, get(blocks[0], row + column, 0))
 
 
@@ -111,7 +111,7 @@ def _hand_on(pairs, source, rows, blocks, row):
 
 
 @lean_kernel
-def add_pushes(pairs, blocks, row):
+def _add_pushes(pairs, blocks, row):
     """Adds OWN_PUSH and AHEAD_PUSH to the rows from `row` on, those of velocity and what follows."""
     for block in range(len(blocks)):
         here, there = pairs.blocks[block], blocks[block]
@@ -162,10 +162,10 @@ def add_pairs(bearing, pairs, motions, rates, row):
 
     The balls' motion begins the blocks `motions`.
     """
-    look_ahead(pairs, motions, AXIS_DISTANCE, MOTION)
+    look_ahead(pairs, motions, AXIS_DISTANCE)
     for block in range(len(pairs.blocks)):
         _pushes(bearing, pairs.storing, pairs.blocks[block])
-    add_pushes(pairs, rates, row + VELOCITY)
+    _add_pushes(pairs, rates, row + VELOCITY)
 
 
 @kernel

@@ -3,7 +3,7 @@
 from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.jacobian import rates_and_ring_jacobian
-from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, FIRST_RATES, MOTION
+from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, FIRST_RATES
 from bearing_twin.kinds.bearing.forces.pairs import add_pairs, look_ahead
 from bearing_twin.kinds.bearing.forces.rates import rates_in_lanes
 from bearing_twin.kinds.bearing.stepping.border import border_rates
@@ -87,7 +87,7 @@ def _rates(task, coupling, stage, alpha, blocks):
         if again:
             copy_state(coupling.border.numbers, at.FIRST_RATES, at.RATES)
             if coupling.pairs.touching:  # their linear system asks for the motion, too
-                look_ahead(coupling.pairs, blocks, AXIS_DISTANCE, MOTION)
+                look_ahead(coupling.pairs, blocks, AXIS_DISTANCE)
         else:
             _couple(bearing, now, time, coupling, blocks)
         if stage < 0:
