@@ -148,13 +148,26 @@ def test_the_block_solver_agrees_with_a_dense_one():
         assert np.ravel(solve_body(linear, factorise_body(linear, g), g, *parts)) == pytest.approx(expected, rel=1e-10)
 
 
+ALL, NONE, SOME = (True,), (False,), (True, False, True, True, False)
+
+
 @pytest.mark.parametrize(
-    ("bodies", "border", "linked"),
-    [(1, 0, True), (5, 0, True), (12, 1, True), (3, 3, True), (8, 2, True), (8, 1, False)],
+    ("bodies", "border", "next_meets", "border_meets"),
+    [
+        (1, 0, ALL, ALL),
+        (5, 0, ALL, ALL),
+        (12, 1, ALL, ALL),
+        (3, 3, ALL, ALL),
+        (8, 2, ALL, ALL),
+        (8, 1, NONE, ALL),
+        (12, 2, SOME, ALL),
+        (12, 2, SOME, SOME),
+        (12, 1, ALL, (True, *[False] * 10, True)),
+    ],
 )
-def test_bodies_in_a_row_with_a_border_are_solved_as_a_dense_system(bodies, border, linked):
+def test_bodies_in_a_row_with_a_border_are_solved_as_a_dense_system(bodies, border, next_meets, border_meets):
     rng = np.random.default_rng(5)
-    chain, side, size = chain_solve.new_chain(bodies, border, linked), chain_solve.SIDE, bodies + border
+    chain, side, size = chain_solve.new_chain(bodies, border), chain_solve.SIDE, bodies + border
     dense, right = np.zeros((size * side,) * 2), rng.normal(size=(size, side))
 
     def fill(tile, i, j):
@@ -166,10 +179,14 @@ def test_bodies_in_a_row_with_a_border_are_solved_as_a_dense_system(bodies, bord
 
     for i in range(bodies):
         fill(chain_solve.own_tile(i), i, i)
-        if linked and i + 1 < bodies:
+        if next_meets[i % len(next_meets)] and i + 1 < bodies:
+            chain.meets[i, 0] = True
             fill(chain_solve.ahead_tile(i), i, i + 1)
             fill(chain_solve.behind_tile(i), i + 1, i)
         for b in range(border):
+            if not border_meets[(i + b) % len(border_meets)]:
+                continue
+            chain.meets[i, 1 + b] = True
             fill(chain_solve.column_tile(chain, i, b), i, bodies + b)
             fill(chain_solve.row_tile(chain, b, i), bodies + b, i)
     for a in range(border):

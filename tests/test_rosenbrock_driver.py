@@ -29,6 +29,7 @@ from bearing_twin.numerics.lanes import (
 )
 from bearing_twin.numerics.rosenbrock import (
     IDLE,
+    _agree,
     advance_lanes,
     cut_to_end,
     fill_lanes,
@@ -247,6 +248,19 @@ def test_coupled_bodies_take_their_steps_together():
     assert np.abs(true[:, 0]).max() > 1e-2
     assert len(set(steps)) == 1
     assert results.counts[STEPS] == count * rod.accepted[0]
+
+
+@pytest.mark.parametrize("worst", [math.nan, math.inf, 7.0])
+@pytest.mark.parametrize("place", [0, 4, 10])
+def test_the_worst_error_of_coupled_bodies_is_that_of_all(worst, place):
+    """One that is no number above all: a step with it is never accepted, wherever the body stands."""
+    bodies = 11
+    blocks = new_blocks(bodies, AFTER_METHOD)
+    for i in range(bodies):
+        put(blocks[i // LANES], ERROR, i % LANES, worst if i == place else 0.1 * i)
+    _agree(ERROR, False, bodies, blocks)
+    agreed = [get(blocks[i // LANES], ERROR, i % LANES) for i in range(bodies)]
+    assert np.array_equal(agreed, [worst] * bodies, equal_nan=True)
 
 
 def test_a_method_that_lands_ends_a_step_at_an_event():

@@ -23,21 +23,23 @@ SIDE = 6  # of a tile, which holds its columns one after the other
 class Chain(NamedTuple):
     """Room for so many bodies and blocks of the border: `tiles` (n, SIDE * SIDE), `right` (bodies + border, SIDE).
 
-    Bodies that are not `linked` answer to the border alone.
+    `meets` (bodies, 1 + border) says which bodies answer to the next, and which to each block of the border: tiles of
+    others do not count, as those of open contacts.
     """
 
     bodies: int
     border: int
-    linked: bool
     tiles: np.ndarray
     right: np.ndarray
+    meets: np.ndarray
 
 
 @kernel
-def new_chain(bodies, border, linked):
-    """A `Chain` of zeros."""
+def new_chain(bodies, border):
+    """A `Chain` of zeros, in which nobody meets."""
     count = 3 * bodies + 2 * bodies * border + border * border
-    return Chain(bodies, border, linked, np.zeros((count, SIDE * SIDE)), np.zeros((bodies + border, SIDE)))
+    tiles, right = np.zeros((count, SIDE * SIDE)), np.zeros((bodies + border, SIDE))
+    return Chain(bodies, border, tiles, right, np.zeros((bodies, 1 + border), np.bool_))
 
 
 @inlined
@@ -74,6 +76,17 @@ def row_tile(chain, b, i):
 def corner_tile(chain, a, b):
     """How block a of the border answers to block b."""
     return (3 + 2 * chain.border) * chain.bodies + a * chain.border + b
+
+
+@lean_kernel
+def clear_border(chain):
+    """Begins anew: nobody meets, and the tiles of the border are zeros."""
+    for i in range(chain.bodies):
+        for b in range(1 + chain.border):
+            chain.meets[i, b] = False
+    for tile in range(column_tile(chain, 0, 0), len(chain.tiles)):
+        for i in range(SIDE * SIDE):
+            chain.tiles[tile, i] = 0.0
 
 
 @inlined
@@ -184,20 +197,27 @@ def _subtract_vector(target, tile, vector):
 
 @lean_kernel
 def factorise_chain(chain):
-    """Replaces the tiles by factors for `solve_chain`; not finite where the matrix is singular."""
-    tiles, last = chain.tiles, chain.bodies - 1 if chain.linked else 0
+    """Replaces the tiles by factors for `solve_chain`; not finite where the matrix is singular.
+
+    A body comes to answer to a block of the border where the one before it does, and meets it.
+    """
+    tiles, meets = chain.tiles, chain.meets
     for i in range(chain.bodies):
         own, ahead, behind = tiles[own_tile(i)], tiles[ahead_tile(i)], tiles[behind_tile(i)]
         invert_tile(own, 0)
-        if i < last:
+        if meets[i, 0]:
             _multiply(own, ahead)
             _subtract(tiles[own_tile(i + 1)], behind, ahead)
         for b in range(chain.border):
+            if not meets[i, 1 + b]:
+                continue
             column = tiles[column_tile(chain, i, b)]
             _multiply(own, column)
             for a in range(chain.border):
-                _subtract(tiles[corner_tile(chain, a, b)], tiles[row_tile(chain, a, i)], column)
-            if i < last:
+                if meets[i, 1 + a]:
+                    _subtract(tiles[corner_tile(chain, a, b)], tiles[row_tile(chain, a, i)], column)
+            if meets[i, 0]:
+                meets[i + 1, 1 + b] = True
                 _subtract(tiles[column_tile(chain, i + 1, b)], behind, column)
                 _subtract(tiles[row_tile(chain, b, i + 1)], tiles[row_tile(chain, b, i)], ahead)
     for a in range(chain.border):
@@ -212,14 +232,14 @@ def factorise_chain(chain):
 @lean_kernel
 def solve_chain(chain):
     """Solves for the right-hand side in `chain.right`, in place: bodies first, then the blocks of the border."""
-    tiles, right, bodies, border = chain.tiles, chain.right, chain.bodies, chain.border
-    last = bodies - 1 if chain.linked else 0
+    tiles, right, bodies, border, meets = chain.tiles, chain.right, chain.bodies, chain.border, chain.meets
     for i in range(bodies):
         _multiply_vector(tiles[own_tile(i)], right[i])
-        if i < last:
+        if meets[i, 0]:
             _subtract_vector(right[i + 1], tiles[behind_tile(i)], right[i])
         for b in range(border):
-            _subtract_vector(right[bodies + b], tiles[row_tile(chain, b, i)], right[i])
+            if meets[i, 1 + b]:
+                _subtract_vector(right[bodies + b], tiles[row_tile(chain, b, i)], right[i])
     for a in range(border):
         _multiply_vector(tiles[corner_tile(chain, a, a)], right[bodies + a])
         for b in range(a + 1, border):
@@ -228,7 +248,8 @@ def solve_chain(chain):
         for b in range(a + 1, border):
             _subtract_vector(right[bodies + a], tiles[corner_tile(chain, a, b)], right[bodies + b])
     for i in range(bodies - 1, -1, -1):
-        if i < last:
+        if meets[i, 0]:
             _subtract_vector(right[i], tiles[ahead_tile(i)], right[i + 1])
         for b in range(border):
-            _subtract_vector(right[i], tiles[column_tile(chain, i, b)], right[bodies + b])
+            if meets[i, 1 + b]:
+                _subtract_vector(right[i], tiles[column_tile(chain, i, b)], right[bodies + b])

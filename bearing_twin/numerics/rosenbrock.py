@@ -128,11 +128,11 @@ def cut_to_end(wanted, lanes, k):
 
 @lean_kernel
 def _agree(row, least, bodies, blocks):
-    """Gives all coupled bodies the least or the greatest number in a row; one that is not finite is the greatest."""
+    """Gives all coupled bodies the least or the greatest number in a row; one that is none is the greatest."""
     agreed = get(blocks[0], row, 0)
     for place in range(bodies):
         value = get(blocks[place // LANES], row, place % LANES)
-        if (value < agreed) if least else not value <= agreed:
+        if (value < agreed) if least else value > agreed or value != value:
             agreed = value
     for place in range(len(blocks) * LANES):
         put(blocks[place // LANES], row, place % LANES, agreed)

@@ -74,9 +74,10 @@ FORCE_ERROR, TORQUE_ERROR, LAST_RATES, ROSENBROCK_ROWS = rows(AFTER_METHOD, 1, 1
 SYSTEM = FACTOR_INVERSE  # coupled balls: what is left of 1/g - J without positions, column after column
 
 # Balls that may touch, in an array of their own: nine numbers of a ball and of the next ahead, whether they may touch,
-# what to add to the angle between them; what they do to the rates of either (velocity, spin, the integrals) and how
-# that answers to either's motion; and two tiles of the linear system without positions, column after column.
-OWN, AHEAD, MAY_TOUCH, ROUND, OWN_PUSH, AHEAD_PUSH, _ANSWERS = rows(0, MOTION, MOTION, 1, 1, 8, 6)
+# what to add to the angle between them, whether they do touch; what they do to the rates of either (velocity, spin, the
+# integrals) and how that answers to either's motion; and two tiles of the linear system without positions, column after
+# column.
+OWN, AHEAD, MAY_TOUCH, ROUND, MEETS, OWN_PUSH, AHEAD_PUSH, _ANSWERS = rows(0, MOTION, MOTION, 1, 1, 1, 8, 6)
 OWN_BY_OWN, OWN_BY_AHEAD, AHEAD_BY_OWN, AHEAD_BY_AHEAD, UPPER, LOWER, PAIR_ROWS = rows(
     _ANSWERS, *(8 * MOTION,) * 2, *(6 * MOTION,) * 2, 36, 36
 )

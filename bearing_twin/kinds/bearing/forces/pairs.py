@@ -25,6 +25,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     DISSIPATED,
     HEIGHT,
     MAY_TOUCH,
+    MEETS,
     MOTION,
     MOTION_SPAN,
     ORBIT_ANGLE,
@@ -42,6 +43,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
 from bearing_twin.kinds.bearing.forces.pair_gradient import pair_gradient
 from bearing_twin.numerics.block_solve import negative
 from bearing_twin.numerics.lanes import LANES, get, get_vector, increase, new_blocks, put, put_vector
+from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import about_z, add, cosine_sine, minus, scaled
 
 PUSHES = 8  # rows of OWN_PUSH: of velocity, spin, and the integrals up to DISSIPATED
@@ -76,7 +78,7 @@ def new_pairs(near, balls, storing):
     return Pairs(count, touching, storing, blocks)
 
 
-@kernel
+@lean_kernel
 def look_ahead(pairs, blocks, row):
     """Copies nine rows from `row` on of each ball to OWN, and of the next ball to AHEAD."""
     for block in range(len(blocks)):
@@ -108,8 +110,8 @@ def _hand_on(pairs, source, rows, blocks, row):
                 increase(blocks[block + 1], row + column, 0, get(here, source + column, LANES - 1))
 
 
-@kernel
-def add_pushes(pairs, blocks, row):
+@lean_kernel
+def _add_pushes(pairs, blocks, row):
     """Adds OWN_PUSH and AHEAD_PUSH to the rows from `row` on, those of velocity and what follows."""
     for block in range(len(blocks)):
         here, there = pairs.blocks[block], blocks[block]
@@ -133,7 +135,7 @@ def _own_position(lanes, k):
     return (get(lanes, OWN + AXIS_DISTANCE, k), 0.0, get(lanes, OWN + HEIGHT, k))
 
 
-@kernel
+@lean_kernel
 def _pushes(bearing, storing, lanes):
     """Fills OWN_PUSH and AHEAD_PUSH with what balls do to each other's rates."""
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
@@ -154,7 +156,7 @@ def _pushes(bearing, storing, lanes):
         put_vector(lanes, AHEAD_PUSH + 3, k, about_z(cosine, -sine, turning))
 
 
-@kernel
+@lean_kernel
 def add_pairs(bearing, pairs, motions, rates, row):
     """Adds what balls do to each other to the rates that begin at `row` of the blocks `rates`.
 
@@ -163,7 +165,7 @@ def add_pairs(bearing, pairs, motions, rates, row):
     look_ahead(pairs, motions, AXIS_DISTANCE)
     for block in range(len(pairs.blocks)):
         _pushes(bearing, pairs.storing, pairs.blocks[block])
-    add_pushes(pairs, rates, row + VELOCITY)
+    _add_pushes(pairs, rates, row + VELOCITY)
 
 
 @kernel
@@ -255,9 +257,9 @@ def _put_loss(lanes, first, k, by_place, turn, by_velocity, by_spin):
     put_vector(lanes, first + LOSS * MOTION + SPIN, k, by_spin)
 
 
-@kernel
+@lean_kernel
 def _answers(bearing, lanes):
-    """Fills the rows of how what balls do to each other answers to either's motion."""
+    """Fills the rows of how what balls do to each other answers to either's motion, and of whether they touch."""
     inverse_mass, inverse_inertia = 1.0 / bearing.ball_mass, 1.0 / bearing.ball_inertia
     for k in range(LANES):
         cosine, sine, position, velocity, spin = _meeting(lanes, k)
@@ -270,6 +272,7 @@ def _answers(bearing, lanes):
             add(get_vector(lanes, OWN + SPIN, k), spin),
             turn,
         )
+        put(lanes, MEETS, k, 1.0 if contact.approach > 0.0 else 0.0)
         _put_answers(
             lanes, 0, k, cosine, sine, inverse_mass, -inverse_mass,
             contact.force, by.force_p, by.force_v, by.force_s, by.force_turn,
@@ -283,7 +286,7 @@ def _answers(bearing, lanes):
         _put_loss(lanes, OWN_BY_AHEAD, k, away, by.loss_turn, pulled, about_z(cosine, -sine, by.loss_s))
 
 
-@kernel
+@lean_kernel
 def add_answers(bearing, pairs, blocks):
     """Adds to the Jacobians of balls, after `add_pairs` at the same motion, how contacts of balls answer to theirs."""
     for block in range(len(blocks)):

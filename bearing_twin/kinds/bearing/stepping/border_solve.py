@@ -129,6 +129,7 @@ def put_border_tiles(g, border, chain, blocks):
             chain_solve.copy_tile(lanes, BALL_TILE, k, tiles[chain_solve.corner_tile(chain, 0, block)])
             chain_solve.copy_tile(lanes, BORDER_TILE, k, tiles[chain_solve.corner_tile(chain, block, 0)])
         else:
+            chain.meets[place, 1 + block] = True
             chain_solve.copy_tile(lanes, BALL_TILE, k, tiles[chain_solve.column_tile(chain, place, block)])
             chain_solve.copy_tile(lanes, BORDER_TILE, k, tiles[chain_solve.row_tile(chain, block, place)])
 

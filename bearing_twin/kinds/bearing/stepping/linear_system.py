@@ -18,6 +18,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     FACTOR_SCHUR,
     FACTOR_VELOCITY,
     LOWER,
+    MEETS,
     PLACES,
     SPIN,
     SYSTEM,
@@ -78,7 +79,7 @@ def new_coupling(near, balls, partners, state):
     """
     closed = 1 if near[balls[-1]] and len(balls) == len(near) else 0
     pairs, blocks = new_pairs(near, balls, 1.0), closed + (1 if partners.active else 0)
-    chain = chain_solve.new_chain(len(balls) - closed if pairs.touching else 0, blocks, pairs.touching)
+    chain = chain_solve.new_chain(len(balls) - closed if pairs.touching else 0, blocks)
     return Coupling(pairs, chain, new_border(partners, len(balls), state))
 
 
@@ -166,7 +167,7 @@ def _factorise_chain(coupling, blocks):
     """Factors where balls touch."""
     pairs, chain, border = coupling.pairs, coupling.chain, coupling.border
     tiles, bodies, g = chain.tiles, chain.bodies, get(blocks[0], GAIN, 0)
-    tiles[:] = 0.0
+    chain_solve.clear_border(chain)
     for block in range(len(blocks)):
         _system(blocks[block])
         pair_tiles(g, pairs.blocks[block])
@@ -176,18 +177,21 @@ def _factorise_chain(coupling, blocks):
         put_border_tiles(g, border, chain, blocks)
     for place in range(pairs.count):
         lanes, pair, k = blocks[place // LANES], pairs.blocks[place // LANES], place % LANES
-        if place == bodies:
-            chain_solve.copy_tile(lanes, SYSTEM, k, tiles[chain_solve.corner_tile(chain, 0, 0)])
-            chain_solve.copy_tile(pair, UPPER, k, tiles[chain_solve.row_tile(chain, 0, 0)])
-            chain_solve.copy_tile(pair, LOWER, k, tiles[chain_solve.column_tile(chain, 0, 0)])
+        own = chain_solve.corner_tile(chain, 0, 0) if place == bodies else chain_solve.own_tile(place)
+        chain_solve.copy_tile(lanes, SYSTEM, k, tiles[own])
+        if not get(pair, MEETS, k) > 0.0:
             continue
-        chain_solve.copy_tile(lanes, SYSTEM, k, tiles[chain_solve.own_tile(place)])
-        if place + 1 < bodies:
-            chain_solve.copy_tile(pair, UPPER, k, tiles[chain_solve.ahead_tile(place)])
-            chain_solve.copy_tile(pair, LOWER, k, tiles[chain_solve.behind_tile(place)])
-        elif place + 1 < pairs.count:
-            chain_solve.copy_tile(pair, UPPER, k, tiles[chain_solve.column_tile(chain, place, 0)])
-            chain_solve.copy_tile(pair, LOWER, k, tiles[chain_solve.row_tile(chain, 0, place)])
+        if place == bodies:
+            upper, lower = chain_solve.row_tile(chain, 0, 0), chain_solve.column_tile(chain, 0, 0)
+            chain.meets[0, 1] = True
+        elif place + 1 < bodies:
+            upper, lower = chain_solve.ahead_tile(place), chain_solve.behind_tile(place)
+            chain.meets[place, 0] = True
+        else:
+            upper, lower = chain_solve.column_tile(chain, place, 0), chain_solve.row_tile(chain, 0, place)
+            chain.meets[place, 1] = True
+        chain_solve.copy_tile(pair, UPPER, k, tiles[upper])
+        chain_solve.copy_tile(pair, LOWER, k, tiles[lower])
     chain_solve.factorise_chain(chain)
 
 

@@ -1,26 +1,26 @@
 """What balls that touch add to the linear system of a step: tiles, and what goes before and after a solution."""
 
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.compiled import inlined
 from bearing_twin.kinds.bearing.forces.layout import (
     AHEAD,
     AHEAD_BY_OWN,
-    AHEAD_PUSH,
     AXIS_DISTANCE,
     DISSIPATED,
     LOWER,
+    MEETS,
     MOTION,
     OWN,
     OWN_BY_AHEAD,
-    OWN_PUSH,
     SPIN,
     TANGENTIAL_VELOCITY,
     UPPER,
     VELOCITY,
     get_part,
 )
-from bearing_twin.kinds.bearing.forces.pairs import LOSS, SECOND_HALF, add_pushes, look_ahead
+from bearing_twin.kinds.bearing.forces.pairs import LOSS, SECOND_HALF
 from bearing_twin.numerics.block_solve import behind, negative, plus, times
-from bearing_twin.numerics.lanes import LANES, get, get_vector, increase, put, put_tile_part, put_vector
+from bearing_twin.numerics.lanes import LANES, get, get_vector, increase, increase_vector, put_tile_part
+from bearing_twin.numerics.lean import lean_kernel
 from bearing_twin.numerics.rotation import dot
 
 
@@ -41,7 +41,7 @@ def _turning(g, lanes, ball, k):
     return (-g * g * get(lanes, ball + TANGENTIAL_VELOCITY, k) * inverse * inverse, g * inverse)
 
 
-@kernel
+@lean_kernel
 def pair_tiles(g, lanes):
     """Fills UPPER and LOWER, how a ball's velocity and spin answer to the next one's, and the other way round."""
     for k in range(LANES):
@@ -50,39 +50,43 @@ def pair_tiles(g, lanes):
 
 
 @inlined
-def _by_place(lanes, first, k, ball):
-    """What three rows of answers from `first` on make of the positions of the ball from row `ball` on."""
-    return times(get_part(lanes, first, k), get_vector(lanes, ball + AXIS_DISTANCE, k))
+def _known_by(answers, k, source, place):
+    """What three rows of answers from `source` on make of a known change of place."""
+    return times(get_part(answers, source, k), place)
 
 
-@kernel
+@lean_kernel
 def add_known(pairs, blocks, row):
-    """Adds what known changes of position, in the first rows from `row` on, do to the neighbours' right-hand sides."""
-    look_ahead(pairs, blocks, row)
-    for block in range(len(blocks)):
-        lanes = pairs.blocks[block]
-        for k in range(LANES):
-            put_vector(lanes, OWN_PUSH, k, _by_place(lanes, OWN_BY_AHEAD, k, AHEAD))
-            put_vector(lanes, OWN_PUSH + 3, k, _by_place(lanes, OWN_BY_AHEAD + SECOND_HALF, k, AHEAD))
-            put(lanes, OWN_PUSH + LOSS, k, 0.0)
-            put_vector(lanes, AHEAD_PUSH, k, _by_place(lanes, AHEAD_BY_OWN, k, OWN))
-            put_vector(lanes, AHEAD_PUSH + 3, k, _by_place(lanes, AHEAD_BY_OWN + SECOND_HALF, k, OWN))
-    add_pushes(pairs, blocks, row + VELOCITY)
+    """Adds what known changes of position, in the first rows from `row` on, do to the neighbours' right-hand sides.
+
+    Ball by ball, for most contacts are open.
+    """
+    for place in range(pairs.count):
+        answers, own, k = pairs.blocks[place // LANES], blocks[place // LANES], place % LANES
+        if not get(answers, MEETS, k) > 0.0:
+            continue
+        following = (place + 1) % pairs.count
+        ahead, j = blocks[following // LANES], following % LANES
+        here, there = get_vector(own, row + AXIS_DISTANCE, k), get_vector(ahead, row + AXIS_DISTANCE, j)
+        increase_vector(own, row + VELOCITY, k, _known_by(answers, k, OWN_BY_AHEAD, there))
+        increase_vector(own, row + SPIN, k, _known_by(answers, k, OWN_BY_AHEAD + SECOND_HALF, there))
+        increase_vector(ahead, row + VELOCITY, j, _known_by(answers, k, AHEAD_BY_OWN, here))
+        increase_vector(ahead, row + SPIN, j, _known_by(answers, k, AHEAD_BY_OWN + SECOND_HALF, here))
 
 
-@kernel
+@lean_kernel
 def add_losses(g, pairs, blocks, row):
     """Adds g times the loss by the motion of the ball ahead to the row of losses of the motions from `row` on."""
-    look_ahead(pairs, blocks, row)
-    for block in range(len(blocks)):
-        here, there = pairs.blocks[block], blocks[block]
-        for k in range(LANES):
-            first = OWN_BY_AHEAD + LOSS * MOTION
-            loss = (
-                dot(get_vector(here, first, k), get_vector(here, AHEAD + AXIS_DISTANCE, k))
-                + dot(get_vector(here, first + VELOCITY, k), get_vector(here, AHEAD + VELOCITY, k))
-                + dot(get_vector(here, first + SPIN, k), get_vector(here, AHEAD + SPIN, k))
-            )
-            put(here, OWN_PUSH + LOSS, k, g * loss)
-        for k in range(LANES):
-            increase(there, row + DISSIPATED, k, get(here, OWN_PUSH + LOSS, k))
+    first = OWN_BY_AHEAD + LOSS * MOTION
+    for place in range(pairs.count):
+        answers, own, k = pairs.blocks[place // LANES], blocks[place // LANES], place % LANES
+        if not get(answers, MEETS, k) > 0.0:
+            continue
+        following = (place + 1) % pairs.count
+        ahead, j = blocks[following // LANES], following % LANES
+        loss = (
+            dot(get_vector(answers, first, k), get_vector(ahead, row + AXIS_DISTANCE, j))
+            + dot(get_vector(answers, first + VELOCITY, k), get_vector(ahead, row + VELOCITY, j))
+            + dot(get_vector(answers, first + SPIN, k), get_vector(ahead, row + SPIN, j))
+        )
+        increase(own, row + DISSIPATED, k, g * loss)
