@@ -20,12 +20,13 @@ from scipy.optimize import minimize
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import limited
 from bearing_twin.charts.friction_smoothed import SHAPES as SMOOTHED_SHAPES
-from bearing_twin.charts.friction_smoothed import SHARES, greatest
+from bearing_twin.charts.friction_smoothed import SHARES, greatest, told_smoothed
 from bearing_twin.charts.laws import seconds_each
 from bearing_twin.charts.table import DONE, FAILED, Row
 from bearing_twin.charts.timing import Timing
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.kinds.bearing.spot_errors import SMOOTHED as SMOOTHED_WORD
 from bearing_twin.kinds.bearing.spot_errors import smoothed_name
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save_chart
 from bearing_twin.reference.spot import spot_friction_exact
@@ -212,6 +213,7 @@ def reading(rows: list[FrictionRow]) -> list[str]:
     """What the chart says, a sentence a form, and one on the reference."""
     sentences = []
     shapes = [name for name in PROBLEMS if any(row.problem == name for row in rows)]
+    smoothed = [one for form in CONTESTANTS if (one := told_smoothed(rows, form))]
     rows = [row for row in rows if row.problem in PROBLEMS]
     for form in (form for form in CONTESTANTS if any(row.method == form for row in rows)):
         mine = [row for row in rows if row.method == form]
@@ -224,6 +226,7 @@ def reading(rows: list[FrictionRow]) -> list[str]:
             f"{form}: {1e9 * mine[0].seconds:.3g} ns an evaluation; force and torque off by at most "
             f"{', '.join(told)}{fails}."
         )
+    sentences += smoothed
     again = [row.friction_error for row in rows if row.method == SCIPY and row.status == DONE]
     if again:
         sentences.append(
@@ -247,11 +250,11 @@ def _panel(axis, rows, error, shape):
 
 
 def draw(rows: list[FrictionRow], path: Path) -> None:
-    """The chart: force error above, torque error below, one column a shape, and on the right error against cost."""
-    figure = Figure(figsize=(17, 9), layout="constrained")
+    """The chart: errors of force, of torque, and with smoothing, one column a shape; right, error against cost."""
+    figure = Figure(figsize=(17, 13), layout="constrained")
     shapes = [name for name in PROBLEMS if any(row.problem == name for row in rows)]
     count = len(shapes)
-    panels = figure.subplots(2, count + 1, sharey=True, squeeze=False)
+    panels = figure.subplots(3, count + 1, sharey=True, squeeze=False)
     for line, (error, word) in enumerate(
         (("force_error", "force over mu N"), ("torque_error", "torque over pure spin's"))
     ):
@@ -271,6 +274,10 @@ def draw(rows: list[FrictionRow], path: Path) -> None:
         frame(last)
     for column in range(count):
         panels[1, column].set_xlabel("spin x major semi-axis / slip")
+        _panel(panels[2, column], rows, "friction_error", f"{shapes[column]}{SMOOTHED_WORD}")
+        panels[2, column].set_xlabel("spin x major semi-axis / regularising speed")
+    panels[2, 0].set_ylabel("the greater error, smoothed, of all motions")
+    panels[2, count].set_axis_off()
     panels[1, count].set_xlabel("nanoseconds an evaluation, one core")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     panels[0, count].legend(handles, labels, loc="lower left", frameon=False, fontsize=11)

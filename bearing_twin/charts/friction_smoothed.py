@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from bearing_twin.contact.spot_rules import over_spot, points
+from bearing_twin.kinds.bearing.spot_errors import smoothed_name
 
 SHAPES = (1.0, 0.3, 0.1, 0.03)  # b/a
 SHARES = (*map(float, np.geomspace(0.1, 100.0, 31)), math.inf)  # spin times major semi-axis over the regularisation
@@ -20,6 +21,7 @@ regularisation up to which they are looked at beyond it."""
 ANGLES = np.linspace(0.0, 0.5 * math.pi, 7)
 RINGS, MORE_RINGS, MORE_FROM = 96, 192, 20.0  # of the sums that errors are told against, and from which share on more
 ROUNDS = 30
+KEPT, TOLD = (1e-2, 1e-3, 1e-4), 0.1  # errors up to which spins are told, and of which b/a
 
 
 @functools.cache
@@ -65,3 +67,20 @@ def greatest(form, shape: float, share: float, pure: float, near=NEAR) -> tuple[
         ]
         found.append(max(-float(end.fun) for end in ends))
     return found[0], found[1]
+
+
+def told_smoothed(rows, form: str) -> str:
+    """Up to which spin a form keeps each of KEPT whatever the motion, of a chart's rows; "" where nothing was found."""
+    mine = [row for row in rows if (row.method, row.problem) == (form, smoothed_name(TOLD))]
+    held = [max((row.setting for row in mine if row.friction_error <= one), default=0.0) for one in KEPT]
+    if not any(held):
+        return ""
+    words = (
+        f"{one:g} " + (f"up to {most:.2g}" if most < math.inf else "always")
+        for one, most in zip(KEPT, held, strict=True)
+        if most
+    )
+    return (
+        f"{form}, smoothed, b/a = {TOLD:g}, whatever the motion: within {', '.join(words)} times the regularising "
+        "speed at the spot's ends."
+    )
