@@ -29,7 +29,7 @@ from bearing_twin.contact.ellipse import (
     hertz_coefficient,
     semi_axes,
 )
-from bearing_twin.contact.spot_rules import FEW_POINTS
+from bearing_twin.contact.spot_rules import FEW, RULES
 from bearing_twin.kinds.bearing.forces.equations import ball_position, single_contact
 from bearing_twin.kinds.bearing.forces.layout import JACOBIAN_END, LANE_ROWS, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.forces.rates import lane_rates
@@ -229,11 +229,11 @@ def test_the_spots_are_vector_instructions():
         pytest.skip("looks for x86-64 instructions")
     bearing, lanes, room = motion(SPOT).bearing, np.ones(JACOBIAN_END * LANES), np.ones(ROOM_ROWS * LANES)
     for kernel, operation, arguments in (
-        (over_few_of_all, "mul", (0.01, lanes)),
-        (over_spots, "mul", (0.01, lanes)),
+        (over_few_of_all, "mul", (*RULES["coarse"][2:], 0.01, lanes)),
+        (over_spots, "mul", (*RULES["coarse"], 0.01, lanes)),
         (lane_rates, "sqrt", (bearing, lanes)),
         (add_answers, "mul", (1.0, 1.0, lanes)),
-        (add_points, "mul", (FEW_POINTS, 0.01, room)),
+        (add_points, "mul", (0, FEW, 0.01, room)),
         (put_spot_slopes, "sqrt", (bearing, lanes)),
     ):
         code = machine_code(kernel.py_func, *arguments)

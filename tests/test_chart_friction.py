@@ -10,7 +10,7 @@ from bearing_twin.charts import friction
 from bearing_twin.charts.friction import CONTESTANTS, POLES, PROBLEMS, SCIPY, by_scipy, draw, judge, reading, worst
 from bearing_twin.charts.table import DONE, read_table, write_table
 from bearing_twin.contact.friction import FRICTIONS, spot_friction_pade1, spot_friction_pade2
-from bearing_twin.contact.spot_rules import COARSE_POINTS, FINE_POINTS, over_spot, points
+from bearing_twin.contact.spot_rules import RULES, over_spot, points
 from bearing_twin.reference.spot import spot_friction_exact
 
 pytestmark = pytest.mark.usefixtures("quick_pictures", "quick_timings")
@@ -67,7 +67,8 @@ def test_order_of_accuracy_and_cost(measured):
             assert min(error[FIRST], error[SECOND]) > 0.15
     assert worst(measured, FIRST, SHAPES[-1])[1] > 0.9
     assert all(row.seconds > 0.0 for row in measured if row.method in CONTESTANTS)
-    assert 2 * len(COARSE_POINTS) < len(FINE_POINTS)  # what they cost, on whatever machine
+    coarse, medium, fine = (rule.end - rule.first for rule in RULES.values())
+    assert 4 * coarse <= medium <= fine // 4  # what they cost, on whatever machine
 
 
 def test_scipy_finds_the_exact_solution_again(measured):

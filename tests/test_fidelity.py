@@ -119,12 +119,12 @@ def test_no_choice_for_a_shipped_bearing_turns_with_costs_that_are_five_percent_
     shipped = [name for name in scene_names() if name.startswith("bearing")]
     pinned = "wanted.outputs=loads", "solver.stepper=rodas4"
     scenes = [load_scene(name, words) for words in ((), pinned, ("contact.friction=auto",)) for name in shipped]
-    tables = {name: measured._read(name) for name in MEASURED_TABLES}
+    tables = {name: measured.measured_rows(name) for name in MEASURED_TABLES}
     before = chosen(scenes)
     for seed in range(20):
         random = np.random.default_rng(seed)
         noisy = {name: [off(row, random) for row in rows] for name, rows in tables.items()}
-        monkeypatch.setattr(measured, "_read", noisy.__getitem__)
+        monkeypatch.setattr(measured, "measured_rows", noisy.__getitem__)
         assert chosen(scenes) == before, seed
     assert ladders()["settled", "rodas4"][0].cost != float(tables["steppers.csv"][0]["seconds"])  # noise arrived
 

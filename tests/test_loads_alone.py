@@ -9,7 +9,7 @@ import pytest
 
 from bearing_twin.charts import tolerance as chart
 from bearing_twin.kinds.bearing.adequacy import WAY_OFF, WAY_OFF_LOOSE, told_of_equilibria, way_doubt, way_error
-from bearing_twin.kinds.bearing.measured import _read
+from bearing_twin.kinds.bearing.measured import measured_rows
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.still import still_at_start
 from bearing_twin.kinds.energy import adds_up
@@ -40,7 +40,8 @@ def test_equilibria_are_off_their_way_round_by_no_more_than_is_told_and_so_are_l
 
 
 def test_the_bound_holds_what_the_chart_of_dimensions_measured():
-    rows = [row for row in _read("dimensions.csv") if row["method"] == QUASI_STATIC and row["orbit_error"] != "nan"]
+    table = measured_rows("dimensions.csv")
+    rows = [row for row in table if row["method"] == QUASI_STATIC and row["orbit_error"] != "nan"]
     assert len(rows) == 6
     assert max(float(row["orbit_error"]) for row in rows) < WAY_OFF_LOOSE
 

@@ -29,6 +29,11 @@ def move_on(toy, fresh):
 
 
 @inlined
+def whose(toy):
+    return 3
+
+
+@inlined
 def turn(toy, seconds, step, steps):
     toy.seen[TURNED] += steps
     toy.seen[SECONDS] += seconds
@@ -52,7 +57,7 @@ def check(toy, time, state, failure):
 @kernel
 def advanced(toy, pace, times, duration, bodies, state, orientation, results):
     return advance_together(
-        one_step, move_on, turn, keep, check, toy, pace, times, duration, bodies, state, orientation, results
+        one_step, whose, move_on, turn, keep, check, toy, pace, times, duration, bodies, state, orientation, results
     )
 
 
@@ -93,7 +98,7 @@ def test_a_run_ends_where_it_is_stopped_stalls_or_cannot_be_right():
     assert run_of(Pace(0.01, 0, False), stop=1)[0][0] == STOPPED
     (status, _), _, results, _, _ = run_of(Pace(0.01, 1, False), errors_per_second=math.inf)
     assert status == STALLED
-    assert results.failure.tolist() == [0.0, 0.0]
+    assert results.failure.tolist() == [0.0, 3.0]
     (status, _), seen, results, _, _ = run_of(Pace(0.01, 0, True), goes_wrong_at=0.5)
     assert status == NOT_FINITE
     assert results.failure[0] == pytest.approx(0.25 + CHECK_EVERY * 0.01)

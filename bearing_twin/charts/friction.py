@@ -3,7 +3,8 @@
 Coulomb friction without smoothing, the hardest case, against `reference.spot`, checked by SciPy's adaptive quadrature.
 Each error is the worst of seven directions of slip, and where a form is furthest off is looked for; of the force as a
 share of mu N, of the torque as a share of that of pure spin. A cross along the upper edge where a form fails (more than
-10 % off). `setting` is the spin times the major semi-axis over the slip.
+10 % off). `setting` is the spin times the major semi-axis over the slip. With smoothing, where it is over the
+regularising speed, the worst of all motions: the table that `kinds.bearing.spot_errors` reads.
 """
 
 import functools
@@ -18,11 +19,15 @@ from scipy.optimize import minimize
 
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import limited
+from bearing_twin.charts.friction_smoothed import SHAPES as SMOOTHED_SHAPES
+from bearing_twin.charts.friction_smoothed import SHARES, greatest, told_smoothed
 from bearing_twin.charts.laws import seconds_each
 from bearing_twin.charts.table import DONE, FAILED, Row
 from bearing_twin.charts.timing import Timing
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.kinds.bearing.spot_errors import SMOOTHED as SMOOTHED_WORD
+from bearing_twin.kinds.bearing.spot_errors import smoothed_name
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save_chart
 from bearing_twin.reference.spot import spot_friction_exact
 
@@ -30,12 +35,13 @@ WORST = 0.1  # an error beyond this is a cross
 LEAST = 1e-6  # smaller errors are drawn here
 SHAPES = (1.0, 0.3, 0.1)  # b/a: a circle, and two ellipses of which the last is a ball in a raceway
 PROBLEMS = {f"b/a = {shape:g}": shape for shape in SHAPES}
+SMOOTHED = {smoothed_name(shape): shape for shape in SMOOTHED_SHAPES}
 SPINS = np.geomspace(0.01, 100.0, 41)  # spin times major semi-axis over slip
 DIRECTIONS = np.linspace(0.0, 0.5 * math.pi, 7)
 POLES = (np.linspace(0.03, 1.1, 36), np.linspace(0.0, 0.5 * math.pi, 13))
 """Where motions have their poles among which the greatest error is looked for: distance and angle, the spot scaled to
 a unit circle."""
-RAYS = 250  # of the exact solution, good to 1e-12 with them for b/a >= 0.1
+RAYS, NARROW = 250, 25.0  # of the exact solution, good to 1e-12; for b/a < 0.1 NARROW over b/a
 EVALUATIONS = 2000
 
 
@@ -68,7 +74,7 @@ class FrictionRow(Row):
 @functools.lru_cache(maxsize=4096)
 def _exact(shape: float, along: float, across: float, spin: float):
     """The exact friction at one motion, kept: every form is measured at the same ones."""
-    return spot_friction_exact(1.0, 1.0, shape, along, across, spin, 1.0, rays=RAYS)
+    return spot_friction_exact(1.0, 1.0, shape, along, across, spin, 1.0, rays=max(RAYS, round(NARROW / shape)))
 
 
 def errors(form, shape: float, motions) -> np.ndarray:
@@ -145,8 +151,10 @@ def _rim(side):
 
 def judge(name: str, form: str, setting: float, limit: float) -> list[FrictionRow]:
     """A form at one shape b/a: at every ratio a omega/v, and where it is furthest off. `setting` is not used."""
-    shape = PROBLEMS[name]
+    shape = PROBLEMS.get(name) or SMOOTHED[name]
     with limited(limit):
+        if name in SMOOTHED:
+            return _smoothed(name, form, shape)
         if form == SCIPY:
             return [
                 _row(name, form, spin, errors(by_scipy, shape, [_slip(0.7, spin)]), UNTIMED) for spin in SPINS[::EACH]
@@ -160,6 +168,16 @@ def judge(name: str, form: str, setting: float, limit: float) -> list[FrictionRo
             motions += [motion for motion in worst_motions if motion[2] == spin]
             rows.append(_row(name, form, spin, errors(CONTESTANTS[form], shape, motions), cost))
         return rows
+
+
+def _smoothed(name: str, form: str, shape: float) -> list[FrictionRow]:
+    """The greatest errors of a form at one shape b/a: at every ratio of a omega to the regularisation, and without."""
+    pure, rubbing = abs(_exact(shape, 0.0, 0.0, 1.0).torque), CONTESTANTS[form]
+    rows = []
+    for share in SHARES:
+        found = greatest(rubbing, shape, share, pure) if share < math.inf else [e for _, e in hardest(rubbing, shape)]
+        rows.append(_row(name, form, share, np.array([found]), UNTIMED))
+    return rows
 
 
 def _slip(angle, spin):
@@ -195,6 +213,8 @@ def reading(rows: list[FrictionRow]) -> list[str]:
     """What the chart says, a sentence a form, and one on the reference."""
     sentences = []
     shapes = [name for name in PROBLEMS if any(row.problem == name for row in rows)]
+    smoothed = [one for form in CONTESTANTS if (one := told_smoothed(rows, form))]
+    rows = [row for row in rows if row.problem in PROBLEMS]
     for form in (form for form in CONTESTANTS if any(row.method == form for row in rows)):
         mine = [row for row in rows if row.method == form]
         if not any(worst(mine, form, s)[0] < math.inf for s in shapes):
@@ -206,6 +226,7 @@ def reading(rows: list[FrictionRow]) -> list[str]:
             f"{form}: {1e9 * mine[0].seconds:.3g} ns an evaluation; force and torque off by at most "
             f"{', '.join(told)}{fails}."
         )
+    sentences += smoothed
     again = [row.friction_error for row in rows if row.method == SCIPY and row.status == DONE]
     if again:
         sentences.append(
@@ -229,11 +250,11 @@ def _panel(axis, rows, error, shape):
 
 
 def draw(rows: list[FrictionRow], path: Path) -> None:
-    """The chart: force error above, torque error below, one column a shape, and on the right error against cost."""
-    figure = Figure(figsize=(17, 9), layout="constrained")
+    """The chart: errors of force, of torque, and with smoothing, one column a shape; right, error against cost."""
+    figure = Figure(figsize=(17, 13), layout="constrained")
     shapes = [name for name in PROBLEMS if any(row.problem == name for row in rows)]
     count = len(shapes)
-    panels = figure.subplots(2, count + 1, sharey=True, squeeze=False)
+    panels = figure.subplots(3, count + 1, sharey=True, squeeze=False)
     for line, (error, word) in enumerate(
         (("force_error", "force over mu N"), ("torque_error", "torque over pure spin's"))
     ):
@@ -253,6 +274,10 @@ def draw(rows: list[FrictionRow], path: Path) -> None:
         frame(last)
     for column in range(count):
         panels[1, column].set_xlabel("spin x major semi-axis / slip")
+        _panel(panels[2, column], rows, "friction_error", f"{shapes[column]}{SMOOTHED_WORD}")
+        panels[2, column].set_xlabel("spin x major semi-axis / regularising speed")
+    panels[2, 0].set_ylabel("the greater error, smoothed, of all motions")
+    panels[2, count].set_axis_off()
     panels[1, count].set_xlabel("nanoseconds an evaluation, one core")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     panels[0, count].legend(handles, labels, loc="lower left", frameon=False, fontsize=11)
@@ -262,8 +287,8 @@ def draw(rows: list[FrictionRow], path: Path) -> None:
 CONTESTS = {
     "friction": Chart(
         judge=judge,
-        problems={name: name for name in PROBLEMS},
-        entries=lambda name: ((form, math.nan) for form in (*CONTESTANTS, SCIPY)),
+        problems={name: name for name in (*PROBLEMS, *SMOOTHED)},
+        entries=lambda name: ((form, math.nan) for form in (*CONTESTANTS, *((SCIPY,) if name in PROBLEMS else ()))),
         kind=FrictionRow,
         drawn=draw,
         told=reading,

@@ -15,14 +15,16 @@ from typing import NamedTuple
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.dispatch import chosen
 from bearing_twin.contact.ellipse import elliptic_b_d
-from bearing_twin.contact.spot_rules import FINE_POINTS, blended_over_spot, over_spot
+from bearing_twin.contact.spot_rules import NO_RULE, RULES, Rule, blended_over_spot
 from bearing_twin.numerics.rotation import root_and_inverse
 
-FINE_ERROR, FAST_ERROR = 0.009, 0.08
+COARSE_ERROR, MEDIUM_ERROR, FINE_ERROR = 0.08, 0.025, 0.009
 PADE1_ERROR, PADE2_ERROR = 0.95, 0.8
 """Greatest errors for b/a >= 0.1 without smoothing, whatever the motion: of mu N for the force, of pure spin's
 3/8 a mu N E for the torque (`bearing_twin chart friction`). Of a quadrature where the pole of the motion lies on one of
 its rings; of the closed forms where sliding and spin are alike."""
+
+_COARSE, _MEDIUM, _FINE = (tuple(RULES[name]) for name in ("coarse", "medium", "fine"))
 
 
 class Rubbing(NamedTuple):
@@ -51,24 +53,43 @@ def point_friction(normal_load, semi_major, semi_minor, slip_major, slip_minor, 
     return Rubbing(-factor * slip_major, -factor * slip_minor, 0.0)
 
 
-@kernel
-def spot_friction(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
-    """Friction over the ellipse by quadrature, for slip [m/s] at its centre and spin [rad/s] about its normal.
+@inlined
+def _by_rule(rule, normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
+    """Friction over the ellipse by a rule of points, for slip [m/s] at its centre and spin [rad/s] about its normal.
 
     -mu p u/sqrt(u^2 + v_s^2) summed over Hertz's pressure p, u = v + spin x r, v_s = `regularisation` [m/s], which
-    for spin = 0 is `friction_factor`. FINE_ERROR says how far off at worst.
+    for spin = 0 is `friction_factor`.
     """
-    along, across, moment = over_spot(FINE_POINTS, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation)
+    motion = slip_major, slip_minor, spin
+    along, across, moment = blended_over_spot(*rule, semi_major, semi_minor, *motion, regularisation)
     limit = -coefficient * normal_load
     return Rubbing(limit * along, limit * across, limit * moment)
 
 
 @kernel
-def spot_friction_fast(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
-    """As `spot_friction` from 96 points at most, and from 12 where as exact; FAST_ERROR says how far off at worst."""
-    along, across, moment = blended_over_spot(semi_major, semi_minor, slip_major, slip_minor, spin, regularisation)
-    limit = -coefficient * normal_load
-    return Rubbing(limit * along, limit * across, limit * moment)
+def spot_friction(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
+    """Friction over the ellipse by 96 points at most, and by 12 where as exact; COARSE_ERROR says how far off at worst.
+
+    For slip [m/s] along its axes and spin [rad/s] about its normal; `regularisation` [m/s].
+    """
+    motion = slip_major, slip_minor, spin
+    return _by_rule(_COARSE, normal_load, semi_major, semi_minor, *motion, coefficient, regularisation)
+
+
+@kernel
+def spot_friction_medium(
+    normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation
+):
+    """As `spot_friction` by 384 points at most; MEDIUM_ERROR says how far off at worst."""
+    motion = slip_major, slip_minor, spin
+    return _by_rule(_MEDIUM, normal_load, semi_major, semi_minor, *motion, coefficient, regularisation)
+
+
+@kernel
+def spot_friction_fine(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation):
+    """As `spot_friction` by 2304 points at most; FINE_ERROR says how far off at worst."""
+    motion = slip_major, slip_minor, spin
+    return _by_rule(_FINE, normal_load, semi_major, semi_minor, *motion, coefficient, regularisation)
 
 
 @inlined
@@ -130,8 +151,8 @@ class FrictionModel:
     """One friction model; `name`, `help` and `needs` are written as literals, by keyword (`contact.names`).
 
     `rubbing` takes what `spot_friction` takes. `needs` "ellipse" says that the spot and its spin matter. `error`: how
-    far off at worst for b/a >= 0.1, of mu N for the force or of pure spin's torque. A model `in_lanes` is one whose
-    quadrature a bearing does side by side.
+    far off at worst for b/a >= 0.1, of mu N for the force or of pure spin's torque. `rule`: of a model that is a sum
+    over points, which a bearing does side by side.
     """
 
     name: str
@@ -139,7 +160,7 @@ class FrictionModel:
     needs: tuple[str, ...]
     rubbing: Callable
     error: float = 0.0
-    in_lanes: bool = False
+    rule: Rule = NO_RULE
 
     @property
     def over_spot(self) -> bool:
@@ -158,16 +179,25 @@ _ROWS = (
         name="spot",
         help="over the spot that slides and spins, by 6 x 16 points, or 12 where its rim is slow by its spin",
         needs=("ellipse",),
-        rubbing=spot_friction_fast,
-        error=FAST_ERROR,
-        in_lanes=True,
+        rubbing=spot_friction,
+        error=COARSE_ERROR,
+        rule=RULES["coarse"],
+    ),
+    FrictionModel(
+        name="spot_medium",
+        help="the same by 12 x 32 points, 4 times as many, or 12 where its rim is slower still",
+        needs=("ellipse",),
+        rubbing=spot_friction_medium,
+        error=MEDIUM_ERROR,
+        rule=RULES["medium"],
     ),
     FrictionModel(
         name="spot_fine",
-        help="over the spot by 24 x 96 points, 24 times as many",
+        help="the same by 24 x 96 points, 24 times as many, or 12 where its rim is slower still",
         needs=("ellipse",),
-        rubbing=spot_friction,
+        rubbing=spot_friction_fine,
         error=FINE_ERROR,
+        rule=RULES["fine"],
     ),
     FrictionModel(
         name="pade1",
@@ -192,7 +222,7 @@ _rubbing = chosen([row.rubbing for row in _ROWS])
 
 def roughness(friction: FrictionModel) -> list[str]:
     """A warning of a model that is further off than the quadrature of scenes, or none."""
-    if friction.error <= FAST_ERROR:
+    if friction.error <= COARSE_ERROR:
         return []
     return [
         f"the friction {friction.name} is up to {100.0 * friction.error:.2g} % off where sliding and spin are alike; "

@@ -1,20 +1,19 @@
 """Rules by which friction is summed over an elliptic spot: points of the unit disc with their shares of the pressure.
 
 Where a spot's rim is slow by its spin against sqrt(slip^2 + regularisation^2), friction is nearly a polynomial of the
-place, and FEW_POINTS are as exact as COARSE_POINTS. Between EASY and HARD both are blended smoothly, so that steps see
-no jump: `many_share`.
+place, and FEW_POINTS are as exact as those of a `Rule`. Between its `easy` and `hard` both are blended smoothly, so
+that steps see no jump: `blend`. `bearing_twin chart friction` measures what each rule errs by.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.numerics.inverse_root import inverse_root
 
-RINGS, SPOKES = 24, 96  # of the quadrature over the spot
-COARSE_RINGS, COARSE_SPOKES = 6, 16
-EASY, HARD = 0.16, 0.25  # of `rim_share`: up to EASY few points are enough, from HARD on all are taken
+FEW = 12  # points of the rule for slow rims, the first rows of POINTS
 ROUND = 1.5  # few points err as much on a circle as on a narrow ellipse whose rim is sqrt(1 + ROUND) times as fast
 
 
@@ -58,8 +57,35 @@ def few_points() -> np.ndarray:
     return np.array([point for x, y, share in near for point in ((x, y, share), (-x, -y, share))])
 
 
-FINE_POINTS, COARSE_POINTS = points(RINGS, SPOKES), points(COARSE_RINGS, COARSE_SPOKES)
-FEW_POINTS = few_points()
+class Rule(NamedTuple):
+    """A rule as kernels know it: its rows of POINTS from `first` to `end`, and where it takes over from few points.
+
+    `easy` and `hard` are of the quotient of `rim_share`: up to `easy` few points are taken, from `hard` on all.
+    """
+
+    first: int
+    end: int
+    easy: float
+    hard: float
+
+
+NO_RULE = Rule(0, 0, 0.0, 1.0)  # of models that are no sums over points
+SIZES = {"coarse": (6, 16, 0.16, 0.25), "medium": (12, 32, 0.04, 0.0625), "fine": (24, 96, 0.0064, 0.01)}
+"""Rings and spokes of each rule, `easy` and `hard`: there few points err by 8e-7 of mu N, 4e-9 and 1e-11."""
+
+
+def _laid() -> tuple[np.ndarray, dict[str, Rule]]:
+    """The points of all rules below each other, the few first, and the rules by name."""
+    rows, rules = [few_points()], {}
+    for name, (count, spokes, easy, hard) in SIZES.items():
+        first = sum(map(len, rows))
+        rules[name] = Rule(first, first + count * spokes, easy, hard)
+        rows.append(points(count, spokes))
+    return np.concatenate(rows), rules
+
+
+POINTS, RULES = _laid()
+FEW_POINTS = POINTS[:FEW]
 _ON_AXES, _NEAR, _FAR = ((float(x), float(share)) for x, _, share in FEW_POINTS[[0, 4, 8]])  # x and share of each four
 
 
@@ -71,11 +97,11 @@ def rim_share(semi_major, semi_minor, slip_major, slip_minor, spin, regularisati
 
 
 @inlined
-def blend(rim, square):
-    """The part of COARSE_POINTS in the blend, 0 to 1, and its slope by rim/square; `rim`, `square` of `rim_share`."""
-    place = (rim - EASY * square) / ((HARD - EASY) * max(square, 1e-300))
+def blend(easy, hard, rim, square):
+    """The part of a rule's points in the blend, 0 to 1, and its slope by rim/square; `rim`, `square` of `rim_share`."""
+    place = (rim - easy * square) / ((hard - easy) * max(square, 1e-300))
     place = min(max(place, 0.0), 1.0)
-    return place * place * (3.0 - 2.0 * place), 6.0 * place * (1.0 - place) / (HARD - EASY)
+    return place * place * (3.0 - 2.0 * place), 6.0 * place * (1.0 - place) / (hard - easy)
 
 
 @inlined
@@ -154,15 +180,15 @@ def over_few(semi_major, semi_minor, slip_major, slip_minor, spin, square):
 
 
 @kernel
-def blended_over_spot(semi_major, semi_minor, slip_major, slip_minor, spin, regularisation):
-    """`over_spot` by FEW_POINTS where these are enough, by COARSE_POINTS where not, and smoothly by both between."""
+def blended_over_spot(first, end, easy, hard, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation):
+    """`over_spot` by FEW_POINTS where these are enough, by those of a rule where not, and smoothly by both between."""
     motion = slip_major, slip_minor, spin
     rim, square = rim_share(semi_major, semi_minor, *motion, regularisation)
-    part, _ = blend(rim, square)
-    few = coarse = (0.0, 0.0, 0.0)
+    part, _ = blend(easy, hard, rim, square)
+    few = many = (0.0, 0.0, 0.0)
     if part < 1.0:
         few = over_few(semi_major, semi_minor, *motion, square)
     if part > 0.0:
-        coarse = over_spot(COARSE_POINTS, semi_major, semi_minor, *motion, regularisation)
+        many = over_spot(POINTS[first:end], semi_major, semi_minor, *motion, regularisation)
     rest = 1.0 - part
-    return rest * few[0] + part * coarse[0], rest * few[1] + part * coarse[1], rest * few[2] + part * coarse[2]
+    return rest * few[0] + part * many[0], rest * few[1] + part * many[1], rest * few[2] + part * many[2]

@@ -18,7 +18,7 @@ from bearing_twin.contact.materials import Material, compliance
 from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.second_run import SHORT, WithSecondRun, is_watched
 from bearing_twin.numerics.adaptive import CURSOR, STEP, TIME
-from bearing_twin.numerics.statuses import FULL, OK, STOPPED
+from bearing_twin.numerics.statuses import FULL, OK, STOPPED, WORDS
 from bearing_twin.report import Choice
 from bearing_twin.stopping import SIGNALLED
 
@@ -67,10 +67,13 @@ class BouncingMotion:
     """Bodies in motion: `advance` integrates one chunk and returns its outputs; the records are their contacts.
 
     A kind gives `kernels`, the module described above, `start()` with the first state, `work()` with the kernel's room,
-    `outputs(states)` and `contacts(records)`, the rows of contacts that have ended; `failures` are sentences by status.
+    `outputs(states)` and `contacts(records)`, the rows of contacts that have ended; the names of the `bodies`, of which
+    the first fails against the other; `failures` are sentences by status, `words` their reasons.
     """
 
     kernels: Any
+    bodies: tuple[str, str]
+    words: Mapping[int, str] = WORDS
 
     def __init__(self, body, plan, failures: Mapping[int, str]):
         self.body, self.plan, self.failures, self.stop = body, plan, failures, SIGNALLED
@@ -129,7 +132,8 @@ class BouncingMotion:
 
     def failure(self, status: int) -> IntegrationError:
         """When it cannot go on, why, and what to do."""
-        return IntegrationError(f"at {self.clock[TIME]:.9g} s {self.failures[status]}")
+        seconds, (body, other) = float(self.clock[TIME]), self.bodies
+        return IntegrationError(f"at {seconds:.9g} s {self.failures[status]}", self.words[status], seconds, body, other)
 
     def take_records(self) -> dict[str, np.ndarray]:
         """The touches and the ends of contacts since the last call."""

@@ -78,7 +78,8 @@ RANGES = (
         "take kind: soft_discs with against: disc",
     ),
     Range(
-        "contact.friction", ("spot", "spot_fine", "pade1", "pade2"), "axis_ratio", "b/a of the narrowest contact", "",
+        "contact.friction", ("spot", "spot_medium", "spot_fine", "pade1", "pade2"), "axis_ratio",
+        "b/a of the narrowest contact", "",
         0.03, math.inf, "so far the stated errors were looked for", "take contact.friction: point",
     ),
     Range(

@@ -30,16 +30,16 @@ class Pace(NamedTuple):
 
 @template
 def advance_together(
-    one_step, move_on, turn, keep, check, scene, pace, times, duration, bodies, state, orientation, results
+    one_step, whose, move_on, turn, keep, check, scene, pace, times, duration, bodies, state, orientation, results
 ):
     """Steps so many bodies over `duration` [s] through the `times` [s]; returns (status, the next step's size [s]).
 
     The scene hands over `one_step(scene, time, step, begun)`, which returns its error in units of the tolerance, 0
-    without an estimate, where `begun` is false the first time; `move_on(scene, fresh)`, which takes its end as the next
-    start, `fresh` after an instant; `turn(scene, seconds, step, steps)`, which turns the bodies over what was done
-    since they were turned last; `keep(scene, state, orientation)`, which writes both; and `check(scene, time, state,
-    failure)`, which returns a status. `results` has `states` and `orientations` of the instants, `counts`, `failure`
-    and `stop`.
+    without an estimate, where `begun` is false the first time; `whose(scene)`, which returns the body with that error;
+    `move_on(scene, fresh)`, which takes its end as the next start, `fresh` after an instant; `turn(scene, seconds,
+    step, steps)`, which turns the bodies over what was done since they were turned last; `keep(scene, state,
+    orientation)`, which writes both; and `check(scene, time, state, failure)`, which returns a status. `results` has
+    `states` and `orientations` of the instants, `counts`, `failure` and `stop`.
     """
     time, wanted, begun = 0.0, pace.longest, False
     for instant in range(len(times) + 1):
@@ -58,7 +58,7 @@ def advance_together(
             if not error <= 1.0:
                 results.counts[REJECTIONS] += bodies
                 if wanted < LEAST_STEP:
-                    results.failure[0], results.failure[1] = time, 0
+                    results.failure[0], results.failure[1] = time, whose(scene)
                     return STALLED, wanted
                 continue
             results.counts[STEPS] += bodies

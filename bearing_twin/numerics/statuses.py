@@ -7,5 +7,9 @@ bodies have come apart; TIME_UP: the time asked for is over and they have not; S
 
 OK, NOT_FINITE, TOO_DEEP, STALLED, FULL, SEPARATED, TIME_UP, STOPPED = range(8)
 
+WORDS = {NOT_FINITE: "not finite", TOO_DEEP: "too deep", STALLED: "stalled"}
+NO_END = "no end"
+"""The reason that an `IntegrationError` gives for such an end, and for a contact that does not end."""
+
 STEPS, REJECTIONS, EVALUATIONS, JACOBIANS = range(4)
 """What a stretch cost: steps made, steps made again, right-hand sides, linearisations."""

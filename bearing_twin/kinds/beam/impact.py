@@ -12,8 +12,9 @@ from bearing_twin.kinds.beam import volterra
 from bearing_twin.kinds.beam.contact import ThrownSphere
 from bearing_twin.kinds.beam.free_flight import next_touch
 from bearing_twin.kinds.beam.modes import TERMS, Beam, BeamModes, beam_energy, count_below, response_at
+from bearing_twin.kinds.beam.parameters import BEAM, BODY
 from bearing_twin.kinds.impact.collision import ContactPeriod
-from bearing_twin.numerics.statuses import FULL, NOT_FINITE, STALLED, TIME_UP
+from bearing_twin.numerics.statuses import FULL, NO_END, NOT_FINITE, STALLED, TIME_UP, WORDS
 from bearing_twin.stopping import SIGNALLED
 
 FIRST_STEP = 1e-4  # of the regular contact: the force's start as time^1.5 is resolved from there
@@ -152,7 +153,11 @@ def throw(beam, modes, sphere, speed, until, steps, method="modes", with_tail=Tr
         if len(contacts) >= GREATEST_CONTACTS:
             raise IntegrationError(
                 f"the sphere has touched the beam {GREATEST_CONTACTS} times by {time:.6g} s and still bounces; "
-                "shorten run.duration or raise beam.damping_ratio"
+                "shorten run.duration or raise beam.damping_ratio",
+                NO_END,
+                time,
+                BODY,
+                BEAM,
             )
         flight = next_touch(
             modes.rate, modes.shape, pieces[3][last], sphere, *pieces[4][last], until - time, 1e-9 * regular, stop
@@ -278,4 +283,5 @@ def _refuse(status, time):
         STALLED: "Newton's method for the contact force stalls; raise solver.steps",
     }
     if status in reasons:
-        raise IntegrationError(f"after {time:.6g} s {reasons[status]}")
+        sentence, reason = f"after {time:.6g} s {reasons[status]}", WORDS.get(status, NO_END)
+        raise IntegrationError(sentence, reason, time, BODY, BEAM)

@@ -10,6 +10,7 @@ from bearing_twin.parameters import choice, quantity, section
 
 BEAM_METHODS = ("modes", "volterra", "sinusoidal")
 EULER, TIMOSHENKO = BEAM_THEORIES = ("euler", "timoshenko")
+BODY, BEAM = "sphere", "beam"  # the bodies, as topics and failures name them
 
 
 @dataclass(frozen=True)

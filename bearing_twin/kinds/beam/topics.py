@@ -8,7 +8,7 @@ import numpy as np
 
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
+from bearing_twin.kinds.beam.parameters import BEAM, BODY, SphereOnBeamScene
 from bearing_twin.kinds.beam.row import SPHERE_ON_BEAM
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
 from bearing_twin.kinds.markers import BLUE, GREEN, LINE_STRIP, SPHERE, STEEL, TEXT, marker
@@ -17,7 +17,6 @@ from bearing_twin.kinds.urdf import LinkShape, box, sphere
 from bearing_twin.sample import Sample, Wrench
 
 FRAME = SPHERE_ON_BEAM.frame
-BODY, BEAM = "sphere", "beam"
 STILL = (0.0, 0.0, 0.0)
 DEFLECTION_SCALE = 20.0  # of the beam in the markers
 

@@ -3,6 +3,7 @@
 import functools
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from bearing_twin.kinds.bearing.load_error import by_load
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.kinds.bearing.quasi_static.worth import LOADS_OF, SceneWorth, Worth, worths_of_run
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
+from bearing_twin.kinds.bearing.spot_errors import rule_error
 from bearing_twin.kinds.bearing.still import EQUILIBRIA, friction_of_equilibria
 from bearing_twin.kinds.bearing.summing import STRETCH, turning
 from bearing_twin.kinds.bearing.tilt_error import Tilted, added
@@ -223,17 +225,15 @@ class BearingDoubt:
         if dimension_of(self.parameters) == QUASI_STATIC or not self.outputs:
             return {}
         met = Drilled(self.load, self.curvatures, self.spin, self.rubbed / self.outputs)
-        most, power = drilling_of(self.parameters.contact, met, figures)
-        model, speed = FRICTIONS[self.parameters.contact.friction], abs(figures["inner_ring_speed_at_end_rad_s"])
-        share = model.error if model.over_spot else 1.0
+        contact, speed = self.parameters.contact, abs(figures["inner_ring_speed_at_end_rad_s"])
+        off = partial(rule_error, contact) if FRICTIONS[contact.friction].over_spot else None
+        most, power = drilling_of(contact, met, figures, off)
         found = {
-            "dissipated_j": share * power * self._seconds,
-            "drive_work_j": share * power * self._seconds,
-            "friction_torque_nm": [share * float(one) for one in most],
+            "dissipated_j": power * self._seconds,
+            "drive_work_j": power * self._seconds,
+            "friction_torque_nm": most.tolist(),
         }
-        return found | (
-            of_torque(self.parameters, figures, share * power / speed, self._seconds) if speed > STANDS else {}
-        )
+        return found | (of_torque(self.parameters, figures, power / speed, self._seconds) if speed > STANDS else {})
 
     def _promises(self, law: np.ndarray | None, horizon: float | None) -> tuple[Promise, ...]:
         """What is wanted: loads, and friction unless loads alone are; up to the run's horizon [s] as well."""

@@ -1,7 +1,9 @@
 """Which friction model a bearing's scene needs, `contact.friction: auto`: by what its spots would resist spin with.
 
-Force and torque of each contact are to be as exact as is wanted. All models are asked at the contacts of balls that
-roll in balance, and where balls slide at first also at a slip as fast as the spots' ends spin.
+Force and torque of each contact are to be as exact as is wanted, at the contacts of balls that roll in balance. `point`
+is asked there what it lacks, and where balls slide at first also at a slip as fast as the spots' ends spin. What sums
+over spots, and closed forms, err by is measured by the spots' shape and spin, and holds whatever the slip
+(`spot_errors`): so a finer rule of points is taken where the tolerance asks for it.
 """
 
 import dataclasses
@@ -10,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.contact.friction import FRICTIONS, FrictionModel
+from bearing_twin.contact.ellipse import elliptic_b_d
+from bearing_twin.contact.friction import FRICTIONS, FrictionModel, roughness
 from bearing_twin.contact.names import AUTO, POINT
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.facts import axis_ratio
@@ -20,6 +23,7 @@ from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene, rubbing_b
 from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, weighed_support
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of, spots_built
+from bearing_twin.kinds.bearing.spot_errors import greatest_error
 from bearing_twin.kinds.ranges import RANGES
 from bearing_twin.report import Choice
 
@@ -70,10 +74,12 @@ def chosen_friction(parameters: BearingScene) -> Chosen:
         return Chosen(POINT, "friction at a point, because the bearing finds no balance to judge others in")
     wanted = parameters.wanted.tolerance
     first, *_ = as_cheap([one for one in rows if one.error <= wanted]) or [min(rows, key=lambda one: one.error)]
-    told = f"off by {first.error:.2g} of mu N, or mu N R of a ball, in a contact"
-    reason = f"friction {first.model.name}, the cheapest within the wanted {wanted:g}: {told}"
+    why = f"the cheapest within the wanted {wanted:g}"
     if first.model.name == FINEST:
-        reason = f"friction {FINEST}, because no other is within the wanted {wanted:g}"
+        why = f"because no other is within the wanted {wanted:g}"
+    if first.error > wanted:
+        why = f"because none is within the wanted {wanted:g}"
+    reason = f"friction {first.model.name}, {why}: {told_off(first)}"
     closer = [one for one in rows if one.error < first.error and one.cost > first.cost]
     cheaper = [one for one in rows if one.cost < first.cost and one.error > wanted]
     if cheaper:
@@ -83,6 +89,36 @@ def chosen_friction(parameters: BearingScene) -> Chosen:
         best = min(closer, key=lambda one: one.cost)
         reason += f"; {best.model.name} would cost {best.cost / first.cost:.2g} times as much"
     return Chosen(first.model.name, reason)
+
+
+def told_off(one: Weighed) -> str:
+    """What a friction model errs by, in words."""
+    most, slip = ("at most ", ", whatever its slip") if one.model.over_spot else ("", "")
+    return f"off by {most}{one.error:.2g} of mu N, or mu N R of a ball, in a contact{slip}"
+
+
+def of_pinned(parameters: BearingScene) -> tuple[str, list[str]]:
+    """What a friction model over spots that the scene asks for errs by, in words, and warnings of it.
+
+    Nothing is told where loads alone are wanted, or the bearing finds no balance.
+    """
+    contact, wanted = parameters.contact, parameters.wanted
+    model = FRICTIONS[contact.friction]
+    if not model.over_spot or wanted.outputs == LOADS:
+        return "", roughness(model)
+    left = dataclasses.replace(parameters, contact=dataclasses.replace(contact, friction=AUTO))
+    try:
+        rows = {one.model.name: one for one in _weighed(left)}
+    except SceneError:
+        return "", roughness(model)
+    mine = rows[model.name]
+    if mine.error <= wanted.tolerance:
+        return told_off(mine), []
+    warning = f"contact.friction = {model.name} is {told_off(mine)}, more than the wanted {wanted.tolerance:g}"
+    other = rows[chosen_friction(left).name]
+    if other.error < mine.error:
+        warning += f"; auto takes {other.model.name}, off by at most {other.error:.2g}"
+    return told_off(mine), [warning]
 
 
 def _no_spots(parameters) -> str:
@@ -101,15 +137,22 @@ def _no_spots(parameters) -> str:
 
 
 def _weighed(parameters) -> list[Weighed]:
-    """The friction models, in the order of their table; the finest is what the others are off from."""
+    """The friction models, in the order of their table; the finest is what `point` is off from."""
     costs, errors = friction_costs(parameters), dict.fromkeys(FRICTIONS, 0.0)
     contact, radius = parameters.contact, 0.5 * parameters.geometry.ball_diameter
     for load, major, minor, slip, spin in _met(parameters):
         given = (load, major, minor, *slip, spin, contact.friction_coefficient, contact.friction_regularisation)
-        rubbed = {name: np.array(model.rubbing(*given)) for name, model in FRICTIONS.items()}
         limit = contact.friction_coefficient * load * np.array([1.0, 1.0, radius])
-        for name, one in rubbed.items():
-            errors[name] = max(errors[name], float(np.abs((one - rubbed[FINEST]) / limit).max()))
+        finest, ratio = np.array(FRICTIONS[FINEST].rubbing(*given)), minor / major
+        b, d = elliptic_b_d(ratio)
+        pure = 0.375 * (b + ratio * ratio * d) * major / radius  # torque of pure spin over mu N R
+        for name, model in FRICTIONS.items():
+            if model.over_spot:
+                off = greatest_error(name, ratio, spin * major / contact.friction_regularisation)
+                error = max(off.force, pure * off.torque)
+            else:
+                error = float(np.abs((np.array(model.rubbing(*given)) - finest) / limit).max())
+            errors[name] = max(errors[name], error)
     return [Weighed(model, costs[name], errors[name]) for name, model in FRICTIONS.items()]
 
 

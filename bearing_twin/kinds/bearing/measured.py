@@ -65,7 +65,8 @@ def error_of(measured: Rung | Prediction, outputs: str) -> float:
 
 
 @functools.cache
-def _read(name: str) -> list[dict[str, str]]:
+def measured_rows(name: str) -> list[dict[str, str]]:
+    """The rows of a table in `config/measured`, as text by column."""
     with share_path("config", "measured", name).open(newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
@@ -78,7 +79,10 @@ def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
     (docs/models.md).
     """
     found: dict[tuple[str, str], list[Rung]] = {}
-    for row in (*_read("steppers.csv"), *(row for row in _read("motions.csv") if row["problem"] in COUPLED)):
+    for row in (
+        *measured_rows("steppers.csv"),
+        *(row for row in measured_rows("motions.csv") if row["problem"] in COUPLED),
+    ):
         if row["method"] in ROSENBROCK and row["status"] == "done":
             rung = (float(row[key]) for key in ("setting", "load_error", "friction_error", "seconds"))
             found.setdefault((row["problem"], row["method"]), []).append(Rung(*rung))
@@ -93,7 +97,7 @@ def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
 def counts() -> dict[tuple[str, str], np.ndarray]:
     """(motion, stepper): logarithms of setting, evaluations of a ball at the start and a second, settings rising."""
     found: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
-    for row in _read("motions.csv"):
+    for row in measured_rows("motions.csv"):
         if row["status"] == "done":
             first, later = (float(row[key]) / float(row["balls"]) for key in ("evaluations", "evaluations_a_second"))
             one = float(row["setting"]), max(first - FIRST * later, 1.0), max(later, 1.0)
@@ -229,7 +233,7 @@ def of_asked(parameters) -> Prediction | None:
 def friction_costs(parameters) -> dict[str, float]:
     """Cost of each friction model over that of `point`, at the tolerance measured nearest, under thrust or without."""
     problem, costs = "thrust" if parameters.drive.offset[2] else "settled", {}
-    for row in _read("bearing_friction.csv"):
+    for row in measured_rows("bearing_friction.csv"):
         if row["problem"] == problem and row["status"] == "done":
             away = abs(math.log(float(row["setting"]) / parameters.wanted.tolerance))
             costs.setdefault(row["method"], []).append((away, float(row["seconds"])))
@@ -254,7 +258,7 @@ def dimension_costs(parameters, share: float) -> dict[str, float]:
     caged = cage != "none"
     methods = {method_of(one, cage) if caged else one: one for one in DIMENSIONS}
     wanted, nearest, found = max(abs(parameters.drive.speed), 1.0) if caged else max(share, 1e-3), math.inf, {}
-    for row in _read("dimensions.csv"):
+    for row in measured_rows("dimensions.csv"):
         alike = row["problem"].startswith(RIG) == caged and (caged or ("across" in row["problem"]) == across)
         away = abs(math.log(float(row["setting"]) / wanted))
         if row["method"] not in methods or row["status"] != "done" or not alike or away > nearest + 1e-6:

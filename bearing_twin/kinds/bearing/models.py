@@ -5,7 +5,7 @@ What a scene pins is kept; a pinned model that misses the tolerance is named in 
 
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
-from bearing_twin.contact.friction import FRICTIONS, roughness
+from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import AUTO
 from bearing_twin.kinds.bearing.adequacy import (
@@ -18,7 +18,7 @@ from bearing_twin.kinds.bearing.adequacy import (
     way_doubt,
 )
 from bearing_twin.kinds.bearing.drive import TORQUE
-from bearing_twin.kinds.bearing.friction_choice import as_chosen, chosen_friction
+from bearing_twin.kinds.bearing.friction_choice import as_chosen, chosen_friction, of_pinned
 from bearing_twin.kinds.bearing.measured import (
     SPREAD,
     Prediction,
@@ -169,13 +169,15 @@ def choose(parameters) -> Choice:
     reasons.append(why)
     warnings += idle_step(parameters.solver.step, stepper, FIXED_STEP)
     friction, left = FRICTIONS[parameters.contact.friction], asked.contact.friction == AUTO
+    told, doubts_of_it = ("", []) if left else of_pinned(parameters)
     if left:
         reasons.append(chosen_friction(asked).reason)
     elif friction.over_spot:
-        reasons.append(f"friction over the spot ({friction.name}): it resists spin, and a step costs more")
+        told = f"; {told}" if told else ""
+        reasons.append(f"friction over the spot ({friction.name}): it resists spin, and a step costs more{told}")
     if parameters.cage.kind != "none":
         reasons.append(f"the balls of the cage ({parameters.cage.kind}) share one step")
-    warnings += [*roughness(friction), *of_falling_balls(parameters, law)]
+    warnings += [*doubts_of_it, *of_falling_balls(parameters, law)]
     setting = prediction.setting if prediction else parameters.wanted.tolerance
     predicted = prediction._asdict() if prediction else None
     named = friction.name if left else ""

@@ -82,7 +82,7 @@ class BearingMotion:
             what = self.rates, choice.stepper, parameters.initial.motion == "rest"
             self.step = self.step or stable_step(*what)
             if problem := too_long(self.step, *what):
-                raise SceneError(problem)
+                raise SceneError(problem.sentence)
         self._start_step = self.step
         self.reset()
 
@@ -157,7 +157,7 @@ class BearingMotion:
             sentence = "the state of the inner ring or the cage is not finite; reset, and lower the load"
             raise IntegrationError(sentence, "not finite", self.elapsed, "inner ring")
         if not math.isfinite(np.vdot(self.state, self.state)):
-            ball = int(np.argmin(np.isfinite(self.state).all(axis=1)))
+            ball = int(np.abs(self.state).max(axis=1).argmax())  # the first that is no number, if any
             sentence = f"the state of ball {ball} is not finite; reset, and shorten solver.step"
             raise IntegrationError(sentence, "not finite", self.elapsed, f"ball {ball}")
         self._keep()
@@ -215,7 +215,8 @@ class BearingMotion:
         if not self.parameters.solver.step:
             self.step = min(self.step, stable_step(rates, self.stepper))
         if problem := too_long(self.step, rates, self.stepper):
-            raise IntegrationError(f"at {self.elapsed:.9g} s {problem}", "step too long", self.elapsed)
+            sentence = f"at {self.elapsed:.9g} s {problem.sentence}"
+            raise IntegrationError(sentence, "step too long", self.elapsed, problem.body)
 
     def set_load(self, force, moment) -> None:
         """New loads on a ring with mass [N], [N m] from now on, or the scene's own where both are None.

@@ -68,7 +68,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         axes = [
             axes_along(radius, one.locus_radius, one.groove_radius, side) for one, side in ((inner, -1.0), (outer, 1.0))
         ]
-        spot = contact.friction_coefficient, friction_number(contact.friction), friction.in_lanes, *axes
+        spot = contact.friction_coefficient, friction_number(contact.friction), tuple(friction.rule), *axes
     return Bearing(
         balls=geometry.balls,
         ball_radius=radius,

@@ -22,7 +22,7 @@ from bearing_twin.kinds.ellipsoid.doubt import wanted_errors
 from bearing_twin.kinds.ellipsoid.equations import COLUMNS, Ellipsoid, begin_shape, pose_of
 from bearing_twin.kinds.ellipsoid.figures import WATCH, EllipsoidFigures
 from bearing_twin.kinds.ellipsoid.outputs import channels, outputs_of
-from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
+from bearing_twin.kinds.ellipsoid.parameters import BODY, PLANE, EllipsoidOnPlaneScene
 from bearing_twin.kinds.ellipsoid.steps import EllipsoidPlan, EllipsoidWork
 from bearing_twin.numerics.dop853 import DOP853
 from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP
@@ -83,7 +83,7 @@ def motion(parameters: EllipsoidOnPlaneScene, choice: Choice):
 class EllipsoidMotion(BouncingMotion):
     """The ellipsoid in motion: `advance` integrates one chunk and returns its outputs; `records` are its contacts."""
 
-    kernels = chunk
+    kernels, bodies = chunk, (BODY, PLANE)
 
     def __init__(self, parameters: EllipsoidOnPlaneScene, choice: Choice):
         self.parameters = parameters

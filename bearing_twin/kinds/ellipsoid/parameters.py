@@ -20,6 +20,7 @@ from bearing_twin.parameters import choice, quantity, section
 
 GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
 ELLIPSOID_STEPPERS = ("dop853", "rk4")
+BODY, PLANE = "body", "plane"  # the bodies, as topics and failures name them
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,23 @@ from scipy.interpolate import CubicHermiteSpline
 from bearing_twin.compiled import inlined, kernel, template
 from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.impact.methods import FIXED_STEP
+from bearing_twin.kinds.impact.parameters import FIRST, SECOND
 from bearing_twin.kinds.impact.spring import Spring, rates, spring_elastic, spring_loads
 from bearing_twin.numerics.adaptive import CURSOR, STEP, TIME, advance_adaptively
 from bearing_twin.numerics.dop853 import DOP853
 from bearing_twin.numerics.events import landing_step
 from bearing_twin.numerics.runge_kutta import copy_numbers, runge_kutta_step
-from bearing_twin.numerics.statuses import EVALUATIONS, OK, SEPARATED, STALLED, STEPS, STOPPED
+from bearing_twin.numerics.statuses import (
+    EVALUATIONS,
+    NO_END,
+    NOT_FINITE,
+    OK,
+    SEPARATED,
+    STALLED,
+    STEPS,
+    STOPPED,
+    WORDS,
+)
 from bearing_twin.numerics.steppers import RK4
 from bearing_twin.stopping import SIGNALLED
 
@@ -167,14 +178,16 @@ class Collision:
     evaluations: int
 
 
-def collide(spring: Spring, reduced_mass: float, speed: float, method: str, tolerance: float, step: float, expected):
-    """The contact of two bodies that touch at time 0 with the relative `speed` [m/s], by `method`.
+def collide(
+    spring: Spring, reduced_mass: float, speed: float, method: str, tolerance: float, step: float, expected, touch=0.0
+):
+    """The contact of two bodies that touch at time 0, `touch` [s] after a run begins, with `speed` [m/s], by `method`.
 
     `expected` [s] is about its duration; `tolerance` holds for dop853, `step` [s] for the others. Raises
     IntegrationError where the load is not finite (a line law beyond its range) or separation never comes.
     """
     if method in FIXED_STEP:
-        return _fixed(spring, reduced_mass, speed, method, step, expected)
+        return _fixed(spring, reduced_mass, speed, method, step, expected, touch)
     bodies = spring, reduced_mass
     unit = np.array([speed * expected, speed, reduced_mass * speed**2])
     work = CollisionWork(np.zeros((len(DOP853.weights), 3)), np.zeros(3), np.zeros(3), tolerance * unit)
@@ -185,11 +198,18 @@ def collide(spring: Spring, reduced_mass: float, speed: float, method: str, tole
     if status == STOPPED:
         raise Stopped("the computation was stopped")
     if status == STALLED:
+        seconds = touch + float(clock[TIME])
         raise IntegrationError(
-            f"the contact load is not finite beyond an approach of {state[0]:.6g} m; the law does not reach so far"
+            f"at {seconds:.9g} s the contact load is not finite beyond an approach of {state[0]:.6g} m; the law does "
+            "not reach so far",
+            WORDS[NOT_FINITE],
+            seconds,
+            FIRST,
+            SECOND,
         )
     if status != SEPARATED:
-        raise IntegrationError(f"the bodies do not part within {longest:.6g} s; lower the damping")
+        sentence = f"the bodies do not part within {longest:.6g} s; lower the damping"
+        raise IntegrationError(sentence, NO_END, touch + longest, FIRST, SECOND)
     nodes = nodes[: count + 1].copy()
     end = float(nodes[-1, 0])
 
@@ -204,13 +224,18 @@ def collide(spring: Spring, reduced_mass: float, speed: float, method: str, tole
     return _collision(spring, reduced_mass, speed, history, 0.0, end, nodes[-1, 1:], steps, evaluations)
 
 
-def _fixed(spring, reduced_mass, speed, method, step, expected):
+def _fixed(spring, reduced_mass, speed, method, step, expected, touch):
     nodes = np.empty((min(int(50 * max(expected / step, 1.0)) + 100, MOST_NODES), 4))
     count = march_fixed(FIXED_STEP.index(method), spring, reduced_mass, speed, step, 0.5, nodes)
     if count < 0:
+        last, finite = nodes[-count - 1], np.isfinite(nodes[min(-count, len(nodes) - 1), 1:]).all()
         raise IntegrationError(
-            f"the bodies do not part, or the load is not finite, by {nodes[-count - 1, 0]:.6g} s with steps of "
-            f"{step:.6g} s; shorten solver.step"
+            f"the bodies do not part, or the load is not finite, by {last[0]:.6g} s with steps of {step:.6g} s; "
+            "shorten solver.step",
+            NO_END if finite else WORDS[NOT_FINITE],
+            touch + float(last[0]),
+            FIRST,
+            SECOND,
         )
     t, x, v, lost = nodes[:count].T
     curve = CubicHermiteSpline(t, x, v)

@@ -41,7 +41,7 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed, e
     setting = SETTING * parameters.wanted.tolerance
     costs = {"steps": 0, "evaluations": 1}
     if closed is None:
-        closed, costs = _followed(parameters, spring, reduced, stepper, setting, expected)
+        closed, costs = _followed(parameters, spring, reduced, stepper, setting, expected, touch)
     contact, deepest, restitution, closure, history = closed
     leaving, duration = restitution * motion.speed, contact.duration
     dented = float(np.ravel(history(np.array([duration]))[0])[0])
@@ -76,9 +76,9 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed, e
     return Impact(at, parameters.run, records, costs)
 
 
-def _followed(parameters, spring, reduced, stepper, setting, expected):
+def _followed(parameters, spring, reduced, stepper, setting, expected, touch):
     """As `closed` of `pair_impact`, by the equation of motion, and what it cost."""
     speed, step = parameters.motion.speed, parameters.solver.step or expected / 500.0
-    found = collide(spring, reduced, speed, stepper, setting, step, expected)
+    found = collide(spring, reduced, speed, stepper, setting, step, expected, touch)
     figures = found.contact, found.greatest_approach, found.leaving_speed / speed, found.energy_closure
     return (*figures, found.history), {"steps": found.steps, "evaluations": found.evaluations}

@@ -20,6 +20,7 @@ from bearing_twin.parameters import choice, quantity, section
 
 SPHERES_GIVE = ("curvatures", "stiffness", "alpha")  # what a law may need between spheres
 PAIR_STEPPERS = ("closed_form", "dop853", *FIXED_STEP)
+FIRST, SECOND = "first", "second"  # the bodies, as topics and failures name them
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,13 @@ from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
 from bearing_twin.kinds.impact.derived import strip_of
-from bearing_twin.kinds.impact.parameters import TwoDiscsScene
+from bearing_twin.kinds.impact.parameters import FIRST, SECOND, TwoDiscsScene
 from bearing_twin.kinds.impact.row import TWO_DISCS, TWO_SPHERES
 from bearing_twin.kinds.markers import BLUE, CYLINDER, GREEN, ORANGE, SPHERE, TEXT, marker
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
 from bearing_twin.kinds.urdf import LinkShape, cylinder, sphere
 from bearing_twin.sample import Sample, Wrench
 
-FIRST, SECOND = "first", "second"
 STILL = (0.0, 0.0, 0.0)
 
 

@@ -19,7 +19,7 @@ from bearing_twin.kinds.shaft.rotor import BEARING_WORK, LOAD_WORK, MOVING, RATE
 from bearing_twin.kinds.shaft.statics import balance_of, lever_of, longest_of, rotor_of
 from bearing_twin.kinds.shaft.watched import WatchedShaft
 from bearing_twin.numerics.rosenbrock_step import rosenbrock_work
-from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP
+from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, WORDS
 from bearing_twin.numerics.steppers import RODAS4
 from bearing_twin.report import Choice
 from bearing_twin.sample import Columns, layout_of
@@ -34,7 +34,6 @@ FAILURES = {
     STALLED: "ever shorter steps are needed; loosen wanted.tolerance, or lower speed and loads",
     TOO_DEEP: "a ball is squeezed too hard, or leaves the grooves; lower the loads, or keep away from a critical speed",
 }
-WORDS = {NOT_FINITE: "not finite", STALLED: "stalled", TOO_DEEP: "too deep"}
 TURN, WHIRLING = 12, 4
 """Steps a turn at least: with 8 works are off by 1e-3 of all that an unbalance does either way; and where only what is
 left beside the whirl is stepped."""

@@ -21,9 +21,9 @@ from bearing_twin.kinds.two_bodies.derived import (
 from bearing_twin.kinds.two_bodies.figures import WATCH, TwoBodiesFigures
 from bearing_twin.kinds.two_bodies.outputs import channels, outputs_of
 from bearing_twin.kinds.two_bodies.pair import BODY, COLUMNS, QUATERNION, UNKNOWNS, VELOCITY, Pair
-from bearing_twin.kinds.two_bodies.parameters import OVERLAP, TwoBodiesScene
+from bearing_twin.kinds.two_bodies.parameters import FIRST, OVERLAP, SECOND, TwoBodiesScene
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
-from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP
+from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP, WORDS
 from bearing_twin.report import Choice
 
 SETTING = 1e-2  # tolerance of a step over that of contacts (`tests/test_impact_doubt.py`)
@@ -83,7 +83,7 @@ def motion(parameters: TwoBodiesScene, choice: Choice):
 class TwoBodiesMotion(BouncingMotion):
     """Two bodies in motion: `advance` integrates one chunk and returns its outputs; the records are their contacts."""
 
-    kernels = march
+    kernels, bodies, words = march, (FIRST, SECOND), WORDS | {march.UNTRACKED: "untracked"}
 
     def __init__(self, parameters: TwoBodiesScene, choice: Choice):
         pair = pair_of(parameters, choice.law)

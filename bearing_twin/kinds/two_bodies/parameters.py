@@ -23,6 +23,7 @@ SHAPES = ("plane", "sphere", "ellipsoid", "superellipsoid", "groove")
 TRACKINGS = ("closed", "algebraic", "differential")
 OVERLAP = "overlap"
 FREE, HELD = "free", "held"
+FIRST, SECOND = "first", "second"  # the bodies, as topics and failures name them
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.friction import friction_of
-from bearing_twin.contact.spot_rules import COARSE_POINTS, blend, over_few, rim_share, slip_share
+from bearing_twin.contact.spot_rules import POINTS, blend, over_few, rim_share, slip_share
 from bearing_twin.kinds.bearing.forces.along_groove import coefficient_along
 from bearing_twin.kinds.bearing.forces.equations import ON_AXIS, lane_position, placed, put_rates, raceway_contact
 from bearing_twin.kinds.bearing.forces.layout import (
@@ -207,7 +207,7 @@ def contacts_of_spots(spot, bearing, lanes):
 
 
 @kernel
-def over_few_of_all(regularisation, lanes):
+def over_few_of_all(easy, hard, regularisation, lanes):
     """The part of few points in the means over all spots, and how many of these want more points, of whichever lane."""
     wanting = 0
     for k in range(SPOTS):
@@ -215,7 +215,7 @@ def over_few_of_all(regularisation, lanes):
         slip_major, slip_minor = get(lanes, SLIP_MAJOR, k), get(lanes, SLIP_MINOR, k)
         spin = get(lanes, SPIN_RATE, k)
         rim, square = rim_share(semi_major, semi_minor, slip_major, slip_minor, spin, regularisation)
-        many, _ = blend(rim, square)
+        many, _ = blend(easy, hard, rim, square)
         few = over_few(semi_major, semi_minor, slip_major, slip_minor, spin, square)
         put(lanes, MANY, k, many)
         put(lanes, ALONG, k, (1.0 - many) * few[0])
@@ -226,12 +226,12 @@ def over_few_of_all(regularisation, lanes):
 
 
 @kernel
-def over_spots(regularisation, lanes):
+def over_spots(first, end, easy, hard, regularisation, lanes):
     """The means over both spots of all lanes, side by side: what `spot_rules.blended_over_spot` sums."""
-    if over_few_of_all(regularisation, lanes) > 0:
+    if over_few_of_all(easy, hard, regularisation, lanes) > 0:
         here = min(SPOTS, len(lanes))  # SPOTS, which LLVM must not know: it writes loops of eight out number by number
-        for i in range(len(COARSE_POINTS)):
-            x, y, weight = COARSE_POINTS[i, 0], COARSE_POINTS[i, 1], COARSE_POINTS[i, 2]
+        for i in range(first, end):
+            x, y, weight = POINTS[i, 0], POINTS[i, 1], POINTS[i, 2]
             for k in range(here):
                 major, minor = get(lanes, SEMI_MAJOR, k) * x, get(lanes, SEMI_MINOR, k) * y
                 slip_major, slip_minor = get(lanes, SLIP_MAJOR, k), get(lanes, SLIP_MINOR, k)
@@ -244,7 +244,7 @@ def over_spots(regularisation, lanes):
 
 @kernel
 def _one_by_one(number, regularisation, lanes):
-    """The same for a model that is not in lanes."""
+    """The same for a model without a rule of points."""
     for k in range(SPOTS):
         axes = get(lanes, SEMI_MAJOR, k), get(lanes, SEMI_MINOR, k)
         slip = get(lanes, SLIP_MAJOR, k), get(lanes, SLIP_MINOR, k)
@@ -257,8 +257,9 @@ def _one_by_one(number, regularisation, lanes):
 @kernel
 def find_means(spot, bearing, lanes):
     """The means over the spots that the lanes keep, by whatever model."""
-    if spot[2]:
-        over_spots(bearing.friction_regularisation, lanes)
+    first, end, easy, hard = spot[2]
+    if end > 0:
+        over_spots(first, end, easy, hard, bearing.friction_regularisation, lanes)
     else:
         _one_by_one(spot[1], bearing.friction_regularisation, lanes)
 

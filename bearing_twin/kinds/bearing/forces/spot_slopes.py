@@ -7,8 +7,8 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.spot_rules import (
-    COARSE_POINTS,
-    FEW_POINTS,
+    FEW,
+    POINTS,
     ROUND,
     blend,
     rim_share,
@@ -38,14 +38,14 @@ SUMS = 12  # over a spot's points, from which the slopes of its means follow; th
 # Rows of a room of their own after a ball's motion and its spots: sums over the points of both spots of a lane, the
 # part of the points in these, and the slopes of the three means.
 SUM, JUMP, PART, BY_RULE, SLOPES, SLOPES_END = JACOBIAN + np.cumsum((0, 2 * SUMS, 6, 2, 2, 6 * GIVEN))
-NUDGE = 1e-6  # relative: for the differences of a model that is not in lanes
+NUDGE = 1e-6  # relative: for the differences of a model without a rule of points
 TINY = 1e-12  # m: no spot is smaller
 
 
 @inlined
-def _point(points, i):
+def _point(i):
     """Point i: both places in units of the semi-axes, and its weight."""
-    return points[i, 0], points[i, 1], points[i, 2]
+    return POINTS[i, 0], POINTS[i, 1], POINTS[i, 2]
 
 
 @inlined
@@ -62,15 +62,15 @@ def _two_points(first, second, regularisation, room, k):
 
 
 @kernel
-def add_points(points, regularisation, room):
-    """Adds to the sums from `SUM` on what these points give, to those of each spot its `PART` of them.
+def add_points(first, end, regularisation, room):
+    """Adds to the sums from `SUM` on what the points from `first` to `end` give, to those of each spot its `PART`.
 
-    Four points at once, as to reach the sums takes as long as a point; read before, as LLVM does not know `points` and
+    Four points at once, as to reach the sums takes as long as a point; read before, as LLVM does not know them and
     `room` apart.
     """
     here = min(SPOTS, len(room))  # as in `spot.over_spots`
-    for i in range(0, len(points), 4):
-        a, b, c, d = _point(points, i), _point(points, i + 1), _point(points, i + 2), _point(points, i + 3)
+    for i in range(first, end, 4):
+        a, b, c, d = _point(i), _point(i + 1), _point(i + 2), _point(i + 3)
         for k in range(here):
             one = _two_points(a, b, regularisation, room, k)
             two = _two_points(c, d, regularisation, room, k)
@@ -89,10 +89,10 @@ def add_points(points, regularisation, room):
 
 
 @kernel
-def _add_jumps(points, regularisation, room):
+def _add_jumps(first, end, regularisation, room):
     """Adds to the sums from `JUMP` on how the means change with the part of these points, by `BY_RULE`."""
-    for i in range(len(points)):
-        x, y, weight = points[i, 0], points[i, 1], points[i, 2]
+    for i in range(first, end):
+        x, y, weight = _point(i)
         for k in range(SPOTS):
             major, minor = get(room, SEMI_MAJOR, k) * x, get(room, SEMI_MINOR, k) * y
             motion = get(room, SLIP_MAJOR, k), get(room, SLIP_MINOR, k), get(room, SPIN_RATE, k)
@@ -103,27 +103,27 @@ def _add_jumps(points, regularisation, room):
 
 
 @kernel
-def sum_slopes(regularisation, room):
+def sum_slopes(first, end, easy, hard, regularisation, room):
     """Sums over the points of both spots of all lanes, side by side, into the rows from `SUM` on, which are zero."""
     wanting = blended = 0
     for k in range(SPOTS):
         semi_major, semi_minor = get(room, SEMI_MAJOR, k), get(room, SEMI_MINOR, k)
         motion = get(room, SLIP_MAJOR, k), get(room, SLIP_MINOR, k), get(room, SPIN_RATE, k)
-        many, slope = blend(*rim_share(semi_major, semi_minor, *motion, regularisation))
+        many, slope = blend(easy, hard, *rim_share(semi_major, semi_minor, *motion, regularisation))
         put(room, PART, k, 1.0 - many)
         put(room, BY_RULE, k, -slope)
         wanting += 1 if many > 0.0 else 0
         blended += 1 if slope > 0.0 else 0
-    add_points(FEW_POINTS, regularisation, room)
+    add_points(0, FEW, regularisation, room)
     if blended > 0:
-        _add_jumps(FEW_POINTS, regularisation, room)
+        _add_jumps(0, FEW, regularisation, room)
     if wanting > 0:
         for k in range(SPOTS):
             put(room, PART, k, 1.0 - get(room, PART, k))
             put(room, BY_RULE, k, -get(room, BY_RULE, k))
-        add_points(COARSE_POINTS, regularisation, room)
+        add_points(first, end, regularisation, room)
     if blended > 0:
-        _add_jumps(COARSE_POINTS, regularisation, room)
+        _add_jumps(first, end, regularisation, room)
 
 
 @inlined
@@ -174,7 +174,7 @@ def _slopes_of_sums(regularisation, room):
 
 @kernel
 def _slopes_one_by_one(number, regularisation, room):
-    """The same for a model that is not in lanes, by differences."""
+    """The same for a model without a rule of points, by differences."""
     rows = (SLIP_MAJOR, SLIP_MINOR, SPIN_RATE, SEMI_MAJOR, SEMI_MINOR)
     for k in range(SPOTS):
         major, minor = max(get(room, SEMI_MAJOR, k), TINY), max(get(room, SEMI_MINOR, k), TINY)
@@ -215,8 +215,9 @@ def room_of_slopes(spot, regularisation, lanes, height):
     copy_rows(lanes, AXIS_DISTANCE, GIVEN_OUTER + 1, room)
     copy_rows(lanes, SLIP_MAJOR, JACOBIAN, room)
     clear_rows(room, SUM, PART)
-    if spot[2]:
-        sum_slopes(regularisation, room)
+    first, end, easy, hard = spot[2]
+    if end > 0:
+        sum_slopes(first, end, easy, hard, regularisation, room)
         _slopes_of_sums(regularisation, room)
     else:
         _slopes_one_by_one(spot[1], regularisation, room)

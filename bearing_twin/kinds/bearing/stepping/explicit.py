@@ -168,6 +168,18 @@ def _one_step(run, time, h, begun):
 
 
 @inlined
+def _whose(run):
+    """The ball whose error was the greatest in the last step, or is no number."""
+    errors, worst, most = run.room.errors, 0, -1.0
+    for ball in range(run.bearing.balls):
+        total = get(errors[ball // LANES], MOTION, ball % LANES)
+        error = total if total < math.inf else math.inf
+        if error > most:
+            worst, most = ball, error
+    return worst
+
+
+@inlined
 def _move_on(run, fresh):
     room, stages = run.room, len(run.method.nodes)
     if fresh:
@@ -195,7 +207,7 @@ def _keep(run, state, orientation):
 def _advance(run, pace, times, duration, state, orientation, results):
     """`explicit_chunk` in the room it has made."""
     return advance_together(
-        _one_step, _move_on, _turn, _keep, check_all,
+        _one_step, _whose, _move_on, _turn, _keep, check_all,
         run, pace, times, duration, run.bearing.balls, state, orientation, results,
     )  # fmt: skip
 

@@ -146,6 +146,12 @@ def _one_step(run, time, h, begun):
 
 
 @inlined
+def _whose(run):
+    """A ball: where steps have no error none is refused."""
+    return 0
+
+
+@inlined
 def _move_on(run, fresh):
     """Nothing: a step leaves its end where the next one starts."""
 
@@ -167,7 +173,7 @@ def _advance(run, pace, times, duration, state, orientation, results):
     for block in range(len(run.blocks)):
         _begin_turning(run.blocks[block])
     return advance_together(
-        _one_step, _move_on, _turn, _keep, check_all,
+        _one_step, _whose, _move_on, _turn, _keep, check_all,
         run, pace, times, duration, run.bearing.balls, state, orientation, results,
     )[0]  # fmt: skip
 

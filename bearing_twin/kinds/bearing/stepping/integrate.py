@@ -16,7 +16,7 @@ from bearing_twin.kinds.bearing.stepping.rosenbrock import ChunkTask, rosenbrock
 from bearing_twin.kinds.bearing.stepping.scipy_chunk import scipy_chunk
 from bearing_twin.kinds.bearing.stepping.steps import FAILURES
 from bearing_twin.numerics.lanes import COLUMNS
-from bearing_twin.numerics.statuses import OK, STOPPED
+from bearing_twin.numerics.statuses import OK, STOPPED, WORDS
 from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
 
 REFERENCE_SHARE = 1e-4  # of the scales, for SciPy's methods, whose only use here is to be right
@@ -99,9 +99,8 @@ def check(status: int, elapsed: float, failure: np.ndarray) -> None:
     if status == STOPPED:
         raise Stopped(f"the computation was stopped at {elapsed:.9g} s")
     if status != OK:
-        reason, advice = FAILURES[status]
         seconds, body = elapsed + failure[0], f"ball {int(failure[1])}"
-        raise IntegrationError(f"at {seconds:.9g} s {body} {advice}", reason, seconds, body)
+        raise IntegrationError(f"at {seconds:.9g} s {body} {FAILURES[status]}", WORDS[status], seconds, body)
 
 
 def groups_of(near) -> list[list[int]]:

@@ -2,20 +2,20 @@
 
 import numpy as np
 
-from bearing_twin.errors import IntegrationError, Stopped
+from bearing_twin.errors import Stopped
 from bearing_twin.kinds.bearing.forces.layout import MOTION
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.stepping.steps import relative_spin
 from bearing_twin.numerics.lanes import COLUMNS
 from bearing_twin.numerics.rotation import turned
-from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, OK, STEPS
+from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, NOT_FINITE, OK, STALLED, STEPS
 
 
 def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, orientation, results):
     """Advances all balls together, as the loops in `steps` say, by a SciPy solver's class.
 
-    `scales` (MOTION,) are the absolute errors allowed in a step. Raises IntegrationError, and Stopped soon after the
-    flag in `results` is not 0.
+    `scales` (MOTION,) are the absolute errors allowed in a step. Raises Stopped soon after the flag in `results` is not
+    0.
     """
     shape = state.shape
     rates = np.zeros(shape)
@@ -39,9 +39,13 @@ def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, or
     while method.status == "running":
         # SciPy probes the integrals, on which nothing depends, with ever greater increments.
         with np.errstate(over="ignore"):
-            message = method.step()
-        if method.status == "failed" or not np.all(np.isfinite(method.y)):
-            raise IntegrationError(f"SciPy's {solver.__name__} stopped at {method.t:.6g} s: {message or 'not finite'}")
+            method.step()
+        finite = np.isfinite(method.y.reshape(shape)).all(axis=1)
+        if method.status == "failed" or not finite.all():
+            fastest = np.abs(right_hand_side(method.t, method.y).reshape(shape)[:, :MOTION] / scales).max(axis=1)
+            ball = fastest.argmax() if finite.all() else finite.argmin()
+            results.failure[:2] = method.t, ball
+            return NOT_FINITE if not finite.all() else STALLED
         dense = method.dense_output()
         start = dense(method.t_old).reshape(shape)
         while cursor < len(times) and times[cursor] <= method.t:

@@ -25,16 +25,29 @@ LEAST_APPROACH = 1e-6  # m: lighter contacts are taken as this one, for loads to
 STEPS_A_CONTACT = 16  # of a step that is chosen
 FRICTION_SHARE = 0.5  # of the stability limit by friction and damping, of a step that is chosen
 SHARP = 1e-6  # relative: how exactly a limit is found
+ALIKE = 1e-9  # relative: balls whose rates differ by less are alike
 TO_AND_FRO = 3.0 * math.sqrt(3.0) / 0.7  # the friction rate of a ball that slides on one raceway is 0.7 of the fastest
 
 
 class Rates(NamedTuple):
-    """The fastest rates of a state [1/s]: contact resonance w, friction creep, damping c; the shortest contact [s]."""
+    """The fastest rates of a state [1/s]: contact resonance w, friction creep, damping c; the shortest contact [s].
+
+    `ringing` and `creeping` are the balls that have the first two, the first of those that are alike.
+    """
 
     contact: float
     friction: float
     damping: float
     shortest_contact: float
+    ringing: int = 0
+    creeping: int = 0
+
+
+class TooLong(NamedTuple):
+    """What is wrong with a step, and of which body."""
+
+    sentence: str
+    body: str
 
 
 def _grip(inner: float, outer: float) -> float:
@@ -54,18 +67,20 @@ def fastest_rates(bearing: Bearing, state: np.ndarray, least: float = LEAST_APPR
     shortest contact is half a period of the contact resonance.
     """
     inner, outer = bearing.inner.law, bearing.outer.law
-    stiffness, viscous, grip = 0.0, 0.0, 0.0
+    stiffness, viscous, grip, ringing, creeping = 0.0, 0.0, 0.0, 0, 0
     for k in range(bearing.balls):
         depths = [max(0.0, approach) for approach in approaches(bearing, state[k])]
         middle = max(least, 0.5 * sum(depths))
         both = elastic(inner.given + outer.given, inner.power, middle)
         loads = (elastic(law.given, law.power, depth).load for law, depth in zip((inner, outer), depths, strict=True))
-        stiffness, viscous = max(stiffness, both.stiffness), max(viscous, both.load)
-        grip = max(grip, _grip(0.5 * both.load, 0.5 * both.load), _grip(*loads))
+        held = max(_grip(0.5 * both.load, 0.5 * both.load), _grip(*loads))
+        ringing = k if both.stiffness > (1.0 + ALIKE) * stiffness else ringing
+        creeping = k if held > (1.0 + ALIKE) * grip else creeping
+        stiffness, viscous, grip = max(stiffness, both.stiffness), max(viscous, both.load), max(grip, held)
     friction = bearing.friction_coefficient * grip / (bearing.friction_regularisation * bearing.ball_mass)
     contact = math.sqrt(stiffness / bearing.ball_mass)
     damping = (bearing.damping * viscous + bearing.relaxation_time * stiffness) / bearing.ball_mass
-    return Rates(contact, friction, damping, math.pi / contact)
+    return Rates(contact, friction, damping, math.pi / contact, ringing, creeping)
 
 
 def _growth_of_rk4(z: complex) -> float:
@@ -103,18 +118,16 @@ def stable_step(rates: Rates, stepper: str, slides: bool = True) -> float:
     return min(rates.shortest_contact / STEPS_A_CONTACT, FRICTION_SHARE * min(stability_limits(rates, stepper, slides)))
 
 
-def too_long(step: float, rates: Rates, stepper: str, slides: bool = True) -> str:
-    """What is wrong with a step [s] of a fixed-step method in a state with these rates, "" if nothing."""
+def too_long(step: float, rates: Rates, stepper: str, slides: bool = True) -> TooLong | None:
+    """What is wrong with a step [s] of a fixed-step method in a state with these rates; None if nothing."""
     ringing, creeping = stability_limits(rates, stepper, slides)
     if step <= min(ringing, creeping):
-        return ""
+        return None
     advice = f"use {stable_step(rates, stepper, slides):.2g} s or less, or solver.stepper: rodas4"
     if ringing < creeping:
-        return (
-            f"solver.step = {step:g} s is too long: a ball rings between its contacts at {rates.contact:.2g} rad/s, "
-            f"where {stepper} is stable up to {ringing:.3g} s; {advice}"
-        )
-    return (
-        f"solver.step = {step:g} s is unstable: friction answers at {rates.friction:.2g} /s, where {stepper} is right "
-        f"up to {creeping:.3g} s; {advice}"
-    )
+        body = f"ball {rates.ringing}"
+        why = f"is too long: {body} rings between its contacts at {rates.contact:.2g} rad/s, where {stepper} is stable"
+    else:
+        body = f"ball {rates.creeping}"
+        why = f"is unstable: friction answers at {rates.friction:.2g} /s on {body}, where {stepper} is right"
+    return TooLong(f"solver.step = {step:g} s {why} up to {min(ringing, creeping):.3g} s; {advice}", body)

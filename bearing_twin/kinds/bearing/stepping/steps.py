@@ -31,12 +31,9 @@ TOUCHING = 1e-11  # m: approaches below are neither contact nor gap
 DEEPEST = 0.1  # approach / ball radius beyond which bodies have run through each other
 
 FAILURES = {
-    NOT_FINITE: ("not finite", "is not finite any more; shorten solver.step or use solver.stepper: rodas4"),
-    TOO_DEEP: ("too deep", "has run through a raceway; check the loads, or shorten solver.step"),
-    STALLED: (
-        "stalled",
-        "needs ever shorter steps; loosen wanted.tolerance or raise contact.friction_regularisation",
-    ),
+    NOT_FINITE: "is not finite any more; shorten solver.step or use solver.stepper: rodas4",
+    TOO_DEEP: "has run through a raceway; check the loads, or shorten solver.step",
+    STALLED: "needs ever shorter steps; loosen wanted.tolerance or raise contact.friction_regularisation",
 }
 
 
