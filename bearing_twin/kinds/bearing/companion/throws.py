@@ -1,12 +1,15 @@
 """A ring that is thrown across its clearance, and what that makes of errors: by a copy, more exact, that starts apart.
 
 Each blow of such a ring against its balls makes an error grow, by as much as no window shows and nobody knows before.
-So the copy sets out where the part begins, with the ring displaced by what it is off there, and goes on until the ring
-lies and what it is off fades: once the last ball has landed, a ring may still knock to and fro. Its difference from the
-run is all that the run is off: by what it had from before, and by its steps. No window of all balls says more.
+So the copy sets out where the part begins, and goes on until the ring lies and what it is off fades: once the last ball
+has landed, a ring may still knock to and fro. Its ring is off as the run's may be: a ring that swings on its balls is
+off in its place and, a quarter of a swing later, in its speed. In flight its place stays off by as much, its speed
+takes it ever further; so the copy's ring sets out with the speed. Its difference from the run is all that the run is
+off: by what it had from before, and by its steps. No window of all balls says more.
 """
 
 import functools
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -17,9 +20,10 @@ from bearing_twin.kinds.bearing.companion.beside import TIGHTER, all_beside
 from bearing_twin.kinds.bearing.companion.departures import all_start
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, lengths
 from bearing_twin.kinds.bearing.companion.windows import ALL, Window, carries
-from bearing_twin.kinds.bearing.forces.layout import RING_X, RING_Y
+from bearing_twin.kinds.bearing.forces.layout import PLACES, RING_X, RING_Y
 from bearing_twin.sample import Columns
 
+SPEEDS = [PLACES + RING_X, PLACES + RING_Y]  # of the ring, in a border
 NO_LOAD = 1e-300  # N: next to nothing, so that no quotient is infinite
 FAR = 4  # times as long as a ring falls and knocks a copy goes on, and as long again where ...
 FADED = 1.0 / 3.0  # ... in the last third of that it is off by more than this share of the most
@@ -76,10 +80,8 @@ def through_throw(parameters, part: Part, scales, off: float, wide: float, great
     if not carries(parameters) or not thrown(part):
         return None
     moving, border = all_start(part, -1, len(part.times))
-    load, stiffness = (part.partners.load + part.partners.weight)[:2], stiffest(part.bearing.inner.law, greatest)
-    x, y = load / max(float(np.linalg.norm(load)), NO_LOAD)
-    along, across = 2.0 * off / stiffness, wide / stiffness
-    border[[RING_X, RING_Y]] += along * x - across * y, along * y + across * x
+    stiffness = stiffest(part.bearing.inner.law, greatest)
+    border[SPEEDS] += _apart(part, off, wide, stiffness, parameters.rings.inner.mass)
     last, seen, end = (*moving, border), [], len(part.times)
     begin, length = -1, min(FAR * (1 + int(np.flatnonzero(unheld(part))[-1])), end)
     while True:
@@ -93,6 +95,15 @@ def through_throw(parameters, part: Part, scales, off: float, wide: float, great
         if begin + 1 == end or _faded(part, whole, found, length // 3, greatest, errors):
             return Throw(errors / (1.0 - TIGHTER), whole, found)
         length = min(begin + 1, end - 1 - begin)
+
+
+def _apart(part: Part, off: float, wide: float, stiffness: float, mass: float) -> np.ndarray:
+    """How much faster [m/s] a copy's ring is, along x and y, than the run's: see `through_throw`."""
+    load = (part.partners.load + part.partners.weight)[:2]
+    x, y = load / max(float(np.linalg.norm(load)), NO_LOAD)
+    along, across = 2.0 * off / stiffness, wide / stiffness
+    swings = math.sqrt(0.5 * stiffness / mass)
+    return swings * np.array([along * x - across * y, along * y + across * x])
 
 
 def _joined(seen: list[Found]) -> Found:
