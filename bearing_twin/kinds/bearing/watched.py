@@ -295,5 +295,5 @@ class WatchedMotion(BearingMotion):
         between = between_steps(self.parameters, part, self.tolerance, greatest)
         self._found = np.concatenate([found, between])
         self._added = np.concatenate([added, between]) if self._off(between) > SURE else added
-        if self._first_go:
+        if self._first_go or throw is not None:
             self._stop_carrying()
