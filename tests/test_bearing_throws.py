@@ -54,7 +54,7 @@ def test_a_copy_that_starts_apart_shows_what_a_ring_is_off_that_is_thrown(monkey
     (_, part, scales, told), others, moving = through(1e-5, monkeypatch)
     assert told.load > 0.0
     assert all(one[-1] is None for one in others)
-    greatest, off = moving.companion.greatest_load, 1e-2  # N
+    greatest, off = moving.companion.greatest_load, 1e-1  # N: so much more than wanted that one copy says enough
     none, once, twice = (
         through_throw(moving.parameters, part, scales, times * off, 0.0, greatest) for times in (0.0, 1.0, 2.0)
     )
@@ -82,19 +82,19 @@ def test_a_copy_of_a_thrown_ring_sets_out_with_the_speed_of_a_ring_that_swings(m
     moved = {name: one - run for name, one in (("along", along), ("across", across))}
     stiffness, mass = stiffest(part.bearing.inner.law, greatest), moving.parameters.rings.inner.mass
     for one in moved.values():
-        assert not np.delete(one, throws.SPEEDS).any()
-    energy = {name: 0.5 * mass * np.square(one[throws.SPEEDS]).sum() for name, one in moved.items()}
+        assert not np.delete(one, throws.SPEED).any()
+    energy = {name: 0.5 * mass * np.square(one[throws.SPEED]).sum() for name, one in moved.items()}
     assert energy["along"] == pytest.approx(2e-2**2 / stiffness, rel=1e-6)  # each contact F^2 / 2k
     assert energy["across"] == pytest.approx(0.25 * 3e-2**2 / stiffness, rel=1e-6)  # k / 2 at a place F / k away
     load = (part.partners.load + part.partners.weight)[:2]
-    assert moved["along"][throws.SPEEDS] @ load > 0.0
-    assert abs(moved["across"][throws.SPEEDS] @ load) < 1e-9 * np.linalg.norm(load) * np.abs(moved["across"]).max()
+    assert moved["along"][throws.SPEED] @ load > 0.0
+    assert abs(moved["across"][throws.SPEED] @ load) < 1e-9 * np.linalg.norm(load) * np.abs(moved["across"]).max()
 
 
 def test_a_copy_of_a_thrown_ring_ends_once_the_ring_lies_and_errors_fade(monkeypatch):
     """Nothing that it would have shown later is greater; where they do not fade it goes on to the end of the part."""
     (_, part, scales, _), _, moving = through(1e-5, monkeypatch)
-    what = moving.parameters, part, scales, 1e-2, 0.0, moving.companion.greatest_load
+    what = moving.parameters, part, scales, 1e-1, 0.0, moving.companion.greatest_load
     ended = through_throw(*what)
     monkeypatch.setattr(throws, "FADED", 0.0)
     whole = through_throw(*what)
@@ -104,6 +104,31 @@ def test_a_copy_of_a_thrown_ring_ends_once_the_ring_lies_and_errors_fade(monkeyp
     assert np.array_equal(ended.found.states, whole.found.states[: ended.window.length])
     steps = len(whole.found.out.numbers), whole.found.states.shape[0]
     assert steps == (len(part.times), len(part.times))
+
+
+def test_where_one_copy_does_not_decide_whether_a_thrown_ring_is_as_exact_as_wanted_a_second_one_goes(monkeypatch):
+    (_, part, scales, _), _, moving = through(1e-5, monkeypatch)
+    greatest, found = moving.companion.greatest_load, {}
+    one = throws._copied
+    monkeypatch.setattr(throws, "_copied", lambda *what: found.setdefault(tuple(what[-1][0]), one(*what)))
+    for off, copies in ((1e-4, 1), (1e-2, 2), (1e-1, 1)):
+        found.clear()
+        told = through_throw(moving.parameters, part, scales, off, 0.0, greatest)
+        assert len(found) == copies
+        first = found[tuple(throws.SPEED)]
+        over = max(first.load / greatest, first.friction) / 1e-5 if copies == 1 else None
+        assert (told.errors == np.max([each.errors for each in found.values()], axis=0)).all()
+        assert told.found.steps == sum(each.found.steps for each in found.values())
+        assert over is None or not 1.0 / 3.0 < over <= 0.8
+
+
+def test_a_copy_of_a_thrown_ring_goes_on_while_balls_hop(monkeypatch):
+    """They make what had faded grow: a run was off by fifty times its tolerance, of which a hundredth was told."""
+    (_, part, scales, _), _, moving = through(1e-5, monkeypatch)
+    what = moving.parameters, part, scales, 1e-1, 0.0, moving.companion.greatest_load
+    assert through_throw(*what).window.length < len(part.times)
+    part.in_flight[-1, 0] = True
+    assert through_throw(*what).window.length == len(part.times)
 
 
 def test_no_window_is_looked_at_where_a_copy_of_a_thrown_ring_goes(monkeypatch):
