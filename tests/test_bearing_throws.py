@@ -125,10 +125,13 @@ def test_where_one_copy_does_not_decide_whether_a_thrown_ring_is_as_exact_as_wan
 def test_a_copy_of_a_thrown_ring_goes_on_while_balls_hop(monkeypatch):
     """They make what had faded grow: a run was off by fifty times its tolerance, of which a hundredth was told."""
     (_, part, scales, _), _, moving = through(1e-5, monkeypatch)
-    what = moving.parameters, part, scales, 1e-1, 0.0, moving.companion.greatest_load
-    assert through_throw(*what).window.length < len(part.times)
+    known = moving.parameters, part, scales
+    less, more = ((*known, off, 0.0, moving.companion.greatest_load) for off in (1e-4, 1e-1))
+    assert through_throw(*less).window.length < len(part.times)
+    assert through_throw(*more).window.length < len(part.times)
     part.in_flight[-1, 0] = True
-    assert through_throw(*what).window.length == len(part.times)
+    assert through_throw(*less).window.length == len(part.times)
+    assert through_throw(*more).window.length < len(part.times)  # which is off by more than is wanted in any case
 
 
 def test_no_window_is_looked_at_where_a_copy_of_a_thrown_ring_goes(monkeypatch):

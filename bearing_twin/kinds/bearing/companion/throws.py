@@ -2,12 +2,12 @@
 
 Each blow of such a ring against its balls makes an error grow, by as much as no window shows and nobody knows before.
 So the copy sets out where the part begins, and goes on until the ring lies, the last ball has landed, and what it is
-off fades: a ring may still knock to and fro then, and before it balls that hop make errors grow as well. Its ring is
-off as the run's may be: a ring that swings on its balls is off in its place and, a quarter of a swing later, in its
-speed. In flight its place stays off by as much, its speed takes it ever further; so the copy's ring sets out with the
-speed. Its difference from the run is all that the run is off: by what it had from before, and by its steps. No window
-of all balls says more. By chance it may be a third of what the run is off, or less; where that decides whether the run
-is as exact as wanted, a second copy sets out, displaced.
+off fades: a ring may still knock to and fro then, and before it balls that hop make errors grow as well, which need not
+be known where the run is off too far already. Its ring is off as the run's may be: a ring that swings on its balls is
+off in its place and, a quarter of a swing later, in its speed. In flight its place stays off by as much, its speed
+takes it ever further; so the copy's ring sets out with the speed. Its difference from the run is all that the run is
+off: by what it had from before, and by its steps. No window of all balls says more. By chance it may be a third of what
+the run is off, or less; where that decides whether the run is as exact as wanted, a second copy sets out, displaced.
 """
 
 import functools
@@ -124,9 +124,10 @@ def _copied(parameters, part: Part, scales, greatest: float, differs: tuple) -> 
         whole, last, begin = Window(ALL, -1, begin + 1 + length), found.last, begin + length
         found = _joined(seen)
         errors = np.abs(deviations(part, whole, found, greatest))
-        lies = not part.in_flight[begin + 1 :].any()
-        if begin + 1 == end or (lies and _faded(part, whole, found, length // 3, greatest, errors)):
-            return Throw(errors / (1.0 - TIGHTER), whole, found)
+        told = Throw(errors / (1.0 - TIGHTER), whole, found)
+        enough = told.over(parameters, greatest) > CARRIED or not part.in_flight[begin + 1 :].any()
+        if begin + 1 == end or (enough and _faded(part, whole, found, length // 3, greatest, errors)):
+            return told
         length = min(begin + 1, end - 1 - begin)
 
 
