@@ -8,7 +8,7 @@ from bearings import motion
 
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.kinds.bearing.companion.growth import BUMPED
-from bearing_twin.kinds.bearing.companion.redoing import BEYOND
+from bearing_twin.kinds.bearing.companion.redoing import BEYOND, SAFE
 from bearing_twin.kinds.bearing.companion.windows import ALL, BESIDE, PLACE
 from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.layout import (
@@ -136,8 +136,8 @@ def test_where_bumps_carry_errors_on_the_run_says_until_when_it_is_as_exact_as_w
     beside, alone = (rows[rows[:, PLACE["ball"]] == ball] for ball in (BESIDE, ALL))
     grown, until = beside[-1], run.report.errors["horizon_s"]
     assert grown[PLACE["friction"]] > BUMPED * alone[alone[:, 0] <= grown[0], PLACE["friction"]].max()
-    assert (beside[beside[:, 0] <= until, PLACE["friction"]] <= 1e-3).all()
-    assert beside[beside[:, 0] > until, PLACE["friction"]][0] > 1e-3
+    assert (beside[beside[:, 0] <= until, PLACE["friction"]] <= SAFE * 1e-3).all()
+    assert beside[beside[:, 0] > until, PLACE["friction"]][0] > SAFE * 1e-3
 
 
 def test_a_short_run_up_in_pockets_has_a_horizon_too():

@@ -62,7 +62,8 @@ class WatchedMotion(BearingMotion):
         self._rows: list[np.ndarray] = []
         self._found: np.ndarray | None = None
         self._added = self._before_it = np.zeros((0, len(WINDOW.columns)))
-        self._chunk_begun, self._may_retake, self._first_go, self._eventful = 0.0, False, False, False
+        self._chunk_begun = 0.0
+        self._may_retake = self._first_go = self._eventful = self._thrown = False
         self._grown, self._sensitive, self._roughest, self._calm = 0.0, False, 1.0, 0
         self._inherited = NOTHING
         super().reset()
@@ -201,6 +202,8 @@ class WatchedMotion(BearingMotion):
             if redoing.enough(worst, attempt, eventful) or self.companion.diverged or self.counts[STEPS] - spent > dear:
                 break
             if attempt and worst >= redoing.HELPED * last:
+                if self._thrown:  # so steps before the part made what its copy shows
+                    self._stop_carrying(self._added)
                 self._set(max(self.setting, min(before, redoing.FUTILE)))
                 break
             before, cut = self.setting, redoing.cut_by(worst)
@@ -219,10 +222,10 @@ class WatchedMotion(BearingMotion):
                 self._sensitive = True
         self._rows += [] if rows is None or not len(rows) else [rows]
 
-    def _stop_carrying(self) -> None:
-        """Ends a chunk that is off too far by what it carried into this part."""
-        stops = self._may_retake and self.elapsed > self._chunk_begun and self.tolerance > VERIFIABLE
-        if stops and self._off(self._before_it[:1]) > redoing.CARRIED and not self._bumps:
+    def _stop_carrying(self, carried: np.ndarray) -> None:
+        """Ends a chunk that is off too far by what it carried into this part, in rows of WINDOW."""
+        stops = self._may_retake and self._part_begun > self._chunk_begun and self.tolerance > VERIFIABLE
+        if stops and self._off(carried) > redoing.CARRIED and not self._bumps:
             raise redoing.CarriedOn(self._off(self._before_it), self._part_begun)
 
     def _relax(self, rows: np.ndarray | None) -> None:
@@ -264,11 +267,8 @@ class WatchedMotion(BearingMotion):
 
     def _off(self, rows: np.ndarray) -> float:
         """The greatest error in rows of WINDOW over the wanted tolerance."""
-        greatest = self.companion.greatest_load
-        if greatest <= 0.0:
-            return 0.0
-        wanted = self.parameters.wanted
-        return off_by(rows, greatest, loads_alone=wanted.outputs == LOADS) / wanted.tolerance
+        wanted, greatest = self.parameters.wanted, self.companion.greatest_load
+        return off_by(rows, greatest, wanted.outputs == LOADS) / wanted.tolerance if greatest > 0.0 else 0.0
 
     def _pointer(self, instants: int) -> np.ndarray:
         """Room for what `pointing` notes, where the method does."""
@@ -286,6 +286,7 @@ class WatchedMotion(BearingMotion):
         scales = self.scales if self.stepper not in FIXED_STEP and len(part.pointer) else self._asked[0]
         self._looked_at, self._eventful = (part, scales, self.tolerance), not part.all_bear
         throw, greatest = self.companion.throw(part, scales, *self._inherited[1:3]), self.companion.greatest_load
+        self._thrown = throw is not None
         found = self.companion.look(part, self._windows if throw is None else [], scales, self.tolerance)
         added, self._before_it = found, found[:0]
         if len(found) or self._carries:
@@ -296,4 +297,4 @@ class WatchedMotion(BearingMotion):
         self._found = np.concatenate([found, between])
         self._added = np.concatenate([added, between]) if self._off(between) > SURE else added
         if self._first_go:
-            self._stop_carrying()
+            self._stop_carrying(self._before_it[:1])

@@ -25,10 +25,11 @@ BEYOND = (
     "hold"
 )
 BUMPED = 10.0  # times what any window shows, of what goes beside a run whose balls bump
-HOW = {  # the share of the tolerance up to which the run is as exact as wanted, how many times errors grow, since when
-    APART: (SAFE, MET, "balls met"),  # what one copy shows is within a factor of three: another may show as much more
-    BESIDE: (1.0, BUMPED, "steps made them"),
-}
+# How many times errors grow, and beyond what share of the tolerance, where the run ends to be as exact as wanted.
+HOW = {APART: (MET, SAFE, "balls met"), BESIDE: (BUMPED, 1.0, "steps made them")}
+# The share of the tolerance up to which it is so: what one copy shows, or one motion beside the run, is within a factor
+# of three, and another may show as much more.
+KEPT = dict.fromkeys(HOW, SAFE)
 MOST = 32  # balls with their begin whose first error is kept
 
 
@@ -55,13 +56,13 @@ class Growth:
         self.shown = max(self.shown, off if ball == ALL else 0.0)
         key = ball, 0.0 if ball == BESIDE else begin
         first, kept = self.first.pop(key, (off, begin))
-        known, most, since = HOW.get(ball, (1.0, CHAOTIC, "a companion began to follow a ball"))
+        most, beyond, since = HOW.get(ball, (CHAOTIC, 1.0, "a companion began to follow a ball"))
         grown = off / (self.shown if ball == BESIDE else first)
-        if off <= known * self.tolerance:
+        if off <= KEPT.get(ball, 1.0) * self.tolerance:
             kept = end
-        elif grown > most:
+        elif off > beyond * self.tolerance and grown > most:
             self._ends(min(kept, self.unlooked) if ball == APART else kept, grown, since)
-        if ball == APART and off > known * self.tolerance:
+        if ball == APART and off > beyond * self.tolerance:
             self.beyond = min(self.beyond, kept)
         self.first[key] = first, kept
         if len(self.first) > MOST:

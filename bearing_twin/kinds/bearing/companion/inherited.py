@@ -197,6 +197,7 @@ def carried_on(
         row[ERRORS] = np.maximum(row, longer * np.abs(one))[ERRORS]
     told_of = bool(seconds) and (len(rows) > 0 or throw is not None)
     if throw is not None:
+        row[PLACE["steps"]] = throw.found.steps / part.load.shape[1]
         row[ERRORS] = np.maximum(row[ERRORS], throw.errors)
     now = float(row[PLACE["load"]]) + around * float(part.load.max() - part.load.min())
     across = stiffest(part.bearing.inner.law, greatest) * float(row[PLACE["ring_displacement"]])
