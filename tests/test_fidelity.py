@@ -270,11 +270,6 @@ def test_of_a_ring_with_mass_loads_alone_are_found_by_balls_that_move(words, dim
     assert (choice.stepper == "quasi_static") == (dimension == "quasi_static")
 
 
-def test_a_stepper_that_is_asked_for_gets_the_wanted_tolerance():
-    choice = choose(load_scene("bearing_6203", ["solver.stepper=rodas3", "wanted.tolerance=1e-5"]))
-    assert (choice.stepper, choice.setting, choice.predicted) == ("rodas3", 1e-5, None)
-
-
 def test_the_chart_tries_everything_and_reads_itself(monkeypatch):
     monkeypatch.setattr(fidelity, "WANTED", (1e-2,))
     monkeypatch.setattr(fidelity_trials, "SETTINGS", (1e-2, 1e-4))
