@@ -15,12 +15,16 @@ WORDS = {
 }
 """What a prediction may count, by its name in the costs of a run."""
 KEY = "predicted_cost"
+BESIDE = "settling_evaluations"
+"""What equilibria take that is not foretold, by its name in the costs of a run: how often what acts on a ball was
+evaluated to find how balls move."""
 
 
 def cost_told(predicted: Mapping[str, Any] | None, costs: Mapping[str, int], seconds: float) -> dict[str, Any]:
     """The key `predicted_cost` of a report on `seconds` [s] of a run; empty where nothing was foretold, or counted.
 
-    What a choice `predicted` says what is `counted`, how much of it there is `at_start`, and how much `a_second`.
+    What a choice `predicted` says what is `counted`, how much of it there is `at_start`, and how much `a_second`; what
+    finding how balls move took `before` the run, and in it, is told beside these.
     """
     given = predicted or {}
     counted, numbers = given.get("counted"), [given.get(name) for name in ("at_start", "a_second")]
@@ -32,6 +36,9 @@ def cost_told(predicted: Mapping[str, Any] | None, costs: Mapping[str, int], sec
     if not (taken and math.isfinite(foretold) and foretold > 0.0):
         return {}
     told = {"counted": counted, "predicted": foretold, "taken": taken, "ratio": taken / foretold}
+    before = given.get("before")
+    beside = costs.get(BESIDE, 0) + (before if isinstance(before, int) else 0)
+    told |= {BESIDE: beside} if beside > 0 else {}
     if told["ratio"] > MUCH:
         times, where = two_digits(told["ratio"]), given.get("motion", "-")
         told["reason"] = (
@@ -44,4 +51,6 @@ def cost_told(predicted: Mapping[str, Any] | None, costs: Mapping[str, int], sec
 def cost_in_words(told: Mapping[str, Any]) -> str:
     """What `cost_told` says, for people."""
     sentence = f"{told['taken']} {WORDS[told['counted']]}, foretold {two_digits(told['predicted'])}"
+    if BESIDE in told:
+        sentence += f"; not counted: {told[BESIDE]} evaluations of what acts on a ball, to find how balls move"
     return f"{sentence}; {told['reason']}" if "reason" in told else sentence

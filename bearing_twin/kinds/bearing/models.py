@@ -96,7 +96,7 @@ def _dimension(parameters, law: str, warnings: list[str]) -> tuple[str, str, dic
             "torque, skidding and ringing are not in it"
         )
     told = {"motion": "equilibria", "stepper": QUASI_STATIC, "load_error": still.error, "cost": costs[QUASI_STATIC]}
-    told |= {"counted": "equilibria", "at_start": 1.0, "a_second": parameters.run.output_rate}
+    told |= {"counted": "equilibria", "at_start": 1.0, "a_second": parameters.run.output_rate, "before": still.taken}
     why += (
         f"; the centrifugal load is {still.share:.2g} of the contact's at the start, where loads are within "
         f"{100.0 * still.error:.2g} % of those of moving balls{SETTLED_ONES if still.settled else ''}"
