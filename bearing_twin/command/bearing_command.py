@@ -177,7 +177,7 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
         support = support._replace(loads=tuple(factor * value for value in support.loads))
     first = statics.load_line(support) if angle is None else angle
     solver = statics.solver_of(parameters, law, first, arguments.arm)
-    found, _, turn, _ = in_motion.in_motion(parameters, solver, support, None, shares.control_of(parameters) == SETTLED)
+    found, _, turn = in_motion.in_motion(parameters, solver, support, None, shares.control_of(parameters) == SETTLED)
     head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": in_motion.control_found(parameters, turn)}
     if turn.why:
         head["control_reason"] = in_motion.rolling_still(turn)

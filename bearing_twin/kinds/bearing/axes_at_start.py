@@ -42,7 +42,7 @@ def settle_axes(parameters: BearingScene, law: str, partners: Partners, state: n
     if free:
         support = weighed_support(parameters, Loading(parameters.rings.inner).at(0.0)[0])
         try:
-            found, _, near, _ = in_motion(parameters, weighed_solver(parameters, setting, azimuths), support, near)
+            found, _, near = in_motion(parameters, weighed_solver(parameters, setting, azimuths), support, near)
         except SceneError:
             return
         if near.why:

@@ -61,7 +61,8 @@ def still_at_start(parameters, law: str) -> Still:
     """`Still` with the scene's own load, or the ring where its drive holds it; raises SceneError."""
     apart, taken = 0.0, 0
     if begins_settled(parameters):
-        found, _, turn, taken = scene_in_motion(parameters, law)
+        found, _, turn = scene_in_motion(parameters, law)
+        taken = turn.taken
         if not math.isnan(found.settled):
             rubs = max(found.settled, VIBRATES * turn.ring_speed / parameters.contact.friction_regularisation)
             still = Still(centrifugal_share(found.contacts), found.settled, True, rubs, taken=taken)

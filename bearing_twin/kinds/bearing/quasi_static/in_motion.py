@@ -61,15 +61,11 @@ APART = 1e-6  # relative: changes that are less are rounding
 
 
 class InMotion(NamedTuple):
-    """An equilibrium, the table that it holds, and the balls' motion; why that has not settled is told.
-
-    `taken`: how often what acts on a ball was evaluated to find it, known of `scene_in_motion`.
-    """
+    """An equilibrium, the table that it holds, and the balls' motion; why that has not settled is told."""
 
     found: Equilibrium
     table: np.ndarray
     turn: Turn
-    taken: int = 0
 
 
 def table_of(parameters, setting, coordinates, turn: Turn) -> np.ndarray:
@@ -243,10 +239,10 @@ def _next(places, offs) -> np.ndarray:
 
 @functools.lru_cache(KEPT)
 def scene_in_motion(parameters, law: str) -> InMotion:
-    """`in_motion` as the scene loads its ring or holds it, kept; raises SceneError."""
+    """`in_motion` as the scene loads its ring or holds it, kept, with what it has `taken`; raises SceneError."""
     before = TAKEN.evaluations
     found = in_motion(parameters, solver_of(parameters, law), support_of(parameters))
-    return found._replace(taken=TAKEN.evaluations - before)
+    return found._replace(turn=found.turn._replace(taken=TAKEN.evaluations - before))
 
 
 def turn_of_scene(parameters, law: str) -> Turn | None:

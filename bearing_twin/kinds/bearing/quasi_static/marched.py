@@ -55,7 +55,7 @@ class March(NamedTuple):
     `loads` (M, 2) [N] are those of the contacts. `rings` (M/Z, 10) is where the ring is, and how fast it moves, while a
     ball goes to where the next of Z balls began, one row of a ring that is held. `given` is the speed [rad/s] and the
     `Support` under which all this is so. `table` is that of `turn_table`, `off` what equilibria with it are off the
-    balls that were moved, over the greatest load; both None before they are found.
+    balls that were moved, over the greatest load; both None before they are found. `taken` is as of `settled.Turn`.
     """
 
     motion: np.ndarray
@@ -67,6 +67,7 @@ class March(NamedTuple):
     ring: np.ndarray | None = None
     table: np.ndarray | None = None
     off: float | None = None
+    taken: int = 0
 
     @property
     def ring_speed(self) -> float:

@@ -235,7 +235,7 @@ class QuasiStaticMotion:
                 near = near.quicker(speed / self._turned_at)
             solver, before = weighed_solver(self.parameters, setting, azimuths), TAKEN.evaluations
             try:
-                _, table, turn, _ = in_motion(self.parameters, solver, support, near, not passing)
+                table, turn = in_motion(self.parameters, solver, support, near, not passing)[1:]
             except SceneError:  # the run says so where it comes there
                 table = NO_TABLE
             else:

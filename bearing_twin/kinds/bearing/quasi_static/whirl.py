@@ -57,7 +57,7 @@ def whirl_of(parameters, law: str) -> tuple[Whirl | None, int]:
     taken, before = 0, TAKEN.evaluations
     try:
         begin = scene_in_motion(parameters, law)
-        taken, before = own * begin.taken, TAKEN.evaluations
+        taken, before = own * begin.turn.taken, TAKEN.evaluations
         if not 0 < len(begin.turn.motion) <= SLIDING:
             return None, taken
         solver = solver_of(parameters, law)
