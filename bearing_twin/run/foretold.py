@@ -23,8 +23,8 @@ evaluated to find how balls move."""
 def cost_told(predicted: Mapping[str, Any] | None, costs: Mapping[str, int], seconds: float) -> dict[str, Any]:
     """The key `predicted_cost` of a report on `seconds` [s] of a run; empty where nothing was foretold, or counted.
 
-    What a choice `predicted` says what is `counted`, how much of it there is `at_start`, and how much `a_second`; what
-    finding how balls move took `before` the run, and in it, is told beside these.
+    What a choice `predicted` says what is `counted`, how much of it there is `at_start`, `a_second`, and `a_touch` of
+    those that the run had. What finding how balls move took `before` the run, and in it, is told beside these.
     """
     given = predicted or {}
     counted, numbers = given.get("counted"), [given.get(name) for name in ("at_start", "a_second")]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.motions import COUPLED, SHARED, motions_of
+from bearing_twin.kinds.bearing.motions import COUPLED, MOTIONS, SHARED, motions_of
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import EVEN, POCKETS, PRESCRIBED, QUASI_STATIC
 from bearing_twin.kinds.bearing.stepping.integrate import REFERENCE_SHARE, SCIPY
@@ -106,7 +106,7 @@ def counts() -> dict[tuple[str, str], np.ndarray]:
     """
     found: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
     for row in _read("motions.csv"):
-        if row["status"] == "done":
+        if row["status"] == "done" and row["problem"] in MOTIONS:
             first, later = (float(row[key]) / float(row["balls"]) for key in ("evaluations", "evaluations_a_second"))
             one = float(row["setting"]), max(first - FIRST * later, 1.0), max(later, 1.0)
             found.setdefault((row["problem"], row["method"]), []).append(one)
