@@ -27,12 +27,13 @@ def cost_told(predicted: Mapping[str, Any] | None, costs: Mapping[str, int], sec
     those that the run had. What finding how balls move took `before` the run, and in it, is told beside these.
     """
     given = predicted or {}
-    counted, numbers = given.get("counted"), [given.get(name) for name in ("at_start", "a_second")]
+    counted, numbers = given.get("counted"), [given.get(name, 0.0) for name in ("at_start", "a_second", "a_touch")]
     if (
         not isinstance(counted, str) or counted not in WORDS or not all(isinstance(one, int | float) for one in numbers)
     ):  # a log may say anything
         return {}
-    taken, foretold = costs.get(counted, 0), numbers[0] + numbers[1] * seconds
+    taken = costs.get(counted, 0)
+    foretold = numbers[0] + numbers[1] * seconds + numbers[2] * costs.get("touches", 0)
     if not (taken and math.isfinite(foretold) and foretold > 0.0):
         return {}
     told = {"counted": counted, "predicted": foretold, "taken": taken, "ratio": taken / foretold}
@@ -41,10 +42,10 @@ def cost_told(predicted: Mapping[str, Any] | None, costs: Mapping[str, int], sec
     told |= {BESIDE: beside} if beside > 0 else {}
     if told["ratio"] > MUCH:
         times, where = two_digits(told["ratio"]), given.get("motion", "-")
-        told["reason"] = (
-            f"the run took {times} times the {WORDS[counted]} that were foretold: it moves otherwise than what was "
-            f"measured ({where}), or parts were made again to keep what is wanted"
-        )
+        why = f"it moves otherwise than what was measured ({where}), or parts were made again to keep what is wanted"
+        if numbers[2]:
+            why = f"it stays in contact, of which no table has a row, or bounces otherwise than measured ({where})"
+        told["reason"] = f"the run took {times} times the {WORDS[counted]} that were foretold: {why}"
     return {KEY: told}
 
 
