@@ -114,7 +114,7 @@ CONTESTS = {
     "motions": Contest(
         judge=judge,
         kind=MotionRow,
-        title="Every motion of a bearing, its first 20 ms; shafts over 0.1 s, an ellipsoid over 1 s",
+        title="Motions of bearings, shafts, an ellipsoid",
         error="greatest error of load or friction",
         cost="CPU s a simulated s",
         wanted=1e-3,
