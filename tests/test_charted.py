@@ -11,7 +11,7 @@ from bearing_twin.kinds.charted import (
     KNOCKED_SHAFT,
     UNEVEN_SHAFT,
     Charted,
-    course_of,
+    evaluations_of,
     in_words,
     predicted,
     row_of,
@@ -168,5 +168,5 @@ def test_rows_are_finite():
         for problem in problems:
             rows = charted.charted(table, problem)
             assert len(rows) >= 5
-            assert table != "motions" or all(number >= 0.0 for row in rows for number in course_of(row))
+            assert table != "motions" or all(number >= 0.0 for row in rows for number in evaluations_of(row))
             assert all(math.isfinite(number) for row in rows for number in row[2:])

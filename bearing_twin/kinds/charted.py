@@ -40,7 +40,7 @@ def charted(table: str, problem: str) -> tuple[Charted, ...]:
     return tuple(Charted(problem, row["method"], *(float(row[key]) for key in keys)) for row in rows)
 
 
-class Course(NamedTuple):
+class Evaluations(NamedTuple):
     """Evaluations at the start, a second later, and for each turn of a shaft or touch of an ellipsoid then."""
 
     at_start: float
@@ -49,7 +49,7 @@ class Course(NamedTuple):
 
 
 @functools.cache
-def _courses() -> dict[tuple[str, str, float], Course]:
+def _evaluations() -> dict[tuple[str, str, float], Evaluations]:
     """By problem, method and setting, of those that are no bearing alone."""
     with share_path("config", "measured", "motions.csv").open(newline="", encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if row["problem"] in BODIES and row["status"] == "done"]
@@ -57,14 +57,14 @@ def _courses() -> dict[tuple[str, str, float], Course]:
     for row in rows:
         span = float(row["command"].split("run.duration=")[1])
         a_second, events = float(row["evaluations_a_second"]), float(row["events_a_second"])
-        course = Course(max(float(row["evaluations"]) - span * a_second, 0.0), a_second, a_second / events)
-        found[row["problem"], row["method"], float(row["setting"])] = course
+        counts = Evaluations(max(float(row["evaluations"]) - span * a_second, 0.0), a_second, a_second / events)
+        found[row["problem"], row["method"], float(row["setting"])] = counts
     return found
 
 
-def course_of(row: Charted) -> Course:
+def evaluations_of(row: Charted) -> Evaluations:
     """What a run like this row of the motions evaluates."""
-    return _courses()[row.problem, row.method, row.setting]
+    return _evaluations()[row.problem, row.method, row.setting]
 
 
 def row_of(table: str, problem: str, method: str, setting: float) -> Charted | None:

@@ -1,7 +1,7 @@
 """Law and stepper of an ellipsoid on a plane: laws are weighed over the whole surface."""
 
 from bearing_twin.contact.friction import FRICTIONS, roughness
-from bearing_twin.kinds.charted import TUMBLES, course_of, in_words, predicted, row_of
+from bearing_twin.kinds.charted import TUMBLES, evaluations_of, in_words, predicted, row_of
 from bearing_twin.kinds.ellipsoid.derived import law_error_over, shortest_contact
 from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift, idle_step
@@ -35,10 +35,10 @@ def choose(parameters) -> Choice:
     else:
         reason += f"; {stepper}, as the scene asks"
     if row := row_of("motions", TUMBLES, stepper, wanted):
-        told = predicted(row, "evaluations", a_touch=course_of(row).an_event, output="contact")
+        told = predicted(row, "evaluations", a_touch=evaluations_of(row).an_event, output="contact")
         reason += (
             f"; where one bounced ({row.problem}, at {row.setting:g}), contacts were off by {two_digits(row.error)} "
-            f"within {EARLY} s, for {two_digits(course_of(row).an_event)} evaluations a touch"
+            f"within {EARLY} s, for {two_digits(evaluations_of(row).an_event)} evaluations a touch"
         )
     else:
         reason += "; nothing is foretold of it, as no table has a row of a body that bounces by it"

@@ -9,7 +9,7 @@ from bearing_twin.kinds.charted import (
     EVEN_SHAFT,
     KNOCKED_SHAFT,
     UNEVEN_SHAFT,
-    course_of,
+    evaluations_of,
     in_words,
     predicted,
     row_of,
@@ -105,9 +105,9 @@ def _foretold(parameters: ShaftScene, law: str) -> tuple[dict | None, str]:
             return None, f"nothing is foretold of it, as no table has a row of it in the motion {motion}"
         rows.append(row)
     turns = max(map(abs, speeds_of(parameters))) / (2.0 * math.pi)
-    courses = [(row.problem, course_of(row)) for row in rows]
-    at_start = max(one.at_start for _, one in courses)
-    a_second = max(one.a_second if name == KNOCKED_SHAFT else one.an_event * turns for name, one in courses)
+    counts = [(row.problem, evaluations_of(row)) for row in rows]
+    at_start = max(one.at_start for _, one in counts)
+    a_second = max(one.a_second if name == KNOCKED_SHAFT else one.an_event * turns for name, one in counts)
     worst = max(rows, key=lambda row: row.error)
     told = predicted(worst, "evaluations", at_start, a_second, output="ball_load")
     return told, in_words("motions", worst, wanted)
