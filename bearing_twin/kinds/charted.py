@@ -14,8 +14,8 @@ from bearing_twin.paths import share_path
 from bearing_twin.units import two_digits
 
 EVEN_SHAFT, UNEVEN_SHAFT, KNOCKED_SHAFT = "shaft, loads alike", "shaft, loads differ", "shaft, load jumps"
-TUMBLES = "ellipsoid bounces"
-BODIES = EVEN_SHAFT, UNEVEN_SHAFT, KNOCKED_SHAFT, TUMBLES
+HURRIED_SHAFT, TUMBLES = "shaft, speed changes", "ellipsoid bounces"
+BODIES = EVEN_SHAFT, UNEVEN_SHAFT, KNOCKED_SHAFT, HURRIED_SHAFT, TUMBLES
 """Problems of `chart motions` that are no bearing alone."""
 SPREAD = 1.0 / 3.0  # of costs, as between two tables of the same code (docs/models.md, Steppers)
 

@@ -7,6 +7,7 @@ from bearing_twin.kinds.bearing import models as of_bearings
 from bearing_twin.kinds.bearing.still import centrifugal_share, still_error
 from bearing_twin.kinds.charted import (
     EVEN_SHAFT,
+    HURRIED_SHAFT,
     KNOCKED_SHAFT,
     UNEVEN_SHAFT,
     evaluations_of,
@@ -88,7 +89,9 @@ def _motions_of(parameters: ShaftScene, law: str) -> tuple[str, ...]:
     if any(one.load.min() < DIFFER * one.load.max() for one in contacts):
         found.insert(0, UNEVEN_SHAFT)
     begins = shaft.start != SETTLED and len(shaft.unbalances)
-    if shaft.change.time or len(shaft.table) or parameters.drive.change.time or begins:
+    if parameters.drive.change.time:
+        found.insert(0, HURRIED_SHAFT)
+    if shaft.change.time or len(shaft.table) or begins:
         found.insert(0, KNOCKED_SHAFT)
     return tuple(found)
 
