@@ -2,6 +2,7 @@
 
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from bearing_twin.charts.fidelity import judge, reading
 from bearing_twin.kinds.bearing import measured
 from bearing_twin.kinds.bearing.friction_choice import chosen_friction
 from bearing_twin.kinds.bearing.measured import FINEST, SPREAD, counted, counts, error_of, ladders, predictions
+from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.motions import COUPLED, MOTIONS, motions_of
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.foretold import KEY
@@ -270,11 +272,6 @@ def test_of_a_ring_with_mass_loads_alone_are_found_by_balls_that_move(words, dim
     assert (choice.stepper == "quasi_static") == (dimension == "quasi_static")
 
 
-def test_a_stepper_that_is_asked_for_gets_the_wanted_tolerance():
-    choice = choose(load_scene("bearing_6203", ["solver.stepper=rodas3", "wanted.tolerance=1e-5"]))
-    assert (choice.stepper, choice.setting, choice.predicted) == ("rodas3", 1e-5, None)
-
-
 def test_the_chart_tries_everything_and_reads_itself(monkeypatch):
     monkeypatch.setattr(fidelity, "WANTED", (1e-2,))
     monkeypatch.setattr(fidelity_trials, "SETTINGS", (1e-2, 1e-4))
@@ -287,6 +284,28 @@ def test_the_chart_tries_everything_and_reads_itself(monkeypatch):
     said = reading(points)
     assert said[0].startswith("variants that nothing was fitted to: 2 of 2 choices kept what was wanted")
     assert said[1].startswith("they cost, over the cheapest that was good enough: ")
+
+
+@pytest.mark.parametrize(("horizons", "compared"), [((0.0065, 0.0095), 13), ((None, 0.0095), 19), ((None, None), 40)])
+def test_where_balls_hop_outputs_up_to_the_earliest_horizon_of_their_runs_are_compared(horizons, compared, monkeypatch):
+    told = iter(horizons)
+
+    def run(scene):
+        one = next(told)
+        report = SimpleNamespace(errors={} if one is None else {"horizon_s": one})
+        return SimpleNamespace(blocks=list, report=report)
+
+    monkeypatch.setattr(fidelity_trials, "Run", run)
+    trials = fidelity_trials.Trials("bearing_6203", (), (("history", 1e-3), ("loads", 1e-3)))
+    assert len(trials.exact.normal_load) == compared
+    motion = BearingMotion(trials.scene(1e-3).parameters, trials.as_given("hertz", "rodas4", 1e-3).choice)
+    out = fidelity_trials.advanced(motion)
+    exact = trials.errors_of(out)
+    assert max(exact) < 1e-4
+    out.normal_load[compared:] *= 2.0  # beyond, nothing counts
+    assert trials.errors_of(out) == exact
+    out.normal_load[compared - 1] *= 2.0
+    assert trials.errors_of(out)[0] == pytest.approx(1.0, rel=1e-3)
 
 
 def test_all_laws_dimensions_and_cages_are_tried_and_judged_by_the_scene_as_it_is(monkeypatch):

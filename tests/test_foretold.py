@@ -6,10 +6,13 @@ import math
 import pytest
 
 from bearing_twin.command.cli import main
+from bearing_twin.kinds.bearing.quasi_static.in_motion import scene_in_motion
+from bearing_twin.kinds.bearing.still import still_at_start
 from bearing_twin.log.mcap_log import write_log
 from bearing_twin.log.run_log import read_log
 from bearing_twin.nodes.simulating import worth
-from bearing_twin.run.foretold import KEY, MUCH, WORDS, cost_in_words, cost_told
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.foretold import BESIDE, KEY, MUCH, WORDS, cost_in_words, cost_told
 from bearing_twin.run.passes import Run
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
@@ -69,9 +72,54 @@ def test_run_log_table_page_and_diagnostics_say_the_same(tmp_path, capsys):
     assert KEY not in shown
 
 
-def test_a_model_that_a_scene_asks_for_has_nothing_foretold():
-    run = Run(load_scene("bearing_6203", ["run.duration=0.01", "solver.stepper=rodas4"]))
+def test_a_scene_that_no_table_is_like_has_nothing_foretold():
+    run = Run(load_scene("bearing_6203", ["run.duration=0.01", "geometry.balls=13"]))
     for _ in run.blocks():
         pass
     assert KEY not in run.report.errors
     assert "cost_over_predicted" not in worth(run.report)
+
+
+@pytest.mark.parametrize("before", [None, "many", 0, 40])
+def test_what_finding_how_balls_move_took_is_told_and_not_counted(before):
+    still = {"motion": "equilibria", "counted": "equilibria", "at_start": 1.0, "a_second": 100.0, "before": before}
+    told = cost_told(still, {"equilibria": 101, BESIDE: 2}, 1.0)[KEY]
+    beside = 42 if before == 40 else 2
+    assert (told["ratio"], told[BESIDE]) == (1.0, beside)
+    found = f"{beside} evaluations of what acts on a ball, to find how balls move"
+    assert cost_in_words(told) == f"101 equilibria, foretold 100; not counted: {found}"
+    assert BESIDE not in cost_told(still | {"before": None}, {"equilibria": 101}, 1.0)[KEY]
+
+
+LIGHT = "model.dimension=quasi_static", "run.duration=0.02"
+
+
+@pytest.mark.parametrize(
+    ("words", "least", "most"),
+    [
+        (("bearing_6203_tilted", *LIGHT), 10 * 17, 1e5),  # its axes settle: Newton's method at 17 azimuths and more
+        (("bearing_6203_rig_400N", *LIGHT), 10 * 64 * 8, 1e8),  # balls leave a raceway: they are moved
+        (("bearing_6203_rig_400N", *LIGHT, "rings.inner.mass=0", "wanted.tolerance=0.05"), 0, 0),  # as in rolling
+    ],
+)
+def test_the_start_of_equilibria_is_said_with_what_it_took(words, least, most):
+    run = Run(load_scene(words[0], words[1:]))
+    for _ in run.blocks():
+        pass
+    told = run.report.errors[KEY]
+    assert told["ratio"] == pytest.approx(1.0, rel=0.1)
+    assert least <= told.get(BESIDE, 0) <= most
+    assert run.choice.predicted["before"] <= told.get(BESIDE, 0)
+
+
+def test_what_the_start_of_equilibria_took_does_not_depend_on_what_was_asked_before():
+    scene = load_scene("bearing_6203_tilted", LIGHT)
+    kept = scene_in_motion, still_at_start
+    taken = []
+    for asked_before in (False, True):
+        for one in kept:
+            one.cache_clear()
+        if asked_before:
+            scene_in_motion(scene.parameters, "hertz")
+        taken.append(choose(scene).predicted["before"])
+    assert taken[0] == taken[1] > 0

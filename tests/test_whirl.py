@@ -19,7 +19,7 @@ TILTS = "rings.inner.load=[0,0,500]", "rings.inner.moment=[1,0]", "rings.inner.f
 
 
 def found(scene, *words):
-    return whirl_of(load_scene(scene, (*EVEN, STILL, *words)).parameters, "hertz")
+    return whirl_of(load_scene(scene, (*EVEN, STILL, *words)).parameters, "hertz")[0]
 
 
 def run(scene, *words):

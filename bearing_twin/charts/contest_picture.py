@@ -52,7 +52,8 @@ def draw(chart, rows: list[Row], path: Path) -> None:
     """One panel a problem; a cross at the right edge for what failed, was refused or was stopped, at its cost."""
     names = [name for name in chart.problems if any(row.problem == name for row in rows)]
     methods = list(dict.fromkeys(row.method for row in rows))
-    columns = min(COLUMNS if len(names) % COLUMNS != 1 else 2, len(names))  # no panel alone in a line
+    alone = len(names) % COLUMNS == 1 and len(names) % 2 == 0  # a panel in a line, which two in a line would not leave
+    columns = min(2 if alone else COLUMNS, len(names))
     lines = math.ceil(len(names) / columns)
     figure = Figure(figsize=(16, 5.0 * lines + 2.2), layout="constrained")
     least = max(LEAST, min((0.1 * row.error for row in rows if row.status == DONE), default=LEAST))

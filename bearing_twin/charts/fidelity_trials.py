@@ -3,7 +3,8 @@
 Truth is the scene as it is given, by `rodas4` ten times tighter than the tightest setting. A contestant is first run
 for its errors; of those that are good enough, the ones that may be cheapest are timed, each alone and with the
 companion that a user's run has. Where a ring that is free in the scene is held, or one that is held is freed, it is
-placed or loaded as the truth says on average.
+placed or loaded as the truth says on average. Where balls hop, runs as chosen name a horizon beyond which nobody knows
+their motion: outputs up to the earliest are compared.
 """
 
 import contextlib
@@ -22,12 +23,15 @@ from bearing_twin.kinds.bearing.models import law_error
 from bearing_twin.kinds.bearing.motion import BearingMotion, bearing_motion
 from bearing_twin.kinds.bearing.motions import motions_of
 from bearing_twin.kinds.bearing.moving import moving_by
+from bearing_twin.kinds.bearing.outputs import Rows
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.report import Choice
+from bearing_twin.run.passes import Run
 from bearing_twin.run.scene import load_scene
 
 SPAN, OUTPUTS = 0.02, 40  # s and outputs of a run
+NOTHING = 1e-9  # relative: rounding of an instant
 SETTINGS = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 3e-7)
 FINEST = 3e-8
 LEAST_WANTED = 1e-6  # nobody asks for less
@@ -77,18 +81,36 @@ def advanced(motion):
     return motion.advance(SPAN / OUTPUTS * np.arange(1, OUTPUTS + 1), SPAN)
 
 
+def first_of(out, count: int):
+    """The first so many outputs of a motion."""
+    numbers = getattr(out, "numbers", None)
+    return type(out)(*(one[:count] for one in out)) if numbers is None else Rows(out.layout, numbers[:count])
+
+
 class Trials:
     """One scene with these overrides, and all that can be tried on it."""
 
-    def __init__(self, scene: str, overrides: tuple[str, ...]):
+    def __init__(self, scene: str, overrides: tuple[str, ...], wanted: tuple[tuple[str, float], ...] = ()):
+        """`wanted`: outputs and tolerances of the runs whose horizons count, none where balls do not hop."""
         self._scene, self._overrides = scene, overrides
+        self._compared = self._known(wanted)
         given = self.scene(FINEST).parameters
         self.own = dimension_of(given), given.cage.kind
         self._true = bearing_motion(given, Choice(HERTZ, STEPPER, 0.0, "", ()))
-        self.exact = advanced(self._true)
+        self.exact = first_of(advanced(self._true), self._compared)
         self.found: dict[Combination, Trial] = {}
         self._costs: dict[tuple, tuple[float, float]] = {}
         self._limit = SLOW * self.trial(self.as_given(HERTZ, STEPPER, SETTINGS[-1])).seconds
+
+    def _known(self, wanted: tuple[tuple[str, float], ...]) -> int:
+        """How many outputs are up to the earliest horizon that the runs name of which this is wanted."""
+        earliest = SPAN
+        for outputs, tolerance in wanted:
+            run = Run(self.scene(tolerance, outputs))
+            for _ in run.blocks():
+                pass
+            earliest = min(earliest, run.report.errors.get("horizon_s", SPAN))
+        return int((1.0 + NOTHING) * earliest / SPAN * OUTPUTS)
 
     def as_given(self, law: str, stepper: str, setting: float) -> Combination:
         """A model in the dimension of the scene and with its cage."""
@@ -141,6 +163,7 @@ class Trials:
 
     def errors_of(self, out) -> tuple[float, float]:
         """Errors of load and of friction of outputs; infinite where something is not finite."""
+        out = first_of(out, self._compared)
         load = float(np.abs(out.normal_load - self.exact.normal_load).max() / self.exact.normal_load.max())
         rubs = self._true.parameters.contact.friction_coefficient > 0.0
         friction = errors(self._true, out, self.exact)[1] if rubs else 0.0

@@ -3,7 +3,8 @@
 Each stepper runs each motion at a ladder of tolerances: errors and CPU time over the first 20 ms, and how often the
 rates of balls are evaluated in these and in a second after them. Evaluations are the same on every machine. Besides the
 motions of the chart of steppers there are those of balls that share a step: cages, rings with mass, a shaft that a
-torque turns; friction over the spots; contacts with hardly any damping. Truth is `rodas4` at 1e-8.
+torque turns; friction over the spots; contacts with hardly any damping. Truth is `rodas4` at 1e-8. Behind them stand a
+shaft on two bearings and an ellipsoid that bounces (`body_motions`).
 """
 
 import math
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bearing_twin.charts import body_motions
 from bearing_twin.charts.bearing_cells import Case, bearing_row, command_of, ready, to_start
 from bearing_twin.charts.contest import tried
 from bearing_twin.charts.contest_picture import Contest
@@ -43,15 +45,19 @@ CASES |= {name: Case(*one, PERIOD, OUTPUTS) for name, one in SHARED.items()}
 class MotionRow(Row):
     """One stepper in one motion: `evaluations` of a ball's rates in the first 20 ms, of all balls; and a second later.
 
-    `balls` is their number.
+    `balls` is their number. Of other bodies all their evaluations up to the time in the row's command, and a second
+    later, with `events_a_second` in that: turns of a shaft, touches of an ellipsoid.
     """
 
     balls: float = math.nan
     evaluations_a_second: float = math.nan
+    events_a_second: float = math.nan
 
 
 def judge(name: str, stepper: str, setting: float, limit: float) -> MotionRow:
     """One stepper at one tolerance."""
+    if name in body_motions.CASES:
+        return body_motions.judge(MotionRow(name, stepper, setting), limit, ENOUGH)
     case = CASES[name]
     row = MotionRow(name, stepper, setting, command=command_of(case, stepper, setting))
     found = bearing_row(row, case, limit, enough=ENOUGH)
@@ -75,9 +81,23 @@ def _counted(case: Case, stepper: str, setting: float) -> dict[str, float]:
     return {"balls": float(balls), "evaluations_a_second": (motion.costs()["ball_rates"] - first) / LATER}
 
 
+def _entries(name: str) -> list[tuple[str, float]]:
+    """Steppers and tolerances of a motion."""
+    if body := body_motions.CASES.get(name):
+        return [(body.method, one) for one in body.tolerances]
+    return [(stepper, one) for stepper in _steppers(name) for one in TOLERANCES]
+
+
+def _command(name: str, stepper: str, setting: float) -> str:
+    if name in body_motions.CASES:
+        return body_motions.command_for(name, setting)
+    return command_of(CASES[name], stepper, setting)
+
+
 def _told(rows: list[MotionRow]) -> list[str]:
     """How much is evaluated in each motion."""
-    said, told = [], [row for row in rows if row.method == "rodas4" and row.status == DONE and row.setting in TOLD]
+    mine = [row for row in rows if row.problem in CASES and row.method == "rodas4"]
+    said, told = [], [row for row in mine if row.status == DONE and row.setting in TOLD]
     for name in dict.fromkeys(row.problem for row in rows):
         mine = [row for row in told if row.problem == name]
         if mine:
@@ -94,13 +114,13 @@ CONTESTS = {
     "motions": Contest(
         judge=judge,
         kind=MotionRow,
-        title="Every motion of a bearing, its first 20 ms",
+        title="Motions of bearings, shafts, an ellipsoid",
         error="greatest error of load or friction",
         cost="CPU s a simulated s",
         wanted=1e-3,
-        problems={name: name for name in CASES},
-        entries=lambda name: ((stepper, one) for stepper in _steppers(name) for one in TOLERANCES),
-        command=lambda name, stepper, setting: command_of(CASES[name], stepper, setting),
+        problems={name: name for name in (*CASES, *body_motions.CASES)},
+        entries=_entries,
+        command=_command,
         more=_told,
         own=("rodas4", "rodas4_landing"),
     )

@@ -24,7 +24,8 @@ from bearing_twin.stopping import SIGNALLED
 
 FLOOR = 1e-4  # of the shortest contact: lift-offs and touches shorter than that are passed
 RECORDS = 256  # completed in one call of the kernel
-COUNTED, COUNTS = ("steps", "rejections", "evaluations"), 4
+COUNTED = ("steps", "rejections", "evaluations", "touches")
+COUNTS = len(COUNTED)
 FINER, FINEST, COARSEST = 0.1, 1e-12, 1e-9
 """Tolerance of the second motion over the first one's, the least there is, and the greatest at which the tolerance, and
 not the contact's own time, sets its steps."""
@@ -145,5 +146,5 @@ class BouncingMotion:
         return {"touch": np.array(began).reshape(-1, 1), "contact": ended}
 
     def costs(self) -> dict[str, int]:
-        """Steps, rejected steps and evaluations of the rates."""
+        """Steps, rejected steps, evaluations of the rates, and how often bodies touched."""
         return dict(zip(COUNTED, self.counts.tolist(), strict=False))

@@ -1,7 +1,8 @@
 """What methods of kinds beside the bearing err and cost, as charted: rows for their choosers, and sentences on them.
 
-`bearing_twin chart pairs`, `chart beams`, `chart two_bodies` and `chart discs` make the tables. Costs are CPU seconds
-of a run on the machine of the tables: only ratios mean something. Evaluations and steps are the same everywhere.
+`bearing_twin chart pairs`, `chart beams`, `chart two_bodies`, `chart discs` and `chart motions` make the tables. Costs
+are CPU seconds of a run, or of a simulated second, on the machine of the tables: only ratios mean something.
+Evaluations and steps are the same everywhere.
 """
 
 import csv
@@ -12,6 +13,10 @@ from typing import NamedTuple
 from bearing_twin.paths import share_path
 from bearing_twin.units import two_digits
 
+EVEN_SHAFT, UNEVEN_SHAFT, KNOCKED_SHAFT = "shaft, loads alike", "shaft, loads differ", "shaft, load jumps"
+HURRIED_SHAFT, TUMBLES = "shaft, speed changes", "ellipsoid bounces"
+BODIES = EVEN_SHAFT, UNEVEN_SHAFT, KNOCKED_SHAFT, HURRIED_SHAFT, TUMBLES
+"""Problems of `chart motions` that are no bearing alone."""
 SPREAD = 1.0 / 3.0  # of costs, as between two tables of the same code (docs/models.md, Steppers)
 
 
@@ -33,6 +38,33 @@ def charted(table: str, problem: str) -> tuple[Charted, ...]:
         rows = [row for row in csv.DictReader(file) if row["problem"] == problem and row["status"] == "done"]
     keys = ("setting", "load_error", "seconds", "evaluations")
     return tuple(Charted(problem, row["method"], *(float(row[key]) for key in keys)) for row in rows)
+
+
+class Evaluations(NamedTuple):
+    """Evaluations at the start, a second later, and for each turn of a shaft or touch of an ellipsoid then."""
+
+    at_start: float
+    a_second: float
+    an_event: float
+
+
+@functools.cache
+def _evaluations() -> dict[tuple[str, str, float], Evaluations]:
+    """By problem, method and setting, of those that are no bearing alone."""
+    with share_path("config", "measured", "motions.csv").open(newline="", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["problem"] in BODIES and row["status"] == "done"]
+    found = {}
+    for row in rows:
+        span = float(row["command"].split("run.duration=")[1])
+        a_second, events = float(row["evaluations_a_second"]), float(row["events_a_second"])
+        counts = Evaluations(max(float(row["evaluations"]) - span * a_second, 0.0), a_second, a_second / events)
+        found[row["problem"], row["method"], float(row["setting"])] = counts
+    return found
+
+
+def evaluations_of(row: Charted) -> Evaluations:
+    """What a run like this row of the motions evaluates."""
+    return _evaluations()[row.problem, row.method, row.setting]
 
 
 def row_of(table: str, problem: str, method: str, setting: float) -> Charted | None:
@@ -62,13 +94,22 @@ def in_words(table: str, row: Charted | None, wanted: float, tuned_by: str = "at
     return f"{said}; {also} {'cost the same' if times * (1.0 + SPREAD) > 1.0 else f'takes {times:.2g} times its cost'}"
 
 
-def predicted(row: Charted | None, counted: str = "", at_start: float = 0.0, a_second: float = 0.0) -> dict | None:
-    """What a choice foretells by a row: its error of the force and cost; what is `counted` of a run, where anything is.
+def predicted(
+    row: Charted | None,
+    counted: str = "",
+    at_start: float = 0.0,
+    a_second: float = 0.0,
+    a_touch: float = 0.0,
+    output: str = "force",
+) -> dict | None:
+    """What a choice foretells by a row: its error of an `output` and cost; what is `counted` of a run, if anything is.
 
-    That is so much `at_start` and so much `a_second`, by its name in the costs of a run. None without a row.
+    That is so much `at_start`, so much `a_second`, and so much `a_touch` of those that a run will have, by its name in
+    the costs of a run. None without a row.
     """
     if row is None:
         return None
     told = {"motion": row.problem, "stepper": row.method, "setting": row.setting}
-    told |= {"force_error": row.error, "cost": row.seconds}
-    return told | ({"counted": counted, "at_start": at_start, "a_second": a_second} if counted else {})
+    told |= {f"{output}_error": row.error, "cost": row.seconds}
+    each = {"a_touch": a_touch} if a_touch else {}
+    return told | ({"counted": counted, "at_start": at_start, "a_second": a_second} | each if counted else {})

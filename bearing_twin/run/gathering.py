@@ -9,7 +9,7 @@ from bearing_twin.kinds.contract import Figures
 from bearing_twin.kinds.doubt import Doubt
 from bearing_twin.report import Choice, Report
 from bearing_twin.run.doubt import companion_cost, failed, judged
-from bearing_twin.run.foretold import cost_told
+from bearing_twin.run.foretold import Account
 from bearing_twin.sample import Aligned, Block, cut, outputs_at_once
 
 BLOCK_OUTPUTS = 50  # outputs at most in the blocks that figures are made of
@@ -53,10 +53,12 @@ class Gathering:
         costs: Mapping[str, int] | None = None,
         last: bool = False,
         failure: dict[str, Any] | None = None,
+        foretold: tuple[Mapping[str, float], dict[str, Any]] | None = None,
     ) -> Report:
         """The report so far; raises LogError without an output. After the `last` one nothing more is taken in.
 
-        `failure` says what broke the run off, which is then failed.
+        `failure` says what broke the run off, which is then failed. `foretold` are the errors and the cost of an
+        `Account` of the choices in use; without it those of a choice that was in use throughout.
         """
         if not self.outputs:
             raise LogError("there is no sample in it; recover the log from the original, or simulate again")
@@ -74,10 +76,11 @@ class Gathering:
         status = failed(failure) if failure else figures.status()
         errorless = getattr(doubt, "errorless", ())
         seconds, took = 1e-9 * self._last_ns, costs or {}
-        foretold = (
-            self.choice.predicted if choice.reason == self.choice.reason else None
-        )  # of a model in use throughout
-        judgement = judged(errors, numbers, status, self.choice.outside, self.choice.predicted, errorless)
+        if foretold is None:
+            throughout = Account(self.choice.predicted if choice.reason == self.choice.reason else None)
+            foretold = throughout.errors, throughout.told(took, seconds)
+        promised, cost = foretold
+        judgement = judged(errors, numbers, status, self.choice.outside, promised, errorless)
         return Report(
             scene=scene,
             law=self.choice.law,
@@ -91,7 +94,7 @@ class Gathering:
             samples=self.outputs,
             costs=dict(took),
             figures=numbers,
-            errors=judgement.keys | companion_cost(took, errors.dearest) | cost_told(foretold, took, seconds),
+            errors=judgement.keys | companion_cost(took, errors.dearest) | cost,
             predicted=self.choice.predicted,
             outside=self.choice.outside,
             failure=failure,

@@ -7,6 +7,7 @@ import numpy as np
 
 from bearing_twin.kinds.contract import Kind
 from bearing_twin.report import Choice, Rechosen
+from bearing_twin.run.foretold import Account
 
 APART_NS = 100_000_000  # from one look to the next, however many commands come
 
@@ -15,7 +16,7 @@ class Looks:
     """Looks at the model of one run: after a command, and once what was commanded is reached.
 
     `told` says what was switched last and why, or why not; "" where nothing else was ever chosen. From `since_ns` on
-    the present choice is in use.
+    the present choice is in use. `account` has what was foretold.
     """
 
     def __init__(self, kind: Kind, parameters, choice: Choice, motion):
@@ -24,6 +25,7 @@ class Looks:
         self._kind, self._parameters = kind, parameters
         self._last = Rechosen(choice, motion)
         self._from, self._commanded = 0, False
+        self.account = Account(choice.predicted)
         self._notes: Mapping[str, np.ndarray] = {}
         self._noted: Mapping[str, np.ndarray] = {}
 
@@ -42,6 +44,8 @@ class Looks:
         self.since_ns = time_ns if found.choice != choice else self.since_ns
         self.told, self._notes = found.told or self.told, {**self._notes, **found.records}
         self._left.update(found.left)
+        if found.choice.predicted != choice.predicted or found.motion is not motion:
+            self.account.goes_on(found.choice.predicted, 1e-9 * time_ns, self.costs(found.motion))
         return found.choice, found.motion
 
     def costs(self, motion) -> dict[str, int]:

@@ -8,6 +8,7 @@ from bearing_twin.kinds.doubt import NothingKnown
 from bearing_twin.kinds.plain_figures import PlainFigures
 from bearing_twin.report import Report
 from bearing_twin.run.failure import told_in
+from bearing_twin.run.foretold import logged
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.sample import Block
 
@@ -16,8 +17,9 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     """(report, outputs missing) of a log, whose `blocks` may be handed in; raises LogError without an output.
 
     Of a recording that holds no scene, and of a log without the records that its figures need (of an earlier version),
-    every channel of one number is reported, but for figures that its kind makes of records. What a run cost, and what
-    broke it off, is taken from the log's own record, where there is one.
+    every channel of one number is reported, but for figures that its kind makes of records. What a run cost, what was
+    foretold of that once it took another model, and what broke it off, is taken from the log's own record, where there
+    is one.
     """
     kind = KINDS[log.scene.kind] if log.scene else None
     needed = kind is not None and any(table.needed for table in kind.records(log.scene.parameters))
@@ -31,7 +33,9 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)
     said = log.report or {}
-    report = gathering.report(log.scene.name if log.scene else "", *_cost(said), failure=told_in(said))
+    report = gathering.report(
+        log.scene.name if log.scene else "", *_cost(said), failure=told_in(said), foretold=logged(said)
+    )
     return report, 0 if log.kept_rate else gathering.missing
 
 

@@ -216,4 +216,7 @@ class Simulation(Commanded):
         share = given / (given + len(self._pending)) if self._pending is not None else 0.0
         costs = self.looks.costs(self._motion)
         failure = None if self.failure is None else told_of(self.failure)
-        return self._gathering.report(self.scene.name, share * self._compute_seconds, costs, last, failure)
+        computed = int(self._pending.time_ns[-1]) if self._pending is not None and len(self._pending) else self.time_ns
+        account = self.looks.account
+        foretold = account.errors, account.told(costs, 1e-9 * computed)  # costs are of all that was computed
+        return self._gathering.report(self.scene.name, share * self._compute_seconds, costs, last, failure, foretold)

@@ -13,9 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.motions import COUPLED, SHARED, motions_of
+from bearing_twin.kinds.bearing.motions import COUPLED, MOTIONS, SHARED, motions_of
 from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import EVEN, POCKETS, PRESCRIBED, QUASI_STATIC
+from bearing_twin.kinds.bearing.stepping.integrate import REFERENCE_SHARE, SCIPY
+from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.numerics.steppers import ROSENBROCK
 from bearing_twin.paths import share_path
 
@@ -30,6 +32,7 @@ RATES = {"seconds": 1000.0, "cost_at_100_hz": 100.0}  # outputs a second, by the
 DIMENSIONS = QUASI_STATIC, PRESCRIBED
 FIRST = 0.02  # s, which the table of motions counts by themselves
 COUNTED = "ball_rates"  # what it counts, as the costs of a run name it
+BALLS = 8  # of the bearings that the table of steppers counts
 RIG = "rig"  # the problems of a bearing with clearance begin so
 
 
@@ -73,9 +76,10 @@ def measured_rows(name: str) -> list[dict[str, str]]:
 
 @functools.cache
 def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
-    """(motion, stepper): its rungs from loose to tight, of adaptive steppers that the bearing's own loops run.
+    """(motion, stepper): its rungs from loose to tight; settings of fixed steps are in s.
 
-    One that lands is the same method with other ends of steps: what it errs less at a setting is luck, and not read
+    A scene has SciPy's methods tighter than the table, where they are contestants: settings are those of a scene. One
+    that lands is the same method with other ends of steps: what it errs less at a setting is luck, and not read
     (docs/models.md).
     """
     found: dict[tuple[str, str], list[Rung]] = {}
@@ -83,24 +87,37 @@ def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
         *measured_rows("steppers.csv"),
         *(row for row in measured_rows("motions.csv") if row["problem"] in COUPLED),
     ):
-        if row["method"] in ROSENBROCK and row["status"] == "done":
-            rung = (float(row[key]) for key in ("setting", "load_error", "friction_error", "seconds"))
-            found.setdefault((row["problem"], row["method"]), []).append(Rung(*rung))
+        if row["status"] == "done":
+            rung = (float(row[key]) for key in ("load_error", "friction_error", "seconds"))
+            found.setdefault((row["problem"], row["method"]), []).append(Rung(_setting(row), *rung))
     for (motion, stepper), rungs in found.items():
-        if ROSENBROCK[stepper].lands:
+        if stepper in ROSENBROCK and ROSENBROCK[stepper].lands:
             plain = {one.setting: one for one in found[motion, LIKE_LANDING]}
             found[motion, stepper] = [_no_better(one, plain.get(one.setting, one)) for one in rungs]
     return {key: tuple(sorted(rungs, reverse=True)) for key, rungs in found.items()}
 
 
+def _setting(row: dict[str, str]) -> float:
+    """That of a scene which runs as a row did."""
+    return float(row["setting"]) / (REFERENCE_SHARE if row["method"] in SCIPY else 1.0)
+
+
 @functools.cache
 def counts() -> dict[tuple[str, str], np.ndarray]:
-    """(motion, stepper): logarithms of setting, evaluations of a ball at the start and a second, settings rising."""
+    """(motion, stepper): logarithms of setting, evaluations of a ball at the start and a second, settings rising.
+
+    Of steppers that `chart motions` has not, those of `chart steppers`: stability holds their steps from the start on.
+    """
     found: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
     for row in measured_rows("motions.csv"):
-        if row["status"] == "done":
+        if row["status"] == "done" and row["problem"] in MOTIONS:
             first, later = (float(row[key]) / float(row["balls"]) for key in ("evaluations", "evaluations_a_second"))
             one = float(row["setting"]), max(first - FIRST * later, 1.0), max(later, 1.0)
+            found.setdefault((row["problem"], row["method"]), []).append(one)
+    for row in measured_rows("steppers.csv"):
+        if row["status"] == "done" and row["method"] not in ROSENBROCK:
+            span = float(row["command"].split("--duration")[1])
+            one = _setting(row), 1.0, float(row["evaluations"]) / (BALLS * span)
             found.setdefault((row["problem"], row["method"]), []).append(one)
     return {key: np.log(sorted(rows)) for key, rows in found.items()}
 
@@ -108,14 +125,20 @@ def counts() -> dict[tuple[str, str], np.ndarray]:
 def counted(balls: int, motions: tuple[str, ...], stepper: str, setting: float) -> tuple[float, float]:
     """How often the rates of so many balls will be evaluated at the start, and a second: most of these motions.
 
-    Between settings, and beyond them, by powers of the setting.
+    Between settings, and beyond them, by powers of the setting; of fixed steps by their length.
     """
     most, wanted = np.zeros(2), math.log(setting)
     for motion in motions:
         logs = counts()[motion, stepper]
-        at = min(max(int(logs[:, 0].searchsorted(wanted)), 1), len(logs) - 1)
-        share = (wanted - logs[at - 1, 0]) / (logs[at, 0] - logs[at - 1, 0])
-        most = np.maximum(most, np.exp(logs[at - 1, 1:] + min(share, 1.0) * (logs[at, 1:] - logs[at - 1, 1:])))
+        if stepper in FIXED_STEP:
+            found = logs[0, 1:] + (0.0, logs[0, 0] - wanted)
+        elif len(logs) == 1:
+            found = logs[0, 1:]
+        else:
+            at = min(max(int(logs[:, 0].searchsorted(wanted)), 1), len(logs) - 1)
+            share = (wanted - logs[at - 1, 0]) / (logs[at, 0] - logs[at - 1, 0])
+            found = logs[at - 1, 1:] + min(share, 1.0) * (logs[at, 1:] - logs[at - 1, 1:])
+        most = np.maximum(most, np.exp(found))
     at_start, a_second = (most * balls).tolist()
     return at_start, a_second
 
@@ -213,21 +236,6 @@ def predictions(parameters) -> list[Prediction]:
         found.append(told._replace(at_start=at_start, a_second=a_second))
     equals = as_cheap(found)
     return equals + sorted((one for one in found if one not in equals), key=lambda one: one.cost)
-
-
-def of_asked(parameters) -> Prediction | None:
-    """What the stepper that a scene asks for did at the wanted tolerance, where it erred most of the like motions.
-
-    At the next looser setting measured, or the loosest; None where it was not measured in one of them.
-    """
-    stepper, wanted, found = parameters.solver.stepper, parameters.wanted.tolerance, []
-    for motion in motions_of(parameters):
-        rungs = ladders().get((motion, stepper), ())
-        if not rungs:
-            return None
-        loose = [rung for rung in rungs if rung.setting >= wanted * (1.0 - 1e-9)]
-        found.append(Prediction(motion, stepper, *(loose[-1] if loose else rungs[0])))
-    return max(found, key=lambda one: error_of(one, parameters.wanted.outputs))
 
 
 def friction_costs(parameters) -> dict[str, float]:

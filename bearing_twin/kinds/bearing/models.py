@@ -17,6 +17,7 @@ from bearing_twin.kinds.bearing.adequacy import (
     of_temperatures,
     way_doubt,
 )
+from bearing_twin.kinds.bearing.asked import judged
 from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.kinds.bearing.friction_choice import as_chosen, chosen_friction, of_pinned
 from bearing_twin.kinds.bearing.measured import (
@@ -25,7 +26,6 @@ from bearing_twin.kinds.bearing.measured import (
     as_cheap,
     dimension_costs,
     error_of,
-    of_asked,
     predictions,
 )
 from bearing_twin.kinds.bearing.motions import unmeasured
@@ -96,7 +96,7 @@ def _dimension(parameters, law: str, warnings: list[str]) -> tuple[str, str, dic
             "torque, skidding and ringing are not in it"
         )
     told = {"motion": "equilibria", "stepper": QUASI_STATIC, "load_error": still.error, "cost": costs[QUASI_STATIC]}
-    told |= {"counted": "equilibria", "at_start": 1.0, "a_second": parameters.run.output_rate}
+    told |= {"counted": "equilibria", "at_start": 1.0, "a_second": parameters.run.output_rate, "before": still.taken}
     why += (
         f"; the centrifugal load is {still.share:.2g} of the contact's at the start, where loads are within "
         f"{100.0 * still.error:.2g} % of those of moving balls{SETTLED_ONES if still.settled else ''}"
@@ -108,25 +108,12 @@ def _times(more: float, less: float) -> str:
     return f"{more / less:.3g} times"
 
 
-def _asked(parameters, unlike: str, warnings: list[str]) -> str:
-    """Why a stepper that the scene asks for, and what the tables say of it; that it may miss joins the warnings."""
-    stepper, wanted = parameters.solver.stepper, parameters.wanted.tolerance
-    found = None if unlike else of_asked(parameters)
-    if found is None:
-        return f"{stepper}, as the scene asks"
-    worst = error_of(found, parameters.wanted.outputs)
-    told = f"off by {worst:.2g} at a tolerance of {found.setting:g} where the motion was like this one ({found.motion})"
-    if worst > wanted:
-        warnings.append(f"solver.stepper = {stepper} was {told}, more than the wanted {wanted:g}; auto finds another")
-    return f"{stepper}, as the scene asks: it was {told}"
-
-
-def _stepper(parameters, warnings: list[str]) -> tuple[str, Prediction | None, str]:
+def _stepper(parameters, law: str, warnings: list[str]) -> tuple[str, Prediction | None, str]:
     """Stepper, what it did when measured (None where nothing like it was) and why."""
-    pinned, unlike = parameters.solver.stepper, unmeasured(parameters)
+    pinned = parameters.solver.stepper
     if pinned != "auto":
-        return pinned, None, _asked(parameters, unlike, warnings)
-    if unlike:
+        return pinned, *judged(parameters, law, warnings)
+    if unlike := unmeasured(parameters):
         return DEFAULT, None, f"{DEFAULT} at the wanted tolerance, because no stepper was measured with {unlike}"
     found, wanted = predictions(parameters), parameters.wanted
     first, *others = found
@@ -165,7 +152,7 @@ def choose(parameters) -> Choice:
     reasons.append(why)
     if dimension == QUASI_STATIC:
         return Choice(law, QUASI_STATIC, error, "; ".join(reasons), tuple(warnings), predicted=still)
-    stepper, prediction, why = _stepper(parameters, warnings)
+    stepper, prediction, why = _stepper(parameters, law, warnings)
     reasons.append(why)
     warnings += idle_step(parameters.solver.step, stepper, FIXED_STEP)
     friction, left = FRICTIONS[parameters.contact.friction], asked.contact.friction == AUTO
@@ -178,7 +165,8 @@ def choose(parameters) -> Choice:
     if parameters.cage.kind != "none":
         reasons.append(f"the balls of the cage ({parameters.cage.kind}) share one step")
     warnings += [*doubts_of_it, *of_falling_balls(parameters, law)]
-    setting = prediction.setting if prediction else parameters.wanted.tolerance
+    left_to_tables = prediction and asked.solver.stepper == AUTO
+    setting = prediction.setting if left_to_tables else parameters.wanted.tolerance
     predicted = prediction._asdict() if prediction else None
     named = friction.name if left else ""
     return Choice(law, stepper, error, "; ".join(reasons), tuple(warnings), setting, predicted, friction=named)

@@ -24,7 +24,7 @@ class Still(NamedTuple):
     """Balls in balance: the centrifugal load over that on the inner raceway, and the relative error of loads.
 
     `settled` says whether their axes of spin have, `friction` is what friction is off then, over mu N, `whirls` how the
-    ring leaves them, "" where it does not.
+    ring leaves them, "" where it does not. `taken`: how often what acts on a ball was evaluated to know how balls move.
     """
 
     share: float
@@ -32,6 +32,7 @@ class Still(NamedTuple):
     settled: bool = False
     friction: float = math.nan
     whirls: str = ""
+    taken: int = 0
 
 
 def still_error(share: float) -> float:
@@ -58,12 +59,13 @@ def share_at_start(parameters, law: str) -> float:
 @functools.lru_cache(KEPT)
 def still_at_start(parameters, law: str) -> Still:
     """`Still` with the scene's own load, or the ring where its drive holds it; raises SceneError."""
-    apart = 0.0
+    apart, taken = 0.0, 0
     if begins_settled(parameters):
         found, _, turn = scene_in_motion(parameters, law)
+        taken = turn.taken
         if not math.isnan(found.settled):
             rubs = max(found.settled, VIBRATES * turn.ring_speed / parameters.contact.friction_regularisation)
-            still = Still(centrifugal_share(found.contacts), found.settled, True, rubs)
+            still = Still(centrifugal_share(found.contacts), found.settled, True, rubs, taken=taken)
             return _watched(parameters, law, still)
         apart = found.apart
     solver, support = solver_of(parameters, law), support_of(parameters)
@@ -71,12 +73,13 @@ def still_at_start(parameters, law: str) -> Still:
     left, share = left_by_rolling(parameters, solver, support, found), centrifugal_share(found.contacts)
     greatest = float(found.contacts.load.max())
     rolling = float(left.loads.max()) / greatest if left and greatest > 0.0 else 0.0
-    return _watched(parameters, law, Still(share, max(still_error(share), rolling, apart)))
+    return _watched(parameters, law, Still(share, max(still_error(share), rolling, apart), taken=taken))
 
 
 def _watched(parameters, law: str, still: Still) -> Still:
     """The same, with what is known of a ring that leaves its equilibrium: then nothing is known of loads."""
-    whirl = whirl_of(parameters, law)
+    whirl, taken = whirl_of(parameters, law)
+    still = still._replace(taken=still.taken + taken)
     if whirl is None or not whirl.grows:
         return still
     told = (

@@ -27,7 +27,7 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     support_of,
     weighed_solver,
 )
-from bearing_twin.kinds.bearing.quasi_static.surroundings import Acting, Surroundings
+from bearing_twin.kinds.bearing.quasi_static.surroundings import TAKEN, Acting, Surroundings
 from bearing_twin.kinds.bearing.quasi_static.turn_table import (
     ALONG,
     HEAVY,
@@ -231,8 +231,10 @@ def _next(places, offs) -> np.ndarray:
 
 @functools.lru_cache(KEPT)
 def scene_in_motion(parameters, law: str) -> InMotion:
-    """`in_motion` as the scene loads its ring or holds it, kept; raises SceneError."""
-    return in_motion(parameters, solver_of(parameters, law), support_of(parameters))
+    """`in_motion` as the scene loads its ring or holds it, kept, with what it has `taken`; raises SceneError."""
+    before = TAKEN.evaluations
+    found = in_motion(parameters, solver_of(parameters, law), support_of(parameters))
+    return found._replace(turn=found.turn._replace(taken=TAKEN.evaluations - before))
 
 
 def turn_of_scene(parameters, law: str) -> Turn | None:

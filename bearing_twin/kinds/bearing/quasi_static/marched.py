@@ -20,6 +20,7 @@ from bearing_twin.kinds.bearing.controls import SHARED
 from bearing_twin.kinds.bearing.drive import SPEED, Change
 from bearing_twin.kinds.bearing.parameters import rubbing_by
 from bearing_twin.kinds.bearing.quasi_static.statics import azimuths_of, setting_of
+from bearing_twin.kinds.bearing.quasi_static.surroundings import TAKEN
 from bearing_twin.kinds.bearing.rings import (
     CENTRED,
     EVEN,
@@ -54,7 +55,7 @@ class March(NamedTuple):
     `loads` (M, 2) [N] are those of the contacts. `rings` (M/Z, 10) is where the ring is, and how fast it moves, while a
     ball goes to where the next of Z balls began, one row of a ring that is held. `given` is the speed [rad/s] and the
     `Support` under which all this is so. `table` is that of `turn_table`, `off` what equilibria with it are off the
-    balls that were moved, over the greatest load; both None before they are found.
+    balls that were moved, over the greatest load; both None before they are found. `taken` is as of `settled.Turn`.
     """
 
     motion: np.ndarray
@@ -66,6 +67,7 @@ class March(NamedTuple):
     ring: np.ndarray | None = None
     table: np.ndarray | None = None
     off: float | None = None
+    taken: int = 0
 
     @property
     def ring_speed(self) -> float:
@@ -108,7 +110,7 @@ def marched(parameters, setting, support, found) -> March | None:
     balls = parameters.geometry.balls
     scene, a_ball, before = _moved(parameters, setting, support, found), LOOKS // balls, None
     azimuths, outputs = azimuths_of(a_ball * balls, 0.0), OUTPUTS * balls + 1
-    why = "no turn of the cage is as the one before"
+    why, moving = "no turn of the cage is as the one before", None
     try:
         moving = _bearing_motion(scene, Choice(_law_of(scene, setting), STEPPER, math.nan, "", ()))
         orbit = float(moving.first_outputs().cage_speed[0])
@@ -125,6 +127,8 @@ def marched(parameters, setting, support, found) -> March | None:
         raise
     except BearingTwinError:
         return None
+    finally:
+        TAKEN.evaluations += moving.costs()["ball_rates"] if moving else 0
     rings = np.concatenate([getattr(out, name) for name in RING], axis=1)
     rings = _at(azimuths[:a_ball], out.orbit_angle[:, 0], rings, 2.0 * math.pi / balls)
     rings = rings if any(support.free) else rings[:1]

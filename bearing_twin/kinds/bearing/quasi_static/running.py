@@ -21,6 +21,7 @@ from bearing_twin.kinds.bearing.quasi_static.statics import (
     support_of,
     weighed_solver,
 )
+from bearing_twin.kinds.bearing.quasi_static.surroundings import TAKEN
 from bearing_twin.kinds.bearing.quasi_static.turn_table import NO_TABLE, without_shares
 from bearing_twin.kinds.energy import STORED
 from bearing_twin.numerics.rotation import quaternion_product
@@ -29,9 +30,10 @@ from bearing_twin.report import Choice
 from bearing_twin.stopping import SIGNALLED
 
 MOVING = (
-    "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored", "_gross",
-    "_worked", "_lost", "_tables", "_turn", "_turned_at",
+    "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "settling", "_changed", "_stored", "_first_stored",
+    "_gross", "_worked", "_lost", "_tables", "_turn", "_turned_at",
 )  # fmt: skip
+SETTLING = "settling_evaluations"  # what finding how balls move took, by its name in the costs of a run
 NEAR = 0.02  # relative: speeds nearer than this have one friction while they only pass
 SAME = 1e-9  # relative: instants nearer than this are one
 
@@ -66,7 +68,7 @@ class QuasiStaticMotion:
         self.goal_speed = self.speed = float(self.parameters.drive.speed)
         self.loads = self.support.loads
         self.angle = self.elapsed = 0.0
-        self.solved = 0
+        self.solved = self.settling = 0
         self._changed = False
         self._tables, self._turn, self._turned_at = {}, None, 0.0
         self._stored = self._first_stored = None
@@ -125,8 +127,8 @@ class QuasiStaticMotion:
         return {}
 
     def costs(self) -> dict[str, int]:
-        """Equilibria of the ring solved so far."""
-        return {"equilibria": self.solved}
+        """Equilibria of the ring solved so far, and evaluations of what acts on a ball, to find how balls move."""
+        return {"equilibria": self.solved} | ({SETTLING: self.settling} if self.settling else {})
 
     def first_outputs(self) -> Outputs:
         """The outputs at the present instant."""
@@ -231,13 +233,14 @@ class QuasiStaticMotion:
                 near = self._first_turn if speed == self.parameters.drive.speed else None
             elif isinstance(near, Turn):
                 near = near.quicker(speed / self._turned_at)
-            solver = weighed_solver(self.parameters, setting, azimuths)
+            solver, before = weighed_solver(self.parameters, setting, azimuths), TAKEN.evaluations
             try:
                 table, turn = in_motion(self.parameters, solver, support, near, not passing)[1:]
             except SceneError:  # the run says so where it comes there
                 table = NO_TABLE
             else:
                 self._turn, self._turned_at = (turn if len(turn.motion) else None), speed
+            self.settling += TAKEN.evaluations - before
             self._tables = dict([*self._tables.items()][-1:]) | {key: table}
         return self._tables[key]
 

@@ -50,7 +50,8 @@ class Turn(NamedTuple):
     `swing` (2 J,) [rad/s] are the waves of that speed, which repeat themselves as one of so many balls comes to where
     the next was (`passing_waves`). `why` says why there is no such motion, "" where there is.
     `ring` (5,) is where the ring stands in it, None where that is not known. `apart` is what loads with axes of rolling
-    are off, over the greatest, where balls were moved and there is no such motion.
+    are off, over the greatest, where balls were moved and there is no such motion. `taken` is how often what acts on a
+    ball was evaluated for the equilibrium in which a scene begins, with all that was tried; 0 of others.
     """
 
     motion: np.ndarray
@@ -60,6 +61,7 @@ class Turn(NamedTuple):
     balls: int = 1
     ring: np.ndarray | None = None
     apart: float = 0.0
+    taken: int = 0
 
     @property
     def ring_speed(self) -> float:

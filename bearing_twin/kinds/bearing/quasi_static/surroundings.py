@@ -1,5 +1,6 @@
 """What acts on a ball that goes round, as in `forces.equations`, at many azimuths at once."""
 
+import threading
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,15 @@ from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES
 
 STILL = (0.0,) * 5  # a ring that stands where it is
 UNKNOWNS = 5  # of a ball at one azimuth: place (2), spin (3)
+
+
+class _Taken(threading.local):
+    """How often what acts on a ball was evaluated in this thread to find how balls move."""
+
+    evaluations = 0
+
+
+TAKEN = _Taken()
 
 
 class Acting(NamedTuple):
@@ -64,6 +74,7 @@ class Surroundings:
     def wrench(self, motion: np.ndarray, orbit) -> Acting:
         """What acts on balls in this motion (K, 7): place, its rates [m/s] and spin; orbit speeds (K,) [rad/s]."""
         setting, opening = self.setting, self.opening
+        TAKEN.evaluations += len(motion)
         place = np.zeros((len(motion), PLACES))
         place[:, :2] = motion[:, :2]
         contacts = contacts_at(self.at_rest, self.directions, self.coordinates, place)

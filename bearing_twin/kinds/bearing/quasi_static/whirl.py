@@ -22,6 +22,7 @@ from bearing_twin.kinds.bearing.quasi_static.in_motion import in_motion, scene_i
 from bearing_twin.kinds.bearing.quasi_static.settled import SLIDING
 from bearing_twin.kinds.bearing.quasi_static.shares import control_of
 from bearing_twin.kinds.bearing.quasi_static.statics import Support, solver_of, support_of
+from bearing_twin.kinds.bearing.quasi_static.surroundings import TAKEN
 
 STEPS = np.array([2e-8] * 3 + [2e-6] * 2)  # m and rad: of differences
 GROWS = 1e-3  # of a motion's frequency: a rate that is less may be the error of all this
@@ -39,28 +40,33 @@ class Whirl(NamedTuple):
         return self.rate > GROWS * 2.0 * np.pi * self.frequency
 
 
-def whirl_of(parameters, law: str) -> Whirl | None:
+def whirl_of(parameters, law: str) -> tuple[Whirl | None, int]:
     """How a ring leaves the equilibrium in which a scene begins; None where a coordinate that is free has no mass.
 
-    Also None where axes do not settle, or balls slide on part of their way: nothing is known there.
+    Also None where axes do not settle, or balls slide on part of their way: nothing is known there. With it how often
+    what acts on a ball was evaluated for it, beside what `scene_in_motion` took.
     """
     support, ring = support_of(parameters), parameters.rings.inner
     masses = np.array([ring.mass] * 3 + [ring.inertia[0]] * 2)
     free = np.array(support.free, np.bool_)
     if not free.any() or not masses[free].all():
-        return None
+        return None, 0
+    taken, before = 0, TAKEN.evaluations
     try:
         begin, asked = scene_in_motion(parameters, law), control_of(parameters)
         # Friction takes the ring away even where it changes next to nothing, and axes left to themselves do not settle.
         parameters = replace(parameters, model=replace(parameters.model, control=SETTLED))
         if asked == AUTO and not begin.turn.why and not len(begin.turn.motion):
             begin = scene_in_motion(parameters, law)
+            taken = begin.turn.taken
+        before = TAKEN.evaluations
         if not 0 < len(begin.turn.motion) <= SLIDING:
-            return None
+            return None, taken
         solver = solver_of(parameters, law)
         stiffness = _stiffness(parameters, solver, begin, free)
     except SceneError:
-        return None
+        return None, taken + TAKEN.evaluations - before
+    taken += TAKEN.evaluations - before
     spun = np.zeros((5, 5))
     spun[3, 4] = ring.inertia[1] * parameters.drive.speed
     spun[4, 3] = -spun[3, 4]
@@ -73,7 +79,7 @@ def whirl_of(parameters, law: str) -> Whirl | None:
     motion[count:, count:] = -inverse * (spun + damping)[kept]
     values = np.linalg.eigvals(motion)
     fastest = values[values.real.argmax()]
-    return Whirl(float(fastest.real), float(abs(fastest.imag) / (2.0 * np.pi)))
+    return Whirl(float(fastest.real), float(abs(fastest.imag) / (2.0 * np.pi))), taken
 
 
 def _stiffness(parameters, solver, begin, free: np.ndarray) -> np.ndarray:
