@@ -163,6 +163,7 @@ def sizes_for_units(sizes: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
+@functools.lru_cache(maxsize=1024)
 def _words_and_unit(key: str) -> tuple[str, Unit]:
     for unit in _LONGEST_FIRST:
         if key.endswith(f"_{unit.suffix}") and len(key) > len(unit.suffix) + 1:

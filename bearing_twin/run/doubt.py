@@ -1,7 +1,8 @@
 """What a figure is worth: errors by source kept apart and added, and the status that follows from what was promised."""
 
+import functools
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, NamedTuple
 
 from bearing_twin.kinds.doubt import LARGE, Dearest, Errors, Promise
@@ -48,10 +49,11 @@ def judged(
     What a choice `predicted` is told beside what came out. Figures without error that are not `errorless` are named.
     """
     keys, totals, large = {}, {}, {}
+    sizes = functools.cache(functools.partial(_sizes, figures))  # found once, if at all
     for figure, parts in errors.figures.items():
         if figure not in figures or figures[figure] is None or not parts:
             continue
-        totals[figure] = _beyond_rounding(_added(list(parts.values())), figure, figures)
+        totals[figure] = _beyond_rounding(_added(list(parts.values())), figure, figures[figure], sizes)
         keys[f"{figure}_error"] = totals[figure]
         spared = greatest(totals[figure]) <= errors.spared.get(figure, 0.0)
         if exceeds(figures[figure], totals[figure]) and not spared:
@@ -116,16 +118,16 @@ def exceeds(value, error) -> bool:
     return not worst <= LARGE * scale
 
 
-def _beyond_rounding(error, figure: str, figures: Mapping[str, Any]):
+def _beyond_rounding(error, figure: str, value, sizes: Callable[[], dict[str, float]]):
     """The error of a figure; 0 for one that is large beside the figure and rounding beside others of its unit."""
-    rounding = ROUNDING * _size(named(figure)[1], figures) if exceeds(figures[figure], error) else -1.0
+    rounding = ROUNDING * _size(named(figure)[1], sizes()) if exceeds(value, error) else -1.0
     if not greatest(error) <= rounding:  # nor is a NaN
         return error
     return [0.0] * len(error) if isinstance(error, list) else 0.0
 
 
-def _size(unit: str, figures: Mapping[str, Any]) -> float:
-    """What is large in this unit in a run with these figures: the greatest of them, what MADE_OF says, or 1 rad."""
+def _sizes(figures: Mapping[str, Any]) -> dict[str, float]:
+    """The greatest of a run's figures by unit; 1 rad at least."""
     sizes = {"rad": 1.0}
     for key, value in figures.items():
         values = value if isinstance(value, list) else [value]
@@ -133,6 +135,11 @@ def _size(unit: str, figures: Mapping[str, Any]) -> float:
             continue
         its = named(key)[1]
         sizes[its] = max(sizes.get(its, 0.0), greatest(values))
+    return sizes
+
+
+def _size(unit: str, sizes: Mapping[str, float]) -> float:
+    """What is large in this unit, by `_sizes`: the greatest of it, or what MADE_OF says."""
     powers = MADE_OF.get(unit, {})
     known = powers and all(sizes.get(one) for one in powers)
     made = math.prod(sizes[one] ** power for one, power in powers.items()) if known else 0.0

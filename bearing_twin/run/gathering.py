@@ -64,9 +64,9 @@ class Gathering:
             raise LogError("there is no sample in it; recover the log from the original, or simulate again")
         figures, doubt = self._writers
         if not last:
-            # Parameters never change, and copying them took longer than all figures: the copy shares them.
-            shared = getattr(figures, "parameters", None)
-            figures, doubt = copy.deepcopy(self._writers, {id(shared): shared})
+            # Parameters and a choice never change, and copying them took longer than all figures: the copy shares them.
+            shared = (getattr(one, name, None) for one in self._writers for name in ("parameters", "choice"))
+            figures, doubt = copy.deepcopy(self._writers, {id(one): one for one in shared})
         for piece in self._aligned.rest():
             figures.add(piece)
             doubt.add(piece)
