@@ -53,8 +53,12 @@ def choose_spheres(parameters) -> Choice:
 
 
 def _row(parameters, problem: str, stepper: str, reasons: list[str]) -> Charted | None:
-    """The row that speaks for a stepper that was chosen, which joins the reasons; None of one that is asked for."""
-    if parameters.solver.stepper != "auto":
+    """The row that speaks for a stepper, chosen or asked for, which joins the reasons; None of fixed steps.
+
+    Those of the table are of its contact's time, and a scene's are of its own.
+    """
+    if stepper in FIXED_STEP:
+        reasons.append("nothing is foretold of it, as rows of fixed steps are of another contact's time")
         return None
     wanted = parameters.wanted.tolerance
     row = row_of("pairs", problem, stepper, wanted)
