@@ -22,6 +22,12 @@ BEGIN = 1e-3  # s, of the stretches
 # Scene, words, and how long both stretches are [s]. Balls alone are all alike, so that no lane waits for another.
 CASES = {
     "balls alone": ("bearing_6203", ("gravity=[0,0,0]", "initial.motion=rest"), 1e-3, 3e-2),
+    "balls alone, friction over spots": (
+        "bearing_6203",
+        ("gravity=[0,0,0]", "initial.motion=rest", "contact.friction=spot"),
+        1e-3,
+        3e-2,
+    ),
     "ring with mass, even cage": (RIG, (), 1e-4, 4e-4),
     "ring with mass, pockets": (RIG, ("cage.kind=pockets",), 1e-4, 4e-4),
 }
@@ -71,7 +77,7 @@ def main() -> None:
         motion.advance(np.array([BEGIN]), BEGIN)
         count = attempts(motion, long) - attempts(motion, short)
         more = instructions(motion, long) - instructions(motion, short)
-        print(f"{name:28}{more / count:8.0f}, mean of {count} attempts", flush=True)
+        print(f"{name:34}{more / count:8.0f}, mean of {count} attempts", flush=True)
 
 
 if __name__ == "__main__":

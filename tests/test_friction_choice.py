@@ -92,6 +92,13 @@ def test_a_rule_that_the_scene_asks_for_is_kept_and_named_where_it_misses_what_i
         assert not [one for one in choose(kept).warnings if "contact.friction" in one]
 
 
+@pytest.mark.parametrize("overrides", [("contact.friction_coefficient=0",), ("wanted.outputs=loads",)])
+def test_nothing_is_told_of_a_rule_where_spots_do_not_matter(overrides):
+    choice = choose(rubbing("spot", "bearing_6203_fast", *overrides))
+    assert "off by at most" not in choice.reason
+    assert not [one for one in choice.warnings if "contact.friction = " in one]
+
+
 def test_a_tolerance_that_no_rule_keeps_gets_the_finest_and_says_so():
     reason = choose(rubbing("auto", "bearing_6203_fast", "wanted.tolerance=1e-5")).reason
     assert "friction spot_fine, because none is within the wanted 1e-05: off by at most" in reason

@@ -100,13 +100,13 @@ def told_off(one: Weighed) -> str:
 def of_pinned(parameters: BearingScene) -> tuple[str, list[str]]:
     """What a friction model over spots that the scene asks for errs by, in words, and warnings of it.
 
-    Nothing is told where loads alone are wanted, or the bearing finds no balance.
+    Nothing is told where spots are not looked at, or the bearing finds no balance.
     """
     contact, wanted = parameters.contact, parameters.wanted
     model = FRICTIONS[contact.friction]
-    if not model.over_spot or wanted.outputs == LOADS:
-        return "", roughness(model)
     left = dataclasses.replace(parameters, contact=dataclasses.replace(contact, friction=AUTO))
+    if not model.over_spot or _no_spots(left):
+        return "", roughness(model)
     try:
         rows = {one.model.name: one for one in _weighed(left)}
     except SceneError:
