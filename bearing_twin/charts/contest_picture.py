@@ -81,6 +81,7 @@ def draw(chart, rows: list[Row], path: Path) -> None:
         axis.set_ylabel(chart.cost, fontsize=16)
     for axis in axes.flat[max(0, len(names) - columns) : len(names)]:
         axis.set_xlabel(chart.error, fontsize=15 if len(chart.error) * columns < 130 else 12)
+        axis.tick_params(labelbottom=True)  # a panel below the others is not below all of them
     handles, labels = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6), fontsize=15, frameon=False)
     figure.suptitle(
