@@ -6,9 +6,8 @@ from bearing_twin.kinds.bearing.motions import MOTIONS, motions_of, unmeasured
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, fastest_rates, stable_step
 
-TIGHTER = (
-    "radau"  # an implicit reference: a scene has it far tighter than rows, where it evaluates more, nobody knows what
-)
+# An implicit reference: a scene has it far tighter than rows, where it evaluates more, nobody knows what.
+TIGHTER = "radau"
 
 
 def setting_of(parameters, law: str) -> float:
