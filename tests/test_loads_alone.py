@@ -95,10 +95,10 @@ def test_a_copy_goes_on_where_friction_which_is_not_wanted_is_off(case, toleranc
 
 
 def test_energy_may_be_off_by_what_is_wanted_and_no_more():
-    """Loads are kept to 3 %, as a tenth is wanted; steps that long make 2 % of the energy."""
-    run, found = chart._run(*chart.words_of("off centre"), LOADS, "wanted.tolerance=0.1")
+    """Loads are kept to 1 %, as a tenth is wanted; steps that long make 2 % of the energy."""
+    run, found = chart._run(*chart.words_of("off centre"), LOADS, "wanted.tolerance=0.1", "solver.stepper=rodas3")
     exact = chart._run(*chart.words_of("off centre"), "wanted.tolerance=1e-6", chart.ALONE)[1]
-    assert np.abs(found.normal_load - exact.normal_load).max() < 0.05 * exact.normal_load.max()
+    assert np.abs(found.normal_load - exact.normal_load).max() < 0.02 * exact.normal_load.max()
     assert run.report.status == "done"
     closure = abs(run.report.figures["energy_closure"])
     assert 0.01 < closure < 0.1
