@@ -9,9 +9,9 @@ import pytest
 
 from bearing_twin.charts import tolerance as chart
 from bearing_twin.kinds.bearing.adequacy import WAY_OFF, WAY_OFF_LOOSE, told_of_equilibria, way_doubt, way_error
-from bearing_twin.kinds.bearing.measured import measured_rows
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
 from bearing_twin.kinds.bearing.still import still_at_start
+from bearing_twin.kinds.charted import measured_rows
 from bearing_twin.kinds.energy import adds_up
 from bearing_twin.numerics.steppers import ROSENBROCK
 from bearing_twin.run.fidelity import choose

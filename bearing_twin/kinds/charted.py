@@ -32,10 +32,16 @@ class Charted(NamedTuple):
 
 
 @functools.cache
+def measured_rows(name: str) -> list[dict[str, str]]:
+    """The rows of a table in `config/measured`, as text by column."""
+    with share_path("config", "measured", name).open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+@functools.cache
 def charted(table: str, problem: str) -> tuple[Charted, ...]:
     """What was done of a problem in a table."""
-    with share_path("config", "measured", f"{table}.csv").open(newline="", encoding="utf-8") as file:
-        rows = [row for row in csv.DictReader(file) if row["problem"] == problem and row["status"] == "done"]
+    rows = [row for row in measured_rows(f"{table}.csv") if row["problem"] == problem and row["status"] == "done"]
     keys = ("setting", "load_error", "seconds", "evaluations")
     return tuple(Charted(problem, row["method"], *(float(row[key]) for key in keys)) for row in rows)
 
@@ -51,8 +57,7 @@ class Evaluations(NamedTuple):
 @functools.cache
 def _evaluations() -> dict[tuple[str, str, float], Evaluations]:
     """By problem, method and setting, of those that are no bearing alone."""
-    with share_path("config", "measured", "motions.csv").open(newline="", encoding="utf-8") as file:
-        rows = [row for row in csv.DictReader(file) if row["problem"] in BODIES and row["status"] == "done"]
+    rows = [row for row in measured_rows("motions.csv") if row["problem"] in BODIES and row["status"] == "done"]
     found = {}
     for row in rows:
         span = float(row["command"].split("run.duration=")[1])

@@ -3,7 +3,6 @@
 import functools
 import math
 from collections.abc import Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -226,7 +225,7 @@ class BearingDoubt:
             return {}
         met = Drilled(self.load, self.curvatures, self.spin, self.rubbed / self.outputs)
         contact, speed = self.parameters.contact, abs(figures["inner_ring_speed_at_end_rad_s"])
-        off = partial(rule_error, contact) if FRICTIONS[contact.friction].over_spot else None
+        off = functools.partial(rule_error, contact) if FRICTIONS[contact.friction].over_spot else None
         most, power = drilling_of(contact, met, figures, off)
         found = {
             "dissipated_j": power * self._seconds,

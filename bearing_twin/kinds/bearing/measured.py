@@ -5,7 +5,6 @@ eight balls and contacts by `hertz`. Costs are CPU seconds a simulated second on
 mean something. Evaluations are the same on every machine.
 """
 
-import csv
 import functools
 import math
 from collections.abc import Sequence
@@ -18,8 +17,8 @@ from bearing_twin.kinds.bearing.parameters import LOADS
 from bearing_twin.kinds.bearing.rings import EVEN, POCKETS, PRESCRIBED, QUASI_STATIC
 from bearing_twin.kinds.bearing.stepping.integrate import REFERENCE_SHARE, SCIPY
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
+from bearing_twin.kinds.charted import measured_rows
 from bearing_twin.numerics.steppers import ROSENBROCK
-from bearing_twin.paths import share_path
 
 LOOSEST = 30.0  # times the wanted tolerance
 LIKE_MEASURED = 30.0, 2.4  # what a scene of the same motion may err more: settings looser than wanted, and others
@@ -65,13 +64,6 @@ class Prediction(NamedTuple):
 def error_of(measured: Rung | Prediction, outputs: str) -> float:
     """The error that counts for the outputs that are wanted."""
     return measured.load_error if outputs == LOADS else max(measured.load_error, measured.friction_error)
-
-
-@functools.cache
-def measured_rows(name: str) -> list[dict[str, str]]:
-    """The rows of a table in `config/measured`, as text by column."""
-    with share_path("config", "measured", name).open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
 
 
 @functools.cache

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.measured import measured_rows
+from bearing_twin.kinds.charted import measured_rows
 
 SMOOTHED = ", smoothed"  # ends the names of the table's problems that tell the greatest errors
 

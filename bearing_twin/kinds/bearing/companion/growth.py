@@ -27,9 +27,6 @@ BEYOND = (
 BUMPED = 10.0  # times what any window shows, of what goes beside a run whose balls bump
 # How many times errors grow, and beyond what share of the tolerance, where the run ends to be as exact as wanted.
 HOW = {APART: (MET, SAFE, "balls met"), BESIDE: (BUMPED, 1.0, "steps made them")}
-# The share of the tolerance up to which it is so: what one copy shows, or one motion beside the run, is within a factor
-# of three, and another may show as much more.
-KEPT = dict.fromkeys(HOW, SAFE)
 MOST = 32  # balls with their begin whose first error is kept
 
 
@@ -58,7 +55,8 @@ class Growth:
         first, kept = self.first.pop(key, (off, begin))
         most, beyond, since = HOW.get(ball, (CHAOTIC, 1.0, "a companion began to follow a ball"))
         grown = off / (self.shown if ball == BESIDE else first)
-        if off <= KEPT.get(ball, 1.0) * self.tolerance:
+        # What one copy shows, or one motion beside the run, is within a factor of three: another may show as much more.
+        if off <= (SAFE if ball in HOW else 1.0) * self.tolerance:
             kept = end
         elif off > beyond * self.tolerance and grown > most:
             self._ends(min(kept, self.unlooked) if ball == APART else kept, grown, since)
