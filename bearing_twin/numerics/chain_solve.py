@@ -79,8 +79,8 @@ def corner_tile(chain, a, b):
 
 
 @lean_kernel
-def clear_border(chain):
-    """Begins anew: nobody meets, and the tiles of the border are zeros."""
+def begin_anew(chain):
+    """Before tiles are put in: nobody meets, and the tiles of the border are zeros."""
     for i in range(chain.bodies):
         for b in range(1 + chain.border):
             chain.meets[i, b] = False

@@ -167,7 +167,7 @@ def _factorise_chain(coupling, blocks):
     """Factors where balls touch."""
     pairs, chain, border = coupling.pairs, coupling.chain, coupling.border
     tiles, bodies, g = chain.tiles, chain.bodies, get(blocks[0], GAIN, 0)
-    chain_solve.clear_border(chain)
+    chain_solve.begin_anew(chain)
     for block in range(len(blocks)):
         _system(blocks[block])
         pair_tiles(g, pairs.blocks[block])

@@ -55,6 +55,13 @@ def _known_by(answers, k, source, place):
     return times(get_part(answers, source, k), place)
 
 
+@inlined
+def _place_ahead(pairs, place):
+    """Block and lane of the ball ahead of the one at a place."""
+    following = (place + 1) % pairs.count
+    return following // LANES, following % LANES
+
+
 @lean_kernel
 def add_known(pairs, blocks, row):
     """Adds what known changes of position, in the first rows from `row` on, do to the neighbours' right-hand sides.
@@ -65,8 +72,8 @@ def add_known(pairs, blocks, row):
         answers, own, k = pairs.blocks[place // LANES], blocks[place // LANES], place % LANES
         if not get(answers, MEETS, k) > 0.0:
             continue
-        following = (place + 1) % pairs.count
-        ahead, j = blocks[following // LANES], following % LANES
+        block, j = _place_ahead(pairs, place)
+        ahead = blocks[block]
         here, there = get_vector(own, row + AXIS_DISTANCE, k), get_vector(ahead, row + AXIS_DISTANCE, j)
         increase_vector(own, row + VELOCITY, k, _known_by(answers, k, OWN_BY_AHEAD, there))
         increase_vector(own, row + SPIN, k, _known_by(answers, k, OWN_BY_AHEAD + SECOND_HALF, there))
@@ -82,8 +89,8 @@ def add_losses(g, pairs, blocks, row):
         answers, own, k = pairs.blocks[place // LANES], blocks[place // LANES], place % LANES
         if not get(answers, MEETS, k) > 0.0:
             continue
-        following = (place + 1) % pairs.count
-        ahead, j = blocks[following // LANES], following % LANES
+        block, j = _place_ahead(pairs, place)
+        ahead = blocks[block]
         loss = (
             dot(get_vector(answers, first, k), get_vector(ahead, row + AXIS_DISTANCE, j))
             + dot(get_vector(answers, first + VELOCITY, k), get_vector(ahead, row + VELOCITY, j))
