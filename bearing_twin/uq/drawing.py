@@ -59,8 +59,10 @@ class Drawn:
         self.rule = rule_of(settings.stop, study.stop_quantity)
         self.reasons, self.doubts = Tally(), Tally()
         nothing = empty(self.task, 0)
-        first = (np.empty((0, len(study.inputs))), nothing.quantities, nothing.histories)
-        self._parts = [[part] for part in (*first, np.zeros(0, np.int32), np.zeros(0, np.int64))]
+        # As long as it may become: pages that nothing was written to take no memory, and nothing is joined at the end.
+        columns = (np.empty((0, len(study.inputs))), nothing.quantities, nothing.histories)
+        columns += np.empty(0, np.int32), np.empty(0, np.int64)
+        self._columns = [np.empty((self.points.samples, *one.shape[1:]), one.dtype) for one in columns]
 
     def draw(self, ensemble: Ensemble, start: StudyResult | None) -> None:
         """Samples up to the stop rule, the greatest number of samples, or a cancel."""
@@ -124,16 +126,16 @@ class Drawn:
         )
 
     def _add(self, *columns) -> None:
-        for parts, column in zip(self._parts, columns, strict=True):
-            parts.append(column)
         first, self.done = self.done, self.done + len(columns[0])
+        for whole, column in zip(self._columns, columns, strict=True):
+            whole[first : self.done] = column
         self._watched[first : self.done] = columns[1][:, self.study.quantities.index(self.rule.quantity)]
         if self.keep and len(columns[0]):
             self.keep(*columns, tuple(self.reasons.sentences), tuple(self.doubts.sentences))
 
     def arrays(self) -> tuple[np.ndarray, ...]:
         """Values (n, d), quantities (n, q), histories (n, h, points), status (n,) and doubts (n,) of all so far."""
-        return tuple(map(_joined, self._parts))
+        return tuple(whole[: self.done] for whole in self._columns)
 
     def _look(self, sample) -> bool:
         """Adds to the convergence path; whether the interval is narrow enough."""
@@ -162,14 +164,3 @@ class Drawn:
         total, spent = self._total, time.monotonic() - self.began
         _, value, half_width = self.path[-1] if self.path else (0, np.nan, np.nan)
         self.progress(Progress(done, total, value, half_width, spent * (total - done) / max(done, 1)))
-
-
-def _joined(parts: list[np.ndarray]) -> np.ndarray:
-    """The pieces as one array, which then stands in their place; each is let go once it is copied."""
-    whole, first = np.empty((sum(map(len, parts)), *parts[0].shape[1:]), parts[0].dtype), 0
-    while parts:
-        piece = parts.pop(0)
-        whole[first : first + len(piece)] = piece
-        first += len(piece)
-    parts.append(whole)
-    return whole

@@ -20,6 +20,14 @@ def complete(histories: np.ndarray) -> np.ndarray:
     return histories if whole.all() else histories[whole]
 
 
+def moments(whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The mean (t,) and the variance (t,), n in its denominator, of histories (n, t)."""
+    mean, squares = whole.mean(axis=0), np.zeros(whole.shape[1])
+    for first in range(0, len(whole), ROWS):
+        squares += np.sum((whole[first : first + ROWS] - mean) ** 2, axis=0)
+    return mean, squares / len(whole)
+
+
 class Histories:
     """Statistics of histories (n, t) of one quantity at `times` (t,) [s], rows with a NaN left out.
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from bearing_twin.errors import StatisticError
 from bearing_twin.stopping import look
-from bearing_twin.uq.histories import ROWS, complete
+from bearing_twin.uq.histories import ROWS, complete, moments
 from bearing_twin.uq.modality import modality
 
 OVER = 0.25  # of the peak of the mean: below it only those that last longest are left, and deviation falls to zero
@@ -58,25 +58,28 @@ def narrowing(times: np.ndarray, histories: np.ndarray, seed: int = 0, inputs: n
     if len(kept) < FEWEST:
         raise StatisticError(f"a narrowing needs {FEWEST} histories at least, there are {len(kept)}")
     of_kept = inputs[np.isfinite(histories).all(axis=1)]
-    found, again, covariances, resampled = _resampled(times, kept, of_kept, seed)
+    mean, variance = moments(kept)
+    found = _least(times, mean, np.sqrt(variance))
+    again, covariances, resampled = _resampled(times, kept, of_kept, seed)
+    if np.isnan(found) or np.mean(np.isnan(again)) > 0.05:
+        raise StatisticError("no instant after the peak of the mean has a least deviation")
     low, high = np.nanquantile(again, [0.025, 0.975])
     signs = tuple(
-        _sign_change(times, found, again, one, many, _by_slopes(times, kept.var(axis=0), one / max(spread, TINY)))
+        _sign_change(times, found, again, one, many, _by_slopes(times, variance, one / max(spread, TINY)))
         for one, many, spread in zip(covariances, resampled, of_kept.std(axis=0), strict=True)
     )
     place = int(np.argmin(np.abs(times - found)))
     there = kept[:, place]
     modes = modality(there, seed)
     mean, std = float(there.mean()), float(there.std(ddof=1))
-    return Narrowing(found, float(low), float(high), mean, std, modes.modes, modes.p_value, signs)
+    return Narrowing(float(found), float(low), float(high), mean, std, modes.modes, modes.p_value, signs)
 
 
 def _resampled(times, kept, inputs, seed):
-    """The least instant, those (r,) of resamples, and covariances with each input: (d, t) and (d, r, t).
+    """The least instants (r,) of resamples, and covariances with each input: (d, t) of all and (d, r, t).
 
     Memory: RESAMPLES n bytes and 8 RESAMPLES t (2 + d) beside the histories.
     """
-    found = _least(times, kept.mean(axis=0), kept.std(axis=0, ddof=1))
     random, (count, inputs) = np.random.default_rng(seed), (len(kept), inputs - inputs.mean(axis=0))
     # Moments of a resample are sums over rows, each as often as it was drawn.
     drawn = np.empty((RESAMPLES, count), np.uint8)
@@ -98,9 +101,7 @@ def _resampled(times, kept, inputs, seed):
             products[place] += (weights * column) @ block
     spreads = np.sqrt(np.maximum(squares - means**2, 0.0))
     again = np.array([_least(times, mean, spread) for mean, spread in zip(means, spreads, strict=True)])
-    if np.isnan(found) or np.mean(np.isnan(again)) > 0.05:
-        raise StatisticError("no instant after the peak of the mean has a least deviation")
-    return float(found), again, whole, products - shifts.T[:, :, None] * means
+    return again, whole, products - shifts.T[:, :, None] * means
 
 
 def _by_slopes(times, variance, linear):

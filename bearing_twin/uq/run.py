@@ -15,7 +15,7 @@ from bearing_twin.stopping import heeding
 from bearing_twin.uq.drawing import CANCELLED, Drawn, Progress
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.evaluation import Evaluator, expansions, interpolations, sources_of_variance
-from bearing_twin.uq.histories import COLUMNS
+from bearing_twin.uq.histories import COLUMNS, ROWS
 from bearing_twin.uq.model_error import model_errors, no_model_errors
 from bearing_twin.uq.narrowing import RESAMPLES
 from bearing_twin.uq.propagation import exact_distributions, mean_inputs, missing_moments, task_of
@@ -28,6 +28,8 @@ from bearing_twin.uq.summary import summary_of
 from bearing_twin.uq.tabulated import numbers_kept
 
 WORKING_COPIES = 8  # of one column, while its statistics are made
+FINITE = 1.125  # histories, and a byte a number that says whether it is one
+BLOCKS = 4  # of ROWS histories, while products of them are summed
 SENSITIVITY_COPIES = 5  # of one quantity at the points of Sobol indices, while these are made
 # What must be the same where samples are taken over from an earlier result.
 SAME = (
@@ -99,12 +101,13 @@ def memory_needed(study: Study) -> float:
     """Bytes of the arrays a study fills, at its greatest number of samples."""
     settings, histories = study.settings, len(study.histories) * study.settings.history_points
     inputs, quantities = len(study.inputs), len(study.quantities)
-    row = 2.0 * (inputs + quantities + histories + 2) + WORKING_COPIES  # twice: pieces of a batch are joined
+    row = inputs + quantities + FINITE * histories + 2.0 + WORKING_COPIES
     rows = study.sensitivity_rows
     # Their points are kept three times: in the unit cube, as values, and as the key by which they are found again.
     further = rows * (inputs + 2) * (3.0 * inputs + quantities + SENSITIVITY_COPIES)
     sums = len(study.histories) * settings.history_points**2
     columns = settings.samples * (2 * COLUMNS + RESAMPLES / 8) if study.histories else 0.0
+    columns += BLOCKS * ROWS * settings.history_points if study.histories else 0.0
     tables = numbers_kept([one.distribution_name for one in study.inputs])
     return 8.0 * (settings.samples * row + further + sums + columns + tables)
 
