@@ -281,9 +281,24 @@ def test_the_chart_tries_everything_and_reads_itself(monkeypatch):
     assert all(point.kept and point.best and math.isfinite(point.seconds) for point in points)
     assert all(point.seconds >= point.best_seconds for point in points)
     assert all(point.watched_seconds >= max(point.best_watched_seconds, point.seconds) for point in points)
+    assert all(point.told == "done" and 0.0 < point.off < 1.0 for point in points)
     said = reading(points)
     assert said[0].startswith("variants that nothing was fitted to: 2 of 2 choices kept what was wanted")
-    assert said[1].startswith("they cost, over the cheapest that was good enough: ")
+    assert said[1].startswith("as a user has them, each with its companion, 2 of 2 kept it; the worst, slow at 0.01")
+    assert said[1].endswith("of those that did not 0 call themselves done, of those that did 2")
+    assert said[2].startswith("they cost, over the cheapest that was good enough: ")
+    missed = points[0].but(watched_load_error=0.05), points[1]
+    assert "1 of 2 kept it; the worst, slow at 0.01 for history, erred 5 times that" in reading(missed)[1]
+    assert reading(missed)[1].endswith("of those that did not 1 call themselves done, of those that did 1")
+
+
+def test_a_run_that_its_companion_does_again_is_judged_as_the_user_has_it():
+    """Loads of soft balls err by four times what is wanted where nobody watches, and by a fifth as a user has them."""
+    trials = fidelity_trials.Trials(*fidelity.CASES["soft balls"])
+    model, _ = fidelity._chosen(trials, "loads", 1e-5)
+    assert trials.trial(model).error("loads") > 2e-5
+    assert trials.watched(model, 1e-5, "loads").load_error < 5e-6
+    assert trials.told(1e-5, "loads") == "done"
 
 
 @pytest.mark.parametrize(("horizons", "compared"), [((0.0065, 0.0095), 13), ((None, 0.0095), 19), ((None, None), 40)])

@@ -19,7 +19,7 @@ from bearing_twin.charts.bearing_variants import VARIANTS
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.contest import limited
 from bearing_twin.charts.contest_picture import ring
-from bearing_twin.charts.fidelity_trials import SPAN, Combination, Trials
+from bearing_twin.charts.fidelity_trials import LOST, SPAN, Combination, Trials, of_wanted
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE, FAILED, Row
 from bearing_twin.kinds.bearing.measured import method_of
@@ -56,8 +56,9 @@ LABELS = "shipped", "with a cage", "variants"
 class FidelityRow(Row):
     """One choice: which outputs were wanted how exactly, and what error was predicted (NaN = none).
 
-    `best*`: the cheapest combination that keeps the tolerance, by trying all; empty where none. `watched_seconds`: with
-    the companion; `best_watched_seconds`: the least of that among what is good enough.
+    `best*`: the cheapest combination that keeps the tolerance, by trying all; empty where none. `watched_*`: with the
+    companion, as a user has the run, and `told` the first word of its status; `best_watched_seconds`: the least of that
+    among what is good enough.
     """
 
     outputs: str = ""
@@ -66,6 +67,9 @@ class FidelityRow(Row):
     law: str = ""
     dimension: str = ""
     watched_seconds: float = math.nan
+    watched_load_error: float = math.nan
+    watched_friction_error: float = math.nan
+    told: str = ""
     best: str = ""
     best_setting: float = math.nan
     best_law: str = ""
@@ -77,6 +81,11 @@ class FidelityRow(Row):
     def kept(self) -> bool:
         """Whether the error is within what was wanted."""
         return self.error <= self.wanted
+
+    @property
+    def off(self) -> float:
+        """The error of the run as a user has it, over what was wanted."""
+        return of_wanted(self.outputs, self.watched_load_error, self.watched_friction_error) / self.wanted
 
 
 def judge(name: str, _: str, __: float, limit: float) -> list[FidelityRow]:
@@ -91,10 +100,14 @@ def judge(name: str, _: str, __: float, limit: float) -> list[FidelityRow]:
         ]
 
 
+def _left(trials: Trials, outputs: str) -> tuple[str, ...]:
+    """Overrides that leave the dimension of a free ring to the chooser, where loads alone are wanted."""
+    return ("model.dimension=auto",) if outputs == LOADS and trials.own[0] == FREE_RING else ()
+
+
 def _chosen(trials: Trials, outputs: str, wanted: float) -> tuple[Combination, Choice]:
     """What is chosen for a scene where this is wanted; of loads alone also the dimension of a free ring."""
-    left = ("model.dimension=auto",) if outputs == LOADS and trials.own[0] == FREE_RING else ()
-    scene = trials.scene(wanted, outputs, *left)
+    scene = trials.scene(wanted, outputs, *_left(trials, outputs))
     choice = choose(scene)
     if choice.stepper == QUASI_STATIC:
         return Combination(choice.law, QUASI_STATIC, EVEN, QUASI_STATIC, math.nan), choice
@@ -115,6 +128,7 @@ def _row(name: str, trials: Trials, outputs: str, wanted: float) -> FidelityRow:
     own = [model] if found.error(outputs) <= wanted else []
     good += [one for one in own if one not in good]
     alone, spread = trials.cost(model) if done else (math.nan, math.nan)
+    seen = trials.watched(model, wanted, outputs) if done else LOST
     row = FidelityRow(
         name,
         model.stepper,
@@ -130,7 +144,10 @@ def _row(name: str, trials: Trials, outputs: str, wanted: float) -> FidelityRow:
         predicted=_predicted(choice, outputs),
         law=model.law,
         dimension=_named(model),
-        watched_seconds=trials.watched(model, wanted, outputs) if done else math.nan,
+        watched_seconds=seen.seconds,
+        watched_load_error=seen.load_error,
+        watched_friction_error=seen.friction_error,
+        told=trials.told(wanted, outputs, *_left(trials, outputs)) if done else FAILED,
     )
     if not good:
         return row
@@ -141,7 +158,7 @@ def _row(name: str, trials: Trials, outputs: str, wanted: float) -> FidelityRow:
         best_law=best.law,
         best_dimension=_named(best),
         best_seconds=trials.cost(best)[0],
-        best_watched_seconds=min(trials.watched(one, wanted, outputs) for one in {best, *good[:2], *own}),
+        best_watched_seconds=min(trials.watched(one, wanted, outputs).seconds for one in {best, *good[:2], *own}),
     )
 
 
@@ -188,7 +205,7 @@ def reading(points: list[FidelityRow]) -> list[str]:
             f"{worst.problem} at {worst.wanted:g} for {worst.outputs}, erred {two_digits(worst.error / worst.wanted)} "
             "times that"
         )
-        sentences += _costs(mine)
+        sentences += [_as_users_have_them(mine), *_costs(mine)]
     sentences += [f"all: {one}" for one in _costs([p for p in points if p.outputs])]
     sentences += _best(points)
     told = [p for p in points if math.inf > p.error > 1e-8 and p.predicted > 0.0]
@@ -199,6 +216,17 @@ def reading(points: list[FidelityRow]) -> list[str]:
         f"{low} were more than ten times too small: a prediction is no estimate of what a run did"
     )
     return sentences
+
+
+def _as_users_have_them(rows: list[FidelityRow]) -> str:
+    """How many runs with their companions kept what was wanted, and whether those that did not say so."""
+    worst, missed = max(rows, key=lambda p: p.off), [p for p in rows if not p.off <= 1.0]
+    unsaid, said = (sum(p.told == DONE for p in which) for which in (missed, rows))
+    return (
+        f"as a user has them, each with its companion, {len(rows) - len(missed)} of {len(rows)} kept it; the worst, "
+        f"{worst.problem} at {worst.wanted:g} for {worst.outputs}, erred {two_digits(worst.off)} times that; of those "
+        f"that did not {unsaid} call themselves {DONE}, of those that did {said - unsaid}"
+    )
 
 
 def _best(points: list[FidelityRow]) -> list[str]:
@@ -223,14 +251,19 @@ def draw(points: list[FidelityRow], path: Path) -> None:
         look = {**ball_line(number), "linestyle": "", "marker": "oDs"[number], "markersize": (7, 6, 5)[number]}
         aside = (0.82, 1.0, 1.22)[number]
         error.plot(
-            [aside * p.wanted for p in mine], [min(max(p.error, LEAST), MOST) for p in mine], label=label, **look
+            [aside * p.wanted for p in mine],
+            [min(max(p.off * p.wanted, LEAST), MOST) for p in mine],
+            label=label,
+            **look,
         )
         good = [p for p in mine if p.best and p.kept]
         cost.plot([aside * p.wanted for p in good], [p.seconds / p.best_seconds for p in good], label=label, **look)
         ring(cost, good, lambda p, aside=aside: (aside * p.wanted, p.seconds / p.best_seconds), look["color"])
     error.plot([WANTED[-1], WANTED[0]], [WANTED[-1], WANTED[0]], color=STYLE["ink"], linewidth=1.2)
     error.annotate("as wanted", (4e-3, 5e-3), color=STYLE["ink"], ha="left", va="bottom", fontsize=11)
-    error.set(xscale="log", yscale="log", xlabel="tolerance that was wanted", ylabel="error of the run")
+    error.set(
+        xscale="log", yscale="log", xlabel="tolerance that was wanted", ylabel="error of the run as a user has it"
+    )
     cost.set(
         xscale="log",
         yscale="log",

@@ -69,10 +69,15 @@ class Trial(NamedTuple):
 
     def error(self, outputs: str) -> float:
         """What counts for the outputs that are wanted."""
-        return self.load_error if outputs == LOADS else max(self.load_error, self.friction_error)
+        return of_wanted(outputs, self.load_error, self.friction_error)
 
 
 LOST = Trial(math.inf, math.inf, math.inf)
+
+
+def of_wanted(outputs: str, load_error: float, friction_error: float) -> float:
+    """The error that counts for the outputs that are wanted."""
+    return load_error if outputs == LOADS else max(load_error, friction_error)
 
 
 def advanced(motion):
@@ -99,7 +104,8 @@ class Trials:
         self._true = bearing_motion(given, Choice(HERTZ, STEPPER, 0.0, "", ()))
         self.exact = first_of(advanced(self._true), self._compared)
         self.found: dict[Combination, Trial] = {}
-        self._costs: dict[tuple, tuple[float, float]] = {}
+        self._costs: dict[Combination, tuple[float, float]] = {}
+        self._watched: dict[tuple, Trial] = {}
         self._limit = SLOW * self.trial(self.as_given(HERTZ, STEPPER, SETTINGS[-1])).seconds
 
     def _known(self, wanted: tuple[tuple[str, float], ...]) -> int:
@@ -210,13 +216,22 @@ class Trials:
             self._costs[model] = tuple(timed(lambda: advanced(motion), ENOUGH)[1])
         return self._costs[model]
 
-    def watched(self, model: Combination, wanted: float, outputs: str) -> float:
-        """CPU seconds of the same with the companion of a run of which this is wanted; infinite where it fails."""
+    def watched(self, model: Combination, wanted: float, outputs: str) -> Trial:
+        """The same with the companion of a run of which this is wanted, which does parts again; LOST if it fails."""
         key = model, wanted, outputs
-        if key not in self._costs:
-            self._costs[key] = (math.inf, math.nan)
+        if key not in self._watched:
+            self._watched[key] = LOST
             with contextlib.suppress(IntegrationError, ArithmeticError):
                 parameters = self._scene_of(model, wanted, outputs).parameters
                 motion = moving_by(parameters, model.choice._replace(setting=model.setting))
-                self._costs[key] = tuple(timed(lambda: advanced(motion), ENOUGH)[1])
-        return self._costs[key][0]
+                out, cost = timed(lambda: advanced(motion), ENOUGH)
+                self._watched[key] = Trial(*self.errors_of(out), cost.seconds)
+        return self._watched[key]
+
+    def told(self, wanted: float, outputs: str, *more: str) -> str:
+        """The first word of what a user's run of the scene says of itself, with `more` overrides."""
+        run = Run(self.scene(wanted, outputs, *more))
+        with contextlib.suppress(IntegrationError):
+            for _ in run.blocks():
+                pass
+        return run.report.status.partition(":")[0]
