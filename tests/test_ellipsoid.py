@@ -434,7 +434,7 @@ def test_flags_say_where_the_theory_ends():
         ("contact.friction=disc", "legal: point, spot"),
         ("gravity=[0,0,9.8]", "must point along -z"),
         ("start.velocity=[0,0,.nan]", "not finite"),
-        ("wanted.tolerance=1", "at most 0.01"),
+        ("wanted.tolerance=1", "at most 0.1"),
         ("run.publish_rate=1e6", "cannot exceed"),
     ],
 )

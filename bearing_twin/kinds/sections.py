@@ -120,18 +120,21 @@ class Friction:
     )
 
 
+LOOSEST = 0.1  # tolerance that can be wanted
+
+
 @dataclass(frozen=True)
 class Wanted:
     """What is wanted of a run, and how exactly."""
 
     outputs: str = choice("history", ("history",), "history = every channel over time", widest=True)
-    tolerance: float = quantity(1e-3, "1", "wanted error", at_least=1e-13, at_most=0.1)
+    tolerance: float = quantity(1e-3, "1", "wanted error", at_least=1e-13, at_most=LOOSEST)
 
 
 def peak_and_impulse(default: float, at_least: float):
     """A field for the wanted tolerance of a body that bounces, of which a second run says what it is worth."""
     what = "wanted error of a contact's peak load and impulse, over the greatest"
-    return quantity(default, "1", what, at_least=at_least, at_most=1e-2, less=UNVERIFIED)
+    return quantity(default, "1", what, at_least=at_least, at_most=LOOSEST, less=UNVERIFIED)
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,10 @@ from bearing_twin.kinds.beam.modes import Beam, first_frequency, rectangular_bea
 from bearing_twin.kinds.beam.parameters import EULER, TIMOSHENKO, Blow, SphereOnBeamScene
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.kinds.impact.derived import sphere_mass
-from bearing_twin.kinds.sections import STANDARD_GRAVITY, check_run, resolved_run
+from bearing_twin.kinds.sections import LOOSEST, STANDARD_GRAVITY, check_run, resolved_run
 
 OUTPUTS, FEW_OUTPUTS = 1500, 50  # of a run whose output_rate is left to be chosen; where peaks alone are wanted
 PERIODS = 3.0  # of the beam's first mode: the duration of a run when it is left to be chosen
-LOOSEST = 0.01  # tolerance
 HEAVIEST = 20.0  # sphere mass / beam mass
 FEWEST = dict.fromkeys(("auto", "modes"), 2)
 """Steps a contact, at least, of methods other than FEWEST_STEPS: with 2 modes err by up to 6 %, in three contacts."""

@@ -49,31 +49,39 @@ def figures_of(parameters, found: BeamImpact) -> dict[str, float]:
     }
 
 
-def companion_row(parameters, found: BeamImpact, second, tops: Sequence[Top]) -> np.ndarray:
-    """The record of a `second` motion (its BeamImpact and a watch of it; None: there is none) beside a run's.
-
-    Errors are the differences over 1 - LEFT: what the companion has of the run's error is added to them. `tops` are the
-    run's greatest deflection and stress, or none.
-    """
-    if second is None:
-        return WATCH.no_row()
-    finer, watch = second
-    own, exact = figures_of(parameters, found), figures_of(parameters, finer)
+def _over_difference(parameters, found: BeamImpact) -> float:
+    """The error of a motion over its difference from a companion: what that has of the error is added."""
     tail, bends = parameters.solver.static_tail == "contact", math.isinf(found.beam.shear_rigidity)
-    scale = 1.0 / (1.0 - LEFT[tail, bends])
-    errors = {key: difference(own[key], exact[key]) * (1.0 if key == "contact_count" else scale) for key in own}
-    for column, key in enumerate(OF_BEAM):
-        errors[key] = math.nan
-        if tops:
-            top = tops[column]
-            errors[key] = scale * difference(top.value, watch.top_near(column, top.point, top.times))
+    return 1.0 / (1.0 - LEFT[tail, bends])
+
+
+def wanted_errors(parameters, found: BeamImpact, finer: BeamImpact) -> dict[str, float]:
+    """The errors of outputs that may be wanted, each in its norm, by a motion that is FINER."""
+    own, exact = figures_of(parameters, found), figures_of(parameters, finer)
     times = [np.linspace(one.start, one.start + one.duration, INSTANTS) for one in finer.contacts]
     apart = [np.abs(force_at(found, part) - force_at(finer, part)).max() for part in times]
     peaks = max(relative(own[key], exact[key]) for key in ("peak_force_n", "contact_duration_s"))
     history = float(max(apart, default=0.0)) / exact["peak_force_n"] if exact["peak_force_n"] else peaks
-    wanted = {"peaks": scale * peaks, "forces": scale * history}
+    scale = _over_difference(parameters, found)
+    return {"peaks": scale * peaks, "forces": scale * history}
+
+
+def companion_row(parameters, found: BeamImpact, finer: BeamImpact | None, tops: Sequence[Top]) -> np.ndarray:
+    """The record of a motion that is FINER (None: there is none) beside a run's.
+
+    `tops` are the run's greatest deflection and stress, or none.
+    """
+    if finer is None:
+        return WATCH.no_row()
+    own, exact = figures_of(parameters, found), figures_of(parameters, finer)
+    scale = _over_difference(parameters, found)
+    errors = {key: difference(own[key], exact[key]) * (1.0 if key == "contact_count" else scale) for key in own}
+    errors |= dict.fromkeys(OF_BEAM, math.nan)
+    watch = WatchedPoints(parameters, finer) if tops else None
+    for column, (key, top) in enumerate(zip(OF_BEAM, tops, strict=False)):
+        errors[key] = scale * difference(top.value, watch.top_near(column, top.point, top.times))
     last = found.contacts[-1].start + found.contacts[-1].duration if found.contacts else 0.0
-    return row_of(WATCH, last, True, len(finer.lengths), wanted, errors)
+    return row_of(WATCH, last, True, len(finer.lengths), wanted_errors(parameters, found, finer), errors)
 
 
 @functools.lru_cache(maxsize=64)

@@ -38,6 +38,7 @@ EXTREMES = Table(
         Channel("energy_gained", "J", (), "by the numbers alone"),
         Channel("known_until", "s", (), "to where the motion is solved"),
         Channel("gone", "1", (), "1 where no further contact can follow"),
+        Channel("highest_mode", "1", (), "of the beam in the sum"),
     ),
     "what is greatest in the whole motion",
 )
@@ -66,7 +67,8 @@ class BeamFigures(ImpactFigures):
     def add(self, block: Block) -> None:
         super().add(block)
         for row in block.records.get("extremes", ()):
-            known = zip((column.name for column in EXTREMES.columns), map(float, row), strict=True)
+            names = (column.name for column in EXTREMES.columns)
+            known = zip(names, map(float, row), strict=False)  # an earlier version has fewer
             self._extremes = {name: value for name, value in known if not math.isnan(value)}
 
     @property
@@ -87,7 +89,7 @@ class BeamFigures(ImpactFigures):
             "contact_count": len(self.contacts),
             "peak_deflection_m": self._extremes.get("peak_deflection"),
             "peak_stress_pa": self._extremes.get("peak_stress"),
-            "highest_mode": modes_for(self.parameters),
+            "highest_mode": int(self._extremes.get("highest_mode", modes_for(self.parameters))),
             "gravity_m_s2": self.parameters.blow.gravity,
         }
 

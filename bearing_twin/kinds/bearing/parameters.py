@@ -12,6 +12,7 @@ from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_p
 from bearing_twin.kinds.bearing.drive import Drive, torque_problems
 from bearing_twin.kinds.bearing.rings import LOADS, QUASI_STATIC, Cage, Model, Rings, dimension_of, ring_problems
 from bearing_twin.kinds.sections import (
+    LOOSEST,
     Bounded,
     Friction,
     PointElastic,
@@ -149,7 +150,7 @@ class WantedLoads(Wanted):
         "model.dimension: auto may be quasi_static",
         widest=True,
     )
-    tolerance: float = quantity(1e-3, "1", ERROR_WANTED, at_least=LEAST_TOLERANCE, at_most=0.1, less=ROUNDED)
+    tolerance: float = quantity(1e-3, "1", ERROR_WANTED, at_least=LEAST_TOLERANCE, at_most=LOOSEST, less=ROUNDED)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,16 @@ from bearing_twin.kinds.bearing.acting import LoadChange, load_table, steady_loa
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures
 from bearing_twin.kinds.bearing.drive import SpeedChange
 from bearing_twin.kinds.bearing.parameters import GIVES, RELAXATION_TIME, Geometry, GivenRatings, Materials
-from bearing_twin.kinds.sections import UNVERIFIED, PointElastic, RunSettings, Wanted, Watched, free_fall, point_laws
+from bearing_twin.kinds.sections import (
+    LOOSEST,
+    UNVERIFIED,
+    PointElastic,
+    RunSettings,
+    Wanted,
+    Watched,
+    free_fall,
+    point_laws,
+)
 from bearing_twin.parameters import choice, quantity, section
 
 SIDES = ("left", "right")
@@ -91,7 +100,12 @@ class WantedOfShaft(Wanted):
     """What is wanted of a shaft."""
 
     tolerance: float = quantity(
-        1e-3, "1", "wanted error of every ball's load, over the greatest", at_least=1e-9, at_most=0.1, less=UNVERIFIED
+        1e-3,
+        "1",
+        "wanted error of every ball's load, over the greatest",
+        at_least=1e-9,
+        at_most=LOOSEST,
+        less=UNVERIFIED,
     )
 
 

@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 
 from bearing_twin.contact.materials import Material
-from bearing_twin.kinds.sections import RunSettings, WantedImpact, Watched
+from bearing_twin.kinds.sections import LOOSEST, RunSettings, WantedImpact, Watched
 from bearing_twin.parameters import choice, quantity, section
 
 RUBBER = Material(1.0e5, 0.25, 960.0, 0.0)
@@ -91,7 +91,7 @@ class WantedOfDisc(WantedImpact):
         "1",
         "wanted relative error of the force, root mean square over the contact",
         at_least=1e-4,
-        at_most=0.1,
+        at_most=LOOSEST,
         less="less than meshes that can be solved give",
     )
 
