@@ -7,6 +7,7 @@ compared with the truth as in the chart of tolerances. The same number gives the
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from random import Random
 from typing import Any
 
@@ -122,7 +123,7 @@ CONTESTS = {
         entries=lambda name: [(METHOD, _numbered(name)[-1])],
         kind=ToleranceRow,
         command=_command,
-        drawn=draw_all,
+        drawn=partial(draw_all, title="Scenes drawn by chance, and what their runs say of themselves"),
         told=reading,
     )
 }

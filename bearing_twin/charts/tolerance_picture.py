@@ -60,8 +60,8 @@ def draw(points: list, path: Path) -> None:
     save_chart(figure, "A tolerance and what it is worth", path)
 
 
-def draw_all(points: list, path: Path) -> None:
-    """As `draw`, of problems that have no names worth reading; those that miss and do not say so stand out."""
+def draw_all(points: list, path: Path, title: str) -> None:
+    """As `draw`, of problems whose names would be too many; those that miss and do not say so stand out."""
     figure = Figure(figsize=(14, 7.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     good = [p for p in points if p.status == DONE]
@@ -81,7 +81,7 @@ def draw_all(points: list, path: Path) -> None:
     heading(left, "error got")
     _finish(left, right, points)
     left.legend(loc="lower right", fontsize=11, frameon=False, handletextpad=0.1)
-    save_chart(figure, "Scenes drawn by chance, and what their runs say of themselves", path)
+    save_chart(figure, title, path)
 
 
 def _finish(left, right, points: list) -> None:

@@ -25,6 +25,7 @@ CHARTS = {
     "drawn": Listed(
         "drawn", "bearing scenes drawn by chance: error against tolerance, and what runs say of it", 300, "contest"
     ),
+    "bodies": Listed("bodies", "the same of shafts, impacts, beams, bodies that bounce and soft discs", 250, "contest"),
     "motions": Listed(
         "motions",
         "steppers in every motion of a bearing, cages and rings with mass too: error, cost, evaluations",

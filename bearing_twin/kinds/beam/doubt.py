@@ -55,13 +55,18 @@ def _over_difference(parameters, found: BeamImpact) -> float:
     return 1.0 / (1.0 - LEFT[tail, bends])
 
 
+def _history_apart(found: BeamImpact, exact: BeamImpact) -> float:
+    """By how much forces of two motions differ in contacts of the second, over its greatest; 0 without a contact."""
+    times = [np.linspace(one.start, one.start + one.duration, INSTANTS) for one in exact.contacts]
+    apart = [np.abs(force_at(found, part) - force_at(exact, part)).max() for part in times]
+    return float(max(apart, default=0.0)) / exact.peak_force if exact.peak_force else 0.0
+
+
 def wanted_errors(parameters, found: BeamImpact, finer: BeamImpact) -> dict[str, float]:
     """The errors of outputs that may be wanted, each in its norm, by a motion that is FINER."""
     own, exact = figures_of(parameters, found), figures_of(parameters, finer)
-    times = [np.linspace(one.start, one.start + one.duration, INSTANTS) for one in finer.contacts]
-    apart = [np.abs(force_at(found, part) - force_at(finer, part)).max() for part in times]
     peaks = max(relative(own[key], exact[key]) for key in ("peak_force_n", "contact_duration_s"))
-    history = float(max(apart, default=0.0)) / exact["peak_force_n"] if exact["peak_force_n"] else peaks
+    history = _history_apart(found, finer) if finer.peak_force else peaks
     scale = _over_difference(parameters, found)
     return {"peaks": scale * peaks, "forces": scale * history}
 
@@ -82,6 +87,12 @@ def companion_row(parameters, found: BeamImpact, finer: BeamImpact | None, tops:
         errors[key] = scale * difference(top.value, watch.top_near(column, top.point, top.times))
     last = found.contacts[-1].start + found.contacts[-1].duration if found.contacts else 0.0
     return row_of(WATCH, last, True, len(finer.lengths), wanted_errors(parameters, found, finer), errors)
+
+
+@functools.lru_cache(maxsize=64)
+def shear_makes_of_forces(parameters) -> float:
+    """What the force over time of a checked scene by Euler's beam is off Timoshenko's, over the greatest, roughly."""
+    return _history_apart(*thrown_by_both(parameters))
 
 
 @functools.lru_cache(maxsize=64)
@@ -126,11 +137,13 @@ class BeamDoubt(SecondRunDoubt):
         return {key: share * abs(figures[key]) for key, share in by.items()} | shear_makes(self.parameters)
 
     def law_of(self, output: str) -> tuple[float, str]:
-        """As of its peaks."""
+        """Of Euler's beam against Timoshenko's: of its peaks, and of forces over time those of later contacts, too."""
         if theory_of(self.parameters) != EULER:
             return 0.0, ""
         tried = trial(self.parameters)
-        return max(tried.of_peak, tried.of_time), "beam.theory: timoshenko knows shear and rotary inertia"
+        peaks = max(tried.of_peak, tried.of_time)
+        off = peaks if output == "peaks" else max(peaks, shear_makes_of_forces(self.parameters))
+        return off, "beam.theory: timoshenko knows shear and rotary inertia"
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """The next term of the sphere's shape, (a / R)^2 of the load at an approach; peaks go with its power 2/5."""

@@ -23,6 +23,7 @@ STEPS = {1: 0.37, 2: 0.27, 3: 0.21, 4: 0.17}
 """By order: step at half the bound times divisions over r sqrt(rho/E), Poisson's ratio 0.25.
 
 Study: `tests/test_soft_discs.py`."""
+FEWEST = 12  # divisions that are chosen: with fewer, discs that are pressed far err by more than 0.1
 SECONDS = 7e-8  # a node and step; measured
 UNEQUAL = 20.0  # ratio of radii of two discs, at most
 GREATEST_SECONDS, GREATEST_MEMORY = 3600.0, 2e9  # of a run that is begun
@@ -109,7 +110,7 @@ def predicted_error(order: int, divisions: int) -> float:
 def divisions_for(order: int, tolerance: float) -> int:
     """The fewest divisions that keep to the tolerance."""
     error, rate = ERRORS[order]
-    return fitting(max(4, math.ceil(16.0 * (error / tolerance) ** (1.0 / rate) - 1e-9)), order)
+    return fitting(max(FEWEST, math.ceil(16.0 * (error / tolerance) ** (1.0 / rate) - 1e-9)), order)
 
 
 def fitting(divisions: int, order: int) -> int:

@@ -10,13 +10,16 @@ from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.doubt import LAW, METHOD
 from bearing_twin.kinds.impact.doubt import relative
 from bearing_twin.kinds.second_run import SecondRunDoubt, difference, is_watched, row_of
-from bearing_twin.kinds.soft_discs.derived import ERRORS, nodes_of
+from bearing_twin.kinds.soft_discs.derived import ERRORS, nodes_of, predicted_error
 from bearing_twin.kinds.soft_discs.figures import FIGURES, WATCH
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.kinds.soft_discs.solve import Solved, solve
 
 COARSER = 2.0 / 3.0  # of the divisions, at most: 30 % of the work
 SMOOTH = ("peak_force_n", "contact_duration_s", "least_stretch")  # figures that converge as the force does
+SLOW, SLOW_RATE = 2.0, 1.5
+"""Times the difference of both meshes by ERRORS: where they differ by more, as in discs that are pressed far, errors
+fall more slowly, by about this power of the divisions (`bearing_twin chart bodies`, soft_discs_fast)."""
 INSTANTS = 1000  # at which forces are compared
 
 
@@ -39,7 +42,6 @@ def companion_row(parameters: SoftDiscsScene, found: Solved, figures: Mapping[st
     """
     own, order = parameters.mesh.divisions, parameters.mesh.order
     divisions = second_divisions(own, order)
-    scale, rough = (share_of_difference(own, divisions, rate) for rate in (ERRORS[order][1], 1.0))
     mesh = dataclasses.replace(parameters.mesh, divisions=divisions)
     try:
         other = solve(dataclasses.replace(parameters, mesh=mesh), 2)
@@ -49,6 +51,10 @@ def companion_row(parameters: SoftDiscsScene, found: Solved, figures: Mapping[st
     times = np.linspace(0.0, max(figures["contact_duration_s"], exact["contact_duration_s"]), INSTANTS)
     force = found.at("force", times)
     apart, size = (math.sqrt(float(np.mean(np.square(one)))) for one in (force - other.at("force", times), force))
+    expected = abs(predicted_error(order, own) - predicted_error(order, divisions))
+    slow = relative(size + apart, size) > SLOW * expected
+    rate = min(SLOW_RATE, ERRORS[order][1]) if slow else ERRORS[order][1]
+    scale, rough = (share_of_difference(own, divisions, one) for one in (rate, 1.0))
     peaks = max(relative(exact[key], figures[key]) for key in ("peak_force_n", "contact_duration_s"))
     wanted = {"peaks": scale * peaks, "forces": scale * relative(size + apart, size)}
     errors = {key: difference(figures[key], exact[key]) * (scale if key in SMOOTH else rough) for key in FIGURES}
