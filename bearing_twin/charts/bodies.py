@@ -91,7 +91,7 @@ VARIANTS = {
 CASES = {name: (name,) for name in SCENES} | VARIANTS
 
 
-class Found(NamedTuple):
+class Judged(NamedTuple):
     """A run's report, and what errors are of, by output that is wanted."""
 
     report: Any
@@ -119,12 +119,12 @@ VALUES = {
 """By output that is wanted: what is compared."""
 
 
-def run_of(words: tuple[str, ...]) -> Found:
+def run_of(words: tuple[str, ...]) -> Judged:
     """A run of a scene, the first word, with overrides, to its end."""
     run = Run(load_scene(words[0], words[1:]))
     blocks = list(run.blocks())
     report = run.report
-    return Found(report, {name: VALUES[name](blocks, report.figures) for name in report.errors["wanted_errors"]})
+    return Judged(report, {name: VALUES[name](blocks, report.figures) for name in report.errors["wanted_errors"]})
 
 
 def _over_greatest(found: np.ndarray, exact: np.ndarray, until: float) -> float:
@@ -152,7 +152,7 @@ def _of_contacts(found: np.ndarray, exact: np.ndarray, until: float) -> float:
 NORMS = {"ball_loads": _over_greatest, "forces": _over_greatest, "peaks": _of_peaks, "contacts": _of_contacts}
 
 
-def apart(kind: str, found: Found, exact: Found, until: float = math.inf) -> float:
+def apart(kind: str, found: Judged, exact: Judged, until: float = math.inf) -> float:
     """The greatest error of what `found` has, each in its norm, up to so many seconds."""
     norms = NORMS | ({"forces": _root_mean_square} if kind == "soft_discs" else {})
     return max(norms[name](values, exact.values[name], until) for name, values in found.values.items())
@@ -164,7 +164,7 @@ def kind_of_case(case: str) -> str:
 
 
 @functools.lru_cache(maxsize=2)
-def _exact(case: str, wanted: tuple[str, ...]) -> tuple[Found, Found]:
+def _exact(case: str, wanted: tuple[str, ...]) -> tuple[Judged, Judged]:
     truth = TRUTHS[kind_of_case(case)]
     return tuple(run_of((*CASES[case], *wanted, *words, ALONE)) for words in (truth.exact, truth.rougher))
 

@@ -80,7 +80,9 @@ def draw_all(points: list, path: Path, title: str) -> None:
         left.plot([], [], **look, label=f"{label}: {len(mine)}")
     heading(left, "error got")
     _finish(left, right, points)
-    left.legend(loc="lower right", fontsize=11, frameon=False, handletextpad=0.1)
+    left.legend(
+        loc="upper left", bbox_to_anchor=(0.0, -0.1), ncols=len(kinds), fontsize=11, frameon=False, handletextpad=0.1
+    )
     save_chart(figure, title, path)
 
 
