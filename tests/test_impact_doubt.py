@@ -283,14 +283,14 @@ def test_errors_of_a_beam_fall_with_its_modes_as_its_companion_takes_for_granted
 
 STEPS_OF = {
     "two_spheres": (pair, 10.0, 1e-6, (*CELLS["spheres, steady"][1], "solver.stepper=dop853")),
-    "two_bodies_groove": (two_bodies, 30.0, 1e-4, ("run.duration=0.025",)),
+    "two_bodies_groove": (two_bodies, 100.0, 1e-6, ("run.duration=0.025",)),
     "ellipsoid_rocking": (ellipsoid, 30.0, 1e-4, ("run.duration=0.3",)),
 }
 
 
 @pytest.mark.parametrize("name", STEPS_OF)
 def test_steps_have_the_share_of_the_tolerance_that_contacts_bear(name, monkeypatch):
-    """The study of SETTING: peaks and impulses keep the tolerance with it, and miss it with ten or thirty times."""
+    """The study of SETTING: peaks and impulses keep the tolerance with it, and miss it with ten to a hundred times."""
     module, more, tolerance, keys = STEPS_OF[name]
 
     def contacts(tolerance):

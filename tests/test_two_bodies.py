@@ -352,3 +352,18 @@ def test_errors_of_nothing_and_of_anything_are_drawn_at_the_edges():
     )
     assert list(bar) == [low, high]
     assert [float(*one) for one in marks] == [low, high]
+
+
+def test_a_contact_whose_load_ends_while_bodies_touch_keeps_its_impulse():
+    """Steady damping ends a contact with a corner, and answers at once where it begins: no step goes across either."""
+
+    def contacts(tolerance):
+        words = ("run.duration=0.03", "solver.companion=off", f"wanted.tolerance={tolerance}")
+        run = simulate(load_scene("two_bodies_ellipsoid", words))
+        for _ in run.blocks():
+            pass
+        return np.array([(one["peak_force_n"], one["impulse_ns"]) for one in run.report.figures["contacts"]])
+
+    exact = contacts(1e-10)
+    for tolerance in (1e-2, 1e-5):
+        assert np.abs(contacts(tolerance) / exact - 1.0).max() < 1e-6

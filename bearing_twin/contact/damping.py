@@ -26,6 +26,19 @@ class Shortcut(NamedTuple):
 
 
 @inlined
+def steady_held_load(elastic, approach, approach_rate, damping, power=HERTZIAN):
+    """As `steady_damped_load`, and below zero where the bodies would have to pull; for an approach above zero."""
+    root = math.sqrt(math.sqrt(approach)) if power == HERTZIAN else approach ** (0.5 * (power - 1.0))
+    return elastic + damping * root * approach_rate
+
+
+@inlined
+def held_load(elastic, stiffness, approach_rate, damping, relaxation_time):
+    """As `damped_load`, and below zero where the bodies would have to pull."""
+    return elastic + (damping * elastic + relaxation_time * stiffness) * approach_rate
+
+
+@inlined
 def damped_load(elastic, stiffness, approach_rate, damping, relaxation_time):
     """Normal load [N] with the viscous term d(h) dh/dt, d(h) = damping * load + relaxation_time * stiffness.
 
@@ -35,7 +48,7 @@ def damped_load(elastic, stiffness, approach_rate, damping, relaxation_time):
     approach, as h^1.5 and h^0.5 (paper 1, section 5). The load never pulls: where the viscous part would, it is zero
     and the elastic energy left is lost.
     """
-    return max(elastic + (damping * elastic + relaxation_time * stiffness) * approach_rate, 0.0)
+    return max(held_load(elastic, stiffness, approach_rate, damping, relaxation_time), 0.0)
 
 
 @inlined
@@ -47,8 +60,7 @@ def steady_damped_load(elastic, approach, approach_rate, damping, power=HERTZIAN
     """
     if approach <= 0.0:
         return 0.0
-    root = math.sqrt(math.sqrt(approach)) if power == HERTZIAN else approach ** (0.5 * (power - 1.0))
-    load = elastic + damping * root * approach_rate
+    load = steady_held_load(elastic, approach, approach_rate, damping, power)
     return load if load > 0.0 else 0.0
 
 

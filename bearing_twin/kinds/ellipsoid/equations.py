@@ -19,7 +19,7 @@ import math
 from typing import NamedTuple
 
 from bearing_twin.compiled import kernel
-from bearing_twin.contact.damping import damped_load, steady_damped_load
+from bearing_twin.contact.damping import held_load, steady_held_load
 from bearing_twin.contact.differential import Shape
 from bearing_twin.contact.elastic import elastic
 from bearing_twin.contact.elasticity import (
@@ -128,14 +128,20 @@ def carried_shape(state):
 
 
 @kernel
-def viscous_load(body, spring, effective_mass, approach, approach_rate):
-    """Normal load [N] with the viscous term that the body has; `spring` is the elastic answer."""
+def pulling_load(body, spring, effective_mass, approach, approach_rate):
+    """Normal load [N] with the viscous term that the body has, below zero where it would pull; of a pressed contact."""
     viscosity, power = body.viscosity, body.law.power
     if body.damping_ratio > 0.0:
         viscosity = body.damping_ratio * math.sqrt(2.0 * (power + 1.0) * effective_mass * spring.coefficient)
     if viscosity > 0.0:
-        return steady_damped_load(spring.load, approach, approach_rate, viscosity, power)
-    return damped_load(spring.load, spring.stiffness, approach_rate, body.damping, body.relaxation_time)
+        return steady_held_load(spring.load, approach, approach_rate, viscosity, power)
+    return held_load(spring.load, spring.stiffness, approach_rate, body.damping, body.relaxation_time)
+
+
+@kernel
+def viscous_load(body, spring, effective_mass, approach, approach_rate):
+    """The same, zero where it would pull; `spring` is the elastic answer."""
+    return max(pulling_load(body, spring, effective_mass, approach, approach_rate), 0.0) if approach > 0.0 else 0.0
 
 
 @kernel

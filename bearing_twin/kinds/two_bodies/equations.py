@@ -26,7 +26,7 @@ from bearing_twin.contact.elasticity import (
 )
 from bearing_twin.contact.ellipse import Ellipse, ellipse
 from bearing_twin.contact.friction import friction_of
-from bearing_twin.kinds.ellipsoid.equations import viscous_load
+from bearing_twin.kinds.ellipsoid.equations import pulling_load
 from bearing_twin.kinds.two_bodies.pair import (
     CARRIED,
     COLUMNS,
@@ -65,6 +65,7 @@ from bearing_twin.shapes.tracking import (
 class PairTouch(NamedTuple):
     """The contact of one state: forces on A at `point`, in fixed axes; `kind` as of `tracking.classify`.
 
+    `held` [N] is the load, below zero where the bodies would have to pull, or are apart.
     `approach_rate` and `slip` are A's velocity against B there, along A's outward `normal` and across it.
     """
 
@@ -88,6 +89,7 @@ class PairTouch(NamedTuple):
     friction: np.ndarray
     drilling: float
     spin_rate: float
+    held: float
 
 
 @kernel
@@ -209,9 +211,11 @@ def touch_of(pair, a, b, unknowns, carried):
     slip = relative - rate * normal
     effective_mass = 1.0 / (_mobility(pair.a, a, arm_a, normal) + _mobility(pair.b, b, arm_b, normal))
     load, drilling, spin_rate = 0.0, 0.0, (a.spin - b.spin) @ normal
+    held = -spring.coefficient * abs(approach) ** 1.5
     friction, under = np.zeros(3), Ellipse(0.0, 0.0, 0.0)
     if spring.load > 0.0:
-        load = viscous_load(pair, spring, effective_mass, approach, rate)
+        held = pulling_load(pair, spring, effective_mass, approach, rate)
+        load = max(held, 0.0)
         if load > 0.0:
             under = _under_load(pair, spot, load, small, large)
         if load > 0.0 and pair.friction > 0.0:
@@ -224,7 +228,7 @@ def touch_of(pair, a, b, unknowns, carried):
     return PairTouch(
         spot.kind, approach, rate, load, spring.load, spring.energy, spring.coefficient, effective_mass, small, large,
         under.semi_major, under.semi_minor, under.peak_pressure, point, normal, axes[0].copy(), slip, friction,
-        drilling, spin_rate,
+        drilling, spin_rate, held,
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from bearing_twin.kinds.two_bodies.steps import (
     touch_now,
 )
 from bearing_twin.numerics.adaptive import STEP, TIME, advance_adaptively
-from bearing_twin.numerics.events import crossing, greatest_within, look_at_top
+from bearing_twin.numerics.events import crossing, greatest_within, landing_step, look_at_top
 from bearing_twin.numerics.runge_kutta import copy_numbers
 from bearing_twin.numerics.statuses import EVALUATIONS, OK, TOO_DEEP
 from bearing_twin.shapes.tracking import FOUND
@@ -34,6 +34,7 @@ greatest distance [m] of the opposing points from meeting their equations at the
 """Of a contact: times [s], greatest load with what it had there, speeds [m/s], impulses [N s], greatest
 approach [m]; the rest: room."""
 
+UNLOADED = 1e-6  # of the load at the start of a step: what is left of it where it ends
 PEAK_ROUNDS = 3  # parabolas through the greatest load, each about the top of the one before
 
 DEEPEST = 0.3  # of the bodies' size
@@ -96,8 +97,12 @@ def note_depth(pair, step, before, touch, record, counts, work):
 
 
 @kernel
-def note(clock, step, before, touch, state, record):
-    """Opens or closes the record of a contact where the step did; returns whether one has ended."""
+def note(clock, step, before, touch, start, state, record):
+    """Opens or closes the record of a contact where the step did; returns whether one has ended.
+
+    `start` and `state` are those at both ends of the step, `before` and `touch` their contacts: what the step in which
+    bodies touch brings is of the contact, too, where damping answers at once.
+    """
     if touch.approach > 0.0:
         if clock[IN_CONTACT] == 0.0:
             share = 0.0
@@ -107,9 +112,9 @@ def note(clock, step, before, touch, state, record):
             record[:] = 0.0
             record[BEGAN] = clock[TIME] - (1.0 - share) * step
             record[SPEED_IN] = before.approach_rate
-            record[IMPULSE] = state[LOAD_IMPULSE]
+            record[IMPULSE] = start[LOAD_IMPULSE]
             for i in range(3):
-                record[RUB_X + i] = state[RUB_IMPULSE + i]
+                record[RUB_X + i] = start[RUB_IMPULSE + i]
         keep_peak(touch, record)
         return False
     if clock[IN_CONTACT] == 0.0:
@@ -144,9 +149,24 @@ def _begin(pair, plan, state, clock, record, touch, counts, work):
 
 
 @template
+def _held(pair, state):
+    """What is left of the load [N] at the end of a step that is put right; below zero where nothing is."""
+    finish(pair, state)
+    return touch_now(pair, state).held
+
+
+@template
 def _end(pair, plan, method, state, clock, touch, step, loaded, counts, work):
-    """Puts the end of a step right; returns (status, step, (drift, how far the points were off))."""
-    return OK, step, finish(pair, work.after)
+    """Puts the end of a step right; returns (status, step, (drift, how far the points were off)).
+
+    A step in which the load ends, ends there: what follows is another motion, and no step is smooth across a corner.
+    """
+    off = finish(pair, work.after)
+    if loaded and touch.normal_load > 0.0 and touch_now(pair, work.after).held < 0.0:
+        nearest = UNLOADED * touch.normal_load
+        step = landing_step(_held, one_step, pair, method, state, step, nearest, work, counts)
+        off = finish(pair, work.after)
+    return OK, step, off
 
 
 @template
@@ -161,7 +181,7 @@ def _accept(pair, plan, method, state, clock, record, before, step, following, l
         return TOO_DEEP, touch, False
     clock[DRIFT], clock[OFF] = max(clock[DRIFT], off[0]), max(clock[OFF], off[1])
     clock[STEP] = following if touch.approach > 0.0 and loaded else math.inf
-    ended = note(clock, step, before, touch, state, record)
+    ended = note(clock, step, before, touch, work.now, state, record)
     if clock[IN_CONTACT] > 0.0:
         note_peak(pair, step, touch, record, counts, work)
         note_depth(pair, step, before, touch, record, counts, work)

@@ -97,7 +97,7 @@ class TwoBodiesMotion(BouncingMotion):
         super().reset()
         touch = steps.touch_now(self.body, self.state)
         if touch.approach > 0.0:
-            march.note(self.clock, 0.0, touch, touch, self.state, self.record)
+            march.note(self.clock, 0.0, touch, touch, self.state, self.state, self.record)
 
     def start(self) -> np.ndarray:
         """The state (COLUMNS,) at the start."""
