@@ -4,11 +4,14 @@ import numpy as np
 import pytest
 from bearings import motion
 
+from bearing_twin.kinds.bearing.companion.windows import APART, PLACE, UNKNOWN, WINDOW
 from bearing_twin.kinds.bearing.forces.equations import meeting
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.meeting_parts import MET, SOON, PartBalls, integrate_alone
 from bearing_twin.numerics.lanes import COLUMNS
 from bearing_twin.numerics.statuses import EVALUATIONS
+from bearing_twin.run.passes import simulate
+from bearing_twin.run.scene import load_scene
 
 RADIUS, PITCH, COUNT, MEETS_AT = 3e-3, 14e-3, 8, 0.0123
 DURATION = 0.02
@@ -83,3 +86,16 @@ def test_a_meeting_costs_what_those_who_meet_cost():
     """All in common, as every part was in which any met, takes twice the evaluations."""
     parts, common = (_moved(one, 0.02, 1e-2, 2e3)[0].counts[EVALUATIONS] for one in (False, True))
     assert parts < 0.6 * common
+
+
+def test_meetings_are_unknown_only_from_where_a_copy_ended():
+    """Of a part that a copy went through until it had its share of steps: horizons were the begin of the part."""
+    overrides = "initial.motion=rest", "wanted.tolerance=1e-3", "run.output_rate=2000", "run.duration=0.02"
+    run = simulate(load_scene("bearing_6203_loose", overrides))
+    blocks = list(run.blocks())
+    rows = np.concatenate([one.records[WINDOW.name] for one in blocks if WINDOW.name in one.records])
+    ball, begins = rows[:, PLACE["ball"]], rows[:, PLACE["begin"]]
+    (unseen,), copied = rows[ball == UNKNOWN], rows[ball == APART]
+    assert len(copied) > 1
+    assert unseen[PLACE["begin"]] >= copied[:, 0].max() > begins[ball == APART].min() > 0.0
+    assert run.report.errors["horizon_s"] == pytest.approx(unseen[PLACE["begin"]], rel=1e-9)
