@@ -29,8 +29,9 @@ from bearing_twin.kinds.bearing.partners import RingLoading, border_scales, cage
 from bearing_twin.kinds.bearing.rings import keeps_apart
 from bearing_twin.kinds.bearing.snapshots import MOVING, put_back, snapshot_of
 from bearing_twin.kinds.bearing.start import bearing_of, start_orientation, start_state
+from bearing_twin.kinds.bearing.stepping import step_limits
 from bearing_twin.kinds.bearing.stepping.integrate import Chunk, PartRoom, check, instants_in, integrated
-from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, Rates, fastest_rates, stable_step, too_long
+from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, Rates, fastest_rates
 from bearing_twin.kinds.bearing.stepping.steps import Results
 from bearing_twin.kinds.contract import late
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
@@ -78,9 +79,8 @@ class BearingMotion:
         self.scales, self._start, self._start_orientation = scales, start, start_orientation(start)
         self.step = parameters.solver.step
         if choice.stepper in FIXED_STEP:
-            what = self.rates, choice.stepper, parameters.initial.motion == "rest"
-            self.step = self.step or stable_step(*what)
-            if problem := too_long(self.step, *what):
+            self.step, problem = step_limits.step_at_start(parameters, self.rates, choice.stepper)
+            if problem:
                 raise SceneError(problem.sentence)
         self._start_step = self.step
         self.reset()
@@ -212,8 +212,8 @@ class BearingMotion:
         """After a jump: a step that was chosen is chosen anew where contacts have grown stiffer, a given one judged."""
         rates = fastest_rates(self.bearing, self.state)
         if not self.parameters.solver.step:
-            self.step = min(self.step, stable_step(rates, self.stepper))
-        if problem := too_long(self.step, rates, self.stepper):
+            self.step = min(self.step, step_limits.stable_step(rates, self.stepper))
+        if problem := step_limits.too_long(self.step, rates, self.stepper):
             sentence = f"at {self.elapsed:.9g} s {problem.sentence}"
             raise IntegrationError(sentence, "step too long", self.elapsed, problem.body)
 
