@@ -8,6 +8,9 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 DIGITS = 18  # of a whole number that is no float
+BESIDE = "settling_evaluations"
+"""What equilibria take that is not foretold, by its name in the costs of a run: how often what acts on a ball was
+evaluated to find how balls move."""
 
 
 class Choice(NamedTuple):

@@ -250,17 +250,17 @@ def test_what_rows_told_up_to_a_horizon_is_kept_in_little_room():
 
 def test_meetings_that_nobody_looked_at_end_what_is_known():
     growth = Growth(1e-4)
-    (row,) = all_of_it(0.05, 0.07, 1e-4, 300.0, False)
+    (row,) = all_of_it(0.07, 1e-4, 0.05, 300.0, False)
     assert not growth.add(row, 300.0)
     assert not growth.notes  # as far as is known, meetings do no harm
-    (row,) = all_of_it(0.09, 0.1, 1e-4, 300.0, True)
+    (row,) = all_of_it(0.1, 1e-4, 0.09, 300.0, True)
     growth.add(row, 300.0)
     assert growth.kept == 0.05  # now it is known that they do, also where nobody looked before
     assert "balls met after 0.05 s where nobody looked" in growth.notes["horizon"]
     assert "only statistics of many runs hold" in growth.notes["horizon"]
     copied = Growth(1e-4)
     for row in (
-        *all_of_it(0.05, 0.07, 1e-4, 300.0, False),
+        *all_of_it(0.07, 1e-4, 0.05, 300.0, False),
         a_row(0.08, APART, friction=1e-6),
         a_row(0.09, APART, friction=1.0),
     ):

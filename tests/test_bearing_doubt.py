@@ -570,7 +570,7 @@ def test_balls_that_roll_on_after_a_jump_are_looked_at_whatever_pointed_to_the_j
 
 def test_a_ball_that_bounces_after_a_jump_names_its_horizon(monkeypatch):
     monkeypatch.setattr(redoing, "RETAKEN", 0)  # done again, the run may be exact enough to have none
-    jump = "drive.change.offset=[2e-6,-5e-6,1e-6]"
+    jump = "drive.change.offset=[2e-6,-6e-6,1e-6]"
     report = reported("bearing_6203_sudden", "run.duration=0.04", jump, "wanted.tolerance=0.1").report
     assert report.status.startswith("doubtful")
     assert "only statistics of many runs hold" in report.errors["errors_unknown"]["horizon"]

@@ -4,6 +4,7 @@ import csv
 import importlib
 import json
 import math
+import shlex
 import shutil
 import sys
 from pathlib import Path
@@ -13,7 +14,7 @@ import numpy as np
 import pytest
 
 from bearing_twin import __version__
-from bearing_twin.charts import timing
+from bearing_twin.charts import motions, timing, work_precision
 from bearing_twin.charts.chart import Chart, unsure
 from bearing_twin.charts.contest import Asked, Kept
 from bearing_twin.charts.made import made, processor
@@ -33,6 +34,7 @@ from bearing_twin.charts.table import (
 )
 from bearing_twin.command.chart_table import CHARTS, made_by
 from bearing_twin.command.cli import main
+from bearing_twin.kinds.charted import measured_rows
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
 
@@ -190,3 +192,20 @@ def test_who_is_near_the_limit_is_not_run_again(monkeypatch):
     monkeypatch.setattr(timing.signal, "getitimer", lambda which: (2.0, 0.0))
     assert timing.timed(work)[1].seconds == 0.5
     assert len(done) == 1
+
+
+@pytest.mark.parametrize("name", ["steppers", "motions"])
+def test_a_row_says_how_long_its_run_is(name):
+    """As its command repeats it; and as the chart writes it today."""
+    rows = [row for row in measured_rows(f"{name}.csv") if row["command"]]
+    assert len(rows) > 200
+    for row in rows:
+        words = shlex.split(row["command"])
+        lasts = [words[k + 1] for k, word in enumerate(words) if word == "--duration"]
+        lasts += [word.split("=")[1] for word in words if word.startswith("run.duration=")]
+        assert [float(one) for one in lasts] == [float(row["simulated"])]
+    first = next(row for row in rows if row["status"] == DONE)
+    judge = {"steppers": work_precision.judge_motion, "motions": motions.judge}[name]
+    made_now = judge(first["problem"], first["method"], float(first["setting"]), 60.0)
+    assert made_now.status == DONE
+    assert made_now.simulated == float(first["simulated"])

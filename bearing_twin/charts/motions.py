@@ -45,21 +45,23 @@ CASES |= {name: Case(*one, PERIOD, OUTPUTS) for name, one in SHARED.items()}
 class MotionRow(Row):
     """One stepper in one motion: `evaluations` of a ball's rates in the first 20 ms, of all balls; and a second later.
 
-    `balls` is their number. Of other bodies all their evaluations up to the time in the row's command, and a second
-    later, with `events_a_second` in that: turns of a shaft, touches of an ellipsoid.
+    `balls` is their number. Of other bodies all their evaluations in the time `simulated` [s], and a second later, with
+    `events_a_second` in that: turns of a shaft, touches of an ellipsoid.
     """
 
     balls: float = math.nan
     evaluations_a_second: float = math.nan
     events_a_second: float = math.nan
+    simulated: float = math.nan
 
 
 def judge(name: str, stepper: str, setting: float, limit: float) -> MotionRow:
     """One stepper at one tolerance."""
     if name in body_motions.CASES:
-        return body_motions.judge(MotionRow(name, stepper, setting), limit, ENOUGH)
+        seconds = body_motions.CASES[name].seconds
+        return body_motions.judge(MotionRow(name, stepper, setting, simulated=seconds), limit, ENOUGH)
     case = CASES[name]
-    row = MotionRow(name, stepper, setting, command=command_of(case, stepper, setting))
+    row = MotionRow(name, stepper, setting, command=command_of(case, stepper, setting), simulated=case.seconds)
     found = bearing_row(row, case, limit, enough=ENOUGH)
     return found if found.status != DONE else tried(found, lambda: _counted(case, stepper, setting), limit)
 

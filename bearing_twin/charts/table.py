@@ -14,7 +14,7 @@ from bearing_twin.paths import drafted
 DONE, REFUSED, FAILED, STOPPED = ("done", "refused", "failed", "stopped")
 UNSURE = 0.1  # spread of a cost beyond which it is flagged; differences of that size are then none
 MADE = "made"  # the last column, which no row holds: tables of earlier versions lack it
-NEWER = ("spread", "api_load_error", "api_friction_error", "api_seconds", "api_spread")
+NEWER = ("spread", "api_load_error", "api_friction_error", "api_seconds", "api_spread", "simulated")
 """Columns that tables of earlier versions lack."""
 
 

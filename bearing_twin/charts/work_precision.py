@@ -65,13 +65,15 @@ SLOWEST = 1e3  # CPU seconds per simulated second beyond which a ladder ends
 class StepperRow(Row):
     """A run by its motion alone, and the same by the public call: errors, CPU seconds a simulated second, their spread.
 
-    Those of the call are NaN where there is none: SciPy's methods are references there, asked for more.
+    Those of the call are NaN where there is none: SciPy's methods are references there, asked for more. `simulated` [s]
+    is how long the run is.
     """
 
     api_load_error: float = math.nan
     api_friction_error: float = math.nan
     api_seconds: float = math.nan
     api_spread: float = math.nan
+    simulated: float = math.nan
 
 
 CALLED = "api_load_error", "api_friction_error", "api_seconds", "api_spread"
@@ -100,7 +102,7 @@ def judge(name: str, stepper: str, setting: float, limit: float) -> StepperRow:
 
 def judge_motion(name: str, stepper: str, setting: float, limit: float) -> StepperRow:
     """One run by its motion alone."""
-    row = StepperRow(name, stepper, setting, command=_command(name, stepper, setting))
+    row = StepperRow(name, stepper, setting, command=_command(name, stepper, setting), simulated=CASES[name].seconds)
     return bearing_row(row, CASES[name], limit, refuses=True)
 
 

@@ -60,7 +60,7 @@ def _evaluations() -> dict[tuple[str, str, float], Evaluations]:
     rows = [row for row in measured_rows("motions.csv") if row["problem"] in BODIES and row["status"] == "done"]
     found = {}
     for row in rows:
-        span = float(row["command"].split("run.duration=")[1])
+        span = float(row["simulated"])
         a_second, events = float(row["evaluations_a_second"]), float(row["events_a_second"])
         counts = Evaluations(max(float(row["evaluations"]) - span * a_second, 0.0), a_second, a_second / events)
         found[row["problem"], row["method"], float(row["setting"])] = counts

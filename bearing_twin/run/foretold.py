@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from bearing_twin.report import BESIDE
 from bearing_twin.units import two_digits
 
 MUCH = 3.0  # times what was foretold: a run that took more says so
@@ -15,9 +16,6 @@ WORDS = {
 }
 """What a prediction may count, by its name in the costs of a run."""
 KEY, SINCE = "predicted_cost", "since_s"
-BESIDE = "settling_evaluations"
-"""What equilibria take that is not foretold, by its name in the costs of a run: how often what acts on a ball was
-evaluated to find how balls move."""
 
 
 def cost_told(predicted: Mapping[str, Any] | None, costs: Mapping[str, int], seconds: float) -> dict[str, Any]:

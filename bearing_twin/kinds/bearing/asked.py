@@ -4,7 +4,7 @@ from bearing_twin.kinds.bearing import measured
 from bearing_twin.kinds.bearing.measured import SPREAD, Prediction, counted, error_of, predictions
 from bearing_twin.kinds.bearing.motions import MOTIONS, motions_of, unmeasured
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
-from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, fastest_rates, stable_step
+from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, fastest_rates, step_at_start
 
 # An implicit reference: a scene has it far tighter than rows, where it evaluates more, nobody knows what.
 TIGHTER = "radau"
@@ -13,11 +13,11 @@ TIGHTER = "radau"
 def setting_of(parameters, law: str) -> float:
     """Step [s] or tolerance of the stepper that a scene asks for; the step of balls that move each for itself."""
     solver = parameters.solver
-    if solver.stepper not in FIXED_STEP or solver.step:
-        return solver.step if solver.stepper in FIXED_STEP else parameters.wanted.tolerance
-    bearing, motion = bearing_of(parameters, law), parameters.initial.motion
-    start = start_state(bearing, parameters.drive.speed, motion)
-    return stable_step(fastest_rates(bearing, start), solver.stepper, motion == "rest")
+    if solver.stepper not in FIXED_STEP:
+        return parameters.wanted.tolerance
+    bearing = bearing_of(parameters, law)
+    start = start_state(bearing, parameters.drive.speed, parameters.initial.motion)
+    return step_at_start(parameters, fastest_rates(bearing, start), solver.stepper)[0]
 
 
 def not_measured(parameters) -> str:

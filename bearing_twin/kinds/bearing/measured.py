@@ -108,8 +108,7 @@ def counts() -> dict[tuple[str, str], np.ndarray]:
             found.setdefault((row["problem"], row["method"]), []).append(one)
     for row in measured_rows("steppers.csv"):
         if row["status"] == "done" and row["method"] not in ROSENBROCK:
-            span = float(row["command"].split("--duration")[1])
-            one = _setting(row), 1.0, float(row["evaluations"]) / (BALLS * span)
+            one = _setting(row), 1.0, float(row["evaluations"]) / (BALLS * float(row["simulated"]))
             found.setdefault((row["problem"], row["method"]), []).append(one)
     return {key: np.log(sorted(rows)) for key, rows in found.items()}
 

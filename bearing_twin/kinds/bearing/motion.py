@@ -1,17 +1,17 @@
 """From a bearing scene to its equations, its start, and its motion chunk by chunk, by any of the steppers."""
 
-import functools
 import math
 from copy import copy
+from functools import cached_property, partial
 from operator import attrgetter
 
 import numpy as np
 
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.axes_at_start import settle_axes
-from bearing_twin.kinds.bearing.companion.deviations import Part
+from bearing_twin.kinds.bearing.companion.deviations import Part, drive_later
 from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
-from bearing_twin.kinds.bearing.forces.equations import RingDrive, mark_met, mark_near, time_apart
+from bearing_twin.kinds.bearing.forces.equations import RingDrive, time_apart
 from bearing_twin.kinds.bearing.forces.layout import (
     CARRIED_COLUMNS,
     DRIVE_WORK,
@@ -21,6 +21,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SHAFT_SPEED,
 )
 from bearing_twin.kinds.bearing.friction_choice import as_chosen
+from bearing_twin.kinds.bearing.meeting_parts import NEAR, PartBalls, integrate_alone, integrate_in_common
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.overload import check_speed, explained
 from bearing_twin.kinds.bearing.parameters import BearingScene
@@ -28,15 +29,15 @@ from bearing_twin.kinds.bearing.partners import RingLoading, border_scales, cage
 from bearing_twin.kinds.bearing.rings import keeps_apart
 from bearing_twin.kinds.bearing.snapshots import MOVING, put_back, snapshot_of
 from bearing_twin.kinds.bearing.start import bearing_of, start_orientation, start_state
+from bearing_twin.kinds.bearing.stepping import step_limits
 from bearing_twin.kinds.bearing.stepping.integrate import Chunk, PartRoom, check, instants_in, integrated
-from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, Rates, fastest_rates, stable_step, too_long
+from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, Rates, fastest_rates
 from bearing_twin.kinds.bearing.stepping.steps import Results
 from bearing_twin.kinds.contract import late
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
 from bearing_twin.report import Choice
 from bearing_twin.stopping import SIGNALLED
 
-NEAR = 0.05  # gap / ball radius below which two balls may meet within a chunk
 FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's acceleration changes
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
 REPLACED = ("drive", "goal_speed", "bearing", "step", "elapsed", "_acceleration", "_changed", "_load", "_load_rate")
@@ -44,7 +45,6 @@ LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the 
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
 LONGEST = 0.4  # s asked for in one go: of balls alone, or round a ring with mass in a cage that keeps them apart
 KEPT = attrgetter(*MOVING, "counts", *REPLACED)  # what `take_back` needs
-EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 
 bearing_motion = late("bearing_twin.kinds.bearing.moving:moving_by")  # see there
@@ -79,14 +79,13 @@ class BearingMotion:
         self.scales, self._start, self._start_orientation = scales, start, start_orientation(start)
         self.step = parameters.solver.step
         if choice.stepper in FIXED_STEP:
-            what = self.rates, choice.stepper, parameters.initial.motion == "rest"
-            self.step = self.step or stable_step(*what)
-            if problem := too_long(self.step, *what):
+            self.step, problem = step_limits.step_at_start(parameters, self.rates, choice.stepper)
+            if problem:
                 raise SceneError(problem.sentence)
         self._start_step = self.step
         self.reset()
 
-    @functools.cached_property
+    @cached_property
     def rates(self) -> Rates:
         """The fastest rates to be expected from the start."""
         return fastest_rates(self._bearing, self._start)
@@ -213,8 +212,8 @@ class BearingMotion:
         """After a jump: a step that was chosen is chosen anew where contacts have grown stiffer, a given one judged."""
         rates = fastest_rates(self.bearing, self.state)
         if not self.parameters.solver.step:
-            self.step = min(self.step, stable_step(rates, self.stepper))
-        if problem := too_long(self.step, rates, self.stepper):
+            self.step = min(self.step, step_limits.stable_step(rates, self.stepper))
+        if problem := step_limits.too_long(self.step, rates, self.stepper):
             sentence = f"at {self.elapsed:.9g} s {problem.sentence}"
             raise IntegrationError(sentence, "step too long", self.elapsed, problem.body)
 
@@ -256,16 +255,12 @@ class BearingMotion:
         filled = self._instants.empty(len(times), self.bearing.balls)
         moving = [getattr(self, name) for name in MOVING]
         before = [one.copy() for one in moving]
-        near, radius = np.zeros(self.bearing.balls, np.bool_), self.bearing.ball_radius
-        if not self._apart:
-            mark_near(radius, self.state, NEAR * radius, duration, near)
-        pointer = self._integrate(drive, partners, near, times, duration, filled)
-        if not partners.even and mark_met(radius, self.state, filled[0], 0.5 * NEAR * radius, near):
-            # Balls came together that were integrated apart: once more, all together.
-            for one, kept in zip(moving, before, strict=True):
-                one[:] = kept
-            mark_near(radius, self.state, EVERYWHERE, 0.0, near)
-            pointer = self._integrate(drive, partners, near, times, duration, filled)
+        near = np.zeros(self.bearing.balls, np.bool_)
+        balls, integrate = PartBalls(self.bearing.ball_radius, near, moving), partial(self._integrate, partners, drive)
+        if partners.active or self._apart:
+            pointer = integrate_in_common(integrate, balls, times, duration, filled, self._apart, partners.even)
+        else:
+            pointer = integrate_alone(integrate, balls, times, duration, filled)
         write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out.numbers, first)
         given = out.rows(slice(first, first + len(times))), pointer, self.elapsed, int(self.counts[STEPS])
         check_speed(self.parameters, partners, self.elapsed, times, filled[2])
@@ -286,7 +281,8 @@ class BearingMotion:
     def _look(self, part: Part) -> None:
         """What is done with a part once it is integrated: nothing."""
 
-    def _integrate(self, drive, partners, near, times, duration, filled):
+    def _integrate(self, partners, drive, near, begin, times, duration, filled):
+        drive, elapsed = drive_later(drive, begin) if begin else drive, self.elapsed + begin
         failure, (states, orientations, borders) = np.zeros(2), filled
         borders[:] = self.border
         last = self.border, self._pointer(len(times))
@@ -294,7 +290,7 @@ class BearingMotion:
         chunk = Chunk(self.bearing, drive, partners, near, times, duration, self.step, self.scales)
         moving = self.state, self.orientation, self.steps
         try:
-            check(integrated(self.stepper, chunk, moving, results), self.elapsed, failure)
+            check(integrated(self.stepper, chunk, moving, results), elapsed, failure)
         except IntegrationError as error:
-            raise explained(error, self.parameters, self.law, chunk, self.elapsed) from None
+            raise explained(error, self.parameters, self.law, chunk, elapsed) from None
         return results.pointer

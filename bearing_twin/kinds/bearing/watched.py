@@ -210,8 +210,8 @@ class WatchedMotion(BearingMotion):
             self._roughest, self._calm = min(self._roughest, redoing.SPARED * before), 0
             self._begin_again(arrays, others, before_it, max(cut * self.setting, VERIFIABLE / self.given))
         rows, self._found = self._found, None
-        if rows is not None and self.companion.unlooked:
-            self._rows.append(all_of_it(begun, self.elapsed, self.tolerance, *self.companion.unknown))
+        if rows is not None and self.companion.unlooked < math.inf:
+            self._rows.append(all_of_it(self.elapsed, self.tolerance, *self.companion.unknown))
         self._relax(rows if rows is None else rows[rows[:, PLACE["begin"]] >= begun])
         if rows is not None:
             rows = self.companion.go_beside(*self._looked_at, (self.state, self.border), rows)

@@ -1,13 +1,16 @@
 """Stretches of a bearing run integrated again beside it, with a tighter tolerance: single balls, or all together."""
 
+from functools import partial
+
 import numpy as np
 
+from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.companion.departures import all_start, room, starts
-from bearing_twin.kinds.bearing.companion.deviations import Found, Part
-from bearing_twin.kinds.bearing.companion.meetings import meetings, pairs_in
+from bearing_twin.kinds.bearing.companion.deviations import Found, Part, drive_later
 from bearing_twin.kinds.bearing.companion.windows import Window
+from bearing_twin.kinds.bearing.meeting_parts import PartBalls, integrate_alone
 from bearing_twin.kinds.bearing.outputs import empty_outputs, outputs_alone, write_outputs
-from bearing_twin.kinds.bearing.stepping.integrate import Chunk, integrated
+from bearing_twin.kinds.bearing.stepping.integrate import Chunk, check, integrated
 from bearing_twin.kinds.bearing.stepping.rosenbrock import ChunkTask, rosenbrock_chunk
 from bearing_twin.numerics.statuses import OK, STEPS
 from bearing_twin.numerics.steppers import ROSENBROCK
@@ -45,9 +48,18 @@ def some_beside(part: Part, group: list[Window], scales, last=None, until: float
     return found
 
 
+def _integrate(bearing, drive, partners, scales, moving, results, near, begin, times, duration, filled) -> np.ndarray:
+    """Moves all balls on from `begin` [s] of a window; see `integrate_alone`."""
+    states, orientations, border = filled
+    into = results._replace(states=states, orientations=orientations, border=border)
+    chunk = Chunk(bearing, drive_later(drive, begin), partners, near, times, duration, 0.0, scales)
+    check(integrated(METHOD, chunk, moving[:3], into), begin, results.failure)
+    return results.pointer
+
+
 def all_beside(parameters, part: Part, window: Window, scales, last=None, until: float | None = None) -> Found | None:
     """All balls with ring and cage in one window, as `some_beside`; None if that fails."""
-    start, length, balls = part.start(window.begin), window.length, len(part.near)
+    start, length, near = part.start(window.begin), window.length, part.near
     times = part.times[window.begin + 1 : window.begin + 1 + length] - start
     if last is None:
         balls_begin, border = all_start(part, window.begin, length)
@@ -55,15 +67,20 @@ def all_beside(parameters, part: Part, window: Window, scales, last=None, until:
     else:
         moving = tuple(array.copy() for array in last)
     moving[2][:] = moving[2].min()
-    results, partners = room(length, balls, moving[3], moving[4]), part.partners
+    results, partners = room(length, len(near), moving[3], moving[4]), part.partners
     partners = partners._replace(load=partners.load + start * partners.load_rate, scales=TIGHTER * partners.scales)
     drive = part.drive_from(start)
     duration = float(times[-1]) if until is None else until - start
-    near = part.near if partners.active else pairs_in(window, meetings(part))
-    chunk = Chunk(part.bearing, drive, partners, near, times, duration, 0.0, TIGHTER * scales)
-    if integrated(METHOD, chunk, moving[:3], results) != OK:
+    filled = results.states, results.orientations, results.border
+    go_on = partial(_integrate, part.bearing, drive, partners, TIGHTER * scales, moving, results)
+    try:
+        if partners.active:
+            go_on(near, 0.0, times, duration, filled)
+        else:
+            balls = PartBalls(part.bearing.ball_radius, np.zeros_like(near), list(moving))
+            integrate_alone(go_on, balls, times, duration, filled)
+    except IntegrationError:
         return None
     out = empty_outputs(parameters, length)
-    filled = results.states, results.orientations, results.border
     write_outputs(parameters, part.bearing, partners, drive, times, *filled, out.numbers, 0)
     return Found(out, results.states, moving, int(results.counts[STEPS]))

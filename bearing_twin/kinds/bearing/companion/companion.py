@@ -34,6 +34,7 @@ from bearing_twin.kinds.bearing.companion.meetings import (
     COPYING,
     Drift,
     copied_from,
+    first_met,
     meetings,
     stretches_from,
     until_met,
@@ -79,12 +80,12 @@ class Companion(Looking):
         self.second = Second(self.parameters)
         self.diverged = False  # whether bumps of balls were seen to carry an error on and more
         self.grew, self.reached = 1.0, 0.0  # times that meetings made an error; what a copy was off after them
-        self.unlooked = self.adrift = False  # whether balls met where none looked; whether that may be too much
+        self.unlooked, self.adrift = np.inf, False  # since when balls met where none looked; if that may be too much
 
     @property
-    def unknown(self) -> tuple[float, bool]:
-        """The greatest load [N] so far, and whether balls that met unseen may make it err by as much."""
-        return self.greatest_load, self.adrift
+    def unknown(self) -> tuple[float, float, bool]:
+        """Since when [s] balls met unseen, the greatest load [N] so far, and whether it may err by as much by that."""
+        return self.unlooked, self.greatest_load, self.adrift
 
     def memory(self) -> dict:
         """What it knows of the run, as plain data; see `remember`."""
@@ -266,10 +267,10 @@ class Companion(Looking):
         """
         copied = copied_from(met, self.met)
         self.met += int(met.any())
-        # The next meetings do the same again to what is off after those that a copy went through.
+        # The next meetings do the same again to what is off after them.
         far = self.grew > MET or self.grew * self.reached > self.parameters.wanted.tolerance
-        self.unlooked = bool(met.any())
-        self.adrift = far and self.unlooked
+        self.unlooked = first_met(part, met, 0)
+        self.adrift = far and self.unlooked < np.inf
         if copied is None:
             return []
         rows, taken, stretches, first = [], 0, stretches_from(met), np.inf
@@ -283,7 +284,7 @@ class Companion(Looking):
         self.drift.begin(None)
         last = (*moving, border)
         while window is not None and taken <= (COPYING if self.grew <= MET else THREATENED) * part.taken:
-            found = all_beside(self.parameters, part, window, scales / TIGHTER, last)
+            found = all_beside(self.parameters, part, window, scales, last)
             if found is None:
                 return [*rows, nowhere(part, window, tolerance)]
             last, taken = found.last, taken + found.steps
@@ -294,6 +295,6 @@ class Companion(Looking):
             self.grew, self.reached = max(self.grew, off / first), max(self.reached, off)
             window = next(stretches, None) if off <= self.parameters.wanted.tolerance else None
         self.steps += taken
-        self.unlooked = window is not None and bool(met[window.begin + 1 :].any())
-        self.adrift = self.unlooked and self.grew > MET
+        self.unlooked = np.inf if window is None else first_met(part, met, window.begin + 1)
+        self.adrift = self.unlooked < np.inf and self.grew > MET
         return rows

@@ -107,13 +107,13 @@ def unseen_landings(part: Part, rows: np.ndarray, greatest: float, apart: float)
     return float((rubbing(part, greatest, bears) * share).max(initial=0.0))
 
 
-def all_of_it(part_began: float, now: float, tolerance: float, greatest: float, adrift: bool) -> np.ndarray:
-    """A row of WINDOW of a part in which balls met where nobody looked.
+def all_of_it(now: float, tolerance: float, since: float, greatest: float, adrift: bool) -> np.ndarray:
+    """A row of WINDOW of the rest of a part in which balls met where nobody looked, `since` when [s].
 
     Where it is `adrift`, nothing is known of it: loads may be off by the `greatest` [N], friction by twice mu N.
     """
     row = np.zeros((1, len(WINDOW.columns)))
-    row[0, : PLACE["torque"]] = now, part_began, UNKNOWN, 0.0, tolerance, adrift * greatest, adrift * 2.0
+    row[0, : PLACE["torque"]] = now, since, UNKNOWN, 0.0, tolerance, adrift * greatest, adrift * 2.0
     return row
 
 

@@ -5,6 +5,7 @@ changes nothing while they roll, becomes an error of forces: `Drift` keeps it, f
 of the run that starts apart by it (`companion`) shows what follows.
 """
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -16,7 +17,7 @@ from bearing_twin.kinds.bearing.error_scales import APPROACH_SCALE
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE, TANGENTIAL_VELOCITY
 
 AHEAD = 2.0  # times the speed with which two balls come nearer: they may meet before the next output
-COPYING = 0.1  # of the run's steps: where a copy that starts apart took more, it ends
+COPYING = 0.3  # of the run's steps: where a copy that starts apart took more, it ends
 LEAST_OUTPUTS = 3  # after a meeting that it goes on for in any case
 LEAST_APART = 0.1  # of what steps of the run's tolerance may err: balls were 0.003 to 0.1 of it off when they met
 AHEAD_OF = 2  # outputs before a meeting where a copy starts, so that one shows it before
@@ -66,6 +67,12 @@ def stretches_from(met: np.ndarray) -> Iterator[Window]:
         window = Window(APART, begin, min(length, outputs - 1 - begin))
         yield window
         begin, length = begin + window.length, 2 * length
+
+
+def first_met(part: Part, met: np.ndarray, output: int) -> float:
+    """When [s] balls may first have met before this output of a part or a later one: that before it; else infinity."""
+    found = met[output:].any(axis=1)
+    return part.elapsed + part.start(output + int(found.argmax()) - 1) if found.any() else math.inf
 
 
 def copied_from(met: np.ndarray, before: int) -> int | None:

@@ -26,14 +26,13 @@ from bearing_twin.kinds.bearing.quasi_static.turn_table import NO_TABLE, without
 from bearing_twin.kinds.energy import STORED
 from bearing_twin.numerics.rotation import quaternion_product
 from bearing_twin.numerics.statuses import STOPPED
-from bearing_twin.report import Choice
+from bearing_twin.report import BESIDE, Choice
 from bearing_twin.stopping import SIGNALLED
 
 MOVING = (
     "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "settling", "_changed", "_stored", "_first_stored",
     "_gross", "_worked", "_lost", "_tables", "_turn", "_turned_at",
 )  # fmt: skip
-SETTLING = "settling_evaluations"  # what finding how balls move took, by its name in the costs of a run
 NEAR = 0.02  # relative: speeds nearer than this have one friction while they only pass
 SAME = 1e-9  # relative: instants nearer than this are one
 
@@ -128,7 +127,7 @@ class QuasiStaticMotion:
 
     def costs(self) -> dict[str, int]:
         """Equilibria of the ring solved so far, and evaluations of what acts on a ball, to find how balls move."""
-        return {"equilibria": self.solved} | ({SETTLING: self.settling} if self.settling else {})
+        return {"equilibria": self.solved} | ({BESIDE: self.settling} if self.settling else {})
 
     def first_outputs(self) -> Outputs:
         """The outputs at the present instant."""

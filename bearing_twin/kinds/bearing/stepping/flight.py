@@ -24,14 +24,35 @@ def _flying(bearing, lanes, k):
 
 
 @inlined
-def cut_steps(bearing, alone, blocks):
+def by_themselves(coupling):
+    """Whether no ring and no cage couples the balls: nothing does, or they may touch each other."""
+    if len(coupling) > 0:
+        return not coupling.border.active
+    return True
+
+
+@inlined
+def cut_steps(bearing, coupling, blocks):
     """Cuts what each lane would step in its stretch; what it wants otherwise is WANTED.
 
-    Balls that are not `alone` share their steps, the short ones of balls in contact.
+    Balls that share steps with a ring or a cage have the short ones of those in contact. Of those that share them with
+    each other all may fly: where one does, all steps are short.
     """
+    short = by_themselves(coupling)
+    if len(coupling) > 0 and short:
+        short = get(blocks[0], STEP, 0) > LONGEST_FLIGHT and _any_flies(bearing, blocks)
     for lanes in blocks:
         for k in range(LANES):
             wanted = get(lanes, STEP, k)
-            if alone and wanted > LONGEST_FLIGHT and _flying(bearing, lanes, k):
+            if short and wanted > LONGEST_FLIGHT and (len(coupling) > 0 or _flying(bearing, lanes, k)):
                 wanted = LONGEST_FLIGHT
             cut_to_end(wanted, lanes, k)
+
+
+@inlined
+def _any_flies(bearing, blocks):
+    flies = False
+    for lanes in blocks:
+        for k in range(LANES):
+            flies = flies or _flying(bearing, lanes, k)
+    return flies

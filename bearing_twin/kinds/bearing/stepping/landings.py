@@ -72,22 +72,22 @@ def _gaps(bearing, lanes):
 
 
 @lean_kernel
-def weigh_landings(alone, bearing, scales, lanes):
+def weigh_landings(bearing, scales, lanes):
     """Lets steps in which a contact begins or ends err by no less than a share of what that does to the ball.
 
-    Of balls `alone`, after `finish_lanes`; `scales` (MOTION,) are the errors that a step may make.
+    Of balls that no ring and no cage couples, after `finish_lanes`; `scales` (MOTION,) are the errors that a step may
+    make.
     """
-    if len(alone) > 0:
-        _gaps(bearing, lanes)
-        per_scale = CHANCE / (scales[VELOCITY] * math.sqrt(MOTION))
-        for k in range(LANES):
-            # As nearly always: what the outer raceway bears throughout forgets errors. Lanes without a ball hold no
-            # numbers, which compare as false.
-            if not (get(lanes, LEAST, k) <= 0.0 and get(lanes, ERROR, k) <= 1.0):
-                continue
-            begin, end, step = get(lanes, BEGIN, k), get(lanes, FINISH, k), get(lanes, STEP, k)
-            changes = _impulse(bearing, bearing.outer.law, begin, end, step)
-            place, there = get_vector(lanes, START + AXIS_DISTANCE, k), get_vector(lanes, END + AXIS_DISTANCE, k)
-            begin, end = inner_approach(bearing, *place), inner_approach(bearing, *there)
-            changes = max(changes, _impulse(bearing, bearing.inner.law, begin, end, step))
-            put(lanes, ERROR, k, max(get(lanes, ERROR, k), per_scale * changes))
+    _gaps(bearing, lanes)
+    per_scale = CHANCE / (scales[VELOCITY] * math.sqrt(MOTION))
+    for k in range(LANES):
+        # As nearly always: what the outer raceway bears throughout forgets errors. Lanes without a ball hold no
+        # numbers, which compare as false.
+        if not (get(lanes, LEAST, k) <= 0.0 and get(lanes, ERROR, k) <= 1.0):
+            continue
+        begin, end, step = get(lanes, BEGIN, k), get(lanes, FINISH, k), get(lanes, STEP, k)
+        changes = _impulse(bearing, bearing.outer.law, begin, end, step)
+        place, there = get_vector(lanes, START + AXIS_DISTANCE, k), get_vector(lanes, END + AXIS_DISTANCE, k)
+        begin, end = inner_approach(bearing, *place), inner_approach(bearing, *there)
+        changes = max(changes, _impulse(bearing, bearing.inner.law, begin, end, step))
+        put(lanes, ERROR, k, max(get(lanes, ERROR, k), per_scale * changes))

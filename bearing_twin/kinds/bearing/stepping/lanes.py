@@ -15,7 +15,8 @@ from bearing_twin.kinds.bearing.stepping.border_step import (
     border_stage_state,
     copy_state,
 )
-from bearing_twin.kinds.bearing.stepping.landings import alone, weigh_landings
+from bearing_twin.kinds.bearing.stepping.flight import by_themselves
+from bearing_twin.kinds.bearing.stepping.landings import weigh_landings
 from bearing_twin.kinds.bearing.stepping.linear_system import (
     couple_jacobians,
     factorise_alone,
@@ -152,6 +153,7 @@ def rosenbrock_step(task, coupling, blocks):
     for block in range(len(blocks)):
         finish_lanes(border, task.scales, method.dense, blocks[block])
         weigh_light(task.bearing.pockets, task.bearing, border, task.scales, blocks[block])
-        weigh_landings(alone(coupling), task.bearing, task.scales, blocks[block])
+        if by_themselves(coupling):
+            weigh_landings(task.bearing, task.scales, blocks[block])
     if len(coupling) > 0:
         put(blocks[0], ERROR, 0, max(get(blocks[0], ERROR, 0), coupling.border.numbers[at.ERROR]))

@@ -95,7 +95,7 @@ def _begin(run, number, lanes, k):
 def _cut(run, coupling, blocks):
     """Cuts the coming steps; returns the least to go on with [s]."""
     task = run.task
-    cut_steps(task.bearing, len(coupling) == 0, blocks)
+    cut_steps(task.bearing, coupling, blocks)
     return meet_walls(task.bearing.pockets, task.bearing, coupling, task.scales, blocks)
 
 

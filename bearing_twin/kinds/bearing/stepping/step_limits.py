@@ -131,3 +131,13 @@ def too_long(step: float, rates: Rates, stepper: str, slides: bool = True) -> To
         body = f"ball {rates.creeping}"
         why = f"is unstable: friction answers at {rates.friction:.2g} /s on {body}, where {stepper} is right"
     return TooLong(f"solver.step = {step:g} s {why} up to {min(ringing, creeping):.3g} s; {advice}", body)
+
+
+def step_at_start(parameters, rates: Rates, stepper: str) -> tuple[float, TooLong | None]:
+    """The step [s] of a scene by a fixed-step method, given or stable, and what is wrong with it.
+
+    `rates` are those of its start, where balls may slide if they are at rest.
+    """
+    slides = parameters.initial.motion == "rest"
+    step = parameters.solver.step or stable_step(rates, stepper, slides)
+    return step, too_long(step, rates, stepper, slides)
