@@ -18,7 +18,8 @@ from bearing_twin.kinds.bearing.companion import redoing
 from bearing_twin.kinds.bearing.companion.balance import SURE, between_steps
 from bearing_twin.kinds.bearing.companion.companion import Companion
 from bearing_twin.kinds.bearing.companion.deviations import Part
-from bearing_twin.kinds.bearing.companion.inherited import NOTHING, all_of_it, carried_on, remembered, ringing_time
+from bearing_twin.kinds.bearing.companion.earlier import ringing_time
+from bearing_twin.kinds.bearing.companion.inherited import NOTHING, all_of_it, carried_on, remembered
 from bearing_twin.kinds.bearing.companion.windows import (
     ALL,
     APART,
@@ -278,6 +279,7 @@ class WatchedMotion(BearingMotion):
     def _look(self, part: Part) -> None:
         """Has the companion look at a part; its windows are kept, for the case that the call is done again."""
         if self.parameters.wanted.tolerance < VERIFIABLE or not len(part.times):
+            self.companion.throws.passed(part, self.companion.greatest_load)
             return
         if self._windows is None:
             self._windows = self.companion.windows(part)
@@ -285,7 +287,7 @@ class WatchedMotion(BearingMotion):
             self._windows = self.companion.windows_again(part, self._windows)
         scales = self.scales if self.stepper not in FIXED_STEP and len(part.pointer) else self._asked[0]
         self._looked_at, self._eventful = (part, scales, self.tolerance), not part.all_bear
-        throw, greatest = self.companion.throw(part, scales, *self._inherited[1:3]), self.companion.greatest_load
+        throw, greatest = self.companion.throw(part, scales, not self._first_go), self.companion.greatest_load
         self._thrown = throw is not None
         found = self.companion.look(part, self._windows if throw is None else [], scales, self.tolerance)
         added, self._before_it = found, found[:0]

@@ -40,7 +40,7 @@ from bearing_twin.kinds.bearing.companion.meetings import (
 )
 from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS
 from bearing_twin.kinds.bearing.companion.second import Second
-from bearing_twin.kinds.bearing.companion.throws import Throw, through_throw
+from bearing_twin.kinds.bearing.companion.throws import Throw, Throws
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, PLACE, WINDOW, Window, bumps, off_by, within
 from bearing_twin.kinds.bearing.forces.layout import MOTION
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
@@ -77,6 +77,7 @@ class Companion(Looking):
         self.drift = Drift(self.parameters.geometry.balls)
         self.apart = 0.0  # how far [m] balls of the last part were off in flight
         self.second = Second(self.parameters)
+        self.throws = Throws(self.parameters)
         self.diverged = False  # whether bumps of balls were seen to carry an error on and more
         self.grew, self.reached = 1.0, 0.0  # times that meetings made an error; what a copy was off after them
         self.unlooked = self.adrift = False  # whether balls met where none looked; whether that may be too much
@@ -93,6 +94,7 @@ class Companion(Looking):
             "followed": [[*one[:2], [array.tolist() for array in one.last], one.left] for one in self.followed],
             "drift": self.drift.memory(),
             "second": self.second.memory(),
+            "earlier": self.throws.earlier.memory(),
         }
 
     def remember(self, kept: dict) -> None:
@@ -102,6 +104,7 @@ class Companion(Looking):
         self.followed = [followed_as(told, self.parameters.geometry.balls) for told in kept["followed"]]
         self.drift.remember(kept["drift"])
         self.second.remember(kept.get("second", []))
+        self.throws.earlier.remember(kept.get("earlier", []))
 
     def inherited(self) -> tuple:
         """What it carries from part to part of the motion; see `inherit`."""
@@ -186,11 +189,11 @@ class Companion(Looking):
         rows = np.concatenate([rows, np.array(found).reshape(-1, len(WINDOW.columns))])
         return rows[np.argsort(rows[:, 0], kind="stable")]
 
-    def throw(self, part: Part, scales, off: float, wide: float) -> Throw | None:
-        """What a copy shows of a part in which a ring is thrown, see `through_throw`; None of others."""
-        found = through_throw(self.parameters, part, scales, off, wide, self.greatest_load)
+    def throw(self, part: Part, scales, again: bool) -> Throw | None:
+        """What a more exact motion shows of a part in which a ring is thrown, see `Throws`; None of others."""
+        found, steps = self.throws.through(part, scales, again, self.greatest_load)
+        self.steps += steps
         if found:
-            self.steps += found.found.steps
             self.drift.see(part, found.window, found.found, 1.0 / (1.0 - TIGHTER))
         return found
 

@@ -14,27 +14,17 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
-from bearing_twin.kinds.bearing.companion.throws import NO_LOAD, Throw, stiffest, thrown
-from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, UNKNOWN, WINDOW, carries
-from bearing_twin.kinds.bearing.forces.equations import Bearing
+from bearing_twin.kinds.bearing.companion.earlier import stiffest
+from bearing_twin.kinds.bearing.companion.throws import Throw, thrown
+from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, UNKNOWN, WINDOW
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
 from bearing_twin.kinds.bearing.stepping.pointing import OF_FORCE
 
+NO_LOAD = 1e-300  # N: next to nothing, so that no quotient is infinite
 NOTHING = (0.0, 0.0, 0.0, 0.0)  # see `carried_on`
 ERRORS = slice(PLACE["load"], None)  # of a row of WINDOW
 SLIP = [PLACE[one] for one in ("friction", "torque", "mean_torque")]  # ... those that follow from how balls slip
 MEANS = [PLACE["drive_torque"], PLACE["loss"]]  # ... and means over windows, which are no instants of a ring that rings
-
-
-def ringing_time(parameters, bearing: Bearing, greatest: float) -> float:
-    """Time [s] in which a ring that rings on the ball that bears most, `greatest` [N], falls to a tenth; 0 without one.
-
-    A mass m on two contacts of stiffness k in series, each with a viscous term k times the relaxation time.
-    """
-    if not carries(parameters) or greatest <= 0.0:
-        return 0.0
-    damping = 0.5 * stiffest(bearing.inner.law, greatest) * bearing.relaxation_time
-    return math.log(10.0) * 2.0 * parameters.rings.inner.mass / damping if damping > 0.0 else math.inf
 
 
 def remembered(told) -> tuple[float, ...]:
