@@ -112,24 +112,20 @@ class Throws:
         """What a more exact motion shows of a part, from before it on, and its steps; None of one without a throw.
 
         None as well where it breaks off. Where the part is done `again`, the motion beside the go before is a witness
-        still, unless the first go was off by so much that this may be off by more than is wanted.
+        still, unless that go was off by so much that this may itself be off by more than is wanted.
         """
         self.passed(part, greatest)
         if not carries(self.parameters) or not thrown(part):
             return None, 0
-        if again and self._witness is not None:
-            spent = self._witness.steps
+        spent, kept = 0, self._witness if again else None
+        if kept:
+            witness, spent = kept, -kept.steps
         else:
-            begun, spent = self.earlier.beside(part, scales), 0
-            self._witness = begun and Witness(*begun, scales)
-        found = self._witness and self._witness.beside(self.parameters, part, greatest)
-        if not found:
-            self._witness = None
-            return None, 0
-        spent = self._witness.steps - spent
-        if not again and found.over(self.parameters, greatest) > CARRIED:
-            self._witness = None
-        return found, spent
+            begun = self.earlier.beside(part, scales)
+            witness = begun and Witness(*begun, scales)
+        found = witness and witness.beside(self.parameters, part, greatest)
+        self._witness = witness if found and (kept or found.over(self.parameters, greatest) <= CARRIED) else None
+        return found, spent + witness.steps if witness else 0
 
 
 def _joined(seen: list[Found]) -> Found:
