@@ -199,7 +199,8 @@ def carried_on(
         one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), slips)
     unbounded = before.copy()
     unbounded[PLACE["load"]] *= free[1] / loads[1] if loads[1] else 1.0
-    for one, *those in ((row, loads[0], across), (before, loads[1], wide), (unbounded, free[1], wide)):
+    rest = ((row, loads[0], across), (before, loads[1], wide), (unbounded, free[1], wide))
+    for one, *those in rest if throw is None else ():  # which shows what friction is off as well
         one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), light * max(those) / greatest if greatest else 0.0)
     falls = 10.0 ** (-part.duration / seconds) if told_of else 1.0
     later, wide = max(loads[0], loads[1] * falls), max(across, wide * falls)

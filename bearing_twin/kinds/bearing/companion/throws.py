@@ -77,7 +77,7 @@ class Witness:
 
     def beside(self, parameters, part: Part, greatest: float) -> Throw | None:
         """What it shows of a run through the part; None where it breaks off. `greatest` load [N] so far."""
-        reached, end = sum(len(one.states) for one in self._seen), len(part.times)
+        reached, end, told = sum(len(one.states) for one in self._seen), len(part.times), 0
         until = max(min(FAR * (1 + int(np.flatnonzero(unheld(part))[-1])), end), reached)
         while True:
             if until > reached:
@@ -89,11 +89,11 @@ class Witness:
                 self.last, self.steps, reached = found.last, self.steps + found.steps, until
             whole, found = Window(ALL, -1, until), _joined(self._seen)._replace(steps=self.steps)
             errors = np.abs(deviations(part, whole, found, greatest))
-            told = Throw(errors / (1.0 - TIGHTER), whole, found)
-            enough = told.over(parameters, greatest) > CARRIED or not part.in_flight[until:].any()
-            if until == end or (enough and _faded(part, whole, found, until // 3, greatest, errors)):
-                return told
-            until = min(2 * until, end)
+            throw = Throw(errors / (1.0 - TIGHTER), whole, found)
+            enough = throw.over(parameters, greatest) > CARRIED or not part.in_flight[until:].any()
+            if until == end or (enough and _faded(part, whole, found, (until - told) // 3, greatest, errors)):
+                return throw
+            told, until = until, min(2 * until, end)
 
 
 class Throws:
