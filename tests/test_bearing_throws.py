@@ -77,9 +77,9 @@ def test_a_motion_from_before_a_throw_shows_what_a_ring_brings_into_it(monkeypat
     (_, part, scales, told), others, moving = through(1e-5, monkeypatch)
     assert told.load > 0.0
     assert all(one[-1] is None for one in others)
-    none, once, twice = (shown(moving, part, scales, times * 1e-6) for times in (0.0, 1.0, 2.0))
+    none, once, twice = (shown(moving, part, scales, times * 1e-2) for times in (0.0, 1.0, 2.0))
     assert none.load < 0.2 * once.load
-    assert twice.load / once.load == pytest.approx(2.0, rel=0.1)
+    assert twice.load / once.load == pytest.approx(2.0, rel=0.15)
     assert 0 < once.found.steps < 2.0 * part.pointer[..., 2].sum()
 
 
@@ -120,15 +120,16 @@ def test_a_motion_beside_a_thrown_ring_goes_on_while_balls_hop(monkeypatch):
     """They make what had faded grow: a run was off by fifty times its tolerance, of which a hundredth was told."""
     (_, part, scales, _), _, moving = through(1e-5, monkeypatch)
     assert shown(moving, part, scales).window.length < len(part.times)
-    assert shown(moving, part, scales, 1e-4).window.length < len(part.times)
     part.in_flight[-1, 0] = True
     assert shown(moving, part, scales).window.length == len(part.times)
-    assert shown(moving, part, scales, 1e-4).window.length < len(part.times)  # off by more than is wanted in any case
+    monkeypatch.setattr(throws, "CARRIED", 0.0)
+    assert shown(moving, part, scales).window.length < len(part.times)  # off by more than is wanted in any case
 
 
 def test_a_part_that_is_done_again_has_the_motion_beside_the_first_go_as_a_witness(monkeypatch):
     """It costs nothing more. Where the run was off by far more than is wanted, so may be this motion: another goes."""
     (_, part, scales, _), _, moving = through(1e-5, monkeypatch)
+    monkeypatch.setattr(throws, "FADED", np.inf)
     going, greatest = Throws(moving.parameters), greatest_of(moving)
     going.earlier.remember(moving.companion.throws.earlier.memory())
     first, steps = going.through(part, scales, False, greatest)
@@ -236,13 +237,28 @@ def test_a_run_whose_ring_is_thrown_says_what_it_is_off(tolerance, wanted):
 
 
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3, 1e-4])
-def test_a_ring_whose_load_reverses_keeps_its_tolerance_by_what_its_speed_was_off(tolerance):
-    """It swings across its load: with a ring displaced alone a run was off by 1.6 times its tolerance, unsaid."""
+def test_a_ring_whose_load_reverses_keeps_its_tolerance_and_says_what_it_is_off(tolerance):
+    """With a ring displaced by guess a run was off by 1.6 times its tolerance, unsaid, or said four times too much."""
     words = ("bearing_6203_rig_400N", "rings.inner.change={time: 0.02, load: [0, 250, 0]}", "drive.speed=140")
     row = beside_truth(ToleranceRow("reverses", METHOD, tolerance), (*words, "run.duration=0.05"), (), 0.0)
     assert row.kept
     assert not row.doubtful
-    assert all(0.5 < ratio < 4.0 for ratio in row.ratios)
+    assert all(0.5 < ratio < 2.0 for ratio in row.ratios)
+
+
+@pytest.mark.parametrize(
+    ("scene", "time", "load", "speed", "tolerance"),
+    [
+        ("bearing_6203_rig_1000N", 0.0222, "717, 788", 232, 1e-2),  # a copy displaced by guess showed a fiftieth ...
+        ("bearing_6203_rig_1000N", 0.0283, "-310, 910", 238, 1e-2),  # ... 22 times ...
+        ("bearing_6203_rig_400N", 0.0310, "-200, 287", 125, 1e-3),  # ... 15 times what the run was off
+    ],
+)
+def test_throws_drawn_by_chance_say_what_runs_are_off(scene, time, load, speed, tolerance):
+    words = (scene, f"rings.inner.change={{time: {time}, load: [{load}, 0]}}", f"drive.speed={speed}")
+    row = beside_truth(ToleranceRow("drawn", METHOD, tolerance), (*words, f"run.duration={time + 0.04:.3f}"), (), 0.0)
+    assert row.kept or row.doubtful
+    assert all(1.0 / 3.0 < ratio < 3.0 for ratio in row.ratios)
 
 
 @pytest.mark.parametrize(("load", "force", "share"), [(100.0, 10.0, 1.0), (100.0, 5.0, 0.5), (100.0, 0.1, 0.01)])

@@ -143,8 +143,9 @@ def grown(part: Part, greatest: float, off: float, throw: Throw | None) -> tuple
     """What loads [N] that a ring makes `off` by become off in a part, and friction over mu N.
 
     First what loads would be off if nothing bounded it. What a ring that is thrown against its balls is off grows with
-    each blow: to what a copy was off (`throw`), of which nobody knows whether steps of the part made it, or without one
-    as where balls bump into a cage. So does what a ball is off that hops while the ring lies still (`hops`).
+    each blow: to what a motion from before it showed (`throw`), of which nobody knows whether steps of the part made
+    it, or without one as where balls bump into a cage. So does what a ball is off that hops while the ring lies still
+    (`hops`).
     """
     if not part.flies:
         return off, off, 0.0

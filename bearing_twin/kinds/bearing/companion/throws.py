@@ -1,13 +1,12 @@
-"""A ring that is thrown across its clearance, and what that makes of errors: by a copy, more exact, that starts apart.
+"""A ring that is thrown across its clearance, and what that makes of errors: by a more exact motion from before it.
 
 Each blow of such a ring against its balls makes an error grow, by as much as no window shows and nobody knows before.
-So the copy sets out where the part begins, and goes on until the ring lies, the last ball has landed, and what it is
-off fades: a ring may still knock to and fro then, and before it balls that hop make errors grow as well, which need not
-be known where the run is off too far already. Its ring is off as the run's may be: a ring that swings on its balls is
-off in its place and, a quarter of a swing later, in its speed. In flight its place stays off by as much, its speed
-takes it ever further; so the copy's ring sets out with the speed. Its difference from the run is all that the run is
-off: by what it had from before, and by its steps. No window of all balls says more. By chance it may be a third of what
-the run is off, or less; where that decides whether the run is as exact as wanted, a second copy sets out, displaced.
+Much of it was made by steps before the throw, in what direction nobody can guess. So a more exact motion sets out in
+what the run went through as long before as its ring rings (`earlier`), and is at the throw where the run should be. It
+goes on until the ring lies, the last ball has landed, and what the run is off fades: a ring may still knock to and fro
+then, and before it balls that hop make errors grow as well, which need not be known where the run is off too far
+already. Its difference from the run is all that the run is off: by what it had from before, and by its steps. No window
+of all balls says more.
 """
 
 from typing import NamedTuple
@@ -22,7 +21,7 @@ from bearing_twin.kinds.bearing.companion.windows import ALL, Window, carries
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.sample import Columns
 
-FAR = 4  # times as long as a ring falls and knocks a copy goes on, and as long again where ...
+FAR = 4  # times as long as a ring falls and knocks it is followed, and as long again where ...
 FADED = 1.0 / 3.0  # ... in the last third of that it is off by more than this share of the most
 
 
@@ -43,7 +42,7 @@ def thrown(part: Part) -> bool:
 
 
 class Throw(NamedTuple):
-    """What a copy showed: errors, as behind `tolerance` in a row of WINDOW, in which window, what it found there."""
+    """What such a motion showed: errors, as behind `tolerance` in a row of WINDOW, in which window, what was found."""
 
     errors: np.ndarray
     window: Window
