@@ -192,7 +192,8 @@ def carried_on(
         row[ERRORS] = np.maximum(row[ERRORS], throw.errors)
     now = float(row[PLACE["load"]]) + around * float(part.load.max() - part.load.min())
     across = stiffest(part.bearing.inner.law, greatest) * float(row[PLACE["ring_displacement"]])
-    light, free, loads = max(light, light_share(part, greatest)), [now, off], [now, off]
+    # In a throw the motion beside it shows that; contacts that bear little only then say nothing of later ones.
+    light, free, loads = light if throw else max(light, light_share(part, greatest)), [now, off], [now, off]
     for place, one in enumerate((row, before) if told_of else ()):
         free[place], most, slips = grown(part, greatest, loads[place], throw)
         if most != loads[place]:
