@@ -501,7 +501,7 @@ def test_friction_has_nothing_done_again_where_loads_alone_are_wanted(outputs_wa
     motion.companion.greatest_load = 50.0
     row = np.zeros((1, len(WINDOW.columns)))
     row[0, PLACE["load"]], row[0, PLACE["friction"]] = 50.0 * 1e-6, 1e-2
-    assert motion._off(row) == pytest.approx(off / 1e-3)
+    assert motion.companion.off(row) == pytest.approx(off / 1e-3)
 
 
 def followed(*rows):

@@ -8,6 +8,7 @@ import pytest
 from bearings import motion
 
 from bearing_twin.kinds.bearing.companion.deviations import Part
+from bearing_twin.kinds.bearing.companion.earlier import ringing_time
 from bearing_twin.kinds.bearing.companion.inherited import (
     NOTHING,
     carried_on,
@@ -16,7 +17,6 @@ from bearing_twin.kinds.bearing.companion.inherited import (
     light_share,
     remembered,
     ringing_alone,
-    ringing_time,
     thrown,
     unseen_landings,
 )

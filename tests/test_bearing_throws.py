@@ -1,5 +1,7 @@
-"""A ring that is thrown across its clearance: how far its errors grow, by a copy; balls that begin to roll."""
+"""A ring that is thrown across its clearance: how far its errors grow, by a motion from before it."""
 
+import copy
+import json
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,9 +11,10 @@ from bearing_twin.charts.tolerance import METHOD, ToleranceRow, beside_truth
 from bearing_twin.kinds.bearing import watched
 from bearing_twin.kinds.bearing.companion import throws
 from bearing_twin.kinds.bearing.companion.deviations import Part
-from bearing_twin.kinds.bearing.companion.inherited import carried_on, stiffest
+from bearing_twin.kinds.bearing.companion.earlier import Earlier, stiffest
+from bearing_twin.kinds.bearing.companion.inherited import carried_on
 from bearing_twin.kinds.bearing.companion.pointers import SLIDING, pointers
-from bearing_twin.kinds.bearing.companion.throws import through_throw, thrown, unheld
+from bearing_twin.kinds.bearing.companion.throws import Throws, Witness, thrown, unheld
 from bearing_twin.kinds.bearing.companion.windows import (
     APART,
     BESIDE,
@@ -24,9 +27,11 @@ from bearing_twin.kinds.bearing.companion.windows import (
     steps_before,
 )
 from bearing_twin.kinds.bearing.companion.worst import Worst
+from bearing_twin.kinds.bearing.forces.layout import MOTION, PLACES, RING_X, RING_Y
 from bearing_twin.kinds.bearing.stepping.pointing import POINTED
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 
 HALVES = ("rings.inner.change={time: 0.02, load: [0, 500, 0]}", "drive.speed=170")
@@ -42,99 +47,153 @@ def through(tolerance, monkeypatch):
 
     one = watched.carried_on
     monkeypatch.setattr(watched, "carried_on", noted)
-    words = *HALVES, "wanted.outputs=loads", f"wanted.tolerance={tolerance}"
-    scene = load_scene("bearing_6203_rig_1000N", words)
-    moving = WatchedMotion(scene.parameters, choose(scene))
+    moving = half(tolerance)
     moving.advance(np.arange(1, 51) * 1e-3, 0.05)
     return next(one for one in found if thrown(one[1])), [one for one in found if not thrown(one[1])], moving
 
 
-def test_a_copy_that_starts_apart_shows_what_a_ring_is_off_that_is_thrown(monkeypatch):
-    """Twice as far apart it is about twice as far off, where what steps add is little; others have no copy."""
+def half(tolerance):
+    """The motion of a ring half of whose load goes at 20 ms."""
+    words = *HALVES, "wanted.outputs=loads", f"wanted.tolerance={tolerance}"
+    scene = load_scene("bearing_6203_rig_1000N", words)
+    return WatchedMotion(scene.parameters, choose(scene))
+
+
+def shown(moving, part, scales, pushed=0.0):
+    """What a motion shows beside a part that sets out before it, its ring `pushed` [m/s] along its load."""
+    earlier, told = Earlier(moving.bearing.balls), copy.deepcopy(moving.companion.throws.earlier.memory())
+    told[0][2][-1][PLACES + RING_Y] -= pushed
+    earlier.remember(told)
+    return Witness(*earlier.beside(part, scales), scales).beside(moving.parameters, part, greatest_of(moving))
+
+
+def greatest_of(moving):
+    """The greatest load [N] that a motion has met."""
+    return moving.companion.greatest_load
+
+
+def test_a_motion_from_before_a_throw_shows_what_a_ring_brings_into_it(monkeypatch):
+    """Twice as far off before, the run is twice as far off after, where what steps add is little."""
     (_, part, scales, told), others, moving = through(1e-5, monkeypatch)
     assert told.load > 0.0
     assert all(one[-1] is None for one in others)
-    greatest, off = moving.companion.greatest_load, 1e-1  # N: so much more than wanted that one copy says enough
-    none, once, twice = (
-        through_throw(moving.parameters, part, scales, times * off, 0.0, greatest) for times in (0.0, 1.0, 2.0)
-    )
+    none, once, twice = (shown(moving, part, scales, times * 1e-2) for times in (0.0, 1.0, 2.0))
     assert none.load < 0.2 * once.load
-    assert twice.load / once.load == pytest.approx(2.0, rel=0.1)
-    across = through_throw(moving.parameters, part, scales, 0.0, off, greatest)
-    assert across.load > 5.0 * none.load
-    assert 0 < once.found.steps < 1.5 * part.pointer[..., 2].sum()
-    outputs = []
-    monkeypatch.setattr(throws, "all_beside", lambda parameters, part, window, *_: outputs.append(window.length))
-    assert through_throw(moving.parameters, part, scales, off, 0.0, greatest) is None
-    falls = np.flatnonzero(unheld(part))
-    assert outputs == [throws.FAR * (1 + falls[-1])]  # once all have landed a ring may still knock to and fro
-    assert not part.in_flight[-1].any()
+    assert twice.load / once.load == pytest.approx(2.0, rel=0.15)
+    assert 0 < once.found.steps < 2.0 * part.pointer[..., 2].sum()
 
 
-def test_a_copy_of_a_thrown_ring_sets_out_with_the_speed_of_a_ring_that_swings(monkeypatch):
-    """Its energy is that of two contacts in series pressed by what its load is off, or those across by its place."""
-    (_, part, scales, _), _, moving = through(1e-5, monkeypatch)
-    greatest, begun = moving.companion.greatest_load, []
-    monkeypatch.setattr(throws, "all_beside", lambda *what: begun.append(what[-1][-1]))
-    for off, wide in ((0.0, 0.0), (2e-2, 0.0), (0.0, 3e-2)):
-        through_throw(moving.parameters, part, scales, off, wide, greatest)
-    run, along, across = begun
-    moved = {name: one - run for name, one in (("along", along), ("across", across))}
-    stiffness, mass = stiffest(part.bearing.inner.law, greatest), moving.parameters.rings.inner.mass
-    for one in moved.values():
-        assert not np.delete(one, throws.SPEED).any()
-    energy = {name: 0.5 * mass * np.square(one[throws.SPEED]).sum() for name, one in moved.items()}
-    assert energy["along"] == pytest.approx(2e-2**2 / stiffness, rel=1e-6)  # each contact F^2 / 2k
-    assert energy["across"] == pytest.approx(0.25 * 3e-2**2 / stiffness, rel=1e-6)  # k / 2 at a place F / k away
-    load = (part.partners.load + part.partners.weight)[:2]
-    assert moved["along"][throws.SPEED] @ load > 0.0
-    assert abs(moved["across"][throws.SPEED] @ load) < 1e-9 * np.linalg.norm(load) * np.abs(moved["across"]).max()
+def test_where_it_gets_to_before_a_throw_is_nearer_to_the_truth_than_the_run_is(monkeypatch):
+    """Against a run with a thousandth of the tolerance: so the difference is the run's error."""
+    begun, one = [], Earlier.beside
+    monkeypatch.setattr(
+        Earlier,
+        "beside",
+        lambda earlier, part, scales: begun.append((part, one(earlier, part, scales))) or begun[-1][1],
+    )
+    half(1e-4).advance(np.arange(1, 31) * 1e-3, 0.03)
+    exact = half(1e-7)
+    exact.advance(np.arange(1, 21) * 1e-3, 0.02)
+    part, (last, steps) = begun[0]
+    assert part.elapsed == pytest.approx(0.02)
+    assert steps > 0
+    for columns in (slice(RING_X, RING_Y + 1), slice(PLACES + RING_X, PLACES + RING_Y + 1)):
+        run, found, true = (border[columns] for border in (part.begun[4], last[4], exact.border))
+        assert np.linalg.norm(found - true) < 0.5 * np.linalg.norm(run - true)
+    assert np.array_equal(last[0][:, MOTION:], part.begun[0][:, MOTION:])  # works are those of the run
 
 
-def test_a_copy_of_a_thrown_ring_ends_once_the_ring_lies_and_errors_fade(monkeypatch):
+def test_a_motion_beside_a_thrown_ring_ends_once_the_ring_lies_and_errors_fade(monkeypatch):
     """Nothing that it would have shown later is greater; where they do not fade it goes on to the end of the part."""
     (_, part, scales, _), _, moving = through(1e-5, monkeypatch)
-    what = moving.parameters, part, scales, 1e-1, 0.0, moving.companion.greatest_load
-    ended = through_throw(*what)
+    ended = shown(moving, part, scales, 1e-4)
     monkeypatch.setattr(throws, "FADED", 0.0)
-    whole = through_throw(*what)
-    assert ended.window.length < whole.window.length == len(part.times)
+    whole = shown(moving, part, scales, 1e-4)
+    assert ended.window.length < whole.window.length == len(part.times) == len(whole.found.out.numbers)
+    assert ended.window.length >= throws.FAR * (1 + np.flatnonzero(unheld(part))[-1])
     assert ended.found.steps < 0.8 * whole.found.steps
     assert (ended.load, ended.friction) == (whole.load, whole.friction)
     assert np.array_equal(ended.found.states, whole.found.states[: ended.window.length])
-    steps = len(whole.found.out.numbers), whole.found.states.shape[0]
-    assert steps == (len(part.times), len(part.times))
 
 
-def test_where_one_copy_does_not_decide_whether_a_thrown_ring_is_as_exact_as_wanted_a_second_one_goes(monkeypatch):
-    (_, part, scales, _), _, moving = through(1e-5, monkeypatch)
-    greatest, found = moving.companion.greatest_load, {}
-    one = throws._copied
-    monkeypatch.setattr(throws, "_copied", lambda *what: found.setdefault(tuple(what[-1][0]), one(*what)))
-    for off, copies in ((1e-4, 1), (1e-2, 2), (1e-1, 1)):
-        found.clear()
-        told = through_throw(moving.parameters, part, scales, off, 0.0, greatest)
-        assert len(found) == copies
-        first = found[tuple(throws.SPEED)]
-        over = max(first.load / greatest, first.friction) / 1e-5 if copies == 1 else None
-        assert (told.errors == np.max([each.errors for each in found.values()], axis=0)).all()
-        assert told.found.steps == sum(each.found.steps for each in found.values())
-        assert over is None or not 1.0 / 3.0 < over <= 0.8
-
-
-def test_a_copy_of_a_thrown_ring_goes_on_while_balls_hop(monkeypatch):
+def test_a_motion_beside_a_thrown_ring_goes_on_while_balls_hop(monkeypatch):
     """They make what had faded grow: a run was off by fifty times its tolerance, of which a hundredth was told."""
     (_, part, scales, _), _, moving = through(1e-5, monkeypatch)
-    known = moving.parameters, part, scales
-    less, more = ((*known, off, 0.0, moving.companion.greatest_load) for off in (1e-4, 1e-1))
-    assert through_throw(*less).window.length < len(part.times)
-    assert through_throw(*more).window.length < len(part.times)
+    assert shown(moving, part, scales).window.length < len(part.times)
     part.in_flight[-1, 0] = True
-    assert through_throw(*less).window.length == len(part.times)
-    assert through_throw(*more).window.length < len(part.times)  # which is off by more than is wanted in any case
+    assert shown(moving, part, scales).window.length == len(part.times)
+    monkeypatch.setattr(throws, "CARRIED", 0.0)
+    assert shown(moving, part, scales).window.length < len(part.times)  # off by more than is wanted in any case
 
 
-def test_no_window_is_looked_at_where_a_copy_of_a_thrown_ring_goes(monkeypatch):
+def test_a_part_that_is_done_again_has_the_motion_beside_the_first_go_as_a_witness(monkeypatch):
+    """It costs nothing more. Where the run was off by far more than is wanted, so may be this motion: another goes."""
+    (_, part, scales, _), _, moving = through(1e-5, monkeypatch)
+    monkeypatch.setattr(throws, "FADED", np.inf)
+    going, greatest = Throws(moving.parameters), greatest_of(moving)
+    going.earlier.remember(moving.companion.throws.earlier.memory())
+    first, steps = going.through(part, scales, False, greatest)
+    assert first.over(moving.parameters, greatest) < throws.CARRIED
+    assert steps == first.found.steps > 0
+    part.out["normal_load"][...] *= 1.0 + 1e-4
+    again, none = going.through(part, scales, True, greatest)
+    assert none == 0
+    assert again.load > first.load
+    assert going.through(part, scales, False, greatest)[1] == steps  # another part, which is off by too much
+    assert going.through(part, scales, True, greatest)[1] == steps
+
+
+def test_what_lies_before_a_throw_is_kept_as_far_back_as_a_ring_rings(monkeypatch):
+    """In time of the run, from an output on; a go at a part that is done again takes the place of the one before."""
+    (_, part, scales, _), _, moving = through(1e-5, monkeypatch)
+    earlier = Earlier(moving.bearing.balls)
+    for begun in (0.0, 0.03, 0.03, 0.06):
+        part.elapsed = begun
+        earlier.passed(part, 0.01)
+    kept = [one[:2] for one in earlier.memory()]
+    assert np.allclose(kept, [[0.05, 0.01], [0.08, 0.01]], rtol=0.0, atol=1e-12)
+    part.elapsed = 0.09
+    whole, _ = earlier.beside(part, scales)
+    assert not np.array_equal(whole[0][:, :MOTION], part.begun[0][:, :MOTION])
+    part.bearing = part.bearing._replace(offset=(1e-6, 0.0, 0.0))  # shifted at once: where it was before is elsewhere
+    begun, steps = earlier.beside(part, scales)
+    assert steps == 0
+    assert np.array_equal(begun[0], part.begun[0])
+    earlier.passed(part, 0.0)  # nothing rings
+    assert [one[:2] for one in earlier.memory()] == kept
+
+
+def test_what_lies_before_a_throw_is_in_a_snapshot():
+    """Halfway to the throw, the run goes on to the bit; that of another bearing is refused, an older one has none."""
+    moving, times = half(1e-3), np.arange(1, 13) * 1e-3
+    moving.advance(times, 0.012)
+    kept = json.loads(json.dumps(moving.snapshot()))
+    assert kept["companion"]["earlier"]
+    ended = []
+    for other in (moving, half(1e-3), half(1e-3)):
+        if len(ended) == 2:
+            del kept["companion"]["earlier"]
+        if ended:
+            other.resume(kept)
+        other.advance(np.arange(1, 31) * 1e-3, 0.03)
+        ended.append((other.state, other.take_records()[WINDOW.name][-1]))
+    assert all(np.array_equal(*pair) for pair in zip(*ended[:2], strict=True))
+    assert not np.array_equal(ended[1][1], ended[2][1])
+    told = moving.companion.throws.earlier.memory()
+    with pytest.raises(ValueError, match="earlier"):
+        Earlier(moving.bearing.balls + 1).remember(told)
+
+
+def test_a_chunk_is_done_again_where_steps_before_a_throw_made_what_a_run_is_off(monkeypatch):
+    """Its throw was first seen once the part was done again, and its error left too great: the run was doubtful."""
+    words = ("bearing_6203_rig_1000N", *HALVES, "run.duration=1", "wanted.tolerance=1e-2")
+    run = simulate(load_scene(words[0], words[1:]))
+    for _ in run.blocks():
+        pass
+    assert run.report.status == "done"
+
+
+def test_no_window_is_looked_at_where_a_motion_goes_beside_a_thrown_ring(monkeypatch):
     rows = []
     one = watched.carried_on
     monkeypatch.setattr(
@@ -151,7 +210,7 @@ def _noted(rows, one, known, part, found, *rest):
     return one(known, part, found, *rest)
 
 
-def test_what_a_copy_showed_is_what_a_thrown_ring_is_off(monkeypatch):
+def test_what_a_motion_beside_it_showed_is_what_a_thrown_ring_is_off(monkeypatch):
     """In place of thirty times what windows show: it is told of the part, and what the next ones begin with."""
     (known, part, _, told), _, moving = through(1e-4, monkeypatch)
     rows = np.zeros((1, len(WINDOW.columns)))
@@ -178,13 +237,28 @@ def test_a_run_whose_ring_is_thrown_says_what_it_is_off(tolerance, wanted):
 
 
 @pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-3, 1e-4])
-def test_a_ring_whose_load_reverses_keeps_its_tolerance_by_what_its_speed_was_off(tolerance):
-    """It swings across its load: with a ring displaced alone a run was off by 1.6 times its tolerance, unsaid."""
+def test_a_ring_whose_load_reverses_keeps_its_tolerance_and_says_what_it_is_off(tolerance):
+    """With a ring displaced by guess a run was off by 1.6 times its tolerance, unsaid, or said four times too much."""
     words = ("bearing_6203_rig_400N", "rings.inner.change={time: 0.02, load: [0, 250, 0]}", "drive.speed=140")
     row = beside_truth(ToleranceRow("reverses", METHOD, tolerance), (*words, "run.duration=0.05"), (), 0.0)
     assert row.kept
     assert not row.doubtful
-    assert all(0.5 < ratio < 4.0 for ratio in row.ratios)
+    assert all(0.5 < ratio < 2.0 for ratio in row.ratios)
+
+
+@pytest.mark.parametrize(
+    ("scene", "time", "load", "speed", "tolerance"),
+    [
+        ("bearing_6203_rig_1000N", 0.0222, "717, 788", 232, 1e-2),  # a copy displaced by guess showed a fiftieth ...
+        ("bearing_6203_rig_1000N", 0.0283, "-310, 910", 238, 1e-2),  # ... 22 times ...
+        ("bearing_6203_rig_400N", 0.0310, "-200, 287", 125, 1e-3),  # ... 15 times what the run was off
+    ],
+)
+def test_throws_drawn_by_chance_say_what_runs_are_off(scene, time, load, speed, tolerance):
+    words = (scene, f"rings.inner.change={{time: {time}, load: [{load}, 0]}}", f"drive.speed={speed}")
+    row = beside_truth(ToleranceRow("drawn", METHOD, tolerance), (*words, f"run.duration={time + 0.04:.3f}"), (), 0.0)
+    assert row.kept or row.doubtful
+    assert all(1.0 / 3.0 < ratio < 3.0 for ratio in row.ratios)
 
 
 @pytest.mark.parametrize(("load", "force", "share"), [(100.0, 10.0, 1.0), (100.0, 5.0, 0.5), (100.0, 0.1, 0.01)])

@@ -18,21 +18,12 @@ from bearing_twin.kinds.bearing.companion import redoing
 from bearing_twin.kinds.bearing.companion.balance import SURE, between_steps
 from bearing_twin.kinds.bearing.companion.companion import Companion
 from bearing_twin.kinds.bearing.companion.deviations import Part
-from bearing_twin.kinds.bearing.companion.inherited import NOTHING, all_of_it, carried_on, remembered, ringing_time
-from bearing_twin.kinds.bearing.companion.windows import (
-    ALL,
-    APART,
-    INHERITED,
-    PLACE,
-    WINDOW,
-    bumps,
-    carries,
-    off_by,
-    unseen,
-)
+from bearing_twin.kinds.bearing.companion.earlier import ringing_time
+from bearing_twin.kinds.bearing.companion.inherited import NOTHING, all_of_it, carried_on, remembered
+from bearing_twin.kinds.bearing.companion.windows import ALL, APART, INHERITED, PLACE, WINDOW, bumps, carries, unseen
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
 from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS
+from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE
 from bearing_twin.kinds.bearing.snapshots import MOVING
 from bearing_twin.kinds.bearing.stepping.pointing import POINTED
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
@@ -199,12 +190,13 @@ class WatchedMotion(BearingMotion):
             last, worst = worst, self._worst(since)
             dear = dear or redoing.MOST_SPENT * (self.counts[STEPS] - spent)
             eventful = self._eventful and not self._bumps  # whose errors no setting spares
-            if redoing.enough(worst, attempt, eventful) or self.companion.diverged or self.counts[STEPS] - spent > dear:
-                break
-            if attempt and worst >= redoing.HELPED * last:
-                if self._thrown:  # so steps before the part made what its copy shows
-                    self._stop_carrying(self._added)
+            ends = redoing.enough(worst, attempt, eventful) or self.companion.diverged
+            ends, futile = ends or self.counts[STEPS] - spent > dear, attempt and worst >= redoing.HELPED * last
+            if self._thrown and (ends or futile):  # steps before the part made what is left
+                self._stop_carrying(self._added)
+            if futile and not ends:
                 self._set(max(self.setting, min(before, redoing.FUTILE)))
+            if ends or futile:
                 break
             before, cut = self.setting, redoing.cut_by(worst)
             self._roughest, self._calm = min(self._roughest, redoing.SPARED * before), 0
@@ -216,7 +208,7 @@ class WatchedMotion(BearingMotion):
         if rows is not None:
             rows = self.companion.go_beside(*self._looked_at, (self.state, self.border), rows)
             if not self._bumps:
-                self._grown = max(self._grown, self._off(redoing.carried(rows, begun)))
+                self._grown = max(self._grown, self.companion.off(redoing.carried(rows, begun)))
             elif self.companion.diverged:
                 self._set(redoing.BEYOND)
                 self._sensitive = True
@@ -225,15 +217,15 @@ class WatchedMotion(BearingMotion):
     def _stop_carrying(self, carried: np.ndarray) -> None:
         """Ends a chunk that is off too far by what it carried into this part, in rows of WINDOW."""
         stops = self._may_retake and self._part_begun > self._chunk_begun and self.tolerance > VERIFIABLE
-        if stops and self._off(carried) > redoing.CARRIED and not self._bumps:
-            raise redoing.CarriedOn(self._off(self._before_it), self._part_begun)
+        if stops and self.companion.off(carried) > redoing.CARRIED and not self._bumps:
+            raise redoing.CarriedOn(self.companion.off(self._before_it), self._part_begun)
 
     def _relax(self, rows: np.ndarray | None) -> None:
         """Takes longer steps again after PATIENT parts with such windows, or with none that was worth a look."""
         spare = self.companion.spare
         if rows is not None and len(rows):
             whole = rows[:, PLACE["ball"]] == ALL
-            worst = max(self._off(rows[~whole]), self._unseen * self._off(rows[whole]))
+            worst = max(self.companion.off(rows[~whole]), self._unseen * self.companion.off(rows[whole]))
             spare = redoing.CALM / max(worst, 1e-300)
         self._calm = self._calm + 1 if spare > redoing.NOTABLE else 0
         if self._calm > redoing.PATIENT and self.setting < self._roughest and not self._sensitive:
@@ -263,12 +255,7 @@ class WatchedMotion(BearingMotion):
         if self._bumps:
             rows = rows[rows[:, PLACE["ball"]] != INHERITED]
         rows = rows[(rows[:, PLACE["begin"]] >= since) & (rows[:, PLACE["ball"]] != APART)]
-        return self._off(redoing.weighed(rows, self._eventful, self._carries))
-
-    def _off(self, rows: np.ndarray) -> float:
-        """The greatest error in rows of WINDOW over the wanted tolerance."""
-        wanted, greatest = self.parameters.wanted, self.companion.greatest_load
-        return off_by(rows, greatest, wanted.outputs == LOADS) / wanted.tolerance if greatest > 0.0 else 0.0
+        return self.companion.off(redoing.weighed(rows, self._eventful, self._carries))
 
     def _pointer(self, instants: int) -> np.ndarray:
         """Room for what `pointing` notes, where the method does."""
@@ -278,6 +265,7 @@ class WatchedMotion(BearingMotion):
     def _look(self, part: Part) -> None:
         """Has the companion look at a part; its windows are kept, for the case that the call is done again."""
         if self.parameters.wanted.tolerance < VERIFIABLE or not len(part.times):
+            self.companion.throws.passed(part, self.companion.greatest_load)
             return
         if self._windows is None:
             self._windows = self.companion.windows(part)
@@ -285,7 +273,7 @@ class WatchedMotion(BearingMotion):
             self._windows = self.companion.windows_again(part, self._windows)
         scales = self.scales if self.stepper not in FIXED_STEP and len(part.pointer) else self._asked[0]
         self._looked_at, self._eventful = (part, scales, self.tolerance), not part.all_bear
-        throw, greatest = self.companion.throw(part, scales, *self._inherited[1:3]), self.companion.greatest_load
+        throw, greatest = self.companion.throw(part, scales, not self._first_go), self.companion.greatest_load
         self._thrown = throw is not None
         found = self.companion.look(part, self._windows if throw is None else [], scales, self.tolerance)
         added, self._before_it = found, found[:0]
@@ -295,6 +283,6 @@ class WatchedMotion(BearingMotion):
             found, added, self._before_it, self._inherited = carried_on(self._inherited, *what)
         between = between_steps(self.parameters, part, self.tolerance, greatest)
         self._found = np.concatenate([found, between])
-        self._added = np.concatenate([added, between]) if self._off(between) > SURE else added
+        self._added = np.concatenate([added, between]) if self.companion.off(between) > SURE else added
         if self._first_go:
             self._stop_carrying(self._before_it[:1])

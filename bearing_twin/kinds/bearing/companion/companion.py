@@ -4,12 +4,12 @@ The difference is the error that the run makes within a window, once the window 
 measure their own ends). Windows are few: they end where the steps' own error estimates (`pointing`) do most to a ball's
 force or torque, or slip to friction, as far as that exceeds what was looked at before in the run; and one more
 after 2, 4, 8 ... parts, where steps are longest. Balls on their own are taken one by one, many in one call; coupled
-ones, which meet, a moving ring or a cage, all together. What error the start of a window has from before, no window
-sees. Where the motion is still off at the end of a window, or a ball is loose, the companion goes on beside the run
-until neither holds, or it has taken its share of steps: what is found is then a lower bound. Balls that are seen in
-flight are followed side by side, or looked at where they take off. Where balls meet, a copy of the run that starts
-apart by what it is off there shows what becomes of that. Where balls bump into a cage, all are integrated beside the
-run (`second`) until it is seen that bumps carry errors on (`diverged`).
+ones, which meet, a moving ring or a cage, all together. What its start has from before, no window sees. Where the
+motion is still off at the end, or a ball is loose, the companion goes on beside the run until neither holds, or it has
+taken its share of steps: a lower bound. Balls in flight are followed side by side, or looked at as they take off. Where
+balls meet, a copy of the run that starts apart by what it is off shows what becomes of that; where a ring is thrown,
+a motion that sets out before (`throws`). Where balls bump into a cage, all are integrated beside the run (`second`)
+until bumps are seen to carry errors on (`diverged`).
 """
 
 import numpy as np
@@ -41,7 +41,7 @@ from bearing_twin.kinds.bearing.companion.meetings import (
 )
 from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS
 from bearing_twin.kinds.bearing.companion.second import Second
-from bearing_twin.kinds.bearing.companion.throws import Throw, through_throw
+from bearing_twin.kinds.bearing.companion.throws import Throw, Throws
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, PLACE, WINDOW, Window, bumps, off_by, within
 from bearing_twin.kinds.bearing.forces.layout import MOTION
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
@@ -77,7 +77,7 @@ class Companion(Looking):
         self.followed: list[Followed] = []
         self.drift = Drift(self.parameters.geometry.balls)
         self.apart = 0.0  # how far [m] balls of the last part were off in flight
-        self.second = Second(self.parameters)
+        self.second, self.throws = Second(self.parameters), Throws(self.parameters)
         self.diverged = False  # whether bumps of balls were seen to carry an error on and more
         self.grew, self.reached = 1.0, 0.0  # times that meetings made an error; what a copy was off after them
         self.unlooked, self.adrift = np.inf, False  # since when balls met where none looked; if that may be too much
@@ -94,6 +94,7 @@ class Companion(Looking):
             "followed": [[*one[:2], [array.tolist() for array in one.last], one.left] for one in self.followed],
             "drift": self.drift.memory(),
             "second": self.second.memory(),
+            "earlier": self.throws.earlier.memory(),
         }
 
     def remember(self, kept: dict) -> None:
@@ -103,6 +104,7 @@ class Companion(Looking):
         self.followed = [followed_as(told, self.parameters.geometry.balls) for told in kept["followed"]]
         self.drift.remember(kept["drift"])
         self.second.remember(kept.get("second", []))
+        self.throws.earlier.remember(kept.get("earlier", []))
 
     def inherited(self) -> tuple:
         """What it carries from part to part of the motion; see `inherit`."""
@@ -179,27 +181,26 @@ class Companion(Looking):
         for window, one in second.through(part, ended, scales):
             self.steps += one.steps
             found.append(self._row(part, window, part.elapsed + part.start(window.begin), tolerance, one))
-            second.shown = max(second.shown, self._off(shown[shown[:, 0] <= found[-1][0]]))
-            self.diverged = self._off(found[-1]) > max(1.0, BUMPED * second.shown)
+            second.shown = max(second.shown, self.off(shown[shown[:, 0] <= found[-1][0]]))
+            self.diverged = self.off(found[-1]) > max(1.0, BUMPED * second.shown)
             if self.diverged:
                 break
-        second.shown = max(second.shown, self._off(shown))
+        second.shown = max(second.shown, self.off(shown))
         rows = np.concatenate([rows, np.array(found).reshape(-1, len(WINDOW.columns))])
         return rows[np.argsort(rows[:, 0], kind="stable")]
 
-    def throw(self, part: Part, scales, off: float, wide: float) -> Throw | None:
-        """What a copy shows of a part in which a ring is thrown, see `through_throw`; None of others."""
-        found = through_throw(self.parameters, part, scales, off, wide, self.greatest_load)
+    def throw(self, part: Part, scales, again: bool) -> Throw | None:
+        """What a more exact motion shows of a part in which a ring is thrown, see `Throws`; None of others."""
+        found, steps = self.throws.through(part, scales, again, self.greatest_load)
+        self.steps += steps
         if found:
-            self.steps += found.found.steps
             self.drift.see(part, found.window, found.found, 1.0 / (1.0 - TIGHTER))
         return found
 
-    def _off_by(self, rows) -> float:
-        return off_by(np.array(rows), self.greatest_load or 1.0, self.parameters.wanted.outputs == LOADS)
-
-    def _off(self, rows) -> float:
-        return self._off_by(rows) / self.parameters.wanted.tolerance
+    def off(self, rows) -> float:
+        """The greatest error in rows of WINDOW over the wanted tolerance."""
+        wanted = self.parameters.wanted
+        return off_by(np.array(rows), self.greatest_load or 1.0, wanted.outputs == LOADS) / wanted.tolerance
 
     def _row(self, part: Part, window: Window, begin: float, tolerance: float, found: Found) -> list[float]:
         end, each = part.elapsed + part.start(window.begin + window.length), found.steps / found.states.shape[1]
@@ -290,7 +291,7 @@ class Companion(Looking):
             last, taken = found.last, taken + found.steps
             rows.append(self._row(part, window, begin, tolerance, found))
             self.drift.see(part, window, found, 1.0)
-            off = max(self._off_by(rows[-1]), FLOOR)
+            off = max(self.off(rows[-1]) * self.parameters.wanted.tolerance, FLOOR)
             first = min(first, off)
             self.grew, self.reached = max(self.grew, off / first), max(self.reached, off)
             window = next(stretches, None) if off <= self.parameters.wanted.tolerance else None

@@ -14,27 +14,17 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
-from bearing_twin.kinds.bearing.companion.throws import NO_LOAD, Throw, stiffest, thrown
-from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, UNKNOWN, WINDOW, carries
-from bearing_twin.kinds.bearing.forces.equations import Bearing
+from bearing_twin.kinds.bearing.companion.earlier import stiffest
+from bearing_twin.kinds.bearing.companion.throws import Throw, thrown
+from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, INHERITED, PLACE, UNKNOWN, WINDOW
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
 from bearing_twin.kinds.bearing.stepping.pointing import OF_FORCE
 
+NO_LOAD = 1e-300  # N: next to nothing, so that no quotient is infinite
 NOTHING = (0.0, 0.0, 0.0, 0.0)  # see `carried_on`
 ERRORS = slice(PLACE["load"], None)  # of a row of WINDOW
 SLIP = [PLACE[one] for one in ("friction", "torque", "mean_torque")]  # ... those that follow from how balls slip
 MEANS = [PLACE["drive_torque"], PLACE["loss"]]  # ... and means over windows, which are no instants of a ring that rings
-
-
-def ringing_time(parameters, bearing: Bearing, greatest: float) -> float:
-    """Time [s] in which a ring that rings on the ball that bears most, `greatest` [N], falls to a tenth; 0 without one.
-
-    A mass m on two contacts of stiffness k in series, each with a viscous term k times the relaxation time.
-    """
-    if not carries(parameters) or greatest <= 0.0:
-        return 0.0
-    damping = 0.5 * stiffest(bearing.inner.law, greatest) * bearing.relaxation_time
-    return math.log(10.0) * 2.0 * parameters.rings.inner.mass / damping if damping > 0.0 else math.inf
 
 
 def remembered(told) -> tuple[float, ...]:
@@ -153,8 +143,9 @@ def grown(part: Part, greatest: float, off: float, throw: Throw | None) -> tuple
     """What loads [N] that a ring makes `off` by become off in a part, and friction over mu N.
 
     First what loads would be off if nothing bounded it. What a ring that is thrown against its balls is off grows with
-    each blow: to what a copy was off (`throw`), of which nobody knows whether steps of the part made it, or without one
-    as where balls bump into a cage. So does what a ball is off that hops while the ring lies still (`hops`).
+    each blow: to what a motion from before it showed (`throw`), of which nobody knows whether steps of the part made
+    it, or without one as where balls bump into a cage. So does what a ball is off that hops while the ring lies still
+    (`hops`).
     """
     if not part.flies:
         return off, off, 0.0
@@ -201,7 +192,8 @@ def carried_on(
         row[ERRORS] = np.maximum(row[ERRORS], throw.errors)
     now = float(row[PLACE["load"]]) + around * float(part.load.max() - part.load.min())
     across = stiffest(part.bearing.inner.law, greatest) * float(row[PLACE["ring_displacement"]])
-    light, free, loads = max(light, light_share(part, greatest)), [now, off], [now, off]
+    # In a throw the motion beside it shows that; contacts that bear little only then say nothing of later ones.
+    light, free, loads = light if throw else max(light, light_share(part, greatest)), [now, off], [now, off]
     for place, one in enumerate((row, before) if told_of else ()):
         free[place], most, slips = grown(part, greatest, loads[place], throw)
         if most != loads[place]:
@@ -209,7 +201,8 @@ def carried_on(
         one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), slips)
     unbounded = before.copy()
     unbounded[PLACE["load"]] *= free[1] / loads[1] if loads[1] else 1.0
-    for one, *those in ((row, loads[0], across), (before, loads[1], wide), (unbounded, free[1], wide)):
+    rest = ((row, loads[0], across), (before, loads[1], wide), (unbounded, free[1], wide))
+    for one, *those in rest if throw is None else ():  # which shows what friction is off as well
         one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), light * max(those) / greatest if greatest else 0.0)
     falls = 10.0 ** (-part.duration / seconds) if told_of else 1.0
     later, wide = max(loads[0], loads[1] * falls), max(across, wide * falls)

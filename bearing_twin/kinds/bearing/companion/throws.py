@@ -1,44 +1,28 @@
-"""A ring that is thrown across its clearance, and what that makes of errors: by a copy, more exact, that starts apart.
+"""A ring that is thrown across its clearance, and what that makes of errors: by a more exact motion from before it.
 
 Each blow of such a ring against its balls makes an error grow, by as much as no window shows and nobody knows before.
-So the copy sets out where the part begins, and goes on until the ring lies, the last ball has landed, and what it is
-off fades: a ring may still knock to and fro then, and before it balls that hop make errors grow as well, which need not
-be known where the run is off too far already. Its ring is off as the run's may be: a ring that swings on its balls is
-off in its place and, a quarter of a swing later, in its speed. In flight its place stays off by as much, its speed
-takes it ever further; so the copy's ring sets out with the speed. Its difference from the run is all that the run is
-off: by what it had from before, and by its steps. No window of all balls says more. By chance it may be a third of what
-the run is off, or less; where that decides whether the run is as exact as wanted, a second copy sets out, displaced.
+Much of it was made by steps before the throw, in what direction nobody can guess. So a more exact motion sets out in
+what the run went through as long before as its ring rings (`earlier`), and is at the throw where the run should be. It
+goes on until the ring lies, the last ball has landed, and what the run is off fades: a ring may still knock to and fro
+then, and before it balls that hop make errors grow as well, which need not be known where the run is off too far
+already. Its difference from the run is all that the run is off: by what it had from before, and by its steps. No window
+of all balls says more.
 """
 
-import functools
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.contact.elastic import elastic
-from bearing_twin.contact.elasticity import Elasticity
 from bearing_twin.kinds.bearing.companion.beside import TIGHTER, all_beside
-from bearing_twin.kinds.bearing.companion.departures import all_start
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, lengths
-from bearing_twin.kinds.bearing.companion.redoing import CARRIED, SAFE
+from bearing_twin.kinds.bearing.companion.earlier import Earlier, ringing_time
+from bearing_twin.kinds.bearing.companion.redoing import CARRIED
 from bearing_twin.kinds.bearing.companion.windows import ALL, Window, carries
-from bearing_twin.kinds.bearing.forces.layout import PLACES, RING_X, RING_Y
-from bearing_twin.kinds.bearing.parameters import LOADS
+from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 from bearing_twin.sample import Columns
 
-PLACE, SPEED = [RING_X, RING_Y], [PLACES + RING_X, PLACES + RING_Y]  # of the ring, in a border
-NO_LOAD = 1e-300  # N: next to nothing, so that no quotient is infinite
-FAR = 4  # times as long as a ring falls and knocks a copy goes on, and as long again where ...
+FAR = 4  # times as long as a ring falls and knocks it is followed, and as long again where ...
 FADED = 1.0 / 3.0  # ... in the last third of that it is off by more than this share of the most
-
-
-@functools.lru_cache(maxsize=4)
-def stiffest(law: Elasticity, greatest: float) -> float:
-    """The stiffness [N/m] of a contact of this law that bears the `greatest` load [N], which seldom grows in a run."""
-    if greatest <= 0.0:
-        return 0.0
-    return elastic(law.given, law.power, (greatest / law.given) ** (1.0 / law.power)).stiffness
 
 
 def unheld(part: Part) -> np.ndarray:
@@ -58,7 +42,7 @@ def thrown(part: Part) -> bool:
 
 
 class Throw(NamedTuple):
-    """What a copy showed: errors, as behind `tolerance` in a row of WINDOW, in which window, what it found there."""
+    """What such a motion showed: errors, as behind `tolerance` in a row of WINDOW, in which window, what was found."""
 
     errors: np.ndarray
     window: Window
@@ -80,55 +64,67 @@ class Throw(NamedTuple):
         return max(self.load / greatest, friction) / parameters.wanted.tolerance
 
 
-def through_throw(parameters, part: Part, scales, off: float, wide: float, greatest: float) -> Throw | None:
-    """What a copy shows of a part in which a ring is thrown; None of others, and if it breaks off.
+class Witness:
+    """A more exact motion beside a part in which a ring is thrown, from `last` (as `Found.last`) on, where it begins.
 
-    The ring makes loads `off` [N], and would make them off by what its place is off (`wide`) [N], as in `carried_on`:
-    the first along its load, on two contacts in series, the second across. `greatest` [N] is the greatest load so far.
-    Where that leaves open whether the run is as exact as wanted, a second copy goes, and the greater errors are told.
+    `steps` were taken until then. It goes on as far as it is asked for, with the `scales` of the run's steps.
     """
-    if not carries(parameters) or not thrown(part):
-        return None
-    stiffness = stiffest(part.bearing.inner.law, greatest)
-    apart, swings = _apart(part, off, wide, stiffness), math.sqrt(0.5 * stiffness / parameters.rings.inner.mass)
-    first = _copied(parameters, part, scales, greatest, (SPEED, swings * apart))
-    if first is None or not SAFE < first.over(parameters, greatest) <= CARRIED:
-        return first
-    second = _copied(parameters, part, scales, greatest, (PLACE, apart))
-    if second is None:
-        return first
-    longer = max(first, second, key=lambda one: one.window.length)
-    found = longer.found._replace(steps=first.found.steps + second.found.steps)
-    return Throw(np.maximum(first.errors, second.errors), longer.window, found)
+
+    def __init__(self, last: tuple[np.ndarray, ...], steps: int, scales: np.ndarray):
+        self.last, self.steps, self.scales = last, steps, scales
+        self._seen: list[Found] = []
+
+    def beside(self, parameters, part: Part, greatest: float) -> Throw | None:
+        """What it shows of a run through the part; None where it breaks off. `greatest` load [N] so far."""
+        reached, end, told = sum(len(one.states) for one in self._seen), len(part.times), 0
+        until = max(min(FAR * (1 + int(np.flatnonzero(unheld(part))[-1])), end), reached)
+        while True:
+            if until > reached:
+                window = Window(ALL, reached - 1, until - reached)
+                found = all_beside(parameters, part, window, self.scales, self.last)
+                if found is None:
+                    return None
+                self._seen.append(found)
+                self.last, self.steps, reached = found.last, self.steps + found.steps, until
+            whole, found = Window(ALL, -1, until), _joined(self._seen)._replace(steps=self.steps)
+            errors = np.abs(deviations(part, whole, found, greatest))
+            throw = Throw(errors / (1.0 - TIGHTER), whole, found)
+            enough = throw.over(parameters, greatest) > CARRIED or not part.in_flight[until:].any()
+            if until == end or (enough and _faded(part, whole, found, (until - told) // 3, greatest, errors)):
+                return throw
+            told, until = until, min(2 * until, end)
 
 
-def _apart(part: Part, off: float, wide: float, stiffness: float) -> np.ndarray:
-    """How far [m], along x and y, the ring of a run may swing from where it should: see `through_throw`."""
-    load = (part.partners.load + part.partners.weight)[:2]
-    x, y = load / max(float(np.linalg.norm(load)), NO_LOAD)
-    along, across = 2.0 * off / stiffness, wide / stiffness
-    return np.array([along * x - across * y, along * y + across * x])
+class Throws:
+    """Goes beside a run through the parts in which its ring is thrown; `earlier` is what it went through before."""
 
+    def __init__(self, parameters: BearingScene):
+        self.parameters = parameters
+        self.earlier = Earlier(parameters.geometry.balls)
+        self._witness: Witness | None = None
 
-def _copied(parameters, part: Part, scales, greatest: float, differs: tuple) -> Throw | None:
-    """What one copy shows whose ring `differs`: in which numbers of a border, and by how much."""
-    moving, border = all_start(part, -1, len(part.times))
-    border[differs[0]] += differs[1]
-    last, seen, end = (*moving, border), [], len(part.times)
-    begin, length = -1, min(FAR * (1 + int(np.flatnonzero(unheld(part))[-1])), end)
-    while True:
-        found = all_beside(parameters, part, Window(ALL, begin, length), scales, last)
-        if found is None:
-            return None
-        seen.append(found)
-        whole, last, begin = Window(ALL, -1, begin + 1 + length), found.last, begin + length
-        found = _joined(seen)
-        errors = np.abs(deviations(part, whole, found, greatest))
-        told = Throw(errors / (1.0 - TIGHTER), whole, found)
-        enough = told.over(parameters, greatest) > CARRIED or not part.in_flight[begin + 1 :].any()
-        if begin + 1 == end or (enough and _faded(part, whole, found, length // 3, greatest, errors)):
-            return told
-        length = min(begin + 1, end - 1 - begin)
+    def passed(self, part: Part, greatest: float) -> None:
+        """Takes in a part that the run went through; `greatest` load [N] so far."""
+        self.earlier.passed(part, ringing_time(self.parameters, part.bearing, greatest))
+
+    def through(self, part: Part, scales: np.ndarray, again: bool, greatest: float) -> tuple[Throw | None, int]:
+        """What a more exact motion shows of a part, from before it on, and its steps; None of one without a throw.
+
+        None as well where it breaks off. Where the part is done `again`, the motion beside the go before is a witness
+        still, unless that go was off by so much that this may itself be off by more than is wanted.
+        """
+        self.passed(part, greatest)
+        if not carries(self.parameters) or not thrown(part):
+            return None, 0
+        spent, kept = 0, self._witness if again else None
+        if kept:
+            witness, spent = kept, -kept.steps
+        else:
+            begun = self.earlier.beside(part, scales)
+            witness = begun and Witness(*begun, scales)
+        found = witness and witness.beside(self.parameters, part, greatest)
+        self._witness = witness if found and (kept or found.over(self.parameters, greatest) <= CARRIED) else None
+        return found, spent + witness.steps if witness else 0
 
 
 def _joined(seen: list[Found]) -> Found:
