@@ -9,6 +9,7 @@ import sys
 import numba
 import numpy as np
 import pytest
+from lanes import by_cheapest, held_lanes
 from machine_code import machine_code
 
 from bearing_twin import vectors
@@ -69,6 +70,18 @@ def test_bits_are_the_same_whatever_the_lanes(tmp_path):
     """The width in use by the kernels that are kept; what the other compiles stands in a cache of its own."""
     other = 12 - lanes.LANES
     assert said_by(other, XDG_CACHE_HOME=str(tmp_path)) == said_by(lanes.LANES)
+
+
+def test_narrower_lanes_are_reckoned_by_what_attempts_find():
+    """`bench/lanes.py`: attempts and balls are none lost, and a width that needs several turns pays for each."""
+    attempts = [5, 2, 9, 2]
+    held = held_lanes(attempts)
+    assert held == [4, 3, 0, 2]
+    assert sum(held) == max(attempts)
+    assert sum(balls * made for balls, made in enumerate(held, 1)) == sum(attempts)
+    assert by_cheapest(held, {8: 3.0}) == 3.0 * sum(held)
+    assert by_cheapest(held, {8: 3.0, 1: 1.0}) == 4 * 1.0 + 3 * 2.0 + 2 * 3.0
+    assert by_cheapest(held, {2: 2.0}) == (4 + 3) * 2.0 + 2 * 4.0
 
 
 HAS = "+avx2,+avx512f,+evex512"
