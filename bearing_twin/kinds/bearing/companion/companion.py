@@ -76,9 +76,8 @@ class Companion(Looking):
         self.steps = self.met = 0
         self.followed: list[Followed] = []
         self.drift = Drift(self.parameters.geometry.balls)
-        self.apart = 0.0  # how far [m] balls of the last part were off in flight
         self.second, self.throws = Second(self.parameters), Throws(self.parameters)
-        self.diverged = False  # whether bumps of balls were seen to carry an error on and more
+        self.apart, self.diverged = 0.0, False  # how far [m] balls were off in flight; whether bumps made an error grow
         self.grew, self.reached = 1.0, 0.0  # times that meetings made an error; what a copy was off after them
         self.unlooked, self.adrift = np.inf, False  # since when balls met where none looked; if that may be too much
 
