@@ -7,7 +7,6 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bouncing import FINEST, FLOOR, BouncingMotion, contact_numbers, motion_of
 from bearing_twin.kinds.ellipsoid.doubt import wanted_errors
-from bearing_twin.kinds.second_run import SHORT
 from bearing_twin.kinds.two_bodies import march, steps
 from bearing_twin.kinds.two_bodies.derived import (
     modulus_of,
@@ -76,8 +75,7 @@ def start_state(parameters: TwoBodiesScene, pair: Pair) -> np.ndarray:
 
 def motion(parameters: TwoBodiesScene, choice: Choice):
     """Two bodies in motion, with a finer motion of them beside it unless the scene wants none."""
-    short = 0 if choice.law == OVERLAP else SHORT
-    return motion_of(TwoBodiesMotion, parameters, choice, channels, TwoBodiesFigures, WATCH, wanted_errors, short)
+    return motion_of(TwoBodiesMotion, parameters, choice, channels, TwoBodiesFigures, WATCH, wanted_errors)
 
 
 class TwoBodiesMotion(BouncingMotion):
