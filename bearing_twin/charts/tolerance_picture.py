@@ -80,9 +80,7 @@ def draw_all(points: list, path: Path, title: str) -> None:
         left.plot([], [], **look, label=f"{label}: {len(mine)}")
     heading(left, "error got")
     _finish(left, right, points)
-    left.legend(
-        loc="upper left", bbox_to_anchor=(0.0, -0.1), ncols=len(kinds), fontsize=11, frameon=False, handletextpad=0.1
-    )
+    figure.legend(loc="outside right upper", fontsize=11, frameon=False, handletextpad=0.1)
     save_chart(figure, title, path)
 
 
