@@ -18,6 +18,7 @@ from bearing_twin.charts.timing import LONG_ENOUGH
 from bearing_twin.charts.work_precision import CASES, WANTED
 from bearing_twin.charts.work_precision import PROBLEMS as TITLES
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.kinds.bearing.companion.deviations import drive_later
 from bearing_twin.kinds.bearing.forces.handing import handed
 from bearing_twin.kinds.bearing.forces.layout import VELOCITY
 from bearing_twin.kinds.bearing.motion import BearingMotion
@@ -47,16 +48,17 @@ class BetweenMotion(BearingMotion):
         super().__init__(scene.parameters, Choice("hertz", "rodas4", 0.0, "", ()))
         self.method = METHODS[method]
 
-    def _integrate(self, drive, partners, near, times, duration, filled):
+    def _integrate(self, partners, drive, near, begin, times, duration, filled):
         if near.any():
             raise BearingTwinError("balls may meet; a method between steps each alone")
+        drive = drive_later(drive, begin)
         failure, (states, orientations, borders) = np.zeros(2), filled
         pointer = self._pointer(len(times))
         room = states, orientations, self.counts, failure, self.stop, self.carried, borders, self.border, pointer
         own, balls = alike(len(self.state), duration, len(times)), np.arange(len(self.state))
         what = handed(self.bearing), tuple(drive), tuple(self.method), times, duration, self.scales, tuple(own)
         moving = balls, self.state, self.orientation, self.steps
-        check(advance_between(*what, *moving, room), self.elapsed, failure)
+        check(advance_between(*what, *moving, room), self.elapsed + begin, failure)
         return pointer
 
 
