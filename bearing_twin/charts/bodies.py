@@ -105,7 +105,7 @@ def _loads(blocks: list, names: tuple[str, ...]) -> np.ndarray:
 
 
 def _contacts(figures: dict) -> np.ndarray:
-    """Peak loads and impulses of contacts in their order, and when each was over (n, 3)."""
+    """Peak loads and impulses of contacts in their order, and when each began (n, 3)."""
     rows = [(one["peak_force_n"], one["impulse_ns"] or 0.0, one["start_s"]) for one in figures["contacts"]]
     return np.array(rows).reshape(-1, 3)
 
@@ -127,21 +127,21 @@ def run_of(words: tuple[str, ...]) -> Judged:
     return Judged(report, {name: VALUES[name](blocks, report.figures) for name in report.errors["wanted_errors"]})
 
 
-def _over_greatest(found: np.ndarray, exact: np.ndarray, until: float) -> float:
+def _over_greatest(found: np.ndarray, exact: np.ndarray) -> float:
     return float(np.abs(found - exact).max() / np.abs(exact).max())
 
 
-def _root_mean_square(found: np.ndarray, exact: np.ndarray, until: float) -> float:
+def _root_mean_square(found: np.ndarray, exact: np.ndarray) -> float:
     return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
 
 
-def _of_peaks(found: np.ndarray, exact: np.ndarray, until: float) -> float:
+def _of_peaks(found: np.ndarray, exact: np.ndarray) -> float:
     return float(np.abs(found / exact - 1.0).max())
 
 
-def _of_contacts(found: np.ndarray, exact: np.ndarray, until: float) -> float:
-    """Of those up to then; a contact that one of both has not is off by all."""
-    found, exact = (one[one[:, 2] < until, :2] for one in (found, exact))
+def _of_contacts(found: np.ndarray, exact: np.ndarray) -> float:
+    """Of peaks and impulses; a contact that one of both has not is off by all."""
+    found, exact = found[:, :2], exact[:, :2]
     if not len(exact):
         return math.inf if len(found) else 0.0
     size = max(len(found), len(exact))
@@ -152,10 +152,16 @@ def _of_contacts(found: np.ndarray, exact: np.ndarray, until: float) -> float:
 NORMS = {"ball_loads": _over_greatest, "forces": _over_greatest, "peaks": _of_peaks, "contacts": _of_contacts}
 
 
+def _begun_before(name: str, values: np.ndarray, until: float) -> np.ndarray:
+    """Contacts that began within so many seconds; other outputs whole."""
+    return values[values[:, 2] < until] if name == "contacts" else values
+
+
 def apart(kind: str, found: Judged, exact: Judged, until: float = math.inf) -> float:
-    """The greatest error of what `found` has, each in its norm, up to so many seconds."""
+    """The greatest error of what `found` has, each in its norm; of contacts, those that began within `until` [s]."""
     norms = NORMS | ({"forces": _root_mean_square} if kind == "soft_discs" else {})
-    return max(norms[name](values, exact.values[name], until) for name, values in found.values.items())
+    both = {name: (values, exact.values[name]) for name, values in found.values.items()}
+    return max(norms[name](*(_begun_before(name, one, until) for one in pair)) for name, pair in both.items())
 
 
 def kind_of_case(case: str) -> str:

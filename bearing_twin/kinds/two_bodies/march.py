@@ -157,29 +157,29 @@ def _held(pair, state):
 
 @template
 def _end(pair, plan, method, state, clock, touch, step, loaded, counts, work):
-    """Puts the end of a step right; returns (status, step, (drift, how far the points were off)).
+    """Puts the end of a step right; returns (status, step, (drift, how far the points were off, the contact there)).
 
     A step in which the load ends, ends there: what follows is another motion, and no step is smooth across a corner.
     """
-    off = finish(pair, work.after)
-    if loaded and touch.normal_load > 0.0 and touch_now(pair, work.after).held < 0.0:
+    (drift, off), after = finish(pair, work.after), touch_now(pair, work.after)
+    if loaded and touch.normal_load > 0.0 and after.held < 0.0:
         nearest = UNLOADED * touch.normal_load
         step = landing_step(_held, one_step, pair, method, state, step, nearest, work, counts)
-        off = finish(pair, work.after)
-    return OK, step, off
+        (drift, off), after = finish(pair, work.after), touch_now(pair, work.after)
+    return OK, step, (drift, off, after)
 
 
 @template
-def _accept(pair, plan, method, state, clock, record, before, step, following, loaded, off, counts, work):
+def _accept(pair, plan, method, state, clock, record, before, step, following, loaded, found, counts, work):
     """Takes the step, and opens or completes the record of a contact where it has begun or ended."""
     copy_numbers(state, work.now)
     copy_numbers(work.after, state)
-    touch = touch_now(pair, state)
+    drift, off, touch = found
     if carries(pair.law) and touch.curvature_small > FLAT * touch.curvature_large:
         carry_on(pair.law, state[CARRIED:COLUMNS], touch.curvature_small / touch.curvature_large)
     if touch.approach > DEEPEST * pair.size:
         return TOO_DEEP, touch, False
-    clock[DRIFT], clock[OFF] = max(clock[DRIFT], off[0]), max(clock[OFF], off[1])
+    clock[DRIFT], clock[OFF] = max(clock[DRIFT], drift), max(clock[OFF], off)
     clock[STEP] = following if touch.approach > 0.0 and loaded else math.inf
     ended = note(clock, step, before, touch, work.now, state, record)
     if clock[IN_CONTACT] > 0.0:
