@@ -15,6 +15,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from bearing_twin.compiled import inlined, kernel, template
+from bearing_twin.contact.damping import steady_held_load
 from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.impact.parameters import FIRST, SECOND
@@ -108,8 +109,7 @@ def _held(bodies, state):
     spring, held = bodies[0], state[0]
     if spring.steady > 0.0:
         depth = max(state[0], 0.0)
-        viscous = spring.steady * depth ** (0.5 * (spring.power - 1.0)) * state[1]
-        held = spring_elastic(spring, depth).load + viscous
+        held = steady_held_load(spring_elastic(spring, depth).load, depth, state[1], spring.steady, spring.power)
     return held
 
 
