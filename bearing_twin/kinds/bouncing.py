@@ -26,7 +26,7 @@ FLOOR = 1e-4  # of the shortest contact: lift-offs and touches shorter than that
 RECORDS = 256  # completed in one call of the kernel
 COUNTED = ("steps", "rejections", "evaluations", "touches")
 COUNTS = len(COUNTED)
-FINER, FINEST, COARSEST = 0.1, 1e-12, 1e-9
+FINER, FINEST, COARSEST = 0.1, 1e-12, 1e-10
 """Tolerance of the second motion over the first one's, the least there is, and the greatest at which the tolerance, and
 not the contact's own time, sets its steps."""
 

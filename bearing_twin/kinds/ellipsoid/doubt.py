@@ -1,7 +1,6 @@
 """What the figures of an ellipsoid on a plane, and of two bodies, are worth."""
 
 from collections.abc import Mapping
-from itertools import zip_longest
 from typing import Any
 
 from bearing_twin.contact.friction import FRICTIONS
@@ -14,15 +13,22 @@ from bearing_twin.kinds.second_run import SecondRunDoubt
 from bearing_twin.sample import Block
 
 
+def paired(own: list, true: list) -> list[tuple]:
+    """Contacts of two motions in their order; of the motion with more, the least stand beside none."""
+    fewer = min(len(own), len(true))
+    least = [sorted(range(len(some)), key=lambda k: some[k].peak_load)[: len(some) - fewer] for some in (own, true)]
+    kept = [[one for k, one in enumerate(some) if k not in left] for some, left in zip((own, true), least, strict=True)]
+    return [*zip(*kept, strict=True), *((own[k], None) for k in least[0]), *((None, true[k]) for k in least[1])]
+
+
 def wanted_errors(figures: EllipsoidFigures, finer: EllipsoidFigures) -> dict[str, float]:
     """The error of WANTED: contacts in their order; one that the other motion does not have counts whole."""
-    own, true = figures.bounces(), finer.bounces()
-    worst = 0.0
-    for size in (lambda one: one.peak_load, lambda one: one.impulse or 0.0):
-        both = [*zip_longest(map(size, own), map(size, true), fillvalue=0.0)]
-        most = max((exact for _, exact in both), default=0.0)
+    worst, both = 0.0, paired(figures.bounces(), finer.bounces())
+    for size in (lambda one: one.peak_load if one else 0.0, lambda one: (one.impulse or 0.0) if one else 0.0):
+        sizes = [(size(one), size(exact)) for one, exact in both]
+        most = max((exact for _, exact in sizes), default=0.0)
         if most > 0.0:
-            worst = max(worst, max(abs(value - exact) for value, exact in both) / most)
+            worst = max(worst, max(abs(value - exact) for value, exact in sizes) / most)
     return {"contacts": float(worst)}
 
 

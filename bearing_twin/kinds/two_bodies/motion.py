@@ -25,7 +25,9 @@ from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matr
 from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP, WORDS
 from bearing_twin.report import Choice
 
-SETTING = 1e-2  # tolerance of a step over that of contacts (`tests/test_impact_doubt.py`)
+# Tolerance of a step over that of contacts, and over its square: where a load begins or ends, which no polynomial
+# follows, errors go with the root of a step's tolerance (`tests/test_impact_doubt.py`).
+SETTING, OF_SQUARE = 1e-2, 1e2
 FAILURES = {
     NOT_FINITE: "the state is not finite any more; lower the speeds or tighten wanted.tolerance",
     TOO_DEEP: "the bodies are pressed into each other by a third of the least size; stiffen them or slow them down",
@@ -86,7 +88,8 @@ class TwoBodiesMotion(BouncingMotion):
     def __init__(self, parameters: TwoBodiesScene, choice: Choice):
         pair = pair_of(parameters, choice.law)
         self._start = start_state(parameters, pair)
-        setting = max(SETTING * float(parameters.wanted.tolerance), FINEST)
+        wanted = float(parameters.wanted.tolerance)
+        setting = max(min(SETTING * wanted, max(OF_SQUARE * wanted**2, 10.0 * FINEST)), FINEST)
         plan = steps.PairPlan(setting, FLOOR * shortest_contact(parameters))
         super().__init__(pair, plan, FAILURES_OF_OVERLAP if pair.over_lens else FAILURES)
 
