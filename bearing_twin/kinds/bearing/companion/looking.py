@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
-from bearing_twin.kinds.bearing.companion.meetings import as_met, copied_from, meetings
+from bearing_twin.kinds.bearing.companion.meetings import as_met, copied_from, meetings, until_met
 from bearing_twin.kinds.bearing.companion.pointers import (
     MOST,
     POINTERS,
@@ -29,6 +29,7 @@ from bearing_twin.kinds.bearing.companion.windows import (
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 
 LIKE, CHEAP, EARLY = 0.5, 0.005, 8  # times the least of those; of the run's steps: worth a look in so many parts then
+AT_FIRST = 0.02  # of the run's steps: what a look at the ball that slides at first may take
 CANDIDATES = 16  # outputs that point most, of which windows are made
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
 LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far ...
@@ -99,7 +100,25 @@ class Looking:
             calm = int(steps.sum(axis=1).argmin())
             window = as_met(window_at(ALL if whole else calm, len(part.times) - 1, steps_before(steps[calm])), met)
             found += [] if any(within(window, other) for other in found) else [window]
-        return found if whole else one_for_all(found, grids, steps)
+        if whole:
+            return found
+        found = one_for_all(found, grids, steps)
+        if first:
+            for window in self._sliding_at_first(part, grids[SLIDING], steps, met):
+                found += [] if any(within(window, other) for other in found) else [window]
+        return found
+
+    def _sliding_at_first(self, part: Part, sliding: np.ndarray, steps: np.ndarray, met: np.ndarray) -> list[Window]:
+        """A window from the start of the run, while it is cheap, of the ball whose friction feels errors of slip most.
+
+        What such a ball is off grows until it rolls, and in a long part others point more later on. `sliding` and
+        `steps` are of `pointers`, (balls, outputs).
+        """
+        cheap = np.cumsum(steps, axis=1) <= AT_FIRST * part.taken
+        felt = np.where(cheap, sliding, 0.0).max(axis=1)
+        ball = int(felt.argmax())
+        window = until_met(Window(ball, -1, int(cheap[ball].sum())), met)
+        return [window] if felt[ball] > 0.0 and steps_in(window, ball, steps) >= LEAST_STEPS else []
 
     def windows_again(self, part: Part, windows: list[Window]) -> list[Window]:
         """These windows of a part that was done again, where other balls may have met; what points to them is kept.
