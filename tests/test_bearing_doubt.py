@@ -15,7 +15,7 @@ from bearing_twin.contact.friction import friction_number, friction_of
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import measured
-from bearing_twin.kinds.bearing.companion import redoing
+from bearing_twin.kinds.bearing.companion import looking, redoing
 from bearing_twin.kinds.bearing.companion.growth import MOST, Growth
 from bearing_twin.kinds.bearing.companion.pointers import one_for_all
 from bearing_twin.kinds.bearing.companion.windows import (
@@ -559,6 +559,21 @@ def test_what_balls_that_fly_are_off_is_found_and_mended(case, tolerance, monkey
     assert point.kept
     assert point.watched_steps > point.steps
     assert point.friction_estimate > 0.1 * point.friction_error
+
+
+def test_a_ball_that_slides_at_first_is_looked_at_whatever_points_more_later(monkeypatch):
+    """Its friction is off by 3.6e-4 before it rolls, and later windows show a tenth of that."""
+    case = "rest, rough, off centre", METHOD, 1e-3, 0.0
+    point = judge(*case)
+    assert point.told == "done"
+    assert point.kept
+    assert all(1.0 / 3.0 < ratio < 5.0 for ratio in point.ratios)
+    monkeypatch.setattr(looking, "AT_FIRST", 0.0)
+    assert judge(*case).ratios[1] < 0.1
+    # Where none slides at first nothing more is looked at.
+    rolls = reported("bearing_6203", "run.duration=0.04").report.costs
+    monkeypatch.undo()
+    assert reported("bearing_6203", "run.duration=0.04").report.costs == rolls
 
 
 def test_balls_that_roll_on_after_a_jump_are_looked_at_whatever_pointed_to_the_jump():

@@ -88,6 +88,21 @@ def test_a_calm_part_is_looked_at_more_and_more_seldom(monkeypatch):
         assert window.begin + 1 + window.length == OUTPUTS
 
 
+@pytest.mark.parametrize(
+    ("share", "taken", "length"),
+    [(2.0, 1000.0, 5), (0.5, 1000.0, None), (2.0, 250.0, None), (2.0, 1e6, "all")],
+)
+def test_a_ball_that_slides_at_first_is_looked_at_for_a_share_of_the_steps(share, taken, length):
+    """Where friction is a hundredth of mu N or more, and the window has ten steps; not one that slides later on."""
+    watching = watching_over()
+    sliding, steps = np.zeros((BALLS, OUTPUTS)), np.full((BALLS, OUTPUTS), 4.0)
+    sliding[2, 0] = share * looking.SLIDES * watching.parameters.contact.friction_coefficient
+    sliding[1, 6] = 0.5 * sliding[2, 0]
+    found = watching._sliding_at_first(part_of(taken=taken), sliding, steps, np.zeros((OUTPUTS, BALLS), bool))
+    expected = {None: [], "all": [Window(2, -1, OUTPUTS)]}.get(length, [Window(2, -1, length)])
+    assert found == expected
+
+
 @pytest.mark.parametrize(("each", "cut"), [(20.0, False), (40.0, True)])
 def test_a_window_is_cut_to_its_end_where_a_part_done_again_has_many_more_steps_in_it(each, cut, monkeypatch):
     """As where a ball rings that a rough setting damped at once; windows of all balls, or of one that slides, stay."""

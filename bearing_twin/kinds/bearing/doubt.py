@@ -10,7 +10,7 @@ import numpy as np
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.adequacy import mend_of_method, told_of_equilibria
-from bearing_twin.kinds.bearing.companion.growth import FLOOR, Growth, greatest_until
+from bearing_twin.kinds.bearing.companion.growth import Growth, greatest_until
 from bearing_twin.kinds.bearing.companion.means import MeanError
 from bearing_twin.kinds.bearing.companion.pointers import dearest
 from bearing_twin.kinds.bearing.companion.windows import WINDOW, carries, unseen
@@ -31,6 +31,7 @@ from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LE
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
+LEAST_TOLD = 3e-9  # of friction: differences of positions are rounded, and truths are no better known
 EITHER_WAY = 2.0  # times what friction can be, mu N of the greater load: the most that it is off
 AROUND = 1.0  # rad or so lie between the greatest load and the least: a ball that is off further is off by no more load
 TILTING = "ring_moment_nm", "misalignment_rad"
@@ -255,9 +256,10 @@ class BearingDoubt:
         if still:
             known = friction_of_equilibria(self.parameters, self.choice.law)
             return loads, Promise("friction", norm, known, wanted.tolerance, "", self._smaller_steps)
-        error, may = (max(self._seen("friction", spread=one), FLOOR) if self._known else None for one in (None, spread))
+        found = (self._seen("friction", spread=one) if self._known else None for one in (None, spread))
+        error, may = (None if one is None else max(one, LEAST_TOLD) for one in found)
         place = self.worst.where("friction")
-        before = max(self._seen("friction", earlier), FLOOR) if earlier else None
+        before = max(self._seen("friction", earlier), LEAST_TOLD) if earlier else None
         return loads, Promise("friction", norm, error, wanted.tolerance, place, self._mend(), before, may)
 
     def _mend(self) -> str:

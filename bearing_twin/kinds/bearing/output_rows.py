@@ -29,6 +29,7 @@ from bearing_twin.numerics.lean import lean_kernel
 
 DRIVE_TORQUE = 16  # columns after the ring's angle
 ONE, TWO, THREE, FOUR, EIGHT = np.array([1, 2, 3, 4, 8], dtype=np.uint64)
+ZERO = np.int64(0)  # for a plain one numba would compile `_spread` anew
 
 
 class RowPlaces(NamedTuple):
@@ -119,7 +120,7 @@ def _write_ring(ring, border, row, first):
 @inlined
 def _write_balls(bearing, drive, times, states, orientations, borders, turned, places, lanes, width, out, first):
     """`write_rows` of all that is a ball's own, and sums over the balls; states, orientations and `out` are flat."""
-    balls, sample, ball = bearing.balls, 0, 0
+    balls, sample, ball = bearing.balls, ZERO, ZERO
     total = len(times) * balls
     for done in range(0, total, LANES):
         now, next_ball, count = sample, ball, min(LANES, total - done)
@@ -130,14 +131,14 @@ def _write_balls(bearing, drive, times, states, orientations, borders, turned, p
             if done + k + 1 < total:
                 ball += 1
                 if ball == balls:
-                    sample, ball = sample + 1, 0
+                    sample, ball = sample + 1, ZERO
         _load(states, orientations, done, total - 1, lanes)
         fill_outputs(bearing, lanes)
-        lane = 0
+        lane = ZERO
         while lane < count:
             together = min(count - lane, balls - next_ball)
             _spread(places, lanes, lane, together, next_ball, (first + now) * width, out)
-            lane, now, next_ball = lane + together, now + 1, 0
+            lane, now, next_ball = lane + together, now + 1, ZERO
 
 
 @inlined

@@ -29,7 +29,8 @@ from bearing_twin.kinds.bearing.companion.windows import (
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 
 LIKE, CHEAP, EARLY = 0.5, 0.005, 8  # times the least of those; of the run's steps: worth a look in so many parts then
-AT_FIRST = 0.02  # of the run's steps: what a look at the ball that slides at first may take
+AT_FIRST = 0.02  # of the run's steps: what a look at a ball that slides at first may take
+SLIDES = 0.01  # of mu N: a contact with less friction rolls
 CANDIDATES = 16  # outputs that point most, of which windows are made
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
 LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far ...
@@ -118,7 +119,8 @@ class Looking:
         felt = np.where(cheap, sliding, 0.0).max(axis=1)
         ball = int(felt.argmax())
         window = until_met(Window(ball, -1, int(cheap[ball].sum())), met)
-        return [window] if felt[ball] > 0.0 and steps_in(window, ball, steps) >= LEAST_STEPS else []
+        slides = felt[ball] > SLIDES * self.parameters.contact.friction_coefficient
+        return [window] if slides and steps_in(window, ball, steps) >= LEAST_STEPS else []
 
     def windows_again(self, part: Part, windows: list[Window]) -> list[Window]:
         """These windows of a part that was done again, where other balls may have met; what points to them is kept.
