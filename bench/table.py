@@ -32,7 +32,7 @@ from bearing_twin import load_scene, load_study, run_study, simulate
 from bearing_twin.charts.bearing_cells import motion_of
 from bearing_twin.charts.contest_picture import cheapest
 from bearing_twin.charts.made import processor
-from bearing_twin.charts.work_precision import CASES, FINER, WANTED, judge_motion
+from bearing_twin.charts.work_precision import CASES, FINER, WANTED, further, judge_motion
 from bearing_twin.uq.study_file import parse_study
 
 LOOSE, TOUCHING = "geometry.radial_clearance=1e-5", ("geometry.balls=13", "geometry.pitch_diameter=28.1888e-3")
@@ -55,7 +55,10 @@ def _stage(name: str) -> float:
 
 def _held(problem: str) -> float:
     """Times real time of the cheapest run whose errors in load and friction are small enough."""
-    rows = [judge_motion(problem, one, setting, 0.0) for one in STEPPERS for setting in FINER[one]]
+    rows, waiting = [], [(problem, one, setting) for one in STEPPERS for setting in FINER[one]]
+    while waiting:
+        rows += [judge_motion(*one, 0.0) for one in waiting]
+        waiting = further(rows)
     return max(1.0 / row.seconds for one in STEPPERS if (row := cheapest(rows, problem, one, WANTED)))
 
 

@@ -39,6 +39,7 @@ def made(folder):
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(work_precision.CASES, "sliding", work_precision.CASES["sliding"]._replace(count=5))
         patch.setattr(work_precision, "LADDERS", LADDERS)
+        patch.setattr(work_precision, "CLOSE", np.inf)
         return CONTESTS["steppers"].make(folder, "steppers", wanted)
 
 
@@ -118,14 +119,25 @@ def _ladder(stepper, ladder, answer):
 
 def test_a_ladder_goes_on_until_a_setting_is_good_or_too_slow():
     tolerances, steps = (1e-1, 1e-3), (4e-6, 2e-6)
-    assert _ladder("dopri5", tolerances, lambda x: (DONE, 10.0 * x, 1.0)) == pytest.approx([1e-1, 1e-3, 1e-4])
-    assert _ladder("dopri5", tolerances, lambda x: (DONE, x, 1.0)) == [1e-1, 1e-3]
+    found = _ladder("dopri5", tolerances, lambda x: (DONE, 5.0 * x, 1.0))
+    assert found == pytest.approx([1e-1, 1e-3, 1e-4, 3.2e-4, 1.8e-4])  # and back, see below
+    assert _ladder("dopri5", (1e-1,), lambda x: (DONE, 1e-3, 1.0)) == [1e-1]
     assert _ladder("imex", steps, lambda x: (DONE, 300.0 * x, 1.0)) == [4e-6, 2e-6]
     assert _ladder("imex", steps, lambda x: (DONE, 1e3 * x, 1.0)) == [4e-6, 2e-6, 1e-6]
     assert _ladder("imex", steps, lambda x: (DONE, 1.0, 1.5e-3 / x)) == [4e-6, 2e-6, 1e-6]
     assert _ladder("imex", steps, lambda x: (STOPPED, np.nan, 20.0)) == [4e-6, 2e-6]
     refused = _ladder("imex", steps, lambda x: (REFUSED, np.nan, np.nan))
     assert refused == [4e-6 / 2**i for i in range(12)]
+
+
+def test_the_loosest_good_setting_of_an_adaptive_method_is_looked_for_between_rungs():
+    """To a factor of two: between 3e-3 and 1e-2 the cheapest run that is good enough took two thirds of the time."""
+    rungs = (1e-1, 1e-2, 1e-3)
+    assert _ladder("rodas3", rungs, lambda x: (DONE, x, 1.0)) == [*rungs, 3.2e-3, 1.8e-3]
+    assert _ladder("rodas3", rungs, lambda x: (DONE, 0.2 * x, 1.0)) == [*rungs, 3.2e-3, 5.7e-3]
+    assert _ladder("rodas3", rungs, lambda x: (FAILED if x > 2e-3 else DONE, x, 1.0)) == [*rungs, 3.2e-3, 1.8e-3]
+    assert _ladder("rodas3", rungs, lambda x: (DONE, 1e-3 if x < 0.1 else 1e-2, 1.0)) == [*rungs, 3.2e-2, 5.7e-2]
+    assert _ladder("rk4", (4e-6, 1e-6), lambda x: (DONE, 1e3 * x, 1.0)) == [4e-6, 1e-6]
 
 
 def _but(outputs, **changes):

@@ -3,7 +3,8 @@
 Each run is made twice: by the compiled motion with its outputs alone, and by the public call, `simulate(...).blocks()`,
 with its companion. Error across, CPU seconds per simulated second up, both logarithmic; one line a method, a cross
 along the right edge for each failure. The reference is `rodas4` a thousand times tighter than its ladder. A ladder on
-which all settings miss goes on, finer and finer, until one is good or too slow.
+which all settings miss goes on, finer and finer, until one is good or too slow; on others the loosest good setting of
+an adaptive method is looked for between rungs.
 """
 
 import math
@@ -58,6 +59,7 @@ FINER = {  # ladders of methods that are worth more points
 LADDERS = {name: FINER.get(name, TOLERANCES if facts.adaptive else STEPS) for name, facts in STEPPER_FACTS.items()}
 """Of every stepper: tolerances of an adaptive one, steps [s] of a fixed one."""
 FINER_BY, LAST = {True: 0.1, False: 0.5}, {True: 1e-12, False: 1e-9}  # adaptive or not: how a ladder goes on, to where
+CLOSE = 2.0  # times another: no setting is looked for between these
 SLOWEST = 1e3  # CPU seconds per simulated second beyond which a ladder ends
 
 
@@ -129,7 +131,10 @@ def _command(name, stepper, setting):
 
 
 def further(rows: list[Row]) -> list[tuple[str, str, float]]:
-    """The next finer setting of every ladder that has none that is good, and is not too slow yet."""
+    """Settings to go on with: finer ones of ladders that have none that is good and are not too slow yet.
+
+    Of others with an adaptive method one between the loosest good one and the next, which is not, until both are CLOSE.
+    """
     found = []
     for name, stepper in dict.fromkeys((row.problem, row.method) for row in rows):
         mine = [row for row in rows if (row.problem, row.method) == (name, stepper)]
@@ -138,6 +143,10 @@ def further(rows: list[Row]) -> list[tuple[str, str, float]]:
         slow = any(row.seconds > SLOWEST or row.status == STOPPED for row in mine)
         if not slow and setting > LAST[adaptive] and all(row.error > WANTED for row in mine):
             found.append((name, stepper, setting))
+        loosest = max((row.setting for row in mine if row.error <= WANTED), default=math.inf)
+        looser = min((row.setting for row in mine if row.setting > loosest), default=0.0)
+        if adaptive and looser > CLOSE * loosest:
+            found.append((name, stepper, float(f"{math.sqrt(loosest * looser):.2g}")))
     return found
 
 
@@ -146,7 +155,7 @@ def _panel(axis, rows: list[Row], error_of: Callable[[Row], float], says: bool) 
     for number, stepper in enumerate(LADDERS):
         look = ball_line(number)
         colour = look["color"]
-        mine = [row for row in rows if row.method == stepper]
+        mine = sorted((row for row in rows if row.method == stepper), key=lambda row: -row.setting)
 
         def place_of(row):
             return max(error_of(row), LEAST), row.seconds

@@ -23,7 +23,8 @@ from bearing_twin.numerics.steppers import ROSENBROCK
 LOOSEST = 30.0  # times the wanted tolerance
 LIKE_MEASURED = 30.0, 2.4  # what a scene of the same motion may err more: settings looser than wanted, and others
 EVENTS = "sudden", "sliding"  # motions in which an error hangs on single events: where a ball that hops lands
-BETWEEN = 1, 1.5, 2, 3, 5, 7  # settings in a decade, of which tables hold 1 and 3
+BETWEEN = 1, 1.5, 2, 3, 5, 7  # settings in a decade, of which RUNGS are measured
+RUNGS = "1.000", "3.000"
 FINEST = 1e-9  # no setting is finer
 LIKE_LANDING = "rodas4"  # the method whose steps end elsewhere where it lands
 SPREAD = 1.0 / 3.0  # of costs: two tables of the same code lie that far apart (docs/models.md, Steppers)
@@ -72,14 +73,14 @@ def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
 
     A scene has SciPy's methods tighter than the table, where they are contestants: settings are those of a scene. One
     that lands is the same method with other ends of steps: what it errs less at a setting is luck, and not read
-    (docs/models.md).
+    (docs/models.md). Nor is a setting that was looked for between RUNGS, where a method just keeps 1e-3.
     """
     found: dict[tuple[str, str], list[Rung]] = {}
     for row in (
         *measured_rows("steppers.csv"),
         *(row for row in measured_rows("motions.csv") if row["problem"] in COUPLED),
     ):
-        if row["status"] == "done":
+        if row["status"] == "done" and (row["method"] not in ROSENBROCK or _is_rung(row)):
             rung = (float(row[key]) for key in ("load_error", "friction_error", "seconds"))
             found.setdefault((row["problem"], row["method"]), []).append(Rung(_setting(row), *rung))
     for (motion, stepper), rungs in found.items():
@@ -87,6 +88,10 @@ def ladders() -> dict[tuple[str, str], tuple[Rung, ...]]:
             plain = {one.setting: one for one in found[motion, LIKE_LANDING]}
             found[motion, stepper] = [_no_better(one, plain.get(one.setting, one)) for one in rungs]
     return {key: tuple(sorted(rungs, reverse=True)) for key, rungs in found.items()}
+
+
+def _is_rung(row: dict[str, str]) -> bool:
+    return f"{float(row['setting']):.3e}".startswith(RUNGS)
 
 
 def _setting(row: dict[str, str]) -> float:
