@@ -141,11 +141,11 @@ def further(rows: list[Row]) -> list[tuple[str, str, float]]:
         adaptive = STEPPER_FACTS[stepper].adaptive
         setting = FINER_BY[adaptive] * min(row.setting for row in mine)
         slow = any(row.seconds > SLOWEST or row.status == STOPPED for row in mine)
-        if not slow and setting > LAST[adaptive] and all(row.error > WANTED for row in mine):
-            found.append((name, stepper, setting))
         loosest = max((row.setting for row in mine if row.error <= WANTED), default=math.inf)
         looser = min((row.setting for row in mine if row.setting > loosest), default=0.0)
-        if adaptive and looser > CLOSE * loosest:
+        if not slow and setting > LAST[adaptive] and loosest == math.inf:
+            found.append((name, stepper, setting))
+        elif adaptive and looser > CLOSE * loosest:
             found.append((name, stepper, float(f"{math.sqrt(loosest * looser):.2g}")))
     return found
 

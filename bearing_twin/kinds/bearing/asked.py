@@ -13,8 +13,10 @@ TIGHTER = "radau"
 def setting_of(parameters, law: str) -> float:
     """Step [s] or tolerance of the stepper that a scene asks for; the step of balls that move each for itself."""
     solver = parameters.solver
-    if solver.stepper not in FIXED_STEP or solver.step:  # known without a start
-        return solver.step if solver.stepper in FIXED_STEP else parameters.wanted.tolerance
+    if solver.stepper not in FIXED_STEP:
+        return parameters.wanted.tolerance
+    if solver.step:  # known without a start
+        return solver.step
     bearing = bearing_of(parameters, law)
     start = start_state(bearing, parameters.drive.speed, parameters.initial.motion)
     return step_at_start(parameters, fastest_rates(bearing, start), solver.stepper)[0]

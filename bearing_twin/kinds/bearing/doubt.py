@@ -256,8 +256,9 @@ class BearingDoubt:
         if still:
             known = friction_of_equilibria(self.parameters, self.choice.law)
             return loads, Promise("friction", norm, known, wanted.tolerance, "", self._smaller_steps)
-        found = (self._seen("friction", spread=one) if self._known else None for one in (None, spread))
-        error, may = (None if one is None else max(one, LEAST_TOLD) for one in found)
+        error = may = None
+        if self._known:
+            error, may = (max(self._seen("friction", spread=one), LEAST_TOLD) for one in (None, spread))
         place = self.worst.where("friction")
         before = max(self._seen("friction", earlier), LEAST_TOLD) if earlier else None
         return loads, Promise("friction", norm, error, wanted.tolerance, place, self._mend(), before, may)

@@ -1,5 +1,6 @@
 """What the figures of an ellipsoid on a plane, and of two bodies, are worth."""
 
+import heapq
 from collections.abc import Mapping
 from typing import Any
 
@@ -16,7 +17,10 @@ from bearing_twin.sample import Block
 def paired(own: list, true: list) -> list[tuple]:
     """Contacts of two motions in their order; of the motion with more, the least stand beside none."""
     fewer = min(len(own), len(true))
-    least = [sorted(range(len(some)), key=lambda k: some[k].peak_load)[: len(some) - fewer] for some in (own, true)]
+    least = [
+        set(heapq.nsmallest(len(some) - fewer, range(len(some)), key=lambda k: some[k].peak_load))
+        for some in (own, true)
+    ]
     kept = [[one for k, one in enumerate(some) if k not in left] for some, left in zip((own, true), least, strict=True)]
     return [*zip(*kept, strict=True), *((own[k], None) for k in least[0]), *((None, true[k]) for k in least[1])]
 

@@ -5,7 +5,7 @@ import numpy as np
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bouncing import FINEST, FLOOR, BouncingMotion, contact_numbers, motion_of
+from bearing_twin.kinds.bouncing import FINER, FINEST, FLOOR, BouncingMotion, contact_numbers, motion_of
 from bearing_twin.kinds.ellipsoid.doubt import wanted_errors
 from bearing_twin.kinds.two_bodies import march, steps
 from bearing_twin.kinds.two_bodies.derived import (
@@ -89,7 +89,7 @@ class TwoBodiesMotion(BouncingMotion):
         pair = pair_of(parameters, choice.law)
         self._start = start_state(parameters, pair)
         wanted = float(parameters.wanted.tolerance)
-        setting = max(min(SETTING * wanted, max(OF_SQUARE * wanted**2, 10.0 * FINEST)), FINEST)
+        setting = max(min(SETTING * wanted, max(OF_SQUARE * wanted**2, FINEST / FINER)), FINEST)
         plan = steps.PairPlan(setting, FLOOR * shortest_contact(parameters))
         super().__init__(pair, plan, FAILURES_OF_OVERLAP if pair.over_lens else FAILURES)
 

@@ -103,11 +103,10 @@ class Looking:
             found += [] if any(within(window, other) for other in found) else [window]
         if whole:
             return found
-        found = one_for_all(found, grids, steps)
+        found, at_first = one_for_all(found, grids, steps), []
         if first:
-            for window in self._sliding_at_first(part, grids[SLIDING], steps, met):
-                found += [] if any(within(window, other) for other in found) else [window]
-        return found
+            at_first = self._sliding_at_first(part, grids[SLIDING], steps, met)
+        return found + [one for one in at_first if not any(within(one, other) for other in found)]
 
     def _sliding_at_first(self, part: Part, sliding: np.ndarray, steps: np.ndarray, met: np.ndarray) -> list[Window]:
         """A window from the start of the run, while it is cheap, of the ball whose friction feels errors of slip most.
