@@ -3,8 +3,10 @@
 import pytest
 
 from bearing_twin.charts import drawn
+from bearing_twin.charts.bearing_variants import ALL_CASES, DRAWN, SPAN
 from bearing_twin.charts.contest import Asked, Kept
-from bearing_twin.charts.drawn import CONTESTS, FIRST, HELD, LOADED, NAMES, TOLERANCES, draw_of
+from bearing_twin.charts.drawn import CONTESTS, FIRST, NAMES
+from bearing_twin.charts.draws import HELD, LOADED, TOLERANCES, draw_of
 from bearing_twin.charts.table import DONE
 from bearing_twin.charts.tolerance import ToleranceRow
 from bearing_twin.run.scene import load_scene
@@ -39,6 +41,15 @@ def test_a_draw_is_the_same_everywhere():
         "run.output_rate=1000",
         "run.publish_rate=1000",
     )
+
+
+def test_the_chart_of_tolerances_has_draws_that_no_other_chart_has():
+    """As long as its other variants; at all its tolerances, whatever the draw wants."""
+    assert len(DRAWN) >= 20
+    assert not {draw_of(FIRST + number)[1] for number in range(len(NAMES))} & {differs for _, differs in DRAWN.values()}
+    for name, (scene, differs) in DRAWN.items():
+        assert ALL_CASES[name] == (scene, differs)
+        assert load_scene(scene, differs).parameters.run.duration == SPAN
 
 
 def test_draws_are_run_beside_the_truth(tmp_path):

@@ -1,8 +1,10 @@
 """Shipped bearing scenes and variants of them, of `config/variants.yaml`: what chooser and companion are worth.
 
-By name: the scene, and the overrides in which it differs.
+By name: the scene, and the overrides in which it differs. Then scenes drawn by chance, whose numbers were given before
+anything of them was known; nothing in the product was changed by what they showed.
 """
 
+from bearing_twin.charts.draws import draw_of
 from bearing_twin.paths import share_path
 from bearing_twin.shelf import SCENES
 
@@ -22,5 +24,19 @@ UNSEEN = {
     name: (scene, (*differs, f"run.duration={_spans.get(name, SPAN)}"))
     for name, (scene, differs) in (_mending | CHOSEN_LAST).items()
 }
-ALL_CASES = CASES | UNSEEN
-GROUPS = {"Scenes known": CASES, "Scenes that showed what to mend": _mending, "Chosen last": CHOSEN_LAST}
+FIRST_DRAWN, MANY = 20261128000, 24  # others than `chart drawn` has
+
+
+def _drawn(number: int) -> tuple[str, tuple[str, ...]]:
+    scene, differs, *_ = draw_of(FIRST_DRAWN + number)
+    return scene, (*(word for word in differs if not word.startswith("run.duration=")), f"run.duration={SPAN}")
+
+
+DRAWN = {f"drawn {number + 1}": _drawn(number) for number in range(MANY)}
+ALL_CASES = CASES | UNSEEN | DRAWN
+GROUPS = {
+    "Scenes known": CASES,
+    "Scenes that showed what to mend": _mending,
+    "Chosen last": CHOSEN_LAST,
+    "Drawn by chance": DRAWN,
+}

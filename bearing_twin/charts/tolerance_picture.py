@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from bearing_twin.charts.bearing_variants import CASES, UNSEEN
+from bearing_twin.charts.bearing_variants import CASES
 from bearing_twin.charts.companion_cost import AT_LENGTH
 from bearing_twin.charts.table import DONE
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, save_chart
@@ -16,7 +16,7 @@ NEAR, FAR = 3.0, 10.0  # factors between estimate and true error
 def _look(number: int, case: str, alone: bool = False) -> dict:
     if alone:
         return {"color": STYLE["ink"], "marker": "P"}
-    if case in UNSEEN:
+    if case not in CASES:
         return {"color": STYLE["soft"], "marker": "."}
     return {"color": BALL_COLOURS[number % len(BALL_COLOURS)], "marker": "os^Dv"[number // len(BALL_COLOURS)]}
 
@@ -50,7 +50,7 @@ def draw(points: list, path: Path) -> None:
             )
         lost = [p.setting for p in points if p.problem == case and p.status != DONE]
         left.plot(lost, [1.0] * len(lost), "x", color=look["color"], ms=11, mew=2.5)
-        label = case if case not in UNSEEN else "variants unseen" if case == names[-1] else None
+        label = case if case in CASES else "variants" if case == names[-1] else None
         left.plot([], [], look["marker"], mfc=look["color"], mec=look["color"], ms=9, linestyle="none", label=label)
     if any(np.isnan(p.friction_error) for p in good):
         left.plot([], [], "P", mfc=STYLE["ink"], mec=STYLE["ink"], ms=5, linestyle="none", label="loads alone wanted")

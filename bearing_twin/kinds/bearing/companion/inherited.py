@@ -1,11 +1,13 @@
 """What no window of a bearing run sees: what its balls and its ring are off from before, and what that does.
 
 A moving ring carries on what it is off until its contacts have damped it. Errors of steps are as often one way as the
-other, so that they add up as a random walk does: with the root of that time over the time of the window they were seen
-in. What a ring is off, or a ball on its way round, makes loads err; where a contact bears little, that is much of its
-load, and as much of its friction. A ball that a ring has just set free bears next to nothing on one raceway, and rings
-there by what steps err by. Windows are short and lie elsewhere: all this is therefore found from what all outputs say
-of friction and load, and recorded as a row of WINDOW of its own.
+other, so that they add up as a random walk does: with the root of that time over the time of the windows they were seen
+in. Windows lie where errors are greatest, so that what all of them show a second is taken, and not what the worst one
+does. What a ring is off, or a ball on its way round, makes loads err; where a contact bears little, that is much of its
+load, and as much of its friction. A ring that rings makes balls slip as well, which windows show. A ball that a ring
+has just set free bears next to nothing on one raceway, and rings there by what steps err by. Windows are short and lie
+elsewhere: all this is therefore found from what all outputs say of friction and load, and recorded as a row of WINDOW
+of its own.
 """
 
 import math
@@ -21,18 +23,41 @@ from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY
 from bearing_twin.kinds.bearing.stepping.pointing import OF_FORCE
 
 NO_LOAD = 1e-300  # N: next to nothing, so that no quotient is infinite
-NOTHING = (0.0, 0.0, 0.0, 0.0)  # see `carried_on`
 ERRORS = slice(PLACE["load"], None)  # of a row of WINDOW
 SLIP = [PLACE[one] for one in ("friction", "torque", "mean_torque")]  # ... those that follow from how balls slip
 MEANS = [PLACE["drive_torque"], PLACE["loss"]]  # ... and means over windows, which are no instants of a ring that rings
+# Friction over mu N that a ring which rings makes balls err by, over what it makes loads err by, of the greatest: no
+# more than this of what windows show together. Balls err by more where they begin to roll, which no ring carries on.
+SLIPPING = 4.0
+FADING = 0.5  # of the rate at which a ring rings down: that at which what windows showed counts less
 
 
-def remembered(told) -> tuple[float, ...]:
-    """What is known (see `carried_on`) as a snapshot `told`; raises ValueError for what no snapshot tells."""
+class Inherited(NamedTuple):
+    """What is known of a run before a part; see `carried_on`.
+
+    The greatest share of `light_share`; how far loads are off [N], and what the place of the ring was off would make
+    them off [N], which both fall as the ring rings down; what was told of friction. Of the windows of all balls: the
+    sums of the squares of what loads [N] and friction were off, and of the seconds they took, which all fade.
+    """
+
+    light: float = 0.0
+    off: float = 0.0
+    wide: float = 0.0
+    told: float = 0.0
+    loads: float = 0.0
+    slips: float = 0.0
+    seconds: float = 0.0
+
+
+NOTHING = Inherited()
+
+
+def remembered(told) -> Inherited:
+    """What is known as a snapshot `told`; raises ValueError for what no snapshot tells."""
     known = tuple(map(float, told))
     if len(known) != len(NOTHING) or not all(map(math.isfinite, known)):
         raise ValueError("inherited")
-    return known
+    return Inherited(*known)
 
 
 def light_share(part: Part, greatest: float) -> float:
@@ -136,7 +161,46 @@ class Carried(NamedTuple):
     rows: np.ndarray
     added: np.ndarray
     before: np.ndarray
-    known: tuple
+    known: Inherited
+
+
+class Walk(NamedTuple):
+    """What steps make a ring err by that carries it on: a row of WINDOW, by what windows show together.
+
+    `load` [N] and `place` [m] of the ring are what the worst of them alone would make it. `known` has these windows.
+    """
+
+    row: np.ndarray
+    load: float
+    place: float
+    known: Inherited
+
+
+def walked(known: Inherited, row: np.ndarray, whole: np.ndarray, seconds: float, greatest: float, fades: float) -> Walk:
+    """The `row` [WINDOW] with what windows of all balls show (`whole`), at its end.
+
+    What was known before `fades` to this share. `seconds` a ring goes on with what it is off; `greatest` load [N].
+    """
+    shown, alone = np.zeros(len(row)), np.zeros(len(row))
+    for one in whole:
+        until = np.full(len(row), min(row[0], seconds))  # it rings on to the end of the part
+        until[MEANS] = min(one[0], seconds)
+        until[PLACE["orbit_angle"]] = one[0]  # how far balls are off their way round nothing damps
+        longer = np.sqrt(np.maximum(until / (one[0] - one[PLACE["begin"]]), 1.0))
+        longer[SLIP] = 1.0  # balls forget their slip within a window, but what a ring that rings makes of it
+        shown, alone = np.maximum(shown, np.abs(one)), np.maximum(alone, longer * np.abs(one))
+    known_ones = whole[np.isfinite(whole).all(axis=1)]  # what breaks off has no error that adds up
+    loads = fades * known.loads + float(np.square(known_ones[:, PLACE["load"]]).sum())
+    slips = fades * known.slips + float(np.square(known_ones[:, PLACE["friction"]]).sum())
+    taken = fades * known.seconds + float((known_ones[:, 0] - known_ones[:, PLACE["begin"]]).sum())
+    known, worst = known._replace(loads=loads, slips=slips, seconds=taken), float(alone[PLACE["load"]])
+    row = np.concatenate([row[: PLACE["load"]], alone[ERRORS]])
+    if 0.0 < worst < math.inf:
+        together = math.sqrt(loads / taken * min(row[0], seconds))
+        row[ERRORS] = np.maximum(shown, min(together / worst, 1.0) * alone)[ERRORS]
+        rung = min(math.sqrt(slips / loads), SLIPPING / greatest) * row[PLACE["load"]]
+        row[PLACE["friction"]] = max(float(row[PLACE["friction"]]), rung)
+    return Walk(row, worst, float(alone[PLACE["ring_displacement"]]), known)
 
 
 def grown(part: Part, greatest: float, off: float, throw: Throw | None) -> tuple[float, float, float]:
@@ -158,7 +222,7 @@ def grown(part: Part, greatest: float, off: float, throw: Throw | None) -> tuple
 
 
 def carried_on(
-    known: tuple,
+    known: Inherited,
     part: Part,
     rows: np.ndarray,
     tolerance: float,
@@ -170,30 +234,26 @@ def carried_on(
 ) -> Carried:
     """What a part that began with what is `known` inherits, beside these rows of WINDOW.
 
-    `seconds` a ring goes on with what it is off; `around` [rad] balls may be off their way round. Known are the
-    greatest share of `light_share`, how far loads are off [N], and what the place of the ring was off would make them
-    off [N], which both fall as the ring rings down, and what was told of friction.
+    `seconds` a ring goes on with what it is off; `around` [rad] balls may be off their way round.
     """
-    light, off, wide, told = known
+    light, off, wide, told = known[:4]
     row = np.zeros(len(WINDOW.columns))
     row[: PLACE["load"]] = part.elapsed + part.duration, part.elapsed, INHERITED, 0.0, tolerance
     before, whole = row.copy(), rows[rows[:, PLACE["ball"]] == ALL] if seconds else rows[:0]
-    for one in whole:
-        until = np.full(len(row), min(row[0], seconds))  # it rings on to the end of the part
-        until[MEANS] = min(one[0], seconds)
-        until[PLACE["orbit_angle"]] = one[0]  # how far balls are off their way round nothing damps
-        longer = np.sqrt(np.maximum(until / (one[0] - one[PLACE["begin"]]), 1.0))
-        # Balls forget their slip within a window; what a ring's error does to friction follows from that of load.
-        longer[SLIP] = 1.0
-        row[ERRORS] = np.maximum(row, longer * np.abs(one))[ERRORS]
+    fades = 10.0 ** (-FADING * part.duration / seconds) if seconds else 1.0
+    walk = walked(known, row, whole, seconds, greatest, fades)
+    row = walk.row
     told_of = bool(seconds) and (len(rows) > 0 or throw is not None)
     if throw is not None:
         row[PLACE["steps"]] = throw.found.steps / part.load.shape[1]
         row[ERRORS] = np.maximum(row[ERRORS], throw.errors)
-    now = float(row[PLACE["load"]]) + around * float(part.load.max() - part.load.min())
-    across = stiffest(part.bearing.inner.law, greatest) * float(row[PLACE["ring_displacement"]])
+    lies = around * float(part.load.max() - part.load.min())
+    now, worst = float(row[PLACE["load"]]) + lies, walk.load + lies
+    across = stiffest(part.bearing.inner.law, greatest) * max(float(row[PLACE["ring_displacement"]]), walk.place)
     # In a throw the motion beside it shows that; contacts that bear little only then say nothing of later ones.
     light, free, loads = light if throw else max(light, light_share(part, greatest)), [now, off], [now, off]
+    if part.flies and throw is None:  # what balls hop by follows from the worst that may be
+        free[0] = loads[0] = worst
     for place, one in enumerate((row, before) if told_of else ()):
         free[place], most, slips = grown(part, greatest, loads[place], throw)
         if most != loads[place]:
@@ -201,7 +261,8 @@ def carried_on(
         one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), slips)
     unbounded = before.copy()
     unbounded[PLACE["load"]] *= free[1] / loads[1] if loads[1] else 1.0
-    rest = ((row, loads[0], across), (before, loads[1], wide), (unbounded, free[1], wide))
+    # Friction feels the worst: each window by itself, as contacts that bear little come and go.
+    rest = ((row, max(loads[0], worst), across), (before, loads[1], wide), (unbounded, free[1], wide))
     for one, *those in rest if throw is None else ():  # which shows what friction is off as well
         one[PLACE["friction"]] = max(float(one[PLACE["friction"]]), light * max(those) / greatest if greatest else 0.0)
     falls = 10.0 ** (-part.duration / seconds) if told_of else 1.0
@@ -210,7 +271,8 @@ def carried_on(
     row[PLACE["friction"]] = max(float(row[PLACE["friction"]]), slips)
     both = np.maximum(row, before)
     friction = float(both[PLACE["friction"]])
+    known = walk.known._replace(light=light, off=later, wide=wide)
     if friction <= max(told, float(rows[:, PLACE["friction"]].max(initial=0.0))) and not len(whole) and throw is None:
-        return Carried(rows, rows, np.array([before, unbounded]), (light, later, wide, told))
-    known = light, later, wide, max(told, friction)
+        return Carried(rows, rows, np.array([before, unbounded]), known)
+    known = known._replace(told=max(told, friction))
     return Carried(*(np.concatenate([rows, one[None]]) for one in (both, row)), np.array([before, unbounded]), known)
