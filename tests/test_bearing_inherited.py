@@ -115,7 +115,7 @@ def test_what_adds_up_is_what_all_windows_show_a_second(rig):
 
 
 def test_a_ring_that_rings_makes_balls_slip_as_windows_show(rig):
-    """By no more than SLIPPING times the share by which loads err: balls that begin to roll err by more, for a while."""
+    """By no more than SLIPPING times the share by which loads err: balls that begin to roll forget what they err by."""
     part = part_of(rig.bearing, 4 * [GREATEST], 4 * [0])
     for shown, carried in ((0.005, 0.01), (0.5, 0.5)):
         rows = np.array([window(load=2.0, friction=shown)])
