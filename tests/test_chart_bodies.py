@@ -47,6 +47,8 @@ def test_contacts_count_up_to_a_horizon_and_one_that_is_missing_is_off_by_all():
     assert bodies.apart("two_bodies", late, exact, until=0.15) == pytest.approx(0.05)
     assert bodies.apart("two_bodies", outcome(contacts=[[10.0, 1.0, 0.1]]), exact) == pytest.approx(0.5)
     assert math.isinf(bodies.apart("two_bodies", exact, outcome(contacts=np.zeros((0, 3)))))
+    grazed = outcome(contacts=[[10.0, 1.0, 0.1], [1e-7, 1e-9, 0.15], [4.0, 0.5, 0.2]])  # which shifts no other
+    assert bodies.apart("two_bodies", grazed, exact) == pytest.approx(1e-8)
     assert bodies.apart("two_bodies", exact, exact, until=0.0) == 0.0
 
 

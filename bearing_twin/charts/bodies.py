@@ -35,6 +35,7 @@ from bearing_twin.charts.tolerance import (
 )
 from bearing_twin.charts.tolerance_picture import draw_all
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.kinds.ellipsoid.doubt import paired
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.run.passes import Run
 from bearing_twin.run.scene import load_scene
@@ -140,13 +141,13 @@ def _of_peaks(found: np.ndarray, exact: np.ndarray) -> float:
 
 
 def _of_contacts(found: np.ndarray, exact: np.ndarray) -> float:
-    """Of peaks and impulses; a contact that one of both has not is off by all."""
+    """Of peaks and impulses; a contact that one of both has not, which are its least, is off by all."""
     found, exact = found[:, :2], exact[:, :2]
     if not len(exact):
         return math.inf if len(found) else 0.0
-    size = max(len(found), len(exact))
-    padded = [np.pad(one, ((0, size - len(one)), (0, 0))) for one in (found, exact)]
-    return float((np.abs(padded[0] - padded[1]) / np.maximum(exact.max(axis=0), 1e-300)).max())
+    both, none = paired(list(found), list(exact), lambda one: one[0]), np.zeros(2)
+    off = [np.abs((none if one is None else one) - (none if true is None else true)) for one, true in both]
+    return float((np.array(off) / np.maximum(exact.max(axis=0), 1e-300)).max())
 
 
 NORMS = {"ball_loads": _over_greatest, "forces": _over_greatest, "peaks": _of_peaks, "contacts": _of_contacts}

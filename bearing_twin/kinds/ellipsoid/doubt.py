@@ -1,7 +1,7 @@
 """What the figures of an ellipsoid on a plane, and of two bodies, are worth."""
 
 import heapq
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from bearing_twin.contact.friction import FRICTIONS
@@ -14,11 +14,11 @@ from bearing_twin.kinds.second_run import SecondRunDoubt
 from bearing_twin.sample import Block
 
 
-def paired(own: list, true: list) -> list[tuple]:
-    """Contacts of two motions in their order; of the motion with more, the least stand beside none."""
+def paired(own: list, true: list, size: Callable) -> list[tuple]:
+    """Contacts of two motions in their order; of the motion with more, the least by `size` stand beside none."""
     fewer = min(len(own), len(true))
     least = [
-        set(heapq.nsmallest(len(some) - fewer, range(len(some)), key=lambda k: some[k].peak_load))
+        set(heapq.nsmallest(len(some) - fewer, range(len(some)), key=lambda k: size(some[k])))
         for some in (own, true)
     ]
     kept = [[one for k, one in enumerate(some) if k not in left] for some, left in zip((own, true), least, strict=True)]
@@ -27,7 +27,7 @@ def paired(own: list, true: list) -> list[tuple]:
 
 def wanted_errors(figures: EllipsoidFigures, finer: EllipsoidFigures) -> dict[str, float]:
     """The error of WANTED: contacts in their order; one that the other motion does not have counts whole."""
-    worst, both = 0.0, paired(figures.bounces(), finer.bounces())
+    worst, both = 0.0, paired(figures.bounces(), finer.bounces(), lambda one: one.peak_load)
     for size in (lambda one: one.peak_load if one else 0.0, lambda one: (one.impulse or 0.0) if one else 0.0):
         sizes = [(size(one), size(exact)) for one, exact in both]
         most = max((exact for _, exact in sizes), default=0.0)
