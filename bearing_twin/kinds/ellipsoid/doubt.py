@@ -18,8 +18,7 @@ def paired(own: list, true: list, size: Callable) -> list[tuple]:
     """Contacts of two motions in their order; of the motion with more, the least by `size` stand beside none."""
     fewer = min(len(own), len(true))
     least = [
-        set(heapq.nsmallest(len(some) - fewer, range(len(some)), key=lambda k: size(some[k])))
-        for some in (own, true)
+        set(heapq.nsmallest(len(some) - fewer, range(len(some)), key=lambda k: size(some[k]))) for some in (own, true)
     ]
     kept = [[one for k, one in enumerate(some) if k not in left] for some, left in zip((own, true), least, strict=True)]
     return [*zip(*kept, strict=True), *((own[k], None) for k in least[0]), *((None, true[k]) for k in least[1])]
