@@ -267,6 +267,39 @@ def test_meetings_that_no_copy_looks_at_do_to_errors_what_was_seen(reached, know
     assert companion.adrift != known
 
 
+def test_beyond_a_horizon_nobody_is_followed_and_no_copy_sets_out():
+    """There nothing is promised; a part that is done again from before it is looked at as ever."""
+    scene = load_scene("bearing_6203_loose", ("wanted.tolerance=1e-4",))
+    companion, met = WatchedMotion(scene.parameters, choose(scene)).companion, np.zeros((9, 3), bool)
+    part = a_part(**in_flight())
+    met[5:, 0] = True
+    companion.parts = 1
+    assert companion._copied(part, met) == 3
+    assert companion._goes_beside(part)
+    for lost, beyond in ((part.elapsed, False), (part.elapsed - 1e-6, True)):
+        companion.lost = lost
+        assert companion._beyond(part) == beyond
+        assert (companion._copied(part, met) is None) == beyond
+    assert not companion._goes_beside(part)
+    assert companion._throws(part, None, 1e-4, met[:1]) == ([], [])
+    kept = companion.memory()
+    companion.reset()
+    assert not companion._beyond(part)
+    companion.remember(kept)
+    assert companion._beyond(part)
+
+
+def test_what_a_copy_finds_that_sets_out_ends_the_copies():
+    """A loose bearing that starts from rest names its horizon at 20 ms; later copies told nothing more."""
+    overrides = "initial.motion=rest", "run.duration=0.3", "wanted.tolerance=1e-3"
+    run = simulate(load_scene("bearing_6203_loose", overrides))
+    rows = np.concatenate([block.records["companion"] for block in run.blocks() if "companion" in block.records])
+    horizon = run.report.errors["horizon_s"]
+    apart = rows[rows[:, PLACE["ball"]] == APART]
+    assert horizon < 0.1
+    assert apart[:, PLACE["begin"]].max() < 0.05  # one set out in the part that begins at 157 ms
+
+
 def test_a_part_is_read_once_for_all_that_is_asked_of_its_outputs(monkeypatch):
     """Of balls that hop, for whom most is asked."""
     scene, reads = load_scene("bearing_6203_loose"), []

@@ -1,5 +1,7 @@
 """Balls that nothing keeps apart step in common only while they are close, and meet as if they always did."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from bearings import motion
@@ -62,6 +64,30 @@ def test_balls_are_near_only_while_they_are_close(pointing):
     for row, state_then in enumerate(filled[0]):
         if meeting(RADIUS, state_then, 2)[0] < MET * RADIUS:
             assert times[row] > together[0][0]
+
+
+@pytest.mark.parametrize("longer", [0.0, 1e-15, -1e-15])
+def test_a_last_stretch_that_is_longer_by_rounding_is_no_long_one(longer):
+    """It was taken for a long one, made shorter and tried again for ever: a run of a bearing at 20 000 rpm hung."""
+    asked = []
+
+    def integrate(near, begin, times, duration, filled):
+        asked.append(near.tolist())
+        assert len(asked) < 10
+        return np.zeros((0, 0, 1))
+
+    def mark_met(states, near):
+        """Two that were not near meet in whatever is integrated."""
+        new, near[1] = not near[1], True
+        return new
+
+    def mark_near(reach, ahead, near):
+        near[0] = True
+
+    balls = SimpleNamespace(radius=RADIUS, near=np.zeros(2, bool), moving=[], put_back=lambda before: None)
+    balls.mark_near, balls.mark_met = mark_near, mark_met
+    integrate_alone(integrate, balls, np.zeros(0), SOON * (1.0 + longer), (np.zeros((0, 2, COLUMNS)),))
+    assert asked == [[True, False], [True, True]]
 
 
 def _moved(common, duration, tolerance, rate):

@@ -89,8 +89,9 @@ def integrate_alone(
         found = near.copy()
         if balls.mark_met(into[0], found):
             balls.put_back(before)
-            # Found late in a long stretch: up to there they are alone.
-            met, ahead = (met, max(SHORTER * length, SOON)) if length > SOON else (found, ahead)
+            # Found late in a long stretch: up to there they are alone. The last one is longer by rounding.
+            long = length > SOON + NOTHING * duration
+            met, ahead = (met, max(SHORTER * length, SOON)) if long else (found, ahead)
             continue
         pointers.append(pointer)
         balls.near[near] = True

@@ -29,17 +29,17 @@ from bearing_twin.kinds.bearing.companion.departures import (
 )
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, left_over, off_in_flight
 from bearing_twin.kinds.bearing.companion.growth import BUMPED, FLOOR, MET
-from bearing_twin.kinds.bearing.companion.looking import EARLY, LOOKING, Looking
+from bearing_twin.kinds.bearing.companion.looking import EARLY, EVER, LOOKING, Looking
 from bearing_twin.kinds.bearing.companion.meetings import (
     COPYING,
     Drift,
-    copied_from,
     first_met,
     meetings,
     stretches_from,
     until_met,
 )
 from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS
+from bearing_twin.kinds.bearing.companion.redoing import SAFE
 from bearing_twin.kinds.bearing.companion.second import Second
 from bearing_twin.kinds.bearing.companion.throws import Throw, Throws
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, PLACE, WINDOW, Window, bumps, off_by, within
@@ -56,7 +56,7 @@ BOUNCING = 0.45  # ... or would be, with a ball that bounces although nothing po
 # that a ring couples, where it rings on.
 DEARER, TOGETHER = 1.35, 1.6
 KEPT = {"greatest_load": float, "steps": int, "looked": int, "parts": int, "met": int, "diverged": bool}
-KEPT |= {"grew": float, "reached": float}
+KEPT |= {"grew": float, "reached": float, "lost": float}
 
 
 class Companion(Looking):
@@ -121,7 +121,7 @@ class Companion(Looking):
         Then the balls that are off at the end are followed to the end of the part.
         """
         off, self.apart, met = [], 0.0, meetings(part)
-        self.drift.begin(copied_from(met, self.met))
+        self.drift.begin(self._copied(part, met))
         before, self.followed = self.followed, []
         those = [(one.left, Window(one.ball, -1, len(part.times)), one.begin, one.last) for one in before]
         rows = self._follow(part, those, scales, tolerance, met)
@@ -158,11 +158,11 @@ class Companion(Looking):
         """Whether all balls are followed through a part: they may bump, or some fly, and steps are left for it.
 
         What is off bounces carry on, and at an output where a ball lands its load is another. Balls that fly are always
-        followed through the first part.
+        followed through the first part. Beyond a horizon nobody is.
         """
         if bumps(self.parameters):
             return self.parts <= EARLY or self.steps <= THREATENED * part.taken
-        if not part.flies:
+        if not part.flies or self._beyond(part):
             return False
         takes = DEARER * (part.pointer[..., STEPS_IN].sum() if len(part.pointer) else part.taken)
         return self.parts == 1 or self.steps + takes <= THREATENED * part.taken
@@ -215,7 +215,7 @@ class Companion(Looking):
         """
         ridden = {one.ball for one in self.followed}
         group = bouncing(part, met, ridden, (BOUNCING * part.taken - self.steps) / DEARER)
-        if not group or ALL in ridden:
+        if not group or ALL in ridden or self._beyond(part):
             return [], []
         until = part.duration if group[0].length == len(part.times) else None
         rows = []
@@ -243,7 +243,7 @@ class Companion(Looking):
             full = last is None and len(self.followed) >= AT_A_TIME
             taken = any(one.ball in (window.ball, -1) for one in self.followed) or full
             share = THREATENED if left > 1.0 or loose(part, window) else FOLLOWING
-            spent = self.steps > share * part.taken or bumps(self.parameters)  # see `go_beside`
+            spent = self.steps > share * part.taken or self._beyond(part) or bumps(self.parameters)  # see `go_beside`
             dearer = TOGETHER if window.ball == ALL else DEARER
             window = affordable(part, window, (THREATENED * part.taken - self.steps) / dearer)
             if taken or spent or (part.partners.active and window.ball != ALL) or not window.length:
@@ -262,10 +262,9 @@ class Companion(Looking):
         """Rows of a copy that starts apart by what balls are off, before they may first have met in a part and after.
 
         It goes on, twice as far each time, until it is off by more than is wanted, or has taken its share of steps.
-        Looked at are the parts 1, 2, 4, 8 ... with meetings. Balls next to each other start off the other way; or
-        all as far off as a second motion that went beside the run until then.
+        Balls next to each other start off the other way; or all as far off as a second motion beside the run was.
         """
-        copied = copied_from(met, self.met)
+        copied, self.lost = self._copied(part, met), self.lost if self._beyond(part) else EVER  # it may be done again
         self.met += int(met.any())
         # The next meetings do the same again to what is off after them.
         far = self.grew > MET or self.grew * self.reached > self.parameters.wanted.tolerance
@@ -295,6 +294,7 @@ class Companion(Looking):
             self.grew, self.reached = max(self.grew, off / first), max(self.reached, off)
             window = next(stretches, None) if off <= self.parameters.wanted.tolerance else None
         self.steps += taken
+        self.lost = begin if off > SAFE * self.parameters.wanted.tolerance and self.grew > MET else self.lost
         self.unlooked = np.inf if window is None else first_met(part, met, window.begin + 1)
         self.adrift = self.unlooked < np.inf and self.grew > MET
         return rows

@@ -31,6 +31,7 @@ from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 LIKE, CHEAP, EARLY = 0.5, 0.005, 8  # times the least of those; of the run's steps: worth a look in so many parts then
 AT_FIRST = 0.02  # of the run's steps: what a look at a ball that slides at first may take
 SLIDES = 0.01  # of mu N: a contact with less friction rolls
+EVER = 1e9  # s: longer than any run
 CANDIDATES = 16  # outputs that point most, of which windows are made
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
 LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far ...
@@ -53,13 +54,14 @@ class Looking:
         self.best = np.zeros((POINTERS, MOST))
         self.greatest_load = 0.0
         self.looked = self.parts = self.met = 0
+        self.lost = EVER  # since when [s] a copy was off by too much, as meetings made errors grow
         self.spare = 1.0  # times the errors of the last part: still less than those that were looked at
 
     def windows(self, part: Part) -> list[Window]:
         """Where this part is worth a look: for each pointer apart from each other in time."""
         grids, steps = self._pointers(part)
         met, whole, planned = meetings(part), part.partners.active, 0.0
-        copied = copied_from(met, self.met) is not None
+        copied = self._copied(part, met) is not None
         points, flat = (one.tolist() for one in foremost(grids, CANDIDATES))
         found: list[Window] = []
         touched, before = bool(met.any()), {}
@@ -120,6 +122,14 @@ class Looking:
         window = until_met(Window(ball, -1, int(cheap[ball].sum())), met)
         slides = felt[ball] > SLIDES * self.parameters.contact.friction_coefficient
         return [window] if slides and steps_in(window, ball, steps) >= LEAST_STEPS else []
+
+    def _beyond(self, part: Part) -> bool:
+        """Whether a part begins beyond the run's horizon: a copy before it was off by too much, see `growth`."""
+        return part.elapsed > self.lost
+
+    def _copied(self, part: Part, met: np.ndarray) -> int | None:
+        """The output at which a copy sets out in a part with these meetings; None where there is none."""
+        return None if self._beyond(part) else copied_from(met, self.met)
 
     def windows_again(self, part: Part, windows: list[Window]) -> list[Window]:
         """These windows of a part that was done again, where other balls may have met; what points to them is kept.
