@@ -1,7 +1,7 @@
 """Shipped bearing scenes and variants of them, of `config/variants.yaml`: what chooser and companion are worth.
 
 By name: the scene, and the overrides in which it differs. Then scenes drawn by chance, whose numbers were given before
-anything of them was known; nothing in the product was changed by what they showed.
+anything of them was known: nothing of the companion was chosen by what they showed.
 """
 
 from bearing_twin.charts.draws import draw_of

@@ -83,7 +83,7 @@ class Spread(NamedTuple):
 def spread_of(eventful: bool, carries: bool) -> Spread:
     """The spread of estimates where contacts come and go (`eventful`), or each bears load throughout.
 
-    Of what a ring `carries` on 78 of 100 are within it: a wider one would make runs doubtful that keep their tolerance.
+    Of what a ring `carries` on 84 of 100 are within it: a wider one would make runs doubtful that keep their tolerance.
     """
     if not eventful:
         return Spread(SPREAD_CALM, SPREAD_CALM, SPREAD_CALM)
