@@ -102,6 +102,7 @@ def test_what_adds_up_is_what_all_windows_show_a_second(rig):
     calm[:2] = 0.047, 0.044  # three times as long
     found = carried_on(NOTHING, part, np.array([worst, calm]), TOLERANCE, 16e-3, 0.0, GREATEST)
     assert found.rows[-1, PLACE["load"]] == pytest.approx(math.sqrt(4.25 / 4e-3 * 16e-3))
+    assert found.added[-1, PLACE["load"]] == pytest.approx(2.0 * math.sqrt(16.0))  # the worst has a part done again
     brief = carried_on(NOTHING, part, np.array([worst, calm]), TOLERANCE, 1e-4, 0.0, GREATEST)
     assert brief.rows[-1, PLACE["load"]] == 2.0  # as in the window
     # What was shown before counts as long as the ring rings with it, and less and less.

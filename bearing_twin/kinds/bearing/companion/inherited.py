@@ -165,14 +165,13 @@ class Carried(NamedTuple):
 
 
 class Walk(NamedTuple):
-    """What steps make a ring err by that carries it on: a row of WINDOW, by what windows show together.
+    """What steps make a ring err by that carries it on, as rows of WINDOW: by what windows show together, and at worst.
 
-    `load` [N] and `place` [m] of the ring are what the worst of them alone would make it. `known` has these windows.
+    At worst is what the worst of them alone would make it. `known` has these windows.
     """
 
     row: np.ndarray
-    load: float
-    place: float
+    worst: np.ndarray
     known: Inherited
 
 
@@ -181,26 +180,27 @@ def walked(known: Inherited, row: np.ndarray, whole: np.ndarray, seconds: float,
 
     What was known before `fades` to this share. `seconds` a ring goes on with what it is off; `greatest` load [N].
     """
-    shown, alone = np.zeros(len(row)), np.zeros(len(row))
+    shown, alone = row.copy(), row.copy()
     for one in whole:
         until = np.full(len(row), min(row[0], seconds))  # it rings on to the end of the part
         until[MEANS] = min(one[0], seconds)
         until[PLACE["orbit_angle"]] = one[0]  # how far balls are off their way round nothing damps
         longer = np.sqrt(np.maximum(until / (one[0] - one[PLACE["begin"]]), 1.0))
         longer[SLIP] = 1.0  # balls forget their slip within a window, but what a ring that rings makes of it
-        shown, alone = np.maximum(shown, np.abs(one)), np.maximum(alone, longer * np.abs(one))
+        shown[ERRORS] = np.maximum(shown, np.abs(one))[ERRORS]
+        alone[ERRORS] = np.maximum(alone, longer * np.abs(one))[ERRORS]
     known_ones = whole[np.isfinite(whole).all(axis=1)]  # what breaks off has no error that adds up
     loads = fades * known.loads + float(np.square(known_ones[:, PLACE["load"]]).sum())
     slips = fades * known.slips + float(np.square(known_ones[:, PLACE["friction"]]).sum())
     taken = fades * known.seconds + float((known_ones[:, 0] - known_ones[:, PLACE["begin"]]).sum())
     known, worst = known._replace(loads=loads, slips=slips, seconds=taken), float(alone[PLACE["load"]])
-    row = np.concatenate([row[: PLACE["load"]], alone[ERRORS]])
+    row = alone.copy()
     if 0.0 < worst < math.inf:
         together = math.sqrt(loads / taken * min(row[0], seconds))
         row[ERRORS] = np.maximum(shown, min(together / worst, 1.0) * alone)[ERRORS]
         rung = min(math.sqrt(slips / loads), SLIPPING / greatest) * row[PLACE["load"]]
         row[PLACE["friction"]] = max(float(row[PLACE["friction"]]), rung)
-    return Walk(row, worst, float(alone[PLACE["ring_displacement"]]), known)
+    return Walk(row, np.maximum(row, alone), known)
 
 
 def grown(part: Part, greatest: float, off: float, throw: Throw | None) -> tuple[float, float, float]:
@@ -248,8 +248,9 @@ def carried_on(
         row[PLACE["steps"]] = throw.found.steps / part.load.shape[1]
         row[ERRORS] = np.maximum(row[ERRORS], throw.errors)
     lies = around * float(part.load.max() - part.load.min())
-    now, worst = float(row[PLACE["load"]]) + lies, walk.load + lies
-    across = stiffest(part.bearing.inner.law, greatest) * max(float(row[PLACE["ring_displacement"]]), walk.place)
+    now, worst = float(row[PLACE["load"]]) + lies, float(walk.worst[PLACE["load"]]) + lies
+    place = max(float(row[PLACE["ring_displacement"]]), float(walk.worst[PLACE["ring_displacement"]]))
+    across = stiffest(part.bearing.inner.law, greatest) * place
     # In a throw the motion beside it shows that; contacts that bear little only then say nothing of later ones.
     light, free, loads = light if throw else max(light, light_share(part, greatest)), [now, off], [now, off]
     if part.flies and throw is None:  # what balls hop by follows from the worst that may be
@@ -275,4 +276,6 @@ def carried_on(
     if friction <= max(told, float(rows[:, PLACE["friction"]].max(initial=0.0))) and not len(whole) and throw is None:
         return Carried(rows, rows, np.array([before, unbounded]), known)
     known = known._replace(told=max(told, friction))
+    if throw is None:  # the worst has a part done again, which costs less than what would be missed
+        row[ERRORS] = np.maximum(row, walk.worst)[ERRORS]
     return Carried(*(np.concatenate([rows, one[None]]) for one in (both, row)), np.array([before, unbounded]), known)
