@@ -289,7 +289,7 @@ def test_beyond_a_horizon_nobody_is_followed_and_no_copy_sets_out():
     assert companion._beyond(part)
 
 
-def test_what_a_copy_finds_that_sets_out_ends_the_copies():
+def test_no_copy_sets_out_beyond_the_horizon_that_one_found():
     """A loose bearing that starts from rest names its horizon at 20 ms; later copies told nothing more."""
     overrides = "initial.motion=rest", "run.duration=0.3", "wanted.tolerance=1e-3"
     run = simulate(load_scene("bearing_6203_loose", overrides))

@@ -82,15 +82,14 @@ def integrate_alone(
         near |= met
         length = min(SOON if near.any() else ahead, left)
         ends = length >= left - NOTHING * duration
-        length = left if ends else length
+        long, length = length > SOON, left if ends else length  # the last one may be longer than SOON by rounding
         last = len(times) if ends else int(np.searchsorted(times, begin + length, side="right"))
         before, into = [one.copy() for one in balls.moving], tuple(one[first:last] for one in filled)
         pointer = integrate(near, begin, instants_in(times[first:last], begin, begin + length), length, into)
         found = near.copy()
         if balls.mark_met(into[0], found):
             balls.put_back(before)
-            # Found late in a long stretch: up to there they are alone. The last one is longer by rounding.
-            long = length > SOON + NOTHING * duration
+            # Found late in a long stretch: up to there they are alone.
             met, ahead = (met, max(SHORTER * length, SOON)) if long else (found, ahead)
             continue
         pointers.append(pointer)

@@ -214,8 +214,8 @@ class Companion(Looking):
         Nothing need point to them: they may rule a short run.
         """
         ridden = {one.ball for one in self.followed}
-        group = bouncing(part, met, ridden, (BOUNCING * part.taken - self.steps) / DEARER)
-        if not group or ALL in ridden or self._beyond(part):
+        group = [] if self._beyond(part) else bouncing(part, met, ridden, (BOUNCING * part.taken - self.steps) / DEARER)
+        if not group or ALL in ridden:
             return [], []
         until = part.duration if group[0].length == len(part.times) else None
         rows = []

@@ -189,10 +189,10 @@ def walked(known: Inherited, row: np.ndarray, whole: np.ndarray, seconds: float,
         longer[SLIP] = 1.0  # balls forget their slip within a window, but what a ring that rings makes of it
         shown[ERRORS] = np.maximum(shown, np.abs(one))[ERRORS]
         alone[ERRORS] = np.maximum(alone, longer * np.abs(one))[ERRORS]
-    known_ones = whole[np.isfinite(whole).all(axis=1)]  # what breaks off has no error that adds up
-    loads = fades * known.loads + float(np.square(known_ones[:, PLACE["load"]]).sum())
-    slips = fades * known.slips + float(np.square(known_ones[:, PLACE["friction"]]).sum())
-    taken = fades * known.seconds + float((known_ones[:, 0] - known_ones[:, PLACE["begin"]]).sum())
+    finite = whole[np.isfinite(whole).all(axis=1)]  # what breaks off has no error that adds up
+    loads = fades * known.loads + float(np.square(finite[:, PLACE["load"]]).sum())
+    slips = fades * known.slips + float(np.square(finite[:, PLACE["friction"]]).sum())
+    taken = fades * known.seconds + float((finite[:, 0] - finite[:, PLACE["begin"]]).sum())
     known, worst = known._replace(loads=loads, slips=slips, seconds=taken), float(alone[PLACE["load"]])
     row = alone.copy()
     if 0.0 < worst < math.inf:
