@@ -3,11 +3,14 @@
 import contextlib
 import functools
 import os
+import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError
+
+LONGEST_NAME = 60  # letters of a file's name, of four bytes each at most: systems take 255 with what follows
 
 
 def share_path(*parts: str) -> Path:
@@ -30,6 +33,11 @@ def _roots(module: str) -> list[Path]:
     """Where shared files may lie; kept, for links of all folders above are followed, and every scene asks for it."""
     package = Path(module).resolve().parent
     return [package.parent, *(folder / "share" / "bearing_twin" for folder in package.parents)]
+
+
+def file_name(text: str) -> str:
+    """A name from a log, a scene or a goal as that of a file in a folder: it leads nowhere else, and is not hidden."""
+    return re.sub(r"[^\w.-]+", "_", text).strip(".")[:LONGEST_NAME] or "_"
 
 
 def own_folder(name: str) -> Path:

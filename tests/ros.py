@@ -35,7 +35,7 @@ from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
 
 from bearing_twin.log.bag import Qos
-from bearing_twin.nodes.messages import message_class, qos_profile
+from bearing_twin.nodes.messages import interface, qos_profile
 
 # Tests import all of ROS from here, behind the check above.
 __all__ = [
@@ -43,7 +43,7 @@ __all__ = [
     "Clock", "Contacts", "DiagnosticArray", "DiagnosticStatus", "Float64", "GoalStatus",
     "KeyValue", "ParameterMessage", "ParameterValue", "PoseStamped", "QoSCompatibility", "Qos", "RunStudy", "SetBool",
     "SetParameters", "Step", "Stiffness", "String", "Trigger", "TwistStamped", "WrenchStamped", "call",
-    "deserialize_message", "executable", "heard", "message_class", "padded", "plain_node", "qos_check_compatible",
+    "deserialize_message", "executable", "heard", "interface", "padded", "plain_node", "qos_check_compatible",
     "qos_profile", "rclpy", "ros_executor", "serialize_message", "spin_for", "spin_until",
     "spin_until_heard", "started",
 ]  # fmt: skip
@@ -144,7 +144,9 @@ def heard(node, names_and_types, depth=1000):
     """Lists, by topic, that fill with the bytes of every message from now on."""
     lists = {name: [] for name, _ in names_and_types}
     for name, ros_type in names_and_types:
-        node.create_subscription(message_class(ros_type), name, lists[name].append, qos_profile(Qos(depth)), raw=True)
+        node.create_subscription(
+            interface(ros_type, "msg"), name, lists[name].append, qos_profile(Qos(depth)), raw=True
+        )
     return lists
 
 

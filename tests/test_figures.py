@@ -11,6 +11,7 @@ from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.command.cli import DONE, DOUBTFUL, main
 from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.errors import ChannelError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.figure_rows import FIGURES_OF, missing
 from bearing_twin.kinds.bearing.figures import BearingFigures
@@ -380,3 +381,32 @@ def test_the_figures_of_a_bearing_take_memory_that_does_not_grow():
     sums = figures._sums
     assert len(sums.ends()[0]) <= MOST_STRETCHES
     assert figures.samples == sums.from_row(0)["count"] == 100_000
+
+
+@pytest.mark.parametrize(
+    "name", ["contact_angle", "inner_ring_torque", "spin_rate", "normal_load", "drive_work", "kinetic_energy"]
+)
+def test_outputs_without_a_channel_give_no_figure_of_another_one(name):
+    """As of a log that somebody else wrote."""
+    scene = made_up_scene(balls=2)
+    with pytest.raises(ChannelError, match=f"there is no channel '{name}'"):
+        BearingFigures(scene.parameters, a_choice()).add(without(made_up_block(scene, 10), name))
+
+
+@pytest.mark.parametrize("name", ["cage_offset", "land_force", "inner_ring_load_work", "cage_slip"])
+def test_a_channel_that_logs_of_earlier_versions_have_not_changes_no_other_figure(name):
+    scene, found = made_up_scene(balls=2), []
+    block = made_up_block(scene, 10)
+    for one in (block, without(block, name)):
+        figures = BearingFigures(scene.parameters, a_choice())
+        figures.add(one)
+        found.append(figures.figures())
+    apart = {key for key in found[0] if repr(found[0][key]) != repr(found[1].get(key))}
+    known = {"cage_slip": {"cage_slip_rad_s"}, "inner_ring_load_work": {"drive_torque_nm"}}
+    assert apart <= known.get(name, set())
+
+
+def without(block, name):
+    """A block that lacks a channel."""
+    kept = tuple(channel for channel in block.channels if channel.name != name)
+    return Block(kept, block.first_sequence, block.time_ns, {one.name: block.values[one.name] for one in kept})

@@ -241,6 +241,14 @@ def test_a_log_is_laid_out_by_its_own_names(tmp_path, capsys):
     assert "is not overwritten" in capsys.readouterr().err
 
 
+def test_what_a_scene_is_called_leads_out_of_no_folder(tmp_path, capsys):
+    (tmp_path / "scene.yaml").write_text("kind: bearing\nname: ../../escaped\n")
+    (tmp_path / "deep").mkdir()
+    words = ["--out", str(tmp_path / "deep" / "new"), "--for", "plotjuggler"]
+    assert main(["layouts", str(tmp_path / "scene.yaml"), *words]) == 0
+    assert [one.name for one in (tmp_path / "deep" / "new").iterdir()] == ["_.._escaped.plotjuggler.xml"]
+
+
 def printed_by_rerun(*words):
     """What Rerun's own program, which its Python package brings along and only starts, finds in a file."""
     program = Path(pytest.importorskip("rerun_cli").__file__).parent / "rerun"

@@ -159,3 +159,12 @@ def test_the_controls_of_a_shaft_begin_with_its_speed_and_the_load_that_a_comman
         "speed": 60.0,
         "load": pytest.approx([0.0, -100.0, 0.0]),
     }
+
+
+def test_a_page_of_a_run_that_begins_again_at_this_moment_is_none_yet():
+    run = LiveRun(said())
+    run.frames(samples(0, 10), 0.0)
+    with pytest.raises(Again):
+        run.frames(samples(0, 10), 1.0)
+    with pytest.raises(Again, match="the page comes with its first outputs"):
+        live_page(run, "/node")

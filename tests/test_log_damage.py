@@ -22,6 +22,7 @@ from mcap.reader import make_reader
 from mcap.records import Chunk, Header
 from mcap.writer import CompressionType, Writer
 
+from bearing_twin.command.cli import BAD_INPUT, main
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
@@ -31,10 +32,12 @@ from bearing_twin.log.mcap_write import MAGIC
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.recover import survey
+from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.replaying import logged_topics
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.sample import Channel
 
 SCENE = made_up_scene(balls=1)
 BLOCK = made_up_block(SCENE, 400)
@@ -53,6 +56,54 @@ def test_records_are_no_samples_that_can_be_recovered(tmp_path):
     write_log(run, tmp_path / "run.mcap")
     assert read_log(tmp_path / "run.mcap").has_records
     assert survey(tmp_path / "run.mcap").samples == run.scene.outputs
+
+
+def hostile(path, channels, records=()):
+    """A log with a block of three outputs of these channels, and with blocks of rows on a topic of records."""
+    with RawLogWriter(path) as log:
+        for name, what in (("samples", [(channels, 3)]), ("records/companion", records)):
+            said = cdr.schema_text(cdr.SAMPLE_BLOCK), cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),)
+            number = log.add_topic(f"/bearing/{name}", cdr.SAMPLE_BLOCK, *said)
+            for these, count in what:
+                numbers = np.ones((count, sum(channel.width for channel in these)))
+                log.write(number, 0, 0, samples_message(these, 0, np.arange(count) * 10**6, numbers))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("doubled", "records", "said"),
+    [
+        (True, (), "the SampleBlock at output 0 contradicts itself"),
+        (False, ((0, 3),), "records on /bearing/records/companion have 0 columns"),
+        (False, ((2, 3), (3, 1)), "records on /bearing/records/companion have 3 columns"),
+    ],
+)
+@pytest.mark.parametrize("words", [["report"], ["export", "--to", "csv", "--out", "tables"], ["view"]])
+def test_blocks_that_contradict_themselves_are_refused_by_all_who_read(
+    words, doubled, records, said, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    channels = (Channel("a", "m", (), ""), Channel("a" if doubled else "b", "m", (), ""))
+    rows = [((Channel("x", "m", (width,), ""),), count) for width, count in records]
+    hostile(tmp_path / "run.mcap", channels, rows)
+    assert main([words[0], "run.mcap", *words[1:]]) == BAD_INPUT
+    told = capsys.readouterr().err
+    assert said in told
+    assert "Traceback" not in told
+
+
+def test_what_a_channel_is_called_leads_out_of_no_folder(tmp_path, monkeypatch, capsys):
+    (tmp_path / "deep").mkdir()
+    monkeypatch.chdir(tmp_path / "deep")
+    hostile(tmp_path / "deep" / "run.mcap", (Channel("time", "s", (), ""), Channel("../../escaped", "m", (2,), "")))
+    assert main(["export", "run.mcap", "--to", "csv", "--out", "tables"]) == 0
+    assert sorted(one.name for one in (tmp_path / "deep" / "tables").iterdir()) == [
+        "_.._escaped_0.csv",
+        "channels.csv",
+        "time_0.csv",
+    ]
+    assert [one.name for one in tmp_path.iterdir()] == ["deep"]
+    assert "escaped" in (tmp_path / "deep" / "tables" / "channels.csv").read_text()
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9])

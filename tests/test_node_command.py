@@ -184,6 +184,7 @@ def test_services_are_called(told):
         (("call", "/toy/pause", "std_srvs/srv/SetBol"), "std_srvs has no srv 'SetBol'; did you mean SetBool"),
         (("call", "/toy/pause", "os; x"), "'os; x' is no type of this group; write package/srv/Name"),
         (("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: "), "is no YAML"),
+        (("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: 2024-13-45}"), "is no YAML"),
     ]
     for words, sentence in wrong:
         assert sentence in told(*words, code=cli.BAD_INPUT)

@@ -131,6 +131,7 @@ def test_a_parameter_file_that_is_none_is_refused(text, tmp_path, here):
         ("/bearing/*: {ros__parameters: {scene: a}}", ""),
         ("bearing: {sim_node: {ros__parameters: {scene: a}}}", ""),
         ("other: {ros__parameters: {scene: a}}\n/bearing/sim_node: {ros__parameters: {scene: a}}", ""),
+        ("sim_node: {ros__parameters: {log: 2024-13-45}}", ""),
         ("sim_node: {ros__parameters: {scene: a}}", "/sim_node"),
         ("/*/sim_nodes: {ros__parameters: {scene: a}}\nb: {ros__parameters: {}}", "/*/sim_nodes, /b"),
         ("/bearing/*/sim_node: {ros__parameters: {scene: a}}", "/bearing/*/sim_node"),

@@ -10,7 +10,7 @@ from ros import (
     call,
     deserialize_message,
     heard,
-    message_class,
+    interface,
     padded,
     plain_node,
     ros_executor,
@@ -151,7 +151,9 @@ def test_an_impact_repeats_at_a_pace_and_on_request():
         spin_until(executor, lambda: len(lists["/two_spheres/samples"]) >= 3, "three runs")
         assert not node.done.is_set()
         assert node.loop.runs >= 2
-        blocks = [deserialize_message(data, message_class(cdr.SAMPLE_BLOCK)) for data in lists["/two_spheres/samples"]]
+        blocks = [
+            deserialize_message(data, interface(cdr.SAMPLE_BLOCK, "msg")) for data in lists["/two_spheres/samples"]
+        ]
         before = node.loop.runs
         assert call(executor, watcher, Trigger, "/two_spheres/sim_node/reset", Trigger.Request()).success
         assert node.loop.runs > before
@@ -194,7 +196,7 @@ def frames_in(messages):
     return {
         (one.header.frame_id, one.child_frame_id)
         for data in messages
-        for one in deserialize_message(data, message_class(cdr.TRANSFORMS)).transforms
+        for one in deserialize_message(data, interface(cdr.TRANSFORMS, "msg")).transforms
     }
 
 
@@ -226,7 +228,7 @@ def test_a_namespace_of_the_user_wins_and_frames_take_a_prefix():
         both = {f"{side}/two_spheres_link" for side in ("left", "right")}
         spin_until(executor, lambda: {parent for parent, _ in frames_in(lists["/tf"])} == both, "frames of both")
         for name, ros_type in names:
-            wrench = deserialize_message(lists[name][0], message_class(ros_type))
+            wrench = deserialize_message(lists[name][0], interface(ros_type, "msg"))
             assert wrench.header.frame_id == f"{name.split('/')[1]}/first"
         assert frames_in(lists["/tf"]) == {
             (f"{side}/two_spheres_link", f"{side}/{body}") for side in ("left", "right") for body in ("first", "second")
@@ -253,4 +255,4 @@ def test_without_tf2_msgs_the_rest_is_published_with_one_warning(monkeypatch, ca
         spin_until(executor, lambda: len(lists["/two_spheres/samples"]) >= 2, "two runs")
         assert node.count_publishers("/tf") == 0
         assert node.failure is None
-    assert capfd.readouterr().err.count("/tf is not published: the message type tf2_msgs/msg/TFMessage") == 1
+    assert capfd.readouterr().err.count("/tf is not published: the type tf2_msgs/msg/TFMessage") == 1

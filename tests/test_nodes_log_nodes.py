@@ -19,7 +19,7 @@ from ros import (
     deserialize_message,
     executable,
     heard,
-    message_class,
+    interface,
     padded,
     plain_node,
     qos_check_compatible,
@@ -98,7 +98,7 @@ def test_a_recording_is_what_was_sent_byte_for_byte(tmp_path):
         talker = plain_node(executor)
         publishers = {
             topic.full_name: talker.create_publisher(
-                message_class(topic.ros_type), topic.full_name, qos_profile(topic.qos)
+                interface(topic.ros_type, "msg"), topic.full_name, qos_profile(topic.qos)
             )
             for topic in topics(SCENE)
         }
@@ -166,7 +166,7 @@ def test_a_subscription_is_suited_to_all_publishers_of_its_topic():
 def test_lost_outputs_are_counted_and_said(tmp_path):
     with ros_executor() as executor:
         talker, seen = plain_node(executor), []
-        samples = talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        samples = talker.create_publisher(interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/samples", 10)
         talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
         started(executor, RecorderNode, log=str(tmp_path / "out.mcap"), full=True)
         spin_until(executor, samples.get_subscription_count, "discovery")
@@ -183,7 +183,7 @@ def test_lost_outputs_are_counted_and_said(tmp_path):
 def test_outputs_of_two_nodes_on_one_topic_are_said_to_mix_and_not_to_be_lost(tmp_path, capfd):
     with ros_executor() as executor:
         talker, seen = plain_node(executor), []
-        two = [talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10) for _ in range(2)]
+        two = [talker.create_publisher(interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/samples", 10) for _ in range(2)]
         talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
         recorder = started(executor, RecorderNode, log=str(tmp_path / "out.mcap"), full=True)
         spin_until(executor, lambda: all(one.get_subscription_count() for one in two), "discovery")
@@ -201,7 +201,7 @@ def test_what_is_sent_as_samples_and_is_none_is_counted_and_ends_no_recording(tm
     blocks = [data for topic, data in messages() if topic.name == "samples"]
     with ros_executor() as executor:
         talker, seen = plain_node(executor), []
-        samples = talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        samples = talker.create_publisher(interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/samples", 10)
         talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
         recorder = started(executor, RecorderNode, log=str(path), full=True)
         spin_until(executor, samples.get_subscription_count, "discovery")
@@ -263,6 +263,71 @@ def test_lost_messages_of_any_topic_are_counted_said_and_written_before_the_end(
         second = talker.create_publisher(Float64, "/elsewhere", 100)
         second.publish(Float64())
         spin_until(executor, lambda: recorder.recording.status()["uncounted"] == "/elsewhere", "a second publisher")
+
+
+@pytest.mark.parametrize(
+    ("name", "types", "said"),
+    [
+        ("/x", ["probe/msg/Made"], "/x is not logged: the type probe/msg/Made cannot be imported"),
+        ("/x", ["probe.inner/msg/Made"], "/x is not logged: 'probe.inner/msg/Made' is no type of this group"),
+        ("/x", ["std_msgs/msg/String", "a/msg/\x1b[2J"], "publishers disagree on its type: std_msgs/msg/String, 'a/m"),
+        ("/x//y", ["std_msgs/msg/String"], ""),
+        ("/x\x1b[2J", ["std_msgs/msg/String"], ""),
+    ],
+)
+def test_names_that_somebody_made_up_run_nothing_and_are_refused(
+    name, types, said, tmp_path, monkeypatch, capfd, ran_if_imported
+):
+    """Anybody on the network can send names; to import the module of a type would run it."""
+    with ros_executor() as executor:
+        recorder = started(executor, RecorderNode, log=str(tmp_path / "run.mcap"), topics=["/x*"])
+        like = type("Publisher", (), {"qos_profile": qos_profile(Qos(10)), "topic_type_hash": ""})
+        monkeypatch.setattr(recorder, "get_topic_names_and_types", lambda: [(name, types)])
+        monkeypatch.setattr(recorder, "get_publishers_info_by_topic", lambda topic: [like])
+        recorder._on_discovery()
+        recorder._on_discovery()
+        assert not recorder._taken
+        assert recorder.failure is None
+    told = capfd.readouterr().err
+    assert told.count("is not logged") == bool(said)
+    assert said in told
+    assert "\x1b[2J" not in told
+    assert not ran_if_imported.exists()
+
+
+@pytest.fixture
+def ran_if_imported(tmp_path, monkeypatch):
+    """A file that is there once the module `probe`, which is no package of messages, was imported."""
+    (tmp_path / "probe" / "inner" / "msg").mkdir(parents=True)
+    for folder in ("probe", "probe/msg", "probe/inner", "probe/inner/msg"):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        text = f"import pathlib; pathlib.Path({str(tmp_path / 'ran')!r}).touch()\nclass Made:\n    SLOT_TYPES = ()\n"
+        (tmp_path / folder / "__init__.py").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    return tmp_path / "ran"
+
+
+def test_a_replay_runs_nothing_that_a_log_names(tmp_path, ran_if_imported):
+    path = tmp_path / "made.mcap"
+    writer = RawLogWriter(path)
+    number = writer.add_topic("/x", "probe/msg/Made", "float64 x", "", (Qos(10),))
+    writer.write_all([(number, 1, 1, bytes(12))])
+    writer.close()
+    with ros_executor() as executor, pytest.raises(BearingTwinError, match="probe/msg/Made cannot be imported"):
+        started(executor, ReplayNode, log=str(path))
+    assert not ran_if_imported.exists()
+
+
+def test_a_recorder_on_simulated_time_says_how_it_is(tmp_path):
+    with ros_executor() as executor:
+        listener = plain_node(executor)
+        found = []
+        listener.create_subscription(DiagnosticArray, "/diagnostics", found.append, 10)
+        started(executor, RecorderNode, log=str(tmp_path / "run.mcap"), topics=["/x"], use_sim_time=True)
+        spin_until(executor, lambda: found, "diagnostics")
+    status = found[0].status[0]
+    assert (status.level, status.message) == (WARN, "no topic matches so far: there is nothing to record")
+    assert {one.key: one.value for one in status.values}["least_publishers"] == "0"
 
 
 def test_to_record_nothing_is_a_failure(tmp_path):
@@ -382,7 +447,7 @@ def test_two_nodes_that_send_the_same_samples_or_the_time_say_so(log):
         node = started(executor, ReplayNode, log=str(log), discovery=0.0, loop=True, publish_clock=True)
         spin_until(executor, lambda: seen, "diagnostics")
         assert node._outlet.mixed == ""
-        other = watcher.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        other = watcher.create_publisher(interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/samples", 10)
         told = lambda words: any(words in one.value for status in seen for one in status.values)  # noqa: E731
         spin_until(executor, lambda: told("other nodes publish /bearing/samples, too"), "a warning")
         watcher.create_publisher(Clock, "/clock", 10)
@@ -438,7 +503,7 @@ def test_samples_on_a_topic_that_a_recorder_was_not_asked_for_are_told(tmp_path)
         recorder = started(executor, RecorderNode, log=str(tmp_path / "log.mcap"))
         named = started(executor, RecorderNode, log=str(tmp_path / "named.mcap"), topics=["/tf"])
         talker = plain_node(executor)
-        talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/lab/outputs", 10)
+        talker.create_publisher(interface(cdr.SAMPLE_BLOCK, "msg"), "/lab/outputs", 10)
         spin_until(executor, lambda: recorder._elsewhere, "discovery")
 
         def said(node):
@@ -451,7 +516,7 @@ def test_samples_on_a_topic_that_a_recorder_was_not_asked_for_are_told(tmp_path)
             WARN, "no samples are recorded, but there are on /lab/outputs: name them in the parameter topics",
         )  # fmt: skip
         assert "/lab/outputs" not in said(named)[1]
-        samples = talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        samples = talker.create_publisher(interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/samples", 10)
         spin_until(executor, samples.get_subscription_count, "a subscriber")
         assert said(recorder) == (OK, "recording")
 
@@ -466,7 +531,7 @@ def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number,
     with ros_executor() as executor, executable(executor, "recorder_node", *words) as recorder:
         talker, seen = plain_node(executor), []
         talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
-        samples = talker.create_publisher(message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
+        samples = talker.create_publisher(interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/samples", 10)
         spin_until(executor, samples.get_subscription_count, "discovery")
         blocks = [data for topic, data in messages() if topic.name == "samples"]
         for data in blocks:

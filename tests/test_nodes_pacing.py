@@ -206,6 +206,20 @@ def test_the_error_that_ends_the_thread_is_told_once():
     assert [str(error) for error in ended] == ["disk full"]
 
 
+def test_a_command_that_comes_while_the_thread_ends_is_refused_and_not_left():
+    late, posted = [], threading.Event()
+
+    def ended(error):
+        late.append(worker.post(lambda now: None))
+        posted.set()
+
+    worker = Worker(lambda now: 1 / 0, ended=ended)
+    worker.start()
+    assert posted.wait(300.0)
+    with pytest.raises(RuntimeError, match="ended its work"):
+        late[0].result(0.0)
+
+
 def test_the_worker_keeps_to_the_clock():
     wall, enough = [], threading.Event()
 

@@ -476,6 +476,18 @@ def test_a_loop_starts_again_at_once(log):
     assert [wall - second[0] for wall in second] == first
 
 
+def test_a_log_that_covers_no_time_is_played_once_and_not_in_a_loop(tmp_path):
+    """Its rounds would follow each other as fast as the machine can."""
+    path = tmp_path / "run.mcap"
+    writer = RawLogWriter(path)
+    number = writer.add_topic("/x", cdr.STRING, cdr.schema_text(cdr.STRING), cdr.type_hash(cdr.STRING), (Qos(),))
+    writer.write_all([(number, 10**9 + k, 10**9 + k, b"\0\1\0\0" + bytes(4)) for k in range(3)])
+    writer.close()
+    with pytest.raises(LogError, match="from 0 s on covers 2e-09 s, too little to be played again and again"):
+        played(path, loop=True, until=100)
+    assert len(played(path)) == 3
+
+
 def test_a_replay_goes_by_the_times_of_arrival_and_counts_its_rounds(tmp_path):
     """Messages that were sent later than they say, or long before: the log's own times pace them."""
     with RawLogWriter(tmp_path / "out.mcap", run_record=False) as writer:

@@ -135,12 +135,12 @@ def test_without_a_node_to_show_it_says_so():
         with pytest.raises(BearingTwinError, match="no node publishes samples"):
             started(executor, WatchNode, patience=0.0)
         away = plain_node(executor, "away_node")
-        away.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/elsewhere/x", 10)
+        away.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), "/elsewhere/x", 10)
         with pytest.raises(BearingTwinError, match=r"/away_node publishes its samples on /elsewhere/x, .* without"):
             started(executor, WatchNode, patience=1.0)
         for side in ("left", "right"):
             other = plain_node(executor, f"{side}_node")
-            other.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/samples", 10)
+            other.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), "/samples", 10)
         with pytest.raises(BearingTwinError, match="/left_node, /right_node publish samples: say which one"):
             started(executor, WatchNode, patience=1.0)
         with pytest.raises(BearingTwinError, match="no node '/lift_node' publishes samples; did you mean /left_node"):
@@ -162,7 +162,7 @@ def test_a_node_is_the_only_one_when_discovery_is_at_rest(monkeypatch):
         for side in ("left", "right"):
             one = rclpy.create_node("sim_node", namespace=f"/{side}", context=executor.context)
             executor.add_node(one)
-            one.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), f"/{side}/samples", 10)
+            one.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), f"/{side}/samples", 10)
         with pytest.raises(BearingTwinError, match="/left/sim_node, /right/sim_node publish samples: say which"):
             started(executor, WatchNode, patience=PATIENCE)
 
@@ -170,8 +170,8 @@ def test_a_node_is_the_only_one_when_discovery_is_at_rest(monkeypatch):
 def test_a_replay_is_shown_though_its_topics_stand_in_another_namespace(monkeypatch):
     with ros_executor() as executor:
         replay = plain_node(executor, "replay_node")
-        replay.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/bearing/samples", 10)
-        replay.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/bearing/records/choice", 10)
+        replay.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/samples", 10)
+        replay.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/records/choice", 10)
         found, infos = WatchNode.get_publishers_info_by_topic, []
 
         def nameless_at_first(self, topic):
@@ -185,7 +185,7 @@ def test_a_replay_is_shown_though_its_topics_stand_in_another_namespace(monkeypa
         replay.declare_parameter("rate", 1.0)
         assert asked(executor, node, "POST", "/command", {"do": "pace", "value": 2.0}) == (200, "2 times real time\n")
         assert replay.get_parameter("rate").value == 2.0
-        replay.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/shaft/samples", 10)
+        replay.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), "/shaft/samples", 10)
         spin_until(executor, lambda: node.count_publishers("/shaft/samples"), "discovery")
         with pytest.raises(BearingTwinError, match="publishes /bearing/samples, /shaft/samples: play a log of one"):
             started(executor, WatchNode, port=0, patience=PATIENCE)
@@ -207,7 +207,7 @@ def test_a_node_that_sends_nothing_is_answered_for_and_its_refusals_are_told_to_
     monkeypatch.setattr(watch_node, "COMING", 0.2)
     with ros_executor() as executor:
         other = plain_node(executor, "mute_node")
-        other.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/samples", 10)
+        other.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), "/samples", 10)
         node = started(executor, WatchNode, port=0)
         status, text = asked(executor, node)
         assert status == 503
@@ -233,8 +233,8 @@ def test_outputs_of_two_nodes_are_no_run_that_begins_again_and_again(monkeypatch
     blocks = [data for name, data in messages if name == "samples"]
     with ros_executor() as executor:
         sims = [plain_node(executor, "sim_node") for _ in range(2)]
-        two = [one.create_publisher(watch_node.message_class(cdr.SAMPLE_BLOCK), "/samples", 10) for one in sims]
-        latched = sims[0].create_publisher(watch_node.message_class(cdr.STRING), "/scene", qos_profile(LATCHED))
+        two = [one.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), "/samples", 10) for one in sims]
+        latched = sims[0].create_publisher(watch_node.interface(cdr.STRING, "msg"), "/scene", qos_profile(LATCHED))
         latched.publish(next(data for name, data in messages if name == "scene"))
         node, told = started(executor, WatchNode, port=0), []
         asked(executor, node)

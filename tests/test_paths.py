@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.paths import write_whole, written_whole
+from bearing_twin.paths import file_name, write_whole, written_whole
 from bearing_twin.pictures.moving import write_moving
 from bearing_twin.view.film import WRITERS
 
@@ -23,6 +23,24 @@ def test_a_file_that_cannot_be_written_whole_leaves_what_was_there(tmp_path):
     assert "cannot be written (File too large); give another path" in done.stderr
     assert path.read_bytes() == b"old"
     assert os.listdir(tmp_path) == ["picture.png"]
+
+
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [
+        ("../../a study/of: mine", "_.._a_study_of_mine"),
+        ("..", "_"),
+        ("", "_"),
+        ("a/\x1b[2J", "a_2J"),
+        ("Lager 6203-2", "Lager_6203-2"),
+        ("größe", "größe"),
+        ("x" * 300, "x" * 60),
+    ],
+)
+def test_a_name_from_elsewhere_becomes_a_file_in_its_folder(name, file, tmp_path):
+    assert file_name(name) == file
+    (tmp_path / f"{file_name(name)}.csv").touch()
+    assert [one.parent for one in tmp_path.rglob("*")] == [tmp_path]
 
 
 def moving(path):

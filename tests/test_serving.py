@@ -59,6 +59,15 @@ def test_the_page_is_served_with_headers_that_keep_it_to_itself(server):
     assert "Python" not in headers["Server"]
 
 
+def test_a_page_that_is_not_there_yet_is_asked_for_again(server):
+    def page():
+        raise BearingTwinError("it comes soon")
+
+    server.site.page = page
+    status, text, headers = ask(server)
+    assert (status, text, headers["Refresh"]) == (503, "it comes soon\n", str(serving.ASK_AGAIN))
+
+
 def test_a_command_with_the_token_is_obeyed(server):
     assert command(server)[:2] == (200, "done\n")
     assert server.site.obeyed == [{"do": "reset"}]

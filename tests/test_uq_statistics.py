@@ -13,7 +13,16 @@ from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.inputs import read_input
 from bearing_twin.uq.moments import PIECE, moment
 from bearing_twin.uq.sampling import REPLICATES, UnitPoints
-from bearing_twin.uq.statistics import densities_at, density, estimate, half_width, histogram, natural_density, smoothed
+from bearing_twin.uq.sensitivity import sobol_indices
+from bearing_twin.uq.statistics import (
+    densities_at,
+    density,
+    estimate,
+    half_width,
+    histogram,
+    natural_density,
+    smoothed,
+)
 
 ALPHA = read_input("alpha", {"distribution": "gamma", "mean": 1.138e-4, "std": 6e-5})
 TAU = derive(ALPHA, lambda alpha: alpha * 20.0**-0.2)
@@ -38,6 +47,15 @@ def test_statistics_of_a_few_numbers():
     student = stats.t.interval(0.95, 3, 2.5, np.std(even, ddof=1) / 2.0)
     assert estimate(even, "mean")[1:3] == pytest.approx(student)
     assert half_width(even, "mean") == pytest.approx(0.5 * (student[1] - student[0]))
+
+
+def test_replicates_of_which_one_failed_whole_have_no_interval():
+    values = np.random.default_rng(1).normal(size=(64, 4))
+    values[3::8] = np.nan
+    with pytest.raises(StatisticError, match="each of the 8 replicates needs a sample at least"):
+        sobol_indices(values, replicates=8)
+    values[3] = 0.0
+    assert np.isfinite(sobol_indices(values, replicates=8).first_interval).all()
 
 
 @pytest.mark.parametrize(("count", "share"), [(700, 0.0362), (2000, 0.0214)])

@@ -5,6 +5,7 @@ from pathlib import Path
 from bearing_twin.command.outcome import Outcome
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.parameters import echo, unknown
+from bearing_twin.paths import file_name
 
 HELP = "write layouts of a scene, or of the log of a run or a study, for RViz, Foxglove, PlotJuggler and Rerun"
 EXAMPLES = ("bearing_twin layouts bearing_6203 --out layouts",)
@@ -53,7 +54,7 @@ def run(arguments) -> Outcome:
         programs = [one for one in programs if one != "rviz"]
     folder = Path(arguments.out)
     folder.mkdir(parents=True, exist_ok=True)
-    name = source.stem if is_log else panels.name
+    name = file_name(source.stem if is_log else panels.name)
     files, opened = {}, {}
     for program in programs:
         if program == RERUN:

@@ -43,7 +43,7 @@ def _yaml(text: str | None):
 
     try:
         return yaml.safe_load(text or "")
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:  # a date that there is not is a ValueError
         raise _WordsError(f"{echo(text)} is no YAML: write it in quotes, as '{{data: 250.0}}'") from error
 
 

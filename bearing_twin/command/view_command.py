@@ -7,6 +7,7 @@ from typing import Any
 from bearing_twin.command.outcome import Outcome, add_changes, failure_kept, new_path, overrides_of
 from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.extras import wanted
+from bearing_twin.paths import file_name
 
 HELP = "a page for the browser, in one file: the run in motion, its curves and figures; or what a study found"
 EXAMPLES = ("bearing_twin view run.mcap", "bearing_twin view bearing_6203_loose --duration 0.5 --out loose.html")
@@ -46,7 +47,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     document, problem = {"log": _of_log, "study": _of_study, "scene": _of_scene}[sort](arguments)
     from bearing_twin.view.page import write_page
 
-    page = write_page(document, out or Path(f"{_file_name(document['title'])}.html"))
+    page = write_page(document, out or Path(f"{file_name(document['title'])}.html"))
     written = {}
     if films:
         from bearing_twin.command.terminal import progress
@@ -64,10 +65,6 @@ def run(arguments: argparse.Namespace) -> Outcome:
     }
     notes = [] if problem else document["notes"]  # the problem is what they say
     return Outcome(result, [*notes, *document["flags"]], problem=problem)
-
-
-def _file_name(title: str) -> str:
-    return "".join(one if one.isalnum() or one in "-_." else "_" for one in title).strip(".") or "view"
 
 
 def _sort(arguments) -> str:

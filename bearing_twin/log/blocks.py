@@ -66,6 +66,7 @@ def check_block(place, message) -> None:
     fits = (
         message.count == len(message.time_ns) > 0
         and len(message.channel_name) == len(message.channel_unit) == len(message.channel_width)
+        and len(message.channel_name) == len(set(message.channel_name))
         and len(message.values) == message.count * row
     )
     if not fits:

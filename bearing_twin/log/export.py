@@ -21,7 +21,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.extras import wanted
 from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
-from bearing_twin.paths import put_whole
+from bearing_twin.paths import file_name, put_whole
 from bearing_twin.run.axes import ChannelAxis, axes_of
 from bearing_twin.run.dataset import dataset_of, source_of, tables_of
 from bearing_twin.spelling import echo, unknown
@@ -95,7 +95,8 @@ def groups_of(stream) -> list[Group]:
     for channel in stream.channels:
         found.setdefault(axes_of(channel, kind), []).append((channel.name, channel.unit, channel.meaning))
     groups = [
-        Group("_".join(axis.name for axis in axes) or OUTPUTS, axes, tuple(columns)) for axes, columns in found.items()
+        Group(file_name("_".join(axis.name for axis in axes)) if axes else OUTPUTS, axes, tuple(columns))
+        for axes, columns in found.items()
     ]
     tables = [
         Group(f"record_{table.name}", (), tuple((one.name, one.unit, one.meaning) for one in table.columns))

@@ -160,7 +160,11 @@ class LogStream:
         found: dict[str, list[np.ndarray]] = {name.rpartition("/")[2]: [] for name in self._tables}
         if self._tables:
             for name, message in self._messages_of(self._tables):
-                found[name.rpartition("/")[2]].append(message.values.reshape(message.count, -1))
+                rows = message.values.reshape(message.count, -1)
+                parts = found[name.rpartition("/")[2]]
+                if not rows.shape[1] or any(one.shape[1] != rows.shape[1] for one in parts[:1]):
+                    raise LogError(f"{self.path}: records on {name} have {rows.shape[1]} columns; record it again")
+                parts.append(rows)
         joined = {name: np.concatenate(parts) for name, parts in found.items() if parts}
         return {name: rows[np.argsort(rows[:, 0], kind="stable")] for name, rows in joined.items()}
 

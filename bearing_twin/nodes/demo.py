@@ -22,7 +22,7 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.cdr import DIAGNOSTICS
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.log.stream import topics
-from bearing_twin.nodes.messages import message_class, qos_profile, rclpy
+from bearing_twin.nodes.messages import interface, qos_profile, rclpy
 from bearing_twin.nodes.processes import NodeProcess, node_command, started
 from bearing_twin.nodes.watching import Received, Watcher, ball_table, load_line
 from bearing_twin.run.picture import plot
@@ -160,7 +160,7 @@ def _watching(scene: Scene) -> Iterator[tuple[Watcher, SingleThreadedExecutor]]:
     heard = {subscription.topic_name for subscription in watcher.subscriptions}
     for topic in topics(scene):  # all of them, so that a publisher can tell from its own count when nobody is missing
         if topic.full_name not in heard:
-            kind, qos = message_class(topic.ros_type), qos_profile(topic.qos)
+            kind, qos = interface(topic.ros_type, "msg"), qos_profile(topic.qos)
             watcher.create_subscription(kind, topic.full_name, lambda data: None, qos, raw=True)
     executor.add_node(watcher)
     try:
@@ -184,7 +184,7 @@ def _listen(watcher: Watcher, nodes: Sequence[NodeProcess]) -> None:
             if node is not None:
                 node.heard(status.message, {pair.key: pair.value for pair in status.values})
 
-    watcher.create_subscription(message_class(DIAGNOSTICS), "/diagnostics", take, 10)
+    watcher.create_subscription(interface(DIAGNOSTICS, "msg"), "/diagnostics", take, 10)
 
 
 def _wait(executor, done: Callable[[], bool], what: Callable[[], str], end: str, nodes, may_end=()) -> None:

@@ -5,13 +5,23 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node, NodeNameNonExistentError
+from rclpy.validate_full_topic_name import validate_full_topic_name
 
 QUIET, LONGEST = 1.5, 3.0  # s without a change after which a list is complete on a free machine; how many times that
 
 # anybody on the network can send names: others may hold control characters
 NAME = re.compile(r"/[\w/]*", flags=re.ASCII)
 PLUMBING = re.compile(r"/_action/|_parameters?(_types|_atomically)?$|/get_type_description$")  # services of every node
+
+
+def is_topic(name: str) -> bool:
+    """Whether ROS takes this as the full name of a topic: not all that is found on the network is."""
+    try:
+        return validate_full_topic_name(name)
+    except InvalidTopicNameException:
+        return False
 
 
 def quiet_time() -> float:

@@ -19,8 +19,8 @@ from rclpy.signals import SignalHandlerOptions
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.discovery import NAME, PLUMBING, end_of, others_are_whole, quiet_time, rivals
-from bearing_twin.nodes.messages import qos_profile, rclpy, suited
-from bearing_twin.nodes.reflection import filled, interface, plain
+from bearing_twin.nodes.messages import interface, qos_profile, rclpy, suited
+from bearing_twin.nodes.reflection import filled, plain
 from bearing_twin.parameters import echo, unknown
 from bearing_twin.spelling import name_of_peer
 

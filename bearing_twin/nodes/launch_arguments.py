@@ -69,7 +69,7 @@ def _read(parameter: NodeParameter, text: str):
     if kind is list:
         try:
             value = yaml.safe_load(text)
-        except yaml.YAMLError:
+        except (yaml.YAMLError, ValueError, RecursionError):
             return text
         return value if isinstance(value, list) else [text]
     try:

@@ -1,20 +1,20 @@
-"""What the nodes know of ROS messages: classes by type name, quality of service, diagnostics.
+"""What the nodes know of ROS messages: classes by type name (`interface`), quality of service, diagnostics.
 
 Importing this module raises MissingInterfacesError, in one sentence, where ROS 2 or our interface package is missing.
 """
 
-import importlib
 from collections.abc import Mapping, Sequence
 
 from bearing_twin.errors import BearingTwinError, MissingInterfacesError
 from bearing_twin.log.bag import Qos
-from bearing_twin.spelling import harmless
 
 try:
     import rclpy
     from builtin_interfaces.msg import Time
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
     from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+    from bearing_twin.nodes.interfaces import interface
 except ImportError as error:
     raise MissingInterfacesError(
         f"ROS 2 cannot be imported ({error}): run `make setup` and `source env.bash`, or source a ROS 2 Jazzy."
@@ -30,26 +30,12 @@ except ImportError as error:
     ) from error
 
 __all__ = [
-    "QoSProfile", "RunStudy", "Step", "Stiffness", "diagnostics", "fill_stiffness", "message_class",
+    "QoSProfile", "RunStudy", "Step", "Stiffness", "diagnostics", "fill_stiffness", "interface",
     "qos_profile", "qos_words", "rclpy", "stamp", "suited",
 ]  # fmt: skip
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 DIAGNOSTICS_PERIOD = 1.0  # s
-
-
-def message_class(ros_type: str) -> type:
-    """The class of a type such as `geometry_msgs/msg/WrenchStamped`; raises MissingInterfacesError."""
-    package, _, name = ros_type.partition("/msg/")
-    try:
-        found = getattr(importlib.import_module(f"{package}.msg"), name)
-        if not hasattr(found, "SLOT_TYPES"):
-            raise AttributeError(f"{name} is no message there")
-    except (ImportError, AttributeError, ValueError) as error:
-        raise MissingInterfacesError(
-            harmless(f"the message type {ros_type} cannot be imported ({error}): install or source its package.")
-        ) from error
-    return found
 
 
 def qos_profile(qos: Qos) -> QoSProfile:

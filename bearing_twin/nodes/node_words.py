@@ -42,7 +42,7 @@ def files_of_others(words: Sequence[str], node: str) -> Iterator[str]:
             continue
         try:
             names = list(_names(yaml.safe_load(Path(path).read_text(errors="replace")), ""))
-        except (OSError, yaml.YAMLError, RecursionError):  # ROS has read it all the same
+        except (OSError, yaml.YAMLError, ValueError, RecursionError):  # ROS has read it all the same
             continue
         if not any(_pattern(one).fullmatch(node) for one in names):
             named = ", ".join(map(harmless, names[:5]))

@@ -7,9 +7,9 @@ from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from bearing_twin.errors import BearingTwinError, MissingInterfacesError
+from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
-from bearing_twin.nodes.messages import message_class, qos_profile, stamp
+from bearing_twin.nodes.messages import interface, qos_profile, stamp
 from bearing_twin.nodes.pacing import Timed
 from bearing_twin.spelling import echo, harmless
 
@@ -32,9 +32,9 @@ class Outlet:
         events = PublisherEventCallbacks(use_default_callbacks=len(topics) <= MANY)
         for name, ros_type, qos in topics:
             try:
-                form = message_class(ros_type), name, qos_profile(qos)
+                form = interface(ros_type, "msg"), name, qos_profile(qos)
                 self._publishers[name] = node.create_publisher(*form, event_callbacks=events)
-            except MissingInterfacesError as error:
+            except BearingTwinError as error:
                 problems.append(f"{harmless(name)} is not published: {error}")
             except InvalidTopicNameException:
                 problems.append(f"{echo(name)} is not published: it is no name of a topic in ROS")

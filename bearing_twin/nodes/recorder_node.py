@@ -13,9 +13,9 @@ from rclpy.subscription import Subscription
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.nodes.aside import TakenAside, taken
-from bearing_twin.nodes.discovery import NAME
+from bearing_twin.nodes.discovery import is_topic
 from bearing_twin.nodes.log_room import SteadyTime
-from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, message_class, qos_words, suited
+from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, interface, qos_words, suited
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
 from bearing_twin.nodes.recording import (
     DEPTH,
@@ -27,6 +27,7 @@ from bearing_twin.nodes.recording import (
     lost_in_words,
 )
 from bearing_twin.nodes.running import TALK, Heartbeat, LogWatch, declare, guarded, run
+from bearing_twin.spelling import name_of_peer
 
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file (or bag folder, without .mcap) to write; empty = recording_<date>_<time>.mcap"),
@@ -84,11 +85,13 @@ class RecorderNode(Node):
     @guarded
     def _on_discovery(self):
         for name, types in self.get_topic_names_and_types():
+            if not is_topic(name):
+                continue
             if self.recording.wants(name) and name not in self._refused:
                 publishers = self.get_publishers_info_by_topic(name)
                 if publishers:
                     self._subscribe(name, types, publishers)
-            elif self._default and cdr.SAMPLE_BLOCK in types and RECORDS not in name and NAME.fullmatch(name):
+            elif self._default and cdr.SAMPLE_BLOCK in types and RECORDS not in name:
                 self._elsewhere.add(name)
         for name, subscription in list(self._taken.items()):
             if self.count_publishers(name) > subscription.get_publisher_count():  # one it may not hear
@@ -113,8 +116,8 @@ class RecorderNode(Node):
         offered = tuple(qos_words(profile)._replace(depth=profile.depth or OFFERED_DEPTH) for profile in profiles)
         try:
             if len(types) > 1:
-                raise BearingTwinError(f"publishers disagree on its type: {', '.join(types)}")
-            message = message_class(types[0])
+                raise BearingTwinError(f"publishers disagree on its type: {', '.join(map(name_of_peer, types))}")
+            message = interface(types[0], "msg")
             self.recording.add(name, types[0], str(publishers[0].topic_type_hash), offered)
         except BearingTwinError as error:
             self._refused.add(name)
@@ -175,8 +178,9 @@ class RecorderNode(Node):
     @guarded
     def _on_diagnostics(self):
         self.recording.note_losses()
-        for subscription in self.subscriptions:
-            self.recording.publishers(subscription.topic_name, subscription.get_publisher_count())
+        counts = {name: subscription.get_publisher_count() for name, subscription in list(self._taken.items())}
+        for name, count in counts.items():
+            self.recording.publishers(name, count)
         status = self.recording.status()
         level, message = OK, "recording"
         if not status["topics"]:
@@ -207,7 +211,7 @@ class RecorderNode(Node):
         elif self.failure is not None:
             level, message = ERROR, str(self.failure)
         # A publisher counts a subscriber before that knows the publisher: only both counts say that nothing is lost.
-        status["least_publishers"] = min((one.get_publisher_count() for one in self.subscriptions), default=0)
+        status["least_publishers"] = min(counts.values(), default=0)
         self._heartbeat.say(level, message, status | room)
 
 

@@ -1,7 +1,5 @@
 """Messages of any type as plain data and back, by what their classes say of their fields."""
 
-import importlib
-import re
 from array import array
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -9,38 +7,15 @@ from typing import Any
 import numpy as np
 from rosidl_parser.definition import AbstractGenericString, AbstractNestedType, BasicType, NamespacedType
 
-from bearing_twin.errors import BearingTwinError, MissingInterfacesError
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.nodes.interfaces import interface
 from bearing_twin.parameters import echo, read_number, unknown
 
 FLOATS = ("float", "double", "long double")
-GROUPS = ("msg", "srv", "action")
-_TYPE = re.compile(r"([a-z]\w*)/(?:(\w+)/)?([A-Z]\w*)")
 
 
 class MessageError(BearingTwinError):
-    """A message, or a type of messages, cannot be made of what was given."""
-
-
-def interface(ros_type: str, group: str) -> type:
-    """The class of a type such as `std_srvs/srv/SetBool`, for short `std_srvs/SetBool`; `group`: msg, srv or action.
-
-    Raises MessageError for what is no name of a type, or of none in its package, MissingInterfacesError for a package
-    that cannot be imported.
-    """
-    found = _TYPE.fullmatch(ros_type)
-    if not found or found[2] not in (None, group):
-        raise MessageError(f"{echo(ros_type)} is no type of this group; write package/{group}/Name")
-    package, _, name = found.groups()
-    try:
-        home = importlib.import_module(f"{package}.{group}")
-    except ImportError as error:
-        raise MissingInterfacesError(
-            f"the type {package}/{group}/{name} cannot be imported ({error}): install or source its package"
-        ) from error
-    if not isinstance(getattr(home, name, None), type):
-        names = [one for one, value in vars(home).items() if isinstance(value, type)]
-        raise MessageError(f"{package} has no {group} {echo(name)}; {unknown(name, names)}")
-    return getattr(home, name)
+    """A message cannot be made of what was given."""
 
 
 def plain(message, most: int | None = None) -> Any:
@@ -83,7 +58,7 @@ def filled(message_class: type, data: Any, where: str = "") -> Any:
 def _value(kind, given: Any, where: str) -> Any:
     """What a field of this type takes, made of `given`."""
     if isinstance(kind, NamespacedType):
-        return filled(getattr(importlib.import_module(".".join(kind.namespaces)), kind.name), given, where)
+        return filled(interface(f"{'/'.join(kind.namespaces)}/{kind.name}", kind.namespaces[-1]), given, where)
     if isinstance(kind, AbstractNestedType):
         if not isinstance(given, Sequence) or isinstance(given, str):
             raise MessageError(f"{where} = {echo(given)} must be a list")

@@ -14,6 +14,7 @@ from bearing_twin.nodes.pacing import PacedStream, Pacer, Timed
 from bearing_twin.nodes.retelling import Retelling
 
 BATCH = 200  # messages read ahead
+SHORTEST_ROUND_NS = 1_000_000  # of a log that is played again and again: a shorter one would flood who listens
 PUT_BACK_NS = 1_000_000_000  # between two messages: more than their order in a file can be
 
 
@@ -70,7 +71,7 @@ class ReplayLoop:
         self._path, self._start_ns, self._loop = path, start_ns, loop
         self._latched = [name for name, topic in self._played.items() if topic.qos.durability == "transient_local"]
         self._messages = self._read()
-        self._empty = True
+        self._empty, self._first_ns, self._last_ns = True, None, 0
         self.paced = PacedStream(self._next_batch, deliver, Pacer(rate))
         self.turn = self.paced.turn
 
@@ -99,13 +100,19 @@ class ReplayLoop:
     def _next_batch(self) -> list[Timed] | None:
         batch = list(islice(self._messages, BATCH))
         if batch:
-            self._empty = False
+            self._empty, self._last_ns = False, batch[-1].time_ns
+            self._first_ns = batch[0].time_ns if self._first_ns is None else self._first_ns
             return batch
         if self._empty:
             raise LogError(f"{self._path} holds no messages from {self._start_ns * 1e-9:g} s on: lower `start`")
         self.rounds += 1
         if not self._loop:
             return None
+        if (span_ns := self._last_ns - self._first_ns) < SHORTEST_ROUND_NS:
+            raise LogError(
+                f"{self._path} from {self._start_ns * 1e-9:g} s on covers {span_ns * 1e-9:g} s, too little to be "
+                "played again and again: leave `loop` out, or lower `start`"
+            )
         self._messages = self._read()
         self.paced.restart()
         return []

@@ -20,7 +20,7 @@ from rclpy.publisher import Publisher
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.cdr import DIAGNOSTICS
 from bearing_twin.nodes.log_room import Room, SteadyTime, warning
-from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, message_class, rclpy
+from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, interface, rclpy
 from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, limits_of, problem_of
 from bearing_twin.nodes.node_words import advice, files_of_others, refuse_no_assignment, refuse_no_parameters
 from bearing_twin.nodes.outlet import MANY, Outlet
@@ -92,7 +92,7 @@ class Heartbeat:
     def __init__(self, node: Node, what: str, outlet: Outlet | None = None):
         self._node, self._what, self._outlet = node, what, outlet
         self._told: set[str] = set()
-        self._publisher = node.create_publisher(message_class(DIAGNOSTICS), "/diagnostics", 10)
+        self._publisher = node.create_publisher(interface(DIAGNOSTICS, "msg"), "/diagnostics", 10)
 
     def say(self, level: bytes, message: str, values: dict) -> None:
         """Publishes one status; faults of callbacks so far are added, and make of OK a warning."""

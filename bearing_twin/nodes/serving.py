@@ -190,8 +190,9 @@ class _Handler(BaseHTTPRequestHandler):
     def _page(self) -> None:
         try:
             self._send(HTTPStatus.OK, "text/html; charset=utf-8", self.server.site.page())
-        except Refused as error:  # it may be there soon
-            self._send(error.status, "text/plain; charset=utf-8", f"{error}\n".encode(), Refresh=str(ASK_AGAIN))
+        except BearingTwinError as error:  # it may be there soon
+            status = error.status if isinstance(error, Refused) else HTTPStatus.SERVICE_UNAVAILABLE
+            self._send(status, "text/plain; charset=utf-8", f"{error}\n".encode(), Refresh=str(ASK_AGAIN))
 
     def _events(self) -> None:
         self._check_origin()

@@ -30,7 +30,7 @@ from bearing_twin.nodes.messages import (
     Step,
     Stiffness,
     fill_stiffness,
-    message_class,
+    interface,
     qos_profile,
 )
 from bearing_twin.nodes.node_parameters import THINNED, safety_of
@@ -103,7 +103,7 @@ class SimNode(Node):
             self.create_service(Stiffness, "~/stiffness", self._on_stiffness, callback_group=services)
         profile = qos_profile(Qos())
         for command in kind.commands():
-            obey, ros_type = partial(self._on_command, command), message_class(command.ros_type)
+            obey, ros_type = partial(self._on_command, command), interface(command.ros_type, "msg")
             self.create_subscription(ros_type, command.name, obey, profile, callback_group=others)
         self._heartbeat = Heartbeat(self, "simulation", self._outlet)
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=others, clock=steady)

@@ -1,7 +1,6 @@
 """What a study may use in uq_node, whatever its goal says, and where it is logged."""
 
 import dataclasses
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -11,6 +10,7 @@ from bearing_twin.kinds.ranges import ON
 from bearing_twin.log.study_log import INPUT, QUANTITY
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NOT_ALLOWED
 from bearing_twin.parameters import echo
+from bearing_twin.paths import file_name
 from bearing_twin.processors import usable
 from bearing_twin.uq.run import memory_needed, refuse_too_large
 from bearing_twin.uq.study import Study
@@ -84,7 +84,7 @@ def log_bytes(study: Study) -> float:
 
 def free_path(folder: Path, study: str, date: str) -> Path:
     """Where to log a study: `<study>_<date>.mcap`, with a number where that is taken."""
-    stem = f"{re.sub(r'[^A-Za-z0-9_-]+', '_', study)}_{date}"
+    stem = f"{file_name(study)}_{date}"
     path, number = folder / f"{stem}.mcap", 1
     while path.exists():
         number += 1

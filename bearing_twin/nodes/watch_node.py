@@ -27,7 +27,7 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
 from bearing_twin.nodes.aside import TakenAside, taken
 from bearing_twin.nodes.discovery import quiet_time
-from bearing_twin.nodes.messages import message_class, qos_profile
+from bearing_twin.nodes.messages import interface, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.running import declare, guarded, run
 from bearing_twin.nodes.serving import Feed, PageServer, Refused
@@ -141,7 +141,7 @@ class WatchNode(Node):
         wanted = bool(self.feed.viewers) or time.monotonic() - self._asked < ASKED_FOR
         if wanted and not self._listening:
             asked = (
-                (message_class(cdr.SAMPLE_BLOCK), f"{self._place}{SAMPLES}", self._on_samples),
+                (interface(cdr.SAMPLE_BLOCK, "msg"), f"{self._place}{SAMPLES}", self._on_samples),
                 (DiagnosticArray, "/diagnostics", self._on_diagnostics),
             )
             self._listening = [

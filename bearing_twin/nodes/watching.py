@@ -15,7 +15,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.blocks import sample_range
-from bearing_twin.nodes.messages import message_class, qos_profile
+from bearing_twin.nodes.messages import interface, qos_profile
 from bearing_twin.nodes.recording import DEPTH, Sequences
 from bearing_twin.run.scene import Scene
 
@@ -106,9 +106,9 @@ class Watcher(Node):
         qos = qos_profile(Qos(DEPTH))
         for ball in range(balls):
             name = f"{namespace}/ball_{ball}/wrench"
-            self.create_subscription(message_class(cdr.WRENCH), name, partial(self.watch.wrench, ball), qos)
-        self.create_subscription(message_class(cdr.CONTACTS), f"{namespace}/contacts", self.watch.contacts, qos)
-        samples = message_class(cdr.SAMPLE_BLOCK)
+            self.create_subscription(interface(cdr.WRENCH, "msg"), name, partial(self.watch.wrench, ball), qos)
+        self.create_subscription(interface(cdr.CONTACTS, "msg"), f"{namespace}/contacts", self.watch.contacts, qos)
+        samples = interface(cdr.SAMPLE_BLOCK, "msg")
         self.create_subscription(samples, f"{namespace}/samples", self.watch.samples, qos, raw=True)
 
 

@@ -25,21 +25,24 @@ class Worker:
         self._prepare = prepare
         self._ended = ended
         self._commands: queue.SimpleQueue = queue.SimpleQueue()
+        self._open, self._opening = False, threading.Lock()  # whether commands are taken
         self._wake = threading.Event()
         self._stop = threading.Event()
         # A daemon: a kernel that is being compiled must not keep the process from ending.
         self._thread = threading.Thread(target=self._run, name="worker", daemon=True)
 
     def start(self) -> None:
+        self._open = True
         self._thread.start()
 
     def post(self, command: Callable, *arguments) -> Future:
         """Lets the thread call `command(now, *arguments)` between two turns; the future gets what it returns."""
         future: Future = Future()
-        self._commands.put((future, command, arguments))
+        with self._opening:  # or the last look at them may come between
+            self._commands.put((future, command, arguments))
+            if not self._open:
+                self._refuse_commands()
         self._wake.set()
-        if not self._thread.is_alive():
-            self._refuse_commands()
         return future
 
     @property
@@ -71,7 +74,9 @@ class Worker:
         except Exception as problem:
             error = problem
         self._stop.set()
-        self._refuse_commands()
+        with self._opening:
+            self._open = False
+            self._refuse_commands()
         self._ended(error)
 
     def _obey_commands(self) -> None:

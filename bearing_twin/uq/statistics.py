@@ -103,17 +103,20 @@ def estimate(sample, statistic, replicates=1) -> Estimate:
 def interval(value, influence, replicates=1, least=0.0) -> Estimate:
     """The interval of a statistic from its influence function (n,), NaN where a point failed, mean 0 over the others.
 
-    Point i belongs to replicate i % replicates. P. Hall, On the removal of skewness by transformation, J. R. Stat. Soc.
-    B 54 (1992): with g the skewness, T + g T^2/3 + g^2 T^3/27 + g/(6 n) is nearly Student's t. Of replicates, a few
-    numbers whose skewness is hardly known, it is widened by WIDER. Unsafe below `least` effective points n / kurtosis
-    and, for replicates, above a kurtosis of HEAVIEST: only tails are left to err there, whatever n.
+    Point i belongs to replicate i % replicates; raises StatisticError where all points of one failed. P. Hall, On the
+    removal of skewness by transformation, J. R. Stat. Soc. B 54 (1992): with g the skewness, T + g T^2/3 + g^2 T^3/27
+    + g/(6 n) is nearly Student's t. Of replicates, a few numbers whose skewness is hardly known, it is widened by
+    WIDER. Unsafe below `least` effective points n / kurtosis and, for replicates, above a kurtosis of HEAVIEST: only
+    tails are left to err there, whatever n.
     """
     look()
     good = np.isfinite(influence)
     kept = influence if good.all() else influence[good]
     if replicates == 1:
         return _interval(value, len(kept), sums(kept, powers), least)
-    parts = (influence[first::replicates][good[first::replicates]] for first in range(replicates))
+    parts = [influence[first::replicates][good[first::replicates]] for first in range(replicates)]
+    if not all(map(len, parts)):
+        raise StatisticError(f"each of the {replicates} replicates needs a sample at least; ask for more samples")
     return _interval(value, len(kept), sums(kept, powers), least, np.array([part.mean() for part in parts]))
 
 

@@ -5,7 +5,7 @@ from importlib.resources import files
 import numpy as np
 
 from bearing_twin.kinds import KINDS
-from bearing_twin.view.live import LiveRun
+from bearing_twin.view.live import Again, LiveRun
 from bearing_twin.view.packing import packed
 from bearing_twin.view.page import POLICY, html
 from bearing_twin.view.run_page import badges, described_view
@@ -14,8 +14,13 @@ LIVE = {"sort": "good", "name": "", "text": "live"}
 
 
 def live_page(run: LiveRun, node: str) -> bytes:
-    """The page; the first outputs of `run` have come. It may ask its own server alone."""
-    time, values = run.latest
+    """The page; the first outputs of `run` have come. It may ask its own server alone.
+
+    Raises Again where the run begins again at this moment, in another thread.
+    """
+    (time, values), view = run.latest, run.view
+    if view is None:
+        raise Again("the run has just begun again; the page comes with its first outputs")
     document = {
         "kind": "run",
         "title": run.scene.name,
@@ -39,8 +44,8 @@ def live_page(run: LiveRun, node: str) -> bytes:
             "speed": _acting(values, ("inner_ring_speed", "shaft_speed"), 1)[0],
             "load": _acting(values, ("ring_load", "varying_load"), 3),
         },
-        "view": described_view(run.view),
-        "packed": packed(time, values, run.view.series),
+        "view": described_view(view),
+        "packed": packed(time, values, view.series),
     }
     page = html(document).replace(POLICY, f"{POLICY}; connect-src 'self'", 1)
     head, _, rest = page.partition("</head>")

@@ -167,8 +167,8 @@ def touches_still(parameters) -> bool:
     return any(parameters.drive.tilt) or any(near > 0.0 for near, _ in _squeezes(parameters))
 
 
-def untouched(parameters, speed: float, work: float | None) -> str | None:
-    """What is to be said of a ring at `speed` [rad/s] that balls touch at no output, the drive's `work` [J] known.
+def untouched(parameters, speed: float, work: float) -> str | None:
+    """What is to be said of a ring at `speed` [rad/s] that balls touch at no output, the drive's `work` [J].
 
     Of one that no ball would touch at rest either `of_held_ring` tells before the run.
     """

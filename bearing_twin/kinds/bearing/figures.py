@@ -95,12 +95,13 @@ class BearingFigures:
 
     @staticmethod
     def _instant(block: Block, row: int) -> dict:
-        names = (*STORED, "drive_work", "dissipated", "gross_work", "inner_ring_speed")
-        values = {name: float(block.values[name][row]) for name in names if name in block.values}
+        names = (*STORED, "drive_work", "dissipated", "inner_ring_speed")
+        names += ("gross_work",) if "gross_work" in block.values else ()  # logs of the first version have none
+        values = {name: float(block.values[name][row]) for name in names}
         return {
             "time": 1e-9 * int(block.time_ns[row]),
             "orbit_angle": block.values["orbit_angle"][row].copy(),
-            "turned": (values.get("drive_work", math.nan), float(block.values["inner_ring_angle"][row])),
+            "turned": (values["drive_work"], float(block.values["inner_ring_angle"][row])),
             **values,
         }
 
@@ -210,7 +211,7 @@ class BearingFigures:
         """Doubt about an inner ring that balls touch at no output."""
         if self.greatest_load[:, 0].any():
             return None
-        return untouched(self.parameters, self.last["inner_ring_speed"], self.last.get("drive_work"))
+        return untouched(self.parameters, self.last["inner_ring_speed"], self.last["drive_work"])
 
     def flags(self) -> list[str]:
         """What in this run lies outside the theory's validity, one sentence each."""

@@ -16,12 +16,14 @@ RING = {"inner_ring_offset": 3, "inner_ring_tilt": 2, "inner_ring_force": 3, "in
 RING_WIDTH = sum(RING.values())
 RING_COLUMNS = tuple(slice(end - RING[name], end) for name, end in zip(RING, accumulate(RING.values()), strict=True))
 AT_GREATEST = "curvature_small", "curvature_large", "contact_angle", "spin_rate"
+CENTRE = "cage_offset", "cage_velocity", "land_force"
 _READ = (
     "normal_load", "raceway_torque", "inner_ring_torque", "roll_rate", "inner_ring_speed", "cage_slip", "orbit_angle",
-    "pocket_force", "drive_work", "inner_ring_angle", "inner_ring_load_work", *AT_GREATEST, *RING,
-    "cage_offset", "cage_velocity", "land_force",
+    "pocket_force", "drive_work", "inner_ring_angle", "inner_ring_load_work", *AT_GREATEST, *RING, *CENTRE,
 )  # fmt: skip
-MISSING = -1  # in the place of a channel's first column, in logs of earlier versions; its numbers were 0
+MISSING = -1  # in the place of the first column of a channel that is not there
+# What logs of earlier versions have not: its numbers were 0, or are not known.
+MAY_BE_MISSING = {"cage_slip", "pocket_force", "inner_ring_load_work", *CENTRE}
 
 
 class Greatest(NamedTuple):
@@ -84,8 +86,10 @@ def new_stretches(count: int, balls: int) -> StretchSums:
 
 
 def columns_of(layout: Layout) -> np.ndarray:
-    """The first column of each channel that is read in a row of all channels."""
-    return np.array([layout.places[name][0].start if name in layout.places else MISSING for name in _READ])
+    """The first column of each channel that is read in a row of all channels; raises ChannelError for one too few."""
+    missing = MAY_BE_MISSING.difference(layout.places)
+    missing |= set(CENTRE) if missing.intersection(CENTRE) else set()
+    return np.array([MISSING if name in missing else layout.places[name][0].start for name in _READ])
 
 
 @kernel
@@ -142,8 +146,7 @@ def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, su
         sums.roll_rate[stretch] += mean / balls
         sums.drive_torque[stretch] -= row[drive_at + 2]
         for k in range(2):
-            column = columns[8 + k]
-            sums.turned[stretch, k] = row[column] if column != MISSING else math.nan
+            sums.turned[stretch, k] = row[columns[8 + k]]
         if columns[10] != MISSING:
             sums.turned[stretch, 0] -= row[columns[10]]
         sums.speed[stretch] += row[speed_at]
@@ -153,7 +156,7 @@ def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, su
         for k in range(len(ring_widths)):
             column = columns[ring_at + k]
             for axis in range(ring_widths[k]):
-                value = row[column + axis] if column != MISSING else 0.0
+                value = row[column + axis]
                 sums.ring[stretch, place] += value
                 sums.ring_least[stretch, place] = min(value, value if begins else sums.ring_least[stretch, place])
                 sums.ring_greatest[stretch, place] = max(value, value if begins else sums.ring_greatest[stretch, place])
@@ -218,7 +221,7 @@ class Sums:
 
 
 def centre_figures(centre: np.ndarray, greatest: Greatest) -> dict[str, float]:
-    """Eccentricity [m], whirl [rad/s] of the cage's centre from means of `Stretches.centre`; the land's force [N]."""
+    """Eccentricity [m], whirl [rad/s] of the cage's centre from means of `StretchSums.centre`; the land's force [N]."""
     distance, square, turned = centre.tolist()
     return {
         "cage_eccentricity_m": distance,

@@ -3,8 +3,8 @@
 They (`rosenbrock`, `explicit`, `imex`) take `times` [s], increasing,
 counted from the start of the chunk, all within `duration`; they advance `state` (N, COLUMNS) and `orientation` (N, 4)
 to the end of the chunk and fill `states` (len(times), N, COLUMNS) and `orientations` (len(times), N, 4). `counts`
-gathers the cost; the returned status is one of OK, NOT_FINITE, TOO_DEEP, STALLED, with the failing time and ball in
-`failure`.
+gathers the cost; the returned status is one of OK, STOPPED, NOT_FINITE, TOO_DEEP, STALLED, with the failing time and
+ball in `failure`.
 """
 
 import math
