@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.bearing_variants import CASES
-from bearing_twin.charts.companion_cost import AT_LENGTH
+from bearing_twin.charts.companion_cost import ALONE_AT_LENGTH, AT_LENGTH
 from bearing_twin.charts.table import DONE
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, save_chart
 
@@ -26,7 +26,7 @@ def draw(points: list, path: Path) -> None:
 
     Rows of runs at length, which have no errors, are left out.
     """
-    points = [p for p in points if p.method != AT_LENGTH]
+    points = [p for p in points if p.method not in {AT_LENGTH, ALONE_AT_LENGTH}]
     figure = Figure(figsize=(15, 8.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     good, names = [p for p in points if p.status == DONE], list(dict.fromkeys(p.problem for p in points))
