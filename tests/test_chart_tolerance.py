@@ -6,7 +6,7 @@ import pytest
 
 from bearing_twin.charts import tolerance
 from bearing_twin.charts.bearing_variants import CASES
-from bearing_twin.charts.companion_cost import AT_LENGTH, SHIPPED, at_length
+from bearing_twin.charts.companion_cost import ALONE_AT_LENGTH, AT_LENGTH, SHIPPED, at_length
 from bearing_twin.charts.contest import Asked, Kept
 from bearing_twin.charts.table import DONE, FAILED, read_table
 from bearing_twin.charts.tolerance import CONTESTS, LOADS_ALONE, METHOD, ToleranceRow, reading
@@ -29,9 +29,8 @@ def test_every_case_is_a_scene():
 
 def test_a_settled_bearing_is_better_than_asked_and_knows_its_errors(tmp_path, monkeypatch):
     monkeypatch.setattr(tolerance, "TOLERANCES", (1e-2,))
-    monkeypatch.setattr(tolerance, "LENGTHS", (1e-2,))
     made = CONTESTS["tolerance"].make(tmp_path, "tolerance", here("settled"))
-    point, alone, long = made.rows
+    point, alone, long, long_alone = made.rows
     assert point.kept
     assert (point.status, point.told) == (DONE, "done")
     assert point.seconds > 0.0
@@ -45,6 +44,9 @@ def test_a_settled_bearing_is_better_than_asked_and_knows_its_errors(tmp_path, m
     assert "wanted.outputs=loads" in alone.command
     assert (long.method, long.status, long.told) == (AT_LENGTH, DONE, "done")
     assert math.isnan(long.load_error)
+    assert (long_alone.method, long_alone.told) == (ALONE_AT_LENGTH, "done")
+    assert "wanted.outputs=loads" in long_alone.command
+    assert long_alone.watched_steps <= long.watched_steps
     assert long.command.endswith("--set run.duration=2 --set wanted.tolerance=0.01")
     # What begins is the same, and what is settled needs few windows more.
     assert (
@@ -60,7 +62,7 @@ def test_scenes_as_they_ship_are_counted_and_told_apart():
     assert at_length("bearing_6203_fast") == ("bearing_6203_fast", ())
     assert {load_scene(name).kind for name in SHIPPED} == {"bearing"}
     entries = list(CONTESTS["tolerance"].entries("bearing_6203_fast"))
-    assert {method for method, _ in entries} == {AT_LENGTH}
+    assert {method for method, _ in entries} == {AT_LENGTH, ALONE_AT_LENGTH}
     row = tolerance.judge("bearing_6203_fast", *entries[0], 0.0)
     assert (row.status, row.told) == (DONE, "done")
     dear = row.but(problem="sudden", companion_steps=row.watched_steps, took=f"it took 100 %: {SHORT_RUN}")

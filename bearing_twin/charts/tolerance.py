@@ -18,7 +18,16 @@ import numpy as np
 from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.charts.bearing_variants import ALL_CASES, GROUPS
 from bearing_twin.charts.chart import Chart
-from bearing_twin.charts.companion_cost import AT_LENGTH, LENGTHS, SHIPPED, at_length, long_runs, much, steps_of, taken
+from bearing_twin.charts.companion_cost import (
+    ALONE_AT_LENGTH,
+    AT_LENGTH,
+    SHIPPED,
+    at_length,
+    long_runs,
+    much,
+    steps_of,
+    taken,
+)
 from bearing_twin.charts.contest import judged, tried
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE, Row
@@ -38,7 +47,9 @@ ROUGHER, CLEAR = 3.0, 3.0  # ... nor those up to so many times what the referenc
 OUTPUTS = {"loads": "load", "friction": "friction"}  # what their columns begin with
 ALONE = "solver.companion=off"
 METHOD, LOADS_ALONE = "as chosen", "loads alone"
-WANTED = {METHOD: (), LOADS_ALONE: (f"wanted.outputs={LOADS}",)}  # what differs from the case
+# What differs from the case, of runs beside the truth and of those at length.
+WANTED = {METHOD: (), LOADS_ALONE: (f"wanted.outputs={LOADS}",)}
+LONG = dict(zip((AT_LENGTH, ALONE_AT_LENGTH), WANTED.values(), strict=True))
 
 
 @dataclass(frozen=True)
@@ -127,8 +138,8 @@ def _exact(scene: str, *differs: str) -> tuple[Rows, Rows]:
 def judge(case: str, method: str, tolerance: float, limit: float) -> ToleranceRow:
     """One run beside the truth, with what one of WANTED wants."""
     row = ToleranceRow(case, method, tolerance, command=_command(case, method, tolerance))
-    if method == AT_LENGTH:
-        return tried(row, lambda: _counted(case, tolerance), limit)
+    if method in LONG:
+        return tried(row, lambda: _counted(case, LONG[method], tolerance), limit)
     return beside_truth(row, words_of(case), WANTED[method], limit)
 
 
@@ -179,25 +190,24 @@ def _outcome(case: tuple[str, ...], asked: tuple[str, ...], exact: Rows, rougher
     return compared(run, found, exact, rougher) | steps_of(run) | {"seconds": seconds, "steps": plain}
 
 
-def _counted(case: str, tolerance: float) -> dict:
+def _counted(case: str, wanted: tuple[str, ...], tolerance: float) -> dict:
     scene, differs = at_length(case)
     start = time.thread_time()
-    run = simulate(load_scene(scene, (*differs, f"wanted.tolerance={tolerance!r}")))
+    run = simulate(load_scene(scene, (*differs, *wanted, f"wanted.tolerance={tolerance!r}")))
     for _ in run.blocks():
         pass
     return steps_of(run) | {"seconds": time.thread_time() - start}
 
 
 def _command(case: str, method: str, tolerance: float) -> str:
-    scene, differs = at_length(case) if method == AT_LENGTH else ALL_CASES[case]
-    return command_of(scene, (*differs, *WANTED.get(method, ()), f"wanted.tolerance={tolerance:g}"))
+    scene, differs = at_length(case) if method in LONG else ALL_CASES[case]
+    return command_of(scene, (*differs, *(WANTED | LONG)[method], f"wanted.tolerance={tolerance:g}"))
 
 
 def _entries(case: str) -> Iterator[tuple[str, float]]:
     """Which (contestant, tolerance)s there are of a case, or of a scene as it ships."""
-    if case in ALL_CASES:
-        yield from ((method, tolerance) for method in WANTED for tolerance in TOLERANCES)
-    yield from ((AT_LENGTH, tolerance) for tolerance in LENGTHS)
+    methods = WANTED | LONG if case in ALL_CASES else LONG
+    yield from ((method, tolerance) for method in methods for tolerance in TOLERANCES)
 
 
 def _share(number: int, total: int) -> str:
@@ -206,7 +216,7 @@ def _share(number: int, total: int) -> str:
 
 def reading(points: list[ToleranceRow]) -> Iterator[str]:
     """What the chart says of all, of groups of scenes, of all with loads alone wanted, and of long runs."""
-    points, alone, long = ([p for p in points if p.method == one] for one in (METHOD, LOADS_ALONE, AT_LENGTH))
+    points, alone, long = ([p for p in points if p.method in one] for one in ({METHOD}, {LOADS_ALONE}, LONG))
     if good := [p for p in points if p.status == DONE]:
         yield f"All: {said(good)}"
         yield f"All: {nearness(good)}"

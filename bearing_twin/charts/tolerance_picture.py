@@ -6,9 +6,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.bearing_variants import CASES
-from bearing_twin.charts.companion_cost import AT_LENGTH
+from bearing_twin.charts.companion_cost import ALONE_AT_LENGTH, AT_LENGTH
 from bearing_twin.charts.table import DONE
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, save_chart
+from bearing_twin.run.doubt import MUCH
 
 NEAR, FAR = 3.0, 10.0  # factors between estimate and true error
 
@@ -24,11 +25,14 @@ def _look(number: int, case: str, alone: bool = False) -> dict:
 def draw(points: list, path: Path) -> None:
     """Error got over tolerance asked, and estimates over true errors; open marks are doubtful runs.
 
-    Rows of runs at length, which have no errors, are left out.
+    Below them is what the companion takes of the steps of these runs, and of those at length, which have no errors.
     """
-    points = [p for p in points if p.method != AT_LENGTH]
-    figure = Figure(figsize=(15, 8.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure = Figure(figsize=(15, 13), layout="constrained")
+    upper, lower = figure.subfigures(2, 1, height_ratios=(8, 5))
+    left, right = upper.subplots(1, 2)
+    long = [p for p in points if p.method in {AT_LENGTH, ALONE_AT_LENGTH}]
+    points = [p for p in points if p.method not in {AT_LENGTH, ALONE_AT_LENGTH}]
+    _draw_companion(lower.subplots(), points, long)
     good, names = [p for p in points if p.status == DONE], list(dict.fromkeys(p.problem for p in points))
     for number, case in enumerate(names):
         look = _look(number, case)
@@ -56,8 +60,27 @@ def draw(points: list, path: Path) -> None:
         left.plot([], [], "P", mfc=STYLE["ink"], mec=STYLE["ink"], ms=5, linestyle="none", label="loads alone wanted")
     heading(left, "error got (open: the run calls itself doubtful; crosses: stopped)")
     _finish(left, right, points)
-    figure.legend(loc="outside right upper", fontsize=12, frameon=False)
+    upper.legend(loc="outside right upper", fontsize=12, frameon=False)
     save_chart(figure, "A tolerance and what it is worth", path)
+
+
+def _draw_companion(axis, short: list, long: list) -> None:
+    """What the companion takes of the steps of runs, over these steps."""
+    kinds = (
+        ("shortened, beside a truth", STYLE["soft"], "o", 5, short),
+        ("as users make them: as shipped, or of 1 s", BALL_COLOURS[0], ".", 5, long),
+    )
+    for name, colour, mark, size, runs in kinds:
+        taken = [(p.watched_steps, 100.0 * p.companion_steps / p.watched_steps) for p in runs if p.companion_steps]
+        if taken:
+            label = f"{name}: {np.median([share for _, share in taken]):.3g} % as a median of {len(taken)}"
+            axis.plot(*zip(*taken, strict=True), mark, color=colour, ms=size, label=label)
+    axis.axhline(100.0 * MUCH, color=STYLE["ink"], linewidth=1.0, linestyle=":")
+    axis.set(xscale="log", yscale="log")
+    heading(axis, f"what the companion takes (above the dotted {100.0 * MUCH:g} % a run says what took it)")
+    axis.set(xlabel="steps of balls in the run", ylabel="share of these steps [%]")
+    frame(axis)
+    axis.legend(loc="lower left", fontsize=12, frameon=False)
 
 
 def draw_all(points: list, path: Path, title: str) -> None:
