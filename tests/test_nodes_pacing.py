@@ -75,6 +75,19 @@ def test_a_pause_stands_still_and_goes_on_where_it_was():
     assert stream.pacer.pace().lag_ns == 0
 
 
+def test_a_change_of_pace_while_it_is_held_moves_nothing():
+    stream, delivered, clock = paced([[0, 10, 20, 30]])
+    drive(stream, clock, until=START + 15 * MS)
+    stream.pause(clock[0], True)
+    stream.set_factor(clock[0], 2.0)
+    assert stream.position_ns == 10 * MS
+    clock[0] += 100 * MS
+    stream.pause(clock[0], False)
+    resumed = clock[0]
+    drive(stream, clock)
+    assert [(wall - resumed) // MS for _, wall in delivered[2:]] == [0, 5]
+
+
 @pytest.mark.parametrize("command", ["pause", "set_factor"])
 def test_a_command_before_the_first_message_leaves_the_start_to_it(command):
     """Also where times are those of a wall clock, as in the log of a recorder."""

@@ -138,9 +138,10 @@ class PacedStream:
         self.paused = paused
 
     def set_factor(self, now: int, factor: float | str) -> None:
-        """Changes the pace from here on."""
+        """Changes the pace from here on; a stream that is held stays where it is."""
         self.pacer.set_factor(factor)
-        self._go_on(now)
+        if not self.paused:
+            self._go_on(now)
 
     def put(self, batch: Iterable[Timed]) -> None:
         """Adds messages behind those computed ahead."""
