@@ -176,7 +176,11 @@ def test_parameters_are_read_and_set(told):
 
 def test_services_are_called(told):
     assert told("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: true}", "--json")["success"] is True
-    assert told("service", "call", "/toy/pause", "--json") == {"success": False, "message": "as you say"}
+    assert told("service", "call", "/toy/pause", "--json", code=cli.BAD_INPUT) == {
+        "success": False,
+        "message": "as you say",
+    }
+    assert told("service", "call", "/toy/pause", code=cli.BAD_INPUT).endswith("bearing_twin: /toy/pause: as you say\n")
     wrong = [
         (("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: 1}"), "data = 1 must be true or false"),
         (("call", "/toy/pause", "std_srvs/srv/SetBool", "{date: 1}"), "has no field 'date'; did you mean data?"),
@@ -203,8 +207,10 @@ def test_that_several_nodes_answer_is_told(toy, told, capsys):
     context = ros.rclpy.Context()
     ros.rclpy.init(context=context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
     other = ros.rclpy.create_node("toy", context=context)
-    other.create_service(ros.SetBool, "/toy/pause", lambda request, response: response)
-    server = ros.ActionServer(other, ros.RunStudy, "/bearing/run_study", lambda handle: ros.RunStudy.Result())
+    other.create_service(ros.SetBool, "/toy/pause", lambda request, response: ros.SetBool.Response(success=True))
+    server = ros.ActionServer(
+        other, ros.RunStudy, "/bearing/run_study", lambda handle: handle.succeed() or ros.RunStudy.Result()
+    )
     executor = ros.SingleThreadedExecutor(context=context)
     executor.add_node(other)
     thread = threading.Thread(target=executor.spin, daemon=True)
@@ -229,6 +235,11 @@ def test_goals_are_sent_and_studies_shown(told):
         "action", "send_goal", "/bearing/run_study", "bearing_twin_msgs/action/RunStudy", "{study: a}", "--json"
     )
     assert done["status"] == "succeeded"
+    typed = ("bearing_twin_msgs/action/RunStudy", "{study: bad}")
+    assert "the goal was aborted" in told("action", "send_goal", "/bearing/run_study", *typed, code=cli.BAD_INPUT)
+    wrong = ("action", "send_goal", "/bearing/run_studdy", *typed, "--wait", "2")
+    until(lambda: "there is no action '/bearing/run_studdy'" in told(*wrong, code=cli.BAD_INPUT))
+    assert "did you mean /bearing/run_study?" in told(*wrong, code=cli.BAD_INPUT)
     assert "4 samples, 0 failed" in told("study", "a")
     assert "the study was aborted: why" in told("study", "bad", code=cli.BAD_INPUT)
 

@@ -191,16 +191,16 @@ def parameter_set(arguments) -> Outcome:
 
 
 def call(arguments) -> Outcome:
-    """The answer of a service; one that reports no success is a doubt."""
+    """The answer of a service; one that reports no success ends as bad input does."""
     with _graph(arguments) as graph:
         answer = graph.call(arguments.service, arguments.type, _yaml(arguments.request))
         doubts = graph.rivals(arguments.service)
-    doubts += [f"{arguments.service}: {answer.get('message')}"] if answer.get("success") is False else []
-    return Outcome(answer, doubts, lambda: print(_shown(answer), end=""))
+    refused = f"{arguments.service}: {answer.get('message')}" if answer.get("success") is False else ""
+    return Outcome(answer, doubts, lambda: print(_shown(answer), end=""), problem=refused)
 
 
 def send_goal(arguments) -> Outcome:
-    """How a goal ended, and its result; an end without success is a doubt."""
+    """How a goal ended, and its result; aborted ones end as bad input does, canceled ones with a doubt."""
     from bearing_twin.command.terminal import say
 
     tell = (lambda one: say(_shown(one).rstrip())) if arguments.feedback else lambda one: None
@@ -208,8 +208,9 @@ def send_goal(arguments) -> Outcome:
         status, result = graph.send_goal(arguments.action, arguments.type, _yaml(arguments.goal), tell)
         doubts = graph.rivals(f"{arguments.action}/_action/send_goal")
     answer = {"status": status, "result": result}
-    doubts += [] if status == "succeeded" else [f"the goal was {status}"]
-    return Outcome(answer, doubts, lambda: print(_shown(answer), end=""))
+    doubts += ["the goal was canceled"] if status == "canceled" else []
+    failed = "" if status in ("succeeded", "canceled") else f"the goal was {status}"
+    return Outcome(answer, doubts, lambda: print(_shown(answer), end=""), problem=failed)
 
 
 def study(arguments) -> Outcome:

@@ -5,6 +5,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from rclpy.action import get_action_names_and_types
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.validate_full_topic_name import validate_full_topic_name
@@ -13,6 +14,7 @@ QUIET, LONGEST = 1.5, 3.0  # s without a change after which a list is complete o
 
 # anybody on the network can send names: others may hold control characters
 NAME = re.compile(r"/[\w/]*", flags=re.ASCII)
+GOALS = "/_action/send_goal"  # the service of an action that takes its goals
 PLUMBING = re.compile(r"/_action/|_parameters?(_types|_atomically)?$|/get_type_description$")  # services of every node
 
 
@@ -41,6 +43,11 @@ def others_are_whole(node: Node) -> bool:
         return bool(others) and all(node.get_publisher_names_and_types_by_node(*one) for one in others)
     except NodeNameNonExistentError:  # it has gone since
         return False
+
+
+def served_actions(node: Node) -> list[tuple[str, list[str]]]:
+    """Names and types of the actions that nodes serve: ROS lists those that somebody asks for, too."""
+    return [one for one in get_action_names_and_types(node) if node.count_services(f"{one[0]}{GOALS}")]
 
 
 def rivals(node: Node, service: str) -> list[str]:

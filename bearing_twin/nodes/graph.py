@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from action_msgs.msg import GoalStatus
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterType
-from rclpy.action import ActionClient, get_action_names_and_types
+from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
-from bearing_twin.nodes.discovery import NAME, PLUMBING, end_of, others_are_whole, quiet_time, rivals
+from bearing_twin.nodes.discovery import NAME, PLUMBING, end_of, others_are_whole, quiet_time, rivals, served_actions
 from bearing_twin.nodes.messages import interface, qos_profile, rclpy, suited
 from bearing_twin.nodes.reflection import filled, plain
 from bearing_twin.parameters import echo, unknown
@@ -77,7 +77,7 @@ class Graph:
 
     def actions(self) -> dict[str, str]:
         """Actions with their types."""
-        return self._typed(lambda: get_action_names_and_types(self._node))
+        return self._typed(lambda: served_actions(self._node))
 
     # Topics
 
@@ -198,7 +198,7 @@ class Graph:
 
         Ctrl-C cancels the goal and waits for its end. Raises GraphError if the goal is refused or its node gone.
         """
-        found = ros_type or self._known(action, lambda: get_action_names_and_types(self._node), "action")
+        found = ros_type or self._known(action, lambda: served_actions(self._node), "action")
         kind = interface(found, "action")
         goal = filled(kind.Goal, data)
         client = ActionClient(self._node, kind, action)
