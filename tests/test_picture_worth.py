@@ -21,6 +21,7 @@ def reporting(key, value, error):
         ("force_n", [-606.0, 574.0, 0], [0.1, 0.5, 0.1], "force (3 values)", "-606.00 to 574.00 ± 0.5 N", 0.5 / 606.0),
         ("force_n", [-3.0, -5.0], [0.1, 0.1], "force (2 values)", "-5.00 to -3.00 ± 0.1 N", 0.1 / 5.0),
         ("force_n", [2.0, 2.0, 2.0], 0.1, "force (3 values)", "2.00 ± 0.1 N", 0.1 / 2.0),
+        ("contact_count", 24, 2.0, "contact count", "24 ± 2", 2.0 / 24.0),
         ("force_n", [-2.0], [0.1], "force", "-2.00 ± 0.1 N", 0.1 / 2.0),
     ],
 )  # fmt: skip

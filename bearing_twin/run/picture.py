@@ -40,12 +40,17 @@ def worth_of(report: Report) -> list[JudgedFigure]:
         words, unit, factor = readable(key, max(size, whole) if math.isfinite(whole) else size)
         several = list(value) if isinstance(value, (list, tuple)) else [value]
         # Once where both ends read the same, as of one value.
-        ends = dict.fromkeys(known_digits(factor * one, factor * whole) for one in (min(several), max(several)))
+        ends = dict.fromkeys(_told(one, factor, whole) for one in (min(several), max(several)))
         text = f"{' to '.join(ends)} ± {two_digits(factor * whole)}{with_unit(unit)}"
         many = f" ({len(several)} values)" if len(several) > 1 else ""
         shares = {source: error / size for source, error in errors.items() if error > 0.0}
         rows.append(JudgedFigure(words + many, text, shares))
     return [row for row in rows if row.parts][:MOST]
+
+
+def _told(value, factor: float, error: float) -> str:
+    """One value in the unit that people read; a count stays whole."""
+    return str(value) if isinstance(value, int) else known_digits(factor * value, factor * error)
 
 
 def plot(stream, path) -> Path:
