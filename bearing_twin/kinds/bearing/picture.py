@@ -26,6 +26,7 @@ from bearing_twin.pictures.style import (
     ball_line,
     frame,
     heading,
+    marker_of,
     scaled,
 )
 from bearing_twin.pictures.worth import finish
@@ -41,7 +42,6 @@ WORDS = {  # panel and axis of what moves, and the factor into its unit
 GREATEST_NUMBERED = 40
 RING = 0.55  # radial thickness of a drawn ring, in ball radii
 ARROW = 2.0  # length of the longest load arrow, in ball radii
-FEW = 40  # outputs that are marked one by one
 
 
 class BearingPicture:
@@ -136,7 +136,7 @@ def _load_lines(axis, time, low, high, greatest_of_run):
     for ball in range(low.shape[1]):
         # low and high of a slice one after the other: no peak is lost, and it is one line for the eye
         load = np.stack([low[:, ball], high[:, ball]], axis=1).ravel()
-        axis.plot(np.repeat(time, 2), load, linewidth=1.6, marker="o" if len(time) <= FEW else "", **ball_line(ball))
+        axis.plot(np.repeat(time, 2), load, linewidth=1.6, marker=marker_of(len(time)), **ball_line(ball))
     least, greatest = low.min(), high.max()
     if greatest_of_run is not None and greatest_of_run > 1.02 * greatest:
         greatest = greatest_of_run

@@ -10,33 +10,24 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from bearing_twin.kinds.ellipsoid.figures import CONTACT
 from bearing_twin.kinds.ellipsoid.view import LOST, STORED
 from bearing_twin.numerics.rotation import rotation_matrix, rotation_rows
+from bearing_twin.pictures.peaks import draw_peaks
 from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
-from bearing_twin.sample import Block
 from bearing_twin.units import prefixed
 
 OUTLINES = 9  # of the body along its path
-KEPT = [[column.name for column in CONTACT.columns].index(name) for name in ("time", "start", "peak_load")]
 BESIDE, FEW = 1.4, 1e2  # room below and above the loads, as a factor; greatest over least that has numbers between
-POINT = 0.01  # of the run: a shorter contact is a point in the panel of the load
 
 
 class BouncingPicture(RunPicture):
     """What pictures of bodies that meet and part share: they keep the contacts, whose peaks fall between outputs."""
 
-    def __init__(self, facts):
-        super().__init__(facts)
-        self._contacts: list[np.ndarray] = []
-
-    def add(self, block: Block) -> None:
-        super().add(block)
-        if len(ended := block.records.get(CONTACT.name, ())):
-            self._contacts.append(ended[:, KEPT])
+    kept = CONTACT.name
 
     def draw_load_and_energy(self, figure: Figure, grid, above, values: dict[str, np.ndarray]) -> None:
         """Both below the panel `above` at the right."""
         load, energy = (figure.add_subplot(grid[row, 1], sharex=above) for row in (1, 2))
-        contacts = np.concatenate([np.empty((0, len(KEPT))), *self._contacts])
+        contacts = self.recorded(CONTACT, "start", "time", "peak_load")
         _draw_load(load, values["time"], values, self._values.greatest["normal_load"], contacts)
         _draw_energy(energy, values["time"], values)
         for axis in (above, load):
@@ -144,7 +135,7 @@ def _draw_load(axis, time, values, seen, contacts):
     frame(axis)
     axis.margins(x=0.0)
     load = values["normal_load"]
-    end, begin, peak = contacts.T
+    begin, end, peak = contacts
     greatest = max(seen, float(peak.max(initial=0.0)))
     if not greatest > 0.0:
         axis.set_yticks([])
@@ -161,11 +152,7 @@ def _draw_load(axis, time, values, seen, contacts):
     axis.plot(time[alone], loaded[alone], ".", color=BALL_COLOURS[0])
     hit = peak > 0.0  # a touch so light that it has no peak is not on this axis
     if np.any(hit):
-        # When in a contact its peak is, no record says: a short contact is a point, a long one a line as long.
-        short = hit & (end - begin < POINT * (time[-1] - time[0]))
-        axis.hlines(factor * peak[hit & ~short], begin[hit & ~short], end[hit & ~short], color=BALL_COLOURS[5])
-        look = {"color": BALL_COLOURS[5], "markersize": 4, "label": "peak of a contact"}
-        axis.plot(0.5 * (begin + end)[short], factor * peak[short], "o", **look)
+        draw_peaks(axis, time[-1] - time[0], begin[hit], end[hit], factor * peak[hit])
         axis.legend(frameon=False, fontsize=11, ncol=2, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderpad=0)
     axis.set_xlim(time[0], time[-1])
     axis.set_yscale("log")
