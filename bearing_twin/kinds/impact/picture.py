@@ -67,7 +67,7 @@ def draw_force(axis, time, values, scale: float = 1.0, contacts=NONE) -> None:
     missed = seen < MISSED
     if missed.any():
         draw_peaks(axis, time[-1] - time[0], begin[missed], end[missed], factor * recorded[missed])
-        axis.legend(frameon=False, fontsize=10, loc="center right")
+        axis.legend(frameon=False, fontsize=10, loc="best")
     axis.margins(x=0.0)
     heading(axis, f"Contact force, peak {factor * peak:.5g} {unit}", up=f"contact force [{unit}]")
 

@@ -36,7 +36,7 @@ class SoftDiscPicture(PairPicture):
         return self.recorded(IMPACT, "peak_time", "peak_time", "peak_force")
 
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
-        grid = figure.add_gridspec(2, 12, left=0.055, right=0.98, top=0.89, bottom=0.1, hspace=0.32, wspace=3.0)
+        grid = figure.add_gridspec(2, 12, left=0.055, right=0.965, top=0.89, bottom=0.1, hspace=0.32, wspace=3.0)
         time, scale, unit = scaled_time(values["time"])
         force, velocity, energy = (figure.add_subplot(grid[0, 4 * k : 4 * k + 4]) for k in range(3))
         draw_force(force, time, values, scale, self.contacts())
