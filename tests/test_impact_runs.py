@@ -15,6 +15,7 @@ from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds.impact.figures import CONTACT
 from bearing_twin.kinds.impact.picture import draw_force
 from bearing_twin.log.mcap_log import read_log, write_log
+from bearing_twin.pictures.peaks import LABEL
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.picture import picture_of, plot
@@ -22,6 +23,7 @@ from bearing_twin.run.scene import load_scene, parse_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.run.verification import verify
 from bearing_twin.sample import joined
+from bearing_twin.units import prefixed
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
 
@@ -179,9 +181,39 @@ def test_a_force_is_drawn_in_a_unit_that_people_read(force, unit, peak):
     draw_force(axis, np.arange(5.0), {"normal_load": force * shape})
     assert (axis.get_ylabel(), axis.get_title(loc="left")) == (
         f"contact force [{unit}]",
-        f"Contact force, at most {peak} {unit}",
+        f"Contact force, peak {peak} {unit}",
     )
     assert axis.lines[0].get_ydata().max() == pytest.approx(float(peak))
+
+
+@pytest.mark.parametrize("name", ["two_spheres", "sphere_on_beam_drop_600mm", "soft_discs_mean"])
+def test_a_peak_that_outputs_pass_by_is_drawn_and_told(name):
+    """At these outputs spheres and beam carry nothing."""
+    run = simulate(load_scene(name, ("run.output_rate=3000", "run.publish_rate=3000", "solver.companion=off")))
+    drawn, figure = picture_of(run), Figure()
+    for block in run.blocks():
+        drawn.add(block)
+    drawn.draw(figure, drawn._values.arrays())
+    axis, peak = figure.axes[0], run.report.figures["peak_force_n"]
+    factor, unit = prefixed(peak, "N")
+    assert axis.get_title(loc="left") == f"Contact force, peak {factor * peak:.5g} {unit}"
+    [entry] = axis.get_legend().get_texts()
+    assert entry.get_text() == LABEL
+    _, end, highest = drawn.contacts()
+    lines = [one for one in axis.lines if one.get_label() == LABEL]
+    bars = [bar for one in axis.collections if hasattr(one, "get_segments") for bar in one.get_segments()]
+    shown = np.concatenate([*(one.get_xydata() for one in lines), *bars])
+    scale, _ = prefixed(1e-9 * block.time_ns[-1], "s")
+    assert shown[:, 1].max() == pytest.approx(factor * peak) == pytest.approx(factor * highest.max())
+    assert shown[:, 0].max() == pytest.approx(scale * end.max(), rel=0.1)
+    assert not axis.lines[0].get_ydata().any() or name == "soft_discs_mean"
+
+
+def test_of_many_outputs_no_peak_is_marked_and_the_record_is_told():
+    axis, shape = Figure().add_subplot(), np.sin(np.linspace(0.0, math.pi, 50))
+    draw_force(axis, np.linspace(0.0, 1.0, 50), {"normal_load": shape}, 1.0, np.array([[0.0], [1.0], [1.0]]))
+    assert axis.get_legend() is None
+    assert axis.get_title(loc="left") == "Contact force, peak 1 N"
 
 
 def logged(run, block, path):

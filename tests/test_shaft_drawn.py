@@ -116,3 +116,4 @@ def test_one_swing_a_turn_is_sixty_turns_a_minute_and_critical_speeds_lie_on_tha
         assert dot.get_ydata()[0] == pytest.approx(dot.get_xdata()[0] / 60.0)
     [mark] = [one for one in axis.lines if len(set(one.get_xdata())) == 1 and one.get_marker() != "o"]
     assert mark.get_xdata()[0] == pytest.approx(100.0 * 60.0 / (2.0 * math.pi))
+    assert mark.get_label() in [one.get_text() for one in axis.get_legend().get_texts()]

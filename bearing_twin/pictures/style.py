@@ -15,6 +15,7 @@ STYLE = {"ink": "#22303c", "soft": "#71808c", "panel": "#eef1f4", "ring": "#cfd6
 
 BALL_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000", "#B8A800")
 DASHES = ("-", "--", ":", "-.")
+FEW = 40  # outputs that are marked one by one
 GREATEST_LINES = 12  # more lines than this cannot be told apart: a map of ball against time takes their place
 
 SIZE = (16.0, 10.0)  # inches at 100 dots each
@@ -29,6 +30,11 @@ def ball_line(ball: int) -> dict:
     """Colour and dashes of the line of a ball, or of a row of any table: after eight the colours come again, dashed."""
     rounds, number = divmod(ball, len(BALL_COLOURS))
     return {"color": BALL_COLOURS[number], "linestyle": DASHES[rounds % len(DASHES)]}
+
+
+def marker_of(outputs: int) -> str:
+    """The marker of a line through so many outputs: few are marked one by one, as a line through one shows nothing."""
+    return "o" if outputs <= FEW else ""
 
 
 def scaled(values, unit) -> tuple[float, str]:

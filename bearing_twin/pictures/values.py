@@ -47,7 +47,7 @@ class ChannelValues:
 def footer(facts, values: ChannelValues) -> str:
     """What stands below the picture of a run: scene, outputs, law and stepper, version."""
     thinned = f", every {values.stride}th" if values.stride > 1 else ""
-    words = [f"{values.outputs} outputs{thinned}"]
+    words = [f"{values.outputs} output{'s' * (values.outputs != 1)}{thinned}"]
     words += [f"{name}: {text}" for name, text in (("law", facts.law), ("stepper", facts.stepper)) if text]
     if facts.scene is not None:
         words.insert(0, facts.scene.name)

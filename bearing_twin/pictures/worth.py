@@ -10,6 +10,7 @@ from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, sav
 
 LEAST, MOST, DOUBTFUL = 1e-14, 10.0, 0.1  # errors over their figure: the edges, and where a figure is doubtful
 ROW, FOOT, MARGIN = 0.26, 0.95, 1.45  # inches: of a row, below the panel, of all but the rows
+LEFT, EDGE, GAP = 0.34, 0.96, 0.3  # where the panel begins and ends, of the width; inches beside the longest label
 MARKS = "osD^v"
 
 
@@ -33,7 +34,7 @@ def draw_worth(figure, rows: Sequence[JudgedFigure]) -> None:
         x, y = text.get_position()
         text.set_position((x, lifted + y * old / tall))
     figure.set_size_inches(wide, tall)
-    axis = figure.add_axes((0.34, FOOT / tall, 0.62, ROW * len(rows) / tall))
+    axis = figure.add_axes((LEFT, FOOT / tall, EDGE - LEFT, ROW * len(rows) / tall))
     frame(axis)
     sources = list(dict.fromkeys(source for row in rows for source in row.parts))
     looks = {source: (MARKS[k % len(MARKS)], BALL_COLOURS[k % len(BALL_COLOURS)]) for k, source in enumerate(sources)}
@@ -50,7 +51,11 @@ def draw_worth(figure, rows: Sequence[JudgedFigure]) -> None:
     axis.axvline(DOUBTFUL, color=STYLE["ink"], linewidth=1.0, linestyle=":")
     axis.set(xscale="log", xlim=(LEAST, MOST), ylim=(len(rows) - 0.5, -0.5), yticks=range(len(rows)))
     axis.set_yticklabels([f"{row.words}: {row.text}" for row in rows])
-    heading(axis, "What the figures are worth", "error over the figure (dotted: beyond it a figure is doubtful)")
+    longest = max(label.get_window_extent().width for label in axis.get_yticklabels()) / figure.dpi
+    left = max(LEFT, (longest + GAP) / wide)
+    axis.set_position((left, FOOT / tall, EDGE - left, ROW * len(rows) / tall))
+    words = "error over the figure, of several values greatest over greatest (dotted: beyond it a figure is doubtful)"
+    heading(axis, "What the figures are worth", words)
     axis.legend(frameon=False, fontsize=11, ncol=len(looks), loc="lower right", bbox_to_anchor=(1.0, 1.0))
 
 

@@ -25,7 +25,10 @@ def picture_of(stream) -> Picture:
 
 
 def worth_of(report: Report) -> list[JudgedFigure]:
-    """Rows of the errors of a report's figures, for pictures: of figures that are not 0, lists by their greatest."""
+    """Rows of the errors of a report's figures, for pictures: of figures that are not 0, lists by their greatest.
+
+    Values have their signs; of several the least and the greatest are told, with the greatest of their errors.
+    """
     rows = []
     for key, parts in report.errors.get("errors_by_source", {}).items():
         value = report.figures[key]
@@ -35,11 +38,19 @@ def worth_of(report: Report) -> list[JudgedFigure]:
         errors = {source: greatest(part) for source, part in parts.items()}
         whole = math.fsum(errors.values())
         words, unit, factor = readable(key, max(size, whole) if math.isfinite(whole) else size)
-        text = f"{known_digits(factor * size, factor * whole, 5)} ± {two_digits(factor * whole)}{with_unit(unit)}"
-        rows.append(
-            JudgedFigure(words, text, {source: error / size for source, error in errors.items() if error > 0.0})
-        )
+        several = list(value) if isinstance(value, (list, tuple)) else [value]
+        # Once where both ends read the same, as of one value.
+        ends = dict.fromkeys(_told(one, factor, whole) for one in (min(several), max(several)))
+        text = f"{' to '.join(ends)} ± {two_digits(factor * whole)}{with_unit(unit)}"
+        many = f" ({len(several)} values)" if len(several) > 1 else ""
+        shares = {source: error / size for source, error in errors.items() if error > 0.0}
+        rows.append(JudgedFigure(words + many, text, shares))
     return [row for row in rows if row.parts][:MOST]
+
+
+def _told(value, factor: float, error: float) -> str:
+    """One value in the unit that people read; a count stays whole."""
+    return str(value) if isinstance(value, int) else known_digits(factor * value, factor * error)
 
 
 def plot(stream, path) -> Path:

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from bearing_twin.kinds.beam.view import ENERGIES, watched_points
 from bearing_twin.kinds.impact.picture import PairPicture, draw_energies, draw_force
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, marker_of
 from bearing_twin.pictures.values import scaled_time
 
 
@@ -17,7 +17,7 @@ class BeamPicture(PairPicture):
         grid = figure.add_gridspec(3, 2, left=0.06, right=0.98, top=0.90, bottom=0.095, hspace=0.34, wspace=0.16)
         time, scale, unit = scaled_time(values["time"])
         force, deflection, stress = (figure.add_subplot(grid[row, 0]) for row in range(3))
-        draw_force(force, time, values)
+        draw_force(force, time, values, scale, self.contacts())
         watched = watched_points(scene.parameters)
         _draw_points(deflection, time, 1e6 * values["deflection"], watched)
         deflection.invert_yaxis()
@@ -38,7 +38,15 @@ def _draw_points(axis, time, lines, watched):
     frame(axis)
     for i, (column, name) in enumerate(watched.items()):
         style = "-" if i == 0 else (0, (5, 1 + 2 * i))
-        axis.plot(time, lines[:, column], color=BALL_COLOURS[i], linewidth=1.8, linestyle=style, label=name)
+        axis.plot(
+            time,
+            lines[:, column],
+            color=BALL_COLOURS[i],
+            linewidth=1.8,
+            linestyle=style,
+            label=name,
+            marker=marker_of(len(time)),
+        )
     axis.margins(x=0.0)
 
 
@@ -49,11 +57,14 @@ def _draw_shapes(axis, values, scene, scale, unit):
     span, point = 1e3 * parameters.beam.span, 1e3 * parameters.beam.span * parameters.blow.point
     stations = np.linspace(0.0, span, values["shape"].shape[1])
     greatest = values["shape"].max() or 1.0
-    instants = (
-        ("start", 0), ("greatest force", int(values["normal_load"].argmax())),
-        ("greatest deflection", _first_peak(values["deflection"][:, 0])),
-    )  # fmt: skip
-    for i, (name, row) in enumerate(instants):
+    instants = {
+        "start": 0,
+        "greatest force": int(values["normal_load"].argmax()),
+        "greatest deflection": _first_peak(values["deflection"][:, 0]),
+    }
+    if not values["normal_load"].any():  # no output fell into a contact
+        del instants["greatest force"]
+    for i, (name, row) in enumerate(instants.items()):
         label = f"{name}, {scale * values['time'][row]:.4g} {unit}"
         axis.plot(stations, 1e6 * values["shape"][row], color=BALL_COLOURS[i], linewidth=2.6, label=label)
         bottom = values["sphere_position"][row] - max(values["approach"][row], 0.0)
@@ -63,8 +74,8 @@ def _draw_shapes(axis, values, scene, scale, unit):
     axis.set_xlabel("along the beam [mm]")
     axis.set_ylabel("deflection, downward [µm]")
     axis.legend(frameon=False, fontsize=11, loc="lower left")
-    heading(axis, "The beam at three instants; dots: the sphere's lowest point")
-    if not (-0.75 * greatest < values["sphere_position"][instants[2][1]] < 1.35 * greatest):
+    heading(axis, "The beam at instants; dots: the sphere's lowest point")
+    if not (-0.75 * greatest < values["sphere_position"][instants["greatest deflection"]] < 1.35 * greatest):
         axis.text(0.98, 0.96, "by the last instant the sphere has left the picture", transform=axis.transAxes,
                   ha="right", va="top", fontsize=10.5, color=STYLE["soft"])  # fmt: skip
 

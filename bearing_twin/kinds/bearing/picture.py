@@ -26,6 +26,7 @@ from bearing_twin.pictures.style import (
     ball_line,
     frame,
     heading,
+    marker_of,
     scaled,
 )
 from bearing_twin.pictures.worth import finish
@@ -41,7 +42,6 @@ WORDS = {  # panel and axis of what moves, and the factor into its unit
 GREATEST_NUMBERED = 40
 RING = 0.55  # radial thickness of a drawn ring, in ball radii
 ARROW = 2.0  # length of the longest load arrow, in ball radii
-FEW = 40  # outputs that are marked one by one
 
 
 class BearingPicture:
@@ -136,7 +136,7 @@ def _load_lines(axis, time, low, high, greatest_of_run):
     for ball in range(low.shape[1]):
         # low and high of a slice one after the other: no peak is lost, and it is one line for the eye
         load = np.stack([low[:, ball], high[:, ball]], axis=1).ravel()
-        axis.plot(np.repeat(time, 2), load, linewidth=1.6, marker="o" if len(time) <= FEW else "", **ball_line(ball))
+        axis.plot(np.repeat(time, 2), load, linewidth=1.6, marker=marker_of(len(time)), **ball_line(ball))
     least, greatest = low.min(), high.max()
     if greatest_of_run is not None and greatest_of_run > 1.02 * greatest:
         greatest = greatest_of_run
@@ -269,12 +269,13 @@ def _arrow(axis, centre, radius, share, raceway, pitch):
 def _words(axis, sample, scene, greatest, reach):
     ink, left = {"fontsize": 11, "color": STYLE["ink"]}, -1.3 * reach
     heading(axis, f"The bearing at {sample.time_ns * 1e-9:.6g} s: load on each ball")
-    axis.text(left, 0.93 * reach, f"longest arrow {greatest:.4g} N", **ink)
+    axis.text(left, 0.99 * reach, f"longest arrow {greatest:.4g} N", va="top", **ink)
     for row, (word, colour) in enumerate(zip(("inner ring", "outer ring"), RACEWAY_COLOURS, strict=True)):
-        axis.text(left, (0.82 - 0.11 * row) * reach, f"➤ by the {word}", fontsize=11, color=colour, weight="bold")
+        high = (0.88 - 0.1 * row) * reach  # above the tail of an arrow half-way up
+        axis.text(left, high, f"➤ by the {word}", va="top", fontsize=11, color=colour, weight="bold")
     loose = (sample["normal_load"] <= 0.0).sum(axis=0)
     words = [f"{count} off the {ring} ring" for count, ring in zip(loose, ("inner", "outer"), strict=True) if count]
-    axis.text(-left, 0.97 * reach, "\n".join(words), ha="right", va="top", linespacing=1.5, **ink)
+    axis.text(-left, 0.99 * reach, "\n".join(words), ha="right", va="top", linespacing=1.5, **ink)
     axes_mark(axis, left, reach)
     gravity = np.asarray(scene.parameters.gravity if scene else (0.0, 0.0, 0.0))[:2]
     if np.linalg.norm(gravity) > 0.0:

@@ -5,16 +5,36 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from bearing_twin.kinds.ellipsoid.figures import CONTACT
 from bearing_twin.kinds.ellipsoid.view import LOST, STORED
 from bearing_twin.numerics.rotation import rotation_matrix, rotation_rows
+from bearing_twin.pictures.peaks import draw_peaks
 from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin.units import prefixed
 
 OUTLINES = 9  # of the body along its path
+BESIDE, FEW = 1.4, 1e2  # room below and above the loads, as a factor; greatest over least that has numbers between
 
 
-class EllipsoidPicture(RunPicture):
+class BouncingPicture(RunPicture):
+    """What pictures of bodies that meet and part share: they keep the contacts, whose peaks fall between outputs."""
+
+    kept = CONTACT.name
+
+    def draw_load_and_energy(self, figure: Figure, grid, above, values: dict[str, np.ndarray]) -> None:
+        """Both below the panel `above` at the right."""
+        load, energy = (figure.add_subplot(grid[row, 1], sharex=above) for row in (1, 2))
+        contacts = self.recorded(CONTACT, "start", "time", "peak_load")
+        _draw_load(load, values["time"], values, self._values.greatest["normal_load"], contacts)
+        _draw_energy(energy, values["time"], values)
+        for axis in (above, load):
+            axis.tick_params(labelbottom=False)
+
+
+class EllipsoidPicture(BouncingPicture):
     """The picture of one run of any length."""
 
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
@@ -23,7 +43,7 @@ class EllipsoidPicture(RunPicture):
         _draw_plan(figure.add_subplot(grid[1:, 0]), values, self._facts.scene)
         tilt = figure.add_subplot(grid[0, 1])
         _draw_tilt(tilt, values["time"], values)
-        draw_load_and_energy(figure, grid, tilt, values, self._values.greatest["normal_load"])
+        self.draw_load_and_energy(figure, grid, tilt, values)
 
 
 def _draw_side(axis, values, scene):
@@ -36,6 +56,7 @@ def _draw_side(axis, values, scene):
     still = np.ptp(x) < 0.5e3 * semi_axes.max()
     if still:
         axis.plot(time, z, color=BALL_COLOURS[0], linewidth=1.6)
+        axis.margins(x=0.0)
         heading(axis, "Height of the centre", "time [s]")
     else:
         for row in _rows_along(values["position"]):
@@ -59,7 +80,8 @@ def _draw_plan(axis, values, scene):
     for row in _rows_along(values["position"]):
         outline = 1e3 * _outline(semi_axes, values["orientation"][row], (0, 1))
         axis.add_patch(Polygon(outline + centre[row, :2], closed=True, fill=False, color=BALL_COLOURS[4], alpha=0.8))
-    axis.plot(point[:, 0], point[:, 1], color=BALL_COLOURS[5], linewidth=1.0, label="point of contact")
+    if touching.any():
+        axis.plot(point[:, 0], point[:, 1], color=BALL_COLOURS[5], linewidth=1.0, label="point of contact")
     axis.plot(centre[:, 0], centre[:, 1], color=BALL_COLOURS[0], linewidth=2.0, label="centre")
     axis.plot(*centre[0, :2], "o", color=BALL_COLOURS[0], markersize=8, label="start")
     axis.set_aspect("equal", adjustable="datalim")
@@ -105,27 +127,43 @@ def _draw_tilt(axis, time, values):
     heading(axis, "Tilt of the body's axes", up="to the vertical [°]")
 
 
-def draw_load_and_energy(figure, grid, above, values, greatest):
-    """Both below the panel `above` at the right; the load was at most `greatest` [N]."""
-    load, energy = (figure.add_subplot(grid[row, 1], sharex=above) for row in (1, 2))
-    _draw_load(load, values["time"], values, greatest)
-    _draw_energy(energy, values["time"], values)
-    for axis in (above, load):
-        axis.tick_params(labelbottom=False)
+def _draw_load(axis, time, values, seen, contacts):
+    """Normal load over time, and the peak of every contact that has ended: outputs may lie on either side of it.
 
-
-def _draw_load(axis, time, values, greatest):
-    """Normal load over time."""
+    `seen` [N] is the greatest at any output, also one that a long run's picture leaves out.
+    """
     frame(axis)
+    axis.margins(x=0.0)
     load = values["normal_load"]
-    loaded = np.where(load > 0.0, load, np.nan)
-    axis.plot(time, loaded, color=BALL_COLOURS[0], linewidth=1.0)
+    begin, end, peak = contacts
+    greatest = max(seen, float(peak.max(initial=0.0)))
+    if not greatest > 0.0:
+        axis.set_yticks([])
+        look = {"transform": axis.transAxes, "ha": "center", "va": "center", "color": STYLE["soft"], "fontsize": 12}
+        axis.text(0.5, 0.5, "no contact that has ended, and no load at an output", **look)
+        heading(axis, "Normal load", up="normal load [N]")
+        return
+    factor, unit = prefixed(greatest, "N")
+    loaded = np.where(load > 0.0, factor * load, np.nan)
     beside = np.concatenate([[0.0], load, [0.0]])
     alone = (load > 0.0) & ((beside[:-2] <= 0.0) | (beside[2:] <= 0.0))  # bounces of one or two outputs make no line
-    axis.plot(time[alone], load[alone], ".", color=BALL_COLOURS[0])
+    if np.any(load > 0.0):
+        axis.plot(time, loaded, color=BALL_COLOURS[0], linewidth=1.0, label="at the outputs")
+    axis.plot(time[alone], loaded[alone], ".", color=BALL_COLOURS[0])
+    hit = peak > 0.0  # a touch so light that it has no peak is not on this axis
+    if np.any(hit):
+        draw_peaks(axis, time[-1] - time[0], begin[hit], end[hit], factor * peak[hit])
+        axis.legend(frameon=False, fontsize=11, ncol=2, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderpad=0)
+    axis.set_xlim(time[0], time[-1])
     axis.set_yscale("log")
-    axis.margins(x=0.0)
-    heading(axis, f"Normal load at the outputs, at most {greatest:.4g} N", up="normal load [N]")
+    high = factor * greatest
+    low = min(high, *(float(one.min(initial=high)) for one in (loaded[load > 0.0], factor * peak[hit])))
+    axis.set_ylim(low / BESIDE, high * BESIDE)
+    if high < FEW * low:  # powers of ten alone would leave an axis with one number
+        axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.yaxis.set_minor_formatter(NullFormatter())
+    heading(axis, f"Normal load, peak {factor * greatest:.4g} {unit}", up=f"normal load [{unit}]")
 
 
 def _draw_energy(axis, time, values):

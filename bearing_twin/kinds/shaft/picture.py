@@ -19,6 +19,7 @@ from bearing_twin.pictures.style import (
     scaled,
 )
 
+ROOM = 1.4  # times the greatest frequency: the key stands above the curves
 SPEEDS, BEYOND = 121, 1.25  # of the panel of natural frequencies: speeds, and times the greatest of what it shows
 LEAST = 0.5  # of the first mode's frequency: how fast the shaft turns at the panel's end, at least
 FORWARD, BACKWARD = 0.55, 0.45  # shares of whirl above and below which a mode is one way
@@ -93,6 +94,7 @@ def _draw_forces(axis, values):
         axis.plot(values["time"], along, lw=1.5, ls="--", color=BALL_COLOURS[k], label=f"{side}, along")
     axis.margins(x=0.0)
     axis.locator_params(axis="x", nbins=5)
+    axis.tick_params(pad=6)  # its first numbers stand in one corner
     axis.set_ylim(0.0, 1.3 * axis.get_ylim()[1])  # room for the key
     axis.legend(frameon=False, fontsize=10.5, loc="upper right", ncol=2)
     heading(axis, "Force of each bearing on the shaft", "time [s]", "force [N]")
@@ -113,16 +115,17 @@ def _draw_frequencies(axis, parameters, law):
         for place, (words, which) in enumerate(_ways(shares)):
             axis.plot(rpm, np.where(which, curve, np.nan), lw=2.0, color=BALL_COLOURS[place], label=words)
     axis.plot(rpm, speeds / (2.0 * math.pi), "--", lw=1.5, color=STYLE["ink"], label="one swing a turn")
-    axis.axvline(abs(speed) * 30.0 / math.pi, color=STYLE["soft"], lw=1.2)
+    axis.axvline(abs(speed) * 30.0 / math.pi, color=STYLE["soft"], lw=1.2, label="speed at the end")
     for one in critical:
         if one <= speeds[-1]:
             axis.plot(one * 30.0 / math.pi, one / (2.0 * math.pi), "o", ms=8, color=BALL_COLOURS[5])
     axis.margins(x=0.0)
     axis.locator_params(axis="x", nbins=6)
-    axis.set_ylim(0.0, BEYOND * max(row.frequencies[-1] for row in (rows[0], rows[-1])))
+    axis.tick_params(pad=6)
+    axis.set_ylim(0.0, ROOM * max(row.frequencies[-1] for row in (rows[0], rows[-1])))
     handles = dict(zip(*axis.get_legend_handles_labels()[::-1], strict=True))
     axis.legend(handles.values(), handles.keys(), frameon=False, fontsize=10, loc="upper left", ncol=2)
-    heading(axis, "Natural frequencies; dots: critical", "speed of the shaft [rpm]", "frequency [Hz]")
+    heading(axis, "Natural frequencies; dots: critical speeds", "speed of the shaft [rpm]", "frequency [Hz]")
 
 
 def _ways(shares):

@@ -10,6 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.impact.picture import PairPicture, draw_energies, draw_force
 from bearing_twin.kinds.soft_discs.derived import bodies_of, wall_speed
+from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, edges_of, triangles_of
 from bearing_twin.kinds.soft_discs.view import ENERGIES
@@ -24,15 +25,21 @@ FRAMES = 40  # of an animation
 class SoftDiscPicture(PairPicture):
     """The picture of one impact of a soft disc, from all its outputs."""
 
+    kept = IMPACT.name
+
     def __init__(self, facts: Facts):
         super().__init__(facts)
         self._parameters = facts.scene.parameters
 
+    def contacts(self) -> np.ndarray:
+        """The instant [s] of the greatest force, twice, and that force [N], once the impact is over: (3, n)."""
+        return self.recorded(IMPACT, "peak_time", "peak_time", "peak_force")
+
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
-        grid = figure.add_gridspec(2, 12, left=0.055, right=0.98, top=0.89, bottom=0.1, hspace=0.32, wspace=3.0)
-        time, _, unit = scaled_time(values["time"])
+        grid = figure.add_gridspec(2, 12, left=0.055, right=0.965, top=0.89, bottom=0.1, hspace=0.32, wspace=3.0)
+        time, scale, unit = scaled_time(values["time"])
         force, velocity, energy = (figure.add_subplot(grid[0, 4 * k : 4 * k + 4]) for k in range(3))
-        draw_force(force, time, values)
+        draw_force(force, time, values, scale, self.contacts())
         force.set_xlabel(f"time [{unit}]")
         _draw_velocity(velocity, time, unit, values, wall_speed(self._parameters))
         draw_energies(energy, time, unit, values, ENERGIES)

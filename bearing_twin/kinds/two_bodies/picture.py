@@ -5,10 +5,9 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
-from bearing_twin.kinds.ellipsoid.picture import draw_load_and_energy
+from bearing_twin.kinds.ellipsoid.picture import BouncingPicture
 from bearing_twin.kinds.two_bodies.derived import ROWS
 from bearing_twin.numerics.rotation import rotation_matrix
-from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
 from bearing_twin.shapes.implicit import level
 from bearing_twin.shapes.opposing import CONVEX, support
@@ -18,7 +17,7 @@ OUTLINES, SIDES = 9, 96  # of a body along its path; sides of an outline
 GRID = 160  # points across the section of a body that is drawn by it
 
 
-class TwoBodiesPicture(RunPicture):
+class TwoBodiesPicture(BouncingPicture):
     """The picture of one run of any length."""
 
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
@@ -28,8 +27,7 @@ class TwoBodiesPicture(RunPicture):
         _draw_slip(figure.add_subplot(grid[2, 0], sharex=gap), time, values)
         _draw_gap(gap, time, values)
         risen = values["potential_energy"] - values["potential_energy"].min()
-        greatest = self._values.greatest["normal_load"]
-        draw_load_and_energy(figure, grid, gap, values | {"potential_energy": risen}, greatest)
+        self.draw_load_and_energy(figure, grid, gap, values | {"potential_energy": risen})
 
 
 def _view(parameters, position) -> tuple[np.ndarray, np.ndarray, str, str]:
