@@ -4,6 +4,7 @@ Long are shipped scenes as they ship, and the chart's cases ten times as long as
 in these: steps are counted alone.
 """
 
+import time
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from bearing_twin.charts.bearing_variants import ALL_CASES
 from bearing_twin.charts.table import DONE
 from bearing_twin.run.doubt import MUCH, SHORT_RUN
-from bearing_twin.run.passes import Run
+from bearing_twin.run.passes import Run, simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.shelf import SCENES
 
@@ -28,6 +29,16 @@ def at_length(problem: str) -> tuple[str, tuple[str, ...]]:
     scene, differs = ALL_CASES[problem]
     duration = LONGER * load_scene(scene, differs).parameters.run.duration
     return scene, (*(word for word in differs if not word.startswith("run.duration=")), f"run.duration={duration:g}")
+
+
+def counted(problem: str, wanted: tuple[str, ...], tolerance: float) -> dict[str, Any]:
+    """The columns of a row that tell steps and CPU seconds of a problem at its full length, with what is `wanted`."""
+    scene, differs = at_length(problem)
+    start = time.thread_time()
+    run = simulate(load_scene(scene, (*differs, *wanted, f"wanted.tolerance={tolerance!r}")))
+    for _ in run.blocks():
+        pass
+    return steps_of(run) | {"seconds": time.thread_time() - start}
 
 
 def steps_of(run: Run) -> dict[str, Any]:
@@ -49,8 +60,8 @@ def long_runs(points: Iterable) -> Iterator[str]:
         ("Shipped scenes at their own length", [p for p in points if p.problem in SHIPPED]),
         (f"Others {LONGER:g} times as long", [p for p in points if p.problem not in SHIPPED]),
     ):
-        if counted := [p for p in mine if p.status == DONE and p.watched_steps]:
-            yield f"{who}: the companion takes {taken(counted)}, {much(counted)}."
+        if done := [p for p in mine if p.status == DONE and p.watched_steps]:
+            yield f"{who}: the companion takes {taken(done)}, {much(done)}."
 
 
 def taken(points: list) -> str:
@@ -61,8 +72,8 @@ def taken(points: list) -> str:
 
 def much(points: list) -> str:
     """In how many runs it takes so much that the run is to say what took it, and how many do."""
-    counted = [p for p in points if p.watched_steps]
-    dear = [p for p in counted if p.companion_steps > MUCH * p.watched_steps]
+    known = [p for p in points if p.watched_steps]
+    dear = [p for p in known if p.companion_steps > MUCH * p.watched_steps]
     says, short = sum(bool(p.took) for p in dear), sum(SHORT_RUN in p.took for p in dear)
     said = f"; {says} of these say what took it, {short} are short" if dear else ""
-    return f"over {100.0 * MUCH:g} % in {len(dear)} of {len(counted)} runs{said}"
+    return f"over {100.0 * MUCH:g} % in {len(dear)} of {len(known)} runs{said}"

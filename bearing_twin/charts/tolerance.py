@@ -23,6 +23,7 @@ from bearing_twin.charts.companion_cost import (
     AT_LENGTH,
     SHIPPED,
     at_length,
+    counted,
     long_runs,
     much,
     steps_of,
@@ -139,7 +140,7 @@ def judge(case: str, method: str, tolerance: float, limit: float) -> ToleranceRo
     """One run beside the truth, with what one of WANTED wants."""
     row = ToleranceRow(case, method, tolerance, command=_command(case, method, tolerance))
     if method in LONG:
-        return tried(row, lambda: _counted(case, LONG[method], tolerance), limit)
+        return tried(row, lambda: counted(case, LONG[method], tolerance), limit)
     return beside_truth(row, words_of(case), WANTED[method], limit)
 
 
@@ -188,15 +189,6 @@ def _outcome(case: tuple[str, ...], asked: tuple[str, ...], exact: Rows, rougher
     except IntegrationError:  # too rough where nobody watches: there is nothing to compare with
         plain = 0
     return compared(run, found, exact, rougher) | steps_of(run) | {"seconds": seconds, "steps": plain}
-
-
-def _counted(case: str, wanted: tuple[str, ...], tolerance: float) -> dict:
-    scene, differs = at_length(case)
-    start = time.thread_time()
-    run = simulate(load_scene(scene, (*differs, *wanted, f"wanted.tolerance={tolerance!r}")))
-    for _ in run.blocks():
-        pass
-    return steps_of(run) | {"seconds": time.thread_time() - start}
 
 
 def _command(case: str, method: str, tolerance: float) -> str:
