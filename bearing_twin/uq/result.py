@@ -1,7 +1,7 @@
 """What a study found: every sample, and a summary of each quantity with the interval it is known to."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,16 +78,21 @@ class StudyResult:
     @property
     def doubts(self) -> tuple[str, ...]:
         """What is doubtful about the result, one sentence each."""
-        count, failed = self.summary["samples"], sum(self.summary["failed"].values())
-        sentences = [f"{many} of {count} realisations: {what}" for what, many in self.summary["doubts"].items()]
-        if failed and failed == count:
-            reason = max(self.summary["failed"], key=self.summary["failed"].get)
-            sentences.append(f"all {count} realisations failed, so that there are no statistics: {reason}")
-        elif failed:
-            sentences.append(f"{failed} of {count} realisations failed; the statistics are those of the others")
-        if self.summary["stopped_because"].startswith("failed"):
-            sentences.append(self.summary["stopped_because"])
-        return (*sentences, *self.summary["notes"])
+        return tuple(doubts_told(self.summary))
+
+
+def doubts_told(summary: Mapping[str, Any]) -> list[str]:
+    """What is doubtful by a summary of a study, one sentence each; it may have come as JSON."""
+    count, failed = summary["samples"], sum(summary["failed"].values())
+    sentences = [f"{many} of {count} realisations: {what}" for what, many in summary["doubts"].items()]
+    if failed and failed == count:
+        reason = max(summary["failed"], key=summary["failed"].get)
+        sentences.append(f"all {count} realisations failed, so that there are no statistics: {reason}")
+    elif failed:
+        sentences.append(f"{failed} of {count} realisations failed; the statistics are those of the others")
+    if summary["stopped_because"].startswith("failed"):
+        sentences.append(summary["stopped_because"])
+    return [*sentences, *summary["notes"]]
 
 
 def quantity_units(study: Study) -> dict[str, str]:
