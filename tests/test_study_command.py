@@ -21,7 +21,7 @@ from bearing_twin.log.samples import samples_message
 from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.sample import Channel
 from bearing_twin.uq import picture
-from bearing_twin.uq.picture import plot_study
+from bearing_twin.uq.picture import path_of, plot_study
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
@@ -223,6 +223,57 @@ def test_numbers_below_a_panel_stand_apart_and_what_is_not_drawn_is_named(tmp_pa
     *_, convergence = figure.axes
     assert convergence.containers, "of one look the interval is a bar"
     assert all(float(tick).is_integer() for tick in convergence.get_xticks())
+
+
+@pytest.fixture
+def drawn(tmp_path, monkeypatch):
+    """The panels of a picture of a result by their titles, drawn to the end but not written."""
+
+    def draw(result):
+        kept = []
+        monkeypatch.setattr(picture, "finish", lambda figure, title, footer, path, **_: kept.append(figure))
+        plot_study(result, tmp_path / "x.png")
+        kept[0].draw_without_rendering()
+        return {axis.get_title(loc="left"): axis for axis in kept[0].axes}
+
+    return draw
+
+
+def spheres(*overrides):
+    """A quick study of the spheres that samples."""
+    quick = ("sweep=", "histories=[]", "modality=no", "companions=0", "method=ensemble")
+    return run_study(load_study(QUICK[0], [*quick, *overrides]))
+
+
+def ends_of_bar(axis):
+    (bar,) = (one for one in axis.containers if one.has_yerr)
+    return bar.lines[2][0].get_segments()[0][:, 1]
+
+
+def test_the_interval_of_the_convergence_is_that_of_the_table(drawn):
+    """It is not symmetric: 19.6 to 28.3 µs about 21.8 µs."""
+    result = spheres("samples=200")
+    ends = np.array(result.summary["quantities"]["contact_duration"]["std_interval"])
+    assert ends_of_bar(drawn(result)["Convergence of contact duration"]) == pytest.approx(1e6 * ends, rel=1e-9)
+    result = spheres("samples=400")
+    panel = drawn(result)["Convergence of contact duration"]
+    ends = np.array(result.summary["quantities"]["contact_duration"]["std_interval"])
+    at_last = [y for x, y in panel.collections[0].get_paths()[0].vertices if x == 400.0]
+    assert (min(at_last), max(at_last)) == pytest.approx(1e6 * ends, rel=1e-9)
+    path = result.summary["convergence"]
+    half = [path.pop(key) and path["half_width"][-1] for key in ("low", "high")]  # as an earlier version wrote it
+    *_, (low, high) = zip(*path_of(result.summary)[2:], strict=True)
+    assert (path["estimate"][-1] - low, high - path["estimate"][-1]) == pytest.approx(half, rel=1e-9)
+
+
+def test_the_open_end_of_an_interval_of_the_convergence_lies_beyond_the_panel(drawn):
+    result = spheres("samples=12", "stop.statistic=quantile")
+    panel = drawn(result)["Convergence of contact duration"]
+    low, high = ends_of_bar(panel)
+    floor, ceiling = panel.get_ylim()
+    assert low == pytest.approx(1e6 * result.summary["quantities"]["contact_duration"]["quantiles"]["0.95"]["low"])
+    assert floor < low < ceiling < high
+    assert "95 % interval, open to the edge: too few samples" in panel.get_legend_handles_labels()[1]
 
 
 @pytest.mark.parametrize("name", [name for name in study_names() if name.startswith("bearing")])

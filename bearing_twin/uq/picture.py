@@ -21,6 +21,8 @@ from bearing_twin.uq.summary_shape import BANDS
 MOST_QUANTITIES = 4
 TICK = 0.7  # inches of a panel for each number below it, so that those of five digits stand apart
 ORDERS = {"first": "alone", "total": "with others"}  # of Sobol's indices, in words
+ROOM = 0.25  # of the intervals that are known, for those that are open
+OPEN_END = "open to the edge: too few samples"
 FAR = 0.001  # probability left out on either side of a distribution
 
 
@@ -68,6 +70,18 @@ def exact_of(result: StudyResult) -> dict:
 def shares_of(quantity) -> dict[str, dict]:
     """Sobol's indices of a quantity by key: `first` and `total` with value, low and high; empty without any."""
     return {key: one for key, one in quantity.get("sobol", {}).items() if key != "refused"}
+
+
+def path_of(summary) -> tuple[np.ndarray, ...]:
+    """Samples, estimate, low and high end (n,) of the statistic that was watched; NaN where the interval is open."""
+    path = summary["convergence"]
+    samples, value, half = (np.array(path[key], float) for key in ("samples", "estimate", "half_width"))
+    half[~np.isfinite(half)] = np.nan
+    # A log of an earlier version has the half width alone.
+    low, high = (
+        (np.array(path[key], float) for key in ("low", "high")) if "low" in path else (value - half, value + half)
+    )
+    return samples, value, low, high
 
 
 def _draw_shares(axis, name, shares):
@@ -160,22 +174,22 @@ def _draw_model_error(axis, found, factor):
 
 def _draw_convergence(axis, result):
     path = result.summary["convergence"]
-    samples, value, half = (np.array(path[key], float) for key in ("samples", "estimate", "half_width"))
-    factor, unit = scaled(value, result.quantity_units[path["quantity"]])
+    samples, *columns = path_of(result.summary)
+    factor, unit = scaled(columns[0], result.quantity_units[path["quantity"]])
     what = f"{path['probability']:g} quantile" if path["statistic"] == "quantile" else path["statistic"]
     frame(axis)
-    finite = np.isfinite(half)
+    value, low, high = (factor * column for column in columns)
+    words, (low, high) = "95 % interval", _to_the_edges(axis, value, low, high)
+    if np.isnan(columns[1:]).any():
+        words = f"{words}, {OPEN_END}"
     if len(samples) > 1:
-        axis.fill_between(
-            samples[finite], (value - half)[finite] * factor, (value + half)[finite] * factor,
-            color=BALL_COLOURS[0], alpha=0.2, linewidth=0, label="95 % interval",
-        )  # fmt: skip
+        axis.fill_between(samples, low, high, color=BALL_COLOURS[0], alpha=0.2, linewidth=0, label=words)
     else:  # of one look a band has no width
         axis.errorbar(
-            samples[finite], value[finite] * factor, yerr=half[finite] * factor, fmt="none", ecolor=BALL_COLOURS[0],
-            elinewidth=1.6, capsize=5, label="95 % interval",
+            samples, value, yerr=[value - low, high - value], fmt="none", ecolor=BALL_COLOURS[0],
+            elinewidth=1.6, capsize=5, label=words,
         )  # fmt: skip
-    axis.plot(samples, value * factor, color=BALL_COLOURS[0], linewidth=2, marker="o", markersize=3.5, label=what)
+    axis.plot(samples, value, color=BALL_COLOURS[0], linewidth=2, marker="o", markersize=3.5, label=what)
     exact = exact_of(result).get(path["quantity"])
     if exact is not None and path["statistic"] in ("mean", "std"):
         with contextlib.suppress(StatisticError):
@@ -184,6 +198,17 @@ def _draw_convergence(axis, result):
     axis.ticklabel_format(axis="y", useOffset=False)  # an offset would stand in the heading
     axis.locator_params(axis="x", nbins=_ticks(axis), integer=True, min_n_ticks=1)
     heading(axis, f"Convergence of {path['quantity'].replace('_', ' ')}", "samples", labelled(what, unit))
+
+
+def _to_the_edges(axis, value, low, high):
+    """The ends (n,) of intervals about `value`; open ones (NaN) lie beyond the edge of the panel, which is set here."""
+    if not np.isnan([low, high]).any():
+        return low, high
+    known = np.concatenate([value, low, high])
+    least, greatest = np.nanmin(known), np.nanmax(known)
+    room = ROOM * (greatest - least or abs(greatest) or 1.0)
+    axis.set_ylim(least - room, greatest + room)
+    return np.where(np.isnan(low), least - 2.0 * room, low), np.where(np.isnan(high), greatest + 2.0 * room, high)
 
 
 def _draw_history(axis, result, channel):

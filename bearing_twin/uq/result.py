@@ -155,7 +155,7 @@ def summary_of_sample(
             except StatisticError as error:
                 refused[name] = str(error)
                 continue
-            result[name], result[f"{name}_interval"] = found.value, [_finite(found.low), _finite(found.high)]
+            result[name], result[f"{name}_interval"] = found.value, [finite(found.low), finite(found.high)]
             result["unsafe"] += [] if found.safe else [name]
     result["quantiles"], ordered = {}, np.sort(sample)  # once, for all that does not ask whose replicate a point is
     for probability in PROBABILITIES:
@@ -165,7 +165,7 @@ def summary_of_sample(
             refused[f"quantile {probability:g}"] = str(error)
             continue
         result["quantiles"][f"{probability:.2f}"] = {
-            "value": found.value, "low": _finite(found.low), "high": _finite(found.high)
+            "value": found.value, "low": finite(found.low), "high": finite(found.high)
         }  # fmt: skip
     result["modality"] = None
     if modes:
@@ -209,5 +209,6 @@ def _density(at, height, low, high) -> dict:
     return {"value": float(at), "density": height, "low": low, "high": high}
 
 
-def _finite(value: float) -> float | None:
+def finite(value: float) -> float | None:
+    """The end of an interval as plain data: None where it is open."""
     return value if math.isfinite(value) else None

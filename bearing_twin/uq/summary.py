@@ -18,7 +18,7 @@ from bearing_twin.uq.model_error import ModelErrors
 from bearing_twin.uq.narrowing import narrowing
 from bearing_twin.uq.propagation import mean_inputs
 from bearing_twin.uq.realise import Realised, Task
-from bearing_twin.uq.result import StudyResult, summary_of_derived, summary_of_sample
+from bearing_twin.uq.result import StudyResult, finite, summary_of_derived, summary_of_sample
 from bearing_twin.uq.statistics import half_width
 
 CORRELATED = 41  # instants of the autocorrelation in a summary
@@ -154,15 +154,18 @@ def _of_sample(result, missing, name, drawn, hurried) -> dict:
 
 
 def _convergence(rule, path) -> dict:
-    """The path of the watched statistic over the samples, as in figures 9 and 14 of paper 3."""
-    columns = list(zip(*path, strict=True)) or [(), (), ()]
+    """The path of the watched statistic over the samples, as in figures 9 and 14 of paper 3; an open end is null."""
     return {
         "quantity": rule.quantity,
         "statistic": rule.statistic,
         **({"probability": rule.probability} if rule.statistic == "quantile" else {}),
         "tolerance": rule.tolerance or None,
         "relative_tolerance": rule.relative_tolerance or None,
-        **{name: list(column) for name, column in zip(("samples", "estimate", "half_width"), columns, strict=True)},
+        "samples": [count for count, _ in path],
+        "estimate": [one.value for _, one in path],
+        "half_width": [one.half_width for _, one in path],
+        "low": [finite(one.low) for _, one in path],
+        "high": [finite(one.high) for _, one in path],
     }
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from bearing_twin.pictures.style import BALL_COLOURS
 from bearing_twin.units import inverse, known_digits, labelled, prefixed, sentence_for_people, two_digits
 from bearing_twin.uq.model_error import told_of_model
-from bearing_twin.uq.picture import FAR, ORDERS, exact_of, shares_of
+from bearing_twin.uq.picture import FAR, ORDERS, exact_of, path_of, shares_of
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.scene_keys import numeric_keys
 from bearing_twin.uq.statistics import histogram, natural_density
@@ -134,15 +134,14 @@ def _convergence(result, summary) -> Iterable[dict[str, Any]]:
     path = summary["convergence"]
     if len(path["samples"]) < 2:
         return
-    value, half = (np.array(path[key], float) for key in ("estimate", "half_width"))
+    samples, value, low, high = path_of(summary)
     unit = result.quantity_units[path["quantity"]]
     what = f"{path['probability']:g} quantile" if path["statistic"] == "quantile" else path["statistic"]
-    half = np.where(np.isfinite(half), half, 0.0)
     edge = {"width": 0.6}
-    lines = [("95 % interval, high", value + half, BLUE, edge), ("low", value - half, BLUE, edge), (what, value, BLUE)]
+    lines = [("95 % interval, high", high, BLUE, edge), ("low", low, BLUE, edge), (what, value, BLUE)]
     lines[2] = (*lines[2], {"points": True, "width": 2.2})
     title = f"Convergence of {path['quantity'].replace('_', ' ')}"
-    yield _chart(title, unit, path["samples"], lines, "samples", "", bands=[[0, 1, BLUE]])
+    yield _chart(title, unit, samples, lines, "samples", "", bands=[[0, 1, BLUE]])
 
 
 def _history(result, channel) -> dict[str, Any]:
