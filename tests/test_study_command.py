@@ -12,6 +12,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
+from bearing_twin.command import study_command
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
@@ -25,6 +26,7 @@ from bearing_twin.uq.picture import path_of, plot_study
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
+from bearing_twin.view.study_page import document_of_study
 
 QUICK = ["spheres_alpha_4e-5", "--set", "sweep=", "--set", "histories=[]"]
 
@@ -274,6 +276,47 @@ def test_the_open_end_of_an_interval_of_the_convergence_lies_beyond_the_panel(dr
     assert low == pytest.approx(1e6 * result.summary["quantities"]["contact_duration"]["quantiles"]["0.95"]["low"])
     assert floor < low < ceiling < high
     assert "95 % interval, open to the edge: too few samples" in panel.get_legend_handles_labels()[1]
+
+
+def test_open_intervals_of_quantiles_are_seen_in_the_units_of_the_table(drawn, quick_workers, capsys):
+    result = run_study(load_study("bearing_6203_tolerances", ["samples=12", "workers=1", "run.duration=0.01"]))
+    panels = drawn(result)
+    study_command.show(result.as_dict())
+    table = capsys.readouterr().out
+    for name, unit in (("greatest_ball_load", "N"), ("greatest_pressure", "MPa"), ("cage_speed", "rpm")):
+        words = name.replace("_", " ")
+        panel = panels[words.capitalize()]
+        assert panel.get_xlabel() == f"{words} [{unit}]"
+        assert re.search(rf"{name} +mean .* {unit}$", table, re.MULTILINE)
+        assert "open to the edge: too few samples" in panel.get_legend_handles_labels()[1]
+        low, high = panel.get_xlim()
+        hatched = [one.get_extents() for one in panel.patches if one.get_hatch()]
+        first, last = (panel.transData.inverted().transform(box) for box in (hatched[0], hatched[-1]))
+        quantiles = result.summary["quantities"][name]["quantiles"]
+        factor = {"N": 1.0, "MPa": 1e-6, "rpm": 30.0 / np.pi}[unit]
+        assert first[:, 0] == pytest.approx([low, factor * quantiles["0.05"]["high"]])
+        assert last[:, 0] == pytest.approx([factor * quantiles["0.95"]["low"], high])
+    many = drawn(spheres("samples=200"))["Contact duration"]
+    assert not [one for one in many.patches if one.get_hatch()]
+    assert "open to the edge: too few samples" not in many.get_legend_handles_labels()[1]
+
+
+def test_the_view_has_the_units_of_the_table(quick_workers):
+    result = run_study(load_study("bearing_6203_tolerances", ["samples=4", "workers=1", "run.duration=0.01"]))
+    document = document_of_study(result)
+    shown = {one["title"]: {row["unit"] for row in one["rows"]} for one in document["statistics"]}
+    assert (shown["Cage speed"], shown["Greatest pressure"]) == ({"rpm", ""}, {"MPa", ""})
+    labels = {one["title"].partition(":")[0]: one["xLabel"] for one in document["charts"]}
+    assert labels["Cage speed"] == "cage speed [rpm]"
+
+
+@pytest.mark.parametrize("count", [1, 3, 200])
+def test_units_do_not_depend_on_how_many_samples_there_are(count, capsys):
+    assert main(["study", *QUICK, "--samples", str(count), "--set", "modality=no"]) == DONE
+    out = capsys.readouterr().out
+    assert re.search(r"0.50 quantile .* µs$", out, re.MULTILINE)
+    assert re.search(r"0.50 quantile .* kN$", out, re.MULTILINE)
+    assert re.search(r"contact_duration: error of the model ± \S+ µs", out)
 
 
 @pytest.mark.parametrize("name", [name for name in study_names() if name.startswith("bearing")])

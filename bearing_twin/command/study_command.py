@@ -135,13 +135,14 @@ def show(summary) -> None:
     """Prints the summary of a study as tables."""
     from bearing_twin.command.terminal import show_paragraph, show_rows, show_text, shown_unit
     from bearing_twin.uq.model_error import told_of_model
+    from bearing_twin.uq.result import size_of
 
-    units = {name: shown_unit(found["unit"], _size(found)) for name, found in summary["quantities"].items()}
+    units = {name: shown_unit(found["unit"], size_of(found)) for name, found in summary["quantities"].items()}
     rows = [row for name, found in summary["quantities"].items() for row in _statistics(name, found, *units[name])]
     show_rows(("quantity", "statistic", "value [95 % interval]", "unit"), rows)
     if any(OPEN in value for _, _, value, _ in rows):
         show_paragraph(OPEN_MEANS)
-    for sentence in told_of_model(summary, lambda size, unit: shown_unit(unit, size)[::-1]):
+    for sentence in told_of_model(summary, shown_unit):
         show_paragraph(sentence)
     sources = [
         (
@@ -167,10 +168,6 @@ def show(summary) -> None:
     )
     for reason, count in summary["failed"].items():
         show_paragraph(f"  {count} failed: {reason}")
-
-
-def _size(found) -> float:
-    return max((abs(found[key]) for key in ("mean", "std") if found[key] is not None), default=0.0)
 
 
 def _statistics(name: str, found, unit: str, factor: float):

@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 from bearing_twin.errors import StatisticError, StudyError
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, key_above, scaled
 from bearing_twin.pictures.worth import finish
-from bearing_twin.units import inverse, labelled
+from bearing_twin.units import inverse, labelled, unit_for_people, with_unit
 from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.interpolation import through
 from bearing_twin.uq.propagation import exact_distributions, task_of, uncertain_inputs
-from bearing_twin.uq.result import StudyResult
+from bearing_twin.uq.result import StudyResult, size_of
 from bearing_twin.uq.statistics import histogram, natural_density
 from bearing_twin.uq.summary_shape import BANDS
 
@@ -67,6 +67,11 @@ def exact_of(result: StudyResult) -> dict:
         return {}
 
 
+def unit_of(found) -> tuple[str, float]:
+    """(unit, factor into it) in which people read a quantity of a summary, as in the table of the command."""
+    return unit_for_people(found["unit"], size_of(found))
+
+
 def shares_of(quantity) -> dict[str, dict]:
     """Sobol's indices of a quantity by key: `first` and `total` with value, low and high; empty without any."""
     return {key: one for key, one in quantity.get("sobol", {}).items() if key != "refused"}
@@ -112,13 +117,14 @@ def _draw_quantity(axis, result, name, exact):
     kept = sample[np.isfinite(sample)]
     heading(axis, name.replace("_", " ").capitalize())
     drawn = len(kept) > 1 and kept.min() < kept.max()
+    unit, factor = unit_of(found)
     if not found["quantiles"] or (not drawn and exact is None and found["method"] != "chaos"):
-        words = "no realisation succeeded" if not len(kept) else f"{kept[0]:.6g} {found['unit']} in every realisation"
+        words = "no realisation succeeded"
+        words = f"{factor * kept[0]:.6g}{with_unit(unit)} in every realisation" if len(kept) else words
         axis.text(0.5, 0.5, words, ha="center", va="center", transform=axis.transAxes)
         return
     marks = np.array([one["value"] for one in found["quantiles"].values()])
     low, high = marks[0], marks[-1]
-    factor, unit = scaled(marks, found["unit"])
     if drawn:
         edges, heights = histogram(kept)
         axis.stairs(heights / factor, edges * factor, fill=True, color="#b9c6d2", label=f"{len(kept)} samples")
@@ -132,20 +138,20 @@ def _draw_quantity(axis, result, name, exact):
             x * factor, exact.pdf(x) / factor, color=STYLE["ink"], linewidth=1.6, linestyle="--",
             label="change of variable",
         )  # fmt: skip
+    intervals = []
     for probability in ("0.05", "0.50", "0.95"):
         if probability in found["quantiles"]:
             quantile = found["quantiles"][probability]
             axis.axvline(quantile["value"] * factor, color=BALL_COLOURS[5], linewidth=1.3)
-            if quantile["low"] is not None and quantile["high"] is not None:
-                axis.axvspan(
-                    quantile["low"] * factor, quantile["high"] * factor, color=BALL_COLOURS[5], alpha=0.18, linewidth=0
-                )
+            intervals.append([quantile[end] for end in ("low", "high")])
     words = {"ensemble": " with intervals", "chaos": " of the expansion"}.get(found["method"], "")
     label = f"5, 50, 95 %{words}"
     axis.plot([], [], color=BALL_COLOURS[5], linewidth=1.3, label=label)
     _draw_model_error(axis, found, factor)
     margin = 0.08 * (high - low)
-    axis.set_xlim((low - margin) * factor, (high + margin) * factor)
+    edges = low - margin, high + margin
+    axis.set_xlim(*(factor * edge for edge in edges))
+    _draw_intervals(axis, intervals, edges, factor)
     axis.set_ylim(bottom=0.0)
     axis.locator_params(axis="x", nbins=_ticks(axis))
     words = name.replace("_", " ")
@@ -154,6 +160,19 @@ def _draw_quantity(axis, result, name, exact):
         axis.set_yticks([])
         return
     axis.set_ylabel(labelled("density", inverse(unit)))
+
+
+def _draw_intervals(axis, intervals, edges, factor):
+    """Bands of intervals [low, high]; one with an open end (None) is hatched and reaches the edge of the panel."""
+    for ends in intervals:
+        low, high = (edge if end is None else end for end, edge in zip(ends, edges, strict=True))
+        colour = {"color": BALL_COLOURS[5], "alpha": 0.18, "linewidth": 0}
+        looks = {"facecolor": "none", "edgecolor": BALL_COLOURS[5], "alpha": 0.45, "linewidth": 0, "hatch": "///"}
+        axis.axvspan(low * factor, high * factor, **colour)
+        if None in ends:
+            axis.axvspan(low * factor, high * factor, **looks)
+    if any(None in ends for ends in intervals):
+        axis.fill_between([], [], **looks, label=OPEN_END)
 
 
 def _ticks(axis) -> int:
@@ -175,7 +194,8 @@ def _draw_model_error(axis, found, factor):
 def _draw_convergence(axis, result):
     path = result.summary["convergence"]
     samples, *columns = path_of(result.summary)
-    factor, unit = scaled(columns[0], result.quantity_units[path["quantity"]])
+    found = result.summary["quantities"][path["quantity"]]
+    unit, factor = unit_of(found)
     what = f"{path['probability']:g} quantile" if path["statistic"] == "quantile" else path["statistic"]
     frame(axis)
     value, low, high = (factor * column for column in columns)
@@ -213,12 +233,12 @@ def _to_the_edges(axis, value, low, high):
 
 def _draw_history(axis, result, channel):
     found = result.summary["histories"][channel]
-    unit = result.history_unit(channel)
     time = np.array(found["time_s"])
     scale_time, unit_time = scaled(time, "s")
     frame(axis)
     names = [name for name in BANDS if name in found]
-    scale, unit = scaled(np.concatenate([found[name] for name in names]), unit)
+    size = np.abs(np.concatenate([found[name] for name in names])).max()
+    unit, scale = unit_for_people(result.history_unit(channel), float(size))
     curves = {name: np.array(found[name]) * scale for name in names}
     if "mean" in curves:
         axis.fill_between(

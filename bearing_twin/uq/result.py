@@ -95,6 +95,12 @@ def doubts_told(summary: Mapping[str, Any]) -> list[str]:
     return [*sentences, *summary["notes"]]
 
 
+def size_of(found: Mapping[str, Any]) -> float:
+    """The size of a quantity of a summary, by which its unit is chosen: of mean and deviation, or else of quantiles."""
+    moments = [found[key] for key in ("mean", "std") if found[key] is not None]
+    return max(map(abs, moments or [one["value"] for one in found["quantiles"].values()]), default=0.0)
+
+
 def quantity_units(study: Study) -> dict[str, str]:
     """Unit of each quantity of a study by its name."""
     return {name: quantity_of(study.kind, name).unit for name in study.quantities}

@@ -7,12 +7,21 @@ from typing import Any
 import numpy as np
 
 from bearing_twin.pictures.style import BALL_COLOURS
-from bearing_twin.units import inverse, known_digits, labelled, prefixed, sentence_for_people, two_digits
+from bearing_twin.units import (
+    inverse,
+    known_digits,
+    labelled,
+    prefixed,
+    sentence_for_people,
+    two_digits,
+    unit_for_people,
+)
 from bearing_twin.uq.model_error import told_of_model
-from bearing_twin.uq.picture import FAR, ORDERS, exact_of, path_of, shares_of
+from bearing_twin.uq.picture import FAR, ORDERS, exact_of, path_of, shares_of, unit_of
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.scene_keys import numeric_keys
 from bearing_twin.uq.statistics import histogram, natural_density
+from bearing_twin.uq.summary_shape import BANDS
 from bearing_twin.view.packing import prefixes
 from bearing_twin.view.tables import DIGITS, error_notes
 
@@ -101,7 +110,7 @@ def _distribution(result, name, exact) -> dict[str, Any] | None:
         return None
     margin = 0.08 * (high - low) or 1.0
     x = np.linspace(low - margin, high + margin, POINTS)
-    factor, unit = prefixed(float(np.abs(x).max()), found["unit"])
+    unit, factor = unit_of(found)
     lines = []
     if drawn:
         edges, heights = histogram(kept)
@@ -134,8 +143,9 @@ def _convergence(result, summary) -> Iterable[dict[str, Any]]:
     path = summary["convergence"]
     if len(path["samples"]) < 2:
         return
-    samples, value, low, high = path_of(summary)
-    unit = result.quantity_units[path["quantity"]]
+    unit, factor = unit_of(summary["quantities"][path["quantity"]])
+    samples, *columns = path_of(summary)
+    value, low, high = (factor * one for one in columns)
     what = f"{path['probability']:g} quantile" if path["statistic"] == "quantile" else path["statistic"]
     edge = {"width": 0.6}
     lines = [("95 % interval, high", high, BLUE, edge), ("low", low, BLUE, edge), (what, value, BLUE)]
@@ -146,7 +156,9 @@ def _convergence(result, summary) -> Iterable[dict[str, Any]]:
 
 def _history(result, channel) -> dict[str, Any]:
     found = result.summary["histories"][channel]
-    unit = result.history_unit(channel)
+    names = [name for name in BANDS if name in found]
+    size = max((abs(one) for name in names for one in found[name]), default=0.0)
+    unit, scale = unit_for_people(result.history_unit(channel), size)
     time = np.array(found["time_s"])
     factor, time_unit = prefixed(float(np.abs(time).max()), "s")
     rows = (
@@ -156,7 +168,7 @@ def _history(result, channel) -> dict[str, Any]:
         ("mean", "mean of the runs", RED, {}),
         ("at_mean_inputs", "at the mean inputs", INK, {"dashed": True}),
     )
-    lines = [(words, found[key], colour, look) for key, words, colour, look in rows if key in found]
+    lines = [(words, scale * np.array(found[key]), colour, look) for key, words, colour, look in rows if key in found]
     bands = [[0, 1, BLUE]] if "0.95" in found and "0.05" in found else []
     return _chart(f"{_words(channel)} over time", unit, time * factor, lines, "time", time_unit, bands=bands)
 
@@ -164,15 +176,16 @@ def _history(result, channel) -> dict[str, Any]:
 def _swept(result, name, sweep) -> dict[str, Any]:
     """Quantiles of a quantity over the number that is swept."""
     values = [one["value"] for one in sweep["studies"]]
+    unit, factor = unit_of(result.summary["quantities"][name])
     found = [one["quantities"][name]["quantiles"] for one in sweep["studies"]]
     rows = (("0.95", "95 %", {"width": 0.8}), ("0.05", "5 %", {"width": 0.8}), ("0.50", "median", {"width": 2.2}))
     lines = [
-        (words, [one.get(key, {}).get("value", math.nan) for one in found], BLUE, {"points": True, **look})
+        (words, [factor * one.get(key, {}).get("value", math.nan) for one in found], BLUE, {"points": True, **look})
         for key, words, look in rows
     ]
-    key, unit = sweep["key"], numeric_keys(result.study.kind)[sweep["key"]].unit
+    key, across = sweep["key"], numeric_keys(result.study.kind)[sweep["key"]].unit
     title = f"{_words(name)} over {key}"
-    return _chart(title, result.quantity_units[name], values, lines, key, unit, bands=[[0, 1, BLUE]])
+    return _chart(title, unit, values, lines, key, across, bands=[[0, 1, BLUE]])
 
 
 def _shares(names, summary) -> Iterable[dict[str, Any]]:
@@ -185,40 +198,28 @@ def _shares(names, summary) -> Iterable[dict[str, Any]]:
 
 
 def _statistics(found) -> list[dict[str, str]]:
-    rows = []
+    rows, own = [], unit_of(found)
     error = found.get("error")  # a log of an earlier version has none
     for key in STATISTICS:
-        unit = "" if key == "skewness" else found["unit"]
-        low, high = found[f"{key}_interval"] or (None, None)
-        rows.append(
-            _row(
-                {"mean": "mean", "std": "standard deviation"}.get(key, key),
-                found[key],
-                low,
-                high,
-                unit,
-                error if key == "mean" else None,
-            )
-        )
+        words = {"mean": "mean", "std": "standard deviation"}.get(key, key)
+        ends = tuple(found[f"{key}_interval"] or (None, None))
+        unit = ("", 1.0) if key == "skewness" else own
+        rows.append(_row(words, found[key], ends, unit, error if key == "mean" else None))
     for p, one in found["quantiles"].items():
-        rows.append(
-            _row(f"{100.0 * float(p):g} % quantile", one["value"], one["low"], one["high"], found["unit"], error)
-        )
+        rows.append(_row(f"{100.0 * float(p):g} % quantile", one["value"], (one["low"], one["high"]), own, error))
     return rows
 
 
-def _row(words, value, low, high, unit, error=None) -> dict[str, str]:
-    factor, shown = (1.0, unit) if value is None else prefixed(abs(value), unit)
-    open_by = max((abs(one - value) for one in (low, high) if None not in (one, value)), default=0.0)
-    known = open_by * factor
-    text = ["–" if one is None else known_digits(one * factor, known, DIGITS) for one in (value, low, high)]
-    interval = "" if low is None and high is None else f"{text[1]} to {text[2]}"
+def _row(words, value, ends, shown, error=None) -> dict[str, str]:
+    unit, factor = shown
+    known = max((abs(one - value) * factor for one in ends if None not in (one, value)), default=0.0)
+    text = ["–" if one is None else known_digits(one * factor, known, DIGITS) for one in (value, *ends)]
     return {
         "words": words,
         "value": text[0],
-        "unit": "" if shown == "1" else shown,
+        "unit": unit,
         "error": "" if error is None else two_digits(error * factor),
-        "interval": interval,
+        "interval": "" if ends == (None, None) else f"{text[1]} to {text[2]}",
         "meaning": "",
     }
 
