@@ -6,6 +6,7 @@ import json
 import os
 import re
 import signal
+import time
 import tracemalloc
 
 import matplotlib.image
@@ -21,8 +22,9 @@ from bearing_twin.log.blocks import Gathered
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.sample import Channel
-from bearing_twin.uq import picture
+from bearing_twin.uq import ensemble, picture
 from bearing_twin.uq.picture import path_of, plot_study
+from bearing_twin.uq.result import refusals
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
@@ -317,6 +319,40 @@ def test_units_do_not_depend_on_how_many_samples_there_are(count, capsys):
     assert re.search(r"0.50 quantile .* µs$", out, re.MULTILINE)
     assert re.search(r"0.50 quantile .* kN$", out, re.MULTILINE)
     assert re.search(r"contact_duration: error of the model ± \S+ µs", out)
+
+
+def test_a_time_limit_that_no_realisation_keeps_is_a_failure(capsys, tmp_path):
+    log = tmp_path / "none.mcap"
+    assert "its time_limit of 1e-09 s was reached before" in refused(capsys, *QUICK, "--set", "time_limit=1e-9")
+    assert "raise it" in refused(capsys, *QUICK, "--set", "time_limit=1e-9", "--out", log)
+    assert not log.exists()
+    # What needs no sampling is there, however short the time.
+    assert asked(capsys, *QUICK, "--set", "time_limit=1e-9", "--set", "method=change_of_variable")["samples"] == 0
+
+
+def test_a_time_limit_is_told_first_and_is_what_to_raise(capsys, monkeypatch):
+    """The first piece takes all the time there is, and more samples were asked for already."""
+    monkeypatch.setattr("bearing_twin.uq.ensemble.CLOSED_CHUNK", 3)
+    evaluate = ensemble.realise
+    monkeypatch.setattr(ensemble, "realise", lambda task, values: [evaluate(task, values), time.sleep(0.3)][0])
+    assert main(["study", *QUICK, "--set", "time_limit=0.2", "--set", "companions=0"]) == DONE
+    lines = " ".join(capsys.readouterr().out.split())
+    assert lines.startswith("ended early: its time_limit of 200 ms was reached with 3 samples; raise time_limit")
+    assert lines.count("the std needs 4 samples at least, not 3; raise time_limit") == 1
+    assert "ask for more samples" not in lines
+
+
+def test_why_a_statistic_is_refused_is_told_once_for_all_that_share_the_reason(capsys):
+    assert main(["study", *QUICK, "--samples", "3"]) == DONE
+    out = " ".join(capsys.readouterr().out.split())
+    assert out.count("all quantities: no std, because the std needs 4 samples at least, not 3; ask for more") == 1
+    assert out.count("no std") == 1
+    two, three = ({"refused": {"mean": "it is so", "std": why}} for why in ("of this", "of that"))
+    assert list(refusals({"a": two, "b": three})) == [
+        (["a", "b"], "no mean, because it is so"),
+        (["a"], "no std, because of this"),
+        (["b"], "no std, because of that"),
+    ]
 
 
 @pytest.mark.parametrize("name", [name for name in study_names() if name.startswith("bearing")])

@@ -134,9 +134,14 @@ def _listed() -> Outcome:
 def show(summary) -> None:
     """Prints the summary of a study as tables."""
     from bearing_twin.command.terminal import show_paragraph, show_rows, show_text, shown_unit
+    from bearing_twin.uq.drawing import OUT_OF_TIME
     from bearing_twin.uq.model_error import told_of_model
-    from bearing_twin.uq.result import size_of
+    from bearing_twin.uq.result import refusals, size_of
 
+    if summary["stopped_because"].startswith(OUT_OF_TIME):
+        few = f"{summary['samples']} sample{'s' * (summary['samples'] != 1)}"
+        show_paragraph(f"ended early: {summary['stopped_because']} with {few}; raise time_limit for more")
+        show_text()
     units = {name: shown_unit(found["unit"], size_of(found)) for name, found in summary["quantities"].items()}
     rows = [row for name, found in summary["quantities"].items() for row in _statistics(name, found, *units[name])]
     show_rows(("quantity", "statistic", "value [95 % interval]", "unit"), rows)
@@ -157,6 +162,9 @@ def show(summary) -> None:
     if sources:
         show_text()
         show_rows(("quantity", "share of its variance from", "alone", "in all"), sources)
+    for names, sentence in refusals(summary["quantities"]):
+        several = len(names) == len(summary["quantities"]) > 1
+        show_paragraph(f"{'all quantities' if several else ', '.join(names)}: {sentence}")
     for name, found in summary["quantities"].items():
         for sentence in _remarks(found, *units[name]):
             show_paragraph(f"{name}: {sentence}")
@@ -180,9 +188,7 @@ def _statistics(name: str, found, unit: str, factor: float):
 
 
 def _remarks(found, unit: str, factor: float):
-    """Sentences about a quantity: what is refused, how exact, what is unsafe, densities, modes."""
-    for statistic, reason in found["refused"].items():
-        yield f"no {statistic}, because {reason}"
+    """Sentences about a quantity: how exact, what is unsafe, densities, modes."""
     if "runs" in found:
         missed = 100.0 * found["interpolation_error"]
         yield f"a polynomial of {len(found['runs'])} runs, which misses them by {missed:.2g} % of the std"

@@ -18,7 +18,7 @@ from bearing_twin.uq.statistics import Estimate, estimate
 from bearing_twin.uq.stopping import IN_A_ROW, looks, rule_of
 from bearing_twin.uq.study import Study
 
-CANCELLED = "cancelled"
+CANCELLED, OUT_OF_TIME = "cancelled", "its time_limit of "  # why an ensemble ended, the second as a beginning
 PIECE = 16384  # points drawn at once, so that a cancel need not wait for a whole batch
 
 

@@ -1,7 +1,7 @@
 """What a study found: every sample, and a summary of each quantity with the interval it is known to."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -99,6 +99,15 @@ def size_of(found: Mapping[str, Any]) -> float:
     """The size of a quantity of a summary, by which its unit is chosen: of mean and deviation, or else of quantiles."""
     moments = [found[key] for key in ("mean", "std") if found[key] is not None]
     return max(map(abs, moments or [one["value"] for one in found["quantiles"].values()]), default=0.0)
+
+
+def refusals(quantities: Mapping[str, Mapping]) -> Iterator[tuple[list[str], str]]:
+    """(quantities, sentence) for each statistic that is refused, once for all of a summary that share the reason."""
+    found: dict[str, list[str]] = {}
+    for name, one in quantities.items():
+        for statistic, reason in one["refused"].items():
+            found.setdefault(f"no {statistic}, because {reason}", []).append(name)
+    yield from ((names, sentence) for sentence, names in found.items())
 
 
 def quantity_units(study: Study) -> dict[str, str]:

@@ -12,7 +12,7 @@ import numpy as np
 from bearing_twin.errors import Stopped, StudyError
 from bearing_twin.spelling import no_progress
 from bearing_twin.stopping import heeding
-from bearing_twin.uq.drawing import CANCELLED, Drawn, Progress
+from bearing_twin.uq.drawing import CANCELLED, OUT_OF_TIME, Drawn, Progress
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.evaluation import Evaluator, expansions, interpolations, sources_of_variance
 from bearing_twin.uq.histories import COLUMNS, ROWS
@@ -52,7 +52,8 @@ def run_study(
     yet are then those of the first samples, as many as that time allows, and a note says so. `start` is an earlier
     result of the same study with fewer samples, which are kept; the result equals that of one run. `keep(values,
     quantities, histories, status, doubtful, reasons, doubts)` is handed every realisation as it comes, in order. Raises
-    StudyError for a study too large for its memory, a method that does not fit it, or a `start` of another study.
+    StudyError for a study too large for its memory, a method that does not fit it, a `start` of another study, or a
+    time limit that no realisation keeps.
     """
     began = time.monotonic()
     if progress is not None and not callable(progress):
@@ -82,7 +83,11 @@ def run_study(
             with contextlib.suppress(Stopped):
                 worth = model_errors(study, task, ensemble, *drawn.arrays()[:2], drawn.doubts.sentences)
     if drawn.because == CANCELLED and not asked():
-        drawn.because = f"its time_limit of {limit:g} s was reached"
+        drawn.because = f"{OUT_OF_TIME}{limit:g} s was reached"
+        if not (drawn.done or exact or expanded):
+            raise StudyError(
+                f"study {study.name}: its time_limit of {limit:g} s was reached before a realisation was done; raise it"
+            )
     values, quantities, histories, status, doubtful = drawn.arrays()
     result = StudyResult(
         study, values, quantities, histories,

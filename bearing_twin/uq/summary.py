@@ -10,7 +10,7 @@ from bearing_twin.run.passes import simulate
 from bearing_twin.stopping import heeding, look
 from bearing_twin.uq.change_of_variable import Derived
 from bearing_twin.uq.chaos import Chaos
-from bearing_twin.uq.drawing import Drawn
+from bearing_twin.uq.drawing import OUT_OF_TIME, Drawn
 from bearing_twin.uq.evaluation import summary_of_chaos, summary_of_interpolated
 from bearing_twin.uq.histories import Histories
 from bearing_twin.uq.interpolation import Interpolated
@@ -19,7 +19,7 @@ from bearing_twin.uq.narrowing import narrowing
 from bearing_twin.uq.propagation import mean_inputs
 from bearing_twin.uq.realise import Realised, Task
 from bearing_twin.uq.result import StudyResult, finite, summary_of_derived, summary_of_sample
-from bearing_twin.uq.statistics import half_width
+from bearing_twin.uq.statistics import MORE, half_width
 
 CORRELATED = 41  # instants of the autocorrelation in a summary
 POOR = 0.01  # error of an interpolant that is told
@@ -148,6 +148,8 @@ def _of_sample(result, missing, name, drawn, hurried) -> dict:
     sample = result.sample(name)
     modes, wanted = _modes(result, hurried), result.study.densities.get(name, ())
     found = summary_of_sample(sample, missing, replicates, settings.seed, modes, wanted)
+    if drawn.because.startswith(OUT_OF_TIME):  # more were asked for
+        found["refused"] = {key: why.replace(MORE, "raise time_limit") for key, why in found["refused"].items()}
     statistic = rule.asked if name == rule.quantity else "mean"
     width = np.inf if statistic in missing else half_width(sample, statistic, replicates=replicates)
     return {**found, "half_width": width if np.isfinite(width) else None}

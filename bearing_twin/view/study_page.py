@@ -18,7 +18,7 @@ from bearing_twin.units import (
 )
 from bearing_twin.uq.model_error import told_of_model
 from bearing_twin.uq.picture import FAR, ORDERS, exact_of, path_of, shares_of, unit_of
-from bearing_twin.uq.result import StudyResult
+from bearing_twin.uq.result import StudyResult, refusals
 from bearing_twin.uq.scene_keys import numeric_keys
 from bearing_twin.uq.statistics import histogram, natural_density
 from bearing_twin.uq.summary_shape import BANDS
@@ -226,7 +226,6 @@ def _row(words, value, ends, shown, error=None) -> dict[str, str]:
 
 def _refused(names, summary) -> list[str]:
     return [
-        f"{_words(name)}: no {statistic}, because {reason}"
-        for name in names
-        for statistic, reason in summary["quantities"][name]["refused"].items()
+        f"{', '.join(map(_words, which))}: {sentence}"
+        for which, sentence in refusals({name: summary["quantities"][name] for name in names})
     ]
