@@ -28,6 +28,7 @@ from bearing_twin.uq.result import refusals
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
+from bearing_twin.uq.swept import SweepInWords, sweep_of
 from bearing_twin.view.study_page import document_of_study
 
 QUICK = ["spheres_alpha_4e-5", "--set", "sweep=", "--set", "histories=[]"]
@@ -353,6 +354,65 @@ def test_why_a_statistic_is_refused_is_told_once_for_all_that_share_the_reason(c
         (["a"], "no std, because of this"),
         (["b"], "no std, because of that"),
     ]
+
+
+SWEPT = ["samples=50", "modality=no", "companions=0", "histories=[]"]
+
+
+def test_the_table_says_where_in_its_sweep_it_is_and_has_the_sweep(capsys):
+    words = ["spheres_alpha_4e-5", *(word for override in SWEPT for word in ("--set", override))]
+    found = asked(capsys, *words)
+    assert main(["study", *words]) == DONE
+    out = capsys.readouterr().out
+    assert out.startswith("at motion.first_velocity = 20 m/s, as in the scene; the sweep of it is below\n")
+    title, header, *rows = out[out.index("sweep of motion") :].splitlines()[:16]
+    assert title == "sweep of motion.first_velocity [m/s]"
+    assert header.split()[:3] == ["quantity", "at", "mean"]
+    for first, name, factor, unit in ((0, "contact_duration", 1e6, "µs"), (7, "peak_force", 1e-3, "kN")):
+        assert rows[first].split()[0] == name
+        for row, one in zip(rows[first : first + 7], found["sweep"]["studies"], strict=True):
+            numbers = [float(number) for number in re.findall(r"[\d.]+", row.removeprefix(name))]
+            value, mean, low, high, std, *_ = numbers
+            assert value == one["value"]
+            assert (mean, std) == pytest.approx(
+                [factor * one["quantities"][name][key] for key in ("mean", "std")], 0.05
+            )
+            assert (low, high) == pytest.approx(factor * np.array(one["quantities"][name]["mean_interval"]), rel=0.01)
+            assert row.endswith(unit)
+    assert main(["study", *QUICK, "--samples", "50"]) == DONE
+    assert "sweep" not in capsys.readouterr().out
+
+
+def test_the_picture_has_the_sweep_and_where_the_other_panels_are_in_it(drawn):
+    result = run_study(load_study("spheres_alpha_4e-5", SWEPT))
+    panels = drawn(result)
+    panel = panels["Peak force over the sweep"]
+    assert (panel.get_xlabel(), panel.get_ylabel()) == ("motion.first_velocity [m/s]", "peak force [kN]")
+    lines = {line.get_label(): line.get_xydata() for line in panel.get_lines()}
+    studies = result.summary["sweep"]["studies"]
+    means = [(one["value"], 1e-3 * one["quantities"]["peak_force"]["mean"]) for one in studies]
+    assert lines["mean"] == pytest.approx(np.array(means), rel=1e-12)
+    assert lines["the other panels"][:, 0].tolist() == [20.0, 20.0]
+    assert picture._footer(result).startswith("at motion.first_velocity = 20 m/s; 50 samples")
+    assert (panel.get_xscale(), panels["Contact duration over the sweep"].get_yscale()) == ("log", "linear")
+    tops = [axis.title.get_window_extent().y1 for axis in panels.values()]
+    assert max(tops) < panel.figure.bbox.height - 80, "the title of the picture has no room"
+
+
+def test_a_sweep_reads_in_the_units_of_people_and_says_what_it_lacks():
+    studies = [{"value": 10.0}, {"value": 100.0}]
+    head = {"key": "drive.speed", "unit": "rad/s", "at": 50.0, "values": [10.0, 100.0, 200.0]}
+    words = SweepInWords({**head, "studies": studies})
+    assert (words.label, words.at) == ("drive.speed [rpm]", "drive.speed = 477.465 rpm")
+    assert words.values == pytest.approx([95.493, 954.93], rel=1e-5)
+    assert words.ended == "the study ended before 1 of the 3 values of its sweep"
+    assert SweepInWords({**head, "studies": []}).ended == "the study ended before its sweep"
+    earlier = SweepInWords({"key": "drive.speed", "studies": studies})
+    assert (earlier.label, earlier.at, earlier.ended) == ("drive.speed", "", "")
+    result = run_study(load_study("spheres_alpha_4e-5", SWEPT))
+    whole = result.summary["sweep"]
+    result.summary["sweep"] = {key: whole[key] for key in ("key", "studies")}  # as an earlier version wrote it
+    assert sweep_of(result) == whole
 
 
 @pytest.mark.parametrize("name", [name for name in study_names() if name.startswith("bearing")])

@@ -13,14 +13,15 @@ from bearing_twin.pictures.worth import finish
 from bearing_twin.units import inverse, labelled, unit_for_people, with_unit
 from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.interpolation import through
+from bearing_twin.uq.panels import draw_shares, draw_sweep, shares_of
 from bearing_twin.uq.propagation import exact_distributions, task_of, uncertain_inputs
 from bearing_twin.uq.result import StudyResult, size_of
 from bearing_twin.uq.statistics import histogram, natural_density
 from bearing_twin.uq.summary_shape import BANDS
+from bearing_twin.uq.swept import SweepInWords, sweep_of
 
 MOST_QUANTITIES = 4
 TICK = 0.7  # inches of a panel for each number below it, so that those of five digits stand apart
-ORDERS = {"first": "alone", "total": "with others"}  # of Sobol's indices, in words
 ROOM = 0.25  # of the intervals that are known, for those that are open
 OPEN_END = "open to the edge: too few samples"
 FAR = 0.001  # probability left out on either side of a distribution
@@ -35,15 +36,27 @@ def plot_study(result: StudyResult, png_path) -> Path:
         drawn.append(partial(_draw_convergence, result=result))
     if study.histories and summary["histories"][study.histories[0]].keys() & {*BANDS}:
         drawn.append(partial(_draw_history, result=result, channel=study.histories[0]))
+    sweep = sweep_of(result)
+    if sweep and len(sweep["studies"]) > 1:
+        drawn += [
+            partial(draw_sweep, sweep=sweep, name=name, shown=unit_of(summary["quantities"][name])) for name in names
+        ]
     shares = {name: shares_of(summary["quantities"][name]) for name in names}
-    drawn += [partial(_draw_shares, name=name, shares=found) for name, found in shares.items() if found]
+    drawn += [partial(draw_shares, name=name, shares=found) for name, found in shares.items() if found]
     columns = 2 if len(drawn) <= 4 else 3
     rows = -(-len(drawn) // columns)
-    head = 1.65 if columns == 2 else 1.4 + 0.3 * rows  # in narrow panels keys stand in more lines
+    head = 1.65 if columns == 2 else 2.4  # in narrow panels keys stand in more lines
     tall = head - 0.05 + 4.9 * rows
     figure = Figure(figsize=(16.0, tall), dpi=100, facecolor="white")
     grid = figure.add_gridspec(
-        rows, columns, left=0.06, right=0.98, top=1.0 - head / tall, bottom=0.95 / tall, hspace=0.5, wspace=0.22
+        rows,
+        columns,
+        left=0.06,
+        right=0.98,
+        top=1.0 - head / tall,
+        bottom=0.95 / tall,
+        hspace=0.5 if columns == 2 else 0.62,
+        wspace=0.22,
     )
     for place, draw in enumerate(drawn):
         axis = figure.add_subplot(grid[place // columns, place % columns])
@@ -72,11 +85,6 @@ def unit_of(found) -> tuple[str, float]:
     return unit_for_people(found["unit"], size_of(found))
 
 
-def shares_of(quantity) -> dict[str, dict]:
-    """Sobol's indices of a quantity by key: `first` and `total` with value, low and high; empty without any."""
-    return {key: one for key, one in quantity.get("sobol", {}).items() if key != "refused"}
-
-
 def path_of(summary) -> tuple[np.ndarray, ...]:
     """Samples, estimate, low and high end (n,) of the statistic that was watched; NaN where the interval is open."""
     path = summary["convergence"]
@@ -87,28 +95,6 @@ def path_of(summary) -> tuple[np.ndarray, ...]:
         (np.array(path[key], float) for key in ("low", "high")) if "low" in path else (value - half, value + half)
     )
     return samples, value, low, high
-
-
-def _draw_shares(axis, name, shares):
-    """Sobol's indices as bars with their intervals, the greatest on top."""
-    keys = sorted(shares, key=lambda key: shares[key]["total"]["value"])
-    frame(axis)
-    for place, (order, words) in enumerate(ORDERS.items()):
-        values = np.array([shares[key][order]["value"] for key in keys])
-        height, at = 0.28, np.arange(len(keys)) + (0.14 if place == 0 else -0.16)
-        axis.barh(at, 100.0 * values, height, color=BALL_COLOURS[place], label=words)
-        ends = [[shares[key][order][end] for key in keys] for end in ("low", "high")]
-        lengths = [
-            [100.0 * abs(end - value) if end is not None else 0.0 for end, value in zip(row, values, strict=True)]
-            for row in ends
-        ]
-        axis.errorbar(100.0 * values, at, xerr=lengths, fmt="none", ecolor=STYLE["ink"], elinewidth=1.3, capsize=2.5)
-    for at, key in enumerate(keys):
-        axis.text(0.6, at + 0.3, key, fontsize=10.5, color=STYLE["ink"], va="bottom")
-    axis.set_yticks([])
-    axis.set_ylim(-0.5, len(keys) - 0.3)
-    axis.set_xlim(0.0, max(100.0, axis.get_xlim()[1]))
-    heading(axis, f"{name.replace('_', ' ').capitalize()}: shares of its variance", "share of the variance [%]")
 
 
 def _draw_quantity(axis, result, name, exact):
@@ -260,10 +246,13 @@ def _draw_history(axis, result, channel):
 
 def _footer(result) -> str:
     summary = result.summary
-    failed = sum(summary["failed"].values())
-    parts = [f"{summary['samples']} samples, {summary['sampler'].replace('_', ' ')}, seed {summary['seed']}"]
+    failed, sweep = sum(summary["failed"].values()), sweep_of(result)
+    words = SweepInWords(sweep) if sweep else None
+    parts = [f"at {words.at}"] if words and words.at else []
+    parts += [f"{summary['samples']} samples, {summary['sampler'].replace('_', ' ')}, seed {summary['seed']}"]
     parts += [f"{failed} failed"] if failed else []
     parts += [summary["stopped_because"]]
+    parts += [words.ended] if words and words.ended else []
     others = result.study.quantities[MOST_QUANTITIES:]
     parts += [f"not drawn: {', '.join(others)}"] if others else []
     text = "; ".join(parts)

@@ -25,6 +25,7 @@ from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study import Study
 from bearing_twin.uq.study_file import load_study
 from bearing_twin.uq.summary import summary_of
+from bearing_twin.uq.swept import sweep_head
 from bearing_twin.uq.tabulated import numbers_kept
 
 WORKING_COPIES = 8  # of one column, while its statistics are made
@@ -159,7 +160,7 @@ def _sweep(study, tell, asked, began) -> dict:
         part = _part(tell, place, 1 + len(values), began, f"{key} = {value:g}")
         summary = run_study(study.at(value), part, asked).summary
         found.append({"value": value, "samples": summary["samples"], "quantities": summary["quantities"]})
-    return {"key": key, "studies": found}
+    return {**sweep_head(study), "studies": found}
 
 
 def _propagate(study, ensemble, drawn, start, sampled):

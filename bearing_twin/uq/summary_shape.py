@@ -97,7 +97,15 @@ _SUMMARY = {
     },
     "histories": {_text: {"realisations": _whole, "time_s": [_number], **dict.fromkeys(BANDS, Maybe([_number]))}},
     "companions": Maybe({"realisations": _whole, "failed": _whole, "where": _text, "errors_unknown": {_text: _text}}),
-    "sweep": Maybe({"key": _text, "studies": [{"value": _number, "quantities": {_text: _QUANTITY}}]}),
+    "sweep": Maybe(
+        {
+            "key": _text,
+            "unit": Maybe(_text),
+            "at": Maybe(_known),
+            "values": Maybe([_number]),
+            "studies": [{"value": _number, "quantities": {_text: _QUANTITY}}],
+        }
+    ),
 }
 
 

@@ -17,11 +17,12 @@ from bearing_twin.units import (
     unit_for_people,
 )
 from bearing_twin.uq.model_error import told_of_model
-from bearing_twin.uq.picture import FAR, ORDERS, exact_of, path_of, shares_of, unit_of
+from bearing_twin.uq.panels import ORDERS, shares_of
+from bearing_twin.uq.picture import FAR, exact_of, path_of, unit_of
 from bearing_twin.uq.result import StudyResult, refusals
-from bearing_twin.uq.scene_keys import numeric_keys
 from bearing_twin.uq.statistics import histogram, natural_density
 from bearing_twin.uq.summary_shape import BANDS
+from bearing_twin.uq.swept import SweepInWords, sweep_of
 from bearing_twin.view.packing import prefixes
 from bearing_twin.view.tables import DIGITS, error_notes
 
@@ -39,12 +40,13 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
     exact = exact_of(result)
     charts = [_distribution(result, name, exact.get(name)) for name in names]
     charts += [*_convergence(result, summary), *(_history(result, name) for name in study.histories)]
-    charts += [
-        _swept(result, name, summary["sweep"]) for name in names if len(summary.get("sweep", {}).get("studies", ())) > 1
-    ]
-    failed = sum(summary["failed"].values())
+    failed, sweep = sum(summary["failed"].values()), sweep_of(result)
+    words = SweepInWords(sweep) if sweep else None
     inputs = ((key, text.removeprefix(f"{key}: ")) for key, text in summary["inputs"].items())  # which begin with it
+    if words and len(words.values) > 1:
+        charts += [_swept(result, name, sweep, words) for name in names]
     badges = [
+        *([{"sort": "", "name": "at", "text": words.at}] if words and words.at else []),
         {"sort": "", "name": "samples", "text": str(summary["samples"])},
         {"sort": "", "name": "sampler", "text": summary["sampler"].replace("_", " ")},
         *([{"sort": "bad", "name": "", "text": f"{failed} failed"}] if failed else []),
@@ -54,6 +56,7 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
             else []
         ),
     ]
+    ended = [words.ended] if words and words.ended else []
     return {
         "kind": "study",
         "title": study.name,
@@ -62,7 +65,7 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         "charts": [one for one in charts if one],
         "shares": [*_shares(names, summary)],
         "statistics": [{"title": _words(name), "rows": _statistics(summary["quantities"][name])} for name in names],
-        "flags": [sentence_for_people(one) for one in (*result.doubts, *_refused(names, summary))],
+        "flags": [sentence_for_people(one) for one in (*result.doubts, *_refused(names, summary), *ended)],
         "warnings": [],
         "reason": f"Sampling ended because {summary['stopped_because']}.",
         "facts": [("scene", summary["scene"]), ("seed", str(summary["seed"])), *inputs],
@@ -173,19 +176,17 @@ def _history(result, channel) -> dict[str, Any]:
     return _chart(f"{_words(channel)} over time", unit, time * factor, lines, "time", time_unit, bands=bands)
 
 
-def _swept(result, name, sweep) -> dict[str, Any]:
+def _swept(result, name, sweep, words) -> dict[str, Any]:
     """Quantiles of a quantity over the number that is swept."""
-    values = [one["value"] for one in sweep["studies"]]
     unit, factor = unit_of(result.summary["quantities"][name])
     found = [one["quantities"][name]["quantiles"] for one in sweep["studies"]]
     rows = (("0.95", "95 %", {"width": 0.8}), ("0.05", "5 %", {"width": 0.8}), ("0.50", "median", {"width": 2.2}))
     lines = [
-        (words, [factor * one.get(key, {}).get("value", math.nan) for one in found], BLUE, {"points": True, **look})
-        for key, words, look in rows
+        (text, [factor * one.get(key, {}).get("value", math.nan) for one in found], BLUE, {"points": True, **look})
+        for key, text, look in rows
     ]
-    key, across = sweep["key"], numeric_keys(result.study.kind)[sweep["key"]].unit
-    title = f"{_words(name)} over {key}"
-    return _chart(title, unit, values, lines, key, across, bands=[[0, 1, BLUE]])
+    title = f"{_words(name)} over {words.key}"
+    return _chart(title, unit, words.values, lines, words.key, words.unit, bands=[[0, 1, BLUE]])
 
 
 def _shares(names, summary) -> Iterable[dict[str, Any]]:
