@@ -152,6 +152,11 @@ def for_people(size: float, unit: Unit) -> tuple[str, float]:
     return shown, factor
 
 
+def unit_for_people(unit: str, size: float) -> tuple[str, float]:
+    """(unit that people read, factor into it) of values of up to `size` in a declared unit; as it is where unknown."""
+    return for_people(size, UNITS[unit]) if unit in UNITS else (unit, 1.0)
+
+
 def sizes_for_units(sizes: Mapping[str, float]) -> dict[str, float]:
     """The size by which the unit of each SI-suffixed key is chosen: a 0 has that of a key near it of its unit."""
     keys, found = list(sizes), dict(sizes)

@@ -167,6 +167,8 @@ def test_a_summary_that_is_wrong_anywhere_is_refused_as_it_is_read_or_shown_to_t
         ("histories", lambda found: found["histories"].update(approach={"realisations": 0, "time_s": []})),
         ("convergence", lambda found: found["convergence"]["samples"].append(1)),
         ("convergence", lambda found: found["convergence"].update(quantity="another")),
+        ("convergence", lambda found: found["convergence"]["low"].append(1.0)),
+        ("convergence", lambda found: found["convergence"].pop("high")),
         ("companions", lambda found: found["quantities"]["peak_force"].pop("error")),
         ("quantities.peak_force.mean", lambda found: found["quantities"]["peak_force"].update(mean="1")),
     ],

@@ -72,10 +72,11 @@ def toy():
         handle.publish_feedback(ros.RunStudy.Feedback(done=3, total=4, quantity="x"))
         failed = handle.request.study == "bad"
         handle.abort() if failed else handle.succeed()
-        summary = (
-            "" if failed else '{"quantities": {}, "samples": 4, "failed": {}, "seconds": 1, "stopped_because": "x"}'
-        )
-        return ros.RunStudy.Result(success=not failed, message="why", summary=summary)
+        summary = {"quantities": {}, "samples": 4, "failed": {}, "seconds": 1, "stopped_because": "x"}
+        doubtful = handle.request.study == "doubtful"
+        summary |= {"doubts": {"it rings": 3} if doubtful else {}, "notes": ["it yields at 2e9 Pa"] if doubtful else []}
+        text = "" if failed else json.dumps(summary)
+        return ros.RunStudy.Result(success=not failed, message="why", summary=text)
 
     def pause(request, response):
         response.success, response.message = request.data, "as you say"
@@ -242,6 +243,16 @@ def test_goals_are_sent_and_studies_shown(told):
     assert "did you mean /bearing/run_study?" in told(*wrong, code=cli.BAD_INPUT)
     assert "4 samples, 0 failed" in told("study", "a")
     assert "the study was aborted: why" in told("study", "bad", code=cli.BAD_INPUT)
+
+
+def test_a_study_by_a_node_tells_its_doubts_as_the_command_does(toy, capsys):
+    assert cli.main(["node", "study", "doubtful", "--strict", "--wait", "300"]) == cli.DOUBTFUL
+    told = capsys.readouterr().err.splitlines()
+    lines = ["3 of 4 realisations: it rings", "it yields at 2000 MPa"]
+    assert [one for one in told if one.startswith("bearing_twin: ")] == [
+        f"bearing_twin: doubtful: {one}" for one in lines
+    ]
+    assert cli.main(["node", "study", "a", "--strict", "--wait", "300"]) == cli.DONE
 
 
 def test_a_goal_whose_node_is_gone_is_not_waited_for(told, monkeypatch):

@@ -3,12 +3,13 @@
 import json
 import math
 import os
+import re
 import threading
 
 import pytest
 
 from bearing_twin.command.cli import main
-from bearing_twin.errors import BearingTwinError, LogError, StudyError
+from bearing_twin.errors import LogError, StudyError
 from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.nodes.study_goal import (
     ABORTED,
@@ -320,12 +321,27 @@ def test_a_result_whose_log_cannot_be_written_says_so(tmp_path):
         assert (answer.state, answer.log) == (SUCCEEDED, "")
         assert sentence in answer.message
         assert sentence in answer.problem
+        assert "Errno" not in answer.message
+        (note,) = (one for one in json.loads(answer.summary)["notes"] if "no log" in one)
+        assert note == answer.problem == f"there is no log of it, because {note.partition('because ')[2]}"
         assert "log" not in json.loads(answer.summary)
         assert studies.status()[1] == answer.problem
         if blocked.is_file():
             blocked.unlink()
-    with pytest.raises(BearingTwinError, match="is a file"):
-        Studies(__file__)
+
+
+@pytest.mark.parametrize(
+    ("folder", "sentence"), [(__file__, "is a file"), ("/proc/none/logs", "cannot be made or written (No such file")]
+)
+def test_a_folder_that_takes_no_log_is_refused_at_the_start(folder, sentence):
+    with pytest.raises(LogError, match=re.escape(sentence)):
+        Studies(folder)
+
+
+def test_a_folder_for_logs_is_made_when_there_is_a_log(tmp_path):
+    studies = Studies(str(tmp_path / "some" / "logs"))
+    assert not list(tmp_path.iterdir()), "the trial at the start left something"
+    assert answered(studies).log.startswith(str(tmp_path / "some" / "logs"))
 
 
 def test_progress_is_told_ten_times_a_second_at_most():

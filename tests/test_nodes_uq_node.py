@@ -342,6 +342,7 @@ def test_the_action_and_its_topics_are_where_they_should_be():
         ({"log_foldr": "x"}, ParameterError, "did you mean log_folder?"),
         ({"workers": -1}, ParameterError, "workers = -1 must lie between 0 and 512"),
         ({"log_folder": __file__}, BearingTwinError, "is a file"),
+        ({"log_folder": "/proc/none"}, BearingTwinError, "log_folder /proc/none cannot be made"),
     ],
 )
 def test_parameters_it_cannot_use_are_refused(parameters, error, sentence):

@@ -6,12 +6,14 @@ import json
 import os
 import re
 import signal
+import time
 import tracemalloc
 
 import matplotlib.image
 import numpy as np
 import pytest
 
+from bearing_twin.command import study_command
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
@@ -20,11 +22,14 @@ from bearing_twin.log.blocks import Gathered
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.sample import Channel
-from bearing_twin.uq import picture
-from bearing_twin.uq.picture import plot_study
+from bearing_twin.uq import ensemble, picture
+from bearing_twin.uq.picture import path_of, plot_study
+from bearing_twin.uq.result import refusals
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study_file import load_study, parse_study, study_names
+from bearing_twin.uq.swept import SweepInWords, sweep_of
+from bearing_twin.view.study_page import document_of_study
 
 QUICK = ["spheres_alpha_4e-5", "--set", "sweep=", "--set", "histories=[]"]
 
@@ -223,6 +228,191 @@ def test_numbers_below_a_panel_stand_apart_and_what_is_not_drawn_is_named(tmp_pa
     *_, convergence = figure.axes
     assert convergence.containers, "of one look the interval is a bar"
     assert all(float(tick).is_integer() for tick in convergence.get_xticks())
+
+
+@pytest.fixture
+def drawn(tmp_path, monkeypatch):
+    """The panels of a picture of a result by their titles, drawn to the end but not written."""
+
+    def draw(result):
+        kept = []
+        monkeypatch.setattr(picture, "finish", lambda figure, title, footer, path, **_: kept.append(figure))
+        plot_study(result, tmp_path / "x.png")
+        kept[0].draw_without_rendering()
+        return {axis.get_title(loc="left"): axis for axis in kept[0].axes}
+
+    return draw
+
+
+def spheres(*overrides):
+    """A quick study of the spheres that samples."""
+    quick = ("sweep=", "histories=[]", "modality=no", "companions=0", "method=ensemble")
+    return run_study(load_study(QUICK[0], [*quick, *overrides]))
+
+
+def ends_of_bar(axis):
+    (bar,) = (one for one in axis.containers if one.has_yerr)
+    return bar.lines[2][0].get_segments()[0][:, 1]
+
+
+def test_the_interval_of_the_convergence_is_that_of_the_table(drawn):
+    """It is not symmetric: 19.6 to 28.3 µs about 21.8 µs."""
+    result = spheres("samples=200")
+    ends = np.array(result.summary["quantities"]["contact_duration"]["std_interval"])
+    assert ends_of_bar(drawn(result)["Convergence of contact duration"]) == pytest.approx(1e6 * ends, rel=1e-9)
+    result = spheres("samples=400")
+    panel = drawn(result)["Convergence of contact duration"]
+    ends = np.array(result.summary["quantities"]["contact_duration"]["std_interval"])
+    at_last = [y for x, y in panel.collections[0].get_paths()[0].vertices if x == 400.0]
+    assert (min(at_last), max(at_last)) == pytest.approx(1e6 * ends, rel=1e-9)
+    path = result.summary["convergence"]
+    half = [path.pop(key) and path["half_width"][-1] for key in ("low", "high")]  # as an earlier version wrote it
+    *_, (low, high) = zip(*path_of(result.summary)[2:], strict=True)
+    assert (path["estimate"][-1] - low, high - path["estimate"][-1]) == pytest.approx(half, rel=1e-9)
+
+
+def test_the_open_end_of_an_interval_of_the_convergence_lies_beyond_the_panel(drawn):
+    result = spheres("samples=12", "stop.statistic=quantile")
+    panel = drawn(result)["Convergence of contact duration"]
+    low, high = ends_of_bar(panel)
+    floor, ceiling = panel.get_ylim()
+    assert low == pytest.approx(1e6 * result.summary["quantities"]["contact_duration"]["quantiles"]["0.95"]["low"])
+    assert floor < low < ceiling < high
+    assert "95 % interval, open to the edge: too few samples" in panel.get_legend_handles_labels()[1]
+
+
+def test_open_intervals_of_quantiles_are_seen_in_the_units_of_the_table(drawn, quick_workers, capsys):
+    result = run_study(load_study("bearing_6203_tolerances", ["samples=12", "workers=1", "run.duration=0.01"]))
+    panels = drawn(result)
+    study_command.show(result.as_dict())
+    table = capsys.readouterr().out
+    for name, unit in (("greatest_ball_load", "N"), ("greatest_pressure", "MPa"), ("cage_speed", "rpm")):
+        words = name.replace("_", " ")
+        panel = panels[words.capitalize()]
+        assert panel.get_xlabel() == f"{words} [{unit}]"
+        assert re.search(rf"{name} +mean .* {unit}$", table, re.MULTILINE)
+        assert "open to the edge: too few samples" in panel.get_legend_handles_labels()[1]
+        low, high = panel.get_xlim()
+        hatched = [one.get_extents() for one in panel.patches if one.get_hatch()]
+        first, last = (panel.transData.inverted().transform(box) for box in (hatched[0], hatched[-1]))
+        quantiles = result.summary["quantities"][name]["quantiles"]
+        factor = {"N": 1.0, "MPa": 1e-6, "rpm": 30.0 / np.pi}[unit]
+        assert first[:, 0] == pytest.approx([low, factor * quantiles["0.05"]["high"]])
+        assert last[:, 0] == pytest.approx([factor * quantiles["0.95"]["low"], high])
+    many = drawn(spheres("samples=200"))["Contact duration"]
+    assert not [one for one in many.patches if one.get_hatch()]
+    assert "open to the edge: too few samples" not in many.get_legend_handles_labels()[1]
+
+
+def test_the_view_has_the_units_of_the_table(quick_workers):
+    result = run_study(load_study("bearing_6203_tolerances", ["samples=4", "workers=1", "run.duration=0.01"]))
+    document = document_of_study(result)
+    shown = {one["title"]: {row["unit"] for row in one["rows"]} for one in document["statistics"]}
+    assert (shown["Cage speed"], shown["Greatest pressure"]) == ({"rpm", ""}, {"MPa", ""})
+    labels = {one["title"].partition(":")[0]: one["xLabel"] for one in document["charts"]}
+    assert labels["Cage speed"] == "cage speed [rpm]"
+
+
+@pytest.mark.parametrize("count", [1, 3, 200])
+def test_units_do_not_depend_on_how_many_samples_there_are(count, capsys):
+    assert main(["study", *QUICK, "--samples", str(count), "--set", "modality=no"]) == DONE
+    out = capsys.readouterr().out
+    assert re.search(r"0.50 quantile .* µs$", out, re.MULTILINE)
+    assert re.search(r"0.50 quantile .* kN$", out, re.MULTILINE)
+    assert re.search(r"contact_duration: error of the model ± \S+ µs", out)
+
+
+def test_a_time_limit_that_no_realisation_keeps_is_a_failure(capsys, tmp_path):
+    log = tmp_path / "none.mcap"
+    assert "its time_limit of 1e-09 s was reached before" in refused(capsys, *QUICK, "--set", "time_limit=1e-9")
+    assert "raise it" in refused(capsys, *QUICK, "--set", "time_limit=1e-9", "--out", log)
+    assert not log.exists()
+    # What needs no sampling is there, however short the time.
+    assert asked(capsys, *QUICK, "--set", "time_limit=1e-9", "--set", "method=change_of_variable")["samples"] == 0
+
+
+def test_a_time_limit_is_told_first_and_is_what_to_raise(capsys, monkeypatch):
+    """The first piece takes all the time there is, and more samples were asked for already."""
+    monkeypatch.setattr("bearing_twin.uq.ensemble.CLOSED_CHUNK", 3)
+    evaluate = ensemble.realise
+    monkeypatch.setattr(ensemble, "realise", lambda task, values: [evaluate(task, values), time.sleep(0.3)][0])
+    assert main(["study", *QUICK, "--set", "time_limit=0.2", "--set", "companions=0"]) == DONE
+    lines = " ".join(capsys.readouterr().out.split())
+    assert lines.startswith("ended early: its time_limit of 200 ms was reached with 3 samples; raise time_limit")
+    assert lines.count("the std needs 4 samples at least, not 3; raise time_limit") == 1
+    assert "ask for more samples" not in lines
+
+
+def test_why_a_statistic_is_refused_is_told_once_for_all_that_share_the_reason(capsys):
+    assert main(["study", *QUICK, "--samples", "3"]) == DONE
+    out = " ".join(capsys.readouterr().out.split())
+    assert out.count("all quantities: no std, because the std needs 4 samples at least, not 3; ask for more") == 1
+    assert out.count("no std") == 1
+    two, three = ({"refused": {"mean": "it is so", "std": why}} for why in ("of this", "of that"))
+    assert list(refusals({"a": two, "b": three})) == [
+        (["a", "b"], "no mean, because it is so"),
+        (["a"], "no std, because of this"),
+        (["b"], "no std, because of that"),
+    ]
+
+
+SWEPT = ["samples=50", "modality=no", "companions=0", "histories=[]"]
+
+
+def test_the_table_says_where_in_its_sweep_it_is_and_has_the_sweep(capsys):
+    words = ["spheres_alpha_4e-5", *(word for override in SWEPT for word in ("--set", override))]
+    found = asked(capsys, *words)
+    assert main(["study", *words]) == DONE
+    out = capsys.readouterr().out
+    assert out.startswith("at motion.first_velocity = 20 m/s, as in the scene; the sweep of it is below\n")
+    title, header, *rows = out[out.index("sweep of motion") :].splitlines()[:16]
+    assert title == "sweep of motion.first_velocity [m/s]"
+    assert header.split()[:3] == ["quantity", "at", "mean"]
+    for first, name, factor, unit in ((0, "contact_duration", 1e6, "µs"), (7, "peak_force", 1e-3, "kN")):
+        assert rows[first].split()[0] == name
+        for row, one in zip(rows[first : first + 7], found["sweep"]["studies"], strict=True):
+            numbers = [float(number) for number in re.findall(r"[\d.]+", row.removeprefix(name))]
+            value, mean, low, high, std, *_ = numbers
+            assert value == one["value"]
+            assert (mean, std) == pytest.approx(
+                [factor * one["quantities"][name][key] for key in ("mean", "std")], 0.05
+            )
+            assert (low, high) == pytest.approx(factor * np.array(one["quantities"][name]["mean_interval"]), rel=0.01)
+            assert row.endswith(unit)
+    assert main(["study", *QUICK, "--samples", "50"]) == DONE
+    assert "sweep" not in capsys.readouterr().out
+
+
+def test_the_picture_has_the_sweep_and_where_the_other_panels_are_in_it(drawn):
+    result = run_study(load_study("spheres_alpha_4e-5", SWEPT))
+    panels = drawn(result)
+    panel = panels["Peak force over the sweep"]
+    assert (panel.get_xlabel(), panel.get_ylabel()) == ("motion.first_velocity [m/s]", "peak force [kN]")
+    lines = {line.get_label(): line.get_xydata() for line in panel.get_lines()}
+    studies = result.summary["sweep"]["studies"]
+    means = [(one["value"], 1e-3 * one["quantities"]["peak_force"]["mean"]) for one in studies]
+    assert lines["mean"] == pytest.approx(np.array(means), rel=1e-12)
+    assert lines["the other panels"][:, 0].tolist() == [20.0, 20.0]
+    assert picture._footer(result).startswith("at motion.first_velocity = 20 m/s; 50 samples")
+    assert (panel.get_xscale(), panels["Contact duration over the sweep"].get_yscale()) == ("log", "linear")
+    tops = [axis.title.get_window_extent().y1 for axis in panels.values()]
+    assert max(tops) < panel.figure.bbox.height - 80, "the title of the picture has no room"
+
+
+def test_a_sweep_reads_in_the_units_of_people_and_says_what_it_lacks():
+    studies = [{"value": 10.0}, {"value": 100.0}]
+    head = {"key": "drive.speed", "unit": "rad/s", "at": 50.0, "values": [10.0, 100.0, 200.0]}
+    words = SweepInWords({**head, "studies": studies})
+    assert (words.label, words.at) == ("drive.speed [rpm]", "drive.speed = 477.465 rpm")
+    assert words.values == pytest.approx([95.493, 954.93], rel=1e-5)
+    assert words.ended == "the study ended before 1 of the 3 values of its sweep"
+    assert SweepInWords({**head, "studies": []}).ended == "the study ended before its sweep"
+    earlier = SweepInWords({"key": "drive.speed", "studies": studies})
+    assert (earlier.label, earlier.at, earlier.ended) == ("drive.speed", "", "")
+    result = run_study(load_study("spheres_alpha_4e-5", SWEPT))
+    whole = result.summary["sweep"]
+    result.summary["sweep"] = {key: whole[key] for key in ("key", "studies")}  # as an earlier version wrote it
+    assert sweep_of(result) == whole
 
 
 @pytest.mark.parametrize("name", [name for name in study_names() if name.startswith("bearing")])

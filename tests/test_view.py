@@ -315,6 +315,14 @@ def test_an_interval_that_is_open_ends_at_the_last_sample():
     assert first["low"] <= first["value"] <= first["high"] == pytest.approx(1e6 * found["0.05"]["high"], rel=1e-12)
 
 
+def test_a_study_says_where_in_its_sweep_it_is():
+    few = ["samples=20", "histories=[]", "modality=no", "companions=0", "sweep={motion.first_velocity: [5.0, 40.0]}"]
+    document = document_of_study(run_study(load_study("spheres_alpha_4e-5", few)))
+    assert document["badges"][0] == {"sort": "", "name": "at", "text": "motion.first_velocity = 20 m/s"}
+    (chart,) = (one for one in document["charts"] if one["title"] == "Peak force over motion.first_velocity")
+    assert (chart["x"], chart["xLabel"], chart["unit"]) == ([5.0, 40.0], "motion.first_velocity [m/s]", "kN")
+
+
 def test_sources_of_variance_are_bars():
     overrides = ["samples=50", "sensitivity=64", "quantities=[contact_duration]", "histories=[]", "workers=1"]
     document = document_of_study(run_study(load_study("discs_small_10", overrides)))

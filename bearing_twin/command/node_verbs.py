@@ -220,6 +220,7 @@ def study(arguments) -> Outcome:
     from bearing_twin.command import study_command
     from bearing_twin.command.terminal import progress
     from bearing_twin.log.study_log import NAMESPACE
+    from bearing_twin.uq.result import doubts_told
 
     overrides_of(arguments, samples="samples", seed="seed")
     goal = {"study": arguments.study, "overrides": arguments.set}
@@ -235,6 +236,7 @@ def study(arguments) -> Outcome:
         raise BearingTwinError(f"the study was {status}: {result['message']}")
     summary = json.loads(result["summary"]) | ({"log": result["log"]} if result["log"] else {})
     doubts = rivals + ([] if status == "succeeded" else [f"the study was {status}: {result['message']}"])
+    doubts += doubts_told(summary)
     return Outcome(summary, doubts, lambda: study_command.show(summary))
 
 

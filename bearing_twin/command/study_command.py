@@ -15,6 +15,7 @@ EXAMPLES = (
     "bearing_twin study spheres_alpha_4e-5 --plot study.png",
     "bearing_twin study bearing_6203_tolerances --samples 200 --out study.mcap",
 )
+SWEPT = ("mean", "std")  # statistics that the table of a sweep has
 OPEN = "?"  # in an interval: no end on this side
 OPEN_MEANS = f"{OPEN}: the samples are too few to bound the interval on this side; take more"
 
@@ -83,9 +84,11 @@ def run(arguments: argparse.Namespace) -> Outcome:
 def report(log, picture) -> Outcome:
     """What is in the log of a study, with its picture if one is asked for."""
     from bearing_twin.log.study_log import read_study
+    from bearing_twin.uq.swept import sweep_of
 
     result = read_study(log)
-    summary = result.as_dict() | {"log": str(log)}
+    swept = {"sweep": sweep_of(result)} if "sweep" in result.summary else {}  # a log of an earlier version has no units
+    summary = result.as_dict() | swept | {"log": str(log)}
     if picture:
         from bearing_twin.uq.picture import plot_study
 
@@ -134,14 +137,31 @@ def _listed() -> Outcome:
 def show(summary) -> None:
     """Prints the summary of a study as tables."""
     from bearing_twin.command.terminal import show_paragraph, show_rows, show_text, shown_unit
+    from bearing_twin.uq.drawing import OUT_OF_TIME
     from bearing_twin.uq.model_error import told_of_model
+    from bearing_twin.uq.result import refusals, size_of
+    from bearing_twin.uq.swept import SweepInWords
 
-    units = {name: shown_unit(found["unit"], _size(found)) for name, found in summary["quantities"].items()}
+    if summary["stopped_because"].startswith(OUT_OF_TIME):
+        few = f"{summary['samples']} sample{'s' * (summary['samples'] != 1)}"
+        show_paragraph(f"ended early: {summary['stopped_because']} with {few}; raise time_limit for more")
+        show_text()
+    units = {name: shown_unit(found["unit"], size_of(found)) for name, found in summary["quantities"].items()}
     rows = [row for name, found in summary["quantities"].items() for row in _statistics(name, found, *units[name])]
+    sweep = SweepInWords(summary["sweep"], shown_unit) if "sweep" in summary else None
+    if sweep and sweep.at:
+        show_paragraph(f"at {sweep.at}, as in the scene{'; the sweep of it is below' if sweep.values else ''}")
     show_rows(("quantity", "statistic", "value [95 % interval]", "unit"), rows)
     if any(OPEN in value for _, _, value, _ in rows):
         show_paragraph(OPEN_MEANS)
-    for sentence in told_of_model(summary, lambda size, unit: shown_unit(unit, size)[::-1]):
+    if sweep and sweep.values:
+        show_text(f"\nsweep of {sweep.label}")
+        columns = ("quantity", "at", *(f"{key} [95 % interval]" for key in SWEPT), "unit")
+        show_rows(columns, _swept(sweep.values, summary["sweep"]["studies"], units))
+        show_text()
+    if sweep and sweep.ended:
+        show_paragraph(sweep.ended)
+    for sentence in told_of_model(summary, shown_unit):
         show_paragraph(sentence)
     sources = [
         (
@@ -156,6 +176,9 @@ def show(summary) -> None:
     if sources:
         show_text()
         show_rows(("quantity", "share of its variance from", "alone", "in all"), sources)
+    for names, sentence in refusals(summary["quantities"]):
+        several = len(names) == len(summary["quantities"]) > 1
+        show_paragraph(f"{'all quantities' if several else ', '.join(names)}: {sentence}")
     for name, found in summary["quantities"].items():
         for sentence in _remarks(found, *units[name]):
             show_paragraph(f"{name}: {sentence}")
@@ -169,10 +192,6 @@ def show(summary) -> None:
         show_paragraph(f"  {count} failed: {reason}")
 
 
-def _size(found) -> float:
-    return max((abs(found[key]) for key in ("mean", "std") if found[key] is not None), default=0.0)
-
-
 def _statistics(name: str, found, unit: str, factor: float):
     """Rows of mean, deviation, skewness and quantiles."""
     for key in ("mean", "std", "skewness"):
@@ -182,10 +201,17 @@ def _statistics(name: str, found, unit: str, factor: float):
         yield "", f"{p} quantile", _interval(quantile["value"], (quantile["low"], quantile["high"]), factor), unit
 
 
+def _swept(values, studies, units):
+    """A row for each quantity and value of a sweep."""
+    for name, (unit, factor) in units.items():
+        for place, (value, one) in enumerate(zip(values, studies, strict=True)):
+            found = one["quantities"][name]
+            cells = (_interval(found[key], found[f"{key}_interval"], factor) for key in SWEPT)
+            yield name if not place else "", f"{value:.6g}", *cells, unit
+
+
 def _remarks(found, unit: str, factor: float):
-    """Sentences about a quantity: what is refused, how exact, what is unsafe, densities, modes."""
-    for statistic, reason in found["refused"].items():
-        yield f"no {statistic}, because {reason}"
+    """Sentences about a quantity: how exact, what is unsafe, densities, modes."""
     if "runs" in found:
         missed = 100.0 * found["interpolation_error"]
         yield f"a polynomial of {len(found['runs'])} runs, which misses them by {missed:.2g} % of the std"

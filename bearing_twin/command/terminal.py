@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING
 from bearing_twin.command.layout import columns_apart, named_values, table, width_of_terminal, wrapped
 from bearing_twin.spelling import harmless
 from bearing_twin.units import (
-    UNITS,
-    for_people,
     greatest_error,
     known_digits,
     named,
@@ -21,6 +19,7 @@ from bearing_twin.units import (
     sentence_for_people,
     sizes_for_units,
     two_digits,
+    unit_for_people,
     unit_suffix,
 )
 
@@ -143,7 +142,7 @@ def told(sentence: str) -> str:
 
 def shown_unit(unit: str, size: float) -> tuple[str, float]:
     """(unit, factor) in which values of up to `size` in a declared unit are shown: with --si as declared."""
-    return (unit, 1.0) if SI.get() or unit not in UNITS else for_people(size, UNITS[unit])
+    return (unit, 1.0) if SI.get() else unit_for_people(unit, size)
 
 
 def show_text(text: str = "") -> None:

@@ -1,6 +1,8 @@
 """What a study may use in uq_node, whatever its goal says, and where it is logged."""
 
+import contextlib
 import dataclasses
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -80,6 +82,35 @@ def log_bytes(study: Study) -> float:
     columns = len(shown) + 3 + len(study.histories) * study.settings.history_points
     message = MESSAGE + sum(len(name) + DESCRIBED for name in shown)
     return (8.0 * columns + message) * study.settings.samples
+
+
+def refuse_unwritable(folder: Path) -> None:
+    """Raises LogError where no log can be put into `folder`; what is missing is made for the trial and taken away."""
+    made: list[Path] = []
+    try:
+        if folder.exists() and not folder.is_dir():
+            raise LogError(f"log_folder {folder} is a file; give a folder, or nothing for no logs")
+        for one in reversed([folder, *folder.parents]):
+            if not one.exists():
+                one.mkdir()
+                made.append(one)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise LogError(
+            f"log_folder {folder} cannot be made or written ({error.strerror}); give another, or nothing for no logs"
+        ) from error
+    finally:
+        with contextlib.suppress(OSError):  # another process may have put something there
+            for one in reversed(made):
+                one.rmdir()
+
+
+def without_log(error: LogError | OSError) -> str:
+    """What is told of a study whose log could not be made or written."""
+    system = isinstance(error, OSError)
+    reason = f"{error.filename or 'its file'} cannot be written ({error.strerror})" if system else error
+    return f"there is no log of it, because {reason}"
 
 
 def free_path(folder: Path, study: str, date: str) -> Path:

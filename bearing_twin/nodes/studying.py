@@ -16,7 +16,7 @@ from pathlib import Path
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log.study_log import StudyLog
 from bearing_twin.nodes.study_goal import ABORTED, CANCELLED, SUCCEEDED, GoalAnswer, Request, study_of, told
-from bearing_twin.nodes.study_limits import StudyLimits, free_path
+from bearing_twin.nodes.study_limits import StudyLimits, free_path, refuse_unwritable, without_log
 from bearing_twin.report import json_text
 from bearing_twin.uq.drawing import Progress
 from bearing_twin.uq.result import StudyResult
@@ -48,8 +48,8 @@ class Studies:
         open_log: Callable = StudyLog,
         clock: Callable[[], int] = time.monotonic_ns,
     ):
-        if log_folder and Path(log_folder).exists() and not Path(log_folder).is_dir():
-            raise BearingTwinError(f"log_folder {log_folder} is a file; give a folder, or nothing for no logs")
+        if log_folder:
+            refuse_unwritable(Path(log_folder))
         self._log_folder, self._limits, self._folders = log_folder, limits, tuple(folders)
         self._ended, self._do, self._open_log, self._clock = ended, run, open_log, clock
         self._lock = threading.RLock()
@@ -203,7 +203,7 @@ class Studies:
                 _drop_empty(log, path)
                 reason = _sentence(error)
                 return GoalAnswer(ABORTED, reason, stopped_because=f"failed: {reason}", problem=reason)
-            path, no_log = "", str(error)
+            path, no_log = "", without_log(error)
         return self._answer(request, result, self._clock() > limit, (log, path, no_log))
 
     def _tell(self, now: int) -> None:
@@ -233,7 +233,8 @@ class Studies:
         failed = sum(summary["failed"].values())
         message = f"{summary['samples']} samples, {failed} failed, {summary['seconds']:.3g} s; {because}"
         if no_log:
-            message += f"; there is no log of it, because {no_log}"
+            message += f"; {no_log}"
+            summary["notes"] = [*summary["notes"], no_log]  # whoever asked reads the summary, few the message
         problem = message if state == ABORTED else no_log
         return GoalAnswer(state, message, json_text(summary | ({"log": log} if log else {})), log, because, problem)
 
@@ -247,7 +248,7 @@ class Studies:
             path = free_path(Path(self._log_folder), study.name, time.strftime("%Y%m%d_%H%M%S"))
             return self._open_log(study, path), str(path), ""
         except (BearingTwinError, OSError) as error:
-            return None, "", str(error)
+            return None, "", without_log(error)
 
     def _finish(self, request: Request, answer: GoalAnswer) -> None:
         with self._lock:

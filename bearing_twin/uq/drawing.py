@@ -14,11 +14,11 @@ from bearing_twin.uq.interpolation import LADDER
 from bearing_twin.uq.realise import Task, empty
 from bearing_twin.uq.result import StudyResult, Tally
 from bearing_twin.uq.sampling import UnitPoints
-from bearing_twin.uq.statistics import estimate
+from bearing_twin.uq.statistics import Estimate, estimate
 from bearing_twin.uq.stopping import IN_A_ROW, looks, rule_of
 from bearing_twin.uq.study import Study
 
-CANCELLED = "cancelled"
+CANCELLED, OUT_OF_TIME = "cancelled", "its time_limit of "  # why an ensemble ended, the second as a beginning
 PIECE = 16384  # points drawn at once, so that a cancel need not wait for a whole batch
 
 
@@ -39,7 +39,7 @@ class Progress(NamedTuple):
 
 @dataclass
 class Drawn:
-    """The ensemble as it grows: how many are `done`, the `path` of (samples, estimate, half width), why it ended."""
+    """The ensemble as it grows: how many are `done`, the `path` of (samples, estimate of them), why it ended."""
 
     study: Study
     task: Task
@@ -47,7 +47,7 @@ class Drawn:
     asked: Callable[[], bool]
     began: float
     keep: Callable | None = None
-    path: list[tuple[int, float, float]] = field(default_factory=list)
+    path: list[tuple[int, Estimate]] = field(default_factory=list)
     because: str = "every quantity follows without sampling"
     notes: tuple[str, ...] = ()
     done: int = 0
@@ -143,7 +143,7 @@ class Drawn:
             found = estimate(sample, self.rule.asked, replicates=self.points.replicates)
         except StatisticError:
             return False
-        self.path.append((len(sample), found.value, found.half_width))
+        self.path.append((len(sample), found))
         return self.rule.bounds and self.rule.satisfied(found.value, found.half_width)
 
     def tell_more(self, done: int) -> None:
@@ -162,5 +162,6 @@ class Drawn:
 
     def _tell(self, done) -> None:
         total, spent = self._total, time.monotonic() - self.began
-        _, value, half_width = self.path[-1] if self.path else (0, np.nan, np.nan)
+        found = self.path[-1][1] if self.path else None
+        value, half_width = (found.value, found.half_width) if found else (np.nan, np.nan)
         self.progress(Progress(done, total, value, half_width, spent * (total - done) / max(done, 1)))

@@ -18,11 +18,11 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.doubt import METHOD
 from bearing_twin.run.doubt import LARGE, exceeds
 from bearing_twin.stopping import look
-from bearing_twin.units import prefixed, two_digits, with_unit
+from bearing_twin.units import two_digits, unit_for_people, with_unit
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.quantities import quantity_of
 from bearing_twin.uq.realise import Realised, Task, without_numbers
-from bearing_twin.uq.result import Tally
+from bearing_twin.uq.result import Tally, size_of
 from bearing_twin.uq.study import Study
 
 OF_INPUTS = 0.5, 0.05, 0.95  # where realisations lie without a sample: this quantile of all inputs at once
@@ -145,17 +145,17 @@ def _large(study: Study, of: Mapping[str, dict], own: np.ndarray):
             )
 
 
-def told_of_model(summary: Mapping[str, Any], shown: Callable = prefixed) -> Iterator[str]:
+def told_of_model(summary: Mapping[str, Any], shown: Callable = unit_for_people) -> Iterator[str]:
     """Sentences of a study's summary: each quantity's error of the model, how it was found, what is not in it.
 
-    `shown(size, unit)` gives (factor, unit) in which values of that size are told.
+    `shown(unit, size)` gives (unit, factor) in which values of that size are told.
     """
     told = summary.get("companions")
     if told is None:  # a log of an earlier version
         return
     for name, found in summary["quantities"].items():
         if found["error"] is not None:
-            factor, unit = shown(max(abs(found["mean"] or 0.0), found["error"]), found["unit"])
+            unit, factor = shown(found["unit"], size_of(found) or found["error"])
             parts = sorted(found["errors_by_source"].items(), key=lambda one: -one[1])
             sources = ", ".join(f"{source.replace('_', ' ')} {two_digits(factor * error)}" for source, error in parts)
             value = f"{two_digits(factor * found['error'])}{with_unit(unit)}"

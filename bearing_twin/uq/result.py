@@ -1,7 +1,7 @@
 """What a study found: every sample, and a summary of each quantity with the interval it is known to."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,16 +78,36 @@ class StudyResult:
     @property
     def doubts(self) -> tuple[str, ...]:
         """What is doubtful about the result, one sentence each."""
-        count, failed = self.summary["samples"], sum(self.summary["failed"].values())
-        sentences = [f"{many} of {count} realisations: {what}" for what, many in self.summary["doubts"].items()]
-        if failed and failed == count:
-            reason = max(self.summary["failed"], key=self.summary["failed"].get)
-            sentences.append(f"all {count} realisations failed, so that there are no statistics: {reason}")
-        elif failed:
-            sentences.append(f"{failed} of {count} realisations failed; the statistics are those of the others")
-        if self.summary["stopped_because"].startswith("failed"):
-            sentences.append(self.summary["stopped_because"])
-        return (*sentences, *self.summary["notes"])
+        return tuple(doubts_told(self.summary))
+
+
+def doubts_told(summary: Mapping[str, Any]) -> list[str]:
+    """What is doubtful by a summary of a study, one sentence each; it may have come as JSON."""
+    count, failed = summary["samples"], sum(summary["failed"].values())
+    sentences = [f"{many} of {count} realisations: {what}" for what, many in summary["doubts"].items()]
+    if failed and failed == count:
+        reason = max(summary["failed"], key=summary["failed"].get)
+        sentences.append(f"all {count} realisations failed, so that there are no statistics: {reason}")
+    elif failed:
+        sentences.append(f"{failed} of {count} realisations failed; the statistics are those of the others")
+    if summary["stopped_because"].startswith("failed"):
+        sentences.append(summary["stopped_because"])
+    return [*sentences, *summary["notes"]]
+
+
+def size_of(found: Mapping[str, Any]) -> float:
+    """The size of a quantity of a summary, by which its unit is chosen: of mean and deviation, or else of quantiles."""
+    moments = [found[key] for key in ("mean", "std") if found[key] is not None]
+    return max(map(abs, moments or [one["value"] for one in found["quantiles"].values()]), default=0.0)
+
+
+def refusals(quantities: Mapping[str, Mapping]) -> Iterator[tuple[list[str], str]]:
+    """(quantities, sentence) for each statistic that is refused, once for all of a summary that share the reason."""
+    found: dict[str, list[str]] = {}
+    for name, one in quantities.items():
+        for statistic, reason in one["refused"].items():
+            found.setdefault(f"no {statistic}, because {reason}", []).append(name)
+    yield from ((names, sentence) for sentence, names in found.items())
 
 
 def quantity_units(study: Study) -> dict[str, str]:
@@ -150,7 +170,7 @@ def summary_of_sample(
             except StatisticError as error:
                 refused[name] = str(error)
                 continue
-            result[name], result[f"{name}_interval"] = found.value, [_finite(found.low), _finite(found.high)]
+            result[name], result[f"{name}_interval"] = found.value, [finite(found.low), finite(found.high)]
             result["unsafe"] += [] if found.safe else [name]
     result["quantiles"], ordered = {}, np.sort(sample)  # once, for all that does not ask whose replicate a point is
     for probability in PROBABILITIES:
@@ -160,7 +180,7 @@ def summary_of_sample(
             refused[f"quantile {probability:g}"] = str(error)
             continue
         result["quantiles"][f"{probability:.2f}"] = {
-            "value": found.value, "low": _finite(found.low), "high": _finite(found.high)
+            "value": found.value, "low": finite(found.low), "high": finite(found.high)
         }  # fmt: skip
     result["modality"] = None
     if modes:
@@ -204,5 +224,6 @@ def _density(at, height, low, high) -> dict:
     return {"value": float(at), "density": height, "low": low, "high": high}
 
 
-def _finite(value: float) -> float | None:
+def finite(value: float) -> float | None:
+    """The end of an interval as plain data: None where it is open."""
     return value if math.isfinite(value) else None

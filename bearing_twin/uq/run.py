@@ -12,7 +12,7 @@ import numpy as np
 from bearing_twin.errors import Stopped, StudyError
 from bearing_twin.spelling import no_progress
 from bearing_twin.stopping import heeding
-from bearing_twin.uq.drawing import CANCELLED, Drawn, Progress
+from bearing_twin.uq.drawing import CANCELLED, OUT_OF_TIME, Drawn, Progress
 from bearing_twin.uq.ensemble import Ensemble
 from bearing_twin.uq.evaluation import Evaluator, expansions, interpolations, sources_of_variance
 from bearing_twin.uq.histories import COLUMNS, ROWS
@@ -25,6 +25,7 @@ from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study import Study
 from bearing_twin.uq.study_file import load_study
 from bearing_twin.uq.summary import summary_of
+from bearing_twin.uq.swept import sweep_head
 from bearing_twin.uq.tabulated import numbers_kept
 
 WORKING_COPIES = 8  # of one column, while its statistics are made
@@ -52,7 +53,8 @@ def run_study(
     yet are then those of the first samples, as many as that time allows, and a note says so. `start` is an earlier
     result of the same study with fewer samples, which are kept; the result equals that of one run. `keep(values,
     quantities, histories, status, doubtful, reasons, doubts)` is handed every realisation as it comes, in order. Raises
-    StudyError for a study too large for its memory, a method that does not fit it, or a `start` of another study.
+    StudyError for a study too large for its memory, a method that does not fit it, a `start` of another study, or a
+    time limit that no realisation keeps.
     """
     began = time.monotonic()
     if progress is not None and not callable(progress):
@@ -82,7 +84,11 @@ def run_study(
             with contextlib.suppress(Stopped):
                 worth = model_errors(study, task, ensemble, *drawn.arrays()[:2], drawn.doubts.sentences)
     if drawn.because == CANCELLED and not asked():
-        drawn.because = f"its time_limit of {limit:g} s was reached"
+        drawn.because = f"{OUT_OF_TIME}{limit:g} s was reached"
+        if not (drawn.done or exact or expanded):
+            raise StudyError(
+                f"study {study.name}: its time_limit of {limit:g} s was reached before a realisation was done; raise it"
+            )
     values, quantities, histories, status, doubtful = drawn.arrays()
     result = StudyResult(
         study, values, quantities, histories,
@@ -154,7 +160,7 @@ def _sweep(study, tell, asked, began) -> dict:
         part = _part(tell, place, 1 + len(values), began, f"{key} = {value:g}")
         summary = run_study(study.at(value), part, asked).summary
         found.append({"value": value, "samples": summary["samples"], "quantities": summary["quantities"]})
-    return {"key": key, "studies": found}
+    return {**sweep_head(study), "studies": found}
 
 
 def _propagate(study, ensemble, drawn, start, sampled):

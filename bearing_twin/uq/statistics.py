@@ -35,6 +35,7 @@ HEAVIEST = 50.0  # kurtosis of the influence
 FAR_OUT = 4.0  # points of a replicate beyond a quantile
 WIDER = 1.15
 CONFIDENCE = 0.95  # of every interval
+MORE = "ask for more samples"
 NONE_SEEN = 3.7  # expected samples at most, with 97.5 %, where none is seen
 
 
@@ -77,12 +78,10 @@ def estimate(sample, statistic, replicates=1) -> Estimate:
     kept = every if good.all() else every[good]
     name = statistic if statistic in MOMENTS else "quantile"
     if len(kept) < FEWEST[name] * replicates:
-        raise StatisticError(
-            f"the {name} needs {FEWEST[name] * replicates} samples at least, not {len(kept)}; ask for more samples"
-        )
+        raise StatisticError(f"the {name} needs {FEWEST[name] * replicates} samples at least, not {len(kept)}; {MORE}")
     fewest = min(np.count_nonzero(good[first::replicates]) for first in range(replicates))
     if fewest < 2 and replicates > 1:
-        raise StatisticError(f"each of the {replicates} replicates needs 2 samples at least; ask for more samples")
+        raise StatisticError(f"each of the {replicates} replicates needs 2 samples at least; {MORE}")
     if name == "quantile" and (replicates == 1 or fewest * min(statistic, 1.0 - statistic) < FAR_OUT):
         return _quantile(kept, statistic)
     if name == "quantile":
@@ -116,7 +115,7 @@ def interval(value, influence, replicates=1, least=0.0) -> Estimate:
         return _interval(value, len(kept), sums(kept, powers), least)
     parts = [influence[first::replicates][good[first::replicates]] for first in range(replicates)]
     if not all(map(len, parts)):
-        raise StatisticError(f"each of the {replicates} replicates needs a sample at least; ask for more samples")
+        raise StatisticError(f"each of the {replicates} replicates needs a sample at least; {MORE}")
     return _interval(value, len(kept), sums(kept, powers), least, np.array([part.mean() for part in parts]))
 
 
@@ -283,5 +282,5 @@ def _kept(sample, fewest):
     sample = np.asarray(sample, float)
     kept = sample[np.isfinite(sample)]
     if len(kept) < fewest:
-        raise StatisticError(f"a density needs {fewest} samples at least, there are {len(kept)}; ask for more samples")
+        raise StatisticError(f"a density needs {fewest} samples at least, there are {len(kept)}; {MORE}")
     return kept

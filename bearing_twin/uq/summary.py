@@ -10,7 +10,7 @@ from bearing_twin.run.passes import simulate
 from bearing_twin.stopping import heeding, look
 from bearing_twin.uq.change_of_variable import Derived
 from bearing_twin.uq.chaos import Chaos
-from bearing_twin.uq.drawing import Drawn
+from bearing_twin.uq.drawing import OUT_OF_TIME, Drawn
 from bearing_twin.uq.evaluation import summary_of_chaos, summary_of_interpolated
 from bearing_twin.uq.histories import Histories
 from bearing_twin.uq.interpolation import Interpolated
@@ -18,8 +18,8 @@ from bearing_twin.uq.model_error import ModelErrors
 from bearing_twin.uq.narrowing import narrowing
 from bearing_twin.uq.propagation import mean_inputs
 from bearing_twin.uq.realise import Realised, Task
-from bearing_twin.uq.result import StudyResult, summary_of_derived, summary_of_sample
-from bearing_twin.uq.statistics import half_width
+from bearing_twin.uq.result import StudyResult, finite, summary_of_derived, summary_of_sample
+from bearing_twin.uq.statistics import MORE, half_width
 
 CORRELATED = 41  # instants of the autocorrelation in a summary
 POOR = 0.01  # error of an interpolant that is told
@@ -148,21 +148,26 @@ def _of_sample(result, missing, name, drawn, hurried) -> dict:
     sample = result.sample(name)
     modes, wanted = _modes(result, hurried), result.study.densities.get(name, ())
     found = summary_of_sample(sample, missing, replicates, settings.seed, modes, wanted)
+    if drawn.because.startswith(OUT_OF_TIME):  # more were asked for
+        found["refused"] = {key: why.replace(MORE, "raise time_limit") for key, why in found["refused"].items()}
     statistic = rule.asked if name == rule.quantity else "mean"
     width = np.inf if statistic in missing else half_width(sample, statistic, replicates=replicates)
     return {**found, "half_width": width if np.isfinite(width) else None}
 
 
 def _convergence(rule, path) -> dict:
-    """The path of the watched statistic over the samples, as in figures 9 and 14 of paper 3."""
-    columns = list(zip(*path, strict=True)) or [(), (), ()]
+    """The path of the watched statistic over the samples, as in figures 9 and 14 of paper 3; an open end is null."""
     return {
         "quantity": rule.quantity,
         "statistic": rule.statistic,
         **({"probability": rule.probability} if rule.statistic == "quantile" else {}),
         "tolerance": rule.tolerance or None,
         "relative_tolerance": rule.relative_tolerance or None,
-        **{name: list(column) for name, column in zip(("samples", "estimate", "half_width"), columns, strict=True)},
+        "samples": [count for count, _ in path],
+        "estimate": [one.value for _, one in path],
+        "half_width": [one.half_width for _, one in path],
+        "low": [finite(one.low) for _, one in path],
+        "high": [finite(one.high) for _, one in path],
     }
 
 

@@ -55,6 +55,7 @@ def _probability(value) -> bool:
     return value.replace(".", "", 1).isdecimal()
 
 
+PATH = ("samples", "estimate", "half_width", "low", "high")  # columns of the convergence; without ends in older logs
 BANDS = ("0.05", "0.50", "0.95", "mean", "at_mean_inputs")  # columns of a history that are drawn
 # A shape is a function that is true of a value, the [shape] of the items of a list, or a mapping of keys to shapes, in
 # which a function stands for all other keys. Keys that nothing reads are left out.
@@ -91,10 +92,20 @@ _SUMMARY = {
         "samples": [_whole],
         "estimate": [_measured],
         "half_width": [_measured],
+        "low": Maybe([_known]),
+        "high": Maybe([_known]),
     },
     "histories": {_text: {"realisations": _whole, "time_s": [_number], **dict.fromkeys(BANDS, Maybe([_number]))}},
     "companions": Maybe({"realisations": _whole, "failed": _whole, "where": _text, "errors_unknown": {_text: _text}}),
-    "sweep": Maybe({"key": _text, "studies": [{"value": _number, "quantities": {_text: _QUANTITY}}]}),
+    "sweep": Maybe(
+        {
+            "key": _text,
+            "unit": Maybe(_text),
+            "at": Maybe(_known),
+            "values": Maybe([_number]),
+            "studies": [{"value": _number, "quantities": {_text: _QUANTITY}}],
+        }
+    ),
 }
 
 
@@ -133,7 +144,8 @@ def _contradictions(summary, study: Study, samples: int) -> Iterator[str]:
         ("summary.quantities", quantities.keys() == {*study.quantities}),
         ("summary.histories", summary["histories"].keys() == {*study.histories}),
         ("summary.failed", not summary["failed"] or samples > 0),
-        ("summary.convergence", len(path["samples"]) == len(path["estimate"]) == len(path["half_width"])),
+        ("summary.convergence", {len(path["samples"])} == {len(path[key]) for key in PATH if key in path}),
+        ("summary.convergence", ("low" in path) == ("high" in path)),
         ("summary.convergence", path["quantity"] in quantities),
         ("summary.convergence", path["statistic"] != "quantile" or "probability" in path),
         ("summary.sweep", sweep["key"] == (study.sweep[0] if study.sweep and "sweep" in summary else None)),

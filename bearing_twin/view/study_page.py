@@ -7,12 +7,22 @@ from typing import Any
 import numpy as np
 
 from bearing_twin.pictures.style import BALL_COLOURS
-from bearing_twin.units import inverse, known_digits, labelled, prefixed, sentence_for_people, two_digits
+from bearing_twin.units import (
+    inverse,
+    known_digits,
+    labelled,
+    prefixed,
+    sentence_for_people,
+    two_digits,
+    unit_for_people,
+)
 from bearing_twin.uq.model_error import told_of_model
-from bearing_twin.uq.picture import FAR, ORDERS, exact_of, shares_of
-from bearing_twin.uq.result import StudyResult
-from bearing_twin.uq.scene_keys import numeric_keys
+from bearing_twin.uq.panels import ORDERS, shares_of
+from bearing_twin.uq.picture import FAR, exact_of, path_of, unit_of
+from bearing_twin.uq.result import StudyResult, refusals
 from bearing_twin.uq.statistics import histogram, natural_density
+from bearing_twin.uq.summary_shape import BANDS
+from bearing_twin.uq.swept import SweepInWords, sweep_of
 from bearing_twin.view.packing import prefixes
 from bearing_twin.view.tables import DIGITS, error_notes
 
@@ -30,12 +40,13 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
     exact = exact_of(result)
     charts = [_distribution(result, name, exact.get(name)) for name in names]
     charts += [*_convergence(result, summary), *(_history(result, name) for name in study.histories)]
-    charts += [
-        _swept(result, name, summary["sweep"]) for name in names if len(summary.get("sweep", {}).get("studies", ())) > 1
-    ]
-    failed = sum(summary["failed"].values())
+    failed, sweep = sum(summary["failed"].values()), sweep_of(result)
+    words = SweepInWords(sweep) if sweep else None
     inputs = ((key, text.removeprefix(f"{key}: ")) for key, text in summary["inputs"].items())  # which begin with it
+    if words and len(words.values) > 1:
+        charts += [_swept(result, name, sweep, words) for name in names]
     badges = [
+        *([{"sort": "", "name": "at", "text": words.at}] if words and words.at else []),
         {"sort": "", "name": "samples", "text": str(summary["samples"])},
         {"sort": "", "name": "sampler", "text": summary["sampler"].replace("_", " ")},
         *([{"sort": "bad", "name": "", "text": f"{failed} failed"}] if failed else []),
@@ -45,6 +56,7 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
             else []
         ),
     ]
+    ended = [words.ended] if words and words.ended else []
     return {
         "kind": "study",
         "title": study.name,
@@ -53,7 +65,7 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         "charts": [one for one in charts if one],
         "shares": [*_shares(names, summary)],
         "statistics": [{"title": _words(name), "rows": _statistics(summary["quantities"][name])} for name in names],
-        "flags": [sentence_for_people(one) for one in (*result.doubts, *_refused(names, summary))],
+        "flags": [sentence_for_people(one) for one in (*result.doubts, *_refused(names, summary), *ended)],
         "warnings": [],
         "reason": f"Sampling ended because {summary['stopped_because']}.",
         "facts": [("scene", summary["scene"]), ("seed", str(summary["seed"])), *inputs],
@@ -101,7 +113,7 @@ def _distribution(result, name, exact) -> dict[str, Any] | None:
         return None
     margin = 0.08 * (high - low) or 1.0
     x = np.linspace(low - margin, high + margin, POINTS)
-    factor, unit = prefixed(float(np.abs(x).max()), found["unit"])
+    unit, factor = unit_of(found)
     lines = []
     if drawn:
         edges, heights = histogram(kept)
@@ -134,20 +146,22 @@ def _convergence(result, summary) -> Iterable[dict[str, Any]]:
     path = summary["convergence"]
     if len(path["samples"]) < 2:
         return
-    value, half = (np.array(path[key], float) for key in ("estimate", "half_width"))
-    unit = result.quantity_units[path["quantity"]]
+    unit, factor = unit_of(summary["quantities"][path["quantity"]])
+    samples, *columns = path_of(summary)
+    value, low, high = (factor * one for one in columns)
     what = f"{path['probability']:g} quantile" if path["statistic"] == "quantile" else path["statistic"]
-    half = np.where(np.isfinite(half), half, 0.0)
     edge = {"width": 0.6}
-    lines = [("95 % interval, high", value + half, BLUE, edge), ("low", value - half, BLUE, edge), (what, value, BLUE)]
+    lines = [("95 % interval, high", high, BLUE, edge), ("low", low, BLUE, edge), (what, value, BLUE)]
     lines[2] = (*lines[2], {"points": True, "width": 2.2})
     title = f"Convergence of {path['quantity'].replace('_', ' ')}"
-    yield _chart(title, unit, path["samples"], lines, "samples", "", bands=[[0, 1, BLUE]])
+    yield _chart(title, unit, samples, lines, "samples", "", bands=[[0, 1, BLUE]])
 
 
 def _history(result, channel) -> dict[str, Any]:
     found = result.summary["histories"][channel]
-    unit = result.history_unit(channel)
+    names = [name for name in BANDS if name in found]
+    size = max((abs(one) for name in names for one in found[name]), default=0.0)
+    unit, scale = unit_for_people(result.history_unit(channel), size)
     time = np.array(found["time_s"])
     factor, time_unit = prefixed(float(np.abs(time).max()), "s")
     rows = (
@@ -157,23 +171,22 @@ def _history(result, channel) -> dict[str, Any]:
         ("mean", "mean of the runs", RED, {}),
         ("at_mean_inputs", "at the mean inputs", INK, {"dashed": True}),
     )
-    lines = [(words, found[key], colour, look) for key, words, colour, look in rows if key in found]
+    lines = [(words, scale * np.array(found[key]), colour, look) for key, words, colour, look in rows if key in found]
     bands = [[0, 1, BLUE]] if "0.95" in found and "0.05" in found else []
     return _chart(f"{_words(channel)} over time", unit, time * factor, lines, "time", time_unit, bands=bands)
 
 
-def _swept(result, name, sweep) -> dict[str, Any]:
+def _swept(result, name, sweep, words) -> dict[str, Any]:
     """Quantiles of a quantity over the number that is swept."""
-    values = [one["value"] for one in sweep["studies"]]
+    unit, factor = unit_of(result.summary["quantities"][name])
     found = [one["quantities"][name]["quantiles"] for one in sweep["studies"]]
     rows = (("0.95", "95 %", {"width": 0.8}), ("0.05", "5 %", {"width": 0.8}), ("0.50", "median", {"width": 2.2}))
     lines = [
-        (words, [one.get(key, {}).get("value", math.nan) for one in found], BLUE, {"points": True, **look})
-        for key, words, look in rows
+        (text, [factor * one.get(key, {}).get("value", math.nan) for one in found], BLUE, {"points": True, **look})
+        for key, text, look in rows
     ]
-    key, unit = sweep["key"], numeric_keys(result.study.kind)[sweep["key"]].unit
-    title = f"{_words(name)} over {key}"
-    return _chart(title, result.quantity_units[name], values, lines, key, unit, bands=[[0, 1, BLUE]])
+    title = f"{_words(name)} over {words.key}"
+    return _chart(title, unit, words.values, lines, words.key, words.unit, bands=[[0, 1, BLUE]])
 
 
 def _shares(names, summary) -> Iterable[dict[str, Any]]:
@@ -186,47 +199,34 @@ def _shares(names, summary) -> Iterable[dict[str, Any]]:
 
 
 def _statistics(found) -> list[dict[str, str]]:
-    rows = []
+    rows, own = [], unit_of(found)
     error = found.get("error")  # a log of an earlier version has none
     for key in STATISTICS:
-        unit = "" if key == "skewness" else found["unit"]
-        low, high = found[f"{key}_interval"] or (None, None)
-        rows.append(
-            _row(
-                {"mean": "mean", "std": "standard deviation"}.get(key, key),
-                found[key],
-                low,
-                high,
-                unit,
-                error if key == "mean" else None,
-            )
-        )
+        words = {"mean": "mean", "std": "standard deviation"}.get(key, key)
+        ends = tuple(found[f"{key}_interval"] or (None, None))
+        unit = ("", 1.0) if key == "skewness" else own
+        rows.append(_row(words, found[key], ends, unit, error if key == "mean" else None))
     for p, one in found["quantiles"].items():
-        rows.append(
-            _row(f"{100.0 * float(p):g} % quantile", one["value"], one["low"], one["high"], found["unit"], error)
-        )
+        rows.append(_row(f"{100.0 * float(p):g} % quantile", one["value"], (one["low"], one["high"]), own, error))
     return rows
 
 
-def _row(words, value, low, high, unit, error=None) -> dict[str, str]:
-    factor, shown = (1.0, unit) if value is None else prefixed(abs(value), unit)
-    open_by = max((abs(one - value) for one in (low, high) if None not in (one, value)), default=0.0)
-    known = open_by * factor
-    text = ["–" if one is None else known_digits(one * factor, known, DIGITS) for one in (value, low, high)]
-    interval = "" if low is None and high is None else f"{text[1]} to {text[2]}"
+def _row(words, value, ends, shown, error=None) -> dict[str, str]:
+    unit, factor = shown
+    known = max((abs(one - value) * factor for one in ends if None not in (one, value)), default=0.0)
+    text = ["–" if one is None else known_digits(one * factor, known, DIGITS) for one in (value, *ends)]
     return {
         "words": words,
         "value": text[0],
-        "unit": "" if shown == "1" else shown,
+        "unit": unit,
         "error": "" if error is None else two_digits(error * factor),
-        "interval": interval,
+        "interval": "" if ends == (None, None) else f"{text[1]} to {text[2]}",
         "meaning": "",
     }
 
 
 def _refused(names, summary) -> list[str]:
     return [
-        f"{_words(name)}: no {statistic}, because {reason}"
-        for name in names
-        for statistic, reason in summary["quantities"][name]["refused"].items()
+        f"{', '.join(map(_words, which))}: {sentence}"
+        for which, sentence in refusals({name: summary["quantities"][name] for name in names})
     ]
