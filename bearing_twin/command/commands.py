@@ -179,10 +179,12 @@ def _report(arguments) -> Outcome:
     result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
     if stream.kept_rate:
         result["kept_outputs_hz"] = stream.kept_rate
+    result |= stream.cut_short.as_dict() if stream.cut_short else {}
     if picture:
         result["plot"] = watched.write(picture, report)
     doubts = [stream.restart.told()] if stream.restart else []
     doubts += [f"{missing} outputs are missing from the log"] if missing else []
+    doubts += [stream.cut_short.told()] if stream.cut_short else []
     lost = {
         "messages_lost": "were lost on the way to the recorder",
         "messages_dropped": "were dropped on a full disk",

@@ -25,6 +25,7 @@ from bearing_twin.signals import Unbroken
 SCENE_RECORD = "bearing_twin"
 RECORDING_RECORD = "bearing_twin_recording"  # what a recorder received and what was lost; the last one counts
 ENDED_KEY = "samples_end"  # in it, once the recorder has ended: the number behind the last output
+OUTPUTS_KEY = "outputs"  # in SCENE_RECORD, where a whole run is written: how many it has; others may end at any time
 RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs of one scene
 RETRY = 1.0  # s between tries while the disk is full
 _LARGEST_BAG_FILE = 10_000_000  # bytes of metadata.yaml

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bearing_twin.errors import LogError
+from bearing_twin.report import CutShort
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.sample import Block
 
@@ -21,6 +22,7 @@ class Verification:
     deviations: dict[str, float]
     missing: int = 0  # outputs between those of the log
     lacks: tuple[str, ...] = ()  # records of the new run, of which the log has no topic
+    cut_short: CutShort | None = None  # where the log ends before its scene does
 
     @property
     def greatest(self) -> float:
@@ -31,6 +33,7 @@ class Verification:
         """For `--json`."""
         found = {"samples": self.samples, "greatest_deviation": self.greatest, "deviations": self.deviations}
         found |= {"outputs_missing": self.missing} if self.missing else {}
+        found |= self.cut_short.as_dict() if self.cut_short else {}
         return found | ({"records_missing": list(self.lacks)} if self.lacks else {})
 
     def doubts(self) -> list[str]:
@@ -41,6 +44,8 @@ class Verification:
             found.append(f"the log deviates by up to {self.greatest:.3g} from a new run, {why}")
         if self.missing:
             found.append(f"{self.missing} outputs are missing in the log, and nothing is known of them")
+        if self.cut_short:
+            found.append(self.cut_short.told())
         if self.lacks:
             found.append(f"the log has no records, as of {', '.join(self.lacks)}: outputs alone were compared")
         return found
@@ -106,7 +111,8 @@ def verify(
         samples += len(block)
         if progress:
             progress(1e-9 * block.time_ns[-1])
-    return Verification(samples, deviations, missing, () if log.has_records else tuple(sorted(made)))
+    lacks = () if log.has_records else tuple(sorted(made))
+    return Verification(samples, deviations, missing, lacks, log.cut_short)
 
 
 def _refuse_far(simulation: Simulation, sequence: int, longest: float) -> None:
