@@ -19,6 +19,7 @@ import numpy as np
 
 from bearing_twin.errors import LogError
 from bearing_twin.extras import wanted
+from bearing_twin.log.parts import path_of
 from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
 from bearing_twin.paths import file_name, put_whole
@@ -62,7 +63,7 @@ def export_log(
     """
     if to not in FORMATS:
         raise LogError(f"a log cannot be written as {echo(to)}; {unknown(to, FORMATS)}")
-    target = Path(out)
+    target = path_of(out, "what is exported")
     if target.exists():
         raise LogError(f"{target} exists and is not overwritten; give another path")
     if not target.absolute().parent.is_dir():

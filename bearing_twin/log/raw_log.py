@@ -17,7 +17,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.log.bag import LoggedTopic, Qos
 from bearing_twin.log.bundles import Bundle
 from bearing_twin.log.mcap_read import LoggedMessage, McapReader
-from bearing_twin.log.parts import SUFFIX, Parts, Safety, Told, part_names
+from bearing_twin.log.parts import SUFFIX, Parts, Safety, Told, part_names, path_of
 from bearing_twin.log.thinning import Thinning
 from bearing_twin.paths import put_whole
 from bearing_twin.signals import Unbroken
@@ -39,8 +39,8 @@ class RawLogWriter(Told):
     """
 
     def __init__(self, path, run_record: bool = True, safety: Safety = Safety()):  # noqa: B008 - it cannot change
-        path = Path(path)
         refuse_existing(path)
+        path = Path(path)
         names = part_names(path, safety)
         self._folder = None if path.suffix == SUFFIX else path
         if self._folder is not None:
@@ -239,7 +239,7 @@ class RawLogWriter(Told):
 
 def refuse_existing(path) -> None:
     """Raises LogError if a log cannot be made at `path` because something is there, or its folder is missing."""
-    path = Path(path)
+    path = path_of(path)
     if path.exists() or path.is_symlink():
         raise LogError(f"{path} exists and is not overwritten; give another name or remove it first")
     if not path.parent.is_dir():
@@ -248,7 +248,7 @@ def refuse_existing(path) -> None:
 
 def log_files(path) -> list[Path]:
     """The MCAP files of a log, in order: the file itself, or those that a bag folder's metadata.yaml lists."""
-    path = Path(path)
+    path = path_of(path)
     if not path.exists():
         raise LogError(f"there is no log {path}; give the path of an .mcap file or of a bag folder")
     if not path.is_dir():

@@ -13,6 +13,7 @@ from bearing_twin.errors import LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.blocks import Restart, block_of, channels_of, check_block, refuse_misfits, sample_range
 from bearing_twin.log.mcap_read import McapReader
+from bearing_twin.log.parts import path_of
 from bearing_twin.log.raw_log import (
     ENDED_KEY,
     OUTPUTS_KEY,
@@ -53,7 +54,7 @@ class LogStream:
     """
 
     def __init__(self, path, allow_gaps: bool, topic: str | None, last_run: bool = False):
-        self.path = Path(path)
+        self.path: Path = path_of(path)
         self.missing, self.runs, self._reached = 0, 1, 0
         self.metadata: dict[str, dict[str, str]] = {}
         self._allow_gaps = allow_gaps
