@@ -59,15 +59,38 @@ def test_a_run_that_breaks_off_and_whose_log_cannot_be_ended_tells_both(tmp_path
         assert sentence in " ".join(error.split())
 
 
-def test_a_log_that_cannot_be_begun_ends_the_command_before_anything_is_computed(tmp_path, monkeypatch, capsys):
-    def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device")
+@pytest.mark.parametrize("out", ["run.mcap", "bag"])
+@pytest.mark.parametrize("written", [0, 1])
+def test_a_run_whose_log_has_no_room_to_begin_goes_on_without_it(out, written, whole, tmp_path, monkeypatch, capsys):
+    """Neither the head of its file nor, behind that, its scene."""
+    monkeypatch.chdir(tmp_path)
+    write, calls = os.pwritev, []
+
+    def full(*arguments):
+        calls.append(arguments)
+        if len(calls) > written:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(*arguments)
 
     monkeypatch.setattr(os, "pwritev", full)
+    assert main(["simulate", *LONG, "--out", out, "--json"]) == BAD_INPUT
+    out, error = capsys.readouterr()
+    assert {key: one for key, one in json.loads(out).items() if key not in FOR_MACHINES} == whole
+    (line,) = [one for one in error.splitlines() if one.startswith("bearing_twin: there is no log: ")]
+    assert line.count("No space left on device") == line.count("(") == line.count(".mcap") == 1
+    assert "the run goes on without it" in error
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_log_that_cannot_be_begun_ends_the_command_before_anything_is_computed(tmp_path, monkeypatch, capsys):
+    def broken(*_):
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(os, "pwritev", broken)
     assert main(["simulate", *LONG, "--out", str(tmp_path / "run.mcap")]) == BAD_INPUT
     out, error = capsys.readouterr()
     assert not out
-    assert "run.mcap cannot be written (" in error
+    assert "run.mcap cannot be written (Input/output error); give another place for the log" in error
     assert "log is incomplete" not in error
     assert not list(tmp_path.iterdir())
 

@@ -17,6 +17,7 @@ from bearing_twin.errors import LogError
 from bearing_twin.log.bag import LoggedTopic, Qos
 from bearing_twin.log.bundles import Bundle
 from bearing_twin.log.mcap_read import LoggedMessage, McapReader
+from bearing_twin.log.mcap_write import refused
 from bearing_twin.log.parts import SUFFIX, Parts, Safety, Told, part_names, path_of
 from bearing_twin.log.thinning import Thinning
 from bearing_twin.paths import put_whole
@@ -47,13 +48,20 @@ class RawLogWriter(Told):
             try:
                 self._folder.mkdir()
             except OSError as error:
-                raise LogError(f"{path} cannot be made ({error.strerror}); give another place for the log") from error
+                said = f"{path} cannot be made ({error.strerror}); give another place for the log"
+                raise refused(said, error) from error
         self.path = path
         self._lock, self._unbroken = threading.Lock(), Unbroken()
         self._closed = False
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
         self._safety = safety
-        self._log = Parts(names, safety)
+        try:
+            self._log = Parts(names, safety)
+        except BaseException:
+            if self._folder is not None:
+                with suppress(OSError):
+                    self._folder.rmdir()
+            raise
         self._thinned: dict[int, Thinning] = {}
         self._whole: set[int] = set()  # topics that are not thinned for the time being
         self._ended = threading.Event()
@@ -222,9 +230,8 @@ class RawLogWriter(Told):
         try:
             put_whole(target, self._log.information().encode())
         except OSError as error:
-            raise LogError(
-                f"{target} cannot be written ({error.strerror}); the messages are in {self._log.path}"
-            ) from error
+            said = f"{target} cannot be written ({error.strerror}); the messages are in {self._log.path}"
+            raise refused(said, error) from error
 
     def _discard(self) -> None:
         """Removes a log that never got a message."""
