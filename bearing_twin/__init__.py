@@ -21,6 +21,7 @@ _HOMES = {
     "read_log": "bearing_twin.log.run_log",
     "write_log": "bearing_twin.log.mcap_log",
     "export_log": "bearing_twin.log.export",
+    "recover": "bearing_twin.log.recover",
     "BearingTwinError": "bearing_twin.errors",
     "SceneError": "bearing_twin.errors",
     "StudyError": "bearing_twin.errors",

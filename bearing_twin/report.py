@@ -33,6 +33,24 @@ class Choice(NamedTuple):
     friction: str = ""
 
 
+class CutShort(NamedTuple):
+    """Where the log of a whole run ends though its scene goes on, and where that ends: output times in s."""
+
+    log_ends: float
+    scene_ends: float
+
+    def as_dict(self) -> dict[str, float]:
+        """For `--json`."""
+        return {"log_ends_s": self.log_ends, "scene_ends_s": self.scene_ends}
+
+    def told(self) -> str:
+        """What to know of figures of such a log."""
+        return (
+            f"the log ends at {self.log_ends:.6g} s of the {self.scene_ends:.6g} s that its scene simulates: the run "
+            "was interrupted, or there was no room for the rest"
+        )
+
+
 def never() -> bool:
     """False: nothing is waited for."""
     return False

@@ -3,19 +3,31 @@
 import argparse
 import ast
 import functools
+import inspect
 import itertools
 import re
 
 import pytest
 from sources import PACKAGE, nodes_of, package_trees
 
+import bearing_twin
 from bearing_twin.command.cli import _parsers
 from bearing_twin.parameters import describe
+from bearing_twin.run.passes import Run
 from bearing_twin.run.scene import KINDS
 from bearing_twin.uq.study import Settings
 
 FILES = (".mcap", ".png", ".nc", ".html")  # ends of names that are no keys
 OF_OTHERS = {"--ros-args", "--from-paths", "--layout", "--datafile"}  # options of nodes, of rosdep and of PlotJuggler
+NO_ADVICE = {
+    "sqrt",
+    "exp",
+    "ln",
+    "d",
+    "choose",
+    "done",
+    "requestAnimationFrame",
+}  # of formulas, of code that is made, of a page's script
 GAP = "\0"  # stands for what an f-string fills in
 ROWS = {kind: describe(row.parameters) for kind, row in KINDS.items()}
 STUDY_KEYS = {row.key for row in describe(Settings)} | {"stop.quantity"}
@@ -97,6 +109,18 @@ def test_every_subcommand_in_a_sentence_is_one():
     assert len(words) > 3
     there = _parsers()[1]
     assert [(where, match.group(1)) for where, match in words if match.group(1) not in there] == []
+
+
+def test_every_function_in_a_sentence_is_a_public_name_and_takes_what_is_told():
+    """As `recover(path, out) in Python`: whoever follows it writes `from bearing_twin import recover`."""
+    public = {name: getattr(bearing_twin, name) for name in bearing_twin.__all__}
+    words = [(where, match[1]) for where, match in found(r"(?<![\w.])([a-z]\w*)\(") if match[1] not in NO_ADVICE]
+    assert {"recover", "simulate", "read_log"} <= {name for _, name in words}
+    assert [one for one in words if one[1] not in public and not hasattr(Run, one[1])] == []
+    told = [(where, match[1]) for where, match in found(r"(?<![\w.])([a-z]+(?:_[a-z]+)+)=True")]
+    assert {"allow_gaps", "last_run"} <= {name for _, name in told}
+    taken = set().union(*(inspect.signature(one).parameters for one in public.values() if not isinstance(one, type)))
+    assert [one for one in told if one[1] not in taken] == []
 
 
 @pytest.mark.parametrize("theory", ["boundary element", "multigrid", "theory of line contact"])

@@ -233,7 +233,37 @@ def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, capsys):
         log = logged(run, dataclasses.replace(whole, records=whole.records | {"contact": contacts}), path)
         assert verify(log).greatest == pytest.approx(deviation, rel=1e-3)
         assert main(["verify", str(path), "--strict"]) == (DOUBTFUL if deviation else DONE)
-        assert ("the log deviates by up to" in capsys.readouterr().err) == (deviation > 0.0)
+        out, error = capsys.readouterr()
+        assert ("all the same" in out) == (name == "same") != ("where speed or load were commanded" in error)
+        assert ("deviates by up to 1e-06 (records of contact, SI) from" in error) == (name == "altered")
+        assert ("e-06, the greatest of its columns in SI" in out) == (name == "altered")
+        assert ("the log has more or fewer records of contact than a new run" in error) == (name == "none")
+        assert ("deviation of contact  more or fewer records than in a new run" in out) == (name == "none")
+        assert main(["verify", str(path), "--json"]) == DONE
+        found = json.loads(capsys.readouterr().out)
+        assert found.get("records_not_as_many") == (["contact"] if name == "none" else None)
+
+
+@pytest.mark.parametrize(
+    ("words", "approach", "velocity", "said"),
+    [
+        ([], "1 µm", "0.25 m/s", "by up to 0.25 m/s (velocity) from a new run"),
+        (["--si"], "1e-06 m", "0.25 m/s", "by up to 0.25 m/s (velocity) from a new run"),
+    ],
+)
+def test_verify_shows_deviations_with_their_units(words, approach, velocity, said, tmp_path, capsys):
+    run = simulate("two_spheres")
+    block = next(run.blocks())
+    for name, off in (("approach", 1e-6), ("velocity", 0.25)):
+        block.values[name][7] += off
+    logged(run, block, tmp_path / "run.mcap")
+    assert main(["verify", str(tmp_path / "run.mcap"), *words]) == DONE
+    out, error = capsys.readouterr()
+    rows = dict(line.split("  ", 1) for line in out.splitlines())
+    assert rows["deviation of approach"].strip() == approach
+    assert rows["deviation of velocity"].strip() == velocity
+    assert "greatest deviation" not in rows
+    assert said in " ".join(error.split())
 
 
 def test_what_happens_at_an_output_is_read_with_that_output(tmp_path, monkeypatch):

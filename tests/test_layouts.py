@@ -341,3 +341,13 @@ def test_a_file_for_rerun_shows_the_bearing(tmp_path):
     for ball in range(3):
         assert f"/bearing_link/visual_geometries/ball_{ball}/visual_0 - data columns: [Ellipsoids3D" in printed
     assert "Transform3D:child_frame" in printed
+
+
+@pytest.mark.parametrize("out", ["run.mcap", "run.mcap/below"])
+def test_layouts_that_are_to_go_into_a_file_are_told_where_they_go(out, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_log(simulate(load_scene("two_spheres")), "run.mcap")
+    assert main(["layouts", "run.mcap", "--out", out]) == 2
+    said = capsys.readouterr().err
+    assert f"--out {out} is, or leads through, a file, and layouts go into a folder: name one" in said
+    assert [path.name for path in tmp_path.iterdir()] == ["run.mcap"]

@@ -7,8 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bearing_twin import export_log, load_scene, load_study, read_log, run_study, simulate, write_log
-from bearing_twin.errors import BearingTwinError
+from bearing_twin import (
+    export_log,
+    load_scene,
+    load_study,
+    read_log,
+    read_study,
+    recover,
+    run_study,
+    simulate,
+    write_log,
+)
+from bearing_twin.errors import BearingTwinError, LogError
 
 SCENE = ("bearing_6203", ["run.duration=0.9"])  # three chunks
 
@@ -132,6 +142,26 @@ def test_a_loss_that_is_no_time_is_refused_before_anything_is_written(max_loss, 
 def test_a_log_of_what_is_no_run_is_refused_in_a_sentence(source, tmp_path):
     with pytest.raises(BearingTwinError, match=r"is none; hand over simulate\(scene\)"):
         write_log(source, tmp_path / "x.mcap")
+
+
+@pytest.mark.parametrize("path", [None, 5, b"run.mcap", ["run.mcap"]])
+@pytest.mark.parametrize(
+    "use",
+    [
+        read_log,
+        read_study,
+        lambda path: recover(path, "saved.mcap"),
+        lambda path: recover("run.mcap", path),
+        lambda path: write_log(simulate("two_spheres"), path),
+        lambda path: export_log(path, "csv", "tables"),
+        lambda path: export_log("run.mcap", "csv", path),
+    ],
+)
+def test_what_is_no_path_is_refused_in_a_sentence(use, path, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_log(simulate("two_spheres"), "run.mcap")
+    with pytest.raises(LogError, match=r"is no path of (a log|what is exported); give one as text"):
+        use(path)
 
 
 def test_what_was_read_is_exported_as_its_path_is(tmp_path):

@@ -154,7 +154,9 @@ def test_a_log_with_fewer_channels_is_verified_by_those_it_has():
         Block(kept, one.first_sequence, one.time_ns, {c.name: one.values[c.name].copy() for c in kept}, one.records)
         for one in run.blocks()
     ]
-    log = SimpleNamespace(kept_rate=0.0, has_records=True, scene=run.scene, channels=kept, blocks=lambda: iter(blocks))
+    log = SimpleNamespace(
+        kept_rate=0.0, has_records=True, cut_short=None, scene=run.scene, channels=kept, blocks=lambda: iter(blocks)
+    )
     found = verify(log)
     assert found.greatest == 0.0
     assert set(found.deviations) == {channel.name for channel in kept} | {"contact", "companion"}
@@ -177,7 +179,7 @@ def test_a_recording_that_ends_between_records_and_their_outputs_is_verified_up_
     run = simulate(load_scene("bearing_6203_loose", ["run.duration=0.05"]))
     whole = joined(list(run.blocks()))
     cut_off = dataclasses.replace(whole.part(0, 30), records=whole.records)
-    log = SimpleNamespace(kept_rate=0.0, has_records=True, scene=run.scene, channels=run.channels)
+    log = SimpleNamespace(kept_rate=0.0, has_records=True, cut_short=None, scene=run.scene, channels=run.channels)
     log.blocks = lambda: iter([cut_off])
     assert len(whole.records["companion"]) > len(whole.part(0, 30).records["companion"])
     assert verify(log).greatest == 0.0

@@ -1,4 +1,4 @@
-"""A run on its way into a log that cannot grow: its figures are shown, and why the log is incomplete."""
+"""A run on its way into a log that ends before it: its figures are shown, and why the log is incomplete."""
 
 import errno
 import json
@@ -7,8 +7,11 @@ import os
 import pytest
 from forks import forked
 
-from bearing_twin.command.cli import BAD_INPUT, main
-from bearing_twin.log.mcap_log import read_log
+from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
+from bearing_twin.log.mcap_log import LogWriter, choice_record, read_log, recover, write_log
+from bearing_twin.log.stream import MessageStream
+from bearing_twin.run.passes import Run, simulate
+from bearing_twin.run.scene import load_scene
 
 LONG = ("bearing_6203", "--set", "run.output_rate=4000", "--duration", "0.3")  # a log of 5 MB
 SMALL = 3_000_000  # bytes
@@ -56,14 +59,111 @@ def test_a_run_that_breaks_off_and_whose_log_cannot_be_ended_tells_both(tmp_path
         assert sentence in " ".join(error.split())
 
 
-def test_a_log_that_cannot_be_begun_ends_the_command_before_anything_is_computed(tmp_path, monkeypatch, capsys):
-    def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device")
+@pytest.mark.parametrize("out", ["run.mcap", "bag"])
+@pytest.mark.parametrize("written", [0, 1])
+def test_a_run_whose_log_has_no_room_to_begin_goes_on_without_it(out, written, whole, tmp_path, monkeypatch, capsys):
+    """Neither the head of its file nor, behind that, its scene."""
+    monkeypatch.chdir(tmp_path)
+    write, calls = os.pwritev, []
+
+    def full(*arguments):
+        calls.append(arguments)
+        if len(calls) > written:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(*arguments)
 
     monkeypatch.setattr(os, "pwritev", full)
+    assert main(["simulate", *LONG, "--out", out, "--json"]) == BAD_INPUT
+    out, error = capsys.readouterr()
+    assert {key: one for key, one in json.loads(out).items() if key not in FOR_MACHINES} == whole
+    (line,) = [one for one in error.splitlines() if one.startswith("bearing_twin: there is no log: ")]
+    assert line.count("No space left on device") == line.count("(") == line.count(".mcap") == 1
+    assert "the run goes on without it" in error
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_log_that_cannot_be_begun_ends_the_command_before_anything_is_computed(tmp_path, monkeypatch, capsys):
+    def broken(*_):
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(os, "pwritev", broken)
     assert main(["simulate", *LONG, "--out", str(tmp_path / "run.mcap")]) == BAD_INPUT
     out, error = capsys.readouterr()
     assert not out
-    assert "run.mcap cannot be written (" in error
+    assert "run.mcap cannot be written (Input/output error); give another place for the log" in error
     assert "log is incomplete" not in error
     assert not list(tmp_path.iterdir())
+
+
+SHORT = load_scene("two_spheres", ["motion.first_velocity=0.1", "run.duration=2e-4", "run.output_rate=1e6"])
+ENDS = "the log ends at 99 µs of the 200 µs that its scene simulates"
+
+
+@pytest.fixture
+def cut_short(tmp_path, monkeypatch):
+    """The log of a run that Ctrl-C ends after 100 outputs."""
+    monkeypatch.chdir(tmp_path)
+    blocks = Run.blocks
+
+    def interrupted(run):
+        for block in blocks(run):
+            yield block.part(0, 100)
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Run, "blocks", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            write_log(simulate(SHORT), "run.mcap")
+    return "run.mcap"
+
+
+READERS = (["report"], ["verify"], ["view"], ["export", "--to", "csv", "--out", "tables"])
+
+
+@pytest.mark.parametrize("words", READERS, ids=lambda words: words[0])
+@pytest.mark.parametrize("recovered", [False, True])
+def test_the_log_of_an_interrupted_run_is_told_from_a_finished_one(words, recovered, cut_short, capsys):
+    if recovered:
+        recover(cut_short, "saved.mcap")
+    command, *rest = words
+    assert main([command, "saved.mcap" if recovered else cut_short, *rest, "--strict"]) == DOUBTFUL
+    assert capsys.readouterr().err.lower().count(ENDS) == 1
+
+
+@pytest.mark.parametrize("words", READERS, ids=lambda words: words[0])
+def test_the_log_of_a_finished_run_is_in_no_doubt(words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_log(simulate(SHORT), "run.mcap")
+    command, *rest = words
+    assert main([command, "run.mcap", *rest, "--strict"]) == DONE
+    assert "log ends" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["report", "verify"])
+def test_json_says_where_a_log_and_its_scene_end(command, cut_short, capsys):
+    assert main([command, cut_short, "--json"]) == DONE
+    found = json.loads(capsys.readouterr().out)
+    assert (found["log_ends_s"], found["scene_ends_s"]) == pytest.approx((9.9e-5, 2e-4))
+
+
+def test_the_log_of_a_node_may_end_before_its_scene(tmp_path):
+    """Its user ends it, or resets it; it tells of itself as a run does."""
+    run = simulate(SHORT)
+    stream, block = MessageStream(run.scene, choice=run.choice), run.simulation.advance(100)
+    with LogWriter(tmp_path / "run.mcap", run.scene, choice_record(run.choice)) as log:
+        for message in (*stream.messages(block), *stream.flush()):
+            log.write(*message)
+        log.note_report(run.report.record())
+    log = read_log(tmp_path / "run.mcap")
+    assert len(list(log)) == 100
+    assert log.cut_short is None
+
+
+def test_the_log_of_a_run_that_failed_says_so_alone(cut_short):
+    """That it ends there is no second doubt."""
+    log = read_log(cut_short)
+    assert log.cut_short is None  # not read yet
+    assert len(list(log)) == 100
+    assert log.cut_short.scene_ends == pytest.approx(2e-4)
+    log.report = {"failure": "at 1e-4 s: a number that is not finite", "failure_at_s": 1e-4}
+    assert log.cut_short is None

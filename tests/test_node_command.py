@@ -138,6 +138,33 @@ def test_topics_are_read_timed_and_written(toy, told):
     assert "/toy/speed takes std_msgs/msg/Float64, not std_msgs/msg/String" in other
 
 
+@pytest.mark.parametrize("come", [0, 1])
+@pytest.mark.parametrize("verb", ["echo", "hz"])
+def test_ctrl_c_ends_who_listens_and_interrupts_who_waits_for_the_first_message(verb, come, told, monkeypatch):
+    from bearing_twin.nodes.graph import Graph, interface
+
+    def messages(*_, **__):
+        yield from [interface("std_msgs/msg/Float64", "msg")(data=2.5)] * come
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Graph, "messages", messages)
+    said = told("topic", verb, "/toy/speed", code=cli.DONE if come else cli.INTERRUPTED)
+    assert ("2.5" if verb == "echo" else "messages  1") in said if come else "bearing_twin: interrupted" in said
+
+
+@pytest.mark.parametrize("waits", ["_look", "_spin"])
+def test_ctrl_c_ends_who_publishes_and_interrupts_who_waits_for_a_subscriber(waits, told, monkeypatch):
+    from bearing_twin.nodes.graph import Graph
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Graph, waits, interrupted)
+    code = cli.DONE if waits == "_spin" else cli.INTERRUPTED
+    said = told("topic", "pub", "/toy/speed", "std_msgs/msg/Float64", "{data: 250}", "--count", "5", code=code)
+    assert "published  1" in said if waits == "_spin" else "bearing_twin: interrupted" in said
+
+
 def until(holds):
     """Waits; what is asked for in `holds` is asked for again: discovery takes as long as the machine is busy."""
     end = time.monotonic() + 300.0

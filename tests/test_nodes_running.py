@@ -88,6 +88,29 @@ def test_two_nodes_of_one_name_are_told(tmp_path):
         assert alone.failure is None
 
 
+@pytest.mark.parametrize("heard", [(), ("/b",), ("/b", "/c", "/d", "/e", "/f")])
+def test_a_node_says_which_subscribers_it_waits_for(heard, monkeypatch):
+    monkeypatch.setattr(running, "DISCOVERY_PATIENCE", 0.02)
+    names, said = ["/a", "/b", "/c", "/d", "/e", "/f"], []
+    publishers = [SimpleNamespace(topic_name=one, get_subscription_count=lambda one=one: one in heard) for one in names]
+    running.wait_for_subscribers(publishers, 0.1, said.append)
+    unheard = [one for one in names if one not in heard]
+    more = f" and {len(unheard) - 3} more" if unheard[3:] else ""
+    state = f"{len(heard)} of 6 topics, not of {', '.join(unheard[:3])}{more}"
+    assert said == [
+        f"waiting up to 0.1 s for subscribers (discovery), so far of {state}",
+        f"goes on after 0.1 s with subscribers of {state}",
+    ]
+
+
+def test_a_node_whose_subscribers_are_there_says_nothing_of_them(monkeypatch):
+    monkeypatch.setattr(running, "DISCOVERY_GRACE", 0.0)
+    said, asked = [], iter([0, 0, 1])
+    running.wait_for_subscribers([SimpleNamespace(get_subscription_count=lambda: next(asked))], 60.0, said.append)
+    assert said == []
+    assert not list(asked)
+
+
 def test_a_node_that_can_do_nothing_but_fail_ends(monkeypatch):
     monkeypatch.setattr(running, "MOST_FAULTS", 3)
     with ros_executor() as others:

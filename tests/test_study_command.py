@@ -507,7 +507,7 @@ def refused_report(path, capsys):
     return capsys.readouterr().err
 
 
-@pytest.mark.parametrize("from_write", [3, 5])
+@pytest.mark.parametrize("from_write", [0, 3, 5])
 def test_a_full_disk_takes_no_result_along(from_write, tmp_path, monkeypatch, capsys):
     write, calls = os.pwritev, []
 

@@ -112,7 +112,9 @@ def test_a_recording_that_begins_later_than_its_node_is_verified():
 
     def deviates(begin, **changed):
         blocks = [copied(begin, {"companion": windows[-1:]}), copied(second, changed.get("records", second.records))]
-        log = SimpleNamespace(kept_rate=KEPT_RATE, has_records=True, scene=run.scene, channels=run.channels)
+        log = SimpleNamespace(
+            kept_rate=KEPT_RATE, has_records=True, cut_short=None, scene=run.scene, channels=run.channels
+        )
         log.blocks = lambda: iter(blocks)
         return verify(log).deviations["companion"]
 

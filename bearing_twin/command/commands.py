@@ -144,9 +144,10 @@ def _verify(arguments) -> Outcome:
         verification = verify(log, lambda time: update(time / log.seconds), _before_the_log, arguments.before)
     kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
     result = {"log": str(arguments.log)} | verification.as_dict() | kept
-    off = {name: size for name, size in verification.deviations.items() if size}
+    off = verification.differences()
     count = f"{len(verification.deviations)}, {f'{len(off)} not the same' if off else 'all the same'}"
-    shown = {key: value for key, value in result.items() if key != "deviations"} | {"channels": count}
+    hidden = {"deviations", "records_not_as_many", *(("greatest_deviation",) if off else ())}  # each of them is shown
+    shown = {key: value for key, value in result.items() if key not in hidden} | {"channels": count}
     return Outcome(result, verification.doubts(), lambda: show_result(shown | ({"deviation of": off} if off else {})))
 
 
@@ -179,10 +180,12 @@ def _report(arguments) -> Outcome:
     result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
     if stream.kept_rate:
         result["kept_outputs_hz"] = stream.kept_rate
+    result |= stream.cut_short.as_dict() if stream.cut_short else {}
     if picture:
         result["plot"] = watched.write(picture, report)
     doubts = [stream.restart.told()] if stream.restart else []
     doubts += [f"{missing} outputs are missing from the log"] if missing else []
+    doubts += [stream.cut_short.told()] if stream.cut_short else []
     lost = {
         "messages_lost": "were lost on the way to the recorder",
         "messages_dropped": "were dropped on a full disk",

@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
-    """Writes the files; outputs that are missing from the log are a doubt. Raises BearingTwinError."""
+    """Writes the files; what is missing from the log is a doubt. Raises BearingTwinError."""
     from bearing_twin.command.terminal import with_progress
     from bearing_twin.log.export import export_log
 
@@ -40,6 +40,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     exported = export_log(arguments.log, arguments.to, arguments.out, arguments.topic, watch)
     result = {"log": arguments.log, "to": arguments.to, "rows": exported.rows, "files": list(exported.files)}
     doubts = [f"{exported.missing} outputs are missing from the log"] if exported.missing else []
+    doubts += [exported.cut_short.told()] if exported.cut_short else []
     if exported.runs > 1:
         again = "time and sequence begin again within the files"
         doubts.append(f"the log holds {exported.runs} runs, as the node was reset or started again: {again}")

@@ -52,8 +52,7 @@ def run(arguments) -> Outcome:
         if "rviz" in arguments.programs:
             raise BearingTwinError("a study has nothing that RViz draws; give --for foxglove, plotjuggler or rerun")
         programs = [one for one in programs if one != "rviz"]
-    folder = Path(arguments.out)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = _made(Path(arguments.out))
     name = file_name(source.stem if is_log else panels.name)
     files, opened = {}, {}
     for program in programs:
@@ -68,6 +67,18 @@ def run(arguments) -> Outcome:
             opened[program] = layout.opening(path, source if is_log else None)
         files[program] = str(path)
     return Outcome({"files": files, "open_with": opened}, [])
+
+
+def _made(folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise BearingTwinError(
+            f"--out {folder} is, or leads through, a file, and layouts go into a folder: name one, or leave --out away"
+        ) from error
+    except OSError as error:
+        raise BearingTwinError(f"--out {folder} cannot be made ({error.strerror}); give another folder") from error
+    return folder
 
 
 def _panels_of_scene(arguments):

@@ -48,9 +48,9 @@ class Ended(NamedTuple):
 
 
 def ended(run: ShownStream, log: Path | None, max_loss: float = 0.0) -> Ended:
-    """Has a run go to its end, into a new `log` if one is wanted; where that cannot grow, on without it.
+    """Has a run go to its end, into a new `log` if one is wanted; where there is no room for that, on without it.
 
-    Raises LogError where no log can be begun, before anything is computed.
+    Raises LogError where no log can be begun for another reason, before anything is computed.
     """
     incomplete = ""
     try:
@@ -66,13 +66,15 @@ def ended(run: ShownStream, log: Path | None, max_loss: float = 0.0) -> Ended:
 def _logged(run: ShownStream, log: Path, max_loss: float) -> str:
     from bearing_twin.command.terminal import say
     from bearing_twin.log.mcap_log import write_log
+    from bearing_twin.log.mcap_write import FullDisk
 
     try:
         write_log(run, log, max_loss=max_loss)
     except LogError as error:
-        if run.simulation.sequence < 0:
+        begun = run.simulation.sequence >= 0
+        if not begun and not isinstance(error, FullDisk):
             raise
-        told = f"the log is incomplete: {error}"
+        told = f"{'the log is incomplete' if begun else 'there is no log'}: {error}"
         if run.simulation.sequence + 1 < run.outputs and run.failure is None:
             say(f"{told}; the run goes on without it")
         return told

@@ -80,7 +80,7 @@ def echo_topic(arguments) -> Outcome:
     """Prints messages as they come."""
     from bearing_twin.command.terminal import show_text
 
-    most, left = None if arguments.full_length or arguments.json else SHORT_LIST, _count(arguments)
+    most, left, shown = None if arguments.full_length or arguments.json else SHORT_LIST, _count(arguments), False
     with _graph(arguments) as graph:
         from bearing_twin.nodes.reflection import plain
 
@@ -89,11 +89,13 @@ def echo_topic(arguments) -> Outcome:
                 data = _field(plain(message, most), arguments.field)
                 show_text(json_text(data) if arguments.json else f"{_shown(data)}---")
                 sys.stdout.flush()
+                shown = True
                 left -= 1
                 if left == 0:
                     break
         except KeyboardInterrupt:
-            pass
+            if not shown:
+                raise
     return Outcome(None, [])
 
 
@@ -130,7 +132,8 @@ def hz(arguments) -> Outcome:
                 if count and pace.count >= count:
                     break
         except KeyboardInterrupt:
-            pass
+            if not pace.count:
+                raise
     return Outcome(pace.figures(), [])
 
 
@@ -146,10 +149,7 @@ def publish(arguments) -> Outcome:
     """Publishes a message."""
     rate = number("--rate", arguments.rate, limits=Limits(above=0.0, at_most=1000.0))
     with _graph(arguments) as graph:
-        try:
-            sent = graph.publish(arguments.topic, arguments.type, _yaml(arguments.message), _count(arguments), rate)
-        except KeyboardInterrupt:
-            return Outcome({"topic": arguments.topic}, [])
+        sent = graph.publish(arguments.topic, arguments.type, _yaml(arguments.message), _count(arguments), rate)
     return Outcome({"topic": arguments.topic, "published": sent}, [])
 
 

@@ -44,6 +44,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     picture = picture_path(arguments.plot) if arguments.plot else None
     log = new_log(arguments.out) if arguments.out else None
     from bearing_twin.command.terminal import progress, say, show_text
+    from bearing_twin.log.mcap_write import FullDisk
     from bearing_twin.log.study_log import StudyLog, read_study
     from bearing_twin.uq.run import run_study
     from bearing_twin.uq.study_file import load_study
@@ -51,10 +52,14 @@ def run(arguments: argparse.Namespace) -> Outcome:
     study = load_study(arguments.study, overrides_of(arguments, samples="samples", seed="seed", workers="workers"))
     start = read_study(arguments.resume, unfinished=True) if arguments.resume else None
     cancelled = threading.Event()
-    result = problem = None
+    result = problem = writer = None
     try:
         with contextlib.ExitStack() as stack:
-            writer = stack.enter_context(StudyLog(study, log)) if log else None
+            try:
+                writer = stack.enter_context(StudyLog(study, log)) if log else None
+            except FullDisk as error:
+                problem = error
+                say(f"there is no log: {error}; the study goes on without it")
             with _interrupted_by_ctrl_c(cancelled), progress(f"study {study.name}") as update:
                 keep = writer.add if writer else None
                 result = run_study(study, lambda one: update(one.done / one.total), cancelled, start, keep)

@@ -19,9 +19,11 @@ import numpy as np
 
 from bearing_twin.errors import LogError
 from bearing_twin.extras import wanted
+from bearing_twin.log.parts import path_of
 from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
 from bearing_twin.paths import file_name, put_whole
+from bearing_twin.report import CutShort
 from bearing_twin.run.axes import ChannelAxis, axes_of
 from bearing_twin.run.dataset import dataset_of, source_of, tables_of
 from bearing_twin.spelling import echo, unknown
@@ -40,12 +42,13 @@ class Group(NamedTuple):
 
 
 class Exported(NamedTuple):
-    """What was written: files, how many outputs or realisations of how many runs they hold, how many the log lacks."""
+    """What was written: files, how many outputs or realisations of how many runs they hold, what the log lacks."""
 
     files: tuple[str, ...]
     rows: int
     missing: int = 0
     runs: int = 1
+    cut_short: CutShort | None = None  # where the log ends before its scene does
 
 
 def export_log(
@@ -60,7 +63,7 @@ def export_log(
     """
     if to not in FORMATS:
         raise LogError(f"a log cannot be written as {echo(to)}; {unknown(to, FORMATS)}")
-    target = Path(out)
+    target = path_of(out, "what is exported")
     if target.exists():
         raise LogError(f"{target} exists and is not overwritten; give another path")
     if not target.absolute().parent.is_dir():
@@ -72,7 +75,9 @@ def export_log(
     begun: list[Path] = []
     try:
         written = write(stream, target, begun, watch)
-        return written._replace(missing=getattr(stream, "missing", 0), runs=getattr(stream, "runs", 1))
+        if isinstance(stream, LogStream):
+            written = written._replace(missing=stream.missing, runs=stream.runs, cut_short=stream.cut_short)
+        return written
     except BaseException as error:
         for path in reversed(begun):
             with contextlib.suppress(OSError):

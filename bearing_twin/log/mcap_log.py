@@ -22,6 +22,7 @@ from bearing_twin.log.consecutive import Consecutive
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.parts import Told
 from bearing_twin.log.raw_log import (
+    OUTPUTS_KEY,
     RUN_RECORD,
     SCENE_RECORD,
     RawLogWriter,
@@ -132,7 +133,8 @@ def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss:
         1, min(ENCODED_TOGETHER, ENCODED_BYTES // (8 * sum(channel.width for channel in run.scene.channels)))
     )
     samples, waiting, since = 0, [], time.monotonic()
-    with LogWriter(path, run.scene, choice_record(run.choice), run_record, Safety(max_loss)) as log:
+    described = {**choice_record(run.choice), OUTPUTS_KEY: run.scene.outputs}
+    with LogWriter(path, run.scene, described, run_record, Safety(max_loss)) as log:
         stream = MessageStream(run.scene, choice=run.choice)
 
         def write() -> None:
@@ -163,7 +165,8 @@ def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss:
 def content_digest(path) -> str:
     """SHA-256 of everything in a log except date, host and costs: equal for two runs of one scene on one machine.
 
-    How messages are put together in chunks makes no difference: it depends on when a node flushed them.
+    How messages are put together in chunks makes no difference: it depends on when a node flushed them. Nor does it
+    that a node may end its log at any time, where a whole run says how long it is.
     """
     digest, topics_told = hashlib.sha256(), {}
     for file in log_files(path):
@@ -171,7 +174,8 @@ def content_digest(path) -> str:
             for item in reader.content():
                 if isinstance(item, Metadata):
                     if item.name != RUN_RECORD:
-                        digest.update(repr((item.name, sorted(item.metadata.items()))).encode())
+                        said = [one for one in sorted(item.metadata.items()) if one[0] != OUTPUTS_KEY]
+                        digest.update(repr((item.name, said)).encode())
                     continue
                 if item.topic.name not in topics_told:
                     topics_told[item.topic.name] = len(topics_told)

@@ -6,6 +6,7 @@ written when the disk is full.
 """
 
 import contextlib
+import errno
 import itertools
 import os
 import struct
@@ -47,6 +48,18 @@ _CHUNK_INDEX_END = struct.Struct("<QI"), struct.Struct("<QQ")  # before and afte
 _FOOTER_START = struct.Struct("<BQQQ")
 
 
+NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+
+
+class FullDisk(LogError):
+    """There is no room for a log, or for more of it; where it is written and how is not to blame."""
+
+
+def refused(sentence: str, error: BaseException) -> LogError:
+    """The error for what the system refused, as `error` says: FullDisk where room was lacking."""
+    return (FullDisk if getattr(error, "errno", None) in NO_ROOM else LogError)(sentence)
+
+
 class McapWriter:
     """A new MCAP file at `path`, profile `ros2`; raises LogError if the path exists or cannot be written.
 
@@ -62,7 +75,9 @@ class McapWriter:
         except FileExistsError as error:
             raise LogError(f"{path} exists and is not overwritten; give another name or remove it first") from error
         except OSError as error:
-            raise LogError(f"{path} cannot be written ({error.strerror}); give another place for the log") from error
+            raise refused(
+                f"{path} cannot be written ({error.strerror}); give another place for the log", error
+            ) from error
         self._end = 0  # what lies before is complete
         self._crc = 0
         self._failure: str | None = None
@@ -87,7 +102,9 @@ class McapWriter:
             self._append(MAGIC + _record(Header("ros2", library)))
         except (OSError, LogError) as error:
             self.discard()
-            raise LogError(f"{path} cannot be written ({error}); give another place for the log") from error
+            cause = error.__cause__ or error
+            why = getattr(cause, "strerror", None) or cause
+            raise refused(f"{path} cannot be written ({why}); give another place for the log", cause) from error
 
     def register(self, topic: str, ros_type: str, definition: str, metadata: Mapping[str, str]) -> int:
         """Describes a channel of CDR messages and returns its number."""
@@ -345,12 +362,12 @@ class McapWriter:
         except OSError as error:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._file, self._end)
-            until = f"up to t = {self.last_ns * 1e-9:.6f} s" if self.first_ns is not None else "none"
+            kept = f"{sum(self.counts.values())} messages (up to t = {self.last_ns * 1e-9:.6f} s) are kept"
             self._failure = (
-                f"{self.path} cannot grow ({error.strerror}): {sum(self.counts.values())} messages ({until}) are kept "
-                f"in it; make room{'' if self._patient else ' and write to a new log'}"
+                f"{self.path} cannot grow ({error.strerror}): {'no message is' if self.first_ns is None else kept} in "
+                f"it; make room{'' if self._patient else ' and write to a new log'}"
             )
-            raise LogError(self._failure) from error
+            raise refused(self._failure, error) from error
         return size
 
     def _look_after(self) -> None:

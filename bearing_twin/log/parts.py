@@ -16,6 +16,7 @@ from bearing_twin.log.bag import LoggedTopic, Span, bag_information, qos_text
 from bearing_twin.log.bundles import Bundle
 from bearing_twin.log.mcap_write import McapWriter
 from bearing_twin.log.thinning import KEPT_KEY
+from bearing_twin.spelling import echo
 
 SUFFIX = ".mcap"
 BAG_RECORD = "rosbag2"
@@ -231,6 +232,14 @@ class Parts:
     def _span(self, name: str | None) -> Span:
         messages = sum(self._writer.counts.values())
         return Span(name or "", self._writer.first_ns, self._writer.last_ns, messages, self._writer.bytes)
+
+
+def path_of(given, what: str = "a log") -> Path:
+    """What somebody gave as a path; raises LogError for what is none."""
+    try:
+        return Path(given)
+    except TypeError:
+        raise LogError(f"{echo(given)} is no path of {what}; give one as text or as a pathlib.Path") from None
 
 
 def part_names(path: Path, safety: Safety) -> Callable[[int], Path]:

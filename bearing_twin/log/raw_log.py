@@ -17,7 +17,8 @@ from bearing_twin.errors import LogError
 from bearing_twin.log.bag import LoggedTopic, Qos
 from bearing_twin.log.bundles import Bundle
 from bearing_twin.log.mcap_read import LoggedMessage, McapReader
-from bearing_twin.log.parts import SUFFIX, Parts, Safety, Told, part_names
+from bearing_twin.log.mcap_write import refused
+from bearing_twin.log.parts import SUFFIX, Parts, Safety, Told, part_names, path_of
 from bearing_twin.log.thinning import Thinning
 from bearing_twin.paths import put_whole
 from bearing_twin.signals import Unbroken
@@ -25,6 +26,7 @@ from bearing_twin.signals import Unbroken
 SCENE_RECORD = "bearing_twin"
 RECORDING_RECORD = "bearing_twin_recording"  # what a recorder received and what was lost; the last one counts
 ENDED_KEY = "samples_end"  # in it, once the recorder has ended: the number behind the last output
+OUTPUTS_KEY = "outputs"  # in SCENE_RECORD, where a whole run is written: how many it has; others may end at any time
 RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs of one scene
 RETRY = 1.0  # s between tries while the disk is full
 _LARGEST_BAG_FILE = 10_000_000  # bytes of metadata.yaml
@@ -38,21 +40,28 @@ class RawLogWriter(Told):
     """
 
     def __init__(self, path, run_record: bool = True, safety: Safety = Safety()):  # noqa: B008 - it cannot change
-        path = Path(path)
         refuse_existing(path)
+        path = Path(path)
         names = part_names(path, safety)
         self._folder = None if path.suffix == SUFFIX else path
         if self._folder is not None:
             try:
                 self._folder.mkdir()
             except OSError as error:
-                raise LogError(f"{path} cannot be made ({error.strerror}); give another place for the log") from error
+                said = f"{path} cannot be made ({error.strerror}); give another place for the log"
+                raise refused(said, error) from error
         self.path = path
         self._lock, self._unbroken = threading.Lock(), Unbroken()
         self._closed = False
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
         self._safety = safety
-        self._log = Parts(names, safety)
+        try:
+            self._log = Parts(names, safety)
+        except BaseException:
+            if self._folder is not None:
+                with suppress(OSError):
+                    self._folder.rmdir()
+            raise
         self._thinned: dict[int, Thinning] = {}
         self._whole: set[int] = set()  # topics that are not thinned for the time being
         self._ended = threading.Event()
@@ -221,9 +230,8 @@ class RawLogWriter(Told):
         try:
             put_whole(target, self._log.information().encode())
         except OSError as error:
-            raise LogError(
-                f"{target} cannot be written ({error.strerror}); the messages are in {self._log.path}"
-            ) from error
+            said = f"{target} cannot be written ({error.strerror}); the messages are in {self._log.path}"
+            raise refused(said, error) from error
 
     def _discard(self) -> None:
         """Removes a log that never got a message."""
@@ -238,7 +246,7 @@ class RawLogWriter(Told):
 
 def refuse_existing(path) -> None:
     """Raises LogError if a log cannot be made at `path` because something is there, or its folder is missing."""
-    path = Path(path)
+    path = path_of(path)
     if path.exists() or path.is_symlink():
         raise LogError(f"{path} exists and is not overwritten; give another name or remove it first")
     if not path.parent.is_dir():
@@ -247,7 +255,7 @@ def refuse_existing(path) -> None:
 
 def log_files(path) -> list[Path]:
     """The MCAP files of a log, in order: the file itself, or those that a bag folder's metadata.yaml lists."""
-    path = Path(path)
+    path = path_of(path)
     if not path.exists():
         raise LogError(f"there is no log {path}; give the path of an .mcap file or of a bag folder")
     if not path.is_dir():

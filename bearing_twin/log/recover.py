@@ -2,6 +2,7 @@
 
 from collections.abc import Container, Iterator, Sequence
 from contextlib import contextmanager
+from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
@@ -39,7 +40,7 @@ def survey(path) -> Recovered:
     return Recovered(messages, samples, tuple(problems))
 
 
-def recover(path, out) -> Recovered:
+def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
     """Writes everything that is whole in the log at `path` to a new log at `out`, with scene and metadata.
 
     Raises LogError if `out` exists or nothing can be saved. A damaged chunk is left out whole.

@@ -3,24 +3,31 @@
 import dataclasses
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bearing_twin.contact.laws import LAWS
 from bearing_twin.errors import LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.blocks import Restart, block_of, channels_of, check_block, refuse_misfits, sample_range
 from bearing_twin.log.mcap_read import McapReader
-from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RUN_RECORD, SCENE_RECORD, log_files
+from bearing_twin.log.parts import path_of
+from bearing_twin.log.raw_log import (
+    ENDED_KEY,
+    OUTPUTS_KEY,
+    RECORDING_RECORD,
+    RUN_RECORD,
+    SCENE_RECORD,
+    log_files,
+)
+from bearing_twin.log.records import choice_in, count_in, known_choice, report_in
 from bearing_twin.log.recover import advised, logged
 from bearing_twin.log.thinning import kept_rate
-from bearing_twin.parameters import echo
-from bearing_twin.report import DIGITS, Choice, parsed_json
+from bearing_twin.report import CutShort, parsed_json
 from bearing_twin.run.dataset import dataset_of
-from bearing_twin.run.fidelity import choose
+from bearing_twin.run.failure import told_in
 from bearing_twin.run.scene import Scene, read_logged
 from bearing_twin.sample import Block, Channel, Sample, between
 
@@ -47,8 +54,8 @@ class LogStream:
     """
 
     def __init__(self, path, allow_gaps: bool, topic: str | None, last_run: bool = False):
-        self.path = Path(path)
-        self.missing, self.runs = 0, 1
+        self.path: Path = path_of(path)
+        self.missing, self.runs, self._reached = 0, 1, 0
         self.metadata: dict[str, dict[str, str]] = {}
         self._allow_gaps = allow_gaps
         found, texts, kept = set(), set(), {}
@@ -68,7 +75,7 @@ class LogStream:
         self.kept_rate: float = kept[self.topic]
         self._namespace = self.topic.rpartition("/")[0]
         self._tables = {name for name in found if name.startswith(f"{self._namespace}/records/")}
-        self.report: dict | None = _report(self.metadata.get(RUN_RECORD, {}))
+        self.report: dict | None = report_in(self.metadata.get(RUN_RECORD, {}))
         self.restart: Restart | None = None
         self.end, self._skipped = 0, 0
         if last_run and self.report is None:  # else one run, which told of itself when it was over
@@ -83,7 +90,7 @@ class LogStream:
             self.scene: Scene | None = read_logged(stored, f"the scene in {self.path.name}") if stored else None
         except SceneError as error:
             raise LogError(f"{error}; the log is damaged, or was written by another version") from error
-        self.choice = _known(_choice(described), self.scene)
+        self.choice = known_choice(choice_in(described), self.scene)
         if self.scene is not None:
             self.choice = self.choice._replace(outside=self.scene.outside)
         first = next(self._sample_blocks(), None)
@@ -105,9 +112,21 @@ class LogStream:
         `uncounted` names topics of several publishers, whose losses nobody knows.
         """
         told = self.metadata.get(RECORDING_RECORD, {})
-        said = {key: told.get(key, "") for key in ("messages_lost", "messages_dropped", "messages_unreadable")}
-        counts = {key: int(text) for key, text in said.items() if text.isdecimal() and len(text) <= DIGITS}
+        said = {key: count_in(told.get(key)) for key in ("messages_lost", "messages_dropped", "messages_unreadable")}
+        counts = {key: count for key, count in said.items() if count is not None}
         return counts | ({"uncounted": told["uncounted"]} if told.get("uncounted") else {})
+
+    @property
+    def cut_short(self) -> CutShort | None:
+        """Where it ends before its scene does, once it was read; None where it does not, or the run failed there.
+
+        Of a node and of a recorder, which are ended when their work is done, it is None.
+        """
+        outputs = count_in(self.metadata.get(SCENE_RECORD, {}).get(OUTPUTS_KEY)) or 0
+        if self.scene is None or not 0 < self._reached < outputs or told_in(self.report or {}):
+            return None
+        period = 1e-9 * self.scene.output_period_ns
+        return CutShort((self._reached - 1) * period, (outputs - 1) * period)
 
     @property
     def namespace(self) -> str:
@@ -129,7 +148,7 @@ class LogStream:
 
     def blocks(self) -> Iterator[Block]:
         """The blocks as recorded; raises LogError where the log is damaged or outputs are missing."""
-        self.missing, self.runs = 0, 1
+        self.missing, self.runs, self._reached = 0, 1, 0
         expected, held, records = None, None, self._records()
         names = [channel.name for channel in self.channels]
         widths = [channel.width for channel in self.channels]
@@ -138,7 +157,7 @@ class LogStream:
                 raise LogError(f"{self.path} changes its channels at output {message.first_sequence}; record it again")
             if expected is not None and message.first_sequence != expected:
                 self._gap(expected, message.first_sequence)
-            expected = message.first_sequence + message.count
+            expected = self._reached = message.first_sequence + message.count
             block = block_of(self.channels, message)
             if held is not None:
                 yield self._with_records(held, records, int(held.time_ns[-1]))
@@ -208,9 +227,8 @@ class LogStream:
         It counts restarts of all `topics` of samples together.
         """
         told = self.metadata.get(RECORDING_RECORD, {})
-        end = told.get(ENDED_KEY, "")
-        one = topics == 1 and told.get("restarts") == "0" and end.isdecimal() and len(end) <= DIGITS
-        return int(end) if one else 0
+        one = topics == 1 and told.get("restarts") == "0"
+        return (count_in(told.get(ENDED_KEY)) or 0) if one else 0
 
     def _last_run(self) -> tuple[Restart | None, int, int]:
         """Where the last run begins, messages of samples and records before it, and the number behind its last output.
@@ -238,38 +256,6 @@ class LogStream:
                 message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
                 check_block(self.path, message)
                 yield name, message
-
-
-def _report(record: Mapping[str, str]) -> dict | None:
-    try:
-        found = parsed_json(record["report"])
-    except (KeyError, ValueError):
-        return None
-    return found if isinstance(found, dict) else None
-
-
-def _choice(record: Mapping[str, str]) -> Choice:
-    """The model named in a log's metadata; empty texts where there is none."""
-    named = (record.get("law", ""), record.get("stepper", ""), math.nan, record.get("reason", ""))
-    try:
-        warnings = tuple(map(str, parsed_json(record.get("warnings", "[]"))))
-        predicted = parsed_json(record.get("predicted", "null"))
-        setting, friction = float(record.get("setting", "nan")), record.get("friction", "")
-        return Choice(*named, warnings, setting, predicted and dict(predicted), friction=friction)
-    except (ValueError, TypeError):
-        return Choice(*named, ())
-
-
-def _known(choice: Choice, scene: Scene | None) -> Choice:
-    """The model a log names; where it names no law there is, that which its scene gets now, with a warning."""
-    if scene is None or choice.law in LAWS:
-        return choice
-    now = choose(scene)
-    if choice.law == now.law:  # of a kind that has laws of its own
-        return choice
-    named = f"names the law {echo(choice.law)}, which there is not" if choice.law else "does not name its law"
-    doubt = f"the log {named}: it is judged by {now.law}, which its scene gets now"
-    return now._replace(stepper=choice.stepper or now.stepper, warnings=(*choice.warnings, doubt))
 
 
 def _chosen(path, found: set[str], topic: str | None) -> str:

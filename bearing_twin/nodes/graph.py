@@ -112,7 +112,7 @@ class Graph:
                 silent()
 
     def publish(self, topic: str, ros_type: str, data: Any, count: int, rate: float) -> int:
-        """Publishes a message `count` times (0: until interrupted) at `rate` [Hz]; returns how many there were.
+        """Publishes a message `count` times (0: until Ctrl-C, the normal end) at `rate` [Hz]; returns how often it did.
 
         Waits for a subscriber first; raises GraphError where none comes, or one that takes another type.
         """
@@ -130,11 +130,12 @@ class Graph:
         self._look(heard, f"nobody listens to {echo(topic)}", self._names("topic", self._node.count_subscribers))
         self._at_rest(publisher.get_subscription_count)  # all of them, and each learns of the publisher a little later
         sent = 0
-        while not count or sent < count:
-            publisher.publish(message)
-            sent += 1
-            self._spin(1.0 / rate)
-        publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=self._wait))
+        with contextlib.suppress(KeyboardInterrupt):
+            while not count or sent < count:
+                publisher.publish(message)
+                sent += 1
+                self._spin(1.0 / rate)
+            publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=self._wait))
         return sent
 
     # Parameters

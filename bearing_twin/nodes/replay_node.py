@@ -68,7 +68,8 @@ class ReplayNode(Node):
         if self._outlet.has_clock:
             self.create_timer(CLOCK_PERIOD, self._on_clock, clock=steady)
         self.get_logger().info(f"{values['log']}: {len(self._outlet.publishers)} topics")
-        wait = partial(wait_for_subscribers, self._outlet.publishers, values["discovery"])
+        waited_for = self._outlet.publishers, values["discovery"], self.get_logger().info
+        wait = partial(wait_for_subscribers, *waited_for)
         self.worker = Worker(self._turn, wait, self._ended)
         self.worker.start()
 

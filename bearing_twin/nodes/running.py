@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,8 @@ from bearing_twin.nodes.outlet import MANY, Outlet
 
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as it is told what was sent, every 3 s by default
 DISCOVERY_POLL = 0.02  # s
+DISCOVERY_PATIENCE = 1.0  # s of waiting for subscribers, after which a node says what it waits for
+SOME = 3  # topics that are named of those without a subscriber
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
 POLL = 0.1  # s: how soon the main thread sees that a node is done
 NAMESAKE = "another node has this name in this namespace, so their topics mix: give one of them another"
@@ -190,17 +192,30 @@ def acknowledged(publishers: Iterable[Publisher]) -> bool:
     return True
 
 
-def wait_for_subscribers(publishers: Iterable[Publisher], seconds: float) -> None:
-    """Waits until each publisher has a subscriber, at most `seconds`; 0 = not at all."""
+def wait_for_subscribers(publishers: Collection[Publisher], seconds: float, say: Callable[[str], None]) -> None:
+    """Waits until each publisher has a subscriber, at most `seconds`; 0 = not at all. A long wait it will `say`."""
     if not seconds:
         return
-    end = time.monotonic() + seconds
+    begin, said = time.monotonic(), False
     for publisher in publishers:
         while not publisher.get_subscription_count():
-            if time.monotonic() > end:
+            waited = time.monotonic() - begin
+            if waited > seconds:
+                say(f"goes on after {seconds:g} s with subscribers of {_heard(publishers)}")
                 return
+            if waited > DISCOVERY_PATIENCE and not said:
+                said = True
+                say(f"waiting up to {seconds:g} s for subscribers (discovery), so far of {_heard(publishers)}")
             time.sleep(DISCOVERY_POLL)
     time.sleep(DISCOVERY_GRACE)
+
+
+def _heard(publishers: Collection[Publisher]) -> str:
+    """How many topics have a subscriber, and some that have none."""
+    unheard = [one.topic_name for one in publishers if not one.get_subscription_count()]
+    more = f" and {len(unheard) - SOME} more" if len(unheard) > SOME else ""
+    without = f", not of {', '.join(unheard[:SOME])}{more}" if unheard else ""
+    return f"{len(publishers) - len(unheard)} of {len(publishers)} topics{without}"
 
 
 def wake_at_jumps(executor, ended: threading.Event, clock: SteadyTime | None = None) -> None:

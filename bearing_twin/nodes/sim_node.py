@@ -123,7 +123,7 @@ class SimNode(Node):
         self.simulation = run = Simulation(scene, self._halt)
         run.warm_up()
         self._doing = "waiting for subscribers"
-        wait_for_subscribers(self._outlet.publishers, self._discovery)
+        wait_for_subscribers(self._outlet.publishers, self._discovery, self.get_logger().info)
         if self.worker.stopping:
             return
         make_stream = partial(MessageStream, scene, choice=run.chosen, frame_prefix=values["frame_prefix"])

@@ -2,25 +2,34 @@
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from bearing_twin.errors import LogError
+from bearing_twin.report import CutShort
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.sample import Block
+from bearing_twin.units import UNITS, suffix_of, with_unit
 
 
 @dataclass(frozen=True)
 class Verification:
-    """How far a log is from a fresh simulation of the scene stored in it."""
+    """How far a log is from a fresh simulation of the scene stored in it.
+
+    `deviations` are of channels, in those of `units`, and of tables of records, over all of their columns; infinite for
+    those that are `recounted`: the new run has more records, or fewer.
+    """
 
     samples: int
     deviations: dict[str, float]
     missing: int = 0  # outputs between those of the log
     lacks: tuple[str, ...] = ()  # records of the new run, of which the log has no topic
+    cut_short: CutShort | None = None  # where the log ends before its scene does
+    units: Mapping[str, str] = field(default_factory=dict)
+    recounted: tuple[str, ...] = ()
 
     @property
     def greatest(self) -> float:
@@ -30,20 +39,52 @@ class Verification:
     def as_dict(self) -> dict:
         """For `--json`."""
         found = {"samples": self.samples, "greatest_deviation": self.greatest, "deviations": self.deviations}
+        found |= {"records_not_as_many": list(self.recounted)} if self.recounted else {}
         found |= {"outputs_missing": self.missing} if self.missing else {}
+        found |= self.cut_short.as_dict() if self.cut_short else {}
         return found | ({"records_missing": list(self.lacks)} if self.lacks else {})
+
+    def differences(self) -> dict[str, float | str]:
+        """What deviates by how much, by keys that end with their SI unit; in words where no number says it."""
+        found: dict[str, float | str] = {}
+        for name, size in self.deviations.items():
+            unit = self.units.get(name)
+            if name in self.recounted:
+                found[name] = "more or fewer records than in a new run"
+            elif size and unit is not None and (unit == "1" or suffix_of(unit)):
+                found[f"{name}{suffix_of(unit)}"] = size
+            elif size:
+                found[name] = f"{size:.6g}{with_unit(_shown(unit)) if unit else ', the greatest of its columns in SI'}"
+        return found
+
+    def _sentence(self) -> str:
+        """That it deviates, and why that may be; "" where it does not."""
+        off = {name: size for name, size in self.deviations.items() if size and name not in self.recounted}
+        parts = []
+        if off:
+            worst = max(off, key=off.__getitem__)
+            unit = with_unit(_shown(self.units[worst])) if worst in self.units else ""
+            place = worst.replace("_", " ") if worst in self.units else f"records of {worst}, SI"
+            parts.append(f"deviates by up to {off[worst]:.3g}{unit} ({place}) from a new run")
+        if self.recounted:
+            parts.append(f"has more or fewer records of {', '.join(self.recounted)} than a new run")
+        why = "as it does where speed or load were commanded: the scene in it knows nothing of that"
+        return f"the log {' and '.join(parts)}, {why}" if parts else ""
 
     def doubts(self) -> list[str]:
         """What keeps the log from being the whole run of its scene, one sentence each."""
-        found = []
-        if self.greatest:
-            why = "as it does where speed or load were commanded: the scene in it knows nothing of that"
-            found.append(f"the log deviates by up to {self.greatest:.3g} from a new run, {why}")
+        found = [self._sentence()] if self._sentence() else []
         if self.missing:
             found.append(f"{self.missing} outputs are missing in the log, and nothing is known of them")
+        if self.cut_short:
+            found.append(self.cut_short.told())
         if self.lacks:
             found.append(f"the log has no records, as of {', '.join(self.lacks)}: outputs alone were compared")
         return found
+
+
+def _shown(unit: str) -> str:
+    return UNITS[unit].shown if unit in UNITS else unit
 
 
 Told = Callable[[float], None]
@@ -71,10 +112,10 @@ def verify(
             "this log holds no scene, so it cannot be simulated again; verify a log written by `simulate --out`"
         )
     simulation = Simulation(log.scene)
-    names = [channel.name for channel in log.channels]
+    names, units = [channel.name for channel in log.channels], {one.name: one.unit for one in simulation.channels}
     if not set(names) <= {channel.name for channel in simulation.channels}:
         raise LogError("this log was written by another version: its channels differ; simulate the scene again")
-    deviations, samples, missing, made = dict.fromkeys(names, 0.0), 0, 0, set()
+    deviations, samples, missing, made, recounted = dict.fromkeys(names, 0.0), 0, 0, set(), set()
     for block in log.blocks():
         if block.first_sequence <= simulation.sequence:
             raise LogError(
@@ -103,10 +144,12 @@ def verify(
             same = found.shape == rows.shape
             difference = float(np.abs(found - rows).max(initial=0.0)) if same else np.inf
             deviations[name] = max(deviations.get(name, 0.0), difference)
+            recounted.update(() if same else (name,))
         samples += len(block)
         if progress:
             progress(1e-9 * block.time_ns[-1])
-    return Verification(samples, deviations, missing, () if log.has_records else tuple(sorted(made)))
+    lacks = () if log.has_records else tuple(sorted(made))
+    return Verification(samples, deviations, missing, lacks, log.cut_short, units, tuple(sorted(recounted)))
 
 
 def _refuse_far(simulation: Simulation, sequence: int, longest: float) -> None:

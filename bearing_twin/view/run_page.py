@@ -51,11 +51,13 @@ def document_of_run(stream, notes: Sequence[str] = ()) -> Viewed:
         except IntegrationError:
             if stream.simulation.sequence < 0:
                 raise
-        report, missing = stream.report, 0
+        report, missing, cut_short = stream.report, 0, None
     else:
         report, missing = report_of(stream, shown)
+        cut_short = stream.cut_short
     failure = f"The run failed {report.failure['failure']}" if report.failure else ""
     said = [*notes, failure, frames.note(), f"{missing} outputs are missing from the log." if missing else ""]
+    said += [f"{cut_short.told()}.".capitalize()] if cut_short else []
     document = {
         "kind": "run",
         "title": report.scene or "Recorded run",
