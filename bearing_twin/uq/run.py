@@ -84,11 +84,7 @@ def run_study(
             with contextlib.suppress(Stopped):
                 worth = model_errors(study, task, ensemble, *drawn.arrays()[:2], drawn.doubts.sentences)
     if drawn.because == CANCELLED and not asked():
-        drawn.because = f"{OUT_OF_TIME}{limit:g} s was reached"
-        if not (drawn.done or exact or expanded):
-            raise StudyError(
-                f"study {study.name}: its time_limit of {limit:g} s was reached before a realisation was done; raise it"
-            )
+        _tell_limit(study, drawn, bool(exact or expanded))
     values, quantities, histories, status, doubtful = drawn.arrays()
     result = StudyResult(
         study, values, quantities, histories,
@@ -101,6 +97,14 @@ def run_study(
         summary["sweep"] = _sweep(study, tell, ends, began)
     summary["seconds"] = time.monotonic() - began
     return dataclasses.replace(result, summary=summary)
+
+
+def _tell_limit(study: Study, drawn: Drawn, otherwise: bool) -> None:
+    """Says that the time limit ended a study; raises StudyError where nothing is done, nor known `otherwise`."""
+    limit = f"{study.settings.time_limit:g} s was reached"
+    if not (drawn.done or otherwise):
+        raise StudyError(f"study {study.name}: its time_limit of {limit} before a realisation was done; raise it")
+    drawn.because = f"{OUT_OF_TIME}{limit}"
 
 
 def memory_needed(study: Study) -> float:
