@@ -1,6 +1,7 @@
 """Balls that bounce and balls that meet: what a bearing run is off there, how it comes to know, and its horizon."""
 
 import dataclasses
+import json
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,6 +23,7 @@ from bearing_twin.kinds.bearing.companion.departures import (
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, drive_later, left_over
 from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.meetings import Drift, as_met, meetings, pairs_in, stretches_from, until_met
+from bearing_twin.kinds.bearing.companion.redoing import BEYOND
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, PLACE, UNKNOWN, WINDOW, Window
 from bearing_twin.kinds.bearing.forces.equations import RingDrive, approaches
 from bearing_twin.kinds.bearing.forces.layout import (
@@ -276,8 +278,13 @@ def test_beyond_a_horizon_nobody_is_followed_and_no_copy_sets_out():
     companion.parts = 1
     assert companion._copied(part, met) == 3
     assert companion._goes_beside(part)
-    for lost, beyond in ((part.elapsed, False), (part.elapsed - 1e-6, True)):
-        companion.lost = lost
+    for until, beyond in ((part.elapsed + 1e-6, False), (part.elapsed, True)):
+        companion.growth = Growth(1e-4)
+        rows = np.zeros((2, len(WINDOW.columns)))
+        rows[:, PLACE["ball"]], rows[:, PLACE["begin"]] = APART, until - 1e-3
+        rows[:, 0], rows[:, PLACE["friction"]] = (until, until + 1e-3), (1e-6, 1e-3)
+        companion.stands([rows[::-1]])
+        assert companion.horizon == until
         assert companion._beyond(part) == beyond
         assert (companion._copied(part, met) is None) == beyond
     assert not companion._goes_beside(part)
@@ -287,6 +294,42 @@ def test_beyond_a_horizon_nobody_is_followed_and_no_copy_sets_out():
     assert not companion._beyond(part)
     companion.remember(kept)
     assert companion._beyond(part)
+
+
+def test_beyond_a_horizon_steps_are_for_statistics_and_shorter_again_where_it_is_moved(monkeypatch):
+    """Steps as short as those before it took ten times as many, for what nobody promises."""
+    made, part = [], BearingMotion._part
+
+    def noted(motion, times, duration, out, first):
+        if len(times):
+            made.append((motion.elapsed, motion.setting, motion.companion.horizon))
+        part(motion, times, duration, out, first)
+
+    monkeypatch.setattr(BearingMotion, "_part", noted)
+    overrides = "initial.motion=rest", "run.duration=0.3", "wanted.tolerance=1e-3"
+    run = simulate(load_scene("bearing_6203_loose", overrides))
+    for _ in run.blocks():
+        pass
+    beyond, within = ([one[1] for one in made if (one[0] >= one[2]) == far] for far in (True, False))
+    assert len(beyond) >= 5
+    assert set(beyond) == {BEYOND}
+    assert max(within) <= 1.0
+    assert run.simulation._motion.setting <= 1.0
+    assert run.simulation._motion.companion.horizon >= run.report.errors["horizon_s"]
+
+
+def test_what_growth_knows_is_plain_data_and_known_again():
+    growth = Growth(1e-4)
+    for ball, end, friction in ((APART, 0.031, 1e-6), (3, 0.04, 1e-5), (UNKNOWN, 0.07, 2.0), (APART, 0.032, 2e-3)):
+        row = np.zeros(len(WINDOW.columns))
+        row[0], row[PLACE["begin"]], row[PLACE["ball"]], row[PLACE["friction"]] = end, 0.0308, ball, friction
+        growth.add(row, 50.0)
+    other = Growth(1e-4)
+    other.remember(json.loads(json.dumps(growth.memory())))
+    assert vars(other) == vars(growth)
+    assert (other.horizon, other.horizon_seen) == (0.0308, 0.0308)
+    with pytest.raises(KeyError):
+        other.remember({})
 
 
 def test_no_copy_sets_out_beyond_the_horizon_that_one_found():

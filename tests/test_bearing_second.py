@@ -237,7 +237,7 @@ def test_a_copy_sets_out_from_where_the_second_motion_got_to(monkeypatch):
 
     monkeypatch.setattr(companion, "Second", second_of)
     monkeypatch.setattr(companion, "all_beside", beside_too)
-    ran(scene, *differs, "wanted.tolerance=0.05")
+    ran(scene, *differs, "wanted.tolerance=0.01")
     off, (states, _) = next(one for one in found if one[1] is not None)
     assert np.abs(states[:, AXIS_DISTANCE]).max() > 0.0
     assert off[:, :MOTION] == pytest.approx(states[:, :MOTION], rel=1e-6, abs=1e-15)

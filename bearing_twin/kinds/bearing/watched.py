@@ -6,7 +6,7 @@ looked at again, whatever points to them then. The setting gets rougher again af
 much less, or where all points to smaller errors than those had; what was too rough once is never tried again. Where
 errors of earlier parts grew, as balls bounced or met, or are carried on by a ring, the whole chunk is done again. Where
 a tighter setting finds the same, the motion itself is that sensitive: the error is told, and the setting goes back.
-Where bumps into a cage were seen to carry an error on, steps are made for statistics alone.
+Beyond the run's horizon steps are made for statistics alone.
 """
 
 import math
@@ -19,6 +19,7 @@ from bearing_twin.kinds.bearing.companion.balance import SURE, between_steps
 from bearing_twin.kinds.bearing.companion.companion import Companion
 from bearing_twin.kinds.bearing.companion.deviations import Part
 from bearing_twin.kinds.bearing.companion.earlier import ringing_time
+from bearing_twin.kinds.bearing.companion.growth import EVER
 from bearing_twin.kinds.bearing.companion.inherited import NOTHING, all_of_it, carried_on, remembered
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, INHERITED, PLACE, WINDOW, bumps, carries, unseen
 from bearing_twin.kinds.bearing.error_scales import STEP_SHARE
@@ -53,7 +54,7 @@ class WatchedMotion(BearingMotion):
         self._rows: list[np.ndarray] = []
         self._found: np.ndarray | None = None
         self._added = self._before_it = np.zeros((0, len(WINDOW.columns)))
-        self._chunk_begun = 0.0
+        self._chunk_begun = self._part_begun = 0.0
         self._may_retake = self._first_go = self._eventful = self._thrown = False
         self._grown, self._sensitive, self._roughest, self._calm = 0.0, False, 1.0, 0
         self._inherited = NOTHING
@@ -125,7 +126,8 @@ class WatchedMotion(BearingMotion):
             out, further = None, False
             try:
                 out = super().advance(times, duration)
-                worst = self._grown
+                worst, horizon = self._grown, self.companion.horizon
+                further, reached = reached < horizon < EVER and not self.companion.diverged, horizon
             except redoing.CarriedOn as carried:
                 worst, further, reached = carried.worst, carried.since > reached, carried.since
             except IntegrationError:
@@ -174,6 +176,8 @@ class WatchedMotion(BearingMotion):
             self._set(before)
             return
         self._part_begun, spent, dear = begun, int(self.counts[STEPS]), 0
+        within, lost = self.setting, self._lost
+        self._set(redoing.BEYOND if lost else within)
         # A ball that is followed since before is not bettered: a sign, no more, of a rough setting.
         before, worst, since = self.setting, math.inf, -math.inf if self.setting > redoing.FUTILE else self.elapsed
         for attempt in range(1 + redoing.REDONE):
@@ -190,7 +194,7 @@ class WatchedMotion(BearingMotion):
             last, worst = worst, self._worst(since)
             dear = dear or redoing.MOST_SPENT * (self.counts[STEPS] - spent)
             eventful = self._eventful and not self._bumps  # whose errors no setting spares
-            ends = redoing.enough(worst, attempt, eventful) or self.companion.diverged
+            ends = redoing.enough(worst, attempt, eventful) or self.companion.diverged or lost
             ends, futile = ends or self.counts[STEPS] - spent > dear, attempt and worst >= redoing.HELPED * last
             if self._thrown and (ends or futile):  # steps before the part made what is left
                 self._stop_carrying(self._added)
@@ -201,23 +205,29 @@ class WatchedMotion(BearingMotion):
             before, cut = self.setting, redoing.cut_by(worst)
             self._roughest, self._calm = min(self._roughest, redoing.SPARED * before), 0
             self._begin_again(arrays, others, before_it, max(cut * self.setting, VERIFIABLE / self.given))
+        self._set(within if lost else self.setting)
         rows, self._found = self._found, None
+        stand = []
         if rows is not None and self.companion.unlooked < math.inf:
-            self._rows.append(all_of_it(self.elapsed, self.tolerance, *self.companion.unknown))
+            stand = [all_of_it(self.elapsed, self.tolerance, *self.companion.unknown)]
         self._relax(rows if rows is None else rows[rows[:, PLACE["begin"]] >= begun])
         if rows is not None:
             rows = self.companion.go_beside(*self._looked_at, (self.state, self.border), rows)
-            if not self._bumps:
+            if not (self._bumps or lost):
                 self._grown = max(self._grown, self.companion.off(redoing.carried(rows, begun)))
-            elif self.companion.diverged:
-                self._set(redoing.BEYOND)
-                self._sensitive = True
-        self._rows += [] if rows is None or not len(rows) else [rows]
+        stand += [] if rows is None or not len(rows) else [rows]
+        self.companion.stands(stand)
+        self._rows += stand
+
+    @property
+    def _lost(self) -> bool:
+        """Whether a part begins beyond the run's horizon: its steps are for statistics alone."""
+        return self._part_begun >= self.companion.horizon
 
     def _stop_carrying(self, carried: np.ndarray) -> None:
         """Ends a chunk that is off too far by what it carried into this part, in rows of WINDOW."""
         stops = self._may_retake and self._part_begun > self._chunk_begun and self.tolerance > VERIFIABLE
-        if stops and self.companion.off(carried) > redoing.CARRIED and not self._bumps:
+        if stops and not self._lost and self.companion.off(carried) > redoing.CARRIED and not self._bumps:
             raise redoing.CarriedOn(self.companion.off(self._before_it), self._part_begun)
 
     def _relax(self, rows: np.ndarray | None) -> None:

@@ -29,7 +29,7 @@ from bearing_twin.kinds.bearing.companion.departures import (
 )
 from bearing_twin.kinds.bearing.companion.deviations import Found, Part, deviations, left_over, off_in_flight
 from bearing_twin.kinds.bearing.companion.growth import BUMPED, FLOOR, MET
-from bearing_twin.kinds.bearing.companion.looking import EARLY, EVER, LOOKING, Looking
+from bearing_twin.kinds.bearing.companion.looking import EARLY, LOOKING, Looking
 from bearing_twin.kinds.bearing.companion.meetings import (
     COPYING,
     Drift,
@@ -39,7 +39,6 @@ from bearing_twin.kinds.bearing.companion.meetings import (
     until_met,
 )
 from bearing_twin.kinds.bearing.companion.pointers import MOST, POINTERS
-from bearing_twin.kinds.bearing.companion.redoing import SAFE
 from bearing_twin.kinds.bearing.companion.second import Second
 from bearing_twin.kinds.bearing.companion.throws import Throw, Throws
 from bearing_twin.kinds.bearing.companion.windows import ALL, BUMPING, PLACE, WINDOW, Window, bumps, off_by, within
@@ -56,7 +55,7 @@ BOUNCING = 0.45  # ... or would be, with a ball that bounces although nothing po
 # that a ring couples, where it rings on.
 DEARER, TOGETHER = 1.35, 1.6
 KEPT = {"greatest_load": float, "steps": int, "looked": int, "parts": int, "met": int, "diverged": bool}
-KEPT |= {"grew": float, "reached": float, "lost": float}
+KEPT |= {"grew": float, "reached": float}
 
 
 class Companion(Looking):
@@ -94,6 +93,7 @@ class Companion(Looking):
             "drift": self.drift.memory(),
             "second": self.second.memory(),
             "earlier": self.throws.earlier.memory(),
+            "growth": self.growth.memory(),
         }
 
     def remember(self, kept: dict) -> None:
@@ -104,6 +104,7 @@ class Companion(Looking):
         self.drift.remember(kept["drift"])
         self.second.remember(kept.get("second", []))
         self.throws.earlier.remember(kept.get("earlier", []))
+        self.growth.remember(kept.get("growth", self.growth.memory()))
 
     def inherited(self) -> tuple:
         """What it carries from part to part of the motion; see `inherit`."""
@@ -264,7 +265,7 @@ class Companion(Looking):
         It goes on, twice as far each time, until it is off by more than is wanted, or has taken its share of steps.
         Balls next to each other start off the other way; or all as far off as a second motion beside the run was.
         """
-        copied, self.lost = self._copied(part, met), self.lost if self._beyond(part) else EVER  # it may be done again
+        copied = self._copied(part, met)
         self.met += int(met.any())
         # The next meetings do the same again to what is off after them.
         far = self.grew > MET or self.grew * self.reached > self.parameters.wanted.tolerance
@@ -294,7 +295,6 @@ class Companion(Looking):
             self.grew, self.reached = max(self.grew, off / first), max(self.reached, off)
             window = next(stretches, None) if off <= self.parameters.wanted.tolerance else None
         self.steps += taken
-        self.lost = begin if off > SAFE * self.parameters.wanted.tolerance and self.grew > MET else self.lost
         self.unlooked = np.inf if window is None else first_met(part, met, window.begin + 1)
         self.adrift = self.unlooked < np.inf and self.grew > MET
         return rows

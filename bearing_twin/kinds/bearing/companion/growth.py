@@ -5,14 +5,13 @@ just before balls meet, and is looked at just after, and of what goes beside a r
 that rolls forgets what it is off; one that bounces, or hits another or a cage, carries it on and more.
 """
 
-import math
-
 import numpy as np
 
 from bearing_twin.kinds.bearing.companion.redoing import SAFE
 from bearing_twin.kinds.bearing.companion.windows import ALL, APART, BESIDE, PLACE, UNKNOWN, off_by
 from bearing_twin.kinds.doubt import CHAOTIC, horizon
 
+EVER = 1e9  # s: longer than any run
 FLOOR = 1e-9  # of friction: rounding, as approaches are small differences of positions
 MET = 100.0  # times, of a copy: within a millisecond or so, and the next meeting does the same again
 UNSEEN = (
@@ -27,6 +26,7 @@ BEYOND = (
 BUMPED = 10.0  # times what any window shows, of what goes beside a run whose balls bump
 # How many times errors grow, and beyond what share of the tolerance, where the run ends to be as exact as wanted.
 HOW = {APART: (MET, SAFE, "balls met"), BESIDE: (BUMPED, 1.0, "steps made them")}
+KEPT = {"grown": float, "kept": float, "since": str, "shown": float, "unlooked": float, "beyond": float, "seen": float}
 MOST = 32  # balls with their begin whose first error is kept
 
 
@@ -38,8 +38,9 @@ class Growth:
         self.first: dict[tuple[int, float], tuple[float, float]] = {}  # error at first, and kept until [s]
         self.grown, self.kept, self.since = 0.0, 0.0, ""
         self.shown = FLOOR  # the most that a window of all balls is off
-        self.unlooked = math.inf  # since when [s] balls met where nobody looked, which counts once meetings are bad
-        self.beyond = math.inf  # since when [s] a copy was off by too much, which counts once errors grow
+        self.unlooked = EVER  # since when [s] balls met where nobody looked, which counts once meetings are bad
+        self.seen = EVER  # as `kept`, by what somebody looked at
+        self.beyond = EVER  # since when [s] a copy was off by too much, which counts once errors grow
 
     def add(self, row, greatest: float) -> None:
         """Takes a row in; `greatest` load [N] so far."""
@@ -66,10 +67,27 @@ class Growth:
         if len(self.first) > MOST:
             del self.first[next(iter(self.first))]
 
+    def memory(self) -> dict:
+        """What it knows, as plain data; see `remember`."""
+        first = [[*key, *one] for key, one in self.first.items()]
+        return {name: getattr(self, name) for name in KEPT} | {"first": first}
+
+    def remember(self, kept: dict) -> None:
+        """Goes on from what `memory` gave; raises KeyError, TypeError or ValueError for anything else."""
+        vars(self).update((name, kind(kept[name])) for name, kind in KEPT.items())
+        rows = [(int(ball), *map(float, rest)) for ball, *rest in kept["first"]]
+        self.first = {(ball, begin): (off, until) for ball, begin, off, until in rows}
+
     def _ends(self, kept: float, grown: float, since: str) -> None:
         """Takes in that errors had grown so many times since then when they were last as wanted, at `kept` [s]."""
+        self.seen = min(self.seen, kept) if since else self.seen
         if not self.grown or kept < self.kept:
             self.grown, self.kept, self.since = grown, kept, since
+
+    @property
+    def horizon_seen(self) -> float:
+        """The horizon [s] by what somebody looked at alone; EVER where there is none."""
+        return min(self.seen, self.beyond) if self.grown else EVER
 
     @property
     def horizon(self) -> float | None:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD, Part
+from bearing_twin.kinds.bearing.companion.growth import Growth
 from bearing_twin.kinds.bearing.companion.meetings import as_met, copied_from, meetings, until_met
 from bearing_twin.kinds.bearing.companion.pointers import (
     MOST,
@@ -31,7 +32,6 @@ from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
 LIKE, CHEAP, EARLY = 0.5, 0.005, 8  # times the least of those; of the run's steps: worth a look in so many parts then
 AT_FIRST = 0.02  # of the run's steps: what a look at a ball that slides at first may take
 SLIDES = 0.01  # of mu N: a contact with less friction rolls
-EVER = 1e9  # s: longer than any run
 CANDIDATES = 16  # outputs that point most, of which windows are made
 RAISED, FAR_RAISED = 1.2, 2.0  # times the least of those: worth a look; times the greatest: whatever it costs
 LOOKING = 0.1  # of the run's steps: where more were spent, only that is looked at which exceeds all before by far ...
@@ -54,7 +54,8 @@ class Looking:
         self.best = np.zeros((POINTERS, MOST))
         self.greatest_load = 0.0
         self.looked = self.parts = self.met = 0
-        self.lost = EVER  # since when [s] a copy was off by too much, as meetings made errors grow
+        wanted = self.parameters.wanted
+        self.growth = Growth(wanted.tolerance, wanted.outputs == LOADS)  # by rows of parts that stand
         self.spare = 1.0  # times the errors of the last part: still less than those that were looked at
 
     def windows(self, part: Part) -> list[Window]:
@@ -123,9 +124,23 @@ class Looking:
         slides = felt[ball] > SLIDES * self.parameters.contact.friction_coefficient
         return [window] if slides and steps_in(window, ball, steps) >= LEAST_STEPS else []
 
+    @property
+    def horizon(self) -> float:
+        """The run's horizon [s] by what was seen in the parts so far; EVER where it has none.
+
+        Where nobody looked somebody may, once a part is done again.
+        """
+        return self.growth.horizon_seen
+
+    def stands(self, found: list[np.ndarray]) -> None:
+        """Takes in the rows of WINDOW of a part that stands, in order of time, as whoever reads the records does."""
+        rows = np.concatenate(found or [np.zeros((0, 1))])
+        for row in rows[np.argsort(rows[:, 0], kind="stable")]:
+            self.growth.add(row, self.greatest_load)
+
     def _beyond(self, part: Part) -> bool:
-        """Whether a part begins beyond the run's horizon: a copy before it was off by too much, see `growth`."""
-        return part.elapsed > self.lost
+        """Whether a part begins beyond the run's horizon."""
+        return part.elapsed >= self.horizon
 
     def _copied(self, part: Part, met: np.ndarray) -> int | None:
         """The output at which a copy sets out in a part with these meetings; None where there is none."""

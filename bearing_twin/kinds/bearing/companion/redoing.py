@@ -25,7 +25,7 @@ HELPED = 0.8  # of what was found before: where more is left, as of balls that h
 FUTILE = 0.1  # of the scene's setting: what did not help is not kept below
 CALM, PATIENT = 0.1, 4  # share of the tolerance; parts whose windows are off by less make the setting rougher again ...
 RELAXED, NOTABLE = 3.0, 1.2  # ... by so many times in one go, at most and at least
-BEYOND = 3.0  # of the scene's setting where bumps were seen to carry errors on: statistics are the same (docs/doubt.md)
+BEYOND = 3.0  # of the scene's setting beyond the run's horizon: statistics are the same (docs/doubt.md)
 UNSEEN = 0.1  # of the setting, in a part without outputs, which no window sees: it is short, and may hold a jump
 
 
