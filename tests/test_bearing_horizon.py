@@ -9,6 +9,7 @@ import pytest
 from bearings import motion
 
 from bearing_twin.charts.bearing_cells import errors
+from bearing_twin.charts.companion_cost import at_length
 from bearing_twin.kinds.bearing.companion import beside
 from bearing_twin.kinds.bearing.companion.beside import all_beside, some_beside
 from bearing_twin.kinds.bearing.companion.companion import Companion
@@ -296,8 +297,8 @@ def test_beyond_a_horizon_nobody_is_followed_and_no_copy_sets_out():
     assert companion._beyond(part)
 
 
-def test_beyond_a_horizon_steps_are_for_statistics_and_shorter_again_where_it_is_moved(monkeypatch):
-    """Steps as short as those before it took ten times as many, for what nobody promises."""
+def test_beyond_a_horizon_no_copy_sets_out_and_steps_are_for_statistics(monkeypatch):
+    """A loose bearing that starts from rest: later copies told nothing more, and short steps took ten times as many."""
     made, part = [], BearingMotion._part
 
     def noted(motion, times, duration, out, first):
@@ -308,14 +309,37 @@ def test_beyond_a_horizon_steps_are_for_statistics_and_shorter_again_where_it_is
     monkeypatch.setattr(BearingMotion, "_part", noted)
     overrides = "initial.motion=rest", "run.duration=0.3", "wanted.tolerance=1e-3"
     run = simulate(load_scene("bearing_6203_loose", overrides))
-    for _ in run.blocks():
-        pass
+    rows = np.concatenate([block.records["companion"] for block in run.blocks() if "companion" in block.records])
+    apart = rows[rows[:, PLACE["ball"]] == APART]
+    assert run.report.errors["horizon_s"] < 0.1
+    assert apart[:, PLACE["begin"]].max() < 0.05  # one set out in the part that begins at 157 ms
     beyond, within = ([one[1] for one in made if (one[0] >= one[2]) == far] for far in (True, False))
     assert len(beyond) >= 5
     assert set(beyond) == {BEYOND}
     assert max(within) <= 1.0
     assert run.simulation._motion.setting <= 1.0
     assert run.simulation._motion.companion.horizon >= run.report.errors["horizon_s"]
+
+
+def test_steps_beyond_a_horizon_give_the_statistics_that_shorter_ones_give():
+    """Means over 0.8 s in ten blocks: of loads and their spread, contacts without one, roll rates, and the spacing."""
+    found = []
+    for tolerance in (1e-1, 1e-4):
+        scene, differs = at_length("eleven balls, loose")
+        run = simulate(load_scene(scene, (*differs, f"wanted.tolerance={tolerance}")))
+        blocks = list(run.blocks())
+        assert run.report.errors["horizon_s"] < 0.2
+        load, roll, angle = (
+            np.concatenate([one.values[name] for one in blocks])[200:]
+            for name in ("normal_load", "roll_rate", "orbit_angle")
+        )
+        inner = load[..., 0]
+        series = inner.mean(1), inner.std(1), (inner == 0.0).mean(1), roll.mean(1), angle.std(1)
+        means = np.array([[part.mean() for part in np.array_split(one, 10)] for one in series])
+        found.append((means.mean(1), means.std(1, ddof=1) / np.sqrt(10.0)))
+    (one, spread), (other, also) = found
+    assert np.all(np.abs(one - other) < 3.0 * np.hypot(spread, also))
+    assert np.all(np.hypot(spread, also) < 0.2 * np.abs(other))  # else they would agree whatever they were
 
 
 def test_what_growth_knows_is_plain_data_and_known_again():
@@ -330,17 +354,6 @@ def test_what_growth_knows_is_plain_data_and_known_again():
     assert (other.horizon, other.horizon_seen) == (0.0308, 0.0308)
     with pytest.raises(KeyError):
         other.remember({})
-
-
-def test_no_copy_sets_out_beyond_the_horizon_that_one_found():
-    """A loose bearing that starts from rest names its horizon at 20 ms; later copies told nothing more."""
-    overrides = "initial.motion=rest", "run.duration=0.3", "wanted.tolerance=1e-3"
-    run = simulate(load_scene("bearing_6203_loose", overrides))
-    rows = np.concatenate([block.records["companion"] for block in run.blocks() if "companion" in block.records])
-    horizon = run.report.errors["horizon_s"]
-    apart = rows[rows[:, PLACE["ball"]] == APART]
-    assert horizon < 0.1
-    assert apart[:, PLACE["begin"]].max() < 0.05  # one set out in the part that begins at 157 ms
 
 
 def test_a_part_is_read_once_for_all_that_is_asked_of_its_outputs(monkeypatch):
