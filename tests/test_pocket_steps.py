@@ -159,12 +159,16 @@ def test_from_there_on_steps_are_as_long_as_statistics_allow(rig):
     assert isinstance(moving, WatchedMotion)
     while not moving.companion.diverged and moving.elapsed < 2.0:
         moving.advance(1e-3 * np.arange(1, 51), 0.05)
-    assert moving.setting == BEYOND
+    assert moving.companion.horizon < moving.elapsed
     before, other = moving.companion.steps, Simulation(run.scene)._motion
     other.resume(moving.snapshot())
     assert other.snapshot() == moving.snapshot()
-    assert (other.companion.diverged, other.setting) == (True, BEYOND)
-    moving.advance(1e-3 * np.arange(1, 101), 0.1)
+    assert (other.companion.diverged, other.companion.horizon) == (True, moving.companion.horizon)
+    for one in (moving, other):
+        one.take_records()
+        one.advance(1e-3 * np.arange(1, 101), 0.1)
+        assert all(rows[:, PLACE["tolerance"]].min() == BEYOND * one.given for rows in one.take_records().values())
+    assert other.snapshot() == moving.snapshot()
     followed = moving.companion.steps - before
     assert followed < 0.15 * 0.1 * 3e4 * moving.bearing.balls
 

@@ -206,7 +206,7 @@ def send_goal(arguments) -> Outcome:
     tell = (lambda one: say(_shown(one).rstrip())) if arguments.feedback else lambda one: None
     with _graph(arguments) as graph:
         status, result = graph.send_goal(arguments.action, arguments.type, _yaml(arguments.goal), tell)
-        doubts = graph.rivals(f"{arguments.action}/_action/send_goal")
+        doubts = graph.rivals(arguments.action, action=True)
     answer = {"status": status, "result": result}
     doubts += ["the goal was canceled"] if status == "canceled" else []
     failed = "" if status in ("succeeded", "canceled") else f"the goal was {status}"
@@ -231,7 +231,7 @@ def study(arguments) -> Outcome:
         tell = lambda one: update(one["done"] / max(one["total"], 1))  # noqa: E731
         action = arguments.action or f"{NAMESPACE}/run_study"
         status, result = graph.send_goal(action, None, goal, tell)
-        rivals = graph.rivals(f"{action}/_action/send_goal")
+        rivals = graph.rivals(action, action=True)
     if not result["summary"]:
         raise BearingTwinError(f"the study was {status}: {result['message']}")
     summary = json.loads(result["summary"]) | ({"log": result["log"]} if result["log"] else {})

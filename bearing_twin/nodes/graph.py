@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
-from bearing_twin.nodes.discovery import NAME, PLUMBING, end_of, others_are_whole, quiet_time, rivals, served_actions
+from bearing_twin.nodes import discovery
 from bearing_twin.nodes.messages import interface, qos_profile, rclpy, suited
 from bearing_twin.nodes.reflection import filled, plain
 from bearing_twin.parameters import echo, unknown
@@ -65,7 +65,7 @@ class Graph:
         """Full names of the nodes."""
         own = self._node.get_fully_qualified_name()
         names = self._at_rest(self._node.get_fully_qualified_node_names)
-        return sorted(name for name in names if name != own and NAME.fullmatch(name))
+        return sorted(name for name in names if name != own and discovery.NAME.fullmatch(name))
 
     def topics(self) -> dict[str, str]:
         """Topics that others publish or listen to, with their types."""
@@ -77,7 +77,7 @@ class Graph:
 
     def actions(self) -> dict[str, str]:
         """Actions with their types."""
-        return self._typed(lambda: served_actions(self._node))
+        return self._typed(lambda: discovery.served_actions(self._node))
 
     # Topics
 
@@ -89,7 +89,7 @@ class Graph:
             "publishers": self._node.get_publishers_info_by_topic,
             "subscriptions": self._node.get_subscriptions_info_by_topic,
         }
-        return {key: self._at_rest(lambda ask=ask: [end_of(one) for one in ask(topic)]) for key, ask in found.items()}
+        return {key: list(map(discovery.end_of, self._at_rest(lambda of=of: of(topic)))) for key, of in found.items()}
 
     def messages(self, topic: str, silent: Callable[[], None], raw: bool = False) -> Iterator[Any]:
         """The messages of a topic from now on, without end; bytes where `raw`. Raises GraphError if nobody has it.
@@ -179,9 +179,9 @@ class Graph:
 
     # Services and actions
 
-    def rivals(self, service: str) -> list[str]:
-        """What to know where several nodes answer to a service; see `discovery.rivals`."""
-        return rivals(self._node, service)
+    def rivals(self, name: str, action: bool = False) -> list[str]:
+        """What to know where several nodes answer to a service, or to goals of an action; see `discovery.rivals`."""
+        return discovery.rivals(self._node, f"{name}{discovery.GOALS}" if action else name)
 
     def call(self, service: str, ros_type: str | None, data: Any) -> dict[str, Any]:
         """The answer of a service; its type is looked up where none is given."""
@@ -199,7 +199,7 @@ class Graph:
 
         Ctrl-C cancels the goal and waits for its end. Raises GraphError if the goal is refused or its node gone.
         """
-        found = ros_type or self._known(action, lambda: served_actions(self._node), "action")
+        found = ros_type or self._known(action, lambda: discovery.served_actions(self._node), "action")
         kind = interface(found, "action")
         goal = filled(kind.Goal, data)
         client = ActionClient(self._node, kind, action)
@@ -240,7 +240,7 @@ class Graph:
 
     def _names(self, what: str, chosen: Callable[[str], Any] = bool) -> Callable[[], list[str]]:
         ask = {"topic": self.topics, "service": self.services, "action": self.actions}[what]
-        return lambda: [name for name in ask() if not PLUMBING.search(name) and chosen(name)]
+        return lambda: [name for name in ask() if not discovery.PLUMBING.search(name) and chosen(name)]
 
     def _look(self, found: Callable[[], Found], missing: str, names: Callable[[], list[str]]) -> Found:
         """What `found()` gives as soon as it is true; raises GraphError with near `names` after the wait."""
@@ -248,7 +248,7 @@ class Graph:
         while not (result := found()):
             if time.monotonic() > end:
                 own = self._node.get_fully_qualified_name()
-                there = [one for one in names() if NAME.fullmatch(one) and not one.startswith(own)]
+                there = [one for one in names() if discovery.NAME.fullmatch(one) and not one.startswith(own)]
                 name = missing.rpartition(" ")[2].strip("'")
                 if result := found():  # it came while the names were listed
                     return result
@@ -286,8 +286,8 @@ class Graph:
     def _at_rest(self, ask: Callable[[], Found]) -> Found:
         """What `ask()` gives once discovery adds nothing any more."""
         now = began = time.monotonic()
-        last, changed, quiet = ask(), now, quiet_time()
-        while now < changed + quiet or (now < began + AT_MOST and not others_are_whole(self._node)):
+        last, changed, quiet = ask(), now, discovery.quiet_time()
+        while now < changed + quiet or (now < began + AT_MOST and not discovery.others_are_whole(self._node)):
             self._executor.spin_once(timeout_sec=TURN)
             now, found = time.monotonic(), ask()
             if found != last:
@@ -295,6 +295,6 @@ class Graph:
         return last
 
     def _typed(self, ask: Callable[[], list]) -> dict[str, str]:
-        own = self._node.get_fully_qualified_name()
-        found = (one for one in sorted(self._at_rest(ask)) if NAME.fullmatch(one[0]) and not one[0].startswith(own))
+        own, known = self._node.get_fully_qualified_name(), discovery.NAME.fullmatch
+        found = (one for one in sorted(self._at_rest(ask)) if known(one[0]) and not one[0].startswith(own))
         return {name: ", ".join(map(name_of_peer, types)) for name, types in found}

@@ -19,6 +19,7 @@ from std_msgs.msg import String
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.study_log import NAMESPACE
 from bearing_twin.nodes.counted_server import Arrivals, CountedActionServer, Rush
+from bearing_twin.nodes.discovery import GOALS
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NodeParameter
 from bearing_twin.nodes.running import TALK, Heartbeat, declare, guarded, run
@@ -152,7 +153,7 @@ class UqNode(Node):
     # Callbacks
 
     def _on_arrival(self, number: int) -> None:
-        lost = self._arrivals.saw(number, self.count_clients(f"{NAMESPACE}/run_study/_action/send_goal"))
+        lost = self._arrivals.saw(number, self.count_clients(f"{NAMESPACE}/run_study{GOALS}"))
         if lost:
             self.get_logger().warning(
                 f"{lost} goals never came here and get no answer: whoever sends so many at once must keep them all "

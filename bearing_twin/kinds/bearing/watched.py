@@ -177,7 +177,8 @@ class WatchedMotion(BearingMotion):
             return
         self._part_begun, spent, dear = begun, int(self.counts[STEPS]), 0
         within, lost = self.setting, self._lost
-        self._set(redoing.BEYOND if lost else within)
+        if lost:
+            self._set(redoing.BEYOND)
         # A ball that is followed since before is not bettered: a sign, no more, of a rough setting.
         before, worst, since = self.setting, math.inf, -math.inf if self.setting > redoing.FUTILE else self.elapsed
         for attempt in range(1 + redoing.REDONE):
@@ -205,7 +206,8 @@ class WatchedMotion(BearingMotion):
             before, cut = self.setting, redoing.cut_by(worst)
             self._roughest, self._calm = min(self._roughest, redoing.SPARED * before), 0
             self._begin_again(arrays, others, before_it, max(cut * self.setting, VERIFIABLE / self.given))
-        self._set(within if lost else self.setting)
+        if lost:
+            self._set(within)
         rows, self._found = self._found, None
         stand = []
         if rows is not None and self.companion.unlooked < math.inf:
