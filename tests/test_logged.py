@@ -5,6 +5,7 @@ import json
 import os
 
 import pytest
+from disks import full_after
 from forks import forked
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
@@ -64,15 +65,7 @@ def test_a_run_that_breaks_off_and_whose_log_cannot_be_ended_tells_both(tmp_path
 def test_a_run_whose_log_has_no_room_to_begin_goes_on_without_it(out, written, whole, tmp_path, monkeypatch, capsys):
     """Neither the head of its file nor, behind that, its scene."""
     monkeypatch.chdir(tmp_path)
-    write, calls = os.pwritev, []
-
-    def full(*arguments):
-        calls.append(arguments)
-        if len(calls) > written:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return write(*arguments)
-
-    monkeypatch.setattr(os, "pwritev", full)
+    full_after(written, monkeypatch)
     assert main(["simulate", *LONG, "--out", out, "--json"]) == BAD_INPUT
     out, error = capsys.readouterr()
     assert {key: one for key, one in json.loads(out).items() if key not in FOR_MACHINES} == whole

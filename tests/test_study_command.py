@@ -1,9 +1,7 @@
 """`bearing_twin study`: the JSON its readers rely on, what is refused and how, logs to go on from, the picture."""
 
-import errno
 import itertools
 import json
-import os
 import re
 import signal
 import time
@@ -12,6 +10,7 @@ import tracemalloc
 import matplotlib.image
 import numpy as np
 import pytest
+from disks import full_after
 
 from bearing_twin.command import study_command
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
@@ -509,15 +508,7 @@ def refused_report(path, capsys):
 
 @pytest.mark.parametrize("from_write", [0, 3, 5])
 def test_a_full_disk_takes_no_result_along(from_write, tmp_path, monkeypatch, capsys):
-    write, calls = os.pwritev, []
-
-    def full(*arguments):
-        calls.append(arguments)
-        if len(calls) > from_write:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return write(*arguments)
-
-    monkeypatch.setattr(os, "pwritev", full)
+    full_after(from_write, monkeypatch)
     words = ["study", *QUICK, "--samples", "500", "--set", "modality=no", "--out", str(tmp_path / "s.mcap"), "--json"]
     assert main(words) == BAD_INPUT
     out, err = capsys.readouterr()

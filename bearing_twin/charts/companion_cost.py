@@ -17,7 +17,7 @@ from bearing_twin.run.passes import Run, simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.shelf import SCENES
 
-AT_LENGTH, ALONE_AT_LENGTH = "at length", "at length, loads alone"  # the contestants
+LENGTHS = AT_LENGTH, ALONE_AT_LENGTH = "at length", "at length, loads alone"  # the contestants
 LONGER = 10.0  # times as long as in the chart: 1 s of nearly all variants
 SHIPPED = {head["name"]: (head["name"], ()) for head in SCENES.heads() if head["kind"] == "bearing"}
 
@@ -64,9 +64,16 @@ def long_runs(points: Iterable) -> Iterator[str]:
             yield f"{who}: the companion takes {taken(done)}, {much(done)}."
 
 
+def companion_shares(points: list) -> tuple[np.ndarray, np.ndarray]:
+    """Steps of runs, rows of the chart of tolerances, and the companion's share of them [%]; equilibria have none."""
+    counted = [p for p in points if p.watched_steps]
+    steps, beside = (np.array([getattr(p, f"{name}_steps") for p in counted]) for name in ("watched", "companion"))
+    return steps, 100.0 * beside / steps
+
+
 def taken(points: list) -> str:
     """The companion's share of the steps of runs, rows of the chart of tolerances: median and greatest."""
-    shares = [100.0 * p.companion_steps / p.watched_steps for p in points if p.watched_steps]
+    _, shares = companion_shares(points)
     return f"{np.median(shares):.3g} % of a run's steps as a median and {max(shares):.3g} % at most"
 
 

@@ -19,8 +19,7 @@ from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.charts.bearing_variants import ALL_CASES, GROUPS
 from bearing_twin.charts.chart import Chart
 from bearing_twin.charts.companion_cost import (
-    ALONE_AT_LENGTH,
-    AT_LENGTH,
+    LENGTHS,
     SHIPPED,
     at_length,
     counted,
@@ -50,7 +49,7 @@ ALONE = "solver.companion=off"
 METHOD, LOADS_ALONE = "as chosen", "loads alone"
 # What differs from the case, of runs beside the truth and of those at length.
 WANTED = {METHOD: (), LOADS_ALONE: (f"wanted.outputs={LOADS}",)}
-LONG = dict(zip((AT_LENGTH, ALONE_AT_LENGTH), WANTED.values(), strict=True))
+LONG = dict(zip(LENGTHS, WANTED.values(), strict=True))
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin.charts.bearing_variants import CASES
-from bearing_twin.charts.companion_cost import ALONE_AT_LENGTH, AT_LENGTH
+from bearing_twin.charts.companion_cost import LENGTHS, companion_shares
 from bearing_twin.charts.table import DONE
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, save_chart
 from bearing_twin.run.doubt import MUCH
@@ -30,8 +30,7 @@ def draw(points: list, path: Path) -> None:
     figure = Figure(figsize=(15, 13), layout="constrained")
     upper, lower = figure.subfigures(2, 1, height_ratios=(8, 5))
     left, right = upper.subplots(1, 2)
-    long = [p for p in points if p.method in {AT_LENGTH, ALONE_AT_LENGTH}]
-    points = [p for p in points if p.method not in {AT_LENGTH, ALONE_AT_LENGTH}]
+    long, points = ([p for p in points if (p.method in LENGTHS) == one] for one in (True, False))
     _draw_companion(lower.subplots(), points, long)
     good, names = [p for p in points if p.status == DONE], list(dict.fromkeys(p.problem for p in points))
     for number, case in enumerate(names):
@@ -71,10 +70,10 @@ def _draw_companion(axis, short: list, long: list) -> None:
         ("as users make them: as shipped, or of 1 s", BALL_COLOURS[0], ".", 5, long),
     )
     for name, colour, mark, size, runs in kinds:
-        taken = [(p.watched_steps, 100.0 * p.companion_steps / p.watched_steps) for p in runs if p.companion_steps]
-        if taken:
-            label = f"{name}: {np.median([share for _, share in taken]):.3g} % as a median of {len(taken)}"
-            axis.plot(*zip(*taken, strict=True), mark, color=colour, ms=size, label=label)
+        steps, shares = companion_shares(runs)
+        if len(shares):
+            label = f"{name}: {np.median(shares):.3g} % as a median of {len(shares)}"
+            axis.plot(steps, shares, mark, color=colour, ms=size, label=label)
     axis.axhline(100.0 * MUCH, color=STYLE["ink"], linewidth=1.0, linestyle=":")
     axis.set(xscale="log", yscale="log")
     heading(axis, f"what the companion takes (above the dotted {100.0 * MUCH:g} % a run says what took it)")
