@@ -44,7 +44,7 @@ __all__ = [
     "KeyValue", "ParameterMessage", "ParameterValue", "PoseStamped", "QoSCompatibility", "Qos", "RunStudy", "SetBool",
     "SetParameters", "Step", "Stiffness", "String", "Trigger", "TwistStamped", "WrenchStamped", "call",
     "deserialize_message", "executable", "heard", "interface", "padded", "plain_node", "qos_check_compatible",
-    "qos_profile", "rclpy", "ros_executor", "serialize_message", "spin_for", "spin_until",
+    "qos_profile", "rclpy", "ros_executor", "ros_executor_beside", "serialize_message", "spin_for", "spin_until",
     "spin_until_heard", "started",
 ]  # fmt: skip
 
@@ -72,6 +72,21 @@ def ros_executor(threads=1):
                 node.destroy_node()
             executor.shutdown()
             rclpy.try_shutdown(context=context)
+
+
+@contextmanager
+def ros_executor_beside(executor):
+    """Another executor in a context of its own and the same domain, as of another process."""
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=executor.context.get_domain_id())
+    beside = SingleThreadedExecutor(context=context)
+    try:
+        yield beside
+    finally:
+        for node in beside.get_nodes():
+            node.destroy_node()
+        beside.shutdown()
+        rclpy.try_shutdown(context=context)
 
 
 @contextmanager

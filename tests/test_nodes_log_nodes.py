@@ -3,6 +3,7 @@
 import itertools
 import json
 import signal
+import threading
 import time
 
 import pytest
@@ -25,6 +26,7 @@ from ros import (
     qos_check_compatible,
     qos_profile,
     ros_executor,
+    ros_executor_beside,
     spin_for,
     spin_until,
     spin_until_heard,
@@ -42,8 +44,10 @@ from bearing_twin.log.recover import recover
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
 from bearing_twin.nodes.log_room import SteadyTime
-from bearing_twin.nodes.messages import OK, WARN, qos_words, suited
+from bearing_twin.nodes.messages import OK, WARN, qos_words, stamp, suited
 from bearing_twin.nodes.node_parameters import ParameterError
+from bearing_twin.nodes.outlet import Outlet
+from bearing_twin.nodes.pacing import Timed
 from bearing_twin.nodes.recorder_node import RecorderNode
 from bearing_twin.nodes.recording import MENDS, Recording
 from bearing_twin.nodes.replay_node import ReplayNode
@@ -65,6 +69,64 @@ def by_topic(pairs):
     for name, data in pairs:
         found[name].append(padded(data))
     return found
+
+
+def test_every_call_of_a_service_is_answered(log):
+    with ros_executor(2) as executor, ros_executor_beside(executor) as callers:
+        started(executor, ReplayNode, log=str(log), start_paused=True, discovery=0.0)
+        threading.Thread(target=executor.spin, daemon=True).start()
+        clients = [plain_node(callers, f"caller_{k}").create_client(SetBool, "/replay_node/pause") for k in range(30)]
+        spin_until(callers, lambda: all(one.service_is_ready() for one in clients), "the service")
+        spin_for(callers, 1.0)
+        answers = [one.call_async(SetBool.Request(data=True)) for one in clients]
+        spin_until(callers, lambda: all(one.done() for one in answers), "30 answers", patience=30.0)
+        assert all(one.result().success for one in answers)
+
+
+def test_a_burst_as_of_an_impact_is_recorded_whole(tmp_path, capfd):
+    """All messages of a run at once: what is global, as /tf, is kept as everything else, and none is lost."""
+    with ros_executor() as executor:
+        outlet = Outlet(plain_node(executor), [("/tf", cdr.STATE, Qos(80)), ("/impact/x", cdr.STATE, Qos(80))], False)
+        recorder = started(executor, RecorderNode, log=str(tmp_path / "run.mcap"), topics=["/tf", "/impact/*"])
+        spin_until(executor, lambda: len(outlet.listened_to()) == 2, "discovery")
+        spin_for(executor, 1.0)
+        for number in range(2000):
+            for topic in ("/tf", "/impact/x"):
+                outlet.deliver(Timed(number, topic, padded(bytes(400))))
+        spin_until(executor, lambda: recorder.recording.messages == 4000, "4000 messages", patience=60.0)
+        assert recorder.recording.status()["messages_lost"] == 0
+    assert "run.mcap: 4000 messages, " in capfd.readouterr().err
+
+
+def test_a_recorder_on_simulation_time_logs_by_it(tmp_path):
+    with ros_executor() as executor:
+        talker = plain_node(executor)
+        clock, x = talker.create_publisher(Clock, "/clock", 10), talker.create_publisher(Float64, "/x", 10)
+        recorder = started(executor, RecorderNode, log=str(tmp_path / "x.mcap"), topics=["/x"], use_sim_time=True)
+        spin_until(executor, lambda: x.get_subscription_count() and clock.get_subscription_count(), "discovery")
+        for second in (5, 7):
+            clock.publish(Clock(clock=stamp(second * 10**9)))
+            spin_until(executor, lambda s=second: recorder.get_clock().now().nanoseconds == s * 10**9, "the time")
+            x.publish(Float64())
+            spin_until(executor, lambda s=second: recorder.recording.messages == (s - 3) / 2, "the message")
+    assert [one.log_time for one in raw_messages(tmp_path / "x.mcap")] == [5 * 10**9, 7 * 10**9]
+
+
+def test_a_replay_on_simulation_time_follows_it(log):
+    with ros_executor() as executor:
+        with pytest.raises(BearingTwinError, match="cannot publish_clock"):
+            started(executor, ReplayNode, log=str(log), use_sim_time=True, publish_clock=True)
+        clock = plain_node(executor).create_publisher(Clock, "/clock", 10)
+        node = started(executor, ReplayNode, log=str(log), discovery=0.0, use_sim_time=True)
+        spin_until(executor, clock.get_subscription_count, "discovery")
+        spin_for(executor, 0.5)
+        assert node.loop.paced.position_ns == 0  # time has not begun
+        for time_ns, position in ((9 * 10**9, 0), (9_100_000_000, 100), (3 * 10**9, 100)):
+            clock.publish(Clock(clock=stamp(time_ns)))
+            spin_for(executor, 0.3)
+            assert position <= node.loop.paced.position_ns // 10**6 <= position + 10  # an output in 10 ms
+        clock.publish(Clock(clock=stamp(3_300_000_000)))
+        spin_until(executor, node.done.is_set, "the end")
 
 
 def test_a_message_that_comes_just_after_the_clock_was_put_keeps_its_place(tmp_path):

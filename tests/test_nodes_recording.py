@@ -24,7 +24,7 @@ from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import RELIABLE, MessageStream, topics
-from bearing_twin.nodes.log_room import Room, SteadyTime, warning
+from bearing_twin.nodes.log_room import Room, SteadyTime, in_an_hour, warning
 from bearing_twin.nodes.recording import Recording, Sequences, default_topics, lost_in_words
 from bearing_twin.nodes.replaying import ReplayLoop, logged_topics
 from bearing_twin.nodes.retelling import Retelling
@@ -363,7 +363,9 @@ def test_the_forecast_says_when_the_disk_will_be_full(tmp_path, monkeypatch):
     assert room.forecast(5000, 102.0) == {"disk_free_bytes": 1e7, "log_bytes_per_s": 0.0, "disk_full_in_s": math.inf}
     later = room.forecast(7000, 104.0)
     assert (later["log_bytes_per_s"], later["disk_full_in_s"], warning(later)) == (1000.0, 10_000.0, "")
-    assert "full in 17 min" in warning(room.forecast(27_000, 106.0))
+    soon = room.forecast(27_000, 106.0)
+    assert "full in 17 min" in warning(soon)
+    assert in_an_hour(soon) == "at this rate an hour of the log takes 36 MB, and the disk lasts 0.278 h"
 
 
 @pytest.mark.parametrize("jump", [3_600_000_000_000, -3_600_000_000_000, 200_000_000])

@@ -174,10 +174,11 @@ def test_a_fault_makes_of_ok_a_warning(monkeypatch):
 )
 def test_a_disk_that_fills_up_is_warned_of(problem, seconds, level, words, tmp_path, monkeypatch):
     log = SimpleNamespace(problem=problem, dropped=0, bytes=1000)
+    numbers = {"disk_full_in_s": seconds, "log_bytes_per_s": 0.0}
     with ros_executor() as executor:
         watch = running.LogWatch(plain_node(executor), tmp_path)
-        monkeypatch.setattr(watch, "_room", SimpleNamespace(forecast=lambda size, now: {"disk_full_in_s": seconds}))
-        assert watch.look(log) == (level, words, {"bytes": 1000, "messages_dropped": 0, "disk_full_in_s": seconds})
+        monkeypatch.setattr(watch, "_room", SimpleNamespace(forecast=lambda size, now: numbers))
+        assert watch.look(log) == (level, words, {"bytes": 1000, "messages_dropped": 0, **numbers})
 
 
 def test_what_peers_send_in_floods_is_told_once_a_second(capfd):

@@ -195,7 +195,7 @@ def _report(arguments) -> Outcome:
     if stream.kept_rate:
         doubts.append(
             f"the log holds {stream.kept_rate:g} outputs a second, not all: greatest and mean values are of those, and "
-            "`verify` compares no others; a node logs all of them with full:=true"
+            "`verify` compares no others; a node logs all of them without full:=false"
         )
     return Outcome(result, doubts + doubts_of(result))
 

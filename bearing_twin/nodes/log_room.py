@@ -32,6 +32,19 @@ class Room:
         return {"disk_free_bytes": free, "log_bytes_per_s": rate, "disk_full_in_s": free / rate if rate else math.inf}
 
 
+def in_an_hour(forecast: dict[str, float]) -> str:
+    """The sentence about the size of an hour of a log that grows, and the time for which its disk lasts."""
+    rate, left = forecast["log_bytes_per_s"], forecast["disk_full_in_s"]
+    lasts = f"{left / 3600.0:.3g} h" if left < 48 * 3600.0 else f"{left / 86400.0:.3g} days"
+    return f"at this rate an hour of the log takes {in_bytes(3600.0 * rate)}, and the disk lasts {lasts}"
+
+
+def in_bytes(size: float) -> str:
+    """A size with its unit, such as 3.2 MB."""
+    power = min(max(int(math.log10(size) // 3) if size >= 1.0 else 0, 0), 4)
+    return f"{size / 1000.0**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB')[power]}"
+
+
 def warning(forecast: dict[str, float]) -> str:
     """The sentence about a disk that will be full soon; empty where that is far off."""
     left = forecast["disk_full_in_s"]

@@ -36,6 +36,7 @@ __all__ = [
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 DIAGNOSTICS_PERIOD = 1.0  # s
+BURST = 4000  # messages of one topic, or requests to one service, that may wait
 
 
 def qos_profile(qos: Qos) -> QoSProfile:
@@ -51,6 +52,18 @@ def qos_profile(qos: Qos) -> QoSProfile:
 def qos_words(profile: QoSProfile) -> Qos:
     """The inverse of `qos_profile`, also for a profile that discovery reported (its depth is then unknown, 0)."""
     return Qos(profile.depth, profile.reliability.name.lower(), profile.durability.name.lower())
+
+
+SERVICE = qos_profile(Qos(BURST))  # with the default of 10 most of 30 requests at once are never answered
+
+
+def burst_profile(qos: Qos) -> QoSProfile:
+    """Quality of service of a publisher that may send all messages of a run at once: none is dropped before it arrives.
+
+    What is latched, or sent as best effort, keeps its depth.
+    """
+    kept = qos.durability == "volatile" and qos.reliability == "reliable"
+    return qos_profile(qos._replace(depth=max(qos.depth, BURST)) if kept else qos)
 
 
 def suited(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:

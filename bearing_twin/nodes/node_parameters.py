@@ -138,9 +138,9 @@ def meant(parameter: NodeParameter, value: Any) -> str:
     return in_si(value, parameter.unit) if kind is float else f'; write {parameter.name}:="[{value!r}]"'
 
 
-THINNED = f", {KEPT_RATE:g} messages a second of each topic; full: true for all of them"
+THINNED = f", thinned to {KEPT_RATE:g} messages a second of each topic, as full: false asks for"
 LOG_SAFETY = (
-    NodeParameter("full", False, f"log every message and output; else {KEPT_RATE:g} a second of each topic"),
+    NodeParameter("full", True, f"log every message and output; false keeps {KEPT_RATE:g} a second of each topic"),
     NodeParameter("max_loss", 0.1, "how much of the log a crash of the node may take along", "s", 0.01, 60.0),
     NodeParameter("fsync", False, "whether that holds for a crash of the machine too; slow on some disks"),
     NodeParameter("split_size", 0.0, "size after which a new file of the log begins; 0 = never", "B", 0.0, 1e15),

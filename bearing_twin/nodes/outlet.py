@@ -9,7 +9,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
-from bearing_twin.nodes.messages import interface, qos_profile, stamp
+from bearing_twin.nodes.messages import burst_profile, interface, qos_profile, stamp
 from bearing_twin.nodes.pacing import Timed
 from bearing_twin.spelling import echo, harmless
 
@@ -32,7 +32,7 @@ class Outlet:
         events = PublisherEventCallbacks(use_default_callbacks=len(topics) <= MANY)
         for name, ros_type, qos in topics:
             try:
-                form = interface(ros_type, "msg"), name, qos_profile(qos)
+                form = interface(ros_type, "msg"), name, burst_profile(qos)
                 self._publishers[name] = node.create_publisher(*form, event_callbacks=events)
             except BearingTwinError as error:
                 problems.append(f"{harmless(name)} is not published: {error}")

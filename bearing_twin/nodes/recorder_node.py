@@ -1,5 +1,6 @@
 """recorder_node: logs topics as they are on the wire, byte for byte, and counts the solver outputs that were lost."""
 
+import sys
 import threading
 import time
 from collections.abc import Iterable
@@ -40,6 +41,7 @@ PARAMETERS = (
 )
 DISCOVERY_PERIOD = 0.1  # s
 TAKE_PERIOD = 0.025  # s between looks for messages, each of which takes as long as several messages
+SIM_TIME_PERIOD = 0.005  # s, where messages have the simulation time at which they are taken
 SOME = 3  # topics that a sentence names
 OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
 
@@ -57,13 +59,15 @@ class RecorderNode(Node):
         self.recording = Recording(path, topics, definition_prefixes(), safety_of(values))
         self._topics = topics
         self.get_logger().info(f"log: {path}{'' if values['full'] else THINNED}")
+        self._by_ros_time = self.get_parameter("use_sim_time").value
         self._refused: set[str] = set()
         self._elsewhere: set[str] = set()  # topics of samples that nobody asked for, where none were named
         self._default = not any(values["topics"])
         self._lost = 0  # messages that were told of
         self._taken: dict[str, Subscription] = {}
         self._taking = threading.Lock()
-        self._period = min(TAKE_PERIOD, values["max_loss"])  # what waits is lost in a crash too
+        period = SIM_TIME_PERIOD if self._by_ros_time else TAKE_PERIOD
+        self._period = min(period, values["max_loss"])  # what waits is lost in a crash too
         self._aside, self._stopping, self._time = TakenAside(), threading.Event(), SteadyTime()
         self._taker = threading.Thread(target=self._take, name="take", daemon=True)
         self._taker.start()
@@ -77,7 +81,9 @@ class RecorderNode(Node):
         """Completes the log; may be called twice. To have recorded nothing is a failure."""
         self._stopping.set()
         self._taker.join()
-        self.recording.close()
+        if not self.recording.closed:
+            self.recording.close()
+            print(f"recorder_node: {self.recording.summary()}", file=sys.stderr)  # a signal has ended ROS and its log
         if not self.recording.messages and self.failure is None:
             sentence = f"nothing was recorded: no message of {', '.join(self._topics)} came; start what publishes it"
             self.failure = LogError(sentence)
@@ -156,7 +162,8 @@ class RecorderNode(Node):
             self._look_at_clock()  # after they were taken: none of them can have come by a clock put since
             if topic in self.recording.sequences and topic in self._taken:  # their numbers tell nothing where they mix
                 self.recording.publishers(topic, self._taken[topic].get_publisher_count())
-            received = [self._time.at(info["received_timestamp"]) for _, info in found]
+            now = self.get_clock().now().nanoseconds  # simulation time, 0 before the first /clock
+            received = [now if self._by_ros_time else self._time.at(info["received_timestamp"]) for _, info in found]
             sent = [info["source_timestamp"] or known for (_, info), known in zip(found, received, strict=True)]
             numbers = [info.get("publication_sequence_number") for _, info in found]
             unreadable = self.recording.unreadable

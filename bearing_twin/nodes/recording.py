@@ -15,13 +15,13 @@ from bearing_twin.log.blocks import readable_range
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, MOST_TOPICS
 from bearing_twin.log.parts import Safety, Told
 from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter
+from bearing_twin.nodes.log_room import in_bytes
 
 DEPTH = 4000  # messages a subscription may hold back, 1000 a second: other nodes send one that was lost after up to 3 s
 FRAMES = ("/tf", "/tf_static")
 MENDS = "give the nodes more processors, or send and record less (run.publish_rate, topics)"
 RECORDS = "/records/"  # in the name of a topic whose rows are no outputs
 MIXED = 2  # steps back while there are several publishers: one is a node started again, whose end is not known yet
-BRIEF = tuple(f"{kind.namespace}/" for kind in KINDS.values() if kind.brief)  # short runs, which are kept whole
 
 
 class Sequences:
@@ -107,8 +107,7 @@ class Recording(Told):
             if has_samples:
                 self.sequences[topic] = Sequences()
             known_hash = cdr.type_hash(ros_type) if known else type_hash
-            kept = 0.0 if topic.startswith(BRIEF) else None
-            number = self._log.add_topic(topic, ros_type, text, known_hash, qos, kept)
+            number = self._log.add_topic(topic, ros_type, text, known_hash, qos)
             self._numbers[topic] = (number, has_samples)
             self._sent[topic] = Sequences()
 
@@ -157,6 +156,16 @@ class Recording(Told):
             lost = sum(self.sequences[topic].saw(*one) for one in ranges)
             # Where no message is missing, outputs were never sent: those of a thinned log that is played.
             return 0 if sent.lost == before and None not in sent_numbers else lost
+
+    @property
+    def closed(self) -> bool:
+        """Whether the log is complete."""
+        return self._closed
+
+    def summary(self) -> str:
+        """Messages, size and losses in one line."""
+        lost = sum(self.status()[f"messages_{what}"] for what in ("lost", "dropped", "unreadable"))
+        return f"{self._log.path}: {self.messages} messages, {in_bytes(self._log.bytes)}, {lost} lost"
 
     @property
     def folder(self) -> Path:

@@ -1,6 +1,7 @@
 """replay_node: publishes the messages of a log again, byte for byte, at a multiple of the pace they were logged at."""
 
 import threading
+import time
 from concurrent.futures import TimeoutError as StillBusy
 from functools import partial
 
@@ -9,7 +10,7 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN
+from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, SERVICE, WARN
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.outlet import CLOCK_PERIOD, Outlet
 from bearing_twin.nodes.pacing import StreamPace
@@ -60,7 +61,7 @@ class ReplayNode(Node):
         self.loop.paced.tick = self._outlet.tick
         self._earlier = StreamPace(0, 0, 0, 0)
         self._warned = False
-        self.create_service(SetBool, "~/pause", self._on_pause)
+        self.create_service(SetBool, "~/pause", self._on_pause, qos_profile=SERVICE)
         self.add_post_set_parameters_callback(self._on_parameters)
         self._heartbeat = Heartbeat(self, "replay", self._outlet)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -70,7 +71,11 @@ class ReplayNode(Node):
         self.get_logger().info(f"{values['log']}: {len(self._outlet.publishers)} topics")
         waited_for = self._outlet.publishers, values["discovery"], self.get_logger().info
         wait = partial(wait_for_subscribers, *waited_for)
-        self.worker = Worker(self._turn, wait, self._ended)
+        by_ros_time = self.get_parameter("use_sim_time").value
+        if by_ros_time and values["publish_clock"]:
+            raise BearingTwinError("with use_sim_time the replay follows /clock, so it cannot publish_clock: set one")
+        clock = (lambda: self.get_clock().now().nanoseconds) if by_ros_time else time.monotonic_ns
+        self.worker = Worker(self._turn, wait, self._ended, clock)
         self.worker.start()
 
     def close(self) -> None:

@@ -73,7 +73,14 @@ class ReplayLoop:
         self._messages = self._read()
         self._empty, self._first_ns, self._last_ns = True, None, 0
         self.paced = PacedStream(self._next_batch, deliver, Pacer(rate))
-        self.turn = self.paced.turn
+        self._turned = 0
+
+    def turn(self, now: int) -> int | None:
+        """`PacedStream.turn`; simulation time has not begun at 0, and where it goes back the replay goes on."""
+        if now < self._turned:
+            self.paced.resume_at(now)
+        self._turned = now
+        return self.paced.turn(now) if now else now
 
     def pause(self, now: int, paused: bool) -> str:
         """Holds the replay or lets it go on."""

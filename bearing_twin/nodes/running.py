@@ -19,7 +19,7 @@ from rclpy.publisher import Publisher
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.cdr import DIAGNOSTICS
-from bearing_twin.nodes.log_room import Room, SteadyTime, warning
+from bearing_twin.nodes.log_room import Room, SteadyTime, in_an_hour, warning
 from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, interface, rclpy
 from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, limits_of, problem_of
 from bearing_twin.nodes.node_words import advice, files_of_others, refuse_no_assignment, refuse_no_parameters
@@ -28,10 +28,12 @@ from bearing_twin.nodes.outlet import MANY, Outlet
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as it is told what was sent, every 3 s by default
 DISCOVERY_POLL = 0.02  # s
 DISCOVERY_PATIENCE = 1.0  # s of waiting for subscribers, after which a node says what it waits for
+MEASURED = 2  # looks at a log that grows, after which its rate is known
 SOME = 3  # topics that are named of those without a subscriber
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
 POLL = 0.1  # s: how soon the main thread sees that a node is done
 NAMESAKE = "another node has this name in this namespace, so their topics mix: give one of them another"
+ANSWER_PERIOD = 0.003  # s between answers of one service: whoever calls it from many clients keeps ten answers
 TALK = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
 MOST_FAULTS = 1000  # after each other: a node that can do nothing but fail ends
 
@@ -115,10 +117,11 @@ class Heartbeat:
 
 
 class LogWatch:
-    """What a node says of its log in `folder`: its room, once that it cannot grow, once that it can again."""
+    """What a node says of its log in `folder`: size in an hour, room, that it cannot grow, that it can again."""
 
     def __init__(self, node: Node, folder: Path):
         self._node, self._problem, self._room = node, "", Room(folder)
+        self._grown = 0  # looks at which the log had grown
 
     def look(self, log) -> tuple[bytes, str, dict[str, float]]:
         """(level, sentence or nothing, numbers) of a log with `problem`, `dropped` and `bytes`; of None nothing."""
@@ -130,6 +133,10 @@ class LogWatch:
             self._node.get_logger().info(f"there is room again: the log goes on, {log.dropped} messages were dropped")
         self._problem = log.problem
         forecast = self._room.forecast(log.bytes, time.monotonic())
+        self._grown += forecast["log_bytes_per_s"] > 0.0
+        if self._grown == MEASURED:
+            self._grown += 1
+            self._node.get_logger().info(in_an_hour(forecast))
         soon = warning(forecast)
         level = ERROR if log.problem else WARN if soon else OK
         return level, log.problem or soon, {"bytes": log.bytes, "messages_dropped": log.dropped, **forecast}
@@ -161,10 +168,19 @@ class Executor(MultiThreadedExecutor):
 
 
 def guarded(callback: Callable) -> Callable:
-    """A method as a callback that cannot end the node: an exception is logged, a service answers success false."""
+    """A method as a callback that cannot end the node: an exception is logged, a service answers success false.
+
+    Every client of a service receives the answers to all of them and keeps ten: answers follow each other by
+    ANSWER_PERIOD.
+    """
+    next_answer = 0.0
 
     @functools.wraps(callback)
     def safe(node: Node, *arguments):
+        nonlocal next_answer
+        if arguments and hasattr(arguments[-1], "success"):
+            time.sleep(max(0.0, min(ANSWER_PERIOD, next_answer - time.monotonic())))
+            next_answer = time.monotonic() + ANSWER_PERIOD
         try:
             return callback(node, *arguments)
         except Exception as error:

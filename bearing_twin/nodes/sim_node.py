@@ -26,6 +26,7 @@ from bearing_twin.nodes.messages import (
     DIAGNOSTICS_PERIOD,
     ERROR,
     OK,
+    SERVICE,
     WARN,
     Step,
     Stiffness,
@@ -96,11 +97,12 @@ class SimNode(Node):
     def _serve(self, kind: Kind) -> None:
         services, steps, others = (MutuallyExclusiveCallbackGroup() for _ in range(3))
         steady = Clock(clock_type=ClockType.STEADY_TIME)  # time of the simulation must not drive its own timers
-        self.create_service(SetBool, "~/pause", self._on_pause, callback_group=services)
-        self.create_service(Trigger, "~/reset", self._on_reset, callback_group=services)
-        self.create_service(Step, "~/step", self._on_step, callback_group=steps)
+        self.create_service(SetBool, "~/pause", self._on_pause, qos_profile=SERVICE, callback_group=services)
+        self.create_service(Trigger, "~/reset", self._on_reset, qos_profile=SERVICE, callback_group=services)
+        self.create_service(Step, "~/step", self._on_step, qos_profile=SERVICE, callback_group=steps)
         if kind.operating_point is not None:
-            self.create_service(Stiffness, "~/stiffness", self._on_stiffness, callback_group=services)
+            answer = self._on_stiffness
+            self.create_service(Stiffness, "~/stiffness", answer, qos_profile=SERVICE, callback_group=services)
         profile = qos_profile(Qos())
         for command in kind.commands():
             obey, ros_type = partial(self._on_command, command), interface(command.ros_type, "msg")

@@ -6,13 +6,15 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future
 
+POLL = 0.005  # s
+
 
 class Worker:
     """Calls `prepare()` once and then `turn(now)` whenever it asks to be called, until `stop`.
 
     `turn` returns the wall time of its next call [ns, monotonic] or None to wait for a command. `ended(error)` is
     called once, from the thread, with the exception that ended it or None. Commands run between turns, those posted
-    during `prepare` right after it.
+    during `prepare` right after it. Another `clock`, such as simulation time, is read every POLL seconds.
     """
 
     def __init__(
@@ -20,7 +22,9 @@ class Worker:
         turn: Callable[[int], int | None],
         prepare: Callable[[], None] = lambda: None,
         ended: Callable[[Exception | None], None] = lambda error: None,
+        clock: Callable[[], int] = time.monotonic_ns,
     ):
+        self._clock, self._poll = clock, None if clock is time.monotonic_ns else POLL
         self._turn = turn
         self._prepare = prepare
         self._ended = ended
@@ -68,8 +72,9 @@ class Worker:
             self._prepare()
             while not self._stop.is_set():
                 self._obey_commands()
-                wake_at = self._turn(time.monotonic_ns())
-                self._wake.wait(None if wake_at is None else max(0, wake_at - time.monotonic_ns()) * 1e-9)
+                wake_at = self._turn(self._clock())
+                left = None if wake_at is None else max(0, wake_at - self._clock()) * 1e-9
+                self._wake.wait(left if left is None or self._poll is None else min(left, self._poll))
                 self._wake.clear()  # before anything is looked at, so that no word is lost
         except Exception as problem:
             error = problem
@@ -85,7 +90,7 @@ class Worker:
             if not future.set_running_or_notify_cancel():
                 continue
             try:
-                future.set_result(command(time.monotonic_ns(), *arguments))
+                future.set_result(command(self._clock(), *arguments))
             except Exception as problem:
                 future.set_exception(problem)
 
