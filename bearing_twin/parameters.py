@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from bearing_twin.errors import SceneError
 from bearing_twin.spelling import LONGEST_ECHO, echo, unknown
-from bearing_twin.units import NO_LIMITS, UNITS, Limits, in_si, with_unit
+from bearing_twin.units import NO_LIMITS, UNITS, Limits, si_value, with_unit
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
@@ -153,15 +153,20 @@ def _metadata_at(cls, words):
 
 
 def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any, str | None]:
-    """(value, None), or (None, what is wrong); text such as 1e-6 counts: YAML 1.1 reads it as text."""
+    """(value in SI, None), or (None, what is wrong).
+
+    A text counts as a number, for YAML 1.1 reads 1e-6 as one, and so does a number with its `unit`, as 3000rpm.
+    """
     kind = "a whole number" if integer else "a number"
     legal = f"must be {kind}{with_unit(unit) and ' in' + with_unit(unit)}"
     if limits.text():
         legal += f", {limits.text()}"
     if isinstance(given, str) and len(given) <= LONGEST_NUMBER and NUMBER.fullmatch(given.strip()):
         given = float(given) if not given.strip().lstrip("+-").isdigit() else int(given)
+    if isinstance(given, str) and (value := si_value(given, unit)) is not None:
+        given = value
     if isinstance(given, bool) or not isinstance(given, (int, float)):
-        return None, legal + (in_si(given, unit) if isinstance(given, str) else "")
+        return None, legal
     try:
         value = float(given)
     except OverflowError:
@@ -253,10 +258,11 @@ def _read_named(metadata, given, path, problems, default):
 
 
 def _read_tuple(item, given, path, problems):
-    length = len(item.default)
+    length, told = len(item.default), given
+    given = given.strip("[] ").split(",") if isinstance(given, str) else given  # 0,-2kN,0
     if not isinstance(given, (list, tuple)) or len(given) != length:
-        unit, brackets = with_unit(item.metadata["unit"]), "; write it in [ ]" if isinstance(given, str) else ""
-        problems.append(f"{path} = {echo(given)} must be a list of {length} numbers{unit and ' in' + unit}{brackets}")
+        unit = with_unit(item.metadata["unit"])
+        problems.append(f"{path} = {echo(told)} must be a list of {length} numbers{unit and ' in' + unit}")
         return item.default
     values = []
     for index, one in enumerate(given):

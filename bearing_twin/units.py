@@ -114,8 +114,19 @@ UNITS = {  # by the symbol that declarations use
 }
 LONGEST = 64  # characters of a number with its unit: to look through longer texts would take long
 NEAR = 4  # places in a table: figures of one unit so near each other are read together
-_WITH_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.].{0,9})")
-_WRITTEN = {"deg": "°", "degree": "°", "degrees": "°", "1/min": "rpm", "U/min": "rpm", "Nm": "N m", "Nmm": "N mm"}
+_WITH_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.+-].{0,11}|1/\w{1,3})")
+_WRITTEN = {"deg": "°", "degree": "°", "degrees": "°", "1/min": "rpm", "U/min": "rpm", "min^-1": "rpm"}
+_WRITTEN |= {f"{prefix}Nm": f"{prefix}N m" for prefix in PREFIXES} | {"Nmm": "N mm"}
+ALSO_WRITTEN = {  # units of the field beside those of SI and its prefixes
+    "1": {"%": 1e-2},
+    "m": {"cm": 1e-2},
+    "s": {"min": 60.0, "h": 3600.0},
+    "kg": {"g": 1e-3, "mg": 1e-6},
+    "kg m": {"g mm": 1e-6, "kg mm": 1e-3},
+    "kg m^2": {"g mm²": 1e-9, "kg mm²": 1e-6},
+    "N/m": {"N/mm": 1e3},
+    "kg/m^3": {"g/cm³": 1e3},
+}
 _LONGEST_FIRST = sorted((unit for unit in UNITS.values() if unit.suffix), key=lambda unit: -len(unit.suffix))
 _SHOWN = {unit.shown: unit for unit in UNITS.values() if unit.shown}
 _NUMBER = r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
@@ -193,22 +204,55 @@ def with_unit(unit: str) -> str:
     return f" {unit}" if not _is_plain(unit) else ""
 
 
-def in_si(text: str, unit: str) -> str:
-    """What to write in place of a text such as `1750 rpm` or `13um`, as the tail of a message; "" where it is no such.
+def si_value(text: str, unit: str) -> float | None:
+    """The value in SI of a number written with its unit, such as `3000rpm`, `13 um` or `60 °C`.
 
-    It goes by the prefixes, and by the units that engineers read in place of `unit`; °C is read as a temperature.
+    Parameters
+    ----------
+    text : str
+        A number and a unit: that of SI, with a prefix, or one of the field (`ALSO_WRITTEN`).
+    unit : str
+        The SI unit in which the value is declared.
+
+    Returns
+    -------
+    float or None
+        None where the text has no unit, or one of another dimension.
     """
     found = _WITH_UNIT.fullmatch(text.strip()) if len(text) <= LONGEST else None
-    row = UNITS.get(unit)
-    if not found or row is None or _is_plain(unit):
-        return ""
-    factors = {prefix + row.shown: factor for prefix, factor in PREFIXES.items()} if " " not in unit else {unit: 1.0}
-    if row.people:
-        factors.setdefault(row.people[0], 1.0 / row.people[1])
-    word, number = _WRITTEN.get(found[2], found[2]).replace("u", "µ"), float(found[1])
+    if not found or unit not in UNITS:
+        return None
+    number, word = float(found[1]), _canonical(found[2])
     if unit == "K" and word in ("°C", "C"):
-        return f"; {text.strip()} is {number + CELSIUS:.7g}"
-    return f"; {text.strip()} is {number * factors[word]:.7g}" if word in factors else ""
+        return number + CELSIUS
+    factor = _factors(unit).get(word)
+    return None if factor is None else float(f"{number * factor:.15g}")
+
+
+@functools.cache
+def _factors(unit: str) -> dict[str, float]:
+    """Factor into SI of each way to write a unit; prefixes belong to a first unit that has no power."""
+    row, found = UNITS[unit], {}
+    names = {_canonical(name) for name in (unit, row.shown)} - {"", "1"}
+    for name in names:
+        plain = not name.startswith(("kg", "K", "1/", "h", "Mrev")) and not re.match(r"\w+[²³]", name)
+        found |= {prefix + name: factor for prefix, factor in PREFIXES.items() if plain or not prefix}
+    if row.people:
+        found[row.people[0]] = 1.0 / row.people[1]
+    return found | ALSO_WRITTEN.get(unit, {})
+
+
+def _canonical(word: str) -> str:
+    """A unit as `UNITS` shows it: micro sign, powers, products."""
+    word = re.sub(r"\s*[·*]\s*", " ", word.strip().replace("μ", "µ").replace("^2", "²").replace("^3", "³"))
+    word = f"µ{word[1:]}" if re.match(r"u[a-zA-Z]", word) else word.replace("/um", "/µm")
+    return _WRITTEN.get(word, word)
+
+
+def in_si(text: str, unit: str) -> str:
+    """What to write in place of a text such as `1750 rpm` where a number is due, as the tail of a message, or ""."""
+    value = si_value(text, unit)
+    return "" if value is None else f"; {text.strip()} is {value:.7g}"
 
 
 def sentence_for_people(text: str) -> str:

@@ -89,13 +89,16 @@ def listed(what: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:
 
 
 def quantity(unit: str) -> Callable[[str], float]:
-    """The type of an option whose value is a number in `unit`; a text such as `5kN` is told what to write."""
+    """The type of an option whose value is a number in `unit`, or one with its unit, as `5kN`; inf and nan pass."""
 
     def read(text: str) -> float:
         try:
             return float(text)
         except ValueError:
-            raise argparse.ArgumentTypeError(f"{echo(text)} {read_number(text, unit)[1]}") from None
+            value, problem = read_number(text, unit)
+        if problem:
+            raise argparse.ArgumentTypeError(f"{echo(text)} {problem}")
+        return float(value)
 
     return read
 

@@ -230,12 +230,16 @@ def check_run(run: RunSettings) -> list[str]:
     return problems
 
 
-VISCOUS = "damping", "relaxation_time", "viscosity"
+VISCOUS = {"damping": "s/m", "relaxation_time": "s", "viscosity": "N s/m^1.25"}
 
 
 def damped_twice(contact) -> list[str]:
     """As `check_damping`, of a section as it was written: what a kind has by default counts where it stands there."""
-    numbers = {name: read_number(value)[0] for name, value in contact.items()} if isinstance(contact, Mapping) else {}
+    numbers = (
+        {name: read_number(value, VISCOUS.get(name, ""))[0] for name, value in contact.items()}
+        if isinstance(contact, Mapping)
+        else {}
+    )
     restitution = numbers.get("restitution")
     return _one_viscous_term({name: numbers[name] for name in VISCOUS if numbers.get(name)}, restitution or 1.0)
 

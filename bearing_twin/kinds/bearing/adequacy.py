@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.clearance import operating_geometry
+from bearing_twin.kinds.bearing.clearance import leaves_raceway, squeezes
 from bearing_twin.kinds.bearing.controls import SETTLED
 from bearing_twin.kinds.bearing.drive import with_speeds
 from bearing_twin.kinds.bearing.parameters import LOADS
@@ -164,7 +164,7 @@ def of_held_ring(parameters) -> list[str]:
 
 def touches_still(parameters) -> bool:
     """Whether a ring that is held squeezes balls at some place of it while nothing turns; a tilt counts as yes."""
-    return any(parameters.drive.tilt) or any(near > 0.0 for near, _ in _squeezes(parameters))
+    return any(parameters.drive.tilt) or any(near > 0.0 for near, _ in squeezes(parameters))
 
 
 def untouched(parameters, speed: float, work: float) -> str | None:
@@ -217,26 +217,9 @@ def cage_needed(parameters) -> str:
     """Why balls without a cage would not stay apart, "" where they do: some leave a raceway on their way round."""
     if parameters.cage.kind != "none" or parameters.geometry.balls == 1:
         return ""
-    if all(far > 0.0 for _, far in _squeezes(parameters)):
+    if not leaves_raceway(parameters):
         return ""
     return (
         "balls leave the inner raceway on part of their way, and nothing keeps them apart: within about 0.1 s "
         "their spacing and orbit speed leave what rolling gives, which a cage prevents"
     )
-
-
-def _squeezes(parameters) -> list[tuple[float, float]]:
-    """By how much [m] a ball at the near and one at the far side of the ring's offset is squeezed, at each place of it.
-
-    At the far side of a radial offset r this is hypot(A_0 - r, z) - (f_i + f_o - 1) D.
-    """
-    geometry, drive = operating_geometry(parameters), parameters.drive
-    free = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
-    middle = free - 0.5 * geometry.radial_clearance
-    places = [drive.offset]
-    if drive.change.time:
-        places.append(drive.changed_offset)
-    return [
-        (math.hypot(middle + radial, z) - free, math.hypot(middle - radial, z) - free)
-        for radial, z in ((math.hypot(x, y), z) for x, y, z in places)
-    ]

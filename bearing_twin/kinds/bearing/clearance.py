@@ -140,3 +140,25 @@ def clearance_problems(parameters) -> list[str]:
             f"fits.housing.other_diameter = {far:g} m: give the ring's outside"
         )
     return problems
+
+
+def squeezes(parameters) -> list[tuple[float, float]]:
+    """By how much [m] a ball at the near and one at the far side of the ring's offset is squeezed, at each place of it.
+
+    At the far side of a radial offset r this is hypot(A_0 - r, z) - (f_i + f_o - 1) D.
+    """
+    geometry, drive = operating_geometry(parameters), parameters.drive
+    free = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
+    middle = free - 0.5 * geometry.radial_clearance
+    places = [drive.offset]
+    if drive.change.time:
+        places.append(drive.changed_offset)
+    return [
+        (math.hypot(middle + radial, z) - free, math.hypot(middle - radial, z) - free)
+        for radial, z in ((math.hypot(x, y), z) for x, y, z in places)
+    ]
+
+
+def leaves_raceway(parameters) -> bool:
+    """Whether a ball leaves the inner raceway somewhere on its way round, where the ring is held."""
+    return any(far <= 0.0 for _, far in squeezes(parameters))

@@ -23,6 +23,7 @@ SHOULDER = 0.3  # of a ball: where the land of a ring stands, inside or outside 
 QUASI_STATIC, PRESCRIBED, FREE_RING = "quasi_static", "prescribed", "free"
 EVEN, POCKETS = "even", "pockets"
 LOADS = "loads"  # of wanted.outputs
+COMMON_STEPS = AUTO, "rodas4", "rodas3"  # of solver.stepper: what moves balls that step together
 
 
 @dataclass(frozen=True)
@@ -66,9 +67,10 @@ class Cage:
     """What keeps the balls apart: its angle moves, and with `guidance` its centre."""
 
     kind: str = choice(
-        "none",
-        ("none", EVEN, POCKETS),
-        "even = balls stay evenly spaced, at one orbit speed that follows from their balance; pockets = contacts",
+        AUTO,
+        (AUTO, "none", EVEN, POCKETS),
+        "even = balls stay evenly spaced, at one orbit speed that follows from their balance; pockets = contacts; auto "
+        "= even where balls have clearance, else none",
     )
     inertia: float = quantity(0.0, "kg m^2", "about its axis; 0 = mass on the pitch circle", at_least=0.0)
     mass: float = quantity(
@@ -244,9 +246,9 @@ def _unmet(parameters, dimension) -> list[str]:
     moving = [words for words, is_so in (
         ("a ring with mass", dimension == FREE_RING),
         ("a shaft by a torque", parameters.drive.kind == TORQUE and dimension != QUASI_STATIC),
-        ("a cage", cage.kind != "none" and dimension != QUASI_STATIC),
+        ("a cage", cage.kind not in (AUTO, "none") and dimension != QUASI_STATIC),
     ) if is_so]  # fmt: skip
-    if moving and stepper not in ("auto", "rodas4", "rodas3"):
+    if moving and stepper not in COMMON_STEPS:
         problems.append(f"solver.stepper = {stepper} does not move {' or '.join(moving)}; use rodas4")
     if parameters.contact.friction not in (AUTO, POINT) and not spots_built(parameters):
         problems.append(
