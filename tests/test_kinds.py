@@ -1,0 +1,182 @@
+"""What every kind of scene promises, by the public face alone: one scene a kind, from the run to page and study."""
+
+import contextlib
+import io
+import json
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from bearing_twin import load_scene, read_log
+from bearing_twin.command.cli import BAD_INPUT, DONE, main
+from bearing_twin.kinds import KINDS
+from bearing_twin.log.mcap_log import raw_messages
+from bearing_twin.nodes.replaying import ReplayLoop
+
+
+class Case(NamedTuple):
+    """A short scene in which a contact begins, its channel of loads, and what a study of it varies and asks for."""
+
+    scene: str
+    overrides: tuple[str, ...]
+    loads: str
+    uncertain: str
+    quantity: str
+    begins: bool = True
+
+
+SHORT, BALLS = ("run.duration=0.02",), ("geometry.radial_clearance", "greatest_ball_load")
+RUBBER = ("disc.material.young_modulus", "peak_force")
+CASES = {
+    "bearing": Case("bearing_6203_loose", SHORT, "normal_load", *BALLS),
+    "bearing_free": Case("bearing_6203_rig_400N", SHORT, "normal_load", *BALLS),
+    "bearing_quasi_static": Case("bearing_6203_load_and_speed", SHORT, "normal_load", *BALLS),
+    # its balls stay on the raceways: a step of the load is what happens
+    "shaft": Case(
+        "shaft_step_load", (*SHORT, "shaft.change={time: 0.002, load: [0, -900, 0]}"), "right_normal_load",
+        "shaft.mass", "vibration", begins=False,
+    ),
+    "two_spheres": Case("two_spheres", (), "normal_load", "motion.first_velocity", "peak_force"),
+    "two_discs": Case("two_discs", (), "normal_load", *RUBBER),
+    "sphere_on_beam": Case("sphere_on_beam", (), "normal_load", "blow.speed", "peak_force"),
+    "soft_discs": Case("soft_discs_mean", ("mesh.divisions=8", "mesh.order=2"), "normal_load", *RUBBER),
+    "ellipsoid_on_plane": Case(
+        "ellipsoid_rocking", ("run.duration=0.05", "start.height=1e-3"), "normal_load", "start.height", "peak_force"
+    ),
+    "two_bodies": Case("two_bodies_groove", SHORT, "normal_load", "first.radius", "peak_force"),
+}  # fmt: skip
+OF_THE_RUN, OF_THE_LOG = {"compile_s"}, {"missing_outputs"}  # keys of what only a run or only its log can know
+
+
+def changes(case):
+    return [word for one in case.overrides for word in ("--set", one)]
+
+
+def asked(capsys, *words):
+    """The JSON that a command prints, one line on standard output."""
+    assert main([*map(str, words), "--json"]) == DONE
+    out = capsys.readouterr().out
+    assert out.count("\n") == 1
+    return json.loads(out)
+
+
+@pytest.fixture(scope="module", params=CASES)
+def case(request):
+    return CASES[request.param]
+
+
+@pytest.fixture(scope="module")
+def simulated(case, tmp_path_factory):
+    """The case's run: its log, and what `simulate --json` printed."""
+    log, said = tmp_path_factory.mktemp("run") / "run.mcap", io.StringIO()
+    with contextlib.redirect_stdout(said):
+        assert main(["simulate", case.scene, *changes(case), "--out", str(log), "--json"]) == DONE
+    return log, json.loads(said.getvalue())
+
+
+@pytest.fixture(scope="module")
+def ran(simulated):
+    return simulated[0]
+
+
+def test_every_kind_has_its_case():
+    shipped = {name for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")}
+    assert {load_scene(case.scene).kind for case in CASES.values()} == shipped
+
+
+def test_something_happens_in_the_run(case, ran):
+    log = read_log(ran)
+    loads = np.concatenate([block.values[case.loads] for block in log.blocks()])
+    loads = loads.reshape(len(loads), -1)
+    assert np.ptp(loads, axis=0).max() > 0.1 * loads.max()
+    assert bool(np.any((loads[1:] > 0.0) & (loads[:-1] == 0.0))) is case.begins
+
+
+def test_a_run_and_its_log_report_the_same_to_the_bit(simulated, capsys):
+    log, run = simulated
+    reported = asked(capsys, "report", log)
+    assert set(run) - set(reported) == OF_THE_RUN
+    assert set(reported) - set(run) == OF_THE_LOG
+    assert reported["missing_outputs"] == 0
+    both = set(run) & set(reported)
+    # repr tells apart all that differs by a bit, and finds NaN equal to itself
+    assert {key: repr(run[key]) for key in both} == {key: repr(reported[key]) for key in both}
+
+
+def test_the_log_verifies(ran, capsys):
+    found = asked(capsys, "verify", ran)
+    assert found["greatest_deviation"] == 0.0
+    assert found["samples"] > 10
+
+
+def test_a_replay_gives_the_bytes_of_the_log(ran):
+    """By its own clock and at its own pace, each message when it is due; without ROS."""
+    played, now = [], 0
+    loop = ReplayLoop(ran, played.append, rate=0.5)
+    while not loop.paced.finished:
+        now = max(now + 1, loop.turn(now) or 0)
+    logged = list(raw_messages(ran))
+    assert [(one.topic, bytes(one.cdr)) for one in played] == [(one.topic.name, bytes(one.data)) for one in logged]
+    assert now == pytest.approx(2 * (logged[-1].log_time - logged[0].log_time), abs=1e3)
+
+
+def test_the_topics_of_the_scene_are_those_of_its_log(case, ran, tmp_path, capsys):
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(read_log(ran).scene.text)
+    listed = asked(capsys, "topics", scene)["topics"]
+    names = {one["topic"]: one["type"] for one in listed}
+    logged = {one.topic.name: one.topic.ros_type for one in raw_messages(ran)}
+    assert set(logged) <= set(names)
+    assert {f"/{load_scene(case.scene).kind}/{name}" for name in ("scene", "samples")} <= set(logged)
+    assert all(names[name] == ros_type.replace("/msg/", "/") for name, ros_type in logged.items())
+    assert all(one["meaning"] for one in listed)
+
+
+def test_the_run_has_a_page(case, ran, tmp_path, capsys):
+    page = tmp_path / "run.html"
+    assert main(["view", str(ran), "--out", str(page)]) == DONE
+    text = page.read_text(encoding="utf-8")
+    assert text.lower().startswith("<!doctype html>")
+    assert case.scene in text
+    assert "http://" not in text.replace("http://www.w3.org", "")  # nothing is fetched
+
+
+def test_a_study_of_a_few_realisations(case, tmp_path, capsys):
+    scene = load_scene(case.scene)
+    value = scene.parameters
+    for name in case.uncertain.split("."):
+        value = getattr(value, name)
+    study = tmp_path / "study.yaml"
+    study.write_text(
+        json.dumps(
+            {
+                "scene": case.scene,
+                "set": list(case.overrides),
+                "description": "four",
+                "inputs": {case.uncertain: {"distribution": "uniform", "low": 0.99 * value, "high": 1.01 * value}},
+                "quantities": [case.quantity],
+                "method": "ensemble",
+                "samples": 4,
+                "sampler": "random",
+                "workers": 1,
+            }
+        )
+    )
+    found = asked(capsys, "study", study, "--seed", 3)
+    assert (found["samples"], found["failed"]) == (4, {})
+    one = found["quantities"][case.quantity]
+    assert one["mean"] > 0.0
+    assert 0.0 < one["std"] < 0.5 * one["mean"]
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [("nonsense.key=1", "nonsense"), ("run.duration=never", "run.duration"), ("run.duration=-1", "run.duration")],
+)
+def test_a_key_or_value_that_is_none_is_refused(case, change, word, capsys):
+    assert main(["simulate", case.scene, "--set", change]) == BAD_INPUT
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert word in err
+    assert "Traceback" not in err
