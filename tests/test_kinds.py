@@ -3,7 +3,7 @@
 import contextlib
 import io
 import json
-from typing import NamedTuple
+from collections import namedtuple
 
 import numpy as np
 import pytest
@@ -14,18 +14,8 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log.mcap_log import raw_messages
 from bearing_twin.nodes.replaying import ReplayLoop
 
-
-class Case(NamedTuple):
-    """A short scene in which a contact begins, its channel of loads, and what a study of it varies and asks for."""
-
-    scene: str
-    overrides: tuple[str, ...]
-    loads: str
-    uncertain: str
-    quantity: str
-    begins: bool = True
-
-
+# A short scene in which a contact begins, its channel of loads, and what a study of it varies and asks for.
+Case = namedtuple("Case", "scene overrides loads uncertain quantity begins", defaults=(True,))
 SHORT, BALLS = ("run.duration=0.02",), ("geometry.radial_clearance", "greatest_ball_load")
 RUBBER = ("disc.material.young_modulus", "peak_force")
 CASES = {
