@@ -53,6 +53,26 @@ def test_the_answer_has_its_keys_in_si_units(capsys):
     assert found["normal_load_inner_n"][0] == max(found["normal_load_inner_n"])  # ball 0 lies on the load line
 
 
+def test_numbers_of_options_may_have_units(capsys):
+    plain = answered(capsys, "bearing", "6308", "--load", "0,-2000,0", "--moment", "0.5,0")
+    assert plain == answered(capsys, "bearing", "6308", "--load", "0, -2kN, 0", "--moment", "500 N mm,0")
+    held = answered(capsys, "bearing", "6308", "--displacement", "0,-10um,0", "--misalignment", "0.1°,-")
+    assert held["ring_displacement_m"][1] == pytest.approx(-1e-5, rel=1e-12)
+    assert held["misalignment_rad"][0] == pytest.approx(math.radians(0.1), rel=1e-12)
+    assert "must be a number in N" in refused(capsys, "bearing", "6308", "--load", "0,-2kg,0")
+
+
+def test_no_friction_is_computed_and_the_catalogue_estimates_it(capsys):
+    """6308, 2 kN, 1750 rpm: Palmgren's rule with grease of 32 mm^2/s."""
+    found = answered(capsys, "bearing", "6308", "--load", "0,-2kN,0")
+    assert found["drive_torque_nm"] is None
+    assert "no friction" in found["not_computed"]["drive_torque_nm"]
+    without_load, by_load = 1e-7 * 56000.0 ** (2.0 / 3.0) * 65.0**3, 0.0005 * (2000.0 / 24006.0) ** 0.55 * 2000.0 * 65.0
+    assert found["catalogue_drive_torque_nm"] == pytest.approx(1e-3 * (without_load + by_load), rel=1e-3)
+    assert cli.main(["bearing", "6308", "--load", "0,-2kN,0"]) == cli.DONE
+    assert "57 ± 28 N mm" in capsys.readouterr().out
+
+
 def test_what_adds_up_to_nothing_is_nothing(capsys):
     found = answered(capsys, "bearing", "6308", "--load", "0,-3000,0")
     assert found["ring_displacement_m"][0] == found["ring_displacement_m"][2] == found["ring_force_n"][0] == 0.0

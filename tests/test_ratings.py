@@ -10,6 +10,7 @@ from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing import ratings
 from bearing_twin.kinds.bearing.clearance import clearance_of, operating_geometry
+from bearing_twin.kinds.bearing.parameters import Geometry
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.run.scene import load_scene
 
@@ -18,10 +19,20 @@ def parameters(*overrides, scene="bearing_6203"):
     return load_scene(scene, overrides).parameters
 
 
-def test_the_ratings_of_a_6203():
+def test_the_ratings_of_a_6203_and_a_6308():
     geometry = parameters().geometry
     assert ratings.basic_dynamic_rating(geometry) == pytest.approx(9547.0, rel=1e-3)
-    assert ratings.basic_static_rating(geometry) == pytest.approx(4810.0, rel=1e-3)
+    assert ratings.basic_static_rating(geometry) == pytest.approx(4763.0, rel=1e-3)
+    assert ratings.basic_static_rating(parameters(scene="6308").geometry) == pytest.approx(24006.0, abs=15.0)
+
+
+def test_the_factor_of_the_dynamic_rating_is_that_of_the_standard():
+    """ISO 281, table 2: f_c of single-row bearings with grooves of 0.52 D, over D cos(a)/d_m, rounded to 0.1."""
+    table = {0.05: 46.7, 0.10: 55.5, 0.14: 58.8, 0.20: 59.9, 0.26: 58.2, 0.30: 56.0, 0.36: 51.7, 0.40: 48.4}
+    for ratio, factor in table.items():
+        geometry = Geometry(balls=8, ball_diameter=10e-3, pitch_diameter=10e-3 / ratio)
+        found = ratings.basic_dynamic_rating(geometry) / (1.3 * 8.0 ** (2.0 / 3.0) * 10.0**1.8)
+        assert found == pytest.approx(factor, abs=0.06), ratio
 
 
 def test_ratings_that_are_given_replace_those_of_the_geometry():
@@ -99,6 +110,33 @@ def test_equivalent_loads_of_forty_degrees():
     assert ratings.static_load(geometry, 1000.0, 4000.0) == pytest.approx(500.0 + 0.26 * 4000.0, rel=1e-6)
 
 
+@pytest.mark.parametrize(("degrees", "radial", "static"), [(5.0, (0.56, 1.71), (0.5, 0.52)),
+                                                          (10.0, (0.46, 1.52), (0.5, 0.5)),
+                                                          (15.0, (0.44, 1.30), (0.5, 0.46))])  # fmt: skip
+def test_factors_of_small_contact_angles_are_those_of_the_standards(degrees, radial, static):
+    """ISO 281, table 3, row F_a/(Z D^2) = 0.689 N/mm^2, and ISO 76."""
+    geometry = Geometry(balls=10, ball_diameter=10e-3, pitch_diameter=60e-3, contact_angle=math.radians(degrees))
+    found = ratings.equivalent_load(geometry, 100.0, 689.0)
+    assert found == pytest.approx(radial[0] * 100.0 + radial[1] * 689.0, rel=1e-9)
+    assert ratings.static_load(geometry, 100.0, 1000.0) == pytest.approx(static[0] * 100.0 + static[1] * 1000.0)
+
+
+def test_friction_torque_by_palmgren():
+    """6203 with 32 mm^2/s, computed independently: load [N], speed [rpm], torque [N mm] with grease, in an oil bath."""
+    geometry = parameters().geometry
+    for load, rpm, grease, bath in (
+        (400.0, 1750.0, 4.85, 8.24),
+        (100.0, 1750.0, 3.56, 6.95),
+        (1000.0, 1500.0, 9.11, 12.16),
+        (400.0, 200.0, 2.26, 3.06),
+    ):
+        turned = 4763.0, (0.0, -load, 0.0), rpm * math.pi / 30.0
+        assert ratings.palmgren_torque(geometry, *turned) == pytest.approx(1e-3 * grease, rel=5e-3)
+        found = ratings.palmgren_torque(geometry, *turned, lubrication=ratings.OIL_BATH)
+        assert found == pytest.approx(1e-3 * bath, rel=5e-3)
+    assert ratings.palmgren_torque(geometry, 4763.0, (0.0, -400.0, 0.0), 0.0) is None
+
+
 def test_the_dynamic_rating_falls_with_the_contact_angle():
     """f_c knows the angle by D cos(a)/d_m alone: two bearings with the same of that differ by (cos a)^0.7."""
     flat, cosine = parameters().geometry, math.cos(math.radians(40.0))
@@ -112,7 +150,7 @@ def test_the_static_rating_presses_the_raceway_that_reaches_it_first_with_4200_m
     inner, outer = conformities
     geometry = dataclasses.replace(parameters().geometry, inner_conformity=inner, outer_conformity=outer)
     load = 5.0 * ratings.basic_static_rating(geometry) / geometry.balls
-    spots = [ellipse(*gap, 0.5 * 206e9 / (1.0 - 0.3**2), load) for gap in nominal_curvatures(geometry)]
+    spots = [ellipse(*gap, 0.5 * 207e9 / (1.0 - 0.3**2), load) for gap in nominal_curvatures(geometry)]
     assert max(spot.peak_pressure for spot in spots) == pytest.approx(4.2e9, rel=1e-9)
 
 

@@ -25,7 +25,7 @@ from bearing_twin.uq.study import Settings
 
 def test_keys_tell_their_units():
     assert named("normal_load_inner_n") == ("normal load inner", "N")
-    assert named("friction_torque_nm") == ("friction torque", "N m")
+    assert named("friction_torque_nm") == ("dry-contact friction torque", "N m")
     assert named("cage_speed_rad_s") == ("cage speed", "rad/s")
     assert named("semi_major_inner_m") == ("semi major inner", "m")
     assert named("stiffness_n_per_m") == ("stiffness", "N/m")

@@ -10,7 +10,7 @@ from bearing_twin.errors import SceneError
 HELP = "a bearing in balance under load: displacement, loads, stiffness, ratings, life, fault frequencies"
 EXAMPLES = (
     "bearing_twin bearing --list",
-    "bearing_twin bearing 6308 --load 0,-3000,0",
+    "bearing_twin bearing 6308 --load 0,-3kN,0",
     "bearing_twin bearing bearing_6203 --displacement 0,-1e-5,0 --json",
     "bearing_twin bearing 6308 --load 0,-1,0 --sweep load=100:5000:20 --plot c.png",
 )
@@ -23,9 +23,9 @@ VECTORS = {  # option: names of its numbers, unit, an example
     "misalignment": (("TX", "TY"), "rad", "1e-3,0"),
 }
 WORDS = {
-    "load": "force on the inner ring [N]; - leaves a coordinate to --displacement",
+    "load": "force on the inner ring [N, or with units, as 0,-2kN,0]; - leaves a coordinate to --displacement",
     "moment": "moment on the inner ring about x and y [N m]",
-    "displacement": "hold the ring's centre there [m]; - leaves a coordinate to --load",
+    "displacement": "hold the ring's centre there [m, or as 0,-10um,0]; - leaves a coordinate to --load",
     "misalignment": "hold the ring's tilt about x and y there [rad]; without it and --moment: 0",
 }
 

@@ -6,7 +6,7 @@ import textwrap
 from bearing_twin.command import catalogue_table
 from bearing_twin.command.catalogue_table import kilonewtons
 from bearing_twin.command.terminal import show_text
-from bearing_twin.kinds.bearing.ratings import hours_of
+from bearing_twin.kinds.bearing.ratings import BASE_VISCOSITY, TORQUE_SCATTER, hours_of
 from bearing_twin.units import UNITS
 
 NO_PROMISE = "A life is what nine of ten bearings reach by the standard's assumptions; it is no promise."
@@ -104,6 +104,10 @@ def _lives(result):
     for line in textwrap.wrap(NO_PROMISE, 56):
         show_text(f"{'':23}{line}")
     show_text(f"static safety          {_finite(result['static_safety'])}")
+    if (torque := result["catalogue_drive_torque_nm"]) is not None:
+        shown = " ± ".join(_rounded(_MOMENT * part * torque) for part in (1.0, TORQUE_SCATTER))
+        show_text(f"friction torque        {shown} N mm")
+        show_text(f"{'':23}by Palmgren, with grease of {1e6 * BASE_VISCOSITY:g} mm²/s and no seals")
     frequencies = result["fault_frequencies_hz"]
     show_text(
         "fault frequencies [Hz] "

@@ -45,7 +45,7 @@ class BearingDoubt:
     """Gathers what a run's errors follow from, in memory that does not grow with the run."""
 
     in_stretches = False  # blocks may hold many
-    errorless = "inner_ring_speed_at_end_rad_s", *THEORY, "energy_closure", "equilibria"
+    errorless = "inner_ring_speed_at_end_rad_s", *THEORY, "energy_closure", "equilibria", "catalogue_drive_torque_nm"
 
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters, self.choice = as_chosen(parameters, choice), choice

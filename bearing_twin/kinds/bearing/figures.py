@@ -27,6 +27,7 @@ from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.law_error import law_error
 from bearing_twin.kinds.bearing.outputs import ellipses, moduli
 from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.ratings import palmgren_torque, ratings_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.run_up import RunUp
 from bearing_twin.kinds.bearing.speeds import off_rolling, speed_figures
@@ -52,6 +53,7 @@ class BearingFigures:
         self.switches = Switches()
         self.first, self.last = {}, {}
         self._balls = parameters.geometry.balls
+        self._static = ratings_of(parameters).static
         self._sums, self._run_up = Sums(self._balls), RunUp(parameters)
         self._layout, self._columns = None, None
         self._made: dict = {}  # of the outputs so far, what several figures and flags are made of
@@ -265,6 +267,9 @@ class BearingFigures:
             "drive_work_j": self.last["drive_work"],
             "dissipated_j": self.last["dissipated"],
             "drive_torque_nm": mean_torque(late, before, self._work_known(late, before)),
+            "catalogue_drive_torque_nm": palmgren_torque(
+                self.parameters.geometry, self._static, force, float(late["speed"] / late["count"])
+            ),
             "ring_displacement_m": place.tolist(),
             "misalignment_rad": tilt.tolist(),
             "ring_force_n": force.tolist(),

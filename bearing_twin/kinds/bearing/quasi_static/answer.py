@@ -15,8 +15,9 @@ from bearing_twin.kinds.bearing.quasi_static.channels import LEFT
 from bearing_twin.kinds.bearing.quasi_static.contacts import shared
 from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, EquilibriumSolver, Support, loose_directions
 from bearing_twin.kinds.bearing.quasi_static.worth import errors_of, spots_of
-from bearing_twin.kinds.bearing.ratings import equivalent_loads, lives_of, ratings_of
+from bearing_twin.kinds.bearing.ratings import equivalent_loads, lives_of, palmgren_torque, ratings_of
 
+NO_TORQUE = "an equilibrium has no friction; catalogue_drive_torque_nm is Palmgren's estimate with grease"
 FLAGGED = 2e-2  # of the greatest load: what balls that move differ by at most unflagged
 
 
@@ -95,6 +96,9 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
         "basic_life_mrev": lives.basic,
         "reference_life_mrev": lives.reference,
         "static_safety": lives.static_safety,
+        "drive_torque_nm": None,
+        "catalogue_drive_torque_nm": palmgren_torque(geometry, ratings.static, force, parameters.drive.speed),
+        "not_computed": {"drive_torque_nm": NO_TORQUE},
         "fault_frequencies_hz": frequencies_of(contacts, geometry.balls, parameters.drive.speed),
         "clearance_m": clearance._asdict(),
         "ring_displacement_m_error": off.coordinates[:3].tolist(),
