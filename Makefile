@@ -6,6 +6,7 @@
 # make lint    style and formatting
 # make bench   what everything costs in the user's hand on this machine, as a table in docs/speed.csv; a quarter of an hour
 # make size    tokens, files and lines of our sources, words of the pages; all tuned numbers: python bench/size.py --constants
+# make mutants the tests against products that are broken on purpose: which of forty they notice; half an hour
 # make torture what logs and nodes survive: kills, torn writes, full disks, hostile goals; over half an hour, docs/reliability.md
 # make setup   only the set-up: .venv/ with ROS 2 Jazzy, interface package in install/, compiled kernels
 # make clean   remove everything the set-up made, but for kernels in the user's cache folder
@@ -15,7 +16,7 @@ SHELL := /bin/bash
 unexport PYTHONDONTWRITEBYTECODE
 PYTHON ?= python3
 .DEFAULT_GOAL := help
-.PHONY: help setup base bench size check test test-environments torture docs lint format demo clean missing
+.PHONY: help setup base bench size mutants check test test-environments torture docs lint format demo clean missing
 .NOTPARALLEL:
 
 , := ,
@@ -160,6 +161,10 @@ endif
 # The standard library is enough, so that it counts before any set-up.
 size:
 	@$(PYTHON) bench/size.py
+
+mutants: setup $(STAMPS)/variants
+	$(call stage,mutants$(,) about half an hour)
+	@source env.bash && python tests/mutants.py
 
 torture: setup
 	$(call stage,torture$(,) over half an hour)

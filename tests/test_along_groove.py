@@ -7,7 +7,6 @@ from bearing_twin.contact.elasticity import elasticity, fresh_coefficient
 from bearing_twin.contact.ellipse import semi_axes
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
-from bearing_twin.kinds.bearing.catalogue import entries
 from bearing_twin.kinds.bearing.forces.along_groove import (
     TERMS,
     axes_along,
@@ -92,39 +91,3 @@ def test_the_semi_axes_along_a_groove_are_those_of_every_contact_angle(share, co
             gaps = [gap_there(*shape, side, cosine) for cosine in cosines]
             expected = [semi_axes(gap.curvature_small, gap.curvature_large, 4e-6)[axis] for gap in gaps]
             assert np.abs(2e-3 * found / expected - 1.0).max() < off
-
-
-@pytest.mark.parametrize("conformity", [3.0, 10.0])
-def test_a_groove_that_is_nearly_flat_is_followed_as_far_as_its_bottom_goes(conformity):
-    """The bottom of such a groove comes to the bearing's axis before a right angle, where no law holds."""
-    law = elasticity("hertz", MODULUS, 0.0)
-    for side in (-1.0, 1.0):
-        shape = groove(0.236, conformity, side)
-        terms = terms_along(law, *shape, side)
-        assert terms[TERMS] > -0.4
-        for cosine in 1.0 + terms[TERMS] * COSINES:
-            expected = exact(law, *shape, side, cosine)
-            assert coefficient_along(terms, side * cosine) == pytest.approx(expected, rel=3e-9)
-
-
-def test_the_polynomial_holds_for_every_bearing_of_the_catalogue():
-    law, furthest = elasticity("hertz_exact", MODULUS, 0.0), 0.0
-    for row in entries().values():
-        share = row.ball_diameter / row.pitch_diameter
-        for side, conformity in ((-1.0, row.inner_conformity), (1.0, row.outer_conformity)):
-            shape = groove(share, conformity, side)
-            terms = terms_along(law, *shape, side)
-            off = [coefficient_along(terms, side * c) / exact(law, *shape, side, c) - 1.0 for c in COSINES[::20]]
-            furthest = max(furthest, np.abs(off).max())
-    assert furthest < 3e-12
-
-
-@pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_the_slope_is_the_polynomials_own(side):
-    shape = groove(0.3, 0.52, side)
-    terms = terms_along(elasticity("hertz", MODULUS, 0.0), *shape, side)
-    assert abs(terms[1]) > 0.01 * terms[0]
-    for cosine in (0.2, 0.7, 0.95):
-        at, step = side * cosine, 1e-5
-        slope = (coefficient_along(terms, at + step) - coefficient_along(terms, at - step)) / (2.0 * step)
-        assert slope_along(terms, at) == pytest.approx(slope, rel=1e-8)

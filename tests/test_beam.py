@@ -1,6 +1,5 @@
 """The beam's modes: statics, exact propagation of forces in time, energies, damping."""
 
-import cmath
 import math
 
 import numpy as np
@@ -15,7 +14,6 @@ from bearing_twin.kinds.beam.modes import (
     deflection_shapes,
     first_frequency,
     modes_of,
-    moments,
     propagate,
     rectangular_beam,
     static_deflection,
@@ -23,7 +21,6 @@ from bearing_twin.kinds.beam.modes import (
     stress_shapes,
 )
 
-GAUSS = np.polynomial.legendre.leggauss(300)
 CLASSICAL = rectangular_beam(0.1535, 0.01, 0.01, 2.158e11, 7960.0)
 
 
@@ -74,32 +71,6 @@ def test_what_the_modes_leave_out_falls_as_their_number_says(quantity, power):
         shapes = getattr(beams, f"{quantity}_shapes")(CLASSICAL, modes_of(CLASSICAL, middle, count), [middle])
         tails.append(abs(float(shapes[1][0])))
     assert math.log(tails[0] / tails[1]) / math.log(201 / 51) == pytest.approx(power, abs=0.08)
-
-
-@settings(deadline=None)
-@given(st.floats(-3.0, 4.0), st.floats(math.pi / 2, math.pi))
-def test_moments_are_integrals_for_small_and_large_arguments(exponent, angle):
-    z = cmath.rect(10.0**exponent, angle)
-    if abs(z) > 300.0:
-        return
-    out = np.empty(4, np.complex128)
-    moments(z, out)
-    u, weights = 0.5 * (GAUSS[0] + 1.0), GAUSS[1]
-    for k in range(4):
-        expected = 0.5 * np.sum(weights * np.exp(z * (1.0 - u)) * u**k)
-        assert abs(out[k] - expected) < 1e-13
-
-
-def test_moments_meet_where_the_series_hands_over():
-    series, recurrence = np.empty(4, np.complex128), np.empty(4, np.complex128)
-    moments(4.99999999j, series)
-    moments(5.00000001j, recurrence)
-    assert series == pytest.approx(recurrence, abs=1e-7)
-    plain = np.empty(4, np.complex128)
-    for z in (0.3j, 7.0j - 0.1):
-        moments(z, series)
-        moments.py_func(z, plain)
-        assert plain == pytest.approx(series, rel=1e-13)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.05])

@@ -31,8 +31,6 @@ from bearing_twin.kinds.bearing.forces.pairs import add_answers, add_pairs
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates, lane_rates
 from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.kinds.bearing.stepping.linear_system import factorise_together, new_coupling, solve_together
-from bearing_twin.numerics import chain_solve
-from bearing_twin.numerics.block_solve import Linear, factorise_body, solve_body
 from bearing_twin.numerics.lanes import (
     COLUMNS,
     GAIN,
@@ -101,17 +99,6 @@ def test_every_entry_is_the_derivative(scene, law, friction):
         assert many.max() == 1.0 or scene == "bearing_6203_loose"
 
 
-@pytest.mark.parametrize("power", [1.2, 2.0])
-def test_a_law_of_any_power_has_its_derivative(power):
-    """No shipped row has one: the load over the approach is handed to the lanes at each evaluation."""
-    moving = motion(*TILTED, scene="bearing_6203_loose", law="hertz_exact")
-    lanes, raceways = lanes_of(moving, 4), []
-    for raceway in (moving.bearing.inner, moving.bearing.outer):
-        law = raceway.law._replace(power=power, modulus=raceway.law.modulus * 1e-6 ** (1.5 - power))
-        raceways.append(raceway._replace(law=law))
-    check_entries(moving.bearing._replace(inner=raceways[0], outer=raceways[1]), lanes, 3e-6)
-
-
 def check_entries(bearing, lanes, close):
     """The Jacobian of the lanes against central differences of the rates."""
     rates_and_jacobian(bearing.spot, bearing, lanes)
@@ -128,75 +115,6 @@ def check_entries(bearing, lanes, close):
         # The size of a row's answers to whatever column, each in its unit: what an entry can matter against.
         size = np.abs(found * UNITS[None, :, None]).max(axis=1) / UNITS[column]
         assert np.all(np.abs(slope(1e-4) - found[:, column]) <= close * size)
-
-
-def test_the_block_solver_agrees_with_a_dense_one():
-    rng = np.random.default_rng(3)
-    for g in (1e-3, 0.1, 3.0):
-        blocks = {name: tuple(map(tuple, rng.normal(size=(3, 3)))) for name in ("vp", "vs", "sp", "sv")}
-        resisting = {name: tuple(map(tuple, rng.normal(size=(3, 3)) - 8.0 * np.eye(3))) for name in ("vv", "ss")}
-        linear = Linear(angle_by_radius=0.7, angle_by_velocity=-0.4, **blocks, **resisting)
-        jacobian = np.zeros((9, 9))
-        jacobian[0, 3] = jacobian[2, 5] = 1.0
-        jacobian[1, 0], jacobian[1, 4] = 0.7, -0.4
-        for row, letter in ((3, "v"), (6, "s")):
-            for column, other in ((0, "p"), (3, "v"), (6, "s")):
-                jacobian[row : row + 3, column : column + 3] = getattr(linear, letter + other)
-        right = rng.normal(size=9)
-        expected = np.linalg.solve(np.eye(9) / g - jacobian, right)
-        parts = [tuple(right[i : i + 3]) for i in (0, 3, 6)]
-        assert np.ravel(solve_body(linear, factorise_body(linear, g), g, *parts)) == pytest.approx(expected, rel=1e-10)
-
-
-ALL, NONE, SOME = (True,), (False,), (True, False, True, True, False)
-
-
-@pytest.mark.parametrize(
-    ("bodies", "border", "next_meets", "border_meets"),
-    [
-        (1, 0, ALL, ALL),
-        (5, 0, ALL, ALL),
-        (12, 1, ALL, ALL),
-        (3, 3, ALL, ALL),
-        (8, 2, ALL, ALL),
-        (8, 1, NONE, ALL),
-        (12, 2, SOME, ALL),
-        (12, 2, SOME, SOME),
-        (12, 1, ALL, (True, *[False] * 10, True)),
-    ],
-)
-def test_bodies_in_a_row_with_a_border_are_solved_as_a_dense_system(bodies, border, next_meets, border_meets):
-    rng = np.random.default_rng(5)
-    chain, side, size = chain_solve.new_chain(bodies, border), chain_solve.SIDE, bodies + border
-    dense, right = np.zeros((size * side,) * 2), rng.normal(size=(size, side))
-
-    def fill(tile, i, j):
-        block = rng.normal(size=(side, side)) + (
-            12.0 * np.eye(side) * (bodies if i >= bodies else 1) if i == j else 0.0
-        )
-        dense[i * side : (i + 1) * side, j * side : (j + 1) * side] = block
-        chain.tiles[tile] = block.T.ravel()
-
-    for i in range(bodies):
-        fill(chain_solve.own_tile(i), i, i)
-        if next_meets[i % len(next_meets)] and i + 1 < bodies:
-            chain.meets[i, 0] = True
-            fill(chain_solve.ahead_tile(i), i, i + 1)
-            fill(chain_solve.behind_tile(i), i + 1, i)
-        for b in range(border):
-            if not border_meets[(i + b) % len(border_meets)]:
-                continue
-            chain.meets[i, 1 + b] = True
-            fill(chain_solve.column_tile(chain, i, b), i, bodies + b)
-            fill(chain_solve.row_tile(chain, b, i), bodies + b, i)
-    for a in range(border):
-        for b in range(border):
-            fill(chain_solve.corner_tile(chain, a, b), bodies + a, bodies + b)
-    expected = np.linalg.solve(dense, right.ravel())
-    chain.right[:] = right
-    chain_solve.factorise_chain(chain)
-    chain_solve.solve_chain(chain)
-    assert np.abs(chain.right.ravel() - expected).max() < 1e-14 * np.linalg.cond(dense) * np.abs(expected).max()
 
 
 def touching(count, closed):

@@ -4,16 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from bearings import TURNED_REST, asking, motion, raceway_contacts, run, stored_energy
+from bearings import TURNED_REST, asking, motion, run, stored_energy
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.forces import handing
-from bearing_twin.kinds.bearing.forces.handing import handed, taken
-from bearing_twin.kinds.bearing.forces.layout import MOTION, ORBIT_ANGLE, SPIN, VELOCITY
-from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
@@ -49,36 +45,6 @@ def test_energy_closes_by_every_law(law):
     assert abs(residual) < 2e-4 * out.drive_work[-1]
 
 
-@pytest.mark.parametrize(
-    ("scene", "overrides"),
-    [
-        ("bearing_6203", ("contact.friction=spot", "contact.restitution=0.9")),
-        ("bearing_6203_rig_1000N", ("cage.kind=pockets", "geometry.balls=7", "contact.normal=volumetric")),
-    ],
-)
-def test_kernels_take_a_bearing_as_it_was_handed_to_them(scene, overrides):
-    bearing = motion(*overrides, scene=scene).bearing
-    found = taken(handed(bearing))
-    assert found == bearing
-    assert isinstance(found.balls, int)
-    moved = bearing._replace(offset=(1e-6, 2e-6, 3e-6))
-    assert taken(handed(moved)) == moved
-    assert taken(handed(moved, 1)) == moved._replace(balls=1)
-    assert taken(handed(moved)) == moved
-
-
-def test_bearings_that_take_turns_are_made_ready_for_kernels_once(monkeypatch):
-    """As those of a shaft do, and single balls that a companion follows."""
-    shaft = [motion(scene=scene).bearing for scene in ("bearing_6203", "bearing_6205")]
-    made = []
-    monkeypatch.setattr(
-        handing, "_numbers", lambda fields, whole=handing._numbers: made.append(fields) or whole(fields)
-    )
-    found = [handed(bearing, balls) for _ in range(3) for bearing in shaft for balls in (None, 1)]
-    assert [int(numbers[0]) for numbers, _ in found] == 3 * [8, 1, 9, 1]
-    assert len([fields for fields in made if len(fields) == len(shaft[0]) - 3]) == 2
-
-
 @pytest.mark.parametrize("stepper", ["rk4", "imex", "dopri5", "rodas3"])
 def test_every_kind_of_stepper_takes_a_linear_spring(stepper):
     overrides = (*TURNED_REST, *asking("linear"))
@@ -112,25 +78,6 @@ def test_a_number_for_no_law_and_a_law_without_its_number_are_refused():
         if row.fits == "line" or "alpha" in row.needs:
             with pytest.raises(SceneError):
                 load_scene("bearing_6203", [f"contact.normal={law}"])
-
-
-@pytest.mark.parametrize("friction", FRICTIONS)
-def test_lanes_rub_as_single_contacts_do(friction):
-    """Newton and Euler with the loads that are published: all lanes at once against one contact at a time."""
-    moving = motion(*TURNED_REST, "gravity=[0.0, 0.0, 0.0]", f"contact.friction={friction}")
-    bearing, state = moving.bearing, moving.state
-    state[:, VELOCITY:MOTION] += np.random.default_rng(3).normal(size=(8, 6)) * ([0.02] * 3 + [20.0] * 3)
-    rates = np.zeros_like(state)
-    bearing_rates(bearing, moving.drive, np.zeros(8, np.bool_), 0.0, state, rates)
-    for k, (inner, outer) in enumerate(raceway_contacts(moving)):
-        force = np.add(inner.force, outer.force) / bearing.ball_mass
-        torque = np.add(inner.torque, outer.torque) / bearing.ball_inertia
-        velocity, spin = state[k, VELOCITY:SPIN], state[k, SPIN:MOTION]
-        frame = np.array([0.0, 0.0, rates[k, ORBIT_ANGLE]])
-        assert rates[k, VELOCITY:SPIN] == pytest.approx(force - np.cross(frame, velocity), rel=1e-9, abs=1e-6)
-        assert rates[k, SPIN:MOTION] == pytest.approx(torque - np.cross(frame, spin), rel=1e-9, abs=1e-3)
-        assert rates[k, MOTION] == pytest.approx(inner.drive_power, rel=1e-9, abs=1e-12)
-        assert rates[k, MOTION + 1] == pytest.approx(inner.dissipation + outer.dissipation, rel=1e-9)
 
 
 def test_a_rough_friction_model_is_warned_of():

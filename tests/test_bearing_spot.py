@@ -1,7 +1,6 @@
 """Friction over the spots of a bearing: limits in closed form, balances with drilling, every stepper, and its cost."""
 
 import math
-import platform
 
 import numpy as np
 import pytest
@@ -13,50 +12,22 @@ from bearings import (
     stored_energy,
     with_spot,
 )
-from machine_code import machine_code
-from numba import typeof
-from reference.fit_hertz import fit
 from scipy.special import ellipe
 
-from bearing_twin.code_linking import needs_of
 from bearing_twin.contact.ellipse import (
-    AREA_DENOMINATOR,
-    AREA_NUMERATOR,
-    SHAPE_DENOMINATOR,
-    SHAPE_NUMERATOR,
     curvature_ratio,
     ellipse,
     hertz_coefficient,
     semi_axes,
 )
-from bearing_twin.contact.spot_rules import FEW, RULES
 from bearing_twin.kinds.bearing.forces.equations import ball_position, single_contact
-from bearing_twin.kinds.bearing.forces.layout import JACOBIAN_END, LANE_ROWS, MOTION, ORBIT_ANGLE, SPIN, VELOCITY
-from bearing_twin.kinds.bearing.forces.rates import lane_rates
-from bearing_twin.kinds.bearing.forces.spot import add_answers, over_few_of_all, over_spots
-from bearing_twin.kinds.bearing.forces.spot_jacobian import ROOM_ROWS, put_spot_slopes
-from bearing_twin.kinds.bearing.forces.spot_slopes import add_points
+from bearing_twin.kinds.bearing.forces.layout import MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.outputs import contact_details
-from bearing_twin.numerics.lanes import LANES
 from bearing_twin.numerics.steppers import STEPPER_FACTS
-from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation
 
 SPOT = "contact.friction=spot"
 MIDDLE = (0.0, 0.0, 0.0)
 AXIAL = ("gravity=[0.0, 0.0, 0.0]", "drive.offset=[0.0, 0.0, 2.0e-5]")
-
-
-def test_the_fits_of_the_semi_axes_can_be_made_again():
-    for form, committed in (
-        ("AREA", (AREA_NUMERATOR, AREA_DENOMINATOR)),
-        ("SHAPE", (SHAPE_NUMERATOR, SHAPE_DENOMINATOR)),
-    ):
-        *refit, error = fit(form)
-        assert error < 2e-7
-        for u in np.linspace(0.0, 0.9, 7):
-            first, second = (np.polyval(n[::-1], u) / np.polyval(d[::-1], u) for n, d in (refit, committed))
-            assert first == pytest.approx(second, rel=1e-6)
 
 
 def test_rational_semi_axes_against_the_exact_ellipse():
@@ -122,21 +93,6 @@ def test_energy_closes_with_drilling(scene):
     assert np.all(np.diff(out.dissipated) >= -1e-15)
 
 
-def test_forces_and_torques_on_the_rings_answer_those_on_the_balls():
-    _, out = run(SPOT, *TURNED_REST, "drive.offset=[0.0, -1.0e-6, 2.0e-5]")
-    forces = out.raceway_force.sum(axis=1) + out.inner_ring_force + out.outer_ring_force
-    assert np.abs(forces).max() < 1e-11 * np.abs(out.raceway_force).max()
-    torques = (
-        (out.raceway_torque + np.cross(out.position, out.raceway_force)).sum(axis=1)
-        + out.inner_ring_torque
-        + np.cross(out.inner_ring_offset, out.inner_ring_force)
-        + out.outer_ring_torque
-    )
-    drilling = (out.drilling_torque[..., None] * -out.normal).sum(axis=(1, 2))
-    assert np.abs(drilling).max() > 1e-6
-    assert np.abs(torques).max() < 1e-9 * np.abs(drilling).max()
-
-
 def test_thrust_makes_the_balls_drill_and_the_ring_hard_to_turn():
     """At a contact angle no rolling is free of spin on both raceways; friction at a point does not notice."""
     (_, spot), (_, point) = (run(*AXIAL, *more, count=20, period=1e-3) for more in ((SPOT,), ()))
@@ -149,24 +105,6 @@ def test_thrust_makes_the_balls_drill_and_the_ring_hard_to_turn():
     speed = last["inner_ring_speed"]
     lost = (spot.dissipated[-1] - spot.dissipated[-6]) / 5e-3
     assert resisting * speed == pytest.approx(lost, rel=0.02)
-
-
-def test_the_report_names_drilling_that_smoothing_hides_and_what_helps():
-    """The torque of the drive more than doubles with the smoothing that the flag asks for, and then hardly changes."""
-    torques, flags = [], []
-    for smoothing in (1e-2, 1e-3, 1e-4):
-        scene = load_scene("bearing_6203", [SPOT, *AXIAL, f"contact.friction_regularisation={smoothing}"])
-        simulation = Simulation(scene)
-        simulation.advance(51)
-        report = simulation.report()
-        assert "friction over the spot" in report.choice_reason
-        torques.append(report.figures["drive_torque_nm"])
-        flags.append([flag for flag in report.flags if "smooths" in flag])
-    assert len(flags[0]) == 1
-    assert "or less" in flags[0][0]
-    assert flags[2] == []
-    assert torques[1] > 2.0 * torques[0]
-    assert torques[2] == pytest.approx(torques[1], rel=0.25)
 
 
 def test_every_stepper_agrees_with_radau():
@@ -203,39 +141,3 @@ def test_balls_that_touch_are_integrated_with_their_spots():
     for name in ("drilling_torque", "raceway_torque"):
         found, expected = (getattr(out, name) for out in outs)
         assert found == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
-
-
-def test_friction_at_a_point_neither_runs_nor_compiles_the_spots():
-    lanes = np.ones(LANE_ROWS * LANES)
-    called = {}
-    for overrides in ((), (SPOT,)):
-        bearing = motion(*overrides).bearing
-        lane_rates(bearing, lanes)
-        form = lane_rates.overloads[tuple(map(typeof, (bearing, lanes)))]
-        called[overrides] = {one.function for one in needs_of(form.library)}
-    of_spots = {"over_spots", "add_answers"}
-    assert of_spots <= called[(SPOT,)]
-    assert not of_spots & called[()]
-
-
-@pytest.mark.environment
-def test_the_spots_are_vector_instructions():
-    """Packed operations in every loop over lanes.
-
-    Of `add_points` there is a scalar loop beside with eight lanes, for what vectors leave over of a length that LLVM
-    does not know: nothing.
-    """
-    if platform.machine() != "x86_64":
-        pytest.skip("looks for x86-64 instructions")
-    bearing, lanes, room = motion(SPOT).bearing, np.ones(JACOBIAN_END * LANES), np.ones(ROOM_ROWS * LANES)
-    for kernel, operation, arguments in (
-        (over_few_of_all, "mul", (*RULES["coarse"][2:], 0.01, lanes)),
-        (over_spots, "mul", (*RULES["coarse"], 0.01, lanes)),
-        (lane_rates, "sqrt", (bearing, lanes)),
-        (add_answers, "mul", (1.0, 1.0, lanes)),
-        (add_points, "mul", (0, FEW, 0.01, room)),
-        (put_spot_slopes, "sqrt", (bearing, lanes)),
-    ):
-        code = machine_code(kernel.py_func, *arguments)
-        packed, alone = code.count(f"{operation}pd"), code.count(f"{operation}sd")
-        assert packed > (alone - packed if kernel is add_points else alone), kernel.py_func.__name__

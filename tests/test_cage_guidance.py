@@ -1,17 +1,11 @@
 """A cage whose centre moves: guided by the land of a ring or by balls; rest, drag, momentum, energy, refusals."""
 
-import math
-
 import numpy as np
 import pytest
 from bearings import motion, stored_energy
-from made_up_run import made_up_run
 from ring_systems import CASES, disturbed
 
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing.forces import border_rows as at
-from bearing_twin.kinds.bearing.forces.land import Land, touch
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
@@ -19,20 +13,14 @@ from bearing_twin.kinds.bearing.forces.layout import (
     CAGE_X,
     CAGE_Y,
     LAND_WORK,
-    LOST,
     ORBIT_ANGLE,
     PLACES,
     RADIAL_VELOCITY,
     TANGENTIAL_VELOCITY,
 )
 from bearing_twin.kinds.bearing.rings import land_radius
-from bearing_twin.kinds.bearing.stepping.border_system import border_jacobian
-from bearing_twin.kinds.contract import Facts
 from bearing_twin.log import cdr
-from bearing_twin.log.mcap_log import read_log, write_log
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.run.passes import simulate
-from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
@@ -131,25 +119,6 @@ def test_what_the_land_takes_from_the_cage_its_ring_gets(name):
     assert changes[:2] == pytest.approx(expected, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", [name for name in GUIDED if "land" in name])
-def test_losses_and_work_at_the_land_are_followed_by_their_derivatives(name):
-    """Rows of the Jacobian for the integrals, against central differences."""
-    system = disturbed(name)
-    coupling, blocks = system.linear()
-    border_jacobian(system.bearing.pockets, system.bearing, system.drive, coupling.border, 0.0, blocks)
-    numbers = coupling.border.numbers
-    system.partners = system.partners._replace(damping=np.zeros(PLACES))  # of the support, which has rows of its own
-    for first, integral in ((at.LAND_LOSS, LOST), (at.LAND_POWER, LAND_WORK)):
-        found, wanted = numbers[first : first + 2 * PLACES] * system.ring, np.zeros(2 * PLACES)
-        for column in np.flatnonzero(np.tile(system.partners.free, 2)):
-            for sign in (1.0, -1.0):
-                moved = system.border.copy()
-                moved[column] += sign * 1e-4 * system.ring[column]
-                wanted[column] += sign * system.rates(system.state, moved)[1][integral] / 2e-4
-        assert found == pytest.approx(wanted, abs=1e-5 * np.abs(wanted).max())
-        assert (np.abs(wanted).max() > 0.0) == (integral == LOST or system.partners.land.side < 0.0)
-
-
 @pytest.mark.parametrize("guidance", ["inner", "outer", "balls"])
 def test_energy_closes_and_forces_balance(guidance):
     """With all works and losses, after an unbalanced start: the cage falls, is hit by balls and whirls."""
@@ -175,62 +144,6 @@ def test_balls_alone_carry_a_cage():
     moving = rig("cage.guidance=balls", "cage.pocket_clearance=1e-4", "rings.inner.load=[0,0,800]")
     out = advanced(moving, 1e-3, 100)
     assert out.cage_offset[20:, 1].mean() == pytest.approx(-0.5e-4, rel=0.2)
-
-
-def test_the_cage_is_drawn_where_it_is():
-    """Its marker stands at its centre, and the view moves it by the same."""
-    scene = load_scene(RIG, ("cage.kind=pockets", "cage.guidance=outer", "run.publish_rate=1e3"))
-    block = Simulation(scene).advance(20)
-    found = [cdr.deserialise(cdr.MARKERS, data) for topic, _, data in MessageStream(scene).messages(block)
-             if topic.name == "markers"]  # fmt: skip
-    [cage] = [one for one in found[0].markers if one.ns == "cage"]
-    assert [cage.pose.position.x, cage.pose.position.y] == block.values["cage_offset"][0].tolist()
-    view = KINDS[scene.kind].view(Facts(scene, "hertz", "rodas4"), scene.channels)
-    [drawn] = [solid for solid in view.solids if solid.name == "cage"]
-    places = view.rows(block.sampled(range(len(block))))[drawn.deviation]
-    assert np.array_equal(places[:, :2], block.values["cage_offset"])
-    assert drawn.deviation in view.enlarged[1]
-
-
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_the_energy_of_a_land_is_the_work_of_pressing_it(side):
-    land, depths = Land(side, 0.012, 1e-4, 1e6, 1e-6, 0.05, 0.01), (4e-6, 6e-6)
-    pressed = [touch(land, (0.6 * (1e-4 + one), 0.8 * (1e-4 + one)), (0.0, 0.0), 0.0, 0.0) for one in depths]
-    work = sum(math.hypot(*one.force) for one in pressed) * 1e-6  # the force grows in a straight line
-    assert pressed[-1].energy - pressed[0].energy == pytest.approx(work, rel=1e-9)
-
-
-@pytest.mark.parametrize("whirl", [300.0, -70.0])
-def test_a_cage_that_goes_round_tells_its_whirl_and_which_way(whirl, tmp_path):
-    """On a circle of 0.1 mm."""
-    scene = load_scene(RIG, ("cage.kind=pockets", "cage.guidance=outer", "run.duration=0.02"))
-    block = Simulation(scene).advance(21)
-    turned = whirl * 1e-9 * block.time_ns
-    circle = 1e-4 * np.stack([np.cos(turned), np.sin(turned)], axis=1)
-    block.values["cage_offset"][:] = circle
-    block.values["cage_velocity"][:] = whirl * np.stack([-circle[:, 1], circle[:, 0]], axis=1)
-    write_log(made_up_run(scene, [block]), tmp_path / "run.mcap")
-    stream = read_log(tmp_path / "run.mcap")
-    figures = report_of(stream, stream.blocks())[0].figures
-    assert figures["cage_eccentricity_m"] == pytest.approx(1e-4)
-    assert figures["cage_whirl_rad_s"] == pytest.approx(whirl)
-
-
-def test_figures_and_topic_of_a_guided_cage():
-    scene = load_scene(RIG, ("cage.kind=pockets", "cage.guidance=outer", "run.duration=0.02", "run.publish_rate=1e3"))
-    run = simulate(scene)
-    assert len(list(run.blocks())) > 0
-    figures = run.report.figures
-    assert 0.5e-4 < figures["cage_eccentricity_m"] < 1.1e-4
-    assert math.isfinite(figures["cage_whirl_rad_s"])
-    assert figures["greatest_land_force_n"] > 0.5 * WEIGHT
-    block = Simulation(scene).advance(20)
-    found = [cdr.deserialise(cdr.JOINT_STATE, data) for topic, _, data in MessageStream(scene).messages(block)
-             if topic.name == "cage/state"]  # fmt: skip
-    assert [*found[0].name] == ["cage_joint", "cage_x_joint", "cage_y_joint"]
-    for column, name in (("position", "offset"), ("velocity", "velocity")):
-        assert np.array_equal([getattr(one, column)[1:] for one in found], block.values[f"cage_{name}"])
-    assert np.array_equal([one.effort[1:] for one in found], block.values["land_force"])
 
 
 @pytest.mark.parametrize("guidance", ["inner", "outer", "balls"])

@@ -11,7 +11,6 @@ from scipy.integrate import quad
 from bearing_twin.contact import validity
 from bearing_twin.contact.calculator import (
     POWERS,
-    answer,
     contact_under_load,
     gap_in_groove,
     gap_of_curvatures,
@@ -20,8 +19,6 @@ from bearing_twin.contact.calculator import (
     laws_at,
     solve,
 )
-from bearing_twin.contact.ellipse import curvature_ratio
-from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import Material, effective_modulus
 from bearing_twin.contact.stress import axis_stresses, greatest_shear
 from bearing_twin.errors import SceneError
@@ -151,24 +148,6 @@ def test_greatest_shear_below_circle_and_line():
     depths = [greatest_shear(1.0, ratio, 1.0, 0.3).depth / ratio for ratio in (1.0, 0.6, 0.3, 0.1, 0.03)]
     assert np.all(np.diff(depths) > 0.0)
     assert greatest_shear(1.0, 1.0, 1.0, -0.999999) == pytest.approx((0.75, 0.0), abs=1e-5)
-
-
-def test_answer_names_what_is_doubtful_and_only_that():
-    gap = gap_of_radii((0.01, 0.01), (math.inf, math.inf))
-    calm = answer(gap, STEEL, STEEL, solve(gap, MODULUS, "peak_pressure", 1e9), 2.0e9)
-    assert calm["flags"] == []
-    hard = answer(gap, STEEL, STEEL, solve(gap, MODULUS, "peak_pressure", 3.3e9), 2.0e9)
-    assert len(hard["flags"]) == 1
-    assert "yield" in hard["flags"][0]
-    wide = answer(gap, STEEL, STEEL, solve(gap, MODULUS, "semi_major", 1.1e-3), None)
-    assert len(wide["flags"]) == 1
-    assert "half-space" in wide["flags"][0]
-    narrow = gap_of_curvatures(1.0, curvature_ratio(0.015))
-    off = answer(narrow, STEEL, STEEL, solve(narrow, MODULUS, "normal_load", 1e-3), None)
-    errors = {name: abs(law["error"]) for name, law in off["laws"].items() if LAWS[name].keeps}
-    assert errors["volumetric"] > validity.LAW_TOLERANCE > errors["hertz"]
-    named = [name for name, error in errors.items() if error > validity.LAW_TOLERANCE]
-    assert [flag.split()[1] for flag in off["flags"]] == named
 
 
 def test_a_contact_shorter_than_a_wave_transit_is_named():

@@ -11,7 +11,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.loads import contacts as contacts_of
 from bearing_twin.kinds.bearing.loads import origins, wrenches
 from bearing_twin.kinds.bearing.outputs import contact_details
-from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, Output
+from bearing_twin.kinds.contract import Output
 from bearing_twin.log import cdr
 from bearing_twin.log.blocks import block_of
 from bearing_twin.log.encoder import Encoder
@@ -30,22 +30,6 @@ def stream_of(scene, blocks, **options):
 
 def named(messages, name):
     return [(stamp, cdr.deserialise(topic.ros_type, data)) for topic, stamp, data in messages if topic.name == name]
-
-
-def test_table():
-    table = topics(made_up_scene(balls=3))
-    names = [topic.name for topic in table]
-    assert names == [
-        "scene", "robot_description",
-        "ball_0/wrench", "ball_1/wrench", "ball_2/wrench", "inner_ring/wrench", "outer_ring/wrench", "/tf",
-        "contacts", "state", "inner_ring/pose", "joint_states", "markers", "records/companion", "samples",
-    ]  # fmt: skip
-    assert table[2].full_name == "/bearing/ball_0/wrench"
-    assert table[names.index("/tf")].full_name == "/tf"
-    assert {topic.qos.reliability for topic in table} == {"reliable"}
-    depths = {PUBLISH: 400, MARKERS: 80, SAMPLES: 80, ONCE: 1}  # four seconds of messages
-    assert [topic.qos.depth for topic in table] == [depths[topic.rate] for topic in table]
-    assert {topic.qos.durability for topic in table[:2]} == {"transient_local"}
 
 
 def test_wrench_messages_are_the_sample():
@@ -225,28 +209,6 @@ def test_markers():
     assert pins.mean(axis=2)[:, 0] == pytest.approx(block[0]["position"])
 
 
-def test_ellipse_outline_has_the_semi_axes_ten_times():
-    scene = made_up_scene(balls=1)
-    block = made_up_block(scene, 1, seed=1)
-    details = contact_details(scene.parameters, block[0])
-    [(_, array)] = named(stream_of(scene, [block]), "markers")
-    [outline] = [m for m in array.markers if m.ns == "contact_ellipses"]
-    corners = np.array([[p.x, p.y, p.z] for p in outline.points]).reshape(-1, 8, 2, 3)[:, :, 0]
-    rows = details["semi_minor"] > 0.0
-    distance = np.linalg.norm(corners - block[0]["point"][rows][:, None], axis=-1)
-    assert len(distance) > 0
-    assert distance.max(axis=1) == pytest.approx(10 * details["semi_major"][rows])
-    assert distance.min(axis=1) == pytest.approx(10 * details["semi_minor"][rows])
-
-
-def test_nothing_in_contact_can_be_drawn():
-    scene = made_up_scene(balls=1)
-    block = made_up_block(scene, 1)
-    block.values["normal_load"][:] = 0.0
-    [(_, array)] = named(stream_of(scene, [block]), "markers")
-    assert [len(m.points) for m in array.markers if m.ns in ("loads", "contact_ellipses")] == [0, 0]
-
-
 def one_message(topic, output) -> bytes:
     """The message of one output by the encoder of single messages."""
     stamp_ns, values = 5 + int(output.sample.time_ns[0]), topic.fields(output)
@@ -282,43 +244,6 @@ def test_many_messages_at_once_are_those_one_by_one(name):
                 assert found == [one_message(topic, one) for one in outputs]
             made += 1
     assert made == 11 + 2 + 6
-
-
-def test_only_what_is_wanted_is_made_and_an_instant_without_any_is_told_of():
-    scene = load_scene("bearing_6203", ["run.publish_rate=200"])
-    block = Simulation(scene).advance(120)
-    everything = [(topic.name, stamp, data) for topic, stamp, data in MessageStream(scene).messages(block)]
-    assert "records/companion" in {name for name, _, _ in everything}
-    wanted, latched = {"contacts", "samples"}, {"scene", "robot_description"}
-    some = [(topic.name, stamp, data) for topic, stamp, data in MessageStream(scene).messages(block, wanted)]
-    assert [one for one in some if one[2]] == [one for one in everything if one[0] in wanted | latched]
-    none = [(topic.name, stamp, data) for topic, stamp, data in MessageStream(scene).messages(block, set())]
-    assert none[:2] == everything[:2]
-    assert {data for _, _, data in none[2:]} == {b""}
-    assert {stamp for _, stamp, _ in none} == {stamp for _, stamp, _ in everything}
-    stream = MessageStream(scene)  # somebody who listens from the second half on gets records numbered from the start
-    made = [*stream.messages(block.part(0, 60), set()), *stream.messages(block.part(60, 120))]
-    later = [(topic.name, stamp, data) for topic, stamp, data in made if topic.name == "records/companion"]
-    assert later
-    assert later == [one for one in everything if one[0] == "records/companion"][-len(later) :]
-
-
-def test_load_arrows_push_the_balls_and_rings_are_as_large_as_their_raceways():
-    scene = made_up_scene(balls=2)
-    sample = made_up_block(scene, 1, seed=3)[0]
-    [(_, array)] = named(stream_of(scene, [made_up_block(scene, 1, seed=3)]), "markers")
-    marker = {(m.ns, m.id): m for m in array.markers}
-    geometry = scene.parameters.geometry
-    rows = sample["normal_load"] > 0.0
-    ends = np.array([[p.x, p.y, p.z] for p in marker["loads", 0].points]).reshape(-1, 3, 2, 3)
-    arrow = (ends[:, :, 1] - ends[:, :, 0])[:, 0]
-    length = geometry.ball_diameter * sample["normal_load"][rows] / sample["normal_load"].max()
-    assert arrow == pytest.approx(sample["normal"][rows] * length[:, None])
-    barbs = ends[:, 1:, 1] - ends[:, 1:, 0]
-    assert np.all(np.einsum("nbi,ni->nb", barbs, arrow) > 0.0)
-    for ring, side in enumerate((-1.0, 1.0)):
-        raceway = geometry.pitch_diameter + side * (geometry.ball_diameter + 0.5 * geometry.radial_clearance)
-        assert [marker["rings", ring].scale.x, marker["rings", ring].scale.y] == pytest.approx([raceway] * 2)
 
 
 def test_the_message_of_a_bearing_tells_its_energies_as_the_channels_do():

@@ -1,22 +1,18 @@
 """The command line from outside: exit codes, one JSON object, one sentence for each mistake, nothing overwritten."""
 
 import json
-import os
 import re
 import signal
 import subprocess
 import sys
-import threading
 import time
 
-import numba
 import pytest
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.outcome import Outcome
-from bearing_twin.command.terminal import progress, said_if_slow, show_result
-from bearing_twin.log import mcap_log
+from bearing_twin.command.terminal import show_result
 from bearing_twin.parameters import describe
 from bearing_twin.run.scene import KINDS, load_scene, scene_names
 
@@ -175,22 +171,6 @@ def test_each_mistake_gets_one_sentence_and_exit_code_2(words, sentence, capsys,
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("simulate", "two_spheres", "--out", ""),
-        ("simulate", "two_spheres", "--plot="),
-        ("study", "discs_small_10", "--resume", ""),
-        ("report", ""),
-        ("recover", "", "new.mcap"),
-        ("export", "run.mcap", "--to", "csv", "--out", ""),
-    ],
-    ids=" ".join,
-)
-def test_a_variable_of_a_script_without_a_value_is_no_path(words, capsys):
-    assert "is empty; give it a value" in refused(capsys, *words)
-
-
 def test_a_log_is_not_put_on_disk_often_where_there_is_none(capsys):
     assert "give --out, too" in refused(capsys, "simulate", "two_spheres", "--max-loss", "0.1")
 
@@ -251,16 +231,6 @@ def test_a_scene_that_is_nowhere_is_named(capsys):
     assert "nowhere" in refused(capsys, "simulate", "nowhere")
 
 
-@pytest.mark.environment
-def test_a_terminal_without_micro_and_the_shell_of_a_notebook(tmp_path):
-    words = [*COMMAND, "simulate", "two_spheres", "--plot", tmp_path / "spheres.png"]
-    there = os.environ | {"PYTHONIOENCODING": "ascii", "MPLBACKEND": "module://no_such_inline.backend"}
-    done = subprocess.run(words, env=there, capture_output=True, text=True, check=False)
-    assert (done.returncode, "Traceback" in done.stderr) == (DONE, False), done.stderr
-    assert r"426.6 \xb1 1.9 \xb5m" in done.stdout
-    assert (tmp_path / "spheres.png").stat().st_size > 10_000
-
-
 def test_a_reader_of_json_that_goes_away_is_no_error():
     words = [*COMMAND, "scenes", "--keys", "--json"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
@@ -293,34 +263,6 @@ def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, caps
     report = asked(capsys, "report", path)
     assert report["samples"] > 20
     assert report["missing_outputs"] == 0
-
-
-@pytest.mark.parametrize(
-    ("words", "kept"),
-    [
-        (["report", "run.mcap"], ""),
-        (["report", "run.mcap", "--plot=run.png"], ""),
-        (["export", "run.mcap", "--to", "csv", "--out", "tables"], ""),
-        (["view", "two_spheres", "--out", "page.html"], ""),
-        (["simulate", "two_spheres", "--plot", "run.png"], ""),
-        (["simulate", "two_spheres", "--out=run.mcap"], "; what was written so far is kept"),
-        (["chart", "laws"], "; what was written so far is kept"),
-    ],
-)
-def test_an_interrupted_command_speaks_of_files_where_it_keeps_some(words, kept, monkeypatch, capsys):
-    def run(arguments):
-        raise KeyboardInterrupt
-
-    def ended(arguments):
-        signal.raise_signal(signal.SIGTERM)
-
-    monkeypatch.setitem(COMMANDS, words[0], COMMANDS[words[0]]._replace(run=run))
-    assert main(words) == INTERRUPTED
-    assert capsys.readouterr().err == f"bearing_twin: interrupted{kept}\n"
-    monkeypatch.setitem(COMMANDS, words[0], COMMANDS[words[0]]._replace(run=ended))
-    with pytest.raises(SystemExit):
-        main(words)
-    assert capsys.readouterr().err == f"bearing_twin: ended by SIGTERM{kept}\n"
 
 
 @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM])
@@ -361,64 +303,9 @@ def test_a_key_that_is_given_two_values_is_refused(words, key, capsys):
     assert re.search(rf"{key} is given as '?\S+'? and as '?\S+'?; keep one of them", refused(capsys, *words))
 
 
-def test_a_key_that_is_given_twice_alike_is_taken(capsys):
-    """Of one that is set again the last counts, as in a line that is typed again with another end."""
-    alike = ("--duration", "2e-4", "--set", "run.duration=0.0002", "--set", " run.duration = 2E-4")
-    for words in (alike, ("--set", "run.duration=1e-4", "--set", "run.duration=2e-4")):
-        assert asked(capsys, "simulate", "two_spheres", *words)["simulated_s"] == pytest.approx(2e-4)
-    for word in ("on", "true", "True"):
-        words = ("--allow-invalid", "--set", f"solver.allow_invalid={word}", "--set", "solver.allow_invalid=on")
-        assert asked(capsys, "simulate", "two_spheres", *words)["samples"] > 1
-
-
-def test_a_refusal_names_each_override_once(capsys):
-    told = refused(capsys, "simulate", "bearing_6203", "--allow-invalid", "--set", "geometry.balls=70")
-    assert told.count("solver.allow_invalid=on") == 1
-
-
 def test_a_key_is_swept_or_set(capsys):
     words = ("bearing", "6203", "--load", "0,-500,0", "--sweep", "speed=100:200:2", "--set", "drive.speed=100")
     assert "drive.speed is given by --set and by --sweep" in refused(capsys, *words)
-
-
-def test_a_log_is_flushed_as_often_as_asked_for(tmp_path, monkeypatch):
-    asked_for, write_log = [], mcap_log.write_log
-
-    def noted(run, path, **options):
-        asked_for.append(options["max_loss"])
-        return write_log(run, path, **options)
-
-    monkeypatch.setattr(mcap_log, "write_log", noted)
-    for name, words in (("a.mcap", ["--max-loss", "0.25"]), ("b.mcap", [])):
-        assert main(["simulate", "two_spheres", "--out", str(tmp_path / name), *words]) == DONE
-    assert asked_for == [0.25, 0.0]
-
-
-def test_slow_work_says_how_long_it_has_taken(capsys, monkeypatch):
-    monkeypatch.setattr("bearing_twin.command.terminal.SLOW", 0.0)
-    monkeypatch.setattr("bearing_twin.command.terminal.PLAIN_PERIOD", 0.01)
-    said = []
-    enough = threading.Event()
-    monkeypatch.setattr(
-        "bearing_twin.command.terminal.say", lambda text: said.append(text) or len(said) < 3 or enough.set()
-    )
-    with said_if_slow("drawing"):
-        assert enough.wait(300.0)
-    assert said[0] == "drawing"
-    assert re.fullmatch(r"drawing: \d+ s so far", said[2])
-
-
-def test_progress_is_shown_only_when_it_takes_long(capsys, monkeypatch):
-    with progress("waiting") as update:
-        update(0.5)
-    assert capsys.readouterr().err == ""
-    clock = iter([0.0, 2.0, 3.0, 4.0, 5.0, 6.0])
-    monkeypatch.setattr("bearing_twin.command.terminal.time.monotonic", lambda: next(clock))
-    with progress("waiting") as update:
-        update(0.5)
-    err = capsys.readouterr().err
-    assert "waiting: 50 %" in err
-    assert "waiting: done in" in err
 
 
 def test_a_result_of_every_sort_of_value_is_shown(capsys):
@@ -426,36 +313,3 @@ def test_a_result_of_every_sort_of_value_is_shown(capsys):
     out = capsys.readouterr().out
     for words in ("none", "costs steps", "load", "yes"):
         assert words in out
-
-
-def test_compile_says_what_each_scene_took(capsys):
-    found = asked(capsys, "compile", "two_discs", "bearing_6203")
-    assert [row["scene"] for row in found["scenes"]] == ["two_discs", "bearing_6203"]
-    assert found["seconds"] >= sum(row["seconds"] for row in found["scenes"]) - 0.01
-    assert main(["compile", "two_discs"]) == DONE
-    out, err = capsys.readouterr()
-    assert "two_discs" in out
-    assert re.search(r"^two_discs: ready after \d+\.\d s, \d+ functions compiled$", err, re.MULTILINE)
-    assert "did you mean two_discs?" in refused(capsys, "compile", "two_disks")
-
-
-def test_compile_names_the_function_that_takes_long(capsys, monkeypatch):
-    monkeypatch.setattr("bearing_twin.command.compile_command.QUICK", 0.0)
-    monkeypatch.setattr("bearing_twin.command.terminal.PLAIN_PERIOD", 0.05)
-
-    def warm_up(simulation):
-        numba.njit(lambda x: x + 1.0)(1.0)
-        deadline = time.monotonic() + 300.0
-        while "so far" not in (said := said_so_far()) and time.monotonic() < deadline:
-            time.sleep(0.01)
-        assert "two_discs: <lambda> compiled in" in said
-
-    said = []
-
-    def said_so_far():
-        said.append(capsys.readouterr().err)
-        return "".join(said)
-
-    monkeypatch.setattr("bearing_twin.run.simulation.Simulation.warm_up", warm_up)
-    assert main(["compile", "two_discs"]) == DONE
-    assert re.search(r"two_discs: compiling \S.*, \d+ s so far", said_so_far())

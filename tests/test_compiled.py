@@ -13,23 +13,18 @@ import multiprocessing
 import os
 import resource
 import shutil
-import stat
 import sys
-import time
 import traceback
 import zlib
 from pathlib import Path
-from types import SimpleNamespace
 
 import numba
 import pytest
 from numba.core import event
-from numba.core.cpu import CPUContext
 
 import bearing_twin
 from bearing_twin import code_cache, compiled, source_state
 
-DAY = 86400.0
 SOURCES = {
     "__init__": "",
     "constants": '"""Numbers."""\n\nOFFSET = 1.0\n',
@@ -206,27 +201,6 @@ def test_a_second_start_compiles_nothing(root, cache):
     assert started(root) == (VALUES, [], "")
 
 
-def test_a_start_that_only_loads_needs_no_rules_of_typing(root, warm):
-    """Numba's rules take half a second of a start; who compiles nothing does without."""
-    assert started(root, between=lambda: setattr(CPUContext, "refresh", None)) == (VALUES, [], "")
-
-
-EDITS_WITHOUT_EFFECT = (
-    ("upper", "    return", "    # a comment\n\n    return"),
-    ("upper", "Four times and more.", "Another sentence,\n\n    and a second one.\n    "),
-    ("upper", '"""A kernel."""\n', '# A comment\n"""Some kernels."""\n\n'),
-    ("lower", "Twice and more.", "Another sentence."),
-    ("lower", "2.0 * x", "(2.0  *  x)"),
-    ("constants", '"""Numbers."""\n', ""),
-)
-
-
-def test_comments_and_docstrings_compile_nothing(root, warm):
-    for module, old, new in EDITS_WITHOUT_EFFECT:
-        edited(root, module, old, new)
-    assert started_here(root) == (VALUES, [], "")
-
-
 def test_what_an_import_changes_is_compiled_anew_and_nothing_else(root, warm):
     edited(root, "lower", "2.0", "3.0")
     assert started_here(root) == ([13.0, 9.0], ["four_times", "twice"], "")
@@ -236,74 +210,6 @@ def test_what_an_import_changes_is_compiled_anew_and_nothing_else(root, warm):
     assert started_here(root) == ([11.0, 10.0], ["square"], "")
     edited(root, "apart", "x * x + 1.0", "x * x")
     assert started_here(root) == ([11.0, 9.0], [], ""), "an earlier state is still there"
-
-
-@pytest.mark.parametrize(
-    "head",
-    [
-        "from tiny import lower",
-        "import tiny.lower",
-        "import tiny.lower as low",
-        "from . import lower",
-        "from .lower import twice",
-        "from tiny.lower import *",
-        "from tiny import twice",
-        "try:\n    from tiny.lower import twice\nexcept ImportError:\n    pass",
-    ],
-)
-def test_every_form_of_import_is_followed(root, head, known, monkeypatch):
-    package = root / "tiny"
-    if head == "from tiny import twice":
-        (package / "__init__.py").write_text("from tiny.lower import twice\n")
-    edited(root, "upper", "from tiny.lower import twice", head)
-    tiny = SimpleNamespace(__file__=str(package / "__init__.py"), __path__=[str(package)])
-    monkeypatch.setitem(sys.modules, "tiny", tiny)
-    before = source_state.state_of("tiny.upper", known)
-    edited(root, "constants", "1.0", "0.5")
-    assert None is not before != source_state.state_of("tiny.upper", known)
-
-
-def test_fields_that_change_places_are_compiled_anew(root):
-    head = "from typing import NamedTuple\nfrom bearing_twin.compiled import kernel\n\n\n"
-    pair = "class Pair(NamedTuple):\n    left: float\n    right: float\n\n\nPAIR = Pair(left=1.0, right=2.0)\n"
-    (root / "tiny" / "pairs.py").write_text(head + pair)
-    text = head + "from tiny.pairs import PAIR\n\n\n@kernel\ndef left(pair):\n    return pair.left\n\n\n"
-    (root / "tiny" / "reader.py").write_text(text + "def read():\n    return left(PAIR)\n")
-    assert started_here(root, [("reader.read",)]) == ([1.0], ["left"], "")
-    edited(root, "pairs", "left: float\n    right: float", "right: float\n    left: float")
-    assert started_here(root, [("reader.read",)]) == ([1.0], ["left"], "")
-
-
-def test_classes_of_one_name_are_kept_apart(root):
-    head = "from typing import NamedTuple\n\n\nclass Pair(NamedTuple):\n"
-    (root / "tiny" / "one.py").write_text(head + "    left: float\n    right: float\n")
-    (root / "tiny" / "two.py").write_text(head + "    right: float\n    left: float\n")
-    text = "from bearing_twin.compiled import kernel\nfrom tiny import one, two\n\n\n"
-    text += "@kernel\ndef left(pairs):\n    return pairs[0].left\n\n\n"
-    for name in ("one", "two"):
-        text += f"def of_{name}():\n    return left(({name}.Pair(left=1.0, right=2.0),))\n\n\n"
-    (root / "tiny" / "reader.py").write_text(text)
-    assert started(root, [("reader.of_one",)]) == ([1.0], ["left"], "")
-    assert started(root, [("reader.of_one",), ("reader.of_two",)]) == ([1.0, 1.0], ["left"], "")
-
-
-def test_nothing_is_kept_for_a_function_handed_over(root, cache):
-    text = "from bearing_twin.compiled import kernel\nfrom tiny.lower import twice\n\n\n"
-    text += (
-        "@kernel\ndef applied(function, x):\n    return function(x)\n\n\ndef run():\n    return applied(twice, 1.0)\n"
-    )
-    (root / "tiny" / "taker.py").write_text(text)
-    assert started(root, [("taker.run",)]) == ([3.0], ["applied", "twice"], "")
-    assert files(cache) == []
-
-
-def test_two_checkouts_share_what_is_compiled(root, tmp_path):
-    started_here(root)
-    other = made(tmp_path / "a" / "clone")
-    for path in other.rglob("*.py"):
-        os.utime(path, (1e9, 1e9))
-    shutil.rmtree(root)
-    assert started_here(other) == (VALUES, [], "")
 
 
 def test_other_types_and_values_in_a_closure_are_kept_apart(root):
@@ -352,21 +258,6 @@ def test_damaged_files_are_compiled_afresh(root, cache, warm):
         assert started_here(root, calls) == (values, [], ""), name
 
 
-def test_another_processor_or_compiler_has_code_of_its_own(root, warm, monkeypatch):
-    calls, values = CALLS[1:], VALUES[1:]
-    for owner, name, value in ((numba.config, "CPU_NAME", "generic"), (code_cache.llvmlite, "__version__", "0.0")):
-        with monkeypatch.context() as other:
-            other.setattr(owner, name, value)
-            assert started_here(root, calls) == (values, ["square"], "")
-            assert started_here(root, calls) == (values, [], "")
-    assert started_here(root) == (VALUES, [], "")
-
-
-def test_files_that_went_away_are_compiled_afresh(root, cache, warm):
-    assert started(root, between=lambda: shutil.rmtree(cache)) == (VALUES, ["four_times", "square", "twice"], "")
-    assert started(root) == (VALUES, [], "")
-
-
 def _a_file_in_its_place(cache):
     cache.parent.mkdir()
     cache.write_text("")
@@ -404,64 +295,6 @@ def test_where_nothing_can_be_kept_one_warning_is_all(root, cache, where, reques
     assert where is _a_file_in_its_place or list(cache.rglob("*.part*")) == []
 
 
-def test_the_folder_is_private(root, cache):
-    cache.mkdir(parents=True, mode=0o755)
-    started_here(root)
-    folders = [cache, *(path for path in cache.iterdir() if path.is_dir())]
-    assert len(folders) == 3
-    assert {stat.S_IMODE(folder.stat().st_mode) for folder in folders} == {0o700}
-    assert {stat.S_IMODE(path.stat().st_mode) for path in cache.rglob("*") if path.is_file()} == {0o600}
-
-
-def test_the_users_own_folder_for_numba_is_respected(root, cache, tmp_path, monkeypatch):
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "wanted"))
-    started_here(root)
-    assert len(files(tmp_path / "wanted" / "bearing_twin")) == 2
-    assert not cache.exists()
-
-
-def _aged(path, days):
-    path.mkdir(parents=True, exist_ok=True)
-    then = time.time() - days * DAY
-    os.utime(path, (then, then))
-    return path
-
-
-def test_old_states_are_removed(root, cache):
-    upper = [_aged(cache / f"tiny.upper-{n:020x}", days) for n, days in enumerate((3, 4, 5, 6))]
-    young = [_aged(cache / f"tiny.upper-{n:020x}", 0.5) for n in range(10, 12)]
-    other = [_aged(cache / f"tiny.uppermost-{n:020x}", 9) for n in range(5)]
-    (cache / "kernels-00000000000000aa" / "contact_0").mkdir(parents=True)
-    earlier = _aged(cache / "kernels-00000000000000aa" / "contact_0", 9).parent
-    used = cache / "kernels-00000000000000bb"
-    _aged(used / "contact_0", 0.5)
-    foreign = [_aged(cache / name, 99) for name in ("kernels", "tiny.upper-notes", "kernels-00000000000000aaa")]
-    _aged(earlier, 9)
-    _aged(used, 9)
-    started_here(root)
-    assert [path.exists() for path in upper] == [False] * 4, "three later ones are there"
-    assert all(path.exists() for path in [*young, *other, used, *foreign])
-    assert not earlier.exists()
-
-
-def test_states_are_kept_while_they_are_few_or_young(root, cache):
-    upper = [_aged(cache / f"tiny.upper-{n:020x}", days) for n, days in enumerate((3, 400, 4, 500))]
-    apart = [_aged(cache / f"tiny.apart-{n:020x}", 1.5) for n in range(9)]
-    started_here(root)
-    assert [path.exists() for path in upper] == [True, False, True, False]
-    assert all(path.exists() for path in apart)
-
-
-def test_a_use_is_marked_once_a_day(root, cache, warm):
-    old, young = sorted(path for path in cache.iterdir() if path.is_dir())
-    _aged(old, 1.5)
-    marked = _aged(young, 0.5).stat().st_mtime
-    began = time.time() - 0.25 * DAY
-    assert started_here(root) == (VALUES, [], "")
-    assert old.stat().st_mtime > began
-    assert young.stat().st_mtime == marked
-
-
 def test_processes_that_compile_at_once_do_not_mix(root, cache):
     calls = [("apart.square", 3.0), ("apart.square", 3), ("apart.square", 3j), ("apart.cube", 2), ("apart.cube", 2.0)]
     orders = [calls, calls[::-1], calls[2:] + calls[:2]]
@@ -472,31 +305,6 @@ def test_processes_that_compile_at_once_do_not_mix(root, cache):
     assert len(files(cache)) == len(calls)
     assert list(cache.rglob("*.part*")) == []
     assert started(root, calls) == (list(wanted.values()), [], "")
-
-
-def test_what_was_edited_after_its_import_is_not_kept_as_the_new_state(root):
-    values, names, _ = started(root, between=lambda: edited(root, "constants", "1.0", "0.5"))
-    assert (values, names) == (VALUES, ["four_times", "square", "twice"])
-    assert started(root) == ([5.5, 9.0], ["four_times", "twice"], "")
-
-
-def test_importing_kernels_reads_no_sources_and_makes_no_folder(root, cache, monkeypatch):
-    def refused(*_):
-        raise AssertionError("this is for the first call")
-
-    monkeypatch.setattr(code_cache, "state_of", refused)
-    (root / "tiny" / "idle.py").write_text("from tiny import apart, upper\n\n\ndef nothing():\n    pass\n")
-    assert started(root, [("idle.nothing",)]) == ([None], [], "")
-    assert not cache.exists()
-
-
-def test_numba_compiles_as_before_when_it_keeps_nothing(monkeypatch):
-    monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
-    assert compiled.kernel(_plain) is _plain
-
-
-def _plain(x):
-    return x
 
 
 def _kernel_states(known):
@@ -524,18 +332,6 @@ def copy(before, tmp_path, monkeypatch):
     monkeypatch.setattr(bearing_twin, "__path__", [str(copy)])
     monkeypatch.setattr(source_state, "_imported", {})
     return copy
-
-
-def test_an_edit_in_a_beam_compiles_no_bearing(before, known, copy):
-    for path in sorted((copy / "kinds" / "bearing").rglob("*.py"))[::8]:  # some of them: each is parsed for it
-        path.write_text("# a comment\n" + path.read_text())
-    assert None not in before.values()
-    for path in (copy / "kinds" / "beam").glob("*.py"):
-        path.write_text(path.read_text() + "\n\nEDITED = 1\n")
-    after = _kernel_states(known)
-    changed = {name for name in before if after[name] != before[name]}
-    assert {name for name in before if ".kinds.beam." in name} <= changed
-    assert not [name for name in changed if ".kinds.bearing." in name or ".contact." in name]
 
 
 def test_an_edit_of_a_method_compiles_every_module_with_a_kernel_that_contains_it(before, known, copy):

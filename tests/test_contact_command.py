@@ -53,11 +53,6 @@ def test_yield_is_judged_where_it_is_known():
     assert "yield" in asked("--radii-1 0.01 --young 1e11 --peak-pressure 1e9 --yield-strength 5e8").doubts[0]
 
 
-def test_impact_gives_its_duration():
-    result = asked("--radii-1 0.01905 --radii-2 0.01905 --young 2.1e11 --poisson 0.3 --speed 20 --mass 0.1129").result
-    assert result["contact_duration_s"] == pytest.approx(6.278541908e-5, rel=1e-9)
-
-
 def test_damping_for_a_restitution_by_the_exact_relation_and_by_the_usual_formulas(capsys):
     outcome = asked("--radii-1 0.01 --speed 2 --mass 0.1 --restitution 0.5")
     found = outcome.result["damping"]
@@ -128,24 +123,6 @@ def test_the_law_constant_is_exact_where_it_is_frozen(capsys):
             asked(f"{line} --frozen-at {ratio}")
 
 
-def test_a_linear_spring_has_the_slope_of_hertz_or_the_stiffness_given():
-    """Its tangent lies above the curve h^1.5 by half; a secant meets it."""
-    line = "--bearing 6203 --load 50"
-    result = asked(line).result
-    assert result["laws"]["linear"]["error"] == pytest.approx(0.5, rel=1e-9)
-    secant = result["normal_load_n"] / result["approach_m"]
-    assert asked(f"{line} --stiffness {secant!r}").result["laws"]["linear"]["error"] == pytest.approx(0.0, abs=1e-12)
-    for stiffness in ("0", "-1", "inf"):
-        with pytest.raises(SceneError, match="stiffness"):
-            asked(f"{line} --stiffness={stiffness}")
-
-
-def test_the_differential_law_arrives_at_hertz():
-    for small, large in (("3", "3"), ("1", "250"), ("1e-3", "900")):
-        result = asked(f"--curvature-small {small} --curvature-large {large} --load 10").result
-        assert abs(result["laws"]["hertz_differential"]["error"]) < 1e-9
-
-
 def test_two_bodies_of_a_scene_are_answered_as_they_stand_or_pressed():
     """The groove of the scene: P, Q, ellipse and loads as the calculator has them for these curvatures."""
     found = asked("--shapes two_bodies_groove --approach 1e-6").result
@@ -167,25 +144,3 @@ def test_two_bodies_of_a_scene_are_answered_as_they_stand_or_pressed():
     apart = asked("--shapes two_bodies_superellipsoid").result
     assert apart["approach_m"] < 0.0
     assert apart["laws"] == {}
-
-
-@pytest.mark.parametrize(
-    ("line", "sentence"),
-    [
-        ("--shapes bearing_6203", "is of kind bearing; --shapes wants one of two_bodies"),
-        ("--shapes two_bodies_groove --load 3", "leave out --load"),
-        ("--shapes two_bodies_groove --approach inf", "finite"),
-    ],
-)
-def test_what_shapes_do_not_take_is_said(line, sentence):
-    with pytest.raises(SceneError, match=sentence):
-        asked(line)
-
-
-def test_an_overlap_that_leaves_its_region_is_said():
-    """Deep in the groove the outline runs over its rims: no load by overlap, and a sentence in its place."""
-    deep = asked("--shapes two_bodies_groove --approach 1e-3")
-    assert "overlap" not in deep.result["laws"]
-    assert "small deformations" in deep.doubts[0]
-    assert "the overlap leaves the region" in deep.doubts[1]
-    assert asked("--shapes two_bodies_groove --approach 1e-6").doubts == []

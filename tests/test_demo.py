@@ -1,17 +1,14 @@
 """`make demo`, shortened: three nodes as processes, nothing lost, and the files it names."""
 
-import io
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import ros  # noqa: F401  (skips where ROS is missing)
-from rich.console import Console
 
 from bearing_twin.log import cdr
 from bearing_twin.log.encoding import encoded
@@ -45,33 +42,6 @@ def test_the_demo_ends_with_a_table_a_log_and_a_picture(tmp_path):
     assert all(len(line) <= 80 for line in result.stdout.splitlines() if line.startswith(("│", "┃")))
 
 
-@pytest.mark.parametrize(
-    ("force", "shown"), [(-1.0, "-1.000"), (-594.7, "-594.70"), (-12345.67, "-12346"), (3e8, "+3.0e+08")]
-)
-def test_the_live_table_fits_80_columns_and_cuts_no_number(force, shown):
-    watch = Received(8)
-    watch.force[:], watch.torque[:], watch.count[:] = force, -1.234e-5, 123456
-    console = Console(width=80, file=io.StringIO())
-    console.print(demo.ball_table(watch))
-    text = console.file.getvalue()
-    assert max(map(len, text.splitlines())) <= 80
-    assert "…" not in text
-    assert all(word in text for word in (shown, "-0.0123", "[N mm]"))
-
-
-@pytest.mark.parametrize(("load", "outputs"), [(0.5, 51), (12345.67, 20001)])
-def test_the_table_at_the_end_fits_80_columns(load, outputs):
-    watch = Received(8)
-    watch.greatest[:], watch.contact_angle[:] = load, -0.3
-    watch.semi_major[:], watch.semi_minor[:], watch.count[:] = 2345.6e-6, 234.5e-6, outputs
-    console = Console(width=80, file=io.StringIO())
-    console.print(demo.result_table("a bearing", watch, 1234))
-    shown = console.file.getvalue()
-    assert "…" not in shown
-    assert f"{load:.1f}" in shown
-    assert all(word in shown for word in ("wren-", "ches", "sam-", "ples", "lost", "1234"))
-
-
 def test_a_part_that_fails_names_its_output_and_what_to_do(tmp_path, here, monkeypatch, quick_starts):
     right = demo.node_command
     monkeypatch.setattr(demo, "node_command", lambda name, wanted: right(name, {**wanted, "no_such_parameter": 1}))
@@ -101,16 +71,6 @@ def test_a_watch_keeps_the_greatest_load_of_every_output_of_a_block():
     watch.samples(block(0, [[1.0, 9.0, 3.0, 4.0], [8.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 0.0]]))
     watch.samples(block(3, [[2.0, 2.0, 2.0, 5.0], [0.0, 0.0, 0.0, 0.0]]))
     assert watch.greatest.tolist() == [[8.0, 9.0], [7.0, 5.0]]
-
-
-def test_a_watch_keeps_each_ellipse_where_its_load_was_greatest():
-    watch = Received(1)
-    for load, angle in (([3.0, 1.0], [0.3, 0.1]), ([2.0, 2.0], [0.2, 0.2])):
-        watch.contacts(
-            SimpleNamespace(normal_load=load, contact_angle=angle, semi_major=load, semi_minor=load, law="hertz")
-        )
-    assert watch.ellipse_load.tolist() == [[3.0, 2.0]]
-    assert watch.contact_angle.tolist() == [[0.3, 0.2]]
 
 
 @pytest.mark.parametrize("given", ["0", "10", "99", None])

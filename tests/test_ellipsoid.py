@@ -1,6 +1,5 @@
 """An ellipsoid on a plane: closed forms, balances over ten thousand bounces, friction, rest, bad input, logs."""
 
-import json
 import math
 
 import numpy as np
@@ -8,28 +7,24 @@ import pytest
 from made_up_run import a_choice
 from reference.ellipsoid import contact_delay, rocking_rate
 
-from bearing_twin.command.cli import main
 from bearing_twin.contact import hertz_impact as impact
-from bearing_twin.contact.damping import damping_number, restitution_of, steady_damping, steady_ratio
-from bearing_twin.contact.differential import shape_of
+from bearing_twin.contact.damping import damping_number, restitution_of, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.contact.names import law_names
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.ellipsoid.equations import SHAPE, begin_shape, pose_of, touch_of
+from bearing_twin.kinds.ellipsoid.equations import begin_shape, pose_of, touch_of
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
 from bearing_twin.kinds.ellipsoid.parameters import GIVES
-from bearing_twin.numerics.rotation import quaternion_from_vector, quaternion_product, rotation_matrix
+from bearing_twin.numerics.rotation import quaternion_from_vector, quaternion_product
 from bearing_twin.reference import bounce
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate
-from bearing_twin.run.scene import load_scene, parse_scene, scene_names
-from bearing_twin.run.simulation import Simulation
-from bearing_twin.shapes.surfaces import ellipsoid_on_plane
+from bearing_twin.run.scene import load_scene
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
 
-SCENES = [name for name in scene_names() if name.startswith("ellipsoid")]
+
 GRAVITY = 9.80665
 OUTSIDE = "solver.allow_invalid=on"
 STORED = ("kinetic_energy", "potential_energy", "elastic_energy")
@@ -316,84 +311,6 @@ def test_the_volumetric_law_delays_every_lossless_bounce_by_its_stiffness():
     assert volumetric - hertz == pytest.approx(delay * np.arange(len(hertz)), rel=2e-3, abs=1e-11)
 
 
-def test_with_a_given_viscosity_it_is_hertz_that_comes_late():
-    """Paper 1's finding: the softer law loses more speed to the same d(h), and its flights become shorter."""
-    viscosity = steady_damping(0.8, BALL, MASS)
-    override = ("contact.restitution=1.0", f"contact.viscosity={viscosity!r}")
-    hertz, volumetric = (instants(law, *override) for law in ("hertz", "volumetric"))
-    soft = coefficient_of("volumetric", 5.0, 5.0, STEEL)
-    pairs = ((c, viscosity / math.sqrt(5.0 * MASS * c)) for c in (BALL, soft))
-    exact = [bounce.impact_instants(len(hertz), 1.0, GRAVITY, c, MASS, ratio) for c, ratio in pairs]
-    assert hertz == pytest.approx(exact[0], rel=1e-6)
-    late = hertz - volumetric
-    assert late == pytest.approx(exact[0] - exact[1], rel=2e-3, abs=1e-12)
-    assert (np.diff(late) > 0.0).all()
-    assert late[-4] == pytest.approx(1.657e-3, rel=1e-3)
-
-
-def test_a_restitution_that_both_laws_keep_leaves_the_softer_one_late():
-    hertz, volumetric = (instants(law) for law in ("hertz", "volumetric"))
-    soft = coefficient_of("volumetric", 5.0, 5.0, STEEL)
-    exact = [bounce.impact_instants(len(hertz), 1.0, GRAVITY, c, MASS, steady_ratio(0.8)) for c in (BALL, soft)]
-    assert volumetric - hertz == pytest.approx(exact[1] - exact[0], rel=5e-3, abs=1e-12)
-    assert (np.diff(volumetric - hertz) > 0.0).all()
-
-
-def test_stepping_on_a_body_at_rest_stays_there():
-    report, values = ran("ellipsoid_rocking", "run.duration=1.5")
-    late = values["time"] > 1.2
-    assert report.figures["resting_since_s"] < 1.0
-    assert values["in_contact"][late].min() == 1.0
-    assert values["normal_load"][late].mean() == pytest.approx(
-        7850.0 * 4.0 / 3.0 * math.pi * 0.03 * 0.02 * 0.012 * GRAVITY, rel=0.01
-    )
-    assert (np.diff(energy(values, STORED)) < 1e-12).all()
-
-
-def test_the_numbers_do_not_depend_on_how_the_run_is_cut():
-    scene = load_scene("ellipsoid_rocking", ["run.duration=0.1"])
-    whole, cut = Simulation(scene), Simulation(scene)
-    block = whole.advance(300)
-    pieces = [cut.advance(count) for count in (1, 99, 200)]
-    assert np.array_equal(np.concatenate([piece.matrix() for piece in pieces]), block.matrix())
-    whole.reset()
-    assert np.array_equal(whole.advance(300).matrix(), block.matrix())
-    rare = simulate(load_scene("ellipsoid_rocking", ["run.duration=0.1", "run.output_rate=400"]))
-    assert np.array_equal(list(rare)[20]["position"], ran("ellipsoid_rocking", "run.duration=0.1")[1]["position"][200])
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_a_run_yields_its_samples_and_a_resolved_scene(name):
-    scene = load_scene(name, ["run.duration=0.1"])
-    assert parse_scene(scene.resolved(), "log") == scene
-    run = simulate(scene)
-    samples = list(run)
-    assert len(samples) == run.outputs
-    for channel in run.channels:
-        assert samples[-1][channel.name].shape == channel.shape
-        assert np.isfinite(samples[-1][channel.name]).all()
-    orientation = rotation_matrix(samples[-1]["orientation"])
-    assert orientation @ orientation.T == pytest.approx(np.eye(3), abs=1e-14)
-    report = json.loads(json.dumps(run.report.as_dict(), allow_nan=False))
-    assert report["status"] == "done"
-    assert choose(scene).reason
-
-
-def test_it_is_logged_verified_reported_and_drawn(tmp_path, capsys):
-    log, picture = str(tmp_path / "rocking.mcap"), tmp_path / "rocking.png"
-    set_short = ["--set", "run.duration=0.1"]
-    answers = []
-    for words in (["simulate", "ellipsoid_rocking", *set_short, "--out", log, "--plot", str(picture)],
-                  ["verify", log], ["report", log, "--plot", str(tmp_path / "again.png")]):  # fmt: skip
-        assert main([*words, "--json"]) == 0
-        answers.append(json.loads(capsys.readouterr().out))
-    simulated, verified, reported = answers
-    assert verified["greatest_deviation"] == 0.0
-    assert reported["missing_outputs"] == 0
-    assert reported["energy_closure"] == pytest.approx(simulated["energy_closure"], abs=1e-12)
-    assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
-
-
 def test_flags_say_where_the_theory_ends():
     hard, _ = ran("ellipsoid_on_plane", "run.duration=0.5")
     assert any("beyond the yield pressure" in flag for flag in hard.flags)
@@ -456,72 +373,3 @@ def test_a_body_through_the_plane_stops_the_run():
     jelly = "body.material={young_modulus: 1e3, poisson_ratio: 0.4, density: 1000.0}"
     with pytest.raises(IntegrationError, match="pressed in by half"):
         list(simulate(load_scene("ellipsoid_on_plane", [jelly])))
-
-
-def test_the_compiled_kernels_give_the_plain_numbers():
-    motion = EllipsoidMotion(
-        load_scene("ellipsoid_rocking", ["start.height=-1e-6"]).parameters, a_choice("hertz", "dop853")
-    )
-    pose = pose_of(motion.body, motion.state)
-    plain, compiled = touch_of.py_func(motion.body, motion.state, pose), touch_of(motion.body, motion.state, pose)
-    for one, other in zip(plain, compiled, strict=True):
-        assert one == pytest.approx(other, rel=1e-12, abs=1e-12)
-
-
-def test_carried_integrals_stay_on_their_equation_where_they_are_projected():
-    """Paper 1, section 3, in lasting contact: one Newton step each keeps them to rounding, without it they drift."""
-    off = {}
-    for law in ("hertz_differential", "hertz_unprojected"):
-        motion = EllipsoidMotion(load_scene("ellipsoid_rocking").parameters, a_choice(law, "dop853"))
-        motion.advance(np.array([1.0]), 1.0)
-        low = ellipsoid_on_plane(motion.body.semi_axes, pose_of(motion.body, motion.state).down)
-        fresh = shape_of(low.curvature_small, low.curvature_large)
-        off[law] = abs(motion.state[SHAPE:] - np.array(fresh)).max()
-    assert off["hertz_differential"] < 1e-14
-    assert 1e-13 < off["hertz_unprojected"] < 1e-8
-
-
-@pytest.mark.parametrize(
-    "damper",
-    ["contact.restitution=0.5", "contact.viscosity=1e4", "contact.damping=0.5", "contact.relaxation_time=1e-5"],
-)
-def test_the_viscous_load_vanishes_at_the_onset_and_never_pulls(damper):
-    """Paper 1, section 5: d(h) -> 0 with h."""
-    overrides = ["start.height=0", "start.velocity=[0,0,-1]", "contact.restitution=1.0", damper]
-    motion = EllipsoidMotion(load_scene("ellipsoid_on_plane", overrides).parameters, a_choice("hertz", "dop853"))
-    viscous = []
-    for approach in (0.0, 1e-20, 1e-12, 1e-6):
-        motion.state[2] = 0.1 - approach
-        touch = touch_at(motion, motion.state)
-        viscous.append(touch.normal_load - touch.elastic_load)
-    assert viscous[0] == 0.0
-    assert viscous[0] <= viscous[1] < 0.1 * viscous[3]
-    motion.state[9] = 50.0  # leaving far too fast
-    assert touch_at(motion, motion.state).normal_load >= 0.0
-    assert touch_at(motion, motion.state).friction_x == 0.0
-
-
-def test_a_run_that_loses_more_than_a_hundredth_of_its_energy_is_no_success():
-    """The coarsest fixed step that is allowed, 20 s of bouncing: 2 % of the energy are gone, and the status says so."""
-    report, _ = ran("ellipsoid_on_plane", "contact.restitution=1.0", "solver.stepper=rk4", "solver.step=6.4e-5",
-                    "run.duration=20", "run.output_rate=20")  # fmt: skip
-    assert report.status == "failed: energy"
-    assert -0.1 < report.figures["energy_closure"] < -0.01
-    assert "16 steps a contact" in report.warnings[0]
-
-
-def test_spin_weakens_the_sliding_friction_of_a_spot():
-    """Contensou: with spin the same slip meets less force; without it the spot is a point."""
-    forces = {}
-    for form in ("point", "spot"):
-        for spin in (0.0, 2000.0):
-            overrides = (f"contact.friction={form}", "start.height=-1e-5", "start.turn=[0,0,0]",
-                         "start.velocity=[0.05,0,0]", "contact.friction_regularisation=1e-4",
-                         f"start.angular_velocity=[0,0,{spin}]")  # fmt: skip
-            scene = load_scene("ellipsoid_rocking", overrides)
-            motion = EllipsoidMotion(scene.parameters, a_choice("hertz", "dop853"))
-            touch = touch_at(motion, motion.state)
-            forces[form, spin] = -touch.friction_x / touch.normal_load
-    assert forces["spot", 0.0] == pytest.approx(forces["point", 0.0], rel=1e-9) == pytest.approx(0.15, rel=1e-5)
-    assert forces["point", 2000.0] == forces["point", 0.0]
-    assert 0.0 < forces["spot", 2000.0] < 0.5 * forces["spot", 0.0]

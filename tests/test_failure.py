@@ -1,6 +1,5 @@
 """Runs that fail: what no motion can have is found in the outputs; the file that is left says where, and goes on."""
 
-import contextlib
 import json
 import math
 from pathlib import Path
@@ -11,18 +10,14 @@ from forks import forked
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
-from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import motion as bearing_motion
 from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.kinds.ellipsoid import chunk
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.run.failure import Failure, read_failure, write_failure
-from bearing_twin.run.health import Health
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.sample import Block
 
 PINNED = ("run.duration=0.4", "solver.stepper=rodas4", "contact.normal=hertz")
 BALLS = load_scene("bearing_6203", PINNED)
@@ -187,23 +182,6 @@ def test_a_run_that_breaks_off_within_a_chunk_leaves_all_before_in_log_and_figur
     np.testing.assert_allclose([sample["normal_load"] for sample in read_log("run.mcap")], whole, rtol=1e-3, atol=0.1)
 
 
-def test_a_page_of_a_run_that_breaks_off_shows_all_before(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(["view", *overloaded_words(), "--json"]) == BAD_INPUT
-    told, error = capsys.readouterr()
-    assert json.loads(told)["outputs_shown"] == 11
-    assert "at 0.0105 s a load of" in error
-
-
-def test_a_lower_load_told_before_the_break_lets_a_run_go_on():
-    simulation = Simulation(load_scene("bearing_6203_rig_400N", OVERLOADED))
-    assert simulation.advance(100).time_ns[-1] == 10_000_000
-    simulation.set_load((0.0, -400.0, 0.0), (0.0, 0.0))
-    block = simulation.advance(40)
-    assert (block.first_sequence, len(block), simulation.failure) == (11, 40, None)
-    assert simulation.report().status != "failed: overload"
-
-
 def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     spoilt("normal_load", (40, 3, 1), np.nan)
@@ -290,61 +268,8 @@ def test_a_state_that_no_bearing_is_in_is_refused(key, value, spoilt):
         Simulation(failure.scene).resume(failure._replace(state=state | {key: value}))
 
 
-@pytest.mark.parametrize(("entry", "value"), [(chunk.TIME, -1e308), (chunk.TIME, 1e9), (chunk.IN_CONTACT, 1.0)])
-def test_a_state_from_which_an_ellipsoid_would_step_for_ever_is_refused(entry, value):
-    motion = Simulation(load_scene("ellipsoid_tumbling"))._motion
-    kept = motion.snapshot()
-    motion.resume(kept)
-    kept["clock"][entry] = value
-    with pytest.raises(ValueError, match="clock"):
-        motion.resume(kept)
-
-
-@pytest.mark.parametrize("content", ["", "[" * 100_000, "{}", "[1]", "\0\1", '{"format": 3}'])
-def test_what_is_no_failure_at_all_is_refused(content, tmp_path):
-    path = tmp_path / "failure.json"
-    path.write_text(content, encoding="utf-8")
-    with pytest.raises(BearingTwinError, match="failed run"):
-        read_failure(path)
-
-
 def test_what_has_no_end_is_not_read_to_its_end(monkeypatch):
     """Files of devices and of the system say that they are empty."""
     monkeypatch.setattr("bearing_twin.run.failure.LARGEST_FILE", 10)
     with pytest.raises(BearingTwinError, match="too large"):
         read_failure("/proc/self/status")
-
-
-def test_a_kind_without_a_state_begins_again(monkeypatch, tmp_path):
-    scene = load_scene("two_spheres")
-    simulation = Simulation(scene)
-    kind_at = simulation._motion.impact.at
-    whole = simulation.advance(scene.outputs).matrix()
-    simulation.reset()
-    object.__setattr__(
-        simulation._motion.impact,
-        "at",
-        lambda times: (np.where(times > 1e-5, np.nan, kind_at(times)[0]), *kind_at(times)[1:]),
-    )
-    before = simulation.advance(scene.outputs)
-    assert before.time_ns[-1] <= 10_000 < before.time_ns[-1] + scene.output_period_ns
-    with pytest.raises(IntegrationError, match="is not finite") as caught:
-        simulation.advance(scene.outputs)
-    found = read_failure(write_failure(caught.value, tmp_path))
-    assert (found.state, found.sequence) == (None, -1)
-    assert (
-        np.concatenate([block.matrix() for block in simulate(scene, failure=found).blocks()]).tobytes()
-        == whole.tobytes()
-    )
-
-
-@pytest.mark.parametrize(("before", "fails"), [(50.0, True), (0.0, False)])
-def test_work_done_before_a_run_is_continued_pays_for_nothing(before, fails):
-    """Four joules appear: with 50 J brought meanwhile that may be, with 50 J brought before it may not."""
-    values = {one.name: np.zeros((3, *one.shape)) for one in BALLS.channels}
-    values["orientation"][..., 3] = 1.0
-    values["kinetic_energy"][:] = 1.0, 1.0, 5.0
-    values["gross_work"][:] = before, 50.0, 50.0
-    health = Health(KINDS["bearing"], BALLS.channels)
-    with pytest.raises(IntegrationError, match="more than at the start") if fails else contextlib.nullcontext():
-        health.check(Block(BALLS.channels, 0, np.arange(3) * 10**6, values))

@@ -11,22 +11,17 @@ from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.command.cli import DONE, DOUBTFUL, main
 from bearing_twin.contact.ellipse import ellipse
-from bearing_twin.errors import ChannelError
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing.figure_rows import FIGURES_OF, missing
+from bearing_twin.kinds.bearing.figure_rows import missing
 from bearing_twin.kinds.bearing.figures import BearingFigures
-from bearing_twin.kinds.bearing.summing import MOST_STRETCHES
 from bearing_twin.kinds.impact.figures import GAINED
 from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.log.mcap_log import write_log
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.passes import simulate
-from bearing_twin.run.scene import load_scene, scene_names
+from bearing_twin.run.scene import load_scene
 from bearing_twin.sample import Block, joined
 from bearing_twin.units import suffix_of
-from bearing_twin.uq.propagation import task_of
-from bearing_twin.uq.realise import realise
-from bearing_twin.uq.study_file import parse_study
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
 
@@ -49,8 +44,6 @@ ONE_EACH = (
     "bearing_6203_start", "shaft_angular_pair", "ellipsoid_rocking", "two_spheres", "two_discs",
     "sphere_on_beam_drop_50mm", "soft_discs_mean",
 )  # fmt: skip
-IMPACTS = {"two_spheres": "impact.spheres", "two_discs": "impact.discs", "sphere_on_beam_drop_50mm": "beam.motion"}
-OF_THE_RUN, OF_THE_LOG = {"compile_s"}, {"missing_outputs"}
 
 
 def shortened(name):
@@ -58,11 +51,6 @@ def shortened(name):
     short = [f"run.duration={SHORTER[name]}"] if name in SHORTER else []
     run = load_scene(name, short).parameters.run
     return [*short, f"run.publish_rate={run.publish_rate / 50.0!r}"] if run.publish_rate == run.output_rate else short
-
-
-def words_of(name):
-    """The words of a command that keep a scene short."""
-    return [word for change in shortened(name) for word in ("--set", change)]
 
 
 @cache
@@ -88,19 +76,6 @@ def asked(capsys, *words, code=DONE):
     return json.loads(captured.out), captured.err
 
 
-@pytest.mark.parametrize("name", scene_names())
-def test_a_run_and_its_log_report_the_same_to_the_bit(name, tmp_path, capsys):
-    log = tmp_path / "run.mcap"
-    simulated, _ = asked(capsys, "simulate", name, *words_of(name), "--out", log)
-    reported, _ = asked(capsys, "report", log)
-    assert set(simulated) - set(reported) == OF_THE_RUN
-    assert set(reported) - set(simulated) == OF_THE_LOG
-    assert reported["missing_outputs"] == 0
-    for key in set(simulated) & set(reported):
-        # repr tells apart all that differs by a bit, and finds NaN equal to itself
-        assert repr(reported[key]) == repr(simulated[key]), key
-
-
 @pytest.mark.parametrize("name", ONE_EACH)
 def test_how_a_stream_is_cut_changes_no_figure(name):
     scene, choice, whole = blocks_of(name)
@@ -111,24 +86,6 @@ def test_how_a_stream_is_cut_changes_no_figure(name):
         found = gathered(scene, choice, [whole.part(*pair) for pair in pairwise(edges)])
         assert found.missing == 0
         assert repr(found.report(scene.name)) == repr(expected)
-
-
-@pytest.mark.parametrize(
-    ("overrides", "still", "there"),
-    [
-        ((), False, {"dissipated_j", "drive_torque_nm"}),
-        ((), True, set()),
-        (("cage.kind=even",), False, {"dissipated_j", "drive_torque_nm", "cage_slip", "greatest_pocket_force_n"}),
-        (("cage.kind=even", "rings.inner.load=[0,-9,0]"), True, {"ring_displacement_m", "ring_displacement_range_m"}),
-        (("rings.inner.moment=[1,0]",), True, {"ring_displacement_m", "ring_displacement_range_m", "misalignment_rad"}),
-    ],
-)
-def test_a_figure_is_there_where_its_part_is(overrides, still, there):
-    scene = load_scene("bearing_6203", overrides)
-    figures = BearingFigures(scene.parameters, a_choice(stepper="quasi_static" if still else "rodas4"))
-    figures.add(made_up_block(scene, 10))
-    dependent = {key for keys in FIGURES_OF.values() for key in keys}
-    assert dependent & set(figures.figures()) == there | {"catalogue_drive_torque_nm"}
 
 
 @pytest.mark.parametrize("name", ONE_EACH)
@@ -153,25 +110,6 @@ def test_the_figures_of_every_kind_are_listed_with_units(capsys):
     assert not listed
     assert main(["scenes", "--figures"]) == DONE
     assert "mean over the second half of the run" in " ".join("".join(capsys.readouterr()).split())
-
-
-@pytest.mark.parametrize("off", [0.2, -0.2])
-def test_balls_too_far_apart_or_too_near_are_told(off):
-    scene = made_up_scene(balls=2)
-    block = made_up_block(scene, 10)
-    block.values["orbit_angle"][:] = 0.0, np.pi + off
-    figures = BearingFigures(scene.parameters, a_choice())
-    figures.add(block)
-    assert any("their spacing leaves even by 0.2 rad" in flag for flag in figures.flags())
-
-
-def test_the_second_half_begins_after_the_middle():
-    """An output at the middle, where a stretch of sums ends, belongs to the first half."""
-    scene = made_up_scene(balls=2)
-    block = made_up_block(scene, 99)
-    assert 2 * int(block.time_ns[49]) == int(block.time_ns[0]) + int(block.time_ns[98])
-    figures = gathered(scene, a_choice(), [block]).report(scene.name).figures
-    assert figures["normal_load_inner_n"] == pytest.approx(block.values["normal_load"][50:, :, 0].mean(axis=0))
 
 
 def test_missing_outputs_are_counted(tmp_path, capsys):
@@ -201,14 +139,6 @@ def test_means_are_over_the_second_half():
     theory = figures["cage_speed_theory_rad_s"] / 180.0
     assert 0.3 < theory < 0.5
     assert half == 200
-
-
-def test_means_of_a_long_run_are_over_the_second_half_to_a_whole_number_of_blocks():
-    figures, half = late_half(20_000, 10_000)
-    assert half == 10_000
-    # 30 N in the late half, 10 N before: a hundredth of the early outputs in it would be 0.2 N
-    assert figures["normal_load_inner_n"] == pytest.approx([30.0, 60.0], rel=0.01)
-    assert figures["cage_speed_rad_s"] == pytest.approx(70.0, rel=0.01)
 
 
 def test_a_recording_that_begins_late_has_its_own_second_half():
@@ -316,30 +246,6 @@ def test_a_torque_that_is_rounding_alone_is_none():
     assert min(thrust.report.figures["friction_torque_nm"]) > 1e-6
 
 
-@pytest.mark.parametrize(("share", "word"), [(0.02, "grew"), (-0.02, "was lost"), (0.008, "")])
-def test_python_the_command_line_and_studies_judge_energy_alike(share, word, monkeypatch, tmp_path, capsys):
-    """A beam whose solution has that closure."""
-    monkeypatch.setattr("bearing_twin.kinds.beam.motion._closure", lambda found, brought: share)
-    failed, name, log = abs(share) > 0.01, "sphere_on_beam_drop_50mm", tmp_path / "run.mcap"
-    run = simulate(name)
-    assert sum(map(len, run.blocks())) == run.outputs
-    assert run.report.status == ("failed: energy" if failed else "doubtful: peaks, forces")
-    for words in (["simulate", name, *words_of(name), "--out", log], ["report", log]):
-        result, err = asked(capsys, *words)  # without --strict all that ends is done
-        assert result["status"] == run.report.status
-        assert result["energy_closure"] == pytest.approx(share, rel=1e-12)
-        assert (f"energy {word} by 2 %" in err) == failed
-    assert main(["report", str(log), "--strict"]) == DOUBTFUL  # beyond yield in any case
-    study = {
-        "scene": name,
-        "inputs": {"sphere.radius": {"distribution": "uniform", "low": 0.0095, "high": 0.0105}},
-        "quantities": ["peak_force"],
-    }
-    found = realise(task_of(parse_study(study, "energy")), np.array([[0.01], [0.0101]]))
-    assert found.failures == ({0: "failed: energy", 1: "failed: energy"} if failed else {})
-    assert np.isnan(found.quantities).all() == failed
-
-
 @pytest.mark.parametrize("closure", [0.02, -0.02])
 def test_energy_alone_is_doubt_enough_for_strict(closure, monkeypatch, capsys):
     solve = "bearing_twin.kinds.impact.spheres._closed"
@@ -355,42 +261,6 @@ def test_energy_alone_is_doubt_enough_for_strict(closure, monkeypatch, capsys):
     result, err = asked(capsys, *gentle, "--strict", code=DOUBTFUL)
     assert (result["status"], result["flags"]) == ("failed: energy", [])
     assert err.count("doubtful") == 1
-
-
-@pytest.mark.parametrize("name", IMPACTS)
-def test_an_impact_is_solved_once_a_run(name, monkeypatch, tmp_path):
-    module, calls = f"bearing_twin.kinds.{IMPACTS[name]}", []
-    solve = __import__(module, fromlist=["solve"]).solve
-    monkeypatch.setattr(f"{module}.solve", lambda *arguments: calls.append(name) or solve(*arguments))
-    files = ["--out", str(tmp_path / "a.mcap"), "--plot", str(tmp_path / "a.png")]
-    assert main(["simulate", name, *words_of(name), *files]) == DONE
-    assert len(calls) == 1
-    run = simulate(name)
-    assert len(calls) == 1  # nothing is computed before it is asked for
-    assert run.simulation.warm_up() >= 0.0
-    assert len(list(run)) == sum(map(len, run.blocks())) == run.outputs
-    assert len(calls) == 2
-    assert run.report.compute_seconds > 0.0
-
-
-def test_the_figures_of_a_bearing_take_memory_that_does_not_grow():
-    scene = made_up_scene(balls=2)
-    figures, block = BearingFigures(scene.parameters, a_choice()), made_up_block(scene, 50)
-    for number in range(2000):
-        figures.add(dataclasses.replace(block, first_sequence=50 * number, time_ns=block.time_ns + 50_000_000 * number))
-    sums = figures._sums
-    assert len(sums.ends()[0]) <= MOST_STRETCHES
-    assert figures.samples == sums.from_row(0)["count"] == 100_000
-
-
-@pytest.mark.parametrize(
-    "name", ["contact_angle", "inner_ring_torque", "spin_rate", "normal_load", "drive_work", "kinetic_energy"]
-)
-def test_outputs_without_a_channel_give_no_figure_of_another_one(name):
-    """As of a log that somebody else wrote."""
-    scene = made_up_scene(balls=2)
-    with pytest.raises(ChannelError, match=f"there is no channel '{name}'"):
-        BearingFigures(scene.parameters, a_choice()).add(without(made_up_block(scene, 10), name))
 
 
 @pytest.mark.parametrize("name", ["cage_offset", "land_force", "inner_ring_load_work", "cage_slip"])

@@ -5,15 +5,8 @@ import pytest
 
 from bearing_twin.charts.friction import POLES, hardest
 from bearing_twin.contact.friction import FRICTIONS, friction_factor, friction_number, friction_of
-from bearing_twin.contact.names import friction_names, words_of
 
 ARGUMENTS = 50.0, 3e-4, 1e-4, 0.02, -0.03, 90.0, 0.1, 1e-4
-
-
-def test_the_words_read_off_the_text_are_those_of_the_rows():
-    assert friction_names() == tuple(FRICTIONS)
-    for name, words in words_of("FrictionModel").items():
-        assert (words.name, words.help, words.needs) == (name, FRICTIONS[name].help, FRICTIONS[name].needs)
 
 
 @pytest.mark.parametrize("name", FRICTIONS)

@@ -5,8 +5,6 @@ import pytest
 from bearings import motion
 
 from bearing_twin.kinds.bearing.forces.layout import VELOCITY
-from bearing_twin.kinds.bearing.stepping.flight import LONGEST_FLIGHT
-from bearing_twin.numerics.statuses import STEPS
 
 STILL = ("geometry.radial_clearance=2e-5", "gravity=[0,0,0]", "drive.speed=0.0", "contact.friction_coefficient=0.0")
 THROWN, BOUNCED = 0.01, 4e-4  # m/s; s after the touch, when the ball is in flight again
@@ -34,29 +32,6 @@ def test_no_landing_is_missed_by_chance(tolerance):
     assert -THROWN < exact < -0.5 * THROWN
     first_steps = 1e-6 * 10.0 ** np.random.default_rng(1).uniform(-1.0, 1.0, (BOUNCES, 8))
     found = [_speed_after(tolerance, steps) for steps in first_steps]
-    off = np.abs([speeds - exact for speeds, _ in found]) / found[0][1]
-    assert off.max() < 8.0
-    assert np.median(off) < 2.0
-
-
-@pytest.mark.parametrize("common", [False, True])
-def test_steps_in_flight_are_short_enough_to_see_a_bounce(common):
-    """Also of balls that share them since they may touch: nothing else holds such a step while all fly."""
-    moving = motion(*STILL, "drive.offset=[0,0,0]", "wanted.tolerance=0.1")
-    moving.state[:, VELOCITY] = 0.1 * THROWN
-    until = 0.9 * -moving.first_outputs().approach[0, 0, 1] / (0.1 * THROWN)
-    near, times = np.full(8, common), np.array([until])
-    filled = moving._instants.empty(1, 8)
-    moving._integrate(moving._partners(), moving.drive, near, 0.0, times, until, filled)
-    assert (moving.first_outputs().approach < 0.0).all()
-    assert moving.counts[STEPS] / 8 >= until / LONGEST_FLIGHT
-
-
-def test_landings_of_balls_that_share_steps_are_weighed():
-    """A step over a landing errs by what the contact does to the ball, whether or not its own estimate sees that."""
-    exact = _speed_after(1e-9, np.full(8, 1e-6), True)[0][0]
-    first_steps = 1e-6 * 10.0 ** np.random.default_rng(2).uniform(-1.0, 1.0, 4 * BOUNCES)
-    found = [_speed_after(1e-5, np.full(8, step), True) for step in first_steps]
     off = np.abs([speeds - exact for speeds, _ in found]) / found[0][1]
     assert off.max() < 8.0
     assert np.median(off) < 2.0

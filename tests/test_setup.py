@@ -1,22 +1,15 @@
 """What `make setup` is made of: stages that tell how long they take, and a ROS prefix that knows the package."""
 
-import csv
-import functools
 import importlib
 import os
-import re
 import shutil
 import subprocess
 import sys
-from importlib import metadata
 from pathlib import Path
 
 import pytest
-from packaging.requirements import Requirement
 
 ROOT = Path(__file__).resolve().parent.parent
-MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
-BLOCK = 4096  # bytes
 
 
 def stage(folder, seconds, *command):
@@ -82,48 +75,6 @@ def test_the_package_is_found_beside_a_checkout_of_its_name(tmp_path):
     done = subprocess.run(words, cwd=tmp_path, env=there, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert Path(done.stdout.strip()).name == "bag.py"
-
-
-def needed(files):
-    """The installed packages that these files of `requirements/` bring, with all that they need."""
-    lines = [line.split("  #")[0] for one in files for line in (ROOT / "requirements" / one).read_text().splitlines()]
-    wanted, found = [Requirement(line) for line in lines if line and not line.startswith("#")], {}
-    while wanted:
-        one = wanted.pop()
-        if one.name in found and one.extras <= found[one.name]:
-            continue
-        extras = found[one.name] = found.get(one.name, set()) | one.extras | {""}
-        below = map(Requirement, metadata.requires(one.name) or ())
-        wanted += [item for item in below if not item.marker or any(item.marker.evaluate({"extra": k}) for k in extras)]
-    return found
-
-
-@functools.cache
-def files_of(package):
-    """(path, size in bytes) of each file of a package, without compiled Python."""
-    lines = csv.reader((metadata.distribution(package).read_text("RECORD") or "").splitlines())
-    return [(path, int(size or 0)) for path, _, size in lines if not path.endswith(".pyc")]
-
-
-def megabytes(packages):
-    """What their files take on a disk."""
-    sizes = dict(one for name in packages for one in files_of(name))
-    return sum(-(-size // BLOCK) * BLOCK for size in sizes.values()) / 2**20
-
-
-def test_the_size_that_is_said_is_that_of_what_is_installed():
-    """Compiled Python comes on top: of a tenth of the files, when they are first imported."""
-    import ros  # noqa: F401  (skips where ROS is missing)
-
-    tests, plain, full = map(int, re.findall(r"MEGABYTES := (\d+)$", MAKEFILE, flags=re.MULTILINE))
-    run, ros_too = ["pip.txt", "runtime.txt"], ["ros.txt", "build.txt"]
-    for files, size in (
-        (run, plain),
-        (run + ros_too, full),
-        ([*run, *ros_too, "test.txt"], full + tests),
-    ):
-        found = megabytes(needed(files))
-        assert found < size < 1.2 * found, files
 
 
 SOURCE = """

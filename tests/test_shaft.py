@@ -180,21 +180,6 @@ def test_a_cage_on_the_land_of_the_inner_ring_turns_its_shaft():
     assert 1e-4 * (speed[-1] - speed[0]) == pytest.approx(gained, abs=5e-9)
 
 
-def test_the_numbers_do_not_depend_on_how_a_run_is_cut_or_taken_up_again():
-    scene = load_scene("bearing_6203_run_up", ("run.duration=0.03",))
-    whole, cut = Simulation(scene), Simulation(scene)
-    wanted = whole.advance(30).matrix()
-    rows = [cut.advance(count).matrix() for count in (1, 7, 2, 20)]
-    assert np.concatenate(rows).tobytes() == wanted.tobytes()
-    begun, again = motion(*FROM_REST), motion(*FROM_REST)
-    times = 1e-4 * np.arange(1, 51)
-    begun.set_torque(0.02)
-    begun.advance(times, times[-1])
-    again.resume(begun.snapshot())
-    assert again.advance(times, times[-1]).numbers.tobytes() == begun.advance(times, times[-1]).numbers.tobytes()
-    assert again.first_outputs().drive_torque[0] == 0.02
-
-
 def test_a_torque_is_commanded_where_it_turns_the_shaft_and_a_speed_where_it_is_prescribed():
     turned = Simulation(load_scene("bearing_6203", (*FROM_REST, "solver.companion=off")))
     turned.advance(11)
@@ -256,11 +241,3 @@ def test_the_figures_tell_speed_torque_and_time_to_it():
     prescribed = simulate(load_scene("bearing_6203", ("run.duration=0.001",)))
     assert len(list(prescribed)) == 2
     assert "run_up_time_s" not in prescribed.report.figures
-
-
-def test_studies_ask_for_the_time_to_speed_where_a_torque_makes_it():
-    from bearing_twin.kinds import KINDS
-
-    quantity = KINDS["bearing"].quantities_of()["run_up_time"]
-    assert quantity.missing(load_scene("bearing_6203_run_up").parameters) == ""
-    assert "drive.kind: torque" in quantity.missing(load_scene("bearing_6203").parameters)

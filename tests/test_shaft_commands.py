@@ -7,17 +7,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from commanded import obeying, twist, wrench
-from shafts import energy, motion_of
+from shafts import motion_of
 
 from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.contract import Output
 from bearing_twin.kinds.shaft.course import ShaftCourse
-from bearing_twin.kinds.shaft.models import choose, shares_of
+from bearing_twin.kinds.shaft.models import choose
 from bearing_twin.kinds.shaft.motion import motion
-from bearing_twin.kinds.shaft.operating import rechosen
 from bearing_twin.kinds.shaft.topics import topics
-from bearing_twin.kinds.shaft.worth import wide_of
 from bearing_twin.run.failure import read_failure, write_failure
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
@@ -131,52 +129,6 @@ def test_a_commanded_speed_is_approached_evenly_and_a_change_of_the_scene_is_add
     assert it.loop.simulation.report().figures["shaft_speed_at_end_rad_s"] == 340.0
 
 
-def test_books_figures_and_errors_are_those_of_what_was_given_out():
-    """Commands within chunks: the companion has gathered what the run has, and nothing of what was computed anew."""
-    simulation = Simulation(load_scene("shaft_two_6203", (DAMPED, "run.duration=0.2", "run.output_rate=5000")))
-    blocks, closures = [simulation.advance(131)], []
-    for force, speed, outputs in (
-        ((0.0, -400.0, 30.0), 314.159, 77),
-        ((0.0, 0.0, 0.0), 340.0, 203),
-        (None, 300.0, 590),
-    ):
-        simulation.set_load(force, None if force is None else (0.0, 0.0))
-        simulation.set_speed(speed)
-        blocks.append(simulation.advance(outputs))
-        closures.append(simulation.report().figures["energy_closure"])
-    report = simulation.report(last=True)
-    own = simulation._motion._figures[0].figures()
-    assert own.keys() == report.figures.keys()
-    for key, value in own.items():
-        assert report.figures[key] == pytest.approx(value, rel=1e-9, abs=1e-20), key
-    assert report.status == "done"
-    assert 0.0 < report.errors["wanted_errors"]["ball_loads"]["error"] < 1e-3
-    values = {name: np.concatenate([block.values[name] for block in blocks]) for name in blocks[0].values}
-    books, gross = energy(values)
-    assert np.abs(books - books[0]).max() < 1e-5 * gross
-    assert np.ptp(values["load"][:, 1]) > 390.0
-    assert np.abs(closures).max() < 1e-6  # with the weight's part: the load lowers the shaft
-    assert values["potential_energy"][207] - values["potential_energy"][0] < -1e-3 * values["gross_work"][207]
-
-
-def test_a_speed_beyond_the_scenes_counts_in_what_equilibria_leave_out():
-    it = shaft(("run.output_rate=1000", "drive.acceleration=1e5"))
-    parameters = it.loop.simulation.scene.parameters
-    it.run(0.005)
-    before = it.loop.simulation.report().errors["errors_by_source"]["left_greatest_ball_load_n"]["left_out"]
-    it.tell("command/speed", SimpleNamespace(data=900.0))
-    it.run(0.02)
-    report = it.loop.simulation.report()
-    share = shares_of(parameters, "hertz", 900.0)["left"]
-    after = report.errors["errors_by_source"]["left_greatest_ball_load_n"]["left_out"]
-    assert f"the centrifugal load is at most {share:.2g} of a contact's" in it.loop.simulation.choice.reason
-    assert share > 2.0 * shares_of(parameters, "hertz")["left"]
-    load = report.figures["left_greatest_ball_load_n"]
-    wide = wide_of(parameters, "hertz", float(parameters.drive.speed), 0.0)["left"].at(load).load
-    assert after == pytest.approx((max(1e-4, 0.04 * share**2) + wide) * load, rel=1e-9)
-    assert after > before
-
-
 def test_pose_and_frames_follow_the_shaft():
     it = shaft()
     it.tell("command/load", told((0.0, -500.0, 0.0), (2.0, 0.0, 0.0)))
@@ -198,20 +150,6 @@ def test_pose_and_frames_follow_the_shaft():
     assert axis == pytest.approx([tilt[1], -tilt[0]], rel=1e-6, abs=1e-12)
 
 
-def test_figures_keep_the_errors_they_had_where_a_finer_motion_follows_anew():
-    """The finer motion was left before the command; then it has gathered what the first one had, errors and all."""
-    simulation = Simulation(load_scene("shaft_two_6203", (DAMPED, "run.duration=0.4")))
-    found = []
-    for outputs in (500, 60):
-        simulation.advance(outputs)
-        found.append(simulation.report().errors["errors_by_source"])
-        simulation.set_load((0.0, -20.0, 0.0), (0.0, 0.0))
-    before, after = ({key: one["method"] for key, one in each.items() if "method" in one} for each in found)
-    assert len(before) == 20  # loads, pressures and lives, in turns and in hours, of both bearings; places and forces
-    assert len({one.bearings["left"].late.count for one in simulation._motion._figures}) == 1
-    assert all(np.min(error) > 0.0 and np.greater(after[key], error).all() for key, error in before.items())
-
-
 @pytest.mark.parametrize("now", [0.03, 0.04, 0.05])
 def test_a_load_commanded_before_at_or_after_a_change_of_speed_leaves_the_speed_what_it_was_to_be(now):
     parameters = load_scene("shaft_two_6203", ("drive.change={time: 0.04, speed: 10.0}",)).parameters
@@ -221,40 +159,6 @@ def test_a_load_commanded_before_at_or_after_a_change_of_speed_leaves_the_speed_
         assert loaded.turned(time) == pytest.approx(own.turned(time), rel=1e-12) or time < now
     assert loaded.goal_at(0.06) == 324.159
     assert (own.changes(0.01, 0.04), own.changes(0.04, 0.044)) == (True, False)  # from 0.04 s on, up to 0.045 s
-
-
-def test_what_is_told_of_a_shaft_after_a_command_holds_a_change_still_to_come_and_none_that_came():
-    """The reason names the centrifugal load at the greatest speed."""
-    change = "drive.change={time: 0.05, speed: 600}", "drive.acceleration=1e5"
-    parameters = load_scene("shaft_two_6203", change).parameters
-    own = choose(parameters)
-    for seconds, goal, greatest in ((0.01, 300.0, 900.0), (0.05, 900.0, 900.0), (0.06, 1200.0, 1200.0)):
-        told = rechosen(parameters, own, SimpleNamespace(seconds=seconds, goal_speed=goal), (None, None)).choice
-        share = max(shares_of(load_scene("shaft_two_6203", (f"drive.speed={greatest}",)).parameters, "hertz").values())
-        assert f"the centrifugal load is at most {share:.2g} of a contact's" in told.reason
-
-
-@pytest.mark.parametrize(("speed", "warned"), [(700.0, False), (1500.0, True)])
-def test_a_centrifugal_load_is_warned_of_where_it_costs_more_than_the_tolerance(speed, warned):
-    """Loads are off by 4 % of its square: a tenth of a contact's load costs 0.04 %."""
-    parameters = load_scene("shaft_two_6203", (f"drive.speed={speed}",)).parameters
-    share = max(shares_of(parameters, "hertz").values())
-    assert share > parameters.wanted.tolerance
-    assert (0.04 * share**2 > parameters.wanted.tolerance) == warned
-    assert any("centrifugal" in one for one in choose(parameters).warnings) == warned
-
-
-def test_a_finer_motion_goes_on_where_the_first_one_is_as_it_is_told_and_counts_its_own_steps():
-    one, finer = motion_of(), motion_of(share=0.1)
-    one.first_outputs()
-    one.set_load((0.0, -100.0, 5.0), (0.1, 0.0))
-    one.goal_speed = 340.0
-    one.advance(np.array([0.01]), 0.01)
-    finer.go_on_from(one)
-    assert finer.costs()["steps"] == 0 < one.costs()["steps"]
-    assert (finer.seconds, finer.goal_speed) == (0.01, 340.0)
-    for name, values in one.first_outputs().items():
-        assert np.array_equal(values, finer.first_outputs()[name]), name
 
 
 @pytest.mark.parametrize("companion", ["on", "off"])
@@ -275,18 +179,6 @@ def test_a_motion_goes_on_from_a_snapshot_to_the_bit(companion):
     found, expected = (it.advance(times, times[-1]) for it in (other, one))
     for name, values in expected.items():
         assert np.array_equal(values, found[name]), name
-
-
-@pytest.mark.parametrize("key", ["clock", "kept", "balls", "told", "turned", "goal", "commanded", "now"])
-def test_the_state_of_another_shaft_is_refused(key):
-    it = motion_of()
-    it.first_outputs()
-    it.advance(np.array([0.01]), 0.01)
-    kept = it.snapshot()
-    without = {name: value for name, value in kept.items() if name != key}
-    for wrong in ({**kept, key: [[1.0]]}, {**kept, key: [math.nan] * 3}, {**kept, key: None}, without):
-        with pytest.raises((KeyError, TypeError, ValueError)):
-            it.resume(wrong)
 
 
 def failed(simulation):
@@ -318,16 +210,3 @@ def test_a_failed_run_tells_of_the_shaft_and_goes_on_with_what_was_commanded(tmp
     again.resume(told)
     twice = failed(again)
     assert (twice.seconds, twice.reason) == (pytest.approx(error.seconds, abs=1e-5), error.reason)
-
-
-def test_a_run_that_fails_at_once_after_a_command_tells_of_the_last_output_given_out(tmp_path):
-    scene = load_scene("shaft_two_6203", ("shaft.unbalances=[[0, 0.02, 0]]", "drive={speed: 10, acceleration: 1e5}"))
-    simulation = Simulation(scene)
-    simulation.advance(40)
-    simulation.set_speed(3000.0)
-    error = failed(simulation)
-    last = 1e-9 * simulation.time_ns
-    assert str(error).startswith(f"after {last:.9g} s: at 0.0")
-    assert 0.0195 <= last < error.seconds <= last + 1e-9 * scene.output_period_ns
-    told = read_failure(write_failure(error, tmp_path))
-    assert (told.sequence, told.good_seconds) == (simulation.sequence, pytest.approx(last))

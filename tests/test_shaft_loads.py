@@ -1,20 +1,17 @@
 """Loads over time on a shaft on two bearings: closed forms, linear theory, works, tables, what is refused."""
 
 import math
-import re
 
 import numpy as np
 import pytest
-from shafts import energy, motion_of, outputs_of, same_when_cut
+from shafts import energy, motion_of, outputs_of
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.shaft.modes import modes_of
 from bearing_twin.kinds.shaft.statics import balance_of
 from bearing_twin.run.fidelity import choose
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.sample import joined
 
 STILL = ("drive.speed=0", "shaft.unbalances=[]")
 ONE_INSTANT = 0.01 * (1.0 + 1e-13)
@@ -60,15 +57,6 @@ def test_after_a_step_the_shaft_rests_in_balance_and_the_load_has_worked_along_i
     assert np.abs(books - books[0]).max() < 1e-5 * gross
 
 
-def test_work_counted_by_its_size_is_what_loads_give_contacts_store_and_damping_takes():
-    """Of a light shaft between viscous contacts, which creeps one way: half of the work of a sudden load is lost."""
-    step = "shaft.change={time: 0.001, load: [0, 0, 40]}", "shaft.mass=0.02", "gravity=[0,0,0]"
-    _, out = outputs_of(motion_of(*STILL, *step, "contact.relaxation_time=1e-4"), 0.01, 10)
-    given, taken, lost = (out[name][-1] for name in ("load_work", "bearing_work", "dissipated"))
-    assert 0.3 < lost / given < 0.7
-    assert out["gross_work"][-1] == pytest.approx(given + taken + lost, rel=1e-3)
-
-
 def test_a_slow_load_from_a_table_moves_the_shaft_through_equilibria(tmp_path):
     """From -100 to -300 N within 0.2 s, straight between rows, then as the last; and the books."""
     path = tmp_path / "loads.csv"
@@ -105,18 +93,6 @@ def test_one_load_written_two_ways_gives_the_same_bits(one, other):
         assert np.array_equal(values, found[1][name]), name
 
 
-def test_a_run_with_loads_is_the_same_to_the_bit_however_it_is_cut():
-    keys = (
-        "shaft.change={time: 0.0123, load: [0, -50, 0]}",
-        "shaft.table=[[0.004,0,0,0,0,0],[0.009,30,0,0,0,0],[0.0171,0,20,0,0,0.1]]",
-        "drive.change={time: 0.008, speed: 10.0}",
-    )
-    whole, parts = motion_of(*keys), motion_of(*keys)
-    expected = same_when_cut(whole, parts, (1, 15, 2, 7, 15))
-    books, gross = energy(expected)
-    assert abs(books[-1] - books[0]) < 1e-4 * gross
-
-
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -144,44 +120,6 @@ def test_a_load_in_between_that_nothing_carries_ends_the_run_with_time_load_and_
     with pytest.raises(IntegrationError, match=words) as caught:
         motion.advance(np.arange(1, 30) * 1e-3, 0.029)
     assert (caught.value.reason, caught.value.body) == ("overload", "shaft")
-
-
-def test_a_load_that_rises_slowly_ends_the_run_where_balance_says_that_nothing_carries_more():
-    """By 2 kN in a millisecond: the run goes on to the output behind the greatest load in balance."""
-    motion = motion_of(
-        *STILL, "shaft.table=[[0,0,0,0,0,0],[0.1,0,-200000,0,0,0],[0.101,0,0,0,0,0]]", "contact.relaxation_time=1e-4"
-    )
-    with pytest.raises(
-        IntegrationError, match=r"bears no more than 2 % of the ball's diameter; the greatest"
-    ) as caught:
-        motion.advance(1e-4 * np.arange(1, 500), 0.0499)
-    greatest = float(re.search(r"direction is a load of \(0, -(\S+), 0\) N", str(caught.value))[1])
-    assert 0.0 <= 2e6 * caught.value.seconds - greatest < 1.5 * 2e6 * 1e-4
-
-
-@pytest.mark.parametrize("change", ["change={time: 0.21, load: [0, -500, 0]}", "load_place=0.0"])
-def test_the_error_told_holds_for_what_a_change_of_load_begins(change):
-    """The second motion, left after 0.2 s, follows anew; against a motion at a hundredth of the tolerance."""
-    keys = (f"shaft.{change}", "run.duration=0.23")
-    run = simulate(load_scene("shaft_two_6203", keys))
-    values = joined(list(run.blocks())).values
-    exact = motion_of(*keys, share=1e-2)
-    times = 5e-4 * np.arange(1, len(values["load"]))
-    exact.first_outputs()
-    off = np.abs(exact.advance(times, times[-1])["left_normal_load"] - values["left_normal_load"][1:]).max()
-    off /= max(values[f"{side}_normal_load"].max() for side in ("left", "right"))
-    said = run.report.errors["wanted_errors"]["ball_loads"]["error"]
-    assert 0.3 < said / off < 10.0
-    assert said < run.scene.parameters.wanted.tolerance
-    quiet = change == "load_place=0.0"
-    assert (run.report.costs["companion_steps"] > 700) != quiet
-
-
-def test_a_load_that_nothing_carries_at_the_end_is_told_with_its_time():
-    """The greatest is what squeezes the balls: one that bears a thousandth may touch beyond 60 degrees long before."""
-    said = r"^at 0\.06 s, where the run ends, a load of .* pushes the shaft through .* a load of \(0, -3\.07.e\+04"
-    with pytest.raises(SceneError, match=said):
-        simulate(load_scene("shaft_step_load", ["shaft.change.load=[0, -3e6, 0]"]))
 
 
 def test_a_change_that_comes_too_late_is_said_once_on_standard_error(capsys):

@@ -3,48 +3,36 @@
 import itertools
 import json
 import math
-import re
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy import linalg
 from scipy.integrate import solve_ivp
-from scipy.optimize import root
-from shafts import energy, motion_of, outputs_of, parameters_of, same_when_cut
+from shafts import energy, motion_of, outputs_of, parameters_of
 
 from bearing_twin.command.cli import BAD_INPUT, main
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.quasi_static.statics import EquilibriumSolver, Support, azimuths_of, setting_of
 from bearing_twin.kinds.bearing.ratings import equivalent_load, ratings_of, reference_life
-from bearing_twin.kinds.shaft.course import ShaftCourse, constant_loads
-from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of, speeds_of
-from bearing_twin.kinds.shaft.figures import wanted_errors
+from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
 from bearing_twin.kinds.shaft.modes import (
     critical_speeds,
     matrices_of,
     modes_at,
     modes_of,
-    stiffest_mode,
     unbalance_response,
 )
-from bearing_twin.kinds.shaft.motion import ShaftMotion
-from bearing_twin.kinds.shaft.outputs import place_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.rotor import RATE
 from bearing_twin.kinds.shaft.statics import balance_of, rotor_of
 from bearing_twin.kinds.shaft.topics import wrenches
-from bearing_twin.kinds.shaft.worth import wide_of
-from bearing_twin.numerics.rosenbrock_step import factorise, solve_factorised
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.sample import joined
-from bearing_twin.uq.quantities import quantities_of
 
 STILL = ("gravity=[0,0,0]", "shaft.unbalances=[]")
 LOOSE = (  # two 6203 with clearance, one facing each way, so that the shaft is loaded alike along its axis
@@ -235,36 +223,6 @@ def test_the_books_of_the_shaft_balance(scene, more):
     assert abs(books[-1] - books[0]) < 1e-6 * gross
 
 
-def stored_and_taken(*changes, duration):
-    """What contacts store (n,), and that less what they took and were led round, of a law with an energy.
-
-    Balls have no mass, so that nothing but contacts holds energy; balance knows no speed.
-    """
-    law = "contact.normal=linear", "contact.stiffness=1e8", "gravity=[0,0,0]", "drive.speed=20"
-    loads = ("shaft.loads=[[0.03,100,-500,0,15,10]]", "shaft.start=equilibrium", "shaft.unbalances=[[0.02,1e-2,0]]")
-    motion = motion_of(*LOOSE, *law, *loads, "wanted.tolerance=1e-6", *changes)
-    seats = tuple(seat._replace(setting=seat.setting._replace(ball_mass=0.0)) for seat in motion.rotor.seats)
-    motion.rotor = motion.rotor._replace(seats=seats)
-    _, out = outputs_of(motion, duration, 50)
-    stored = out["elastic_energy"] - out["elastic_energy"][0]
-    return stored, stored - out["bearing_work"] - out["cage_work"], out
-
-
-def test_what_bearings_take_is_stored_or_led_round():
-    """Moments tilt the rings, so that the cages' work of moments is 5000 times what may be left over."""
-    stored, left, out = stored_and_taken("contact.relaxation_time=0", duration=0.1)
-    assert np.abs(out["cage_work"]).max() > 0.05 * np.abs(stored).max() > 1e-7
-    assert np.abs(left).max() < 1e-6 * np.abs(stored).max()
-
-
-def test_what_viscous_bearings_take_is_stored_led_round_or_lost():
-    """While the shaft rings: what contacts hold then is a quarter off what they will a relaxation time later."""
-    change = "contact.relaxation_time=1e-5", "shaft.change={time: 0.001, load: [0, -50, 0]}"
-    stored, left, out = stored_and_taken(*change, duration=0.005)
-    assert out["dissipated"][-1] > 0.05 * np.abs(stored).max()
-    assert np.abs(left).max() < 1e-3 * np.abs(stored).max()
-
-
 @pytest.mark.parametrize(
     ("turns", "more", "within"),
     [(2, (), 2e-6), (3.7, (), 2e-6), (10, (), 2e-6), (3.7, ("shaft.loads=[[0.01,0,-300,0,0,0]]",), 1e-4)],
@@ -283,28 +241,6 @@ def test_a_settled_shaft_does_the_work_of_its_unbalance(turns, more, within):
     if not more:
         assert motion.counts[0] < 5 * turns + 12
         assert out["load_work"][-1] - out["load_work"][0] == pytest.approx(out["dissipated"][-1], rel=2e-2)
-
-
-def test_the_second_motion_takes_shorter_steps_where_a_turn_sets_them():
-    """Else it would find what the first one does, and tell no error."""
-    first, second = motion_of(), motion_of(share=0.1)
-    for motion in (first, second):
-        motion.advance(np.zeros(0), 0.2)
-    assert second.counts[0] > 1.8 * first.counts[0]
-
-
-@pytest.mark.parametrize("more", [(), ("drive.change={time: 0.005, speed: 150.0}", "drive.acceleration=20000")])
-def test_what_a_run_is_counted_from_does_not_change_it(more):
-    """A whirl that is no answer to anything is added to what the motion is counted from, and taken from its start."""
-    one, other = motion_of(*more, "wanted.tolerance=1e-6"), motion_of(*more, "wanted.tolerance=1e-6")
-    added = 3e-8 * np.array([[1.0, -0.4, 0.2, 4.0, 3.0], [0.3, 1.2, -0.5, -2.0, 5.0]])
-    other.rotor = other.rotor._replace(whirl=other.rotor.whirl + added)
-    other.kept[:2, :RATE] -= added[0]
-    other.kept[:2, RATE : 2 * RATE] += other.parameters.drive.speed * added[1]
-    (_, a), (_, b) = outputs_of(one, 0.02, 40), outputs_of(other, 0.02, 40)
-    for name in ("position", "velocity", "tilt", "tilt_rate"):
-        assert np.abs(a[name] - b[name]).max() < 1e-3 * np.ptp(a[name], axis=0).max()
-    assert np.abs(a["left_normal_load"] - b["left_normal_load"]).max() < 1e-6 * a["left_normal_load"].max()
 
 
 def tilt_stiffness(parameters):
@@ -362,12 +298,6 @@ def test_the_error_falls_with_the_fourth_power_of_the_step():
     off = [np.abs(one - two).max() for one, two in itertools.pairwise(states)]
     orders = [math.log2(a / b) for a, b in itertools.pairwise(off)]
     assert orders[-1] == pytest.approx(4.0, abs=0.5)
-
-
-@pytest.mark.parametrize("change", [(), ("drive.change={time: 0.0123, speed: 50.0}",)])
-def test_a_run_is_the_same_to_the_bit_however_it_is_cut(change):
-    whole, parts = motion_of(*change), motion_of(*change)
-    same_when_cut(whole, parts, (1, 7, 2, 20, 10))
 
 
 def ball_loads(setting, azimuths, ring):
@@ -449,13 +379,6 @@ def test_the_motion_is_that_of_scipy_with_an_own_balance_of_balls():
     assert np.abs(found - expected).max() < 1e-5 * np.ptp(expected[:, 1])
 
 
-def test_the_stiffest_mode_is_the_fastest_at_rest():
-    """Its period is what first and least steps are measured by."""
-    parameters = parameters_of("contact.relaxation_time=0", scene="shaft_angular_pair")
-    matrices = matrices_of(rotor_of(parameters, "hertz"), balance_of(parameters, "hertz", 0.0).stiffness)
-    assert stiffest_mode(matrices) == pytest.approx(2.0 * math.pi * modes_at(matrices, 0.0).frequencies[-1], rel=1e-9)
-
-
 def test_a_critical_speed_is_where_a_forward_whirl_meets_the_shaft():
     parameters = parameters_of("contact.relaxation_time=0")
     matrices = matrices_of(rotor_of(parameters, "hertz"), balance_of(parameters, "hertz", 314.159).stiffness)
@@ -508,65 +431,6 @@ def angular_run():
     return run, joined(list(run.blocks()))
 
 
-def test_the_second_motion_tells_the_error_of_the_first(angular_run):
-    """What a run says of its ball loads against a motion at a thousandth of its tolerance."""
-    run, whole = angular_run
-    scene = run.scene
-    said = run.report.errors["wanted_errors"]["ball_loads"]["error"]
-    exact = ShaftMotion(scene.parameters, run.choice, 1e-3)
-    loads = [exact.first_outputs()["left_normal_load"]]
-    times = 1e-9 * whole.time_ns[1:]
-    loads.append(exact.advance(times, times[-1])["left_normal_load"])
-    off = (
-        np.abs(np.concatenate(loads) - whole.values["left_normal_load"]).max() / whole.values["left_normal_load"].max()
-    )
-    assert off <= scene.parameters.wanted.tolerance
-    assert 0.0 < said <= scene.parameters.wanted.tolerance
-    assert 0.3 < said / off < 10.0
-
-
-def test_what_ball_loads_are_off_is_over_the_greatest_of_any_and_no_later_output_takes_it_back():
-    own = SimpleNamespace(latest=np.array([10.0, 5.0]), off=0.0)
-    loads = {
-        "left": SimpleNamespace(load=np.array([80.0, 100.0])),
-        "right": SimpleNamespace(load=np.array([9.0, 10.0])),
-    }
-    for finer in ([10.5, 5.0], [10.0, 5.2]):
-        told = wanted_errors(own, SimpleNamespace(latest=np.array(finer), bearings=loads))
-        assert told == {"ball_loads": pytest.approx(0.005)}
-
-
-def test_studies_ask_for_lengths_and_the_least_frequencies_of_a_shaft(angular_run):
-    figures = angular_run[0].report.figures
-    found = {name: row.figure(figures) for name, row in quantities_of("shaft").items()}
-    assert found["first_natural_frequency"] == figures["natural_frequencies_hz"][0]
-    assert found["first_critical_speed"] == figures["critical_speeds_rad_s"][0]
-    lengths = {"displacement": "displacement_m", "vibration": "displacement_range_m", "tilt": "tilt_rad"}
-    for name, key in (lengths | {f"{side}_force": f"{side}_force_n" for side in SIDES}).items():
-        assert found[name] == pytest.approx(np.linalg.norm(figures[key]), rel=1e-12)
-
-
-def test_what_is_left_out_of_a_load_is_left_out_of_its_pressure_by_the_cube_root_and_so_is_the_spot(angular_run):
-    report, parameters = angular_run[0].report, angular_run[0].scene.parameters
-    wide = wide_of(parameters, "hertz", float(parameters.drive.speed), 0.0)
-    for side in SIDES:
-        load, pressure = (
-            report.errors["errors_by_source"][key]["left_out"] / report.figures[key]
-            for key in (f"{side}_greatest_ball_load_n", f"{side}_peak_pressure_pa")
-        )
-        spot = wide[side].at(report.figures[f"{side}_greatest_ball_load_n"]).contact
-        assert (1.0 + load) ** (1.0 / 3.0) * (1.0 + spot) ** (1.0 / 3.0) - 1.0 == pytest.approx(pressure, rel=2e-2)
-        assert 0.0 < load < spot
-
-
-def test_a_place_names_the_raceway_that_bears_the_centrifugal_load_as_well(angular_run):
-    _, whole = angular_run
-    for side in SIDES:
-        [channel] = [one for one in whole.channels if one.name == f"{side}_normal_load"]
-        race = int(whole.values[channel.name][0, 3].argmax())
-        assert place_of(channel, (3, race)) == (f"{side} ball 3", "outer race")
-
-
 def test_the_peak_pressure_is_that_of_hertz_at_the_greatest_load_of_either_raceway(angular_run):
     """Curvatures by the pitch diameter: a ball curves towards the inner raceway and away from the outer one."""
     run, whole = angular_run
@@ -587,28 +451,6 @@ def test_the_peak_pressure_is_that_of_hertz_at_the_greatest_load_of_either_racew
         assert run.report.figures[f"{side}_peak_pressure_pa"] == pytest.approx(max(pressures), rel=1e-3)
 
 
-def test_flags_name_the_bearing_that_yields_and_how_far_a_spot_leaves_the_parabolas():
-    """A radial load under which the near bearing yields on its inner raceway alone; circles beside parabolas."""
-    keys = ("shaft.load=[0,-4600,0]", "shaft.unbalances=[]", "drive.speed=10", "run.duration=0.002")
-    run = simulate(load_scene("shaft_two_6203", (*keys, "solver.companion=off")))
-    list(run.blocks())
-    left, right = (run.report.figures[f"{side}_peak_pressure_pa"] for side in SIDES)
-    flags = run.report.flags
-    assert left > 3.2e9 > right
-    assert [flag.partition(" ")[0] for flag in flags if "is beyond the yield pressure 3.2e+09 Pa" in flag] == ["left"]
-    geometry = run.scene.parameters.left.geometry
-    told = [
-        re.match(r"(\w+) bearing: a spot reaches (\S+) m along its groove, .* are (\S+) % further", one)
-        for one in flags
-    ]
-    found = {one[1]: (float(one[2]), float(one[3])) for one in told if one}
-    assert set(found) == set(SIDES)
-    for reach, percent in found.values():
-        ball, groove = 0.5 * geometry.ball_diameter, geometry.outer_conformity * geometry.ball_diameter
-        true = (ball - math.sqrt(ball**2 - reach**2)) - (groove - math.sqrt(groove**2 - reach**2))
-        assert 100.0 * (true / (0.5 * reach**2 * (1.0 / ball - 1.0 / groove)) - 1.0) == pytest.approx(percent, rel=0.25)
-
-
 def test_lives_are_those_of_the_loads_in_the_second_half_of_the_run(angular_run):
     run, whole = angular_run
     late, figures = whole.time_ns >= 0.01e9, run.report.figures
@@ -625,24 +467,6 @@ def test_lives_are_those_of_the_loads_in_the_second_half_of_the_run(angular_run)
         for name in ("basic_life", "reference_life"):
             hours = 1e6 * figures[f"{side}_{name}_mrev"] / turns_an_hour
             assert figures[f"{side}_{name}_h"] == pytest.approx(hours, rel=1e-12)
-
-
-def test_the_greatest_speed_tells_what_balance_is_worth_whichever_way_the_shaft_turns():
-    """A shaft that slows down, from a speed below zero too: the centrifugal load is that of its start."""
-    slows = "drive.change.time=0.05", "drive.change.speed=1000"
-    told = [
-        choose(load_scene("shaft_two_6203", changes)).reason.partition("; its forces were off by")[0]
-        for changes in (("drive.speed=-1200", *slows), ("drive.speed=-1200",), ("drive.speed=-900",))
-    ]
-    assert told[0] == told[1] != told[2]
-
-
-@pytest.mark.parametrize("duration", [0.005, 0.02, 0.1])
-def test_a_scene_ends_with_the_speed_that_its_shaft_has_then(duration):
-    """Before a change of speed, while it speeds up, and long after."""
-    parameters = parameters_of("drive.change={time: 0.01, speed: 50}", f"run.duration={duration}")
-    end = ShaftCourse(parameters, Loading(parameters.shaft)).turned(duration)[1]
-    assert speeds_of(parameters)[-1] == pytest.approx(end, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -675,58 +499,3 @@ def test_what_cannot_be_is_refused_in_one_sentence(changes, words, capsys):
     assert len(error) == 1
     with pytest.raises(SceneError, match=words):
         choose(load_scene("shaft_two_6203", changes))
-
-
-def test_a_root_of_scipy_is_the_balance():
-    """Static equilibrium on both bearings against SciPy's root of the sum of single bearings."""
-    parameters = parameters_of("shaft.loads=[[-0.1,50,-200,30,0,0.3]]", scene="shaft_angular_pair")
-    found = balance_of(parameters, "hertz", 523.599)
-    wanted = rotor_of(parameters, "hertz")
-    scales, stays = np.array([1e-6, 1e-6, 1e-6, 1e-4, 1e-4]), middles(parameters)
-
-    def left(unknown):
-        total = wanted.weight + constant_loads(parameters)
-        for side in SIDES:
-            across = coupling(parameters, side)
-            ring = across @ (unknown * scales) + stays[side]
-            total = total - across.T @ loads_alone(parameters, side, ring)[0]
-        return total
-
-    solved = root(left, found.coordinates / scales + 0.3, tol=1e-12)
-    # the weight of the balls, which single bearings here leave out, moves the shaft by less
-    assert np.abs(solved.x * scales - found.coordinates) / scales == pytest.approx(0.0, abs=2e-3)
-
-
-@pytest.mark.parametrize(("speed", "load", "orbit"), [(183.26, 2e-4, 0.01), (1000.0, 2e-3, 0.03)])
-def test_balls_that_move_by_themselves_say_the_same(speed, load, orbit):
-    """A free ring whose balls move, with friction and an even cage, against two such bearings in one place, all twice.
-
-    Loads, means and the orbit that an unbalance drives; equilibria leave out the mass of the balls and friction.
-    """
-    settled, damped = ("gravity=[0,0,0]", "solver.companion=off", "run.output_rate=5000"), 2e-5
-    settled = (*settled, "wanted.tolerance=1e-5")  # what differs is the model
-    ring = "{mass: 0.5, inertia: [1.0e-4, 1.0e-4], free: all, unbalance: 1.0e-5, load: [0, -30, 20]}"
-    moving = (f"rings.inner={ring}", "model.dimension=free", "cage.kind=even", "drive.offset=[0,0,0]")
-    shaft = "{mass: 1.0, inertia: [2.0e-4, 2.0e-4], unbalances: [[0, 2.0e-5, 0]], loads: [[0, 0, -60, 40, 0, 0]]}"
-    one = "facing: 1, offset: 0, geometry: {radial_clearance: -6.0e-6}"
-    both = (f"shaft={shaft}", f"left={{place: -1e-7, {one}}}", f"right={{place: 1e-7, {one}}}")
-    found = []
-    for scene, changes in (("bearing_6203", moving), ("shaft_two_6203", both)):
-        more = (f"drive.speed={speed}", f"contact.relaxation_time={damped}", "run.duration=0.3")
-        found.append(joined(list(simulate(load_scene(scene, (*settled, *changes, *more))).blocks())).values)
-    ring, shaft = (values[name][750:] for values, name in zip(found, ("inner_ring_offset", "position"), strict=True))
-    assert ring.mean(axis=0)[1:] == pytest.approx(shaft.mean(axis=0)[1:], rel=2e-3)
-    assert np.ptp(ring, axis=0)[:2] == pytest.approx(np.ptp(shaft, axis=0)[:2], rel=orbit)
-    greatest = (found[0]["normal_load"][750:].max(axis=(0, 1)), found[1]["left_normal_load"][750:].max(axis=(0, 1)))
-    assert greatest[0] == pytest.approx(greatest[1], rel=load)
-
-
-def test_a_dense_system_is_solved_as_numpy_does():
-    random = np.random.default_rng(3)
-    for n in (1, 4, 10):
-        matrix, right = random.normal(size=(n, n)), random.normal(size=n)
-        matrix[0, 0] = 0.0 if n > 1 else 1.0  # wants an exchange of rows
-        factors, rows, found = matrix.copy(), np.zeros(n, np.int64), right.copy()
-        factorise(factors, rows)
-        solve_factorised(factors, rows, found)
-        assert found == pytest.approx(np.linalg.solve(matrix, right), rel=1e-9)

@@ -1,27 +1,18 @@
 """A soft disc on a wall by finite elasticity: patches, balances, published numbers, and where it breaks."""
 
-import dataclasses
-from functools import cache
-
 import numpy as np
 import pytest
-from PIL import Image
 from runs import reported
 
-from bearing_twin.command.cli import main
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.soft_discs import solve as solving
-from bearing_twin.kinds.soft_discs.derived import contact_time, disc_mass, fitting, nodes_of, of_other, predicted_error
-from bearing_twin.kinds.soft_discs.elements import ORDERS, lobatto
-from bearing_twin.kinds.soft_discs.figures import IMPACT, SoftDiscFigures
+from bearing_twin.kinds.soft_discs.derived import disc_mass, of_other
+from bearing_twin.kinds.soft_discs.elements import ORDERS
 from bearing_twin.kinds.soft_discs.march import inner_forces
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.solve import bodies_in_units, solve, stable_step
-from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, energy_density
+from bearing_twin.kinds.soft_discs.strain_energy import energy_density
 from bearing_twin.run.fidelity import choose
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.sample import joined
 
 FORMULATIONS = ("stvk", "neo_hookean", "linear")
 COARSE = ("mesh.divisions=16", "mesh.order=1")
@@ -32,12 +23,6 @@ TIMES = np.linspace(0.0, 0.07, 1401)
 def scene_of(*overrides):
     """The parameters of the mean problem, changed."""
     return load_scene("soft_discs_mean", overrides).parameters
-
-
-@cache
-def force_of(*overrides):
-    """The force at TIMES."""
-    return solve(scene_of(*overrides), frames=2).at("force", TIMES)
 
 
 def deviation(force, reference):
@@ -52,34 +37,6 @@ def forces_and_energy(parameters, gradient):
     displacement[:, -1] = 0.0
     load = np.zeros_like(displacement)
     return load[:, :-1], inner_forces(body, displacement, load), mesh
-
-
-@pytest.mark.parametrize("order", ORDERS)
-def test_a_mesh_is_a_disc(order):
-    """Area, rim and number of nodes; every element is right way round; geometry converges with its order."""
-    off = []
-    for divisions in (fitting(8, order), 2 * fitting(8, order)):
-        mesh = half_disc(divisions, order, "selective")
-        assert len(mesh.x) - 1 == nodes_of(divisions)
-        assert len(mesh.elements) * order**2 == 1.5 * divisions**2
-        assert mesh.weights.min() >= 0.0
-        assert np.count_nonzero(mesh.weights[:, 0]) == len(mesh.elements)
-        assert mesh.mass.min() > 0.0
-        assert mesh.x.min() == 0.0
-        assert mesh.rim_weights.sum() == pytest.approx(0.5 * np.pi, rel=1e-2)
-        off.append(abs(mesh.mass[:-1].sum() - 0.5 * np.pi))
-        places = np.stack([mesh.x[mesh.outline], mesh.y[mesh.outline]])
-        assert np.hypot(*places) == pytest.approx(1.0, abs=1e-12)
-        assert np.all(np.diff(places[1]) > 0.0)
-    assert np.log2(off[0] / off[1]) > 1.9 * order or off[1] < 1e-9
-
-
-@pytest.mark.parametrize("order", ORDERS)
-def test_lobatto_is_exact_to_its_degree(order):
-    nodes, weights = lobatto(order)
-    for degree in range(2 * order):
-        exact = (1.0 - (-1.0) ** (degree + 1)) / (degree + 1)
-        assert weights @ nodes**degree == pytest.approx(exact, abs=1e-13)
 
 
 @pytest.mark.parametrize("order", ORDERS)
@@ -170,15 +127,6 @@ def test_the_mean_problem_in_plane_stress():
     figures = reported("soft_discs_mean", "plane=stress", "mesh.order=2", "mesh.divisions=24").figures
     assert figures["peak_force_n"] == pytest.approx(14.605, rel=4e-3)
     assert figures["contact_duration_s"] == pytest.approx(0.06488, rel=2e-3)
-
-
-def test_meshes_err_by_what_they_say():
-    """Force over time against a mesh several times finer, and the rate between two meshes."""
-    reference = force_of("mesh.divisions=40", "mesh.order=4", "solver.step_share=0.9")
-    for order, divisions, least in ((1, 16, 1.2e-2), (2, 16, 1.2e-2), (3, 18, 1.2e-2), (2, 32, 3.5e-3)):
-        off = deviation(force_of(f"mesh.divisions={divisions}", f"mesh.order={order}"), reference)
-        assert off < least
-        assert 0.4 < off / predicted_error(order, divisions) < 2.5
 
 
 def test_energy_and_momentum_close():
@@ -312,20 +260,6 @@ def test_a_hard_flat_disc_is_a_wall():
     assert 0.97 * wall < peak < wall
 
 
-def test_an_animation_of_two_discs(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("bearing_twin.kinds.soft_discs.picture.FRAMES", 4)
-    path = tmp_path / "discs.gif"
-    quick = [word for change in SMALL for word in ("--set", change)]
-    assert main(["simulate", "soft_discs_unequal", *quick, "--plot", str(path)]) == 0
-    with Image.open(path) as picture:
-        assert picture.n_frames == 4
-        picture.seek(3)
-        shades = len(np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0))
-    assert shades > 50
-    assert main(["simulate", "two_spheres", "--plot", str(path)]) == 2
-    assert "there is no animation of this" in capsys.readouterr().err
-
-
 def test_units_scale():
     """Force as E r thickness, time as r sqrt(rho/E), at the same speed over sqrt(E/rho)."""
     one = reported("soft_discs_mean", *SMALL).figures
@@ -350,86 +284,6 @@ def test_the_impact_is_not_symmetrical_under_time_reversal():
     assert asymmetry("motion.first_velocity=0.01") < 0.03
 
 
-def test_the_same_scene_gives_the_same_bits():
-    ones = [solve(scene_of(*SMALL)) for _ in range(2)]
-    assert np.array_equal(ones[0].history, ones[1].history)
-    assert np.array_equal(ones[0].frames, ones[1].frames)
-
-
-def test_outputs_are_the_march_and_the_shape_goes_with_them():
-    run = simulate(load_scene("soft_discs_mean", ["mesh.divisions=16", "mesh.order=2", "run.duration=0.1"]))
-    blocks = list(run.blocks())
-    shape, position = (np.concatenate([one.values[name] for one in blocks]) for name in ("shape", "position"))
-    mesh = half_disc(16, 2, "selective")
-    weights = mesh.mass[:-1] / mesh.mass[:-1].sum()
-    assert shape.shape == (len(position), nodes_of(16), 2)
-    assert np.abs(shape[:, :, 1] @ weights - position).max() < 1e-5
-    assert np.all(shape[:, mesh.on_axis, 0] == 0.0)
-    load = np.concatenate([one.values["normal_load"] for one in blocks])
-    assert load.min() == 0.0
-    assert np.all(np.concatenate([one.values["penetration"] for one in blocks])[load > 0.0] > 0.0)
-
-
-def test_the_energy_over_the_mesh_adds_up_to_that_of_the_march():
-    parameters = scene_of("mesh.divisions=16", "mesh.order=4")
-    found = solve(parameters)
-    times = np.array([0.033])
-    shape = found.shape_at(0.1, times)[0]
-    density = density_at_nodes(parameters, found.mesh, shape)
-    whole = 2.0 * 0.01 * 0.1**2 * float(found.mesh.mass[:-1] @ density)
-    assert whole == pytest.approx(float(found.at("elastic", times)[0]), rel=5e-3)
-
-
-def test_a_run_is_long_enough_for_its_contact():
-    """The estimate of the contact time, over soft and stiff penalties, slow and fast."""
-    for overrides in (
-        ("contact.stiffness_ratio=1.0", "motion.first_velocity=0.01"),
-        ("contact.stiffness_ratio=100.0", "motion.first_velocity=1.3"),
-        ("contact.exponent=1.5", "motion.first_velocity=0.5"),
-        ("plane=stress", "disc.material.poisson_ratio=0.45"),
-    ):
-        parameters = scene_of(*SMALL, *overrides)
-        found = solve(parameters, frames=2)
-        lasted = found.step * np.flatnonzero(found.column("force"))[-1]
-        assert found.ended
-        assert 0.85 < lasted / contact_time(parameters) < 1.3
-
-
-def test_a_disc_that_has_not_left_the_wall_is_no_result(monkeypatch):
-    """Given up in the middle of its contact, where energy and momentum add up."""
-    monkeypatch.setattr(solving, "LONGEST", 0.5)
-    found = reported("soft_discs_mean", *COARSE, "run.duration=0.03", "solver.companion=off")
-    assert found.status == "failed: the disc has not left the wall"
-
-
-def test_a_force_that_is_not_what_the_disc_is_slowed_by_is_no_result():
-    """The record of a run as it is, and with pressures and accelerations a millionth of the peak force apart."""
-    run = simulate(load_scene("soft_discs_mean", (*COARSE, "solver.companion=off")))
-    block = joined(list(run.blocks()))
-    names = [column.name for column in IMPACT.columns]
-    for apart, status in ((1e-12, "done"), (1e-6, "failed: momentum")):
-        row = block.records["impact"].copy()
-        row[0, names.index("force_balance")] = apart * row[0, names.index("peak_force")]
-        figures = SoftDiscFigures(run.scene.parameters, run.choice)
-        figures.add(dataclasses.replace(block, records={"impact": row}))
-        assert figures.status() == status
-
-
-def test_doubts_are_said():
-    scene = load_scene(
-        "soft_discs_mean", [*SMALL, "formulation=linear", "run.duration=0.03", "solver.allow_invalid=on"]
-    )
-    run = simulate(scene)
-    for _ in run.blocks():
-        pass
-    flags = " ".join(run.report.flags)
-    assert "small strains are no model" in flags
-    assert "the outputs end at 0.03 s" in flags
-    empty = SoftDiscFigures(scene.parameters, run.choice)
-    assert empty.status() == "done"
-    assert empty.figures()["peak_force_n"] is None
-
-
 @pytest.mark.parametrize(
     ("override", "words"),
     [
@@ -447,15 +301,3 @@ def test_doubts_are_said():
 def test_what_cannot_be_is_refused_with_a_sentence(override, words):
     with pytest.raises(SceneError, match=words):
         load_scene("soft_discs_mean", [override, *(["against=other_disc"] if override.startswith("other") else [])])
-
-
-def test_a_coarse_mesh_says_what_it_errs_by():
-    assert "errs by about" in choose(load_scene("soft_discs_mean", COARSE)).warnings[0]
-    assert choose(load_scene("soft_discs_mean")).warnings == ()
-
-
-def test_a_disc_that_is_too_slow_to_touch_the_wall_by_the_end_is_no_result():
-    """No force: nothing to hold its balance against."""
-    found = reported("soft_discs_fast", *COARSE, "motion.first_velocity=1e-6", "solver.companion=off")
-    assert found.status == "failed: the disc has not touched the wall"
-    assert (found.figures["touches"], found.figures["force_balance"]) == (0, None)

@@ -1,7 +1,6 @@
 """A sphere on a beam (paper 2): published numbers, two independent methods, rates, balances, and how methods fail."""
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -10,23 +9,17 @@ from hypothesis import strategies as st
 from runs import reported
 from solved_impact import SolvedImpact
 
-from bearing_twin.command.cli import main
 from bearing_twin.errors import IntegrationError, SceneError, Stopped
-from bearing_twin.kinds.beam import contact as beam_contact
-from bearing_twin.kinds.beam import impact as impact_module
-from bearing_twin.kinds.beam import volterra
 from bearing_twin.kinds.beam.derived import beam_of, thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.free_flight import gap_and_rate, next_touch
-from bearing_twin.kinds.beam.impact import BeamImpact, hertz_contact_time, throw
-from bearing_twin.kinds.beam.modes import modes_of, response_at
+from bearing_twin.kinds.beam.impact import throw
+from bearing_twin.kinds.beam.modes import modes_of
 from bearing_twin.kinds.beam.motion import solve
-from bearing_twin.numerics.statuses import STOPPED
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate
-from bearing_twin.run.scene import load_scene, open_scene
+from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.stopping import SIGNALLED, Halt
-from bearing_twin.uq.realise import Task, realise
 
 SCENES = ("sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm", "sphere_on_beam_drop_600mm")
 
@@ -147,16 +140,6 @@ def test_errors_fall_as_the_cube_of_the_modes_and_faster_with_the_static_tail():
     assert tailed[1] < 1e-3 * plain[1]
 
 
-@pytest.mark.parametrize("tail", ["contact", "outputs"])
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
-def test_modes_and_steps_follow_from_the_tolerance(tail, tolerance):
-    exact = solved("sphere_on_beam_drop_50mm", "wanted.tolerance=1e-9")
-    found = solved("sphere_on_beam_drop_50mm", f"wanted.tolerance={tolerance}", f"solver.static_tail={tail}")
-    assert found.restitution == pytest.approx(exact.restitution, rel=tolerance)
-    assert found.peak_force == pytest.approx(exact.peak_force, rel=tolerance)
-    assert found.extremes["peak_stress"] == pytest.approx(exact.extremes["peak_stress"], rel=10 * tolerance)
-
-
 def test_stress_under_the_sphere_needs_the_static_tail():
     """During the contact the modal sum alone is short of the cusp under the load, by modes^-1."""
     from bearing_twin.kinds.beam.modes import stress_shapes
@@ -185,74 +168,6 @@ def test_the_sinusoidal_force_of_the_abstract_fails_its_energy_check():
     assert "more energy than the sphere has" in chosen.warnings[0]
 
 
-def march_blindly(step, explicit, until):
-    """The Volterra march without event, refusal or check: forces at even steps of the drop of 50 mm."""
-    _, modes, sphere, speed, _ = parts("sphere_on_beam_drop_50mm")
-    count = int(until / step) + 1
-    weights = volterra.kernel_weights(
-        modes.rate, modes.shape, modes.modal_mass, sphere.mass, step, count + 1, SIGNALLED
-    )
-    force = np.zeros(count)
-    for k in range(1, count):
-        given = speed * k * step - weights[k:0:-1] @ force[:k]
-        if explicit:
-            force[k] = sphere.coefficient * max(given, 0.0) ** 1.5
-        else:
-            force[k] = volterra.contact_force(sphere.coefficient, given, weights[0])
-    return force, step * force.sum() / (sphere.mass * speed)
-
-
-def test_a_march_of_long_steps_breaks_the_bound_on_the_impulse():
-    """Steps of 40 us against a contact of 62 us: 4.8 m v, where 2 m v is the limit."""
-    assert march_blindly(4e-5, True, 1e-3)[1] == pytest.approx(4.8, abs=0.05)
-    assert march_blindly(8e-5, False, 1e-3)[1] > 2.0
-    assert march_blindly(1e-6, False, 1e-3)[1] < 2.0
-    with pytest.raises(SceneError, match="at least 8 steps"):
-        load_scene("sphere_on_beam_drop_50mm", ["solver.stepper=volterra", "solver.steps=2"])
-
-
-def test_long_steps_make_false_contacts():
-    """A third of the contact time: the one first contact comes apart."""
-    force, _ = march_blindly(62.1e-6 / 3.0, False, 2.5e-3)
-    false = int(((force[1:] > 0.0) & (force[:-1] <= 0.0)).sum())
-    assert false > len(solved("sphere_on_beam_drop_50mm").contacts)
-    coarse = choose(load_scene("sphere_on_beam", ["solver.stepper=volterra", "solver.steps=100"]))
-    assert "coarse for volterra" in coarse.warnings[0]
-    assert choose(load_scene("sphere_on_beam")).warnings == ()
-
-
-def test_modes_hold_with_two_steps_a_contact():
-    """Three contacts of a long beam: 6 % of the greatest force, where Volterra's equation errs by more with eight."""
-    run = ("run.output_rate=1e5", "run.publish_rate=1e5", "solver.modes=33")
-    runs = [simulate(load_scene("sphere_on_beam_long", [*run, f"solver.steps={count}"])) for count in (2, 200)]
-    few, many = (np.concatenate([block.values["normal_load"] for block in one.blocks()]) for one in runs)
-    assert np.abs(few - many).max() < 0.08 * many.max()
-    assert runs[0].report.figures["contact_count"] == runs[1].report.figures["contact_count"] == 3
-
-
-def test_picard_diverges_in_a_step_in_which_newton_does_not():
-    _, modes, sphere, speed, _ = parts()
-    step = 0.5 * hertz_contact_time(sphere, speed)
-    weight = volterra.kernel_weights(modes.rate, modes.shape, modes.modal_mass, sphere.mass, step, 2, SIGNALLED)[0]
-    given = speed * step
-    force = volterra.contact_force(sphere.coefficient, given, weight)
-    assert (force / sphere.coefficient) ** (2.0 / 3.0) + weight * force == pytest.approx(given, rel=1e-14)
-    distances, iterate = [], 1.01 * force
-    for _ in range(30):
-        iterate = sphere.coefficient * max(given - weight * iterate, 0.0) ** 1.5
-        distances.append(abs(iterate / force - 1.0))
-    assert min(distances) > 0.01
-
-
-@settings(deadline=None)
-@given(st.floats(1e-3, 1e3), st.floats(-9.0, -3.0), st.floats(-12.0, -4.0))
-def test_the_scalar_equation_is_solved_for_all_numbers(scale, given, stiffness):
-    coefficient, given, stiffness = 1e9 * scale, 10.0**given, 10.0**stiffness
-    force = volterra.contact_force(coefficient, given, stiffness)
-    assert (force / coefficient) ** (2.0 / 3.0) + stiffness * force == pytest.approx(given, rel=1e-12)
-    assert volterra.contact_force(coefficient, -given, stiffness) == 0.0
-
-
 def test_no_touch_is_stepped_over_in_free_flight():
     """Against a fine scan of the gap after the first contact of the drop of 50 mm."""
     motion = thrown("sphere_on_beam_drop_50mm")
@@ -266,15 +181,6 @@ def test_no_touch_is_stepped_over_in_free_flight():
     gaps = [gap_and_rate(*arguments, time, out)[0] for time in np.linspace(1e-7, touch * (1.0 - 1e-9), 2000)]
     assert max(gaps) < 0.0
     assert abs(gap_and_rate(*arguments, touch, out)[0]) < 1e-14
-
-
-def test_a_sphere_that_flies_away_is_known_to_be_gone():
-    motion = thrown()
-    modes = motion.modes
-    assert motion.gone
-    flight = modes.rate, modes.shape, motion.states[-1], motion.sphere, *motion.motions[-1]
-    touch = next_touch(*flight, 1.0, 1e-9, SIGNALLED)
-    assert touch == math.inf
 
 
 @settings(max_examples=15, deadline=None)
@@ -317,21 +223,6 @@ def test_damping_takes_energy_and_the_books_still_balance():
     assert kinetic + stored + dissipated == pytest.approx(0.5 * motion.sphere.mass * 1e-4, rel=1e-9)
 
 
-def test_the_compiled_step_gives_the_plain_numbers():
-    _, modes, sphere, speed, _ = parts(count=3)
-    forces = []
-    for prepare, solve_step in (
-        (beam_contact.prepare, beam_contact.solve_step),
-        (beam_contact.prepare.py_func, beam_contact.solve_step.py_func),
-    ):
-        step = beam_contact.new_step(len(modes.rate))
-        prepare(modes.rate, modes.shape, modes.modal_mass, sphere, 1e-6, step)
-        beam_contact.guess(step, 1e-6, 0.0, speed)
-        assert solve_step(modes.rate, modes.shape, modes.tail, sphere, 1e-6, step, np.zeros(2, complex), 0.0, speed)
-        forces.append(step.force.copy())
-    assert forces[1] == pytest.approx(forces[0], rel=1e-12)
-
-
 def test_numbers_that_are_not_finite_and_endless_bouncing_stop_the_run(monkeypatch):
     beam, modes, sphere, speed, until = parts()
     for method in ("modes", "volterra"):
@@ -368,46 +259,6 @@ def test_bad_input_gets_a_sentence(overrides, sentence):
         load_scene("sphere_on_beam", overrides)
 
 
-@pytest.mark.parametrize("method", ["modes", "volterra"])
-def test_every_loop_of_an_impact_looks_whether_to_stop(method):
-    """A stop before it starts, one during a loop of each kind, and none: then the numbers are as ever."""
-    now, never = np.ones(1, np.uint8), np.zeros(1, np.uint8)
-    beam, modes, sphere, speed, until = parts("sphere_on_beam_drop_50mm")
-    with pytest.raises(Stopped):
-        throw(beam, modes, sphere, speed, until, 100, method, stop=now)
-    motion = throw(beam, modes, sphere, speed, until, 100, method, stop=never)
-    now_and_then = [np.copy(motion.at([1e-5, 2e-3])[1])]
-    never[0] = 1
-    with pytest.raises(Stopped):
-        motion.at([1e-5])
-    never[0] = 0
-    now_and_then.append(motion.at([1e-5, 2e-3])[1])
-    assert np.array_equal(*now_and_then)
-
-
-def test_loops_end_where_they_are_told_to_stop():
-    now = np.ones(1, np.uint8)
-    _, modes, sphere, speed, _ = parts()
-    flight = modes.rate, modes.shape, np.zeros(len(modes.rate), complex), sphere, -1e-3, 1e-3
-    assert next_touch(*flight, 7.0, 1e-9, SIGNALLED) == pytest.approx(1.0)
-    assert next_touch(*flight, 7.0, 1e-9, now) == 7.0
-    plain = volterra.kernel_weights(modes.rate, modes.shape, modes.modal_mass, sphere.mass, 1e-6, 5, SIGNALLED)
-    force = np.zeros(5)
-    assert volterra.march_forces(sphere.coefficient, 0.0, plain, speed * 1e-6 * np.arange(5), force, SIGNALLED) == 5
-    assert volterra.march_forces(sphere.coefficient, 0.0, plain, speed * 1e-6 * np.arange(5), force, now) == 1
-    pieces, step = impact_module._room(50, len(modes.rate)), beam_contact.new_step(len(modes.rate))
-    pieces[4][0] = 0.0, speed
-    common = modes.rate, modes.shape, modes.modal_mass, modes.tail, sphere, 1e-8, 1e-6, 1.0, step, pieces, 0
-    assert beam_contact.march(*common, now) == (0, STOPPED)
-    assert beam_contact.march(*common, SIGNALLED)[0] == 49
-    known = modes.rate, modes.shape, modes.modal_mass, pieces[0][:49], pieces[1][:49], pieces[2][:49], pieces[3][:49]
-    states, force = np.zeros((2, len(modes.rate)), complex), np.full(2, -1.0)
-    response_at(*known, np.array([0.0, 1e-6]), states, force, now)
-    assert (force == -1.0).all()
-    response_at(*known, np.array([0.0, 1e-6]), states, force, SIGNALLED)
-    assert force[1] > 0.0
-
-
 def test_a_run_that_is_stopped_while_it_solves_can_go_on():
     stop = np.ones(1, np.uint8)
     simulation = Simulation(load_scene("sphere_on_beam_drop_50mm"), Halt(stop))
@@ -417,70 +268,3 @@ def test_a_run_that_is_stopped_while_it_solves_can_go_on():
     loads = simulation.advance(200).values["normal_load"]
     plain = next(iter(simulate(load_scene("sphere_on_beam_drop_50mm")).blocks())).values["normal_load"]
     assert np.array_equal(loads, plain[:200])
-
-
-def test_peaks_alone_read_off_no_history(monkeypatch):
-    asked, at = [], BeamImpact.at
-    monkeypatch.setattr(BeamImpact, "at", lambda self, times: asked.append(len(times)) or at(self, times))
-    whole = solved("sphere_on_beam_drop_50mm")
-    reads = sum(asked)
-    asked.clear()
-    peaks = solved("sphere_on_beam_drop_50mm", "wanted.outputs=peaks")
-    for contact, exact in zip(peaks.contacts, whole.contacts, strict=True):
-        assert contact == pytest.approx(exact, rel=1e-6)
-    assert peaks.restitution == pytest.approx(whole.restitution, rel=1e-6)
-    assert reads > 4000 > 10 > sum(asked)
-    figures = reported("sphere_on_beam_drop_50mm", "wanted.outputs=peaks").figures
-    assert figures["peak_stress_pa"] is None
-    assert figures["peak_force_n"] == peaks.peak_force
-    assert len(peaks.time) < 60 < 1000 < len(whole.time)
-
-
-def test_a_study_computes_the_whole_motion_only_where_it_asks_for_it(monkeypatch):
-    asked, at = [], BeamImpact.at
-    monkeypatch.setattr(BeamImpact, "at", lambda self, times: asked.append(len(times)) or at(self, times))
-    scene = open_scene("sphere_on_beam", ["wanted.tolerance=1e-6"])[0]
-    for quantities, reads in ((("peak_force",), (1, 100)), (("peak_force", "peak_stress"), (8000, 10000))):
-        asked.clear()
-        task = Task(scene, (("blow.speed",),), quantities, (), 0, 0.0, closed=False)
-        found = realise(task, np.array([[0.01], [0.02]]))
-        assert not found.failures
-        assert np.isfinite(found.quantities).all()
-        assert reads[0] <= sum(asked) <= reads[1]
-
-
-@pytest.mark.parametrize(
-    ("overrides", "sentence"),
-    [
-        (["beam.span=1000", "run.duration=0.01"], "wants modes up to .* shorten beam.span to .* or give solver.modes"),
-        (["solver.steps=200000", "solver.modes=4000"], "would hold .* GB; at most 1 GB: lower solver.steps"),
-    ],
-)
-def test_what_no_memory_holds_is_refused_before_it_starts(overrides, sentence):
-    with pytest.raises(SceneError, match=sentence):
-        choose(load_scene("sphere_on_beam", overrides))
-
-
-def test_a_long_computation_is_told_before():
-    warnings = choose(load_scene("sphere_on_beam", ["beam.span=20", "beam.theory=timoshenko"])).warnings
-    assert "so the result is less exact" in warnings[0]
-    told = choose(load_scene("sphere_on_beam", ["solver.modes=4000", "solver.steps=15000"])).warnings[0]
-    assert re.search(r"^2000 modes, 15000 steps a contact and 5.5e\+03 instants take about 6.* s and up to 2.9e", told)
-    assert choose(load_scene("sphere_on_beam_drop_50mm_shear")).warnings == ()
-
-
-def test_memory_does_not_follow_the_number_of_outputs(monkeypatch):
-    """Instants are read off in blocks of a bounded number of states."""
-    asked, at = [], BeamImpact.at
-    monkeypatch.setattr(BeamImpact, "at", lambda self, times: asked.append(len(times)) or at(self, times))
-    found = solved("sphere_on_beam", "solver.modes=999")
-    found.at(np.linspace(0.0, 1e-3, 3000))
-    assert max(asked) * 500 <= 500_000
-    assert sum(asked) > 7000
-
-
-def test_warnings_are_told_before_the_run_begins(capsys):
-    words = ["--set", "solver.stepper=volterra", "--set", "solver.steps=100", "--json"]
-    assert main(["simulate", "sphere_on_beam", *words]) in (0, 1)
-    said = capsys.readouterr()
-    assert "sphere_on_beam: solver.steps = 100 is coarse for volterra" in said.err

@@ -21,15 +21,8 @@ from bearing_twin.contact.friction import (
 )
 from bearing_twin.contact.spot_rules import (
     FEW_POINTS,
-    POINTS,
-    ROUND,
-    RULES,
-    blend,
-    blended_over_spot,
-    over_few,
     over_spot,
     points,
-    rim_share,
 )
 
 LOAD, MAJOR, MU = 200.0, 1e-3, 0.1
@@ -96,52 +89,6 @@ def test_few_points_are_exact_for_the_pressure_times_polynomials_of_degree_seven
     assert max(off(i, 8 - i) for i in range(9)) > 1e-4
 
 
-@pytest.mark.parametrize(
-    ("name", "most"), [("coarse", (8e-7, 4e-6)), ("medium", (4e-9, 3e-8)), ("fine", (1e-11, 1e-10))]
-)
-@pytest.mark.parametrize("ratio", [1.0, 0.6, 0.3, 0.1])
-def test_few_points_are_as_exact_as_many_where_they_are_taken(ratio, name, most):
-    """Against a finer rule, over directions, shares of slip in the speed and of the rim; 96 points err by 2e-6."""
-    finer, worst, parts, rule = points(60, 96), np.zeros(2), [], RULES[name]
-    pure = 0.375 * ellipe(1.0 - ratio**2)
-    for rim in np.sqrt(np.linspace(0.0, 1.1 * rule.hard, 12)):
-        for angle in np.linspace(0.0, 0.5 * math.pi, 7):
-            for turn in np.linspace(0.0, 0.5 * math.pi, 5):
-                slip = math.sin(turn) * math.cos(angle), math.sin(turn) * math.sin(angle)
-                motion = *slip, rim / math.sqrt(1.0 + ROUND * ratio**2)
-                smooth = max(math.cos(turn), 1e-3)
-                exact = np.array(over_spot(finer, 1.0, ratio, *motion, smooth))
-                off = np.array(blended_over_spot(*rule, 1.0, ratio, *motion, smooth)) - exact
-                worst = np.maximum(worst, [math.hypot(off[0], off[1]), abs(off[2]) / pure])
-                parts.append(blend(*rule[2:], *rim_share(1.0, ratio, *motion, smooth))[0])
-    assert np.all(worst < most)
-    assert (min(parts), max(parts)) == (0.0, 1.0)
-    assert any(0.0 < part < 1.0 for part in parts)
-
-
-def test_opposite_points_together_are_the_points_one_by_one():
-    for slip, spin in (((0.02, -0.01), 9.0), ((0.0, 0.0), -3.0), ((-0.3, 0.2), 0.0)):
-        motion = MAJOR, 0.2 * MAJOR, *slip, spin
-        square = rim_share(*motion, 0.01)[1]
-        assert over_few(*motion, square) == pytest.approx(over_spot(FEW_POINTS, *motion, 0.01), rel=1e-12, abs=1e-17)
-
-
-@pytest.mark.parametrize("rule", RULES.values(), ids=RULES)
-def test_a_rule_changes_smoothly_from_few_points_to_many(rule):
-    """All few up to `easy`, all many from `hard` on, also with no speed at all; and its slope is the derivative."""
-    easy, hard = rule.easy, rule.hard
-    assert [blend(easy, hard, rim, 1.0)[0] for rim in (0.0, easy, hard, 9.0)] == [0.0, 0.0, 1.0, 1.0]
-    assert [blend(easy, hard, rim, 0.0)[0] for rim in (0.0, 1e-20)] == [0.0, 1.0]
-    for rim in np.linspace(easy, hard, 7)[1:-1]:
-        step = 1e-6 * hard
-        ahead, behind = (blend(easy, hard, rim + one, 1.0)[0] for one in (step, -step))
-        assert blend(easy, hard, rim, 1.0)[1] == pytest.approx((ahead - behind) / (2.0 * step), rel=1e-5)
-    motion = MAJOR, 0.2 * MAJOR, 0.01, 0.0, 1.0
-    assert blended_over_spot(*rule, *motion, 1e-2) == over_few(*motion, rim_share(*motion, 1e-2)[1])
-    fast = MAJOR, 0.2 * MAJOR, 0.01, 0.0, 800.0
-    assert blended_over_spot(*rule, *fast, 1e-2) == over_spot(POINTS[rule.first : rule.end], *fast, 1e-2)
-
-
 @pytest.mark.parametrize("ratio", [1.0, 0.3, 0.1])
 def test_errors_are_as_stated_and_needed(ratio):
     """Against rings and spokes five times finer, with the pole of the motion inside, on and outside the spot."""
@@ -184,8 +131,3 @@ def test_spin_weakens_the_force():
         for spin in (0, 30, 100, 300)
     ]
     assert np.all(np.diff(forces) < 0.0)
-
-
-def test_compiled_and_plain_agree():
-    arguments = LOAD, MAJOR, 0.2 * MAJOR, 0.01, 0.02, 30.0, MU, 1e-3
-    assert spot_friction.py_func(*arguments) == pytest.approx(spot_friction(*arguments), rel=1e-12)

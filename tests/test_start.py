@@ -4,36 +4,12 @@ import numpy as np
 import pytest
 
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing import motion
 from bearing_twin.kinds.bearing.forces.equations import single_contact, static_force
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE, SPIN, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
-from bearing_twin.numerics.least_squares import least_squares
 from bearing_twin.numerics.rotation import about_z
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
-
-
-@pytest.mark.parametrize("rank", [1, 2, 3, 4])
-def test_least_squares_is_the_shortest_of_the_best(rank):
-    rng = np.random.default_rng(rank)
-    for _ in range(50):
-        matrix = rng.normal(size=(6, rank)) @ (10.0 ** rng.uniform(-3, 0, (rank, 1)) * rng.normal(size=(rank, 4)))
-        right, out = rng.normal(size=6), np.empty(4)
-        least_squares(matrix.copy(), right, 1e-9, out)
-        wanted = np.linalg.lstsq(matrix, right, rcond=1e-9)[0]
-        np.testing.assert_allclose(out, wanted, rtol=0, atol=1e-9 * np.abs(wanted).max())
-
-
-def test_least_squares_keeps_a_small_direction():
-    """Where the normal equations would have lost it: singular values 1 and 1e-7."""
-    turn = np.linalg.qr(np.random.default_rng(5).normal(size=(4, 4)))[0]
-    matrix, out = np.diag([1.0, 1e-2, 1e-4, 1e-7]) @ turn, np.empty(4)
-    wanted = np.array([1.0, -2.0, 3.0, 4.0])
-    least_squares(matrix.copy(), matrix @ wanted, 1e-9, out)
-    assert out == pytest.approx(wanted, rel=1e-7)
-    least_squares(matrix.copy(), matrix @ wanted, 1e-6, out)
-    assert abs(turn[3] @ out) < 1e-9
 
 
 def start_of(name, *overrides):
@@ -88,14 +64,3 @@ def test_balls_that_their_orbit_throws_through_the_raceway_are_refused():
     bearing, _, _ = start_of("bearing_6203")
     with pytest.raises(SceneError, match="find no rest"):
         start_state(bearing, 1e6, "rolling")
-
-
-def test_rates_are_found_when_somebody_looks(monkeypatch):
-    """An adaptive stepper needs none of them."""
-    asked = []
-    monkeypatch.setattr(motion, "fastest_rates", lambda bearing, state: asked.append(1) or 1 / 0)
-    scene = load_scene("bearing_6203")
-    motion.BearingMotion(scene.parameters, choose(scene))
-    assert not asked
-    with pytest.raises(ZeroDivisionError):
-        motion.BearingMotion(scene.parameters, choose(scene)._replace(stepper="imex"))

@@ -1,28 +1,20 @@
 """Every stepper on the bearing: observed order in load and friction torque, references, refusals."""
 
-import platform
-
 import numpy as np
 import pytest
 from bearings import TURNED_REST, motion, run
-from machine_code import machine_code
 from scipy.integrate import solve_ivp
 from scipy.linalg import lu_factor, lu_solve
 
 from bearing_twin.charts.work_precision import LADDERS
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing.forces.equations import raceway_rates
-from bearing_twin.kinds.bearing.forces.layout import LANE_ROWS
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.stepping.step_limits import stability_limits
-from bearing_twin.numerics.lanes import LANES
 from bearing_twin.numerics.steppers import (
     EXPLICIT,
     ROSENBROCK,
     STEPPER_FACTS,
-    next_step,
     rosenbrock_dense,
-    stays,
 )
 from bearing_twin.parameters import describe
 
@@ -95,25 +87,6 @@ def test_rosenbrock_methods_have_their_order_on_a_stiff_problem_with_a_known_sol
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(method.order, abs=0.15)
     # An interpolant of order p errs by h^(p + 1) over one step.
     assert np.log2(inside(0.02) / inside(0.01)) > method.order - 0.15
-
-
-@pytest.mark.parametrize("scene", ["bearing_6203_loose", "bearing_6203_sudden", "bearing_6203_rig_1000N"])
-def test_a_stage_that_lies_where_the_first_does_takes_its_rates(monkeypatch, scene):
-    """The second of rodas3. One that lies 1e-300 of a step later takes rates of its own, which are the same."""
-
-    def ended():
-        moving = motion(scene=scene, stepper="rodas3")
-        moving.advance(np.array([]), 3e-4)
-        costs = moving.costs()
-        return moving.state, costs["ball_rates"] / (costs["ball_steps"] + costs["ball_rejections"])
-
-    method = ROSENBROCK["rodas3"]
-    state, asked = ended()
-    assert [stays(method, stage) for stage in range(4)] == [False, True, False, False]
-    monkeypatch.setitem(ROSENBROCK, "rodas3", method._replace(alpha=np.array([0.0, 1e-300, 1.0, 1.0])))
-    again, more = ended()
-    assert state == pytest.approx(again, rel=1e-9, abs=1e-12)
-    assert more == pytest.approx(asked + 1.0)
 
 
 @pytest.mark.parametrize("name", EXPLICIT)
@@ -229,38 +202,8 @@ def test_a_state_that_is_not_finite_is_an_error_with_the_ball(stepper, value):
         moving.advance(np.array([1e-3]), 1e-3)
 
 
-def test_step_control_stays_in_its_bounds():
-    assert next_step(1.0, 1e-20, 4) == 6.0
-    assert next_step(1.0, 1e9, 4) == 0.2
-    assert next_step(1.0, np.nan, 4) == 0.2
-    assert 0.85 < next_step(1.0, 1.0, 4) < 1.0
-
-
 def test_every_method_says_where_it_comes_from_and_can_be_asked_for():
     assert all(len(method.source) > 10 and method.order >= 2 for method in STEPPER_FACTS.values())
     options = next(row.options for row in describe(BearingScene) if row.key == "solver.stepper")
     assert options == ("auto", *STEPPER_FACTS)
     assert set(LADDERS) == set(STEPPER_FACTS)
-
-
-def test_the_lanes_of_the_kernel_are_vector_instructions():
-    """Packed divisions and roots in the machine code of `raceway_rates`: without them rk4 takes three times as long."""
-    if platform.machine() != "x86_64":
-        pytest.skip("looks for x86-64 instructions")
-    moving = motion()
-    code = machine_code(raceway_rates.py_func, moving.bearing, np.ones(LANE_ROWS * LANES))
-    assert code.count("divpd") > 5
-    assert code.count("sqrtpd") > 5
-
-
-def test_a_step_that_the_end_of_a_chunk_cut_short_does_not_shorten_those_after_it():
-    """20 ms of a fast bearing in one chunk, and in twenty."""
-    costs = []
-    for parts in (1, 20):
-        moving = motion(scene="bearing_6203_fast")
-        moving.advance(np.array([]), 0.01)
-        before = moving.costs()["ball_steps"]
-        for _ in range(parts):
-            moving.advance(np.array([]), 0.02 / parts)
-        costs.append(moving.costs()["ball_steps"] - before)
-    assert costs[1] < 1.2 * costs[0]

@@ -16,7 +16,6 @@ from bearing_twin.shapes.tracking import (
     contact_of,
     equations,
     find_opposing,
-    frame_spin,
     opposing_rates,
     projected,
     second_form,
@@ -204,28 +203,6 @@ def test_differential_form_converges_to_newton_and_projection_keeps_it_there():
     assert np.abs(followed(40, True) - exact).max() < 1e-11
 
 
-def test_the_contact_frame_turns_as_its_normal_does():
-    """Paper 1, section 2: Omega = gamma x dgamma/dt, without a share about the normal itself."""
-    a, b = moving(0.3)
-    unknowns = find_opposing(a, b, followed(20, True, 0.3)[:3])
-    omega = frame_spin(a, unknowns, opposing_rates(a, b, unknowns))
-    step = 1e-5
-    normals = [
-        contact_of(*moving(t), find_opposing(*moving(t), unknowns[:3])).normal for t in (0.3 - step, 0.3, 0.3 + step)
-    ]
-    assert np.cross(omega, normals[1]) == pytest.approx((normals[2] - normals[0]) / (2.0 * step), abs=1e-8)
-    assert omega @ normals[1] == pytest.approx(0.0, abs=1e-12)
-
-
-def test_a_rolling_ball_on_a_plane_turns_no_contact_frame():
-    a = body(sphere(0.1), (0, 0, 0.1), None, (0.2, 0, 0), (0, 2.0, 0))
-    b = body(plane())
-    unknowns = find_opposing(a, b, (0, 0, 0))
-    rates = opposing_rates(a, b, unknowns)
-    assert rates[:3] == pytest.approx([0.2, 0, 0], abs=1e-14)
-    assert frame_spin(a, unknowns, rates) == pytest.approx([0, 0, 0], abs=1e-14)
-
-
 def test_curvature_tensor_of_the_torus_has_its_principal_curvatures():
     ring = body(torus(1.0, 0.4), rotation=turned(0.2, 0.5, -0.4))
     for tube in (0.0, 0.9, math.pi):
@@ -234,17 +211,6 @@ def test_curvature_tensor_of_the_torus_has_its_principal_curvatures():
         form = second_form(ring, point, tangent_axes(ring.rotation @ normal))
         expected = sorted([1.0 / 0.4, math.cos(tube) / (1.0 + 0.4 * math.cos(tube))])
         assert np.linalg.eigvalsh(form) == pytest.approx(expected, rel=1e-12)
-
-
-def test_compiled_and_plain_equations_agree():
-    a, b = moving(0.2)
-    unknowns = np.array([1.1, 0.2, 0.9, 1.0, 0.2, 0.4, -1.1, 0.3])
-    compiled, plain = (np.empty(8), np.empty((8, 8))), (np.empty(8), np.empty((8, 8)))
-    equations(a, b, unknowns, *compiled)
-    equations.py_func(a, b, unknowns, *plain)
-    assert plain[0] == pytest.approx(compiled[0], abs=1e-14)
-    assert plain[1] == pytest.approx(compiled[1], abs=1e-14)
-    assert opposing_rates.py_func(a, b, unknowns) == pytest.approx(opposing_rates(a, b, unknowns), rel=1e-10)
 
 
 @pytest.mark.parametrize(

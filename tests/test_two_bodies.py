@@ -5,18 +5,13 @@ import math
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
 from bearing_twin.contact import hertz_impact
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
-from bearing_twin.errors import SceneError, Stopped
+from bearing_twin.errors import SceneError
 from bearing_twin.kinds.two_bodies.derived import rigid_of
-from bearing_twin.kinds.two_bodies.motion import TwoBodiesMotion
-from bearing_twin.kinds.two_bodies.pair import CARRIED, COLUMNS
 from bearing_twin.kinds.two_bodies.parameters import Shaped
-from bearing_twin.pictures.worth import JudgedFigure, draw_worth
-from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene
 from bearing_twin.sample import joined
@@ -38,16 +33,6 @@ def scene(**sections):
     for key, value in sections.items():
         mapping[key] = {**mapping.get(key, {}), **value} if isinstance(value, dict) else value
     return parse_scene(mapping, "scene made up")
-
-
-def test_a_contact_is_held_against_the_waves_of_the_slower_body():
-    """A ball of plastic that a steel one stops at 80 m/s: waves pass the steel ball many times, its own hardly."""
-    plastic = {"young_modulus": 1e9, "poisson_ratio": 0.3, "density": 1000.0, "yield_strength": 0.0}
-    held = {"shape": "sphere", "radius": 0.01, "position": [0.0, 0.0, -0.01], "motion": "held", "material": "steel"}
-    run = simulate(scene(first={"velocity": [0.0, 0.0, -80.0], "material": plastic}, second=held))
-    for _ in run.blocks():
-        pass
-    assert any("the 2e-05 s a wave takes through the body" in flag for flag in run.report.flags)
 
 
 def run(**sections):
@@ -198,29 +183,6 @@ def test_a_turning_plate_works_on_the_ball_that_lies_on_it():
     assert idle["held_work_j"] == pytest.approx(0.0, abs=1e-15)
 
 
-def test_a_law_with_states_carries_them_from_step_to_step():
-    """An ellipsoid that turns while it presses: the load of exact Hertz, and a fault in the states stays in it."""
-    first = {
-        "shape": "ellipsoid", "semi_axes": [0.03, 0.02, 0.012], "turn": [0.4, 0.2, 0.1], "position": [0, 0, 0.01446],
-        "velocity": [0.0, 0.0, -0.5], "angular_velocity": [-100.0, 150.0, -60.0],
-    }  # fmt: skip
-    loads = {}
-    for law in ("hertz_exact", "hertz_differential", "hertz_unprojected"):
-        made = scene(first=first, contact={"normal": law}, run={"duration": 3e-4, "output_rate": 1e6})
-        moving = TwoBodiesMotion(made.parameters, choose(made))
-        times = 1e-6 * np.arange(1, 301)
-        loads[law] = moving.advance(times, times[-1])["normal_load"]
-        if law == "hertz_unprojected":
-            moving.reset()
-            moving.advance(times[:100], times[99])
-            assert moving.state[CARRIED] > 0.0
-            moving.state[CARRIED + 2 : COLUMNS] *= 1.01
-            spoiled = moving.advance(times[100:] - times[99], times[-1] - times[99])["normal_load"]
-    assert loads["hertz_exact"].max() > 10.0
-    assert loads["hertz_differential"] == pytest.approx(loads["hertz_exact"], abs=1e-7 * loads["hertz_exact"].max())
-    assert np.abs(spoiled - loads["hertz_unprojected"][100:]).max() > 1e-3 * loads["hertz_exact"].max()
-
-
 def test_a_rounded_box_lands_on_a_face_which_is_no_ellipse():
     """Flat on the plate: energy kept, no turning, the duration between those of a sphere and of a punch."""
     first = {
@@ -234,32 +196,6 @@ def test_a_rounded_box_lands_on_a_face_which_is_no_ellipse():
     assert values["curvature_small"].max() < 1e-6
     with pytest.raises(SceneError, match=r"overlap"):
         scene(first=first, contact={"normal": "hertz"})
-
-
-def test_the_numbers_do_not_depend_on_the_cuts():
-    made = scene(
-        first={"shape": "ellipsoid", "semi_axes": [0.01, 0.02, 0.01], "velocity": [0.1, 0.0, -1.0]},
-        second={"shape": "sphere", "radius": 0.05, "position": [0.0, 0.003, -0.05], "motion": "free"},
-        contact={"friction_coefficient": 0.2},
-    )
-    ends = []
-    for cuts in (1, 7):
-        moving = TwoBodiesMotion(made.parameters, choose(made))
-        for _ in range(cuts):
-            moving.advance(np.array([2.2e-4 / cuts]), 2.2e-4 / cuts)
-        ends.append(moving.first_outputs())
-    one, other = ends
-    for name, values in one.items():
-        assert values == pytest.approx(other[name], rel=1e-12, abs=1e-15)
-
-
-def test_a_run_stops_when_it_is_told_to():
-    made = scene(first={"velocity": [0.0, 0.0, -1.0]})
-    moving = TwoBodiesMotion(made.parameters, choose(made))
-    moving.stop = np.ones(1, np.uint8)
-    with pytest.raises(Stopped):
-        moving.advance(np.array([1e-4]), 1e-4)
-    assert moving.costs()["steps"] == 0
 
 
 @pytest.mark.parametrize(("exponents", "points"), [((2.0, 2.0), 80), ((4.0, 4.0), 80), ((2.5, 6.0), 80)])
@@ -324,34 +260,6 @@ def test_several_closest_points_are_refused():
             first={"shape": "ellipsoid", "semi_axes": [0.0095, 0.002, 0.002], "position": [0.1, 0, 0], "turn": turn},
             second={"shape": "groove", "radius": 0.01, "ring_radius": 0.1, "motion": "held"},
         )
-
-
-def test_a_law_further_off_than_wanted_is_named():
-    made = load_scene("two_bodies_groove", ["contact.normal=volumetric", "wanted.tolerance=1e-9"])
-    assert any("off exact Hertz here, more than wanted.tolerance" in one for one in choose(made).warnings)
-    assert not choose(load_scene("two_bodies_groove")).warnings
-
-
-def test_errors_drawn_below_a_picture_leave_its_panels_apart():
-    """Also a panel with a second scale, whose two axes move as one."""
-    figure = Figure(figsize=(8.0, 5.0))
-    figure.subplots(2, 1)[1].twinx()
-    draw_worth(figure, [JudgedFigure("peak force", "1.00 ± 0.01 N", {"method": 1e-2})] * 5)
-    boxes = [axis.get_position() for axis in figure.axes]
-    assert boxes[1].bounds == boxes[2].bounds
-    assert boxes[0].y0 > boxes[1].y1
-    assert boxes[1].y0 > boxes[3].y1
-
-
-def test_errors_of_nothing_and_of_anything_are_drawn_at_the_edges():
-    figure = Figure()
-    draw_worth(figure, [JudgedFigure("peak force", "1 N", {"method": 0.0, "law": math.inf})])
-    low, high = figure.axes[0].get_xlim()
-    bar, *marks = (
-        one.get_xdata() for one in figure.axes[0].lines if len(one.get_xdata()) and one.get_linestyle() != ":"
-    )
-    assert list(bar) == [low, high]
-    assert [float(*one) for one in marks] == [low, high]
 
 
 def test_a_contact_whose_load_ends_while_bodies_touch_keeps_its_impulse():

@@ -5,9 +5,7 @@ import math
 import numpy as np
 import pytest
 from reference.impact import equation_14, strike
-from runs import reported
 from scipy.integrate import quad
-from scipy.special import lambertw
 from solved_impact import SolvedImpact
 
 from bearing_twin.contact import line
@@ -16,14 +14,10 @@ from bearing_twin.contact.names import law_names
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.impact import disc_closed_form as disc_impact
 from bearing_twin.kinds.impact.discs import solve
-from bearing_twin.kinds.impact.models import JOHNSON_ERROR, LARGE
 from bearing_twin.run.scene import load_scene
 
 REDUCED = 7853.981634
 LAW = line_law("line", 1.0, 2.0, 5e9, 0.3)
-
-
-SHARES = (0.01, 0.03, 0.06, 0.1, 0.14)  # of the speed of waves
 
 
 def solved(*overrides, law="line", stepper="closed_form"):
@@ -111,96 +105,11 @@ def test_thick_discs_are_answered_by_johnson_unless_the_scene_pins_the_paper():
     assert (free.law, free.stepper, free.warnings) == ("johnson", "closed_form", ())
 
 
-def met_at(share, ratio=0.3, thickness=2.0):
-    """Overrides for discs that come with that share of the speed of waves in them."""
-    speed = 2.0 * share * math.sqrt(5e9 / 2500.0)
-    return f"motion.first_velocity={speed}", f"disc.material.poisson_ratio={ratio}", f"disc.thickness={thickness}"
-
-
-def off_elements(share, ratio, thickness, *mesh):
-    """Relative errors of force and contact time by Johnson's law against finite elasticity with a stiff penalty.
-
-    The force by elements is averaged over 2 % of the contact: single elements ring as they touch.
-    """
-    from bearing_twin.kinds.soft_discs.solve import solve as by_elements
-
-    shared = met_at(share, ratio, thickness)
-    line = load_scene("two_discs", [*shared, "contact.normal=auto", "wanted.outputs=peaks"])
-    found = SolvedImpact(solve, line, "johnson", "closed_form")
-    finer = (*mesh, "contact.stiffness_ratio=300")
-    elements = by_elements(load_scene("soft_discs_fast", [*shared, *finer]).parameters, frames=2)
-    force = elements.column("force")
-    lasted = elements.step * np.flatnonzero(force)[-1]
-    width = int(0.02 * lasted / elements.step)
-    peak = np.convolve(force, np.full(width, 1.0 / width), "valid").max()
-    return found.peak_force / peak - 1.0, found.contacts[0].duration / lasted - 1.0
-
-
-def test_the_numbers_that_say_what_line_contact_errs_by_have_their_study():
-    """JOHNSON_ERROR bounds both errors of slow discs; LARGE is the error of the force over the share of the speed."""
-    mesh = "mesh.divisions=24", "mesh.order=3"
-    slow = [abs(off) for share in (0.003, 0.01) for off in off_elements(share, 0.3, 2.0, *mesh)]
-    assert 0.85 * JOHNSON_ERROR < max(slow) <= JOHNSON_ERROR
-    forces, times = zip(*(off_elements(share, 0.3, 2.0, *mesh) for share in SHARES), strict=True)
-    assert forces == pytest.approx((0.034, 0.097, 0.184, 0.296, 0.418), abs=0.005)
-    assert times == pytest.approx((0.031, -0.002, -0.048, -0.094, -0.143), abs=0.005)
-    assert np.median(np.divide(forces, SHARES)) == pytest.approx(LARGE, rel=0.05)
-
-
-@pytest.mark.parametrize(
-    ("share", "thickness", "ratio", "words"),
-    [(0.01, 2.0, 0.3, ""), (0.06, 2.0, 0.3, "0.06 of the speed of waves"), (0.12, 2.0, 0.45, "0.12 of the speed"),
-     (0.01, 0.1, 0.4, "plane: stress")],
-)  # fmt: skip
-def test_what_line_contact_errs_by_is_what_elements_say(share, thickness, ratio, words):
-    """Strain and thickness: the error told is that of force and contact time by finite elasticity, within a factor."""
-    from bearing_twin.run.fidelity import choose
-
-    met = met_at(share, ratio, thickness)
-    line = load_scene("two_discs", [*met, "contact.normal=auto", "wanted.outputs=peaks"])
-    plane = "stress" if thickness < 1.0 else "strain"
-    apart = off_elements(share, ratio, thickness, "mesh.divisions=16", "mesh.order=2", f"plane={plane}")
-    told, off = choose(line), max(map(abs, apart))
-    assert 0.4 * told.law_error < off < 1.25 * told.law_error
-    assert [words in warning for warning in told.warnings] == ([True] if words else [])
-    assert choose(load_scene("two_discs", [*met, "contact.normal=auto", "wanted.tolerance=0.1"])).warnings == (
-        told.warnings if told.law_error > 0.1 else ()
-    )
-
-
 @pytest.mark.parametrize(("speed", "ratio"), [(10.0, 1.138), (100.0, 1.213)])
 def test_equation_14_is_softer_than_plane_strain_for_thick_discs(speed, ratio):
     laws = (line_law(name, 1.0, 2.0, 5e9, 0.3) for name in ("line", "johnson"))
     paper, johnson = (disc_impact.contact_time(law, REDUCED, speed) for law in laws)
     assert paper / johnson == pytest.approx(ratio, abs=1e-3)
-
-
-SOFT = (
-    "disc.radius=0.1", "disc.thickness=0.01", "motion.first_velocity=1.0",
-    "disc.material={young_modulus: 1.0e5, poisson_ratio: 0.25, density: 960.0}",
-)  # fmt: skip
-
-
-def test_a_soft_disc_has_no_solution_by_equation_14_and_the_sentence_names_what_has():
-    """Paper 3's soft discs at 1 m/s: the energy is more than (14) can store; Lambert's argument leaves its domain."""
-    law = line_law("line", 0.1, 0.01, 1e5, 0.25)
-    energy = 0.25 * 960.0 * math.pi * 0.01 * 0.01
-    assert energy > line.greatest_energy(law)
-    ratio = 4.0 * law.half_thickness * law.compliance * energy / (law.scale**2 / math.e)
-    assert lambertw(-ratio, -1).imag != 0.0
-    assert math.isnan(disc_impact.contact_time(law, 0.5 * 960.0 * math.pi * 1e-4, 1.0))
-    with pytest.raises(SceneError, match=r"no solution: eq. \(14\).*let the discs meet below 0\.\d+ m/s"):
-        load_scene("two_discs", [*SOFT, "contact.normal=line"])
-
-
-def test_the_sentence_offers_johnson_where_johnson_has_a_solution():
-    stored = line.greatest_energy(line_law("johnson", 0.1, 0.01, 1e5, 0.25))
-    assert 0.25 * 960.0 * math.pi * 1e-4 < stored
-    with pytest.raises(SceneError, match=r"use contact\.normal: johnson, or let the discs"):
-        load_scene("two_discs", [*SOFT, "contact.normal=line"])
-    found = SolvedImpact(solve, load_scene("two_discs", [*SOFT, "contact.normal=auto"]), "johnson", "closed_form")
-    assert math.isfinite(found.contacts[0].duration)
-    assert any("half-space" in flag for flag in reported("two_discs", *SOFT, "contact.normal=auto").flags)
 
 
 @pytest.mark.parametrize(

@@ -7,15 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference.impact import power_load, strike
-from runs import reported
 from scipy.integrate import solve_ivp
 from solved_impact import SolvedImpact
 
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.damping import damping_for_restitution
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.impact import collision
-from bearing_twin.kinds.impact.collision import collide, march_fixed
+from bearing_twin.kinds.impact.collision import collide
 from bearing_twin.kinds.impact.spheres import solve
 from bearing_twin.kinds.impact.spring import NO_LINE, Spring
 from bearing_twin.run.scene import load_scene
@@ -150,21 +148,6 @@ def test_steady_damping_keeps_its_restitution_at_every_speed(restitution):
     assert impulse == pytest.approx(found.contacts[0].impulse, rel=1e-3)
 
 
-def test_steady_damping_chooses_the_method_that_knows_it():
-    from bearing_twin.run.fidelity import choose
-
-    steady = ["contact.restitution=0.8", "contact.damping_law=steady"]
-    assert choose(load_scene("two_spheres", steady)).stepper == "dop853"
-    assert choose(load_scene("two_spheres", steady[1:])).stepper == "closed_form"
-    with pytest.raises(SceneError, match="use dop853 or auto"):
-        load_scene("two_spheres", [*steady, "solver.stepper=closed_form"])
-
-
-def test_damping_goes_to_nothing_as_restitution_goes_to_one():
-    elastic, damped = impact.damped_impact(STEEL, MASS, 20.0, 0.0), impact.damped_impact(STEEL, MASS, 20.0, 1e-9)
-    assert damped == pytest.approx(elastic, rel=1e-7)
-
-
 @settings(max_examples=30, deadline=None)
 @given(st.floats(0.1, 5.0), st.floats(-3.0, 3.0), st.floats(0.1, 10.0), st.sampled_from([1.0, 0.8]))
 def test_momentum_is_kept_and_velocities_part_as_restitution_says(heavier, second, speed, restitution):
@@ -205,28 +188,6 @@ def test_spheres_a_metre_apart_do_not_pass_through_each_other():
     assert found.contacts[0].duration == pytest.approx(6.278541908e-5, rel=1e-9)
 
 
-def restitutions(method, steps):
-    nodes = np.empty((2000, 4))
-    step = impact.contact_time(STEEL, MASS, 20.0) / steps
-    spring, found = Spring(STEEL, NO_LINE, 0.0), []
-    for phase in np.linspace(0.001, 1.0, 200):
-        count = march_fixed(method, spring, MASS, 20.0, step, phase, nodes)
-        assert count > 0
-        found.append(-nodes[count - 1, 2] / 20.0)
-    return min(found), max(found)
-
-
-@pytest.mark.parametrize(
-    ("method", "steps", "low", "high"),
-    [(1, 2, 0.59, 2.38), (1, 3, 0.94, 1.07), (1, 5, 0.98, 1.02), (1, 8, 0.995, 1.005), (0, 1, 0.37, 3.5)],
-)
-def test_too_few_fixed_steps_make_or_lose_speed(method, steps, low, high):
-    """Restitution of an elastic impact over all phases of the first step; 1 = rk4 at 0, symplectic Euler at 1."""
-    least, greatest = restitutions(method, steps)
-    assert least == pytest.approx(low, rel=0.15 if steps == 1 else 0.01)
-    assert greatest == pytest.approx(high, rel=0.03)
-
-
 def test_a_step_beyond_an_eighth_of_the_contact_is_refused_and_a_coarse_one_is_warned_of():
     from bearing_twin.run.fidelity import choose
 
@@ -258,16 +219,6 @@ def test_numbers_that_are_not_finite_stop_the_run():
             collide(Spring(math.nan, NO_LINE, 0.0), MASS, 20.0, method, 1e-9, 1e-6, 6e-5)
 
 
-def test_the_compiled_march_gives_the_plain_numbers(monkeypatch):
-    spring, step = Spring(STEEL, NO_LINE, 0.01), 4e-6
-    compiled, plain = np.zeros((100, 4)), np.zeros((100, 4))
-    count = march_fixed(0, spring, MASS, 20.0, step, 0.5, compiled)
-    for name in ("runge_kutta_step", "_rates"):  # plain, too: what takes functions is compiled for each caller
-        monkeypatch.setattr(collision, name, getattr(collision, name).py_func)
-    assert march_fixed.py_func(0, spring, MASS, 20.0, step, 0.5, plain) == count
-    assert plain[:count] == pytest.approx(compiled[:count], rel=1e-13)
-
-
 @pytest.mark.parametrize(
     ("override", "sentence"),
     [
@@ -286,8 +237,3 @@ def test_the_compiled_march_gives_the_plain_numbers(monkeypatch):
 def test_bad_input_gets_a_sentence(override, sentence):
     with pytest.raises(SceneError, match=sentence):
         load_scene("two_spheres", [override])
-
-
-def test_flags_say_where_the_elastic_theory_ends():
-    assert any("yield pressure" in flag for flag in reported("two_spheres").flags)
-    assert reported("two_spheres", "motion.first_velocity=0.01").flags == ()

@@ -32,7 +32,7 @@ from bearing_twin.view.packing import STEPS, packed
 from bearing_twin.view.page import SCRIPTS, html
 from bearing_twin.view.run_page import described_view, document_of_run
 from bearing_twin.view.study_page import document_of_study
-from bearing_twin.view.tables import ball_tables, error_notes, figure_rows, happening_tables
+from bearing_twin.view.tables import figure_rows, happening_tables
 
 SHORT = {  # a short run of each kind
     "bearing": ("bearing_6203_loose", "run.duration=0.02"),
@@ -210,26 +210,6 @@ def test_balls_of_a_bearing_touch_what_they_press_on():
     assert not loaded.all()
 
 
-def test_figures_have_readable_units_and_their_errors():
-    figures = {"peak_pressure_pa": 2.5e9, "turns": 3, "offset_m": [1e-6, -2e-6, 0.0], "load_n": [1.0, 2.0, 3.0, 4.5]}
-    errors = {"peak_pressure_pa_error": 1e7, "load_n_error": [0.1, 0.2, 0.1, 0.1], "errors_unknown": {}}
-    rows = {row["words"]: row for row in figure_rows(figures, errors, {"turns": "of the ring"})}
-    assert (rows["peak pressure"]["value"], rows["peak pressure"]["unit"]) == ("2500", "MPa")
-    assert rows["peak pressure"]["error"] == "10"
-    assert (rows["offset"]["value"], rows["offset"]["unit"]) == ("1, -2, 0", "µm")
-    assert rows["turns"]["meaning"] == "of the ring"
-    assert len(rows) == 3
-    (table,) = ball_tables(figures, errors, {})
-    assert table["rows"] == [["1.00"], ["2.00"], ["3.00"], ["4.50"]]
-    assert table["errors"] == ["0.2"]
-    [torque] = figure_rows({"drive_work_j": 7.9e-7}, {"drive_work_j_error": 0.036}, {})
-    assert (torque["value"], torque["error"], torque["unit"]) == ("0", "36", "mJ")  # the prefix is the larger's
-    promise = {"norm": "of the load", "tolerance": 1e-4, "where": "at 1 s"}
-    wanted = {"loads": {"error": 2e-3, **promise}, "slip": {"error": None, **promise}}
-    (note,) = error_notes({"wanted_errors": wanted, "errors_unknown": {}})
-    assert note == "loads: off by 0.002 of the load, wanted 0.0001; at 1 s"
-
-
 def test_what_happened_one_after_the_other_is_a_table():
     contacts = [{"start_s": 1e-3 * k, "peak_force_n": 2.0 * k, "restitution": None} for k in range(300)]
     figures = {"contacts": contacts, "peak_force_n": 600.0}
@@ -304,33 +284,6 @@ def test_a_study_shows_densities_with_their_quantiles(study):
     assert html(study)
 
 
-def test_an_interval_that_is_open_ends_at_the_last_sample():
-    result = run_study(load_study("spheres_alpha_4e-5", ["samples=20", "sweep=null", "workers=1"]))
-    found = result.summary["quantities"]["contact_duration"]["quantiles"]
-    assert (found["0.05"]["low"], found["0.95"]["high"]) == (None, None)
-    charts = {one["title"].partition(":")[0]: one for one in document_of_study(result)["charts"]}
-    first, _, last = charts["Contact duration"]["spans"]
-    ends = 1e6 * result.sample("contact_duration").min(), 1e6 * result.sample("contact_duration").max()
-    assert (first["low"], last["high"]) == pytest.approx(ends, rel=1e-12)
-    assert first["low"] <= first["value"] <= first["high"] == pytest.approx(1e6 * found["0.05"]["high"], rel=1e-12)
-
-
-def test_a_study_says_where_in_its_sweep_it_is():
-    few = ["samples=20", "histories=[]", "modality=no", "companions=0", "sweep={motion.first_velocity: [5.0, 40.0]}"]
-    document = document_of_study(run_study(load_study("spheres_alpha_4e-5", few)))
-    assert document["badges"][0] == {"sort": "", "name": "at", "text": "motion.first_velocity = 20 m/s"}
-    (chart,) = (one for one in document["charts"] if one["title"] == "Peak force over motion.first_velocity")
-    assert (chart["x"], chart["xLabel"], chart["unit"]) == ([5.0, 40.0], "motion.first_velocity [m/s]", "kN")
-
-
-def test_sources_of_variance_are_bars():
-    overrides = ["samples=50", "sensitivity=64", "quantities=[contact_duration]", "histories=[]", "workers=1"]
-    document = document_of_study(run_study(load_study("discs_small_10", overrides)))
-    (shares,) = document["shares"]
-    assert shares["orders"] == ["alone", "with others"]
-    assert all(0.5 < one["value"] < 1.5 for row in shares["rows"] for one in row["shares"])
-
-
 def test_view_of_a_scene_says_what_it_wrote(tmp_path, capsys):
     out = tmp_path / "page.html"
     assert main(["view", "two_spheres", "--out", str(out), "--json"]) == DONE
@@ -339,17 +292,6 @@ def test_view_of_a_scene_says_what_it_wrote(tmp_path, capsys):
     assert (told["view"], told["bytes"], told["shows"]) == (str(out), out.stat().st_size, "two_spheres")
     assert "is run for 7.848e-05 s" in captured.err
     assert "<title>two_spheres" in out.read_text()
-
-
-def test_view_shortens_a_long_scene_and_says_so(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("bearing_twin.command.view_command.LONGEST", 0.25)
-    monkeypatch.chdir(tmp_path)
-    assert main(["view", "ellipsoid_on_plane"]) == DONE
-    assert "250 ms of its 4.5 s" in capsys.readouterr().err
-    assert (tmp_path / "ellipsoid_on_plane.html").is_file()
-    for words in (["--set", "run.duration=0.3"], ["--duration", "0.3"]):
-        assert main(["view", "ellipsoid_on_plane", *words, "--out", f"{words[0][2:]}.html"]) == DONE
-        assert "is run for 300 ms" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -382,11 +324,3 @@ def test_a_film_without_its_library_says_what_to_install_before_a_run(tmp_path, 
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(BearingTwinError, match=r"pip install '\.\[view\]'"), film.browser_page():
         pass
-
-
-def test_two_soft_discs_are_told_of_each_other_and_not_of_a_wall():
-    run = simulate(load_scene("soft_discs_unequal", ["mesh.divisions=12", "run.duration=1e-3"]))
-    panels = {one["title"]: one for one in document_of_run(run).document["view"]["panels"]}
-    assert not any("wall" in title for title in panels)
-    lines = panels["Velocity of the centre of mass, away from the other disc"]["lines"]
-    assert [(one["series"], one["label"]) for one in lines] == [("velocity", "disc"), ("other_velocity", "other disc")]

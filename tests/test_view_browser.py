@@ -7,8 +7,6 @@ every kind go to build/view/ to be looked at.
 import contextlib
 import io
 import os
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -154,28 +152,6 @@ def test_curves_show_the_value_under_the_pointer_zoom_and_lead_the_time(opened):
     until(page, f"{spans}.every((one) => one > 70)")
 
 
-def test_a_clicked_ball_is_looked_at(opened):
-    page = opened(document_of_run(simulate(load_scene("bearing_6203_loose", ["run.duration=0.02"]))).document)
-    chosen = "bearingView.selected"
-    first = page.evaluate(chosen)
-    box = page.locator("#space").bounding_box()
-    wanted = (first + 3) % 8
-    x, y = page.evaluate(
-        "([ball]) => { const stage = bearingView.stage, at = stage.bodies('balls').places[ball].clone();"
-        " at.applyMatrix4(stage.world.matrixWorld).project(stage.camera); return [0.5 + at.x / 2, 0.5 - at.y / 2]; }",
-        [wanted],
-    )
-    before = seen(page, "#details")
-    page.mouse.click(box["x"] + x * box["width"], box["y"] + y * box["height"])
-    assert page.evaluate(chosen) == wanted
-    assert differs(before, seen(page, "#details")) > 1e-3
-    pressure = page.locator(".contact dd").nth(1).inner_text()
-    assert pressure.endswith(("Pa", "MPa", "GPa"))
-    small = seen(page)
-    page.select_option("#factor", "1")
-    assert differs(small, seen(page)) > 1e-3  # displacements are drawn as they are
-
-
 def test_outputs_that_come_later_are_shown(opened):
     """What a page of a running node does: it takes outputs as they come."""
     document = document_of_run(simulate(load_scene("bearing_6203_loose", ["run.duration=0.02"]))).document
@@ -196,19 +172,6 @@ def test_outputs_that_come_later_are_shown(opened):
         " bearingView.append({ time: Array.from({ length: 5000 }, (_, k) => 1 + 0.001 * k), values }); }"
     )
     assert page.evaluate("bearingView.store.count") <= 5000
-
-
-@pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
-def test_nothing_is_wider_than_the_window(opened, size):
-    page = opened(document_of_run(simulate(load_scene("bearing_6203_loose", ["run.duration=0.02"]))).document, size)
-    kept(page, f"bearing_{size[0]}")
-    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
-    for tab in ("Figures", "Model", "Curves"):
-        page.click(f"#tabs button:text-is('{tab}')")
-        assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
-    page.click("#theme")
-    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(16, 22, 28)"
-    kept(page, f"bearing_{size[0]}_dark")
 
 
 def test_a_study_is_drawn(opened):
@@ -252,20 +215,3 @@ def test_a_browser_without_webgl_shows_all_but_the_picture_and_says_so(browser, 
         assert page.locator("#space canvas").count() == 0
     finally:
         page.close()
-
-
-def test_a_film_moves(browser, tmp_path):
-    """The film has a browser of its own, in a process of its own: one playwright a thread."""
-    scene = load_scene("bearing_6203_loose", ["run.duration=0.02"])
-    page = write_page(document_of_run(simulate(scene)).document, tmp_path / "page.html")
-    code = (
-        "import sys; from pathlib import Path; from bearing_twin.view import film; film.SECONDS = 0.4\n"
-        "film.write_films(Path(sys.argv[1]), [Path(one) for one in sys.argv[2:]])"
-    )
-    films = [tmp_path / "film.gif", tmp_path / "film.mp4"]
-    subprocess.run([sys.executable, "-c", code, str(page), *map(str, films)], check=True, timeout=600)
-    with Image.open(films[0]) as film:
-        first = np.asarray(film.convert("RGB"), float)
-        film.seek(film.n_frames - 1)
-        assert differs(first, np.asarray(film.convert("RGB"), float)) > 1e-2
-    assert films[1].read_bytes()[4:8] == b"ftyp"

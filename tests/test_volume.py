@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from reference.overlap import ENERGY_FACTOR, overlap, overlap_load
-from scipy.optimize import brentq
+from reference.overlap import overlap, overlap_load
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipe
 
 from bearing_twin.contact.elasticity import coefficient_of
-from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.errors import SceneError
 from bearing_twin.shapes.implicit import ellipsoid, plane, sphere, superquadric, torus
 from bearing_twin.shapes.lens import lens
@@ -67,29 +65,6 @@ def test_the_load_is_the_derivative_of_the_energy_on_a_truncated_spot():
     assert found(APPROACH).normal_load == pytest.approx(slope, rel=1e-5)
 
 
-def test_a_ball_riding_over_the_shoulder():
-    """The raceway ends at x = edge.
-
-    Full load while that is beyond the ellipse; then the law first gains up to 5 %, because the area falls faster than
-    the volume, which no theory says; then it loses load, without a jump.
-    """
-    half = math.sqrt(APPROACH / 5.7)
-    full = coefficient_of("volumetric", 5.7, 194.0, MODULUS) * APPROACH**1.5
-    edges = (1.2, 1.05, 0.9, 0.6, 0.3, 0.0, -0.45, -0.9)
-    loads = [
-        overlap_load(
-            paraboloid(5.7, 194.0), square(1.5 * half), APPROACH, MODULUS, lambda x, y, edge=edge: edge * half - x
-        ).normal_load
-        for edge in edges
-    ]
-    assert loads[:2] == pytest.approx([full] * 2, rel=1e-6)
-    assert 1.03 < max(loads) / full < 1.06
-    assert np.all(np.diff(loads[int(np.argmax(loads)) :]) < 0.0)
-    assert np.abs(np.diff(loads) / np.diff(edges)).max() < full
-    assert 0.4 < loads[5] / full < 0.8  # the edge through the centre: half the spot
-    assert loads[-1] < 0.1 * full
-
-
 def test_a_flat_punch_deviates_by_half():
     """Known failure: F = 2 E* a h by Boussinesq; the law gives 2 sqrt(2) 0.357 (8/15) pi^1.5 E* a h, 50 % more."""
     radius = 1e-3
@@ -99,43 +74,6 @@ def test_a_flat_punch_deviates_by_half():
     law = 2.0 * math.sqrt(2.0) * 0.357469 * 8.0 / 15.0 * math.pi**1.5 * MODULUS * radius * APPROACH
     assert found.normal_load == pytest.approx(law, rel=1e-6)
     assert found.normal_load / (2.0 * MODULUS * radius * APPROACH) == pytest.approx(1.5013, abs=1e-4)
-
-
-def test_a_crowned_roller_deviates_as_the_error_curve_says():
-    """A crown radius of 200 radii makes b/a = 0.05: the law is within 1 % of Hertz; a flatter crown, further off."""
-    radius = 5e-3
-    for crown, low, high in ((100.0, -0.012, 0.0), (1000.0, -0.08, -0.05)):
-        small, large = 0.5 / (crown * radius), 0.5 / radius
-        half = math.sqrt(APPROACH / small)
-        found = overlap_load(paraboloid(small, large), square(1.2 * half), APPROACH, MODULUS).normal_load
-        assert low < found / (hertz_coefficient(small, large, MODULUS) * APPROACH**1.5) - 1.0 < high
-
-
-def test_a_straight_roller_against_the_theory_of_a_loaded_strip():
-    """Deflection at the middle of a strip of length L: h = 2F/(pi E* L) (ln(2L/b) + 1/2), b^2 = 4 F R/(pi E* L).
-
-    The logarithm is the mean of 2 ln(L/|y|) over the semi-elliptic pressure. The law is 8.4 % stiffer here, 0.6 % at a
-    fifth of this approach and 15 % at four times it: its deviation is a function of R h/L^2.
-    """
-    radius, length, approach = 5e-3, 8e-3, 5e-6
-
-    def deflection(load):
-        width = math.sqrt(4.0 * load * radius / (math.pi * MODULUS * length))
-        return 2.0 * load / (math.pi * MODULUS * length) * (math.log(2.0 * length / width) + 0.5)
-
-    strip = brentq(lambda load: deflection(load) - approach, 1.0, 1e5)
-    found = overlap_load(
-        lambda x, y: 0.5 * y * y / radius + 0.0 * x, square(0.6 * length), approach, MODULUS,
-        lambda x, y: 0.5 * length - np.abs(x),
-    )  # fmt: skip
-    (lobe,) = found.lobes
-    width = math.sqrt(2.0 * radius * approach)
-    assert lobe.volume == pytest.approx(4.0 / 3.0 * width * approach * length, rel=1e-6)
-    assert lobe.perimeter == pytest.approx(2.0 * length + 4.0 * width, rel=1e-6)
-    closed = ENERGY_FACTOR * MODULUS * lobe.volume**2 * math.sqrt(lobe.perimeter) / lobe.area**1.75
-    growth = 3.0 / approach + 0.5 * 2.0 * width / approach / lobe.perimeter - 1.75 * 0.5 / approach
-    assert found.normal_load == pytest.approx(closed * growth, rel=1e-6)
-    assert found.normal_load / strip - 1.0 == pytest.approx(0.0837, abs=5e-4)
 
 
 def test_two_lobes_carry_as_two_contacts_and_their_meeting_is_refused():
@@ -204,33 +142,9 @@ def rounded_box(approach, turn=(0.0, 0.0, 0.0)):
     return a, b, np.array([0.0, 0.0, -0.5 * approach]), tangent_axes(normal), normal, approach
 
 
-def test_rays_over_a_flat_face_give_what_the_polygons_do():
-    """z = c (1 - (1 - s)^(1/4)), s = (x/a)^4 + (y/b)^4: no curvature in the middle, a load of another power."""
-    approach = 1e-6
-
-    def gap(x, y):
-        return 0.01 * (1.0 - (1.0 - (x / 0.02) ** 4 - (y / 0.01) ** 4) ** 0.25)
-
-    truth = overlap_load(gap, (-5e-3, 5e-3, -2.5e-3, 2.5e-3), approach, MODULUS)
-    found = lens(*rounded_box(approach), 0.01, MODULUS)
-    (lobe,) = truth.lobes
-    assert found.area == pytest.approx(lobe.area, rel=1e-5)
-    assert found.volume == pytest.approx(lobe.volume, rel=1e-5)
-    assert found.perimeter == pytest.approx(lobe.perimeter, rel=1e-4)
-    assert found.load == pytest.approx(truth.normal_load, rel=1e-3)
-    assert found.energy == pytest.approx(truth.energy, rel=1e-4)
-
-
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.1, 0.2, 0.05), (0.5, -0.4, 0.3)])
 def test_the_load_over_rays_is_the_derivative_of_their_energy(turn):
     approach, step = 1e-5, 1e-3
     energies = [lens(*rounded_box(approach * (1.0 + sign * step), turn), 0.01, MODULUS).energy for sign in (-1, 1)]
     slope = (energies[1] - energies[0]) / (2.0 * step * approach)
     assert lens(*rounded_box(approach, turn), 0.01, MODULUS).load == pytest.approx(slope, rel=1e-5)
-
-
-def test_a_spot_without_an_outline_around_it_is_not_found():
-    """A ball pressed through the middle of a thin plate's far side: surfaces that never meet around the contact."""
-    a, b = body(sphere(0.01), (0, 0, -0.5)), body(plane())
-    normal = np.array([0.0, 0.0, -1.0])
-    assert not lens(a, b, np.zeros(3), tangent_axes(normal), normal, 0.51, 0.01, MODULUS).found

@@ -15,7 +15,6 @@ from bearing_twin.kinds.bearing.quasi_static.statics import setting_of
 from bearing_twin.kinds.contract import Output
 from bearing_twin.kinds.topics import CONTACTS, TRANSFORMS, WRENCH
 from bearing_twin.log import cdr
-from bearing_twin.log.encoding import encoded
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
@@ -86,47 +85,6 @@ def test_all_wrenches_of_a_bearing_add_up_to_zero():
     )
 
 
-def test_contacts_between_balls_are_what_spheres_do():
-    """Approach, angle, slip and spin from the motion of the balls; drilling and spinning oppose each other."""
-    moving, sample = touching_balls(axial=2e-5)
-    rows, radius = contacts(moving.parameters, sample), moving.bearing.ball_radius
-    position, velocity, spin = sample["position"], sample["velocity"], sample["angular_velocity"]
-    for k in range(12):
-        row, between = 26 + k, position[k + 1] - position[k]
-        normal = -between / np.linalg.norm(between)
-        middle = 0.5 * (position[k] + position[k + 1])
-        relative = velocity[k] - velocity[k + 1]
-        relative = relative + np.cross(spin[k], middle - position[k]) - np.cross(spin[k + 1], middle - position[k + 1])
-        assert (rows["body"][row], rows["by"][row]) == (k, k + 1)
-        assert rows["approach"][row] == pytest.approx(2.0 * radius - np.linalg.norm(between), rel=1e-9)
-        assert rows["normal"][row] == pytest.approx(normal, abs=1e-12)
-        assert rows["point"][row] == pytest.approx(middle, abs=1e-12)
-        angle = math.asin(between[2] / np.linalg.norm(between))  # the next ball seen from this one
-        assert abs(angle) > 1e-3
-        assert rows["contact_angle"][row] == pytest.approx(angle, rel=1e-9)
-        assert rows["slip"][row] == pytest.approx(relative - relative @ normal * normal, abs=1e-12)
-        assert rows["spin_rate"][row] == pytest.approx((spin[k] - spin[k + 1]) @ normal, rel=1e-9)
-        assert rows["friction_force"][row] @ rows["slip"][row] < 0.0
-        assert rows["semi_major"][row] == pytest.approx(np.sqrt(rows["approach"][row] * radius / 2.0), rel=0.1)
-    assert np.all(rows["drilling_torque"][:26] * rows["spin_rate"][:26] <= 0.0)
-    # The gap that is left over between the last ball and the first.
-    gap = np.linalg.norm(position[0] - position[12]) - 2.0 * radius
-    assert rows["approach"][38] == pytest.approx(-gap, rel=1e-9)
-    assert not rows["in_contact"][38]
-    assert np.all(rows["point"][38] == 0.0)
-
-
-def test_a_ball_and_its_neighbour_agree_wherever_they_are_in_the_ring():
-    """The contact of the last ball with the first is as the one of two balls in a row, turned."""
-    moving, first = touching_balls()
-    state = moving.state
-    state[:] = np.roll(state, 1, axis=0)
-    state[0, ORBIT_ANGLE] -= 2.0 * np.pi
-    second = Sample(0, 0, moving.first_outputs().rows(0))
-    for name in ("neighbour_load", "neighbour_point", "neighbour_normal", "neighbour_friction", "neighbour_approach"):
-        assert np.roll(second[name], -1, axis=0) == pytest.approx(first[name], rel=1e-6, abs=1e-9)
-
-
 def outputs_of(name, *overrides, count=300):
     """Outputs of the first `count` instants of a scene, as topics see them."""
     scene = load_scene(name, overrides)
@@ -190,19 +148,6 @@ def test_every_topic_of_a_kind_is_a_message(name):
     for row in KINDS[scene.kind].topics(scene.parameters):
         assert row.name in seen
         assert row.frame or row.name == "robot_description"
-
-
-def test_the_point_of_contact_lies_between_the_bodies():
-    """Two unequal spheres: the surfaces meet at the point, and the ellipse is Hertz's circle."""
-    scene, outputs = outputs_of("two_spheres", "second.radius=0.03", "second.mass=0.0")
-    [row] = [row for row in KINDS["two_spheres"].topics(scene.parameters) if row.ros_type == CONTACTS]
-    fields = max((row.fields(output) for output in outputs), key=lambda one: one["normal_load"][0])
-    approach, radius = fields["approach"][0], 1.0 / (1.0 / 0.01905 + 1.0 / 0.03)
-    assert fields["semi_major"][0] == pytest.approx(np.sqrt(approach * radius), rel=1e-6)
-    assert fields["semi_minor"][0] == pytest.approx(fields["semi_major"][0], rel=1e-6)
-    assert fields["peak_pressure"][0] == pytest.approx(
-        1.5 * fields["normal_load"][0] / (np.pi * fields["semi_major"][0] ** 2), rel=1e-6
-    )
 
 
 @pytest.mark.parametrize(
@@ -277,37 +222,3 @@ def test_the_pose_of_an_ellipsoid_places_its_contact_point():
         point = table["contacts"].fields(output)["point"][0]
         own = Rotation.from_quat(pose["orientation"]).inv().apply(point - pose["position"])
         assert np.sum((own / axes) ** 2) == pytest.approx(1.0, abs=1e-3)
-
-
-def marked(scene, output):
-    """Corners (n, 3) of each marker of an output, by the name of its namespace."""
-    [row] = [row for row in KINDS[scene.kind].topics(scene.parameters) if row.name == "markers"]
-    array = cdr.deserialise(row.ros_type, encoded(row.ros_type, row.fields(output), 0, row.frame))
-    return {one.ns: np.array([[p.x, p.y, p.z] for p in one.points]) for one in array.markers}
-
-
-def test_pins_and_contact_ellipse_of_an_ellipsoid_lie_along_their_axes():
-    scene, outputs = outputs_of("ellipsoid_rocking", "run.output_rate=100000.0", "start.height=1e-5")
-    output = max(outputs, key=lambda one: one.sample["normal_load"])
-    sample, markers = output.sample, marked(scene, output)
-    assert sample["semi_major"] > 1.02 * sample["semi_minor"] > 0.0
-    own = Rotation.from_quat(sample["orientation"]).apply(np.diag(scene.parameters.body.semi_axes))
-    pins = markers["pins"].reshape(3, 2, 3)
-    assert pins[:, 1] - pins[:, 0] == pytest.approx(2.1 * own, rel=1e-9, abs=1e-12)
-    away = markers["contact_ellipses"] - sample["contact_point"]
-    length = np.linalg.norm(away, axis=-1)
-    assert [length.max(), length.min()] == pytest.approx([10.0 * sample["semi_major"], 10.0 * sample["semi_minor"]])
-    assert abs(away[length.argmax()] @ sample["major_axis"]) == pytest.approx(length.max(), rel=1e-9)
-
-
-def test_a_struck_beam_is_drawn_bent_away_from_the_sphere():
-    scene, outputs = outputs_of("sphere_on_beam", count=200)
-    output = max(outputs, key=lambda one: np.abs(one.sample["shape"]).max())
-    line = marked(scene, output)["beam"]
-    assert line[:, 0] == pytest.approx(np.linspace(0.0, scene.parameters.beam.span, len(line)))
-    assert line[:, 2].min() == pytest.approx(-20.0 * output.sample["shape"].max(), rel=1e-9)
-    assert line[:, 2].min() < 0.0
-    [row] = [row for row in KINDS[scene.kind].topics(scene.parameters) if row.ros_type == CONTACTS]
-    touching = next(one for one in outputs[5:] if one.sample["normal_load"] > 0.0)
-    surfaces = touching.sample["sphere_position"], touching.sample["deflection"][0]
-    assert row.fields(touching)["point"][0][2] == pytest.approx(-0.5 * sum(surfaces), rel=1e-9)
