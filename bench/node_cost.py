@@ -16,7 +16,7 @@ from watch_cost import PATIENCE, shares
 
 from bearing_twin import load_scene, read_log
 from bearing_twin.log.raw_log import RECORDING_RECORD
-from bearing_twin.nodes.processes import node_command, started
+from bearing_twin.nodes.entry import node_command, started
 
 RATES = ((100, 100), (1000, 100), (1000, 1000), (4000, 1000))  # outputs, and messages of a topic, a second
 ROUNDS = 3

@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 from urllib.request import urlopen
 
-from bearing_twin.nodes.processes import node_command, started
+from bearing_twin.nodes.entry import node_command, started
 
 SCENE = "bearing_6203_loose"
 SPAN, ROUNDS = 6.0, 3  # s of each measurement, and how many there are

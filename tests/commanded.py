@@ -7,8 +7,7 @@ from made_up_run import a_choice
 
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.nodes.commanding import Commands
-from bearing_twin.nodes.simulating import SimulationLoop
+from bearing_twin.nodes.simulation_loop import Commands, SimulationLoop
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from bearing_twin.nodes.simulating import worth
+from bearing_twin.nodes.simulation_loop import worth
 from bearing_twin.report import BESIDE
 from bearing_twin.run.foretold import KEY, SINCE, Account, cost_in_words, logged
 from bearing_twin.run.scene import load_scene

@@ -62,7 +62,7 @@ APART = {
         for room in ("pictures", "kinds", "run", "uq", "log", "view", "nodes", "command", "__main__")
     ),
 }
-REACH_ROS = {"command/node_verbs.py"}  # of the command line, inside functions: ROS is imported when one of them runs
+REACH_ROS = {"command/node_command.py"}  # of the command line, inside functions: ROS is imported when one of them runs
 PHYSICS = ("numerics", "shapes", "contact", "kinds")
 NUMBERS_OF_UQ = {  # these know no files and no plots either
     *("distributions", "knowledge", "inputs", "sampling", "tails", "change_of_variable", "chaos"),
@@ -240,12 +240,13 @@ def test_physics_knows_no_files_no_clock_and_no_plots():
         "cli",
         "commands",
         "chart_command",
-        "compile_command",
         "contact_command",
         "outcome",
         "study_command",
         "terminal",
-        "view_command",
+        "view_commands",
+        "scene_commands",
+        "node_command",
     ],
 )
 def test_the_command_line_imports_late(module):

@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bearing_twin.command import cli, commands, layout
+from bearing_twin.command import cli, commands, terminal
 from bearing_twin.command.commands import COMMANDS
-from bearing_twin.command.completion_command import SHELLS
+from bearing_twin.command.scene_commands import SHELLS
 from bearing_twin.command.terminal import show_result
 from bearing_twin.spelling import LONGEST_ECHO, name_of_peer
 from bearing_twin.units import UNITS, for_people, known_digits, readable
@@ -118,8 +118,12 @@ cells = st.floats(allow_nan=False).map(lambda value: f"{value:.6g}")
 @given(st.lists(st.tuples(cells, cells, cells), min_size=1, max_size=5), st.integers(20, 100))
 def test_a_table_of_numbers_holds_each_of_them_whole(rows, width):
     for lines in (
-        layout.table(("first one", "second", "a third name"), rows, width),
-        [line for one in layout.columns_apart(("a", "b c", "d"), list(zip(*rows, strict=True)), width) for line in one],
+        terminal.table(("first one", "second", "a third name"), rows, width),
+        [
+            line
+            for one in terminal.columns_apart(("a", "b c", "d"), list(zip(*rows, strict=True)), width)
+            for line in one
+        ],
     ):
         words = " ".join(lines).replace(";", " ").split()
         for row in rows:

@@ -14,7 +14,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.encoding import encoded
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes import demo
-from bearing_twin.nodes.watching import Received
+from bearing_twin.nodes.demo import Received
 
 
 @pytest.mark.environment

@@ -11,7 +11,7 @@ from runs import reported
 from bearing_twin.command.terminal import show_result
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, METHOD, Dearest, Errors, Promise
-from bearing_twin.nodes.simulating import worth
+from bearing_twin.nodes.simulation_loop import worth
 from bearing_twin.report import Choice, plain_json
 from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, companion_cost, exceeds, judged, promise_in_words
 from bearing_twin.run.scene import load_scene

@@ -15,7 +15,7 @@ import starts
 from PIL import Image
 
 from bearing_twin.command import cli
-from bearing_twin.command.node_start import words_of
+from bearing_twin.command.node_command import words_of
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))

@@ -11,7 +11,7 @@ from bearing_twin.kinds.bearing.quasi_static.in_motion import scene_in_motion
 from bearing_twin.kinds.bearing.still import still_at_start
 from bearing_twin.log.mcap_log import write_log
 from bearing_twin.log.run_log import read_log
-from bearing_twin.nodes.simulating import worth
+from bearing_twin.nodes.simulation_loop import worth
 from bearing_twin.report import BESIDE
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.foretold import KEY, MUCH, WORDS, cost_in_words, cost_told

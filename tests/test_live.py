@@ -13,7 +13,7 @@ from bearing_twin.errors import BearingTwinError, LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import scene_text
-from bearing_twin.nodes.watch_orders import number_of, vector_of
+from bearing_twin.nodes.watch_node import number_of, vector_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.view.live import MOST_ROWS, PERIOD, ROWS, Again, LiveRun

@@ -34,7 +34,7 @@ from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.recover import survey
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.nodes.replaying import logged_topics
+from bearing_twin.nodes.replay_loop import logged_topics
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.sample import Channel

@@ -10,19 +10,31 @@ import time
 import pytest
 
 from bearing_twin.command import cli, node_command
-from bearing_twin.command.node_start import NODES, words_of
-from bearing_twin.command.pace import MessagePace
+from bearing_twin.command.node_command import NODES, Traffic, words_of
 from bearing_twin.errors import BearingTwinError
 
 
-def test_a_pace_is_counted_from_its_periods():
-    times = iter([0.0, 0.5, 1.0, 2.0])
-    pace = MessagePace(lambda: next(times))
-    assert [pace.message() for _ in range(4)] == [False, False, True, True]
-    figures = pace.figures()
-    assert (figures["messages"], figures["rate_hz"]) == (4, 1.5)
+def test_rate_and_sizes_are_those_of_the_window():
+    times = iter([0.0, 10.0, 10.5, 11.0, 12.0])
+    traffic = Traffic(3, lambda: next(times))
+    assert [traffic.add(size) for size in (9000, 10, 20, 30, 40)] == [False, True, False, True, True]
+    figures = traffic.periods()
+    assert (figures["messages"], figures["rate_hz"], figures["window"]) == (5, 1.5, 3)
     assert (figures["least_period_s"], figures["greatest_period_s"]) == (0.5, 1.0)
     assert figures["std_of_period_s"] == pytest.approx((2.0 / 36.0) ** 0.5)
+    sizes = traffic.sizes()
+    assert (sizes["bytes_per_s"], sizes["mean_bytes"], sizes["least_bytes"], sizes["greatest_bytes"]) == (
+        45,
+        30,
+        20,
+        40,
+    )
+
+
+def test_what_is_left_to_ros2_is_refused_with_its_command(capsys):
+    for words in node_command.ROS2:
+        assert cli.main(["node", *words.split(), "/a", "--field", "x"]) == cli.BAD_INPUT
+        assert f"; use {node_command.ROS2[words]}" in capsys.readouterr().err
 
 
 def test_the_words_of_a_node_are_those_of_ros2_run():
@@ -43,22 +55,15 @@ def test_the_nodes_that_can_be_started_are_the_executables():
     assert all(callable(getattr(entry, name)) for name in NODES)
 
 
-@pytest.mark.parametrize("verb", node_command.VERBS, ids=lambda verb: " ".join(verb.words))
+@pytest.mark.parametrize("verb", node_command.VERBS, ids=lambda verb: verb.words)
 def test_examples_of_the_help_are_legal(verb):
-    words = ["node", *verb.words, *shlex.split(verb.example)]
+    words = ["node", *verb.words.split(), *shlex.split(verb.example)]
     assert parser().parse_args(words).run_verb is verb.run
 
 
 @functools.cache
 def parser():
     return cli._parsers("node")[0]
-
-
-def test_a_short_word_does_what_the_long_one_does():
-    for short, full in node_command.SHORT.items():
-        verb = node_command._verb(full)
-        words = [*["word"] * len([name for name, _ in verb.arguments if not name.endswith("?")])]
-        assert parser().parse_args(["node", *short, *words]).run_verb is verb.run
 
 
 @pytest.fixture(scope="module")
@@ -123,12 +128,13 @@ def test_topics_are_read_timed_and_written(toy, told):
         "z": 0,
     }
     assert told("topic", "echo", "/toy/wrench", "--once", "--field", "wrench.force.x") == "2.5\n---\n"
-    shown = told("echo", "/toy/scene", "--once")
+    shown = told("topic", "echo", "/toy/scene", "--once")
     assert "\\e[31m" in shown
     assert "\x1b" not in shown
     rate = told("topic", "hz", "/toy/wrench", "--count", "5", "--json")
     assert rate["messages"] == 5
     assert rate["least_period_s"] < 1.0 / rate["rate_hz"] < rate["greatest_period_s"]
+    assert told("topic", "bw", "/toy/wrench", "--count", "5", "--json")["greatest_bytes"] >= 48
     told("topic", "pub", "--once", "/toy/speed", "std_msgs/msg/Float64", "{data: 250}")
     until(lambda: toy)
     assert toy == [250.0]
@@ -144,7 +150,8 @@ def test_ctrl_c_ends_who_listens_and_interrupts_who_waits_for_the_first_message(
     from bearing_twin.nodes.graph import Graph, interface
 
     def messages(*_, **__):
-        yield from [interface("std_msgs/msg/Float64", "msg")(data=2.5)] * come
+        message = interface("std_msgs/msg/Float64", "msg")(data=2.5)
+        yield from [bytes(12) if verb == "hz" else message] * come
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Graph, "messages", messages)
@@ -152,7 +159,7 @@ def test_ctrl_c_ends_who_listens_and_interrupts_who_waits_for_the_first_message(
     assert ("2.5" if verb == "echo" else "messages  1") in said if come else "bearing_twin: interrupted" in said
 
 
-@pytest.mark.parametrize("waits", ["_look", "_spin"])
+@pytest.mark.parametrize("waits", ["_await", "_spin"])
 def test_ctrl_c_ends_who_publishes_and_interrupts_who_waits_for_a_subscriber(waits, told, monkeypatch):
     from bearing_twin.nodes.graph import Graph
 
@@ -188,88 +195,51 @@ def test_what_is_there_is_listed(told):
         "durability": "volatile",
     }
     whole(lambda found: found["ends"] == [end], "topic", "info", "/toy/wrench")
-    whole(lambda found: "/bearing/run_study" in [one["name"] for one in found["actions"]], "action", "list")
 
 
 def test_parameters_are_read_and_set(told):
-    assert told("set", "/toy", "pace", "2", "--json") == {"pace": 2.0}  # a whole number for a real one
+    assert told("param", "set", "/toy", "pace", "2", "--json") == {"pace": 2.0}  # a whole number for a real one
     assert told("param", "get", "/toy", "pace", "--json") == {"pace": 2.0}
     assert {"name": "pace", "value": 2.0} in told("param", "list", "/toy", "--json")["parameters"]
-    assert told("param", "describe", "/toy", "pace", "--json")["name"] == "pace"
     assert "/toy has no parameter 'pac'; did you mean pace?" in told("param", "get", "/toy", "pac", code=cli.BAD_INPUT)
     unknown = told("param", "set", "/toy", "contact.normal", "x", code=cli.BAD_INPUT)
     assert "/toy has no parameter 'contact.normal'" in unknown
-    assert "/toy refuses pace = 'x'" in told("set", "/toy", "pace", "x", code=cli.BAD_INPUT)
+    assert "/toy refuses pace = 'x'" in told("param", "set", "/toy", "pace", "x", code=cli.BAD_INPUT)
 
 
 def test_services_are_called(told):
-    assert told("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: true}", "--json")["success"] is True
+    assert told("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: true}", "--json")["success"] is True
     assert told("service", "call", "/toy/pause", "--json", code=cli.BAD_INPUT) == {
         "success": False,
         "message": "as you say",
     }
     assert told("service", "call", "/toy/pause", code=cli.BAD_INPUT).endswith("bearing_twin: /toy/pause: as you say\n")
     wrong = [
-        (("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: 1}"), "data = 1 must be true or false"),
-        (("call", "/toy/pause", "std_srvs/srv/SetBool", "{date: 1}"), "has no field 'date'; did you mean data?"),
-        (("call", "/toy/pause", "no_such/srv/Type"), "the type no_such/srv/Type cannot be imported"),
-        (("call", "/toy/pause", "std_srvs/srv/SetBol"), "std_srvs has no srv 'SetBol'; did you mean SetBool"),
-        (("call", "/toy/pause", "os; x"), "'os; x' is no type of this group; write package/srv/Name"),
-        (("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: "), "is no YAML"),
-        (("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: 2024-13-45}"), "is no YAML"),
+        (("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: 1}"), "data = 1 must be true or false"),
+        (
+            ("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{date: 1}"),
+            "has no field 'date'; did you mean data?",
+        ),
+        (("service", "call", "/toy/pause", "no_such/srv/Type"), "the type no_such/srv/Type cannot be imported"),
+        (
+            ("service", "call", "/toy/pause", "std_srvs/srv/SetBol"),
+            "std_srvs has no srv 'SetBol'; did you mean SetBool",
+        ),
+        (("service", "call", "/toy/pause", "os; x"), "'os; x' is no type of this group; write package/srv/Name"),
+        (("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: "), "is no YAML"),
+        (("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: 2024-13-45}"), "is no YAML"),
     ]
     for words, sentence in wrong:
         assert sentence in told(*words, code=cli.BAD_INPUT)
-    typo = ("call", "/toy/paus", "--wait", "2")
+    typo = ("service", "call", "/toy/paus", "--wait", "2")
     until(lambda: "did you mean /toy/pause?" in told(*typo, code=cli.BAD_INPUT))
 
 
-def test_that_several_nodes_answer_is_told(toy, told, capsys):
-    """Two of one name: each carries out what is asked, and one of them is heard."""
-    import ros
-
-    def asked(*words):
-        assert cli.main(["node", *words, "--wait", "300"]) == cli.DONE
-        return capsys.readouterr().err
-
-    context = ros.rclpy.Context()
-    ros.rclpy.init(context=context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
-    other = ros.rclpy.create_node("toy", context=context)
-    other.create_service(ros.SetBool, "/toy/pause", lambda request, response: ros.SetBool.Response(success=True))
-    server = ros.ActionServer(
-        other, ros.RunStudy, "/bearing/run_study", lambda handle: handle.succeed() or ros.RunStudy.Result()
-    )
-    executor = ros.SingleThreadedExecutor(context=context)
-    executor.add_node(other)
-    thread = threading.Thread(target=executor.spin, daemon=True)
-    thread.start()
-    try:
-        until(lambda: "2 nodes are named /toy" in asked("list"))
-        for words in (
-            ("param", "list", "/toy"), ("call", "/toy/pause", "std_srvs/srv/SetBool", "{data: true}"),
-            ("action", "send_goal", "/bearing/run_study", "bearing_twin_msgs/action/RunStudy", "{study: a}"),
-        ):  # fmt: skip
-            until(lambda words=words: "2 nodes answer to /" in asked(*words))
-    finally:
-        executor.shutdown()
-        thread.join()
-        server.destroy()
-        other.destroy_node()
-        ros.rclpy.try_shutdown(context=context)
-
-
-def test_goals_are_sent_and_studies_shown(told):
-    done = told(
-        "action", "send_goal", "/bearing/run_study", "bearing_twin_msgs/action/RunStudy", "{study: a}", "--json"
-    )
-    assert done["status"] == "succeeded"
-    typed = ("bearing_twin_msgs/action/RunStudy", "{study: bad}")
-    assert "the goal was aborted" in told("action", "send_goal", "/bearing/run_study", *typed, code=cli.BAD_INPUT)
-    wrong = ("action", "send_goal", "/bearing/run_studdy", *typed, "--wait", "2")
-    until(lambda: "there is no action '/bearing/run_studdy'" in told(*wrong, code=cli.BAD_INPUT))
-    assert "did you mean /bearing/run_study?" in told(*wrong, code=cli.BAD_INPUT)
+def test_a_study_is_run_by_a_node(told):
     assert "4 samples, 0 failed" in told("study", "a")
     assert "the study was aborted: why" in told("study", "bad", code=cli.BAD_INPUT)
+    wrong = ("study", "a", "--action", "/bearing/run_studdy", "--wait", "2")
+    until(lambda: "did you mean /bearing/run_study?" in told(*wrong, code=cli.BAD_INPUT))
 
 
 def test_a_study_by_a_node_tells_its_doubts_as_the_command_does(toy, capsys):
@@ -315,7 +285,7 @@ def test_a_goal_whose_node_is_gone_is_not_waited_for(told, monkeypatch):
 def test_messages_become_data_and_back(toy):
     import ros
 
-    from bearing_twin.nodes.reflection import MessageError, filled, plain
+    from bearing_twin.nodes.messages import MessageError, filled, plain
 
     data = {"wrench": {"force": {"x": 1, "y": "2e-3"}}, "header": {"frame_id": "a", "stamp": {"sec": 3}}}
     message = filled(ros.WrenchStamped, data)
@@ -336,21 +306,7 @@ def test_messages_become_data_and_back(toy):
 
 @pytest.mark.parametrize(("load", "times"), [(0.3, 1.0), (4.0, 2.0), (50.0, 3.0)])
 def test_a_list_is_waited_for_longer_on_a_busy_machine(load, times, monkeypatch):
-    discovery = pytest.importorskip("bearing_twin.nodes.discovery", reason="ROS is not set up")
+    graph = pytest.importorskip("bearing_twin.nodes.graph", reason="ROS is not set up")
     monkeypatch.setattr(os, "getloadavg", lambda: (load, 0.0, 0.0))
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
-    assert discovery.quiet_time() == times * discovery.QUIET
-
-
-@pytest.mark.parametrize("ready", [True, False])
-def test_what_is_seen_at_the_end_of_the_wait_is_not_called_unknown(ready):
-    """Found by name while names are listed for the refusal: taken if it is ready, else said to be there."""
-    ros = pytest.importorskip("bearing_twin.nodes.graph")
-    with ros.Graph(wait=0.0) as graph:
-        answers = iter([None, "it"] if ready else [None, None])
-        look = functools.partial(graph._look, lambda: next(answers), "there is no action '/a/b'", lambda: ["/a/b"])
-        if ready:
-            assert look() == "it"
-        else:
-            with pytest.raises(ros.GraphError, match="is there, but was not ready within 0 s"):
-                look()
+    assert graph.quiet_time() == times * graph.QUIET

@@ -9,7 +9,7 @@ from commanded import obeying, twist, wrench
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds.bearing.quasi_static import statics
-from bearing_twin.nodes.commanding import Commands
+from bearing_twin.nodes.simulation_loop import Commands
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 

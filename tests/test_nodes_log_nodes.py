@@ -43,13 +43,12 @@ from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
-from bearing_twin.nodes.log_room import SteadyTime
+from bearing_twin.nodes.base_node import Outlet
 from bearing_twin.nodes.messages import OK, WARN, qos_words, stamp, suited
 from bearing_twin.nodes.node_parameters import ParameterError
-from bearing_twin.nodes.outlet import Outlet
 from bearing_twin.nodes.pacing import Timed
 from bearing_twin.nodes.recorder_node import RecorderNode
-from bearing_twin.nodes.recording import MENDS, Recording
+from bearing_twin.nodes.recording import MENDS, Recording, SteadyTime
 from bearing_twin.nodes.replay_node import ReplayNode
 
 SCENE = made_up_scene(balls=2)

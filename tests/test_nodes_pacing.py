@@ -5,8 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from bearing_twin.nodes.pacing import GREATEST_LAG, LAG_SHOWN, SLOWEST, PacedStream, Pacer, StreamPace, Timed
-from bearing_twin.nodes.worker import Worker
+from bearing_twin.nodes.pacing import GREATEST_LAG, LAG_SHOWN, SLOWEST, PacedStream, Pacer, StreamPace, Timed, Worker
 
 MS = 1_000_000
 START = 77_000_000_000  # wall time, anything but 0

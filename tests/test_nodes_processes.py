@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bearing_twin.nodes.processes import LONGEST_LOOK, SILENCE, ProcessError, node_command, started
+from bearing_twin.nodes.entry import LONGEST_LOOK, SILENCE, ProcessError, node_command, started
 
 LIMIT = 300.0  # s, generous: these programs end at once
 
@@ -68,7 +68,7 @@ def test_a_time_in_which_nobody_looked_is_no_silence(tmp_path):
 
 
 def test_the_body_ends_the_process_also_one_that_ignores_signals(tmp_path, monkeypatch):
-    monkeypatch.setattr("bearing_twin.nodes.processes.GRACE", 0.2)
+    monkeypatch.setattr("bearing_twin.nodes.entry.GRACE", 0.2)
     deaf = "import signal, time; signal.signal(2, signal.SIG_IGN); print('deaf', flush=True); time.sleep(600)"
     with started("sim_node", python(deaf), tmp_path) as node:
         end = time.monotonic() + LIMIT

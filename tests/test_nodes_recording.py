@@ -24,10 +24,17 @@ from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import RELIABLE, MessageStream, topics
-from bearing_twin.nodes.log_room import Room, SteadyTime, in_an_hour, warning
-from bearing_twin.nodes.recording import Recording, Sequences, default_topics, lost_in_words
-from bearing_twin.nodes.replaying import ReplayLoop, logged_topics
-from bearing_twin.nodes.retelling import Retelling
+from bearing_twin.nodes.recording import (
+    Recording,
+    Room,
+    Sequences,
+    SteadyTime,
+    default_topics,
+    in_an_hour,
+    lost_in_words,
+    warning,
+)
+from bearing_twin.nodes.replay_loop import ReplayLoop, Retelling, logged_topics
 from bearing_twin.run.scene import Scene
 
 MS = 1_000_000

@@ -149,7 +149,7 @@ def test_a_command_that_waits_and_fails_is_said(monkeypatch, capfd):
 
 
 def test_whoever_resets_once_too_often_is_told_that_the_run_is_not_logged(tmp_path, monkeypatch):
-    monkeypatch.setattr("bearing_twin.nodes.run_logs.MOST_LOGS", 1)
+    monkeypatch.setattr("bearing_twin.nodes.simulation_loop.MOST_LOGS", 1)
     with ros_executor(threads=2) as executor:
         watcher, seen = plain_node(executor), []
         watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)

@@ -14,8 +14,7 @@ from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.mcap_log import LogWriter, raw_messages, read_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.pacing import FASTEST
-from bearing_twin.nodes.run_logs import RunLogs, log_path
-from bearing_twin.nodes.simulating import GREATEST_SPEED, LONGEST_STEP, SimulationLoop
+from bearing_twin.nodes.simulation_loop import GREATEST_SPEED, LONGEST_STEP, RunLogs, SimulationLoop, log_path
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
@@ -319,7 +318,7 @@ def test_a_reset_starts_again_at_zero_with_a_new_log(tmp_path):
 
 
 def test_resets_begin_so_many_logs_and_all_are_counted(tmp_path, monkeypatch):
-    monkeypatch.setattr("bearing_twin.nodes.run_logs.MOST_LOGS", 3)
+    monkeypatch.setattr("bearing_twin.nodes.simulation_loop.MOST_LOGS", 3)
     logs = RunLogs(str(tmp_path / "run.mcap"), lambda path: LogWriter(path, SCENE, {"law": "hertz"}))
     loop, delivered, clock = made_up_loop(open_log=logs.begin, duration_ns=60 * MS)
     for run in range(5):

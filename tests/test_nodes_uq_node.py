@@ -4,7 +4,6 @@ import json
 import math
 import os
 import signal
-import threading
 import time
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from ros import (
     DiagnosticArray,
     DiagnosticStatus,
     GoalStatus,
-    Qos,
     RunStudy,
     String,
     executable,
@@ -31,9 +29,8 @@ from ros import (
 from bearing_twin.command.cli import main
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.study_log import read_study
-from bearing_twin.nodes.counted_server import Arrivals, InOrder, Rush
 from bearing_twin.nodes.node_parameters import ParameterError, checked
-from bearing_twin.nodes.studying import QUEUE
+from bearing_twin.nodes.studies import QUEUE
 from bearing_twin.nodes.uq_node import LATCHED, PARAMETERS, UqNode
 from bearing_twin.paths import share_path
 
@@ -222,80 +219,6 @@ def test_one_runs_four_wait_in_order_and_the_next_is_refused():
         assert {state for state, _ in results} == {"succeeded"}
         spin_until(executor, lambda: seen[-1].level == DiagnosticStatus.OK, "all is well again")
         assert node.studies.status()[0] == "idle"
-
-
-def test_goals_that_never_come_are_counted_and_told(monkeypatch):
-    monkeypatch.setattr("bearing_twin.nodes.uq_node.ASKED", qos_profile(Qos(depth=10)))
-    with ros_executor(threads=3) as executor:
-        node, seen = started(executor, UqNode, log_folder=""), []
-        client = ActionClient(plain_node(executor), RunStudy, ACTION, goal_service_qos_profile=qos_profile(Qos(1000)))
-        spin_until(executor, client.server_is_ready, "discovery of the action")
-        plain_node(executor, "watcher").create_subscription(
-            DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10
-        )
-        sent(executor, client, **ENDLESS)
-        answers = [client.send_goal_async(RunStudy.Goal(**QUICK)) for _ in range(100)]  # nobody takes them meanwhile
-
-        def counts():
-            values = {pair.key: pair.value for pair in seen[-1].values} if seen else {}
-            never, *come = (int(values.get(k, 0)) for k in ("goals_never_come", "refused", "waiting", "aborted"))
-            return never, sum(come)  # aborted: there came to be no room for it while it was accepted
-
-        spin_until(executor, lambda: sum(counts()) == 100, "an account of all goals")
-        assert counts()[0] > 0
-        spin_until(executor, lambda: sum(one.done() for one in answers) == counts()[1], "answers to the others")
-        node.studies.close()
-
-
-def test_goals_sent_at_once_run_in_the_order_in_which_they_were_sent(monkeypatch):
-    """The first is held up on its way, until the others have passed it."""
-    accept, passed = UqNode._on_accepted, threading.Semaphore(0)
-
-    def accepted(node, goal_handle):
-        request = accept(node, goal_handle)
-        if goal_handle.request.seed == 1:
-            assert all(passed.acquire(timeout=PATIENCE) for _ in range(2))
-        else:
-            passed.release()
-        return request
-
-    monkeypatch.setattr(UqNode, "_on_accepted", accepted)
-    with ros_executor(threads=4) as executor:
-        node = started(executor, UqNode, log_folder="")
-        client, added, add = client_of(executor), [], node.studies.add
-        monkeypatch.setattr(node.studies, "add", lambda request: (added.append(request.goal.seed), add(request)))
-        futures = [client.send_goal_async(RunStudy.Goal(**QUICK, seed=seed)) for seed in (1, 2, 3)]
-        spin_until(executor, lambda: len(added) == 3, "three goals")
-        assert added == [1, 2, 3]
-        spin_until(executor, lambda: all(one.done() for one in futures), "answers")
-        assert {outcome(executor, one.result())[0] for one in futures} == {"succeeded"}
-
-
-def test_places_are_kept_whoever_comes_first_and_where_nothing_stands():
-    taken = []
-    order = InOrder(taken.append)
-    first, second, third = order.place(), order.place(), order.place()
-    order.put(third, "c")
-    order.put(second, None)
-    assert taken == []
-    order.put(first, "a")
-    assert taken == ["a", "c"]
-
-
-def test_of_several_who_ask_nobody_knows_what_never_came():
-    arrivals = Arrivals()
-    assert [arrivals.saw(number, 1) for number in (4, 5, 8)] == [0, 0, 2]
-    assert (arrivals.known, arrivals.lost) == (True, 2)
-    assert arrivals.saw(20, 2) == arrivals.saw(30, 1) == 0
-    assert (arrivals.known, arrivals.lost) == (False, 2)
-
-
-def test_answers_beyond_the_tenth_in_two_seconds_are_in_doubt():
-    rush = Rush()
-    assert not any(rush.saw(0.01 * k) for k in range(10))
-    assert all(rush.saw(0.1 + 0.01 * k) for k in range(5))
-    assert not any(rush.saw(4.0 + 0.3 * k) for k in range(20))
-    assert rush.doubted == 5
 
 
 SIGNALS = signal.SIGINT, signal.SIGKILL, signal.SIGTERM

@@ -30,8 +30,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.stream import LATCHED, MessageStream
 from bearing_twin.nodes import watch_node
 from bearing_twin.nodes.sim_node import SimNode
-from bearing_twin.nodes.watch_node import LONGEST_REFUSAL, LONGEST_STATUS, WatchNode
-from bearing_twin.nodes.watch_orders import cut_short
+from bearing_twin.nodes.watch_node import LONGEST_REFUSAL, LONGEST_STATUS, WatchNode, cut_short
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 

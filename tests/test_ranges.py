@@ -15,8 +15,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.ranges import FASTEST_CHANGE, RANGES
 from bearing_twin.log.cdr import deserialise
 from bearing_twin.log.mcap_log import raw_messages, recover, write_log
-from bearing_twin.nodes.study_goal import Goal, study_of
-from bearing_twin.nodes.study_limits import StudyLimits
+from bearing_twin.nodes.studies import Goal, StudyLimits, study_of
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names

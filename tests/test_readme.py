@@ -11,7 +11,7 @@ from doc_tables import PAGES, ROOT, TABLES, names_in, written
 
 from bearing_twin.command import cli
 from bearing_twin.command.chart_table import ALL, CHARTS
-from bearing_twin.command.node_start import NODES
+from bearing_twin.command.node_command import NODES
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.catalogue import read_entries
 from bearing_twin.log.stream import topics

@@ -19,7 +19,7 @@ from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_log import LogWriter, choice_record, raw_messages, read_log
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.nodes.simulating import SimulationLoop
+from bearing_twin.nodes.simulation_loop import SimulationLoop
 from bearing_twin.report import Rechosen
 from bearing_twin.run.failure import Failure
 from bearing_twin.run.looks import APART_NS, Looks

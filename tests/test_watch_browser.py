@@ -13,7 +13,7 @@ import pytest
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.samples import samples_message
 from bearing_twin.log.stream import scene_text
-from bearing_twin.nodes.serving import Feed, PageServer
+from bearing_twin.nodes.page_server import Feed, PageServer
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.view.film import browser_page

@@ -10,8 +10,8 @@ from torture_rows import Found, Row, part_of
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter, checked, safety_of
-from bearing_twin.nodes.simulating import check_speed
-from bearing_twin.nodes.study_goal import Goal, study_of
+from bearing_twin.nodes.simulation_loop import check_speed
+from bearing_twin.nodes.studies import Goal, study_of
 from bearing_twin.run.cost import cost_of
 from bearing_twin.run.scene import load_scene, parse_scene
 from bearing_twin.run.simulation import Simulation

@@ -19,8 +19,8 @@ from bearing_twin.errors import LogError
 from bearing_twin.log.mcap_log import raw_messages, read_log, recover
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import RECORDING_RECORD
-from bearing_twin.nodes.processes import node_command
-from bearing_twin.nodes.uq_node import ASKED
+from bearing_twin.nodes.entry import node_command
+from bearing_twin.nodes.messages import SERVICE
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
@@ -28,7 +28,7 @@ QUICK = {"study": "spheres_alpha_4e-5", "overrides": ["sweep=", "histories=[]", 
 ENDLESS = QUICK | {"samples": 12_000_000, "overrides": [*QUICK["overrides"], "batch=1000000"]}
 WITH_HISTORIES = ENDLESS | {"overrides": ["sweep=", "modality=no", "batch=1000000"], "samples": 500_000}
 BY_WORKERS = {"study": "bearing_6203_tolerances", "overrides": ["run.duration=20000.0"]}
-KEEPS_ALL = {"goal_service_qos_profile": ASKED, "result_service_qos_profile": ASKED}
+KEEPS_ALL = {"goal_service_qos_profile": SERVICE, "result_service_qos_profile": SERVICE}
 ANSWERED, ACKNOWLEDGED, ENDED = 1.0, 0.1, 0.5  # s
 FROZEN = 12.0  # s
 SOAK = 1800.0  # s

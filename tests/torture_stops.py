@@ -13,7 +13,7 @@ import numpy as np
 from domains import own_domain
 from torture_rows import Found, Row, until
 
-from bearing_twin.nodes.processes import node_command
+from bearing_twin.nodes.entry import node_command
 
 ENDED = 0.5  # s
 BEGUN = 60.0  # s after which what does not begin is given up

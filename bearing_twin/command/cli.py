@@ -42,6 +42,8 @@ class _Parser(argparse.ArgumentParser):
     def _check_value(self, action, value):
         if action.choices is None or value in action.choices:
             return
+        if value in (instead := getattr(action, "instead", {})):  # of another program
+            raise BearingTwinError(f"{self.prog} has no {echo(value)}; use {instead[value]}")
         name = "/".join(action.option_strings) or action.metavar or action.dest
         raise BearingTwinError(f"{name} {echo(value)} is not known; {unknown(value, action.choices)}")
 
@@ -105,12 +107,12 @@ def _kept(argv) -> str:
 def _main(argv) -> int:
     # Late: a signal meanwhile finds somebody who knows what to do.
     from bearing_twin.command.commands import COMMANDS
-    from bearing_twin.command.completion_command import ASKED, complete
+    from bearing_twin.command.scene_commands import COMPLETING, complete
 
     if argv[:1] == ["help"]:
         argv = [*argv[1:2], "--help"]
     word = next((one for one in argv if not one.startswith("-")), None)
-    parser, subparsers = _parsers(None if ASKED in os.environ else word)
+    parser, subparsers = _parsers(None if COMPLETING in os.environ else word)
     complete(parser)
     if not argv:
         parser.print_help(sys.stderr)

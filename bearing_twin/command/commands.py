@@ -1,32 +1,25 @@
 """The subcommands, one table: what each takes, does and hands back. Imports are late, so that --help is quick."""
 
-import argparse
 import contextlib
 import math
 import shutil
-from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 from bearing_twin.command import (
     bearing_command,
     chart_command,
-    compile_command,
-    completion_command,
     contact_command,
     explain_command,
     export_command,
-    layouts_command,
     node_command,
-    scenes_command,
+    scene_commands,
     study_command,
-    topics_command,
-    view_command,
-    watch_command,
+    view_commands,
 )
 from bearing_twin.command.logged import ShownStream, ended
 from bearing_twin.command.outcome import (
     Outcome,
+    Subcommand,
     add_changes,
     doubts_of,
     failure_kept,
@@ -38,15 +31,6 @@ from bearing_twin.command.outcome import (
 )
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.units import Limits
-
-
-class Subcommand(NamedTuple):
-    """One subcommand; `examples` are whole lines as one would type them."""
-
-    help: str
-    arguments: Callable[[argparse.ArgumentParser], None]
-    run: Callable[[argparse.Namespace], Outcome]
-    examples: tuple[str, ...] = ()
 
 
 def _of(module) -> Subcommand:
@@ -248,15 +232,15 @@ COMMANDS = {
     "export": _of(export_command),
     "explain": _of(explain_command),
     "chart": _of(chart_command),
-    "compile": _of(compile_command),
+    "compile": scene_commands.COMPILE,
     "contact": _of(contact_command),
     "bearing": _of(bearing_command),
     "study": _of(study_command),
-    "node": _of(node_command),
-    "topics": _of(topics_command),
-    "view": _of(view_command),
-    "layouts": _of(layouts_command),
-    "watch": _of(watch_command),
-    "scenes": _of(scenes_command),
-    "completion": _of(completion_command),
+    "node": node_command.NODE,
+    "topics": scene_commands.TOPICS,
+    "view": view_commands.VIEW,
+    "layouts": view_commands.LAYOUTS,
+    "watch": node_command.WATCH,
+    "scenes": scene_commands.SCENES,
+    "completion": scene_commands.COMPLETION,
 }

@@ -1,172 +1,393 @@
-"""`bearing_twin node`: nodes, topics, parameters, services and actions from the shell, in the words of `ros2`.
+"""`bearing_twin node` and `watch`: nodes from the shell for those who have ROS 2 from PyPI, without `ros2`.
 
-It is for those who have ROS 2 from PyPI, where there is no `ros2`.
+The words are those of `ros2`, whose other verbs are not repeated here. ROS is imported only when a verb runs.
 """
 
 import argparse
+import importlib
+import math
+import os
+import statistics
+import sys
 import textwrap
-from collections.abc import Callable
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
-from bearing_twin.command import node_verbs
-from bearing_twin.command.node_start import NODES
-from bearing_twin.command.outcome import ALLOW_INVALID, Outcome
+from bearing_twin.command.outcome import ALLOW_INVALID, Outcome, Subcommand, listed, number, overrides_of
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.parameters import echo
+from bearing_twin.report import json_text
+from bearing_twin.spelling import ROS_ARGS, unknown
+from bearing_twin.units import Limits
 
-HELP = "nodes, topics, parameters, services and actions of ROS 2, in the words of ros2, without a ros2"
-NODE_ARGUMENT = ("node", "full name of a node, such as /bearing/sim_node")
-TOPIC_ARGUMENT = ("topic", "full name of a topic, such as /bearing/state")
+NODES = ("sim_node", "recorder_node", "replay_node", "uq_node", "watch_node")
+SHORT_LIST = 128  # numbers of an array that are shown
+SAID_EVERY = 1.0  # s
 
 
 class Verb(NamedTuple):
     """One command below `node`: its words, what it does, arguments (name, help), options, and who runs it."""
 
-    words: tuple[str, ...]
+    words: str
     help: str
     run: Callable[[argparse.Namespace], Outcome]
     arguments: tuple[tuple[str, str], ...] = ()
     options: tuple[tuple[str, dict], ...] = ()
     example: str = ""
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the verbs below `node` to its parser."""
-    parser.epilog = "Graphs are seen in one ROS_DOMAIN_ID. Ctrl-C ends what runs on."
-    groups = {(): parser.add_subparsers(dest="verb", metavar="VERB", required=True)}
-    for words, verb in [(one.words, one) for one in VERBS] + [(words, _verb(full)) for words, full in SHORT.items()]:
-        for length in range(1, len(words)):
-            if words[:length] not in groups:
-                said = [f"  {_line(one.words)}" for one in VERBS if one.words[:length] == words[:length]]
-                group = groups[words[: length - 1]].add_parser(
-                    words[length - 1],
-                    help=GROUPS[words[length - 1]],
-                    epilog="\n".join(["examples:", *said]),
-                    formatter_class=argparse.RawDescriptionHelpFormatter,
-                )
-                groups[words[:length]] = group.add_subparsers(dest="what", metavar="VERB", required=True)
-        short = "" if words == verb.words else f" (short for {' '.join(verb.words)})"
-        leaf = groups[words[:-1]].add_parser(
-            words[-1],
-            help=verb.help + short,
-            description=textwrap.fill(verb.help, 78),
-            epilog=f"example:\n  {_line(words)}",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-            allow_abbrev=False,
-        )
-        _fill(leaf, verb)
+    @property
+    def line(self) -> str:
+        """The verb as it would be typed."""
+        return f"bearing_twin node {self.words} {self.example}".rstrip()
 
 
-def _fill(leaf, verb: Verb) -> None:
-    for name, text in verb.arguments:
-        optional = {"nargs": "?"} if name.endswith("?") else {}
-        leaf.add_argument(name.rstrip("?"), help=text, **optional)
-    for name, settings in verb.options:
-        leaf.add_argument(name, **settings)
-    leaf.set_defaults(run_verb=verb.run)
-    if verb.run is not node_verbs.start:
-        text = "how long to wait for what is asked for, at most (default: 10)"
-        leaf.add_argument("--wait", metavar="SECONDS", default="10", help=text)
-        for name in ("--json", "--si", "--strict"):
-            leaf.add_argument(name, action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+# A node as this process
 
 
-def run(arguments: argparse.Namespace) -> Outcome:
-    """Runs the verb; raises BearingTwinError in one sentence for what is not there or is refused."""
-    return arguments.run_verb(arguments)
+def words_of(node: str, words: Sequence[str]) -> list[str]:
+    """The words after the name of Python; `--ros-args` is put in where it was left out. Raises BearingTwinError."""
+    if node not in NODES:
+        raise BearingTwinError(f"{echo(node)} is no node of this package; {unknown(node, NODES)}")
+    rest = list(words)
+    if rest and rest[0] != ROS_ARGS and not {"-h", "--help"} & set(rest):
+        rest.insert(0, ROS_ARGS)
+    return ["-m", "bearing_twin.nodes.entry", node, *rest]
 
 
-GROUPS = {
-    "topic": "list, read, publish, time",
-    "param": "list, get, describe, set",
-    "service": "list, call",
-    "action": "list, send a goal",
-}
+def replace_by_node(node: str, words: Sequence[str]):
+    """Never returns: signals, exit code and output are the node's own."""
+    command = [sys.executable, *words_of(node, words)]
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os.execv(command[0], command)
+
+
+def _start(arguments) -> Outcome:
+    replace_by_node(arguments.executable, arguments.words)
+
+
+def _watch_arguments(parser) -> None:
+    parser.add_argument("--node", default="", help="full name of the node; without, the only one with samples")
+    parser.add_argument("--port", default="8080", help="port to listen on; 0 = any that is free (default: 8080)")
+    parser.add_argument(
+        "--host",
+        default="localhost",
+        help="address to listen on; any but localhost lets other machines look and command",
+    )
+
+
+def _watch(arguments) -> Outcome:
+    if not (arguments.port.isdecimal() and int(arguments.port) < 65536):
+        raise BearingTwinError(f"--port {echo(arguments.port)} must be a whole number from 0 to 65535")
+    for name in ("node", "host"):
+        if set(getattr(arguments, name)) & set("'\"\n\\"):
+            raise BearingTwinError(f"--{name} {echo(getattr(arguments, name))} is no name")
+    given = {"port": arguments.port, "host": f"'{arguments.host}'", "node": f"'{arguments.node}'"}
+    replace_by_node("watch_node", [word for key, text in given.items() for word in ("-p", f"{key}:={text}")])
+
+
+# Other nodes
+
+
+def _graph(arguments):
+    """The graph of nodes, for a `with` statement; raises MissingInterfacesError where ROS is missing."""
+    importlib.import_module("bearing_twin.nodes.messages")  # says in one sentence what is missing, if anything is
+    from bearing_twin.nodes.graph import Graph
+
+    return Graph(number("--wait", arguments.wait, limits=Limits(at_least=0.0, at_most=3600.0)))
+
+
+def _count(arguments) -> int:
+    value = number("--count", arguments.count, limits=Limits(at_least=0), integer=True)
+    return 1 if getattr(arguments, "once", False) else value
+
+
+def _yaml(text: str | None):
+    import yaml
+
+    try:
+        return yaml.safe_load(text or "")
+    except (yaml.YAMLError, ValueError, RecursionError) as error:  # an impossible date is a ValueError
+        raise BearingTwinError(f"{echo(text)} is no YAML: write it in quotes, as '{{data: 250.0}}'") from error
+
+
+def _shown(data) -> str:
+    """A message as YAML; what could steer a terminal is escaped."""
+    import yaml
+
+    text = yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=100, allow_unicode=False)
+    return text.removesuffix("...\n")  # the end of a document that is one word or number
+
+
+def _list(arguments) -> Outcome:
+    with _graph(arguments) as graph:
+        found = graph.nodes()
+    several = [f"{found.count(name)} nodes are named {name}" for name in sorted({*found}) if found.count(name) > 1]
+    return listed("nodes", ("name",), ({"name": name} for name in found))._replace(doubts=several)
+
+
+def _topic_list(arguments) -> Outcome:
+    with _graph(arguments) as graph:
+        found = graph.topics()
+    return listed("topics", ("name", "type"), ({"name": name, "type": kind} for name, kind in found.items()))
+
+
+def _topic_info(arguments) -> Outcome:
+    with _graph(arguments) as graph:
+        return listed("ends", ("end", "node", "type", "reliability", "durability"), graph.ends(arguments.topic))
+
+
+def _each(arguments, take: Callable, raw: bool = False) -> None:
+    """Hands messages to `take` until --count of them or Ctrl-C, which interrupts who waits for the first."""
+    from bearing_twin.command.terminal import say
+
+    silent = f"nothing has come on {arguments.topic} for {arguments.wait} s: is its node paused, or still compiling?"
+    left, came = _count(arguments), False
+    with _graph(arguments) as graph:
+        try:
+            for message in graph.messages(arguments.topic, lambda: say(silent), raw):
+                take(message)
+                came, left = True, left - 1
+                if left == 0:
+                    break
+        except KeyboardInterrupt:
+            if not came:
+                raise
+
+
+def _echo(arguments) -> Outcome:
+    from bearing_twin.command.terminal import show_text
+
+    most = None if arguments.full_length or arguments.json else SHORT_LIST
+
+    def show(message) -> None:
+        from bearing_twin.nodes.messages import plain
+
+        data = _field(plain(message, most), arguments.field)
+        show_text(json_text(data) if arguments.json else f"{_shown(data)}---")
+        sys.stdout.flush()
+
+    _each(arguments, show)
+    return Outcome(None, [])
+
+
+def _field(data, path: str | None):
+    """The part of a message that `path`, such as wrench.force, leads to."""
+    for name in path.split(".") if path else ():
+        if not isinstance(data, dict) or name not in data:
+            legal = unknown(name, data) if isinstance(data, dict) else "there are no fields below"
+            raise BearingTwinError(f"--field {echo(path)}: there is no {echo(name)}; {legal}")
+        data = data[name]
+    return data
+
+
+class Traffic:
+    """Rate, periods and sizes of the last `window` messages, by a clock that is handed in."""
+
+    def __init__(self, window: int, clock: Callable[[], float] = time.monotonic):
+        self._clock, self._said, self.count = clock, None, 0
+        self._times: deque[float] = deque(maxlen=window + 1)
+        self._sizes: deque[int] = deque(maxlen=window)
+
+    def add(self, size: int = 0) -> bool:
+        """Takes a message of so many bytes; True once a second."""
+        now = self._clock()
+        self.count += 1
+        self._times.append(now)
+        self._sizes.append(size)
+        self._said = now if self._said is None else self._said
+        if now - self._said < SAID_EVERY:
+            return False
+        self._said = now
+        return True
+
+    def periods(self) -> dict[str, float]:
+        """Rate [Hz], mean, least and greatest period and its standard deviation [s]; NaN without two messages."""
+        found = [later - earlier for earlier, later in pairwise(self._times)]
+        if not found:
+            return {"messages": self.count, "rate_hz": math.nan}
+        mean = statistics.fmean(found)
+        return {
+            "messages": self.count,
+            "rate_hz": 1.0 / mean if mean else math.inf,
+            "mean_period_s": mean,
+            "least_period_s": min(found),
+            "greatest_period_s": max(found),
+            "std_of_period_s": statistics.pstdev(found, mean),
+            "window": len(found),
+        }
+
+    def sizes(self) -> dict[str, float]:
+        """Bytes a second, and mean, least and greatest size [B]; NaN without two messages."""
+        span = self._times[-1] - self._times[0] if self._times else 0.0
+        if not span:
+            return {"messages": self.count, "bytes_per_s": math.nan}
+        return {
+            "messages": self.count,
+            "bytes_per_s": sum(list(self._sizes)[1 - len(self._times) :]) / span,
+            "mean_bytes": statistics.fmean(self._sizes),
+            "least_bytes": min(self._sizes),
+            "greatest_bytes": max(self._sizes),
+            "window": len(self._sizes),
+        }
+
+
+def _measured(figures: Callable[[Traffic], dict]) -> Callable[[argparse.Namespace], Outcome]:
+    def run(arguments) -> Outcome:
+        from bearing_twin.command.terminal import say
+
+        window = number("--window", arguments.window, limits=Limits(at_least=1, at_most=1_000_000), integer=True)
+        traffic = Traffic(window)
+
+        def take(data: bytes) -> None:
+            if traffic.add(len(data)):
+                say(", ".join(f"{key} {value:.4g}" for key, value in figures(traffic).items()))
+
+        _each(arguments, take, raw=True)
+        return Outcome(figures(traffic), [])
+
+    return run
+
+
+def _publish(arguments) -> Outcome:
+    rate = number("--rate", arguments.rate, limits=Limits(above=0.0, at_most=1000.0))
+    with _graph(arguments) as graph:
+        sent = graph.publish(arguments.topic, arguments.type, _yaml(arguments.message), _count(arguments), rate)
+    return Outcome({"topic": arguments.topic, "published": sent}, [])
+
+
+def _parameter_list(arguments) -> Outcome:
+    with _graph(arguments) as graph:
+        found = graph.parameters(arguments.node)
+    return listed("parameters", ("name", "value"), ({"name": name, "value": value} for name, value in found.items()))
+
+
+def _parameter_get(arguments) -> Outcome:
+    with _graph(arguments) as graph:
+        return Outcome({arguments.name: graph.parameter(arguments.node, arguments.name)}, [])
+
+
+def _parameter_set(arguments) -> Outcome:
+    with _graph(arguments) as graph:
+        value = graph.set_parameter(arguments.node, arguments.name, _yaml(arguments.value))
+        return Outcome({arguments.name: value}, [])
+
+
+def _call(arguments) -> Outcome:
+    """The answer of a service; one that reports no success ends as bad input does."""
+    with _graph(arguments) as graph:
+        answer = graph.call(arguments.service, arguments.type, _yaml(arguments.request))
+    refused = f"{arguments.service}: {answer.get('message')}" if answer.get("success") is False else ""
+    return Outcome(answer, [], lambda: print(_shown(answer), end=""), problem=refused)
+
+
+def _study(arguments) -> Outcome:
+    """Sends a study to a uq_node and shows its result as `bearing_twin study` does."""
+    import json
+
+    from bearing_twin.command import study_command
+    from bearing_twin.command.terminal import progress
+    from bearing_twin.log.study_log import NAMESPACE
+    from bearing_twin.uq.result import doubts_told
+
+    overrides_of(arguments, samples="samples", seed="seed")
+    goal = {"study": arguments.study, "overrides": arguments.set}
+    for key in ("samples", "seed"):
+        if (text := getattr(arguments, key)) is not None:
+            goal[key] = _yaml(text)
+    with _graph(arguments) as graph, progress(f"study {arguments.study}") as update:
+        tell = lambda one: update(one["done"] / max(one["total"], 1))  # noqa: E731
+        status, result = graph.run_study(arguments.action or f"{NAMESPACE}/run_study", goal, tell)
+    if not result["summary"]:
+        raise BearingTwinError(f"the study was {status}: {result['message']}")
+    summary = json.loads(result["summary"]) | ({"log": result["log"]} if result["log"] else {})
+    doubts = [] if status == "succeeded" else [f"the study was {status}: {result['message']}"]
+    return Outcome(summary, doubts + doubts_told(summary), lambda: study_command.show(summary))
+
+
+# The table of verbs
+
+_NODE = ("node", "full name of a node, such as /bearing/sim_node")
+_TOPIC = ("topic", "full name of a topic, such as /bearing/state")
 _COUNT = ("--count", {"metavar": "N", "default": "0", "help": "end after so many; 0 = not by itself (default)"})
 _ONCE = ("--once", {"action": "store_true", "help": "the same as --count 1"})
+_WINDOW = ("--window", {"metavar": "N", "default": "10000", "help": "of the last N messages (default: 10000)"})
+_REST = ("words", {"nargs": argparse.REMAINDER, "metavar": "...", "help": "as after ros2 run: -p scene:=bearing_6205"})
 VERBS = (
-    Verb(("list",), "the nodes that are to be seen", node_verbs.names("node")),
+    Verb("list", "the nodes that are to be seen", _list),
     Verb(
-        ("start",),
+        "start",
         "run a node of this package in this shell; --help after its name lists its parameters",
-        node_verbs.start,
+        _start,
         (("executable", ", ".join(NODES)),),
-        (
-            (
-                "words",
-                {"nargs": argparse.REMAINDER, "metavar": "...", "help": "as after ros2 run: -p scene:=bearing_6205"},
-            ),
-        ),
+        (_REST,),
         "sim_node -p scene:=bearing_6203_loose -p duration:=2.0",
     ),
-    Verb(("topic", "list"), "the topics with their types", node_verbs.names("topic")),
+    Verb("topic list", "the topics with their types", _topic_list),
+    Verb("topic info", "publishers and subscriptions of a topic", _topic_info, (_TOPIC,), (), "/tf"),
     Verb(
-        ("topic", "echo"),
+        "topic echo",
         "print messages as they come; with --json one object a line",
-        node_verbs.echo_topic,
-        (TOPIC_ARGUMENT,),
+        _echo,
+        (_TOPIC,),
         (
             ("--field", {"metavar": "PATH", "help": "only this part of it, such as wrench.force"}),
-            ("--full-length", {"action": "store_true", "help": f"arrays beyond {node_verbs.SHORT_LIST} numbers too"}),
+            ("--full-length", {"action": "store_true", "help": f"arrays beyond {SHORT_LIST} numbers too"}),
             _ONCE,
             _COUNT,
         ),
         "/bearing/ball_0/wrench --field wrench.force",
     ),
     Verb(
-        ("topic", "hz"),
-        "how many messages come a second",
-        node_verbs.hz,
-        (TOPIC_ARGUMENT,),
-        (_COUNT,),
+        "topic hz",
+        "rate, and least, greatest and deviation of the periods",
+        _measured(Traffic.periods),
+        (_TOPIC,),
+        (_COUNT, _WINDOW),
         "/bearing/state",
     ),
     Verb(
-        ("topic", "info"), "who publishes a topic and who listens", node_verbs.topic_info, (TOPIC_ARGUMENT,), (), "/tf"
+        "topic bw",
+        "bytes a second, and sizes",
+        _measured(Traffic.sizes),
+        (_TOPIC,),
+        (_COUNT, _WINDOW),
+        "/bearing/state",
     ),
     Verb(
-        ("topic", "pub"),
+        "topic pub",
         "publish a message, as soon as somebody listens",
-        node_verbs.publish,
-        (TOPIC_ARGUMENT, ("type", "its type"), ("message?", "its fields in YAML; others keep their defaults")),
+        _publish,
+        (_TOPIC, ("type", "its type"), ("message?", "its fields in YAML; others keep their defaults")),
         (_ONCE, _COUNT, ("--rate", {"metavar": "HZ", "default": "1", "help": "messages a second (default: 1)"})),
         "--once /bearing/command/speed std_msgs/msg/Float64 '{data: 250.0}'",
     ),
     Verb(
-        ("param", "list"),
-        "the parameters of a node with their values",
-        node_verbs.parameter_list,
-        (NODE_ARGUMENT,),
-        (),
-        "/bearing/sim_node",
+        "param list", "the parameters of a node with their values", _parameter_list, (_NODE,), (), "/bearing/sim_node"
     ),
     Verb(
-        ("param", "get"),
+        "param get",
         "one parameter of a node",
-        node_verbs.parameter_get,
-        (NODE_ARGUMENT, ("name", "a parameter")),
+        _parameter_get,
+        (_NODE, ("name", "a parameter")),
         (),
         "/bearing/sim_node scene",
     ),
     Verb(
-        ("param", "describe"),
-        "meaning, type and range of a parameter",
-        node_verbs.parameter_describe,
-        (NODE_ARGUMENT, ("name", "a parameter")),
-        (),
-        "/bearing/sim_node real_time_factor",
-    ),
-    Verb(
-        ("param", "set"),
+        "param set",
         "set a parameter of a node",
-        node_verbs.parameter_set,
-        (NODE_ARGUMENT, ("name", "a parameter"), ("value", "its value in YAML")),
+        _parameter_set,
+        (_NODE, ("name", "a parameter"), ("value", "its value in YAML")),
         (),
         "/bearing/sim_node real_time_factor 0.5",
     ),
-    Verb(("service", "list"), "the services with their types", node_verbs.names("service")),
     Verb(
-        ("service", "call"),
+        "service call",
         "call a service and print its answer",
-        node_verbs.call,
+        _call,
         (
             ("service", "full name of a service, such as /bearing/sim_node/pause"),
             ("type?", "its type; looked up where it is left out"),
@@ -175,49 +396,73 @@ VERBS = (
         (),
         "/bearing/sim_node/pause std_srvs/srv/SetBool '{data: true}'",
     ),
-    Verb(("action", "list"), "the actions with their types", node_verbs.names("action")),
     Verb(
-        ("action", "send_goal"),
-        "send a goal, wait for its end and print the result; Ctrl-C cancels it",
-        node_verbs.send_goal,
-        (("action", "full name of an action"), ("type?", "its type"), ("goal?", "its fields in YAML")),
-        (("--feedback", {"action": "store_true", "help": "print the feedback too, on standard error"}),),
-        "/bearing/run_study bearing_twin_msgs/action/RunStudy '{study: spheres_alpha_4e-5, samples: 1000}'",
-    ),
-    Verb(
-        ("study",),
-        "run a study in a uq_node and show its result; Ctrl-C ends it with what is done",
-        node_verbs.study,
+        "study",
+        "run a study in a uq_node and show its result; Ctrl-C ends it with the realisations so far",
+        _study,
         (("study", "name of a study, or path of a YAML file where the node runs"),),
         (
-            (
-                "--set",
-                {"action": "append", "default": [], "metavar": "KEY=VALUE", "help": "change one key of the study"},
-            ),
+            ("--set", {"action": "append", "default": [], "metavar": "KEY=VALUE", "help": "change a key of the study"}),
             ALLOW_INVALID,
             ("--samples", {"metavar": "N", "help": "realisations at most"}),
             ("--seed", {"metavar": "S", "help": "of every random choice"}),
-            (
-                "--action",
-                {
-                    "metavar": "ACTION",
-                    "help": "full name of the action, if it is not that of a uq_node of no namespace",
-                },
-            ),
+            ("--action", {"metavar": "ACTION", "help": "full name of the action (default: /bearing/run_study)"}),
         ),
         "spheres_alpha_4e-5 --samples 1000",
     ),
 )
-SHORT = {("echo",): ("topic", "echo"), ("set",): ("param", "set"), ("call",): ("service", "call")}
+GROUPS = {"topic": "list, info, echo, hz, bw, pub", "param": "list, get, set", "service": "call"}
+ROS2 = {  # verbs of ros2 that are not here: what to use
+    "info": "ros2 node info",
+    "action": "ros2 action; for a study: bearing_twin node study",
+    "bag": "ros2 bag; to record: bearing_twin node start recorder_node",
+    "param describe": "ros2 param describe; bearing_twin node start NODE --help shows meaning, unit and range",
+    "param dump": "ros2 param dump",
+    "service list": "ros2 service list",
+    "service type": "ros2 service type",
+    "topic type": "ros2 topic type; bearing_twin node topic list shows types",
+    "echo": "bearing_twin node topic echo, or ros2 topic echo",
+    "set": "bearing_twin node param set, or ros2 param set",
+    "call": "bearing_twin node service call, or ros2 service call",
+}
 
 
-def _verb(words: tuple[str, ...]) -> Verb:
-    return next(one for one in VERBS if one.words == words)
+def _add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.epilog = "Nodes are seen within one ROS_DOMAIN_ID. Ctrl-C ends what runs on."
+    form = {"formatter_class": argparse.RawDescriptionHelpFormatter}
+    groups = {"": parser.add_subparsers(dest="verb", metavar="VERB", required=True)}
+    for name, verbs in GROUPS.items():
+        examples = [f"  {one.line}" for one in VERBS if one.words.startswith(f"{name} ")]
+        group = groups[""].add_parser(name, help=verbs, epilog="\n".join(["examples:", *examples]), **form)
+        groups[name] = group.add_subparsers(dest="what", metavar="VERB", required=True)
+    for verb in VERBS:
+        group, _, last = verb.words.rpartition(" ")
+        about = {"help": verb.help, "description": textwrap.fill(verb.help, 78), "epilog": f"example:\n  {verb.line}"}
+        leaf = groups[group].add_parser(last, allow_abbrev=False, **about, **form)
+        for name, text in verb.arguments:
+            leaf.add_argument(name.rstrip("?"), help=text, **({"nargs": "?"} if name.endswith("?") else {}))
+        for name, settings in verb.options:
+            leaf.add_argument(name, **settings)
+        leaf.set_defaults(run_verb=verb.run)
+        if verb.run is not _start:
+            text = "wait at most this long for nodes, topics and answers (default: 10)"
+            leaf.add_argument("--wait", metavar="SECONDS", default="10", help=text)
+            for name in ("--json", "--si", "--strict"):
+                leaf.add_argument(name, action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+    for words, instead in ROS2.items():
+        group, _, last = words.rpartition(" ")
+        vars(groups[group]).setdefault("instead", {})[last] = instead
 
 
-def _line(words: tuple[str, ...]) -> str:
-    """An example of the verb that these words call."""
-    return f"bearing_twin node {' '.join(words)} {_verb(SHORT.get(words, words)).example}".rstrip()
-
-
-EXAMPLES = tuple(_line(words) for words in (("start",), ("topic", "echo"), ("param", "set"), ("study",)))
+NODE = Subcommand(
+    "nodes, topics, parameters and services of ROS 2, in the words of ros2, without a ros2",
+    _add_arguments,
+    lambda arguments: arguments.run_verb(arguments),
+    tuple(verb.line for verb in VERBS if verb.words in ("start", "topic echo", "param set", "study")),
+)
+WATCH = Subcommand(
+    "show a running node in a browser, with speed, load, pause and reset to set",
+    _watch_arguments,
+    _watch,
+    ("bearing_twin watch", "bearing_twin watch --port 8080"),
+)

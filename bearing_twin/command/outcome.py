@@ -24,6 +24,15 @@ class Outcome(NamedTuple):
     problem: str = ""
 
 
+class Subcommand(NamedTuple):
+    """One subcommand; `examples` are whole lines as one would type them."""
+
+    help: str
+    arguments: Callable[[argparse.ArgumentParser], None]
+    run: Callable[[argparse.Namespace], Outcome]
+    examples: tuple[str, ...] = ()
+
+
 def doubts_of(result) -> list[str]:
     """What is doubtful about a run, by its report as plain data."""
     from bearing_twin.run.doubt import FAILED

@@ -1,53 +1,68 @@
-"""Other nodes as the command line looks at them; there is no daemon: every call waits until discovery is at rest."""
+"""The graph of nodes as the command line sees it, and what a node has discovered of the others; there is no daemon."""
 
 import contextlib
 import math
+import os
+import re
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 from action_msgs.msg import GoalStatus
-from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterType
 from rclpy.action import ActionClient
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.signals import SignalHandlerOptions
+from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
-from bearing_twin.nodes import discovery
-from bearing_twin.nodes.messages import interface, qos_profile, rclpy, suited
-from bearing_twin.nodes.reflection import filled, plain
+from bearing_twin.nodes.messages import RunStudy, filled, interface, plain, qos_profile, rclpy, suited
 from bearing_twin.parameters import echo, unknown
 from bearing_twin.spelling import name_of_peer
 
-AT_MOST = 4.0  # s a list is waited for while no other node is seen whole: on a busy machine discovery is late
-TURN, DEPTH = 0.05, 100  # s; messages that may wait
-GONE = 5.0  # s without a server after which that of a goal is gone; one that was killed is seen for 20 s more
-ENDS = {value: name.removeprefix("STATUS_").lower() for name, value in vars(GoalStatus).items() if "STATUS_" in name}
+QUIET, LONGEST = 1.5, 3.0  # s without a change after which a list is complete on a free machine; most times that
+TURN, DEPTH = 0.05, 100  # s of one turn of the executor; messages that may wait
+GONE = 5.0  # s without a server after which the goal of an action is lost; a killed server is seen for 20 s more
+GOALS = "/_action/send_goal"  # the service of an action that takes its goals
+NAME = re.compile(r"/[\w/]*", flags=re.ASCII)  # anybody on the network can send names with control characters
 
 Found = TypeVar("Found")
 
 
 class GraphError(BearingTwinError):
-    """What was asked for is not there, or did not answer in time."""
+    """A node, topic, parameter, service or action is missing, refuses, or did not answer in time."""
+
+
+def is_topic(name: str) -> bool:
+    """Whether ROS accepts the full name of a topic: names found on the network need not be legal."""
+    try:
+        return validate_full_topic_name(name)
+    except InvalidTopicNameException:
+        return False
+
+
+def quiet_time() -> float:
+    """Seconds without a change after which a list is taken as complete, longer where processes wait for processors.
+
+    With six processes to a processor the second of two nodes was found up to 3 s after the first.
+    """
+    waiting = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
+    return QUIET * min(max(1.0, waiting / (os.cpu_count() or 1)), LONGEST)
 
 
 class Graph:
-    """A node of its own among the others; `wait` is how long it waits for what is asked for, in seconds of wall time.
-
-    To be used in a `with` statement, and in the main thread: Ctrl-C interrupts a wait.
-    """
+    """A node among the others, for a `with` statement in the main thread; `wait` [s] limits each wait for a peer."""
 
     def __init__(self, wait: float):
         self._wait, self._context = wait, rclpy.Context()
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-        self._node = rclpy.create_node(
-            "bearing_twin_command", context=self._context, enable_rosout=False, start_parameter_services=False
-        )
+        options = {"context": self._context, "enable_rosout": False, "start_parameter_services": False}
+        self._node = rclpy.create_node("bearing_twin_command", **options)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
 
@@ -59,48 +74,42 @@ class Graph:
         self._node.destroy_node()
         rclpy.try_shutdown(context=self._context)
 
-    # Lists
-
     def nodes(self) -> list[str]:
         """Full names of the nodes."""
         own = self._node.get_fully_qualified_name()
         names = self._at_rest(self._node.get_fully_qualified_node_names)
-        return sorted(name for name in names if name != own and discovery.NAME.fullmatch(name))
+        return sorted(name for name in names if name != own and NAME.fullmatch(name))
 
     def topics(self) -> dict[str, str]:
-        """Topics that others publish or listen to, with their types."""
-        return self._typed(self._node.get_topic_names_and_types)
+        """Topics with their types."""
+        found = (one for one in sorted(self._at_rest(self._node.get_topic_names_and_types)) if NAME.fullmatch(one[0]))
+        return {name: ", ".join(map(name_of_peer, types)) for name, types in found}
 
-    def services(self) -> dict[str, str]:
-        """Services with their types."""
-        return self._typed(self._node.get_service_names_and_types)
-
-    def actions(self) -> dict[str, str]:
-        """Actions with their types."""
-        return self._typed(lambda: discovery.served_actions(self._node))
-
-    # Topics
-
-    def ends(self, topic: str) -> dict[str, list[dict[str, Any]]]:
-        """Who publishes a topic and who listens: node, type and quality of service of each."""
-        self._known(topic, self._node.get_topic_names_and_types, "topic")
-        self._at_rest(self._node.get_fully_qualified_node_names)
+    def ends(self, topic: str) -> list[dict[str, str]]:
+        """Publishers and subscriptions of a topic: node, type and quality of service of each."""
+        self._type_of(topic)
         found = {
-            "publishers": self._node.get_publishers_info_by_topic,
-            "subscriptions": self._node.get_subscriptions_info_by_topic,
+            "publisher": self._node.get_publishers_info_by_topic,
+            "subscription": self._node.get_subscriptions_info_by_topic,
         }
-        return {key: list(map(discovery.end_of, self._at_rest(lambda of=of: of(topic)))) for key, of in found.items()}
+        return [
+            {
+                "end": end,
+                "node": f"{one.node_namespace.rstrip('/')}/{one.node_name}",
+                "type": one.topic_type,
+                "reliability": one.qos_profile.reliability.name.lower(),
+                "durability": one.qos_profile.durability.name.lower(),
+            }
+            for end, of in found.items()
+            for one in self._at_rest(lambda of=of: of(topic))
+        ]
 
     def messages(self, topic: str, silent: Callable[[], None], raw: bool = False) -> Iterator[Any]:
-        """The messages of a topic from now on, without end; bytes where `raw`. Raises GraphError if nobody has it.
-
-        `silent` is called once if none has come after the wait.
-        """
-        ros_type = self._known(topic, self._node.get_topic_names_and_types, "topic")
-        waiting: deque = deque()
+        """The messages of a topic from now on, bytes where `raw`; calls `silent()` if none comes within the wait."""
+        kind, waiting = interface(self._type_of(topic), "msg"), deque()
         take = lambda one: waiting.append(one)  # noqa: E731  (rclpy asks for its signature: a builtin has none)
         offered = [one.qos_profile for one in self._node.get_publishers_info_by_topic(topic)]
-        self._node.create_subscription(interface(ros_type, "msg"), topic, take, suited(offered, DEPTH), raw=raw)
+        self._node.create_subscription(kind, topic, take, suited(offered, DEPTH), raw=raw)
         patient_until = time.monotonic() + self._wait
         while True:
             self._executor.spin_once(timeout_sec=TURN)
@@ -112,14 +121,13 @@ class Graph:
                 silent()
 
     def publish(self, topic: str, ros_type: str, data: Any, count: int, rate: float) -> int:
-        """Publishes a message `count` times (0: until Ctrl-C, the normal end) at `rate` [Hz]; returns how often it did.
+        """Publishes a message `count` times (0: until Ctrl-C) at `rate` [Hz]; returns how often it did.
 
         Waits for a subscriber first; raises GraphError where none comes, or one that takes another type.
         """
         kind = interface(ros_type, "msg")
-        message = filled(kind, data)
+        message, full = filled(kind, data), f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
         publisher = self._node.create_publisher(kind, topic, qos_profile(Qos(10)))
-        full = f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
 
         def heard() -> int:
             types = sorted({one.topic_type for one in self._node.get_subscriptions_info_by_topic(topic)})
@@ -127,85 +135,59 @@ class Graph:
                 raise GraphError(f"{topic} takes {' or '.join(map(name_of_peer, types))}, not {full}")
             return publisher.get_subscription_count()
 
-        self._look(heard, f"nobody listens to {echo(topic)}", self._names("topic", self._node.count_subscribers))
-        self._at_rest(publisher.get_subscription_count)  # all of them, and each learns of the publisher a little later
+        subscribed = lambda: [one for one in self.topics() if self._node.count_subscribers(one)]  # noqa: E731
+        self._await(heard, "subscriber of", topic, subscribed)
+        self._at_rest(publisher.get_subscription_count)  # each learns of the publisher a little later
         sent = 0
         with contextlib.suppress(KeyboardInterrupt):
             while not count or sent < count:
                 publisher.publish(message)
                 sent += 1
-                self._spin(1.0 / rate)
+                pause = time.monotonic() + 1.0 / rate
+                self._spin(lambda end=pause: time.monotonic() > end)
             publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=self._wait))
         return sent
 
-    # Parameters
-
-    def parameters(self, node: str) -> list[str]:
-        """Names of the parameters of a node."""
-        return sorted(self._asked(node, lambda client: client.list_parameters()).result.names)
-
-    def parameter(self, node: str, names: list[str]) -> dict[str, Any]:
-        """Values of parameters; raises GraphError for one that the node does not have."""
-        found = {}
-        for name in names:  # one by one: a node answers with nothing at all where it lacks one of several
-            values = self._asked(node, lambda client, name=name: client.get_parameters([name])).values
-            if not values or values[0].type == ParameterType.PARAMETER_NOT_SET:
-                raise GraphError(f"{node} has no parameter {echo(name)}; {unknown(name, self.parameters(node))}")
-            found[name] = plain(parameter_value_to_python(values[0]))
-        return found
-
-    def parameter_values(self, node: str) -> dict[str, Any]:
+    def parameters(self, node: str) -> dict[str, Any]:
         """All parameters of a node that have a value."""
-        found = {}
-        for name in self.parameters(node):
-            with contextlib.suppress(GraphError):
-                found |= self.parameter(node, [name])
-        return found
+        names = sorted(self._asked(node, lambda client: client.list_parameters()).result.names)
+        return {name: value for name in names if (value := self._parameter(node, name)) is not None}
 
-    def describe(self, node: str, name: str) -> dict[str, Any]:
-        """What a node says of a parameter."""
-        self.parameter(node, [name])
-        return plain(self._asked(node, lambda client: client.describe_parameters([name])).descriptors[0])
+    def parameter(self, node: str, name: str) -> Any:
+        """The value of a parameter; raises GraphError for one that the node does not have."""
+        if (value := self._parameter(node, name)) is None:
+            raise GraphError(f"{node} has no parameter {echo(name)}; {unknown(name, list(self.parameters(node)))}")
+        return value
 
-    def set_parameter(self, node: str, name: str, value: Any) -> None:
-        """Sets a parameter; a whole number does where the node wants a real one. Raises GraphError if it is refused."""
-        held = self.parameter(node, [name])[name]
-        if isinstance(value, int) and not isinstance(value, bool) and isinstance(held, float):
+    def set_parameter(self, node: str, name: str, value: Any) -> Any:
+        """Sets a parameter, also a real one to an integer, and returns its value; raises GraphError if refused."""
+        if isinstance(self.parameter(node, name), float) and type(value) is int:
             value = float(value)
-        message: ParameterMessage = Parameter(name, value=value).to_parameter_msg()
+        message = Parameter(name, value=value).to_parameter_msg()
         (result,) = self._asked(node, lambda client: client.set_parameters([message])).results
         if not result.successful:
             raise GraphError(f"{node} refuses {name} = {echo(value)}: {result.reason or 'it gives no reason'}")
-
-    # Services and actions
-
-    def rivals(self, name: str, action: bool = False) -> list[str]:
-        """What to know where several nodes answer to a service, or to goals of an action; see `discovery.rivals`."""
-        return discovery.rivals(self._node, f"{name}{discovery.GOALS}" if action else name)
+        return self.parameter(node, name)
 
     def call(self, service: str, ros_type: str | None, data: Any) -> dict[str, Any]:
         """The answer of a service; its type is looked up where none is given."""
-        found = ros_type or self._known(service, self._node.get_service_names_and_types, "service")
-        kind = interface(found, "srv")
-        client = self._node.create_client(kind, service)
-        request = filled(kind.Request, data)
-        self._look(client.service_is_ready, f"there is no service {echo(service)}", self._names("service"))
+        known = lambda: dict(self._node.get_service_names_and_types())  # noqa: E731
+        types = [ros_type] if ros_type else self._await(lambda: known().get(service), "service", service, known)
+        kind = interface(types[0], "srv")
+        client, request = self._node.create_client(kind, service), filled(kind.Request, data)
+        self._await(client.service_is_ready, "service", service, known)
         return plain(self._answer(client.call_async(request), service))
 
-    def send_goal(
-        self, action: str, ros_type: str | None, data: Any, tell: Callable[[dict], None]
-    ) -> tuple[str, dict[str, Any]]:
-        """How a goal ended (succeeded, canceled, aborted) and its result; `tell` takes the feedback.
+    def run_study(self, action: str, goal: dict[str, Any], tell: Callable[[dict], None]) -> tuple[str, dict[str, Any]]:
+        """How a goal of run_study ended (succeeded, canceled, aborted) and its result; `tell` takes the feedback.
 
         Ctrl-C cancels the goal and waits for its end. Raises GraphError if the goal is refused or its node gone.
         """
-        found = ros_type or self._known(action, lambda: discovery.served_actions(self._node), "action")
-        kind = interface(found, "action")
-        goal = filled(kind.Goal, data)
-        client = ActionClient(self._node, kind, action)
+        client = ActionClient(self._node, RunStudy, action)
         try:
-            self._look(client.server_is_ready, f"there is no action {echo(action)}", self._names("action"))
-            sent = client.send_goal_async(goal, feedback_callback=lambda one: tell(plain(one.feedback)))
+            self._await(client.server_is_ready, "action", action, self._actions)
+            request = filled(RunStudy.Goal, goal)
+            sent = client.send_goal_async(request, feedback_callback=lambda one: tell(plain(one.feedback)))
             handle = self._answer(sent, action)
             if not handle.accepted:
                 raise GraphError(f"{action} refuses the goal: it has enough to do; try again later")
@@ -215,60 +197,58 @@ class Graph:
             except KeyboardInterrupt:
                 handle.cancel_goal_async()
                 self._served(client, ended.done, action)
-            return ENDS.get(ended.result().status, "unknown"), plain(ended.result().result)
+            status = {value: name for name, value in vars(GoalStatus).items() if name.startswith("STATUS_")}
+            return status[ended.result().status].removeprefix("STATUS_").lower(), plain(ended.result().result)
         finally:
             client.destroy()
 
-    # Waiting
+    def _actions(self) -> list[str]:
+        """Actions that a node serves."""
+        names = [name for name, _ in self._node.get_service_names_and_types() if name.endswith(GOALS)]
+        return [name.removesuffix(GOALS) for name in names if self._node.count_services(name)]
+
+    def _parameter(self, node: str, name: str) -> Any:
+        # One by one: a node answers with nothing at all where it lacks one of several.
+        values = self._asked(node, lambda client: client.get_parameters([name])).values
+        if not values or values[0].type == ParameterType.PARAMETER_NOT_SET:
+            return None
+        return plain(parameter_value_to_python(values[0]))
 
     def _asked(self, node: str, ask: Callable[[AsyncParameterClient], Any]) -> Any:
         """The answer of a node's parameter services."""
         name = node if node.startswith("/") else f"/{node}"
         client = AsyncParameterClient(self._node, name)
-        self._look(
-            client.services_are_ready, f"there is no node {echo(node)}", self._node.get_fully_qualified_node_names
-        )
+        self._await(client.services_are_ready, "node", name, self._node.get_fully_qualified_node_names)
         return self._answer(ask(client), name)
 
-    def _known(self, name: str, names: Callable[[], list], what: str) -> str:
-        """The type of what has this name, as soon as it is discovered."""
-        types = self._look(lambda: dict(names()).get(name), f"there is no {what} {echo(name)}", self._names(what))
+    def _type_of(self, topic: str) -> str:
+        known = lambda: dict(self._node.get_topic_names_and_types())  # noqa: E731
+        types = self._await(lambda: known().get(topic), "topic", topic, known)
         if len(types) > 1:
-            told = ", ".join(map(name_of_peer, types))
-            raise GraphError(f"{name} has several types: {told}; end all nodes but those of one")
+            several = ", ".join(map(name_of_peer, types))
+            raise GraphError(f"{topic} has several types: {several}; end all nodes but those of one")
         return types[0]
 
-    def _names(self, what: str, chosen: Callable[[str], Any] = bool) -> Callable[[], list[str]]:
-        ask = {"topic": self.topics, "service": self.services, "action": self.actions}[what]
-        return lambda: [name for name in ask() if not discovery.PLUMBING.search(name) and chosen(name)]
-
-    def _look(self, found: Callable[[], Found], missing: str, names: Callable[[], list[str]]) -> Found:
-        """What `found()` gives as soon as it is true; raises GraphError with near `names` after the wait."""
+    def _await(self, ask: Callable[[], Found], what: str, name: str, names: Callable[[], Any]) -> Found:
+        """What `ask()` gives as soon as it is true; raises GraphError with near `names` after the wait."""
         end = time.monotonic() + self._wait
-        while not (result := found()):
+        while not (found := ask()):
             if time.monotonic() > end:
                 own = self._node.get_fully_qualified_name()
-                there = [one for one in names() if discovery.NAME.fullmatch(one) and not one.startswith(own)]
-                name = missing.rpartition(" ")[2].strip("'")
-                if result := found():  # it came while the names were listed
-                    return result
+                there = [one for one in names() if NAME.fullmatch(one) and not one.startswith(own)]
                 if name in there:
                     raise GraphError(f"{name} is there, but was not ready within {self._wait:g} s; wait longer: --wait")
-                near = unknown(name, there) if there else "no node is to be seen: start one, in the same ROS_DOMAIN_ID"
-                raise GraphError(f"{missing} within {self._wait:g} s; {near}")
+                near = f"; {unknown(name, there)}" if there else ": no node is to be seen in this ROS_DOMAIN_ID"
+                raise GraphError(f"there is no {what} {echo(name)}{near}")
             self._executor.spin_once(timeout_sec=TURN)
-        return result
+        return found
 
-    def _answer(self, future, whose: str) -> Any:
+    def _answer(self, future, name: str) -> Any:
         end = time.monotonic() + self._wait
-        self._until(lambda: future.done() or time.monotonic() > end)
+        self._spin(lambda: future.done() or time.monotonic() > end)
         if not future.done():
-            raise GraphError(f"{whose} did not answer within {self._wait:g} s; wait longer with --wait, or look at it")
+            raise GraphError(f"{name} did not answer within {self._wait:g} s; wait longer: --wait")
         return future.result()
-
-    def _until(self, done: Callable[[], bool]) -> None:
-        while not done():
-            self._executor.spin_once(timeout_sec=TURN)
 
     def _served(self, client: ActionClient, done: Callable[[], bool], action: str) -> None:
         """Waits for the end of a goal; raises GraphError where nobody serves it any more."""
@@ -279,22 +259,15 @@ class Graph:
             if time.monotonic() > seen + GONE:
                 raise GraphError(f"the node of {action} is gone, and the goal with it; start it and ask again")
 
-    def _spin(self, seconds: float) -> None:
-        end = time.monotonic() + seconds
-        self._until(lambda: time.monotonic() > end)
+    def _spin(self, done: Callable[[], bool]) -> None:
+        while not done():
+            self._executor.spin_once(timeout_sec=TURN)
 
     def _at_rest(self, ask: Callable[[], Found]) -> Found:
         """What `ask()` gives once discovery adds nothing any more."""
-        now = began = time.monotonic()
-        last, changed, quiet = ask(), now, discovery.quiet_time()
-        while now < changed + quiet or (now < began + AT_MOST and not discovery.others_are_whole(self._node)):
+        last, changed, quiet = ask(), time.monotonic(), quiet_time()
+        while time.monotonic() < changed + quiet:
             self._executor.spin_once(timeout_sec=TURN)
-            now, found = time.monotonic(), ask()
-            if found != last:
-                last, changed = found, now
+            if (found := ask()) != last:
+                last, changed = found, time.monotonic()
         return last
-
-    def _typed(self, ask: Callable[[], list]) -> dict[str, str]:
-        own, known = self._node.get_fully_qualified_name(), discovery.NAME.fullmatch
-        found = (one for one in sorted(self._at_rest(ask)) if known(one[0]) and not one[0].startswith(own))
-        return {name: ", ".join(map(name_of_peer, types)) for name, types in found}

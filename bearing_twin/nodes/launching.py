@@ -17,12 +17,20 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log.layouts import foxglove, rviz
 from bearing_twin.log.panels import Panels, panels, panels_of_log
 from bearing_twin.log.run_log import read_log
-from bearing_twin.nodes.launch_arguments import SHARED, Argument, arguments_of, stay_on_this_host, truth, values_given
-from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter
+from bearing_twin.nodes.node_parameters import (
+    LOG_SAFETY,
+    SHARED,
+    Argument,
+    NodeParameter,
+    arguments_of,
+    stay_on_this_host,
+    truth,
+    values_given,
+)
 from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
 from bearing_twin.nodes.recording import FRAMES
 from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
-from bearing_twin.nodes.scene_parameters import PARAMETERS as SIMULATION
+from bearing_twin.nodes.sim_node import PARAMETERS as SIMULATION
 from bearing_twin.nodes.uq_node import PARAMETERS as STUDIES
 from bearing_twin.paths import share_path
 from bearing_twin.run.scene import load_scene

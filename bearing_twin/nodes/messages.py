@@ -3,18 +3,27 @@
 Importing this module raises MissingInterfacesError, in one sentence, where ROS 2 or our interface package is missing.
 """
 
+import importlib
+import re
+import sys
+from array import array
 from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
 
 from bearing_twin.errors import BearingTwinError, MissingInterfacesError
 from bearing_twin.log.bag import Qos
+from bearing_twin.parameters import read_number
+from bearing_twin.spelling import echo, harmless, unknown
 
 try:
     import rclpy
+    from ament_index_python import get_resource
     from builtin_interfaces.msg import Time
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
     from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-
-    from bearing_twin.nodes.interfaces import interface
+    from rosidl_parser.definition import AbstractGenericString, AbstractNestedType, BasicType, NamespacedType
 except ImportError as error:
     raise MissingInterfacesError(
         f"ROS 2 cannot be imported ({error}): run `make setup` and `source env.bash`, or source a ROS 2 Jazzy."
@@ -99,3 +108,106 @@ def diagnostics(now_ns: int, name: str, level: bytes, message: str, values: Mapp
     array = DiagnosticArray(status=[status])
     array.header.stamp = stamp(now_ns)
     return array
+
+
+INDEX = "rosidl_interfaces"  # where packages of interfaces that are installed are listed
+_TYPE = re.compile(r"([a-z]\w*)/(?:(\w+)/)?([A-Z]\w*)", flags=re.ASCII)
+
+
+class InterfaceError(BearingTwinError):
+    """What was given is no name of a type, or of none in its package."""
+
+
+def interface(ros_type: str, group: str) -> type:
+    """The class of a type such as `std_srvs/srv/SetBool`, for short `std_srvs/SetBool`; `group`: msg, srv or action.
+
+    Raises InterfaceError for what is no name of a type, or of none in its package, MissingInterfacesError for a package
+    that ROS does not list as one of interfaces, or that cannot be imported: no other is.
+    """
+    found = _TYPE.fullmatch(ros_type)
+    if not found or found[2] not in (None, group):
+        raise InterfaceError(f"{echo(ros_type)} is no type of this group; write package/{group}/Name")
+    package, _, name = found.groups()
+    module = f"{package}.{group}"
+    try:
+        if module not in sys.modules:
+            get_resource(INDEX, package)
+        home = importlib.import_module(module)
+    except (LookupError, OSError, ImportError) as error:
+        raise MissingInterfacesError(
+            harmless(f"the type {package}/{group}/{name} cannot be imported ({error}): install or source its package")
+        ) from error
+    kind = getattr(home, name, None)
+    if not isinstance(kind, type):
+        names = [one for one, value in vars(home).items() if isinstance(value, type)]
+        raise InterfaceError(f"{package} has no {group} {echo(name)}; {unknown(name, names)}")
+    return kind
+
+
+FLOATS = ("float", "double", "long double")
+
+
+class MessageError(BearingTwinError):
+    """A message cannot be made of what was given."""
+
+
+def plain(message, most: int | None = None) -> Any:
+    """A message as mappings, lists, numbers and text; of arrays longer than `most`, if given, the first ones and ..."""
+    if hasattr(message, "get_fields_and_field_types"):
+        return {name: plain(getattr(message, name), most) for name in message.get_fields_and_field_types()}
+    if isinstance(message, bytes):
+        return message[0] if len(message) == 1 else list(message)
+    if isinstance(message, (array, np.ndarray, list, tuple)):
+        kept = message if most is None else message[:most]
+        values = kept.tolist() if hasattr(kept, "tolist") else [plain(one, most) for one in kept]
+        return values if len(kept) == len(message) else [*values, "..."]
+    return message
+
+
+def filled(message_class: type, data: Any, where: str = "") -> Any:
+    """A message of this class with the fields that `data` names, the others at their defaults.
+
+    Raises MessageError with the field and what it must be. A whole number is accepted where a real one is meant.
+    """
+    if data is None:
+        data = {}
+    if not isinstance(data, Mapping):
+        such = ", ".join(f"{name}: ..." for name in message_class.get_fields_and_field_types())
+        raise MessageError(
+            f"{where or message_class.__name__} = {echo(data)} must be fields with values, as {{{such}}}"
+        )
+    types = dict(zip(message_class.get_fields_and_field_types(), message_class.SLOT_TYPES, strict=True))
+    fields = {}
+    for name, value in data.items():
+        if name not in types:
+            raise MessageError(f"{where or message_class.__name__} has no field {echo(name)}; {unknown(name, types)}")
+        fields[name] = _value(types[name], value, f"{where}.{name}" if where else str(name))
+    try:
+        return message_class(check_fields=True, **fields)
+    except AssertionError as error:
+        raise MessageError(f"{where or message_class.__name__}: {error}") from error
+
+
+def _value(kind, given: Any, where: str) -> Any:
+    """What a field of this type takes, made of `given`."""
+    if isinstance(kind, NamespacedType):
+        return filled(interface(f"{'/'.join(kind.namespaces)}/{kind.name}", kind.namespaces[-1]), given, where)
+    if isinstance(kind, AbstractNestedType):
+        if not isinstance(given, Sequence) or isinstance(given, str):
+            raise MessageError(f"{where} = {echo(given)} must be a list")
+        return [_value(kind.value_type, one, f"{where}[{place}]") for place, one in enumerate(given)]
+    if isinstance(kind, AbstractGenericString):
+        return given if isinstance(given, str) else _refused(where, given, "text; put it into quotes")
+    if isinstance(kind, BasicType) and kind.typename == "boolean":
+        return given if isinstance(given, bool) else _refused(where, given, "true or false")
+    real = kind.typename in FLOATS
+    number, problem = read_number(given, integer=not real)
+    if problem and not (real and isinstance(given, float)):  # a message may hold what a scene may not: nan and inf
+        raise MessageError(f"{where} = {echo(given)} {problem}")
+    if kind.typename == "octet":
+        return bytes([number]) if 0 <= number < 256 else _refused(where, given, "between 0 and 255")
+    return float(given) if problem else number
+
+
+def _refused(where: str, given: Any, legal: str):
+    raise MessageError(f"{where} = {echo(given)} must be {legal}")

@@ -3,17 +3,23 @@
 ROS accepts NaN, ignores misspelt names and refuses 5 where 5.0 is meant; `checked` does the opposite of all three.
 """
 
+import itertools
 import json
 import math
+import os
+import re
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
+
+import yaml
 
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.thinning import KEPT_RATE
-from bearing_twin.parameters import echo, unknown
-from bearing_twin.spelling import ROS_ARGS
+from bearing_twin.parameters import unknown
+from bearing_twin.spelling import ROS_ARGS, echo, harmless
 from bearing_twin.units import in_si, labelled, with_unit
 
 ALLOW_INVALID = "allow_invalid"
@@ -162,3 +168,139 @@ def safety_of(values: Mapping[str, Any]) -> Safety:
         keep=values["keep_files"],
         kept_rate=0.0 if values["full"] else KEPT_RATE,
     )
+
+
+PARAMETERS = "ros__parameters"
+_TOKENS = {"*": "/[^/]+", "**": "(/[^/]+)*"}  # of names of nodes in a file of parameters
+
+
+def refuse_no_assignment(words: Sequence[str]) -> None:
+    """Raises BearingTwinError for a `-p` that assigns nothing, and names what was meant: ROS answers with its lexer."""
+    for option, word in itertools.pairwise(words):
+        if option not in ("-p", "--param"):
+            continue
+        if ROS_ARGS not in words[: words.index(option)]:
+            better = f"{ROS_ARGS} -p {word}"
+            raise BearingTwinError(f"-p {word} stands before {ROS_ARGS} and would set nothing; write {better}")
+        if ":=" not in word:
+            name, _, value = word.replace(":", "=").partition("=")
+            raise BearingTwinError(f"-p {echo(word)} sets nothing; write -p {name or 'NAME'}:={value or 'VALUE'}")
+
+
+def refuse_no_parameters(words: Sequence[str]) -> None:
+    """Raises BearingTwinError for a file of parameters that names none: ROS passes over it in silence."""
+    for option, path in itertools.pairwise(words):
+        if option == "--params-file" and PARAMETERS not in Path(path).read_text(errors="replace"):
+            raise BearingTwinError(f"{path} holds no parameters; begin it with the node's name and {PARAMETERS}:")
+
+
+def files_of_others(words: Sequence[str], node: str) -> Iterator[str]:
+    """Sentences on files of parameters that hold none for a node of this full name: ROS passes over them in silence."""
+    for option, path in itertools.pairwise(words):
+        if option != "--params-file":
+            continue
+        try:
+            names = list(_names(yaml.safe_load(Path(path).read_text(errors="replace")), ""))
+        except (OSError, yaml.YAMLError, ValueError, RecursionError):  # ROS has read it all the same
+            continue
+        if not any(_pattern(one).fullmatch(node) for one in names):
+            named = ", ".join(map(harmless, names[:5]))
+            yield f"{path} holds no parameters for {node}, but for {named}; write /**/{node.rpartition('/')[2]} for it"
+
+
+def advice(error: str) -> str:
+    """What to do where ROS cannot be started, by what it says of it."""
+    if "logging" in error:
+        return "give a ROS_LOG_DIR"
+    if "params file" in error:
+        return "give a YAML file that begins with the name of a node and ros__parameters:"
+    if "remap rule" in error:
+        return "write -r FROM:=TO, -r __ns:=/NAMESPACE or -r __node:=NAME"
+    return "write -p NAME:=VALUE for a parameter"
+
+
+def _names(tree: Any, place: str) -> Iterator[str]:
+    """Full names of the nodes, or patterns of them, that a file of parameters is for."""
+    for key, value in tree.items() if isinstance(tree, dict) else ():
+        if key == PARAMETERS:
+            yield place
+        else:
+            yield from _names(value, f"{place}/{str(key).strip('/')}")
+
+
+def _pattern(name: str) -> re.Pattern:
+    return re.compile("".join(_TOKENS.get(one, f"/{re.escape(one)}") for one in name.split("/")[1:]))
+
+
+TRUTH = {"true": True, "false": False}
+LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
+
+
+class Argument(NamedTuple):
+    """One argument of a launch file; `default` as it would be typed, `choices` empty where anything goes."""
+
+    name: str
+    default: str
+    meaning: str
+    choices: tuple[str, ...] = ()
+
+
+SHARED = (
+    Argument("namespace", "", "where the nodes stand, such as /left; empty = where the kind of scene puts its node"),
+    Argument("params_file", "", "YAML file of parameters of nodes, named as /**/sim_node; arguments win over it"),
+    Argument("record", "", "MCAP file (or bag folder, without .mcap) for recorder_node; empty = none"),
+    Argument("log_level", "info", "what nodes say", LOG_LEVELS),
+    Argument("rviz", "false", "open RViz with the layout of the package", tuple(TRUTH)),
+    Argument("foxglove", "false", "open a foxglove_bridge on this machine for Foxglove", tuple(TRUTH)),
+)
+
+
+def stay_on_this_host() -> None:
+    """What this process starts is found by nodes of this machine alone, unless the environment says otherwise."""
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+
+
+def arguments_of(table: Sequence[NodeParameter]) -> list[Argument]:
+    """One argument for each parameter of a node, empty where it is left to the node and its parameter file."""
+    return [Argument(one.name, "", f"{one.description} [default: {_typed(one.default)}]") for one in table]
+
+
+def values_given(table: Sequence[NodeParameter], words: Mapping[str, str]) -> dict[str, object]:
+    """The parameters that `words` give, in their types; raises BearingTwinError for words that are no such values.
+
+    A list is YAML, such as ['run.duration=1']; a single word is a list of one.
+    """
+    named = [parameter for parameter in table if words.get(parameter.name)]
+    return checked(named, {parameter.name: _read(parameter, words[parameter.name]) for parameter in named})
+
+
+def truth(words: Mapping[str, str], name: str) -> bool:
+    """Whether an argument that is true or false says true; raises BearingTwinError for another word."""
+    text = words.get(name, "false").lower()
+    if text not in TRUTH:
+        raise BearingTwinError(f"{name}:={echo(text)} must be true or false")
+    return TRUTH[text]
+
+
+def _read(parameter: NodeParameter, text: str):
+    kind = type(parameter.default)
+    if kind is str:
+        return text
+    if kind is bool:
+        return TRUTH.get(text.lower(), text)
+    if kind is list:
+        try:
+            value = yaml.safe_load(text)
+        except (yaml.YAMLError, ValueError, RecursionError):
+            return text
+        return value if isinstance(value, list) else [text]
+    try:
+        return kind(text)
+    except ValueError:
+        return text
+
+
+def _typed(default) -> str:
+    if default in ("", [], [""]):
+        return "none"
+    return str(default).lower() if isinstance(default, bool) else str(default)

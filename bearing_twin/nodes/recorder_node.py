@@ -13,9 +13,8 @@ from rclpy.subscription import Subscription
 
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
-from bearing_twin.nodes.aside import TakenAside, taken
-from bearing_twin.nodes.discovery import is_topic
-from bearing_twin.nodes.log_room import SteadyTime
+from bearing_twin.nodes.base_node import TALK, Heartbeat, LogWatch, TakenAside, declare, guarded, run, taken
+from bearing_twin.nodes.graph import is_topic
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, interface, qos_words, suited
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
 from bearing_twin.nodes.recording import (
@@ -23,11 +22,11 @@ from bearing_twin.nodes.recording import (
     MENDS,
     RECORDS,
     Recording,
+    SteadyTime,
     default_topics,
     definition_prefixes,
     lost_in_words,
 )
-from bearing_twin.nodes.running import TALK, Heartbeat, LogWatch, declare, guarded, run
 from bearing_twin.spelling import name_of_peer
 
 PARAMETERS = (

@@ -10,13 +10,20 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.nodes.base_node import (
+    CLOCK_PERIOD,
+    Heartbeat,
+    Outlet,
+    acknowledged,
+    declare,
+    guarded,
+    run,
+    wait_for_subscribers,
+)
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, SERVICE, WARN
 from bearing_twin.nodes.node_parameters import NodeParameter
-from bearing_twin.nodes.outlet import CLOCK_PERIOD, Outlet
-from bearing_twin.nodes.pacing import StreamPace
-from bearing_twin.nodes.replaying import ReplayLoop
-from bearing_twin.nodes.running import Heartbeat, acknowledged, declare, guarded, run, wait_for_subscribers
-from bearing_twin.nodes.worker import Worker
+from bearing_twin.nodes.pacing import StreamPace, Worker
+from bearing_twin.nodes.replay_loop import ReplayLoop
 
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file or bag folder to play"),

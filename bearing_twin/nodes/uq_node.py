@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-from rclpy.action import CancelResponse, GoalResponse
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -18,22 +18,18 @@ from std_msgs.msg import String
 
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.study_log import NAMESPACE
-from bearing_twin.nodes.counted_server import Arrivals, CountedActionServer, Rush
-from bearing_twin.nodes.discovery import GOALS
-from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, WARN, RunStudy, qos_profile
+from bearing_twin.nodes.base_node import TALK, Heartbeat, declare, guarded, run
+from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, SERVICE, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NodeParameter
-from bearing_twin.nodes.running import TALK, Heartbeat, declare, guarded, run
-from bearing_twin.nodes.study_goal import CANCELLED, SUCCEEDED, Goal, GoalAnswer, Request
-from bearing_twin.nodes.study_limits import StudyLimits
-from bearing_twin.nodes.studying import Studies
-from bearing_twin.nodes.worker import Worker
+from bearing_twin.nodes.pacing import Worker
+from bearing_twin.nodes.studies import CANCELLED, SUCCEEDED, Goal, GoalAnswer, Request, Studies, StudyLimits
 from bearing_twin.uq.drawing import Progress
 
 PARAMETERS = (
     NodeParameter("log_folder", "studies", "where every study is logged with all its samples (MCAP); empty = nowhere"),
     NodeParameter("memory", 2e9, "a study that needs more is refused, whatever it says itself", "B", 1e6, 1e12),
     NodeParameter("workers", 0, "processes a study may start, at most; 0 = one a processor", "", 0, 512),
-    NodeParameter("time_limit", 3600.0, "a study that runs longer is ended, with a log of what is done", "s", 1.0, 1e6),
+    NodeParameter("time_limit", 3600.0, "a study that runs longer is ended, with a log of its samples", "s", 1.0, 1e6),
     NodeParameter("samples", 0, "a study that asks for more is refused; 0 = as many as memory allows", "", 0, 2**30),
     NodeParameter("log_quota", 1e10, "of all logs in log_folder; then a study gets none; 0 = no limit", "B", 0.0, 1e15),
     NodeParameter("study_folders", [""], "folders of study and scene files that a goal may name; empty = names alone"),
@@ -49,7 +45,6 @@ PARAMETERS = (
 LOOK_PERIOD = 0.1  # s between looks for progress, and for waiting goals that have been cancelled
 RESULT_TIMEOUT = 30  # s for which a result can be asked for again
 LATCHED = Qos(depth=1, durability="transient_local")
-ASKED = qos_profile(Qos(depth=4000))  # requests that may wait: the default of 10 loses most of a thousand in silence
 SWITCH = 0.0005  # s for which a study may keep Python to itself while a callback waits; 5 ms add up in answering one
 CLOSE_TIMEOUT = 30.0  # s, for the statistics and the log of a study that is ended
 
@@ -59,36 +54,29 @@ class UqNode(Node):
 
     def __init__(self, **options):
         super().__init__("uq_node", namespace=NAMESPACE, **options)
-        self.done = threading.Event()
-        self.failure: Exception | None = None
+        self.done, self.failure = threading.Event(), None
         values = declare(self, PARAMETERS)
-        self.studies = Studies(
-            values["log_folder"],
-            StudyLimits(**{name: values[name] for name in StudyLimits._fields}),
-            self._answered,
-            [one for one in values["study_folders"] if one],
-        )
+        limits = StudyLimits(**{name: values[name] for name in StudyLimits._fields})
+        folders = [one for one in values["study_folders"] if one]
+        self.studies = Studies(values["log_folder"], limits, self._answered, folders)
         self._requests: dict[bytes, Request] = {}
         self._result = self.create_publisher(String, "study_result", qos_profile(LATCHED))
         self._heartbeat = Heartbeat(self, "studies")
-        self._arrivals, self._rush = Arrivals(), Rush()
         # Reentrant: one callback waits for the study that runs while others take goals and cancels.
         group, steady = ReentrantCallbackGroup(), Clock(clock_type=ClockType.STEADY_TIME)
-        self._server = CountedActionServer(
+        self._server = ActionServer(
             self,
             RunStudy,
             "run_study",
             self._on_execute,
             callback_group=group,
             goal_callback=self._on_goal,
+            handle_accepted_callback=self._on_accepted,
             cancel_callback=lambda goal_handle: CancelResponse.ACCEPT,
-            goal_service_qos_profile=ASKED,
-            result_service_qos_profile=ASKED,
-            cancel_service_qos_profile=ASKED,
+            goal_service_qos_profile=SERVICE,
+            result_service_qos_profile=SERVICE,
+            cancel_service_qos_profile=SERVICE,
             result_timeout=RESULT_TIMEOUT,
-            arrived=self._on_arrival,
-            accepted=self._on_accepted,
-            take=self._take,
         )
         self.create_timer(LOOK_PERIOD, self._on_look, callback_group=group, clock=steady)
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=group, clock=steady)
@@ -99,7 +87,7 @@ class UqNode(Node):
         self.get_logger().info("ready for goals of the action run_study")
 
     def close(self) -> None:
-        """Ends the study that runs, with a log of what is done, and all that wait; may be called twice."""
+        """Ends the study that runs, with a log of its samples so far, and all that wait; may be called twice."""
         self.studies.close()
         self.worker.stop(timeout=CLOSE_TIMEOUT)
         self._reader.stop(timeout=1.0)
@@ -152,28 +140,13 @@ class UqNode(Node):
 
     # Callbacks
 
-    def _on_arrival(self, number: int) -> None:
-        lost = self._arrivals.saw(number, self.count_clients(f"{NAMESPACE}/run_study{GOALS}"))
-        if lost:
-            self.get_logger().warning(
-                f"{lost} goals never came here and get no answer: whoever sends so many at once must keep them all "
-                "(goal_service_qos_profile)",
-                throttle_duration_sec=1.0,
-            )
-        if self._rush.saw(time.monotonic()):
-            self.get_logger().warning(
-                f"{self._rush.doubted} goals came so fast that whoever keeps {Rush.KEPT} answers, as by default, may "
-                "have missed some and waits in vain: keep them all (goal_service_qos_profile), or ask one by one",
-                throttle_duration_sec=1.0,
-            )
-
     def _on_goal(self, goal) -> GoalResponse:
         reason = self.studies.refusal()
         if reason:
-            self.get_logger().warning(f"goal refused: {reason}", throttle_duration_sec=1.0)
+            self.get_logger().warning(f"goal refused: {reason}", throttle_duration_sec=TALK)
         return GoalResponse.REJECT if reason else GoalResponse.ACCEPT
 
-    def _on_accepted(self, goal_handle) -> Request:
+    def _on_accepted(self, goal_handle) -> None:
         asked = goal_handle.request
         request = Request(
             Goal(asked.study, tuple(asked.overrides), asked.samples, asked.seed),
@@ -182,9 +155,6 @@ class UqNode(Node):
             tell=partial(self._tell, goal_handle),
         )
         self._requests[bytes(goal_handle.goal_id.uuid)] = request
-        return request
-
-    def _take(self, request: Request) -> None:
         self.studies.add(request)
         self._reader.post(self._read, request)
 
@@ -192,12 +162,8 @@ class UqNode(Node):
         request = self._requests.pop(bytes(goal_handle.goal_id.uuid))
         request.finished.wait()
         answer = request.answer
-        if answer.state == SUCCEEDED:
-            self._to_ros(goal_handle.succeed)
-        elif answer.state == CANCELLED:
-            self._to_ros(goal_handle.canceled)
-        else:
-            self._to_ros(goal_handle.abort)
+        ends = {SUCCEEDED: goal_handle.succeed, CANCELLED: goal_handle.canceled}
+        self._to_ros(ends.get(answer.state, goal_handle.abort))
         return RunStudy.Result(
             success=answer.state == SUCCEEDED,
             message=answer.message,
@@ -216,8 +182,6 @@ class UqNode(Node):
         level, message = (WARN, problem) if problem else (OK, doing)
         if self.failure is not None:
             level, message = ERROR, str(self.failure)
-        values["goals_never_come"] = self._arrivals.lost if self._arrivals.known else "unknown: several clients"
-        values["answers_in_doubt"] = self._rush.doubted
         self._heartbeat.say(level, message, {"doing": doing} | values)
 
 

@@ -3,6 +3,7 @@
 It listens to the node only while somebody looks: without a viewer the node makes no samples for it.
 """
 
+import math
 import re
 import threading
 import time
@@ -25,18 +26,39 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
-from bearing_twin.nodes.aside import TakenAside, taken
-from bearing_twin.nodes.discovery import quiet_time
+from bearing_twin.nodes.base_node import TakenAside, declare, guarded, run, taken
+from bearing_twin.nodes.graph import quiet_time
 from bearing_twin.nodes.messages import interface, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
-from bearing_twin.nodes.running import declare, guarded, run
-from bearing_twin.nodes.serving import Feed, PageServer, Refused
-from bearing_twin.nodes.watch_orders import cut_short, number_of, vector_of
+from bearing_twin.nodes.page_server import Feed, PageServer, Refused
 from bearing_twin.parameters import echo, unknown
 from bearing_twin.spelling import harmless
 from bearing_twin.units import UNITS, for_people
 from bearing_twin.view.live import Again, LiveRun
 from bearing_twin.view.live_page import live_page
+
+
+def number_of(command: Mapping[str, Any], key: str, called: str = "") -> float:
+    """A finite number in a command; raises BearingTwinError that calls it `called`, or else by its key."""
+    value = command.get(key)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise BearingTwinError(f"{called or key} must be a number")
+    return float(value)
+
+
+def vector_of(command: Mapping[str, Any], key: str) -> tuple[float, float, float]:
+    """Three finite numbers in a command; raises BearingTwinError."""
+    value = command.get(key)
+    if not isinstance(value, list) or len(value) != 3:
+        raise BearingTwinError(f"{key} must be three numbers")
+    return tuple(number_of({key: one}, key) for one in value)
+
+
+def cut_short(text: str, longest: int) -> str:
+    """The text on one line, of at most so many characters, with an ellipsis where the rest is left out."""
+    line = " ".join(text.split())
+    return line if len(line) <= longest else f"{line[: longest - 2]} …"
+
 
 PARAMETERS = (
     NodeParameter("node", "", "full name of the node to look at; empty = the only one that publishes samples"),

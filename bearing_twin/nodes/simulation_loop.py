@@ -2,12 +2,138 @@
 
 import math
 from collections.abc import Callable, Container
+from contextlib import contextmanager
+from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError, Interrupted
 from bearing_twin.kinds.contract import Command
-from bearing_twin.nodes.commanding import Commands
 from bearing_twin.nodes.pacing import FASTEST, PacedStream, Pacer, StreamPace, Timed
 from bearing_twin.run.foretold import KEY
+from bearing_twin.spelling import echo
+
+
+class Commands:
+    """Counts of commands, and the time at which a load becomes stale; `load_timeout_ns` 0 = never.
+
+    A load holds until the next. One that is not followed by another within the timeout, in simulated time from the
+    output it began after, is stale: the scene's own load acts again, and that is said until a new load comes.
+    """
+
+    def __init__(self, load_timeout_ns: int = 0, frame_prefix: str = ""):
+        self.taken = self.refused = 0
+        self._timeout, self._prefix = load_timeout_ns, frame_prefix
+        self._last, self._told = "", 0
+        self.forget_load()
+
+    def forget_load(self) -> None:
+        """The scene's own load acts, as at the start."""
+        self._stale_at: int | None = None
+        self._source = "the scene"
+        self.load_is_stale = False
+
+    @contextmanager
+    def counted(self, name: str):
+        """Counts what happens within as a command on the topic `name`, taken or, by BearingTwinError, refused."""
+        try:
+            yield
+        except BearingTwinError as error:
+            self.refused += 1
+            self._last = f"{name} refused: {error}"
+            raise BearingTwinError(self._last) from error
+        self.taken += 1
+
+    def check_frame(self, message, frame: str) -> None:
+        """Raises BearingTwinError unless a message with a header is in `frame`, or names no frame at all."""
+        given = message.header.frame_id if hasattr(message, "header") else ""
+        if given and given != f"{self._prefix}{frame}":
+            raise BearingTwinError(f"its frame is {echo(given)}, but it is taken in {self._prefix}{frame} alone")
+
+    def note_load(self, time_ns: int) -> None:
+        """A load acts from the output after `time_ns` on."""
+        self.forget_load()
+        self._source = "command/load"
+        if self._timeout:
+            self._stale_at = max(time_ns, 0) + self._timeout
+
+    def fresh_outputs(self, time_ns: int, period_ns: int) -> float:
+        """How many outputs after `time_ns` the load holds for; infinite where it does not grow stale."""
+        return math.inf if self._stale_at is None else max(0, math.ceil((self._stale_at - time_ns) / period_ns))
+
+    def let_go(self) -> None:
+        """The load is stale."""
+        self.forget_load()
+        self.load_is_stale = True
+
+    def doubt(self) -> str:
+        """What to warn of: a stale load, and refusals since this was asked last; "" if nothing."""
+        new, self._told = self.refused - self._told, self.refused
+        words = [
+            f"command/load is stale, {self._timeout * 1e-9:g} s without another: the scene's own load acts"
+            if self.load_is_stale
+            else "",
+            f"{new} refused, the last: {self._last}" if new else "",
+        ]
+        return "; ".join(word for word in words if word)
+
+    def numbers(self) -> dict[str, object]:
+        """For diagnostics."""
+        return {"commands_taken": self.taken, "commands_refused": self.refused, "last_refusal": self._last or "-"} | {
+            "load_from": self._source
+        }
+
+
+MOST_LOGS = 1000  # of one node; each takes 0.1 MB at least
+
+
+class RunLogs:
+    """Opens the logs of runs 0, 1, 2 ... beside `path` (empty: none), and says how much room all take.
+
+    `open_log(path)` gives a log with `problem`, `dropped` and `bytes`.
+    """
+
+    def __init__(self, path: str, open_log: Callable[[Path], object]):
+        self._path, self._open = path, open_log
+        self._newest: list = []  # the last two: a log is opened before the one before is completed
+        self._bytes_before = self._dropped_before = 0
+        self.count = 0
+        self.doubt = ""  # why the run is not logged
+
+    def begin(self, run: int):
+        """The log of a run, None where there are too many already; raises LogError, and is then as it was."""
+        if not self._path:
+            return None
+        if self.count >= MOST_LOGS:
+            self.doubt = f"not logged: the node has begun {self.count} logs; start it again for more"
+            return None
+        log = self._open(log_path(self._path, run))
+        for gone in self._newest[:-1]:
+            self._bytes_before += gone.bytes
+            self._dropped_before += gone.dropped
+        self._newest = [*self._newest[-1:], log]
+        self.count += 1
+        return log
+
+    @property
+    def problem(self) -> str:
+        """Why the last log cannot grow, empty while it can."""
+        return self._newest[-1].problem if self._newest else ""
+
+    @property
+    def dropped(self) -> int:
+        """Messages of all runs for which there was no room."""
+        return self._dropped_before + sum(one.dropped for one in self._newest)
+
+    @property
+    def bytes(self) -> int:
+        """Size of all logs."""
+        return self._bytes_before + sum(one.bytes for one in self._newest)
+
+
+def log_path(path: str | Path, run: int) -> Path:
+    """Where run 0, 1, 2 ... is logged: run.mcap, run_1.mcap, run_2.mcap ..."""
+    path = Path(path)
+    return path if run == 0 else path.with_name(f"{path.stem}_{run}{path.suffix}")
+
 
 CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
 LONGEST_STEP = 10.0  # s

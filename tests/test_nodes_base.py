@@ -17,14 +17,14 @@ from ros import (
     started,
 )
 
-from bearing_twin.nodes import running
+from bearing_twin.nodes import base_node
 from bearing_twin.nodes.recorder_node import RecorderNode
 
 
 def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
-    monkeypatch.setattr(running, "POLL", 0.02)
+    monkeypatch.setattr(base_node, "POLL", 0.02)
     with ros_executor() as others:
-        executor = running.Executor(others.context)
+        executor = base_node.Executor(others.context)
         node = started(executor, RecorderNode, log=str(tmp_path / "run.mcap"))
         talker, seen = plain_node(others), []
         talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
@@ -56,7 +56,7 @@ def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
 
 def test_a_clock_put_back_ends_the_wait_of_a_node(monkeypatch):
     """DDS waits until a time of the clock of the system: put back by an hour, a node heard no signal for an hour."""
-    monkeypatch.setattr(running, "POLL", 0.01)
+    monkeypatch.setattr(base_node, "POLL", 0.01)
     jumps, ended, woken = [0, 0, int(3.6e12), 0, -int(3.6e12), 0], threading.Event(), []
 
     class Clock:
@@ -70,7 +70,7 @@ def test_a_clock_put_back_ends_the_wait_of_a_node(monkeypatch):
         def wake(self):
             woken.append(len(jumps))
 
-    running.wake_at_jumps(Waiting(), ended, Clock())
+    base_node.wake_at_jumps(Waiting(), ended, Clock())
     assert woken == [1]
 
 
@@ -82,7 +82,7 @@ def test_two_nodes_of_one_name_are_told(tmp_path):
         spin_until(executor, lambda: seen, "diagnostics")
         assert "problem" not in {one.key for one in seen[0].values}
         started(executor, RecorderNode, log=str(tmp_path / "two.mcap"))
-        told = lambda: any(one.value == running.NAMESAKE for status in seen for one in status.values)  # noqa: E731
+        told = lambda: any(one.value == base_node.NAMESAKE for status in seen for one in status.values)  # noqa: E731
         spin_until(executor, told, "a warning")
         assert seen[-1].level >= DiagnosticStatus.WARN
         assert alone.failure is None
@@ -90,10 +90,10 @@ def test_two_nodes_of_one_name_are_told(tmp_path):
 
 @pytest.mark.parametrize("heard", [(), ("/b",), ("/b", "/c", "/d", "/e", "/f")])
 def test_a_node_says_which_subscribers_it_waits_for(heard, monkeypatch):
-    monkeypatch.setattr(running, "DISCOVERY_PATIENCE", 0.02)
+    monkeypatch.setattr(base_node, "DISCOVERY_PATIENCE", 0.02)
     names, said = ["/a", "/b", "/c", "/d", "/e", "/f"], []
     publishers = [SimpleNamespace(topic_name=one, get_subscription_count=lambda one=one: one in heard) for one in names]
-    running.wait_for_subscribers(publishers, 0.1, said.append)
+    base_node.wait_for_subscribers(publishers, 0.1, said.append)
     unheard = [one for one in names if one not in heard]
     more = f" and {len(unheard) - 3} more" if unheard[3:] else ""
     state = f"{len(heard)} of 6 topics, not of {', '.join(unheard[:3])}{more}"
@@ -104,17 +104,17 @@ def test_a_node_says_which_subscribers_it_waits_for(heard, monkeypatch):
 
 
 def test_a_node_whose_subscribers_are_there_says_nothing_of_them(monkeypatch):
-    monkeypatch.setattr(running, "DISCOVERY_GRACE", 0.0)
+    monkeypatch.setattr(base_node, "DISCOVERY_GRACE", 0.0)
     said, asked = [], iter([0, 0, 1])
-    running.wait_for_subscribers([SimpleNamespace(get_subscription_count=lambda: next(asked))], 60.0, said.append)
+    base_node.wait_for_subscribers([SimpleNamespace(get_subscription_count=lambda: next(asked))], 60.0, said.append)
     assert said == []
     assert not list(asked)
 
 
 def test_a_node_that_can_do_nothing_but_fail_ends(monkeypatch):
-    monkeypatch.setattr(running, "MOST_FAULTS", 3)
+    monkeypatch.setattr(base_node, "MOST_FAULTS", 3)
     with ros_executor() as others:
-        executor, node = running.Executor(others.context), plain_node(others)
+        executor, node = base_node.Executor(others.context), plain_node(others)
 
         def failing(timeout_sec):
             raise OSError("nothing works")
@@ -130,9 +130,9 @@ def test_a_node_that_can_do_nothing_but_fail_ends(monkeypatch):
 
 def test_a_node_that_works_in_between_goes_on(monkeypatch):
     """Faults count to its end only where nothing else comes."""
-    monkeypatch.setattr(running, "MOST_FAULTS", 1)
+    monkeypatch.setattr(base_node, "MOST_FAULTS", 1)
     with ros_executor() as others:
-        executor, node = running.Executor(others.context), plain_node(others)
+        executor, node = base_node.Executor(others.context), plain_node(others)
         turns = iter([True, False] * 3)
 
         def failing_at_times(timeout_sec):
@@ -149,7 +149,7 @@ def test_a_node_that_works_in_between_goes_on(monkeypatch):
 def test_a_fault_makes_of_ok_a_warning(monkeypatch):
     said = []
     with ros_executor() as executor:
-        heartbeat = running.Heartbeat(plain_node(executor), "testing")
+        heartbeat = base_node.Heartbeat(plain_node(executor), "testing")
         monkeypatch.setattr(heartbeat, "_publisher", SimpleNamespace(publish=said.append))
         heartbeat.say(DiagnosticStatus.OK, "fine", {})
         executor.faults = 2
@@ -176,7 +176,7 @@ def test_a_disk_that_fills_up_is_warned_of(problem, seconds, level, words, tmp_p
     log = SimpleNamespace(problem=problem, dropped=0, bytes=1000)
     numbers = {"disk_full_in_s": seconds, "log_bytes_per_s": 0.0}
     with ros_executor() as executor:
-        watch = running.LogWatch(plain_node(executor), tmp_path)
+        watch = base_node.LogWatch(plain_node(executor), tmp_path)
         monkeypatch.setattr(watch, "_room", SimpleNamespace(forecast=lambda size, now: numbers))
         assert watch.look(log) == (level, words, {"bytes": 1000, "messages_dropped": 0, **numbers})
 
@@ -185,7 +185,7 @@ def test_what_peers_send_in_floods_is_told_once_a_second(capfd):
     """Every sentence goes into a file of ROS, too: a peer could fill the disk."""
     with ros_executor() as others:
 
-        @running.guarded
+        @base_node.guarded
         def callback(node):
             raise ValueError("nobody can read this")
 

@@ -6,24 +6,154 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy._rclpy_pybind11 import InvalidHandle
+from rclpy.callback_groups import CallbackGroup
 from rclpy.duration import Duration
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
+from rclpy.subscription import Subscription
+from rosgraph_msgs.msg import Clock as ClockMessage
 
 from bearing_twin.errors import BearingTwinError
+from bearing_twin.log.bag import Qos
 from bearing_twin.log.cdr import DIAGNOSTICS
-from bearing_twin.nodes.log_room import Room, SteadyTime, in_an_hour, warning
-from bearing_twin.nodes.messages import ERROR, OK, WARN, diagnostics, interface, rclpy
-from bearing_twin.nodes.node_parameters import NodeParameter, checked, converted, limits_of, problem_of
-from bearing_twin.nodes.node_words import advice, files_of_others, refuse_no_assignment, refuse_no_parameters
-from bearing_twin.nodes.outlet import MANY, Outlet
+from bearing_twin.nodes.messages import (
+    ERROR,
+    OK,
+    WARN,
+    burst_profile,
+    diagnostics,
+    interface,
+    qos_profile,
+    rclpy,
+    stamp,
+)
+from bearing_twin.nodes.node_parameters import (
+    NodeParameter,
+    advice,
+    checked,
+    converted,
+    files_of_others,
+    limits_of,
+    problem_of,
+    refuse_no_assignment,
+    refuse_no_parameters,
+)
+from bearing_twin.nodes.pacing import Timed
+from bearing_twin.nodes.recording import Room, SteadyTime, in_an_hour, warning
+from bearing_twin.spelling import echo, harmless
+
+CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
+MANY = 500  # topics: what DDS and ROS do for each of so many delays the end of a node and its turns
+
+
+class Outlet:
+    """Publishes serialised messages as they are, and counts them; publishes /clock where that is wanted.
+
+    A topic whose type is not installed, or whose name ROS does not know, is left out with a warning; raises
+    BearingTwinError where that is all.
+    Of more than MANY topics ROS does not warn of subscribers with another quality of service.
+    """
+
+    def __init__(self, node: Node, topics: Iterable[tuple[str, str, Qos]], publish_clock: bool):
+        self._context, self._count = node.context, node.count_publishers
+        self._publishers, problems, topics = {}, [], list(topics)
+        # Each handler of events is one more thing to wait for: thousands take half a second of every turn of a node.
+        events = PublisherEventCallbacks(use_default_callbacks=len(topics) <= MANY)
+        for name, ros_type, qos in topics:
+            try:
+                form = interface(ros_type, "msg"), name, burst_profile(qos)
+                self._publishers[name] = node.create_publisher(*form, event_callbacks=events)
+            except BearingTwinError as error:
+                problems.append(f"{harmless(name)} is not published: {error}")
+            except InvalidTopicNameException:
+                problems.append(f"{echo(name)} is not published: it is no name of a topic in ROS")
+        if problems and not self._publishers:
+            raise BearingTwinError(problems[0])
+        if problems:
+            node.get_logger().warning("; ".join(problems))
+        self._clock = None
+        if publish_clock:
+            self._clock = node.create_publisher(ClockMessage, "/clock", qos_profile(Qos(1, "best_effort")))
+        self.published = 0
+
+    @property
+    def publishers(self):
+        """The publishers of the topics."""
+        return self._publishers.values()
+
+    def listened_to(self) -> set[str]:
+        """The names of the topics that have a subscriber."""
+        return {name for name, publisher in self._publishers.items() if publisher.get_subscription_count()}
+
+    @property
+    def mixed(self) -> str:
+        """That another node publishes samples or time where this one does, "" where none does."""
+        full = [one.topic_name for one in (*self.publishers, self._clock) if one is not None]
+        shared = [name for name in full if name.endswith(("/samples", "/clock")) and self._count(name) > 1]
+        return (
+            f"other nodes publish {', '.join(shared)}, too, and what is heard is a mixture: end them" if shared else ""
+        )
+
+    @property
+    def has_clock(self) -> bool:
+        """Whether time is published."""
+        return self._clock is not None
+
+    def tick(self, time_ns: int) -> None:
+        """Publishes the time, where that is wanted."""
+        if self._clock:
+            self._publish(self._clock, ClockMessage(clock=stamp(time_ns)))
+
+    def deliver(self, message: Timed) -> None:
+        """Publishes a message, if it has been made."""
+        publisher = self._publishers.get(message.topic)
+        if publisher is not None and message.cdr and self._publish(publisher, message.cdr):
+            self.published += 1
+
+    def _publish(self, publisher, message) -> bool:
+        """Whether it went out: once a signal has ended ROS under way there is nobody to publish to, and no error."""
+        try:
+            publisher.publish(message)
+        except Exception:
+            if self._context.ok():
+                raise
+            return False
+        return True
+
+
+class TakenAside(CallbackGroup):
+    """Subscriptions that no executor serves."""
+
+    def can_execute(self, entity) -> bool:
+        """Never."""
+        return False
+
+    def beginning_execution(self, entity) -> bool:
+        """Never."""
+        return False
+
+    def ending_execution(self, entity) -> None:
+        """Nothing was executed."""
+
+
+def taken(subscription: Subscription) -> Iterator[tuple[bytes, dict]]:
+    """Every message that waits, as bytes, with what the middleware says of it."""
+    handle, message = subscription.handle, subscription.msg_type
+    with suppress(InvalidHandle), handle:
+        while (found := handle.take_message(message, True)) is not None:
+            yield found
+
 
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as it is told what was sent, every 3 s by default
 DISCOVERY_POLL = 0.02  # s

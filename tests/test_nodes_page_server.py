@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.nodes import serving
-from bearing_twin.nodes.serving import Feed, PageServer
+from bearing_twin.nodes import page_server
+from bearing_twin.nodes.page_server import Feed, PageServer
 
 PATIENCE = 300.0  # s: what does not come about at all fails, slowness does not
 
@@ -54,7 +54,7 @@ def command(server, body='{"do": "reset"}', **headers):
 def test_the_page_is_served_with_headers_that_keep_it_to_itself(server):
     status, text, headers = ask(server)
     assert (status, text) == (200, "<p>page</p>")
-    for name, value in serving.SAFE_HEADERS.items():
+    for name, value in page_server.SAFE_HEADERS.items():
         assert headers[name] == value
     assert "Python" not in headers["Server"]
 
@@ -65,7 +65,7 @@ def test_a_page_that_is_not_there_yet_is_asked_for_again(server):
 
     server.site.page = page
     status, text, headers = ask(server)
-    assert (status, text, headers["Refresh"]) == (503, "it comes soon\n", str(serving.ASK_AGAIN))
+    assert (status, text, headers["Refresh"]) == (503, "it comes soon\n", str(page_server.ASK_AGAIN))
 
 
 def test_a_command_with_the_token_is_obeyed(server):
@@ -129,7 +129,7 @@ def test_one_that_listens_for_others_answers_to_its_addresses(server):
 
 @pytest.mark.parametrize(
     ("body", "status"),
-    [("[]", 400), ("{", 400), ("[" * 4000, 400), ("x" * (serving.LARGEST_COMMAND + 1), 413)],
+    [("[]", 400), ("{", 400), ("[" * 4000, 400), ("x" * (page_server.LARGEST_COMMAND + 1), 413)],
 )
 def test_what_is_no_command_is_answered_with_one_sentence(server, body, status):
     found, text, _ = command(server, body)
@@ -175,7 +175,7 @@ def test_all_viewers_get_the_events_and_are_counted(server):
 
 
 def test_a_viewer_too_many_is_told_so(server, monkeypatch):
-    monkeypatch.setattr(serving, "MOST_VIEWERS", 1)
+    monkeypatch.setattr(page_server, "MOST_VIEWERS", 1)
     connection, answer = listened(server)
     until(lambda: server.site.feed.viewers == 1)
     status, text, _ = ask(server, path="/events")
@@ -190,13 +190,13 @@ def test_a_slow_viewer_misses_the_oldest_events_and_holds_up_nobody():
     slow = feed.join()
     for number in range(1000):
         feed.send("frames", str(number))
-    assert slow.qsize() == serving.WAITING
-    assert slow.get_nowait() == f"event: frames\ndata: {1000 - serving.WAITING}\n\n".encode()
+    assert slow.qsize() == page_server.WAITING
+    assert slow.get_nowait() == f"event: frames\ndata: {1000 - page_server.WAITING}\n\n".encode()
 
 
 def test_connections_that_say_nothing_take_only_so_many_places(monkeypatch):
-    monkeypatch.setattr(serving, "MOST_CONNECTIONS", 4)
-    monkeypatch.setattr(serving._Handler, "timeout", 0.5)
+    monkeypatch.setattr(page_server, "MOST_CONNECTIONS", 4)
+    monkeypatch.setattr(page_server._Handler, "timeout", 0.5)
     server = PageServer(a_site(), "127.0.0.1", 0)
     server.start()
     idle = [socket.create_connection(("127.0.0.1", server.server_port), timeout=PATIENCE) for _ in range(6)]

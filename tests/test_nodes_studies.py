@@ -11,27 +11,25 @@ import pytest
 from bearing_twin.command.cli import main
 from bearing_twin.errors import LogError, StudyError
 from bearing_twin.log.study_log import StudyLog, read_study
-from bearing_twin.nodes.study_goal import (
+from bearing_twin.nodes.studies import (
     ABORTED,
     CANCELLED,
+    LONGEST_END_NS,
     LONGEST_OVERRIDE,
+    LONGEST_READ_NS,
+    LONGEST_SILENCE_NS,
     LONGEST_TEXT,
+    PROGRESS_PERIOD_NS,
+    QUEUE,
     SUCCEEDED,
     Goal,
     Request,
-    study_of,
-)
-from bearing_twin.nodes.study_goal import (
-    told as feedback_of,
-)
-from bearing_twin.nodes.study_limits import StudyLimits, free_path, log_bytes
-from bearing_twin.nodes.studying import (
-    LONGEST_END_NS,
-    LONGEST_READ_NS,
-    LONGEST_SILENCE_NS,
-    PROGRESS_PERIOD_NS,
-    QUEUE,
     Studies,
+    StudyLimits,
+    feedback_of,
+    free_path,
+    log_bytes,
+    study_of,
 )
 from bearing_twin.uq.drawing import Progress
 from bearing_twin.uq.run import run_study

@@ -6,22 +6,234 @@ take, each in a thread of its own; everything else returns at once and may be ca
 """
 
 import contextlib
+import dataclasses
+import itertools
 import math
+import tempfile
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
-from bearing_twin.errors import BearingTwinError, LogError
-from bearing_twin.log.study_log import StudyLog
-from bearing_twin.nodes.study_goal import ABORTED, CANCELLED, SUCCEEDED, GoalAnswer, Request, study_of, told
-from bearing_twin.nodes.study_limits import StudyLimits, free_path, refuse_unwritable, without_log
+from bearing_twin.errors import BearingTwinError, LogError, StudyError
+from bearing_twin.kinds.ranges import ON
+from bearing_twin.log.study_log import INPUT, QUANTITY, StudyLog
+from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NOT_ALLOWED
+from bearing_twin.parameters import echo
+from bearing_twin.paths import file_name
+from bearing_twin.permission import only_below
+from bearing_twin.processors import usable
 from bearing_twin.report import json_text
+from bearing_twin.run.scene import refuse_another
 from bearing_twin.uq.drawing import Progress
 from bearing_twin.uq.result import StudyResult
-from bearing_twin.uq.run import run_study
+from bearing_twin.uq.run import memory_needed, refuse_too_large, run_study
+from bearing_twin.uq.stopping import rule_of
 from bearing_twin.uq.study import Study
+from bearing_twin.uq.study_file import load_study, parse_study, study_names
+
+LONGEST_TEXT = 60_000  # characters of a study in a goal: under a second to read, whatever is in it
+MOST_OVERRIDES, LONGEST_OVERRIDE = 1000, 10_000
+SUCCEEDED, ABORTED, CANCELLED = "succeeded", "aborted", "cancelled"
+
+
+class Goal(NamedTuple):
+    """What was asked: name, path or YAML text of a study, and changes; `samples` and `seed` 0 = as the study says."""
+
+    study: str
+    overrides: tuple[str, ...] = ()
+    samples: int = 0
+    seed: int = 0
+
+
+class GoalAnswer(NamedTuple):
+    """How a request ended (SUCCEEDED, ABORTED or CANCELLED), the sentence about it, and what there is of a result.
+
+    `problem` is what whoever looks after the node should know of, empty where all is well.
+    """
+
+    state: str
+    message: str
+    summary: str = ""
+    log: str = ""
+    stopped_because: str = ""
+    problem: str = ""
+
+
+class Request:
+    """A goal on its way; its `answer` is there once `finished` is set.
+
+    `called_off()` tells whether whoever asked has cancelled it. `begin()` is called once, when it starts to run, or
+    else when it has got its answer without. `tell(progress, statistic)` is called while it runs, ten times a second at
+    most; see `feedback_of`.
+    """
+
+    def __init__(
+        self,
+        goal: Goal,
+        called_off: Callable[[], bool] = lambda: False,
+        begin: Callable[[], None] = lambda: None,
+        tell: Callable[[Progress, str], None] = lambda progress, statistic: None,
+    ):
+        self.goal, self.called_off, self.tell = goal, called_off, tell
+        self.study: Study | None = None
+        self.answer: GoalAnswer | None = None
+        self.since_ns = 0  # monotonic time at which it began to wait
+        self.finished = threading.Event()
+        self._begin, self._begun = begin, False
+
+    def begin(self) -> None:
+        """Says that its turn has come; the second time nothing."""
+        if not self._begun:
+            self._begun = True
+            self._begin()
+
+
+def feedback_of(goal: Goal, study: Study, progress: Progress) -> tuple[Progress, str]:
+    """(progress as feedback, name of the watched statistic): in samples as the goal asked for them, without NaN.
+
+    A study with a sweep, with an expansion or with shares of variance does another number of runs than samples were
+    asked for: `done` is then the same share of the samples as is done of the runs. Before the first look at the samples
+    the name is empty, and estimate and half width are 0; a half width that cannot be told is infinite.
+    """
+    total = goal.samples or study.settings.samples
+    done = progress.done if progress.total == total else int(total * progress.done / max(progress.total, 1))
+    counted = progress._replace(done=min(done, total), total=total)
+    if not math.isfinite(progress.estimate):
+        return counted._replace(estimate=0.0, half_width=0.0), ""
+    known = not math.isnan(progress.half_width)
+    name = " at ".join(filter(None, (_watched(study), progress.at)))
+    return counted._replace(half_width=progress.half_width if known else math.inf), name
+
+
+def _watched(study: Study) -> str:
+    return rule_of(study.settings.stop, study.stop_quantity).watched
+
+
+def study_of(goal: Goal, folders: Iterable[str] = ()) -> Study:
+    """The study a goal asks for: text with several lines or in braces is YAML, all else a name or a path.
+
+    Files, also those that a study names, are read only below `folders`. Raises BearingTwinError with a sentence for
+    what makes none.
+    """
+    with only_below(folders, "the folders of the node's parameter study_folders"):
+        return _study_of(goal)
+
+
+def _study_of(goal: Goal) -> Study:
+    if len(goal.study) > LONGEST_TEXT:
+        raise StudyError(f"the study has {len(goal.study)} characters, more than {LONGEST_TEXT}; put it into a file")
+    if len(goal.overrides) > MOST_OVERRIDES or any(len(one) > LONGEST_OVERRIDE for one in goal.overrides):
+        raise StudyError(f"overrides must be at most {MOST_OVERRIDES}, each of {LONGEST_OVERRIDE} characters at most")
+    overrides = [one for one in goal.overrides if one]
+    given = {key: value for key, value in (("samples", goal.samples), ("seed", goal.seed)) if value}
+    for key, value in given.items():
+        refuse_another(key, value, overrides)
+    overrides += [f"{key}={value}" for key, value in given.items()]
+    text = goal.study.strip()
+    if not text:
+        raise StudyError(f"which study? give a name, a path or YAML; legal: {', '.join(study_names())}")
+    if "\n" in text or text.startswith("{"):
+        return parse_study(goal.study, "study goal", overrides)
+    return load_study(text, overrides)
+
+
+MESSAGE, DESCRIBED = 80, 40  # bytes: of a realisation's message in a log; of a number in it, beside its name
+
+
+class StudyLimits(NamedTuple):
+    """The node's limits: `memory` [B] and `samples` of a study, `workers` (0 = one a processor), `time_limit` [s].
+
+    `log_quota` [B] is what all logs in their folder may take together, `executors` where a study may run. 0 = no limit.
+    `allow_invalid`: whether a study may let models run outside their ranges.
+    """
+
+    memory: float = 2e9
+    workers: int = 0
+    time_limit: float = 0.0
+    samples: int = 0
+    log_quota: float = 0.0
+    executors: Sequence[str] = ("processes",)
+    allow_invalid: bool = False
+
+    def bounded(self, study: Study) -> Study:
+        """The study with as many workers as it may have; raises StudyError where it asks for what it may not."""
+        if study.executor not in self.executors:
+            # Whoever answers at a scheduler's address can have code run here.
+            raise StudyError(
+                f"executor = {echo(study.executor)} is not among the node's parameter executors; "
+                f"legal: {', '.join(self.executors)}"
+            )
+        if study.scene.get("solver", {}).get(ALLOW_INVALID) == ON and not self.allow_invalid:
+            raise StudyError(f"study {study.name} has solver.{ALLOW_INVALID}: on, {NOT_ALLOWED}")
+        if self.samples and study.settings.samples > self.samples:
+            raise StudyError(
+                f"study {study.name} asks for {study.settings.samples} samples, more than the node's parameter "
+                f"samples = {self.samples}; ask for fewer"
+            )
+        refuse_too_large(study)
+        needed = memory_needed(study)
+        if needed > self.memory:
+            raise StudyError(
+                f"study {study.name} would need {needed:.3g} B, more than the node's parameter memory = "
+                f"{self.memory:.3g} B; ask for fewer samples, histories or history_points"
+            )
+        most = self.workers or usable()
+        workers = min(study.settings.workers or most, most)
+        return dataclasses.replace(study, settings=dataclasses.replace(study.settings, workers=workers))
+
+    def refuse_full(self, folder: Path, study: Study) -> None:
+        """Raises LogError where the logs in `folder` and that of this study would take more than `log_quota`."""
+        if not self.log_quota:
+            return
+        there = sum(path.stat().st_size for path in folder.glob("*.mcap"))
+        if there + log_bytes(study) > self.log_quota:
+            raise LogError(
+                f"the logs in {folder} take {there:.3g} B and that of this study up to {log_bytes(study):.3g} B, "
+                f"together more than the node's parameter log_quota = {self.log_quota:.3g} B; move some away"
+            )
+
+
+def log_bytes(study: Study) -> float:
+    """The size of a study's log at most [B]: every realisation with its numbers, before they are packed.
+
+    Its inputs and quantities stand in a block and, with their names and units, in a message of its own.
+    """
+    shown = [f"{INPUT}{one.key}" for one in study.inputs] + [f"{QUANTITY}{name}" for name in study.quantities]
+    columns = len(shown) + 3 + len(study.histories) * study.settings.history_points
+    message = MESSAGE + sum(len(name) + DESCRIBED for name in shown)
+    return (8.0 * columns + message) * study.settings.samples
+
+
+def refuse_unwritable(folder: Path) -> None:
+    """Raises LogError where no log can be put into `folder`, or where that cannot be made."""
+    there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
+    if not there.is_dir():
+        raise LogError(f"log_folder {folder} leads through a file; give a folder, or nothing for no logs")
+    try:
+        with tempfile.TemporaryFile(dir=there):
+            pass
+    except OSError as error:
+        raise LogError(
+            f"log_folder {folder} cannot be made or written ({error.strerror}); give another, or nothing for no logs"
+        ) from error
+
+
+def without_log(error: LogError | OSError) -> str:
+    """The sentence about a study whose log could not be made or written."""
+    return f"there is no log of it, because {error}"
+
+
+def free_path(folder: Path, study: str, date: str) -> Path:
+    """Where to log a study: `<study>_<date>.mcap`, with a number where that is taken."""
+    stem = f"{file_name(study)}_{date}"
+    names = (
+        f"{stem}{suffix}.mcap" for suffix in itertools.chain([""], (f"_{number}" for number in itertools.count(2)))
+    )
+    return next(folder / name for name in names if not (folder / name).exists())
+
 
 QUEUE = 4  # studies that may wait for the one that runs
 PROGRESS_PERIOD_NS = 100_000_000
@@ -213,7 +425,7 @@ class Studies:
             if request is None or request.answer or progress is self._told or now < self._next_word:
                 return
             self._told, self._next_word = progress, now + PROGRESS_PERIOD_NS
-        request.tell(*told(request.goal, request.study, progress))
+        request.tell(*feedback_of(request.goal, request.study, progress))
 
     def _answer(self, request: Request, result: StudyResult, late: bool, logged: tuple) -> GoalAnswer:
         summary = result.as_dict()
@@ -245,7 +457,7 @@ class Studies:
         try:
             Path(self._log_folder).mkdir(parents=True, exist_ok=True)
             self._limits.refuse_full(Path(self._log_folder), study)
-            path = free_path(Path(self._log_folder), study.name, time.strftime("%Y%m%d_%H%M%S"))
+            path = free_path(Path(self._log_folder).resolve(), study.name, time.strftime("%Y%m%d_%H%M%S"))
             return self._open_log(study, path), str(path), ""
         except (BearingTwinError, OSError) as error:
             return None, "", without_log(error)

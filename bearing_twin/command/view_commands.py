@@ -1,20 +1,19 @@
-"""The subcommand `view`: a page for the browser. Imports are late, so that --help is quick."""
+"""The subcommands `view` and `layouts`: a page for the browser, and files for other viewers. Imports are late."""
 
 import argparse
 from pathlib import Path
 from typing import Any
 
-from bearing_twin.command.outcome import Outcome, add_changes, failure_kept, new_path, overrides_of
+from bearing_twin.command.outcome import Outcome, Subcommand, add_changes, failure_kept, new_path, overrides_of
 from bearing_twin.errors import BearingTwinError, IntegrationError
 from bearing_twin.extras import wanted
+from bearing_twin.parameters import echo, unknown
 from bearing_twin.paths import file_name
 
-HELP = "a page for the browser, in one file: the run in motion, its curves and figures; or what a study found"
-EXAMPLES = ("bearing_twin view run.mcap", "bearing_twin view bearing_6203_loose --duration 0.5 --out loose.html")
 LONGEST = 10.0  # simulated seconds of a scene that is run for its page
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def _view_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `view` to its parser."""
     what = "an MCAP log or a bag folder; or the name or file of a scene or a study, which is run first"
     parser.add_argument("what", metavar="LOG|SCENE|STUDY", help=what)
@@ -29,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--mp4", metavar="MP4", help="the same as a film")
 
 
-def run(arguments: argparse.Namespace) -> Outcome:
+def _view(arguments: argparse.Namespace) -> Outcome:
     """Makes the page; raises BearingTwinError with a sentence for what makes none."""
     out = new_path(arguments.out, (".html", ".htm"), "page") if arguments.out else None
     films = [
@@ -141,3 +140,108 @@ def _of_study(arguments) -> tuple[dict[str, Any], str]:
     with progress(f"study {study.name}") as update:
         result = run_study(study, lambda one: update(one.done / one.total))
     return document_of_study(result), ""
+
+
+VIEW = Subcommand(
+    "a page for the browser, in one file: the run in motion, its curves and figures; or what a study found",
+    _view_arguments,
+    _view,
+    ("bearing_twin view run.mcap", "bearing_twin view bearing_6203_loose --duration 0.5 --out loose.html"),
+)
+
+
+RERUN = "rerun"
+
+
+def _layouts_arguments(parser) -> None:
+    """The arguments of the subcommand."""
+    parser.add_argument("source", metavar="SCENE|LOG", help="name of a scene, path of a YAML file, or an MCAP log")
+    parser.add_argument("--out", metavar="FOLDER", default=".", help="where the files go; made where it is not there")
+    parser.add_argument(
+        "--for",
+        dest="programs",
+        action="append",
+        default=[],
+        metavar="PROGRAM",
+        help="rviz, foxglove, plotjuggler, or rerun (of a log alone: one file with its messages, by rerun-sdk); may be "
+        "repeated; without, the first three",
+    )
+    parser.add_argument("--namespace", default="", help="of the node, such as /left; of a log it is known")
+    parser.add_argument("--frame-prefix", default="", help="as the node has it, such as left/; of a log it is known")
+    parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
+
+
+def _layouts(arguments) -> Outcome:
+    """The files; raises BearingTwinError, SceneError or LogError."""
+    from bearing_twin.log.layouts import LAYOUTS, write_layout
+
+    programs = arguments.programs or list(LAYOUTS)
+    for program in programs:
+        if program not in (*LAYOUTS, RERUN):
+            raise BearingTwinError(f"--for {echo(program)} is no program; {unknown(program, [*LAYOUTS, RERUN])}")
+    source = Path(arguments.source)
+    is_log = source.suffix == ".mcap" or source.is_dir()
+    if RERUN in programs and not is_log:
+        raise BearingTwinError("the layout for Rerun is in one file with a log: give a log, not a scene")
+    panels = _panels_of_log(source, arguments.topic) if is_log else _panels_of_scene(arguments)
+    if not panels.plots:
+        raise BearingTwinError(
+            f"{panels.name} has neither wrenches nor contacts nor state among its topics, which layouts show; "
+            "bearing_twin view shows its channels"
+        )
+    if not panels.frame:
+        if "rviz" in arguments.programs:
+            raise BearingTwinError("a study has nothing that RViz draws; give --for foxglove, plotjuggler or rerun")
+        programs = [one for one in programs if one != "rviz"]
+    folder = _made(Path(arguments.out))
+    name = file_name(source.stem if is_log else panels.name)
+    files, opened = {}, {}
+    for program in programs:
+        if program == RERUN:
+            from bearing_twin.log.rerun_file import write_rerun
+
+            path = write_rerun(source, panels, folder / f"{name}.rrd")
+            opened[program] = f"rerun {path}"
+        else:
+            layout = LAYOUTS[program]
+            path = write_layout(program, panels, folder / f"{name}{layout.suffix}")
+            opened[program] = layout.opening(path, source if is_log else None)
+        files[program] = str(path)
+    return Outcome({"files": files, "open_with": opened}, [])
+
+
+def _made(folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise BearingTwinError(
+            f"--out {folder} is, or leads through, a file, and layouts go into a folder: name one, or leave --out away"
+        ) from error
+    except OSError as error:
+        raise BearingTwinError(f"--out {folder} cannot be made ({error.strerror}); give another folder") from error
+    return folder
+
+
+def _panels_of_scene(arguments):
+    from bearing_twin.log.panels import panels
+    from bearing_twin.run.scene import load_scene
+
+    return panels(load_scene(arguments.source), arguments.namespace, arguments.frame_prefix)
+
+
+def _panels_of_log(path: Path, topic: str | None):
+    from bearing_twin.log.mcap_log import read_log
+    from bearing_twin.log.panels import panels_of_log, panels_of_study
+    from bearing_twin.log.study_log import is_study
+
+    if is_study(path):
+        return panels_of_study(path)
+    return panels_of_log(read_log(path, topic=topic))
+
+
+LAYOUTS = Subcommand(
+    "write layouts of a scene, or of the log of a run or a study, for RViz, Foxglove, PlotJuggler and Rerun",
+    _layouts_arguments,
+    _layouts,
+    ("bearing_twin layouts bearing_6203 --out layouts",),
+)

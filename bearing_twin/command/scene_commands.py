@@ -1,0 +1,266 @@
+"""The subcommands `scenes`, `topics`, `compile` and `completion`. Imports are late, so that --help is quick."""
+
+import argparse
+import os
+import time
+
+from bearing_twin.command.node_command import NODES
+from bearing_twin.command.outcome import Outcome, Subcommand, add_changes, listed, overrides_of
+
+
+def _scenes_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `scenes` to its parser."""
+    lists = parser.add_mutually_exclusive_group()
+    lists.add_argument("--keys", action="store_true", help="list every key of a scene: default, unit, limits, meaning")
+    lists.add_argument("--figures", action="store_true", help="list every figure of a run: unit, meaning")
+    lists.add_argument("--schema", action="store_true", help="the JSON Schema of scene and study files, for editors")
+
+
+def _scenes(arguments: argparse.Namespace) -> Outcome:
+    """The list that is asked for."""
+    from bearing_twin.shelf import SCENES
+
+    if arguments.keys:
+        return _scene_keys()
+    if arguments.figures:
+        return _scene_figures()
+    if arguments.schema:
+        return _scene_schema()
+    header = ("name", "kind", "description")
+    return listed("scenes", header, ({name: head[name] for name in header} for head in SCENES.heads()))
+
+
+def _scene_keys() -> Outcome:
+    from bearing_twin.kinds import KINDS
+    from bearing_twin.parameters import describe
+
+    rows = [(kind, row) for kind, entry in KINDS.items() for row in describe(entry.parameters)]
+    names = ("key", "type", "default", "unit", "limits", "help")
+    return listed("keys", names, ({"kind": kind} | {name: getattr(row, name) for name in names} for kind, row in rows))
+
+
+def _scene_figures() -> Outcome:
+    from bearing_twin.kinds import KINDS
+    from bearing_twin.units import named
+
+    rows = [(kind, key, meaning) for kind, entry in KINDS.items() for key, meaning in entry.meanings_of().items()]
+    header = ("kind", "figure", "unit", "meaning")
+    found = ({"kind": kind, "figure": key, "unit": named(key)[1], "meaning": meaning} for kind, key, meaning in rows)
+    return listed("figures", header, found)
+
+
+def _scene_schema() -> Outcome:
+    from bearing_twin.command.terminal import show_text
+    from bearing_twin.report import json_text
+    from bearing_twin.uq.schema import schema
+
+    found = schema()
+    return Outcome(found, [], lambda: show_text(json_text(found)))
+
+
+SCENES = Subcommand(
+    "list the scenes, or every key of a scene",
+    _scenes_arguments,
+    _scenes,
+    ("bearing_twin scenes", "bearing_twin scenes --keys", "bearing_twin scenes --figures --json"),
+)
+
+
+def _topics_arguments(parser) -> None:
+    """The arguments of the subcommand."""
+    parser.add_argument("scene", nargs="?", help="name of a scene or path of a YAML file; without, every kind")
+    parser.add_argument("--markdown", action="store_true", help="the text of docs/topics.md")
+
+
+def _topics(arguments) -> Outcome:
+    """The table, as text, JSON or Markdown; raises SceneError."""
+    from bearing_twin.errors import BearingTwinError
+    from bearing_twin.kinds import KINDS
+    from bearing_twin.log import topic_table
+    from bearing_twin.run.scene import load_scene
+
+    if arguments.markdown:
+        if arguments.scene:
+            raise BearingTwinError("--markdown writes the table of every kind; leave out the scene")
+        from bearing_twin.command.terminal import show_text
+
+        text = topic_table.markdown()
+        return Outcome({"markdown": text}, [], lambda: show_text(text.rstrip("\n")))
+    if arguments.scene:
+        rows = [row._asdict() for row in topic_table.scene_rows(load_scene(arguments.scene))]
+        return listed("topics", topic_table.TopicRow._fields, rows)
+    rows = [{"kind": kind, **row._asdict()} for kind in KINDS for row in topic_table.kind_rows(kind)]
+    return listed("topics", ("kind", *topic_table.TopicRow._fields), rows)
+
+
+TOPICS = Subcommand(
+    "list the topics of a scene, or of every kind of scene",
+    _topics_arguments,
+    _topics,
+    ("bearing_twin topics bearing_6203", "bearing_twin topics"),
+)
+
+
+def _compile_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `compile` to its parser."""
+    which = "name of a scene or path of a YAML file; without one, all scenes of `bearing_twin scenes`"
+    parser.add_argument("scene", nargs="*", help=which)
+    add_changes(parser, "change one key of each scene; may be repeated")
+
+
+def _compile(arguments: argparse.Namespace) -> Outcome:
+    """Compiles scene by scene; raises SceneError for a scene that cannot be read.
+
+    Ctrl-C loses only the function that is being compiled: Numba writes each to disk when it is done.
+    """
+    from bearing_twin.run.scene import load_scene, scene_names
+
+    began = time.monotonic()
+    scenes = [load_scene(name, overrides_of(arguments)) for name in arguments.scene or scene_names()]
+    rows = [_compiled(scene) for scene in scenes]
+    seconds = round(time.monotonic() - began, 3)
+    return Outcome({"scenes": rows, "seconds": seconds}, [], lambda: _show_compiled(rows, seconds))
+
+
+def _compiled(scene) -> dict:
+    from bearing_twin.command.terminal import said_if_slow, say
+    from bearing_twin.run.simulation import Simulation
+
+    began = time.monotonic()
+    with said_if_slow(f"compiling {scene.name}"):
+        Simulation(scene).warm_up()
+    seconds = time.monotonic() - began
+    say(f"{scene.name}: ready after {seconds:.1f} s")
+    return {"scene": scene.name, "seconds": round(seconds, 3)}
+
+
+def _show_compiled(rows, seconds) -> None:
+    from bearing_twin.command.terminal import show_rows, show_text
+
+    show_rows(("scene", "seconds"), (row.values() for row in rows))
+    show_text(f"all in {seconds:.1f} s; compiled code is kept for later runs")
+
+
+COMPILE = Subcommand(
+    "compile what scenes need, so that their first run starts at once",
+    _compile_arguments,
+    _compile,
+    ("bearing_twin compile", "bearing_twin compile bearing_6203 --set contact.friction=spot"),
+)
+
+
+SHELLS = ("bash", "zsh", "fish")
+COMPLETING = "_ARGCOMPLETE"  # the shell sets it where it wants completions
+
+
+def _completion_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the argument of `completion` to its parser."""
+    parser.add_argument("shell", choices=SHELLS, help='write eval "$(bearing_twin completion bash)" into ~/.bashrc')
+
+
+def _completion(arguments: argparse.Namespace) -> Outcome:
+    """The shell's code; raises BearingTwinError where the package argcomplete is missing."""
+    from bearing_twin.command.terminal import show_text
+    from bearing_twin.extras import wanted
+
+    code = wanted("argcomplete", "completion").shellcode(["bearing_twin"], shell=arguments.shell)
+    return Outcome({"shell": arguments.shell, "code": code}, [], lambda: show_text(code))
+
+
+def complete(parser: argparse.ArgumentParser) -> None:
+    """Answers a shell that asks for completions, and ends the program; returns where none asks."""
+    if COMPLETING not in os.environ:
+        return
+    from bearing_twin.extras import wanted
+
+    _teach(parser)
+    wanted("argcomplete", "completion").autocomplete(parser)
+
+
+def _teach(parser: argparse.ArgumentParser) -> None:
+    """Gives the arguments of a parser, and of those below it, what completes them."""
+    for action in parser._actions:
+        if isinstance(action.choices, dict):
+            for below in action.choices.values():
+                _teach(below)
+        elif action.dest in COMPLETERS:
+            action.completer = COMPLETERS[action.dest]
+
+
+def _scene_words(prefix, **_) -> list[str]:
+    """Scenes and designations, or files where a path was begun."""
+    from bearing_twin.kinds import KINDS
+    from bearing_twin.shelf import SCENES
+
+    names = [*SCENES.names(), *(name for kind in KINDS.values() for name in kind.catalogue())]
+    return names if "/" not in prefix else _files(prefix)
+
+
+def _bearings(prefix, **_) -> list[str]:
+    return [
+        name.removeprefix("bearing_") for name in _scene_words(prefix) if name.startswith("bearing_") or name.isalnum()
+    ]
+
+
+def _studies(prefix, **_) -> list[str]:
+    from bearing_twin.shelf import STUDIES
+
+    return STUDIES.names() if "/" not in prefix else _files(prefix)
+
+
+def _sources(prefix, **_) -> list[str]:
+    """What a page or a layout may be made of: files, scenes, studies."""
+    return [*_files(prefix), *_scene_words(prefix), *_studies(prefix)]
+
+
+def _materials(**_) -> list[str]:
+    from bearing_twin.contact.materials import MATERIALS
+
+    return list(MATERIALS)
+
+
+def _parameters(prefix, parsed_args=None, **_) -> list[str]:
+    """Parameters of the node that is to start, as its parameter file has them: to read it needs no ROS."""
+    import yaml
+
+    from bearing_twin.paths import share_path
+
+    content = yaml.safe_load(share_path("config", f"{parsed_args.executable}.yaml").read_text(encoding="utf-8"))
+    (of_node,) = content.values()
+    return ["-p", *(f"{name}:=" for name in of_node["ros__parameters"])]
+
+
+def _keys(prefix, **_) -> list[str]:
+    """Keys of scenes with an equals sign, or the legal words of one."""
+    from bearing_twin.kinds import KINDS
+    from bearing_twin.parameters import describe
+
+    rows = {row.key: row for kind in KINDS.values() for row in describe(kind.parameters)}
+    key, equals, _ = prefix.partition("=")
+    if equals:
+        return [f"{key}={word}" for word in rows[key].options] if key in rows else []
+    return [f"{name}=" for name in rows]
+
+
+def _files(prefix: str) -> list[str]:
+    from glob import glob
+
+    return [f"{path}/" if os.path.isdir(path) else path for path in glob(f"{prefix}*")]
+
+
+COMPLETERS = {
+    "scene": _scene_words,
+    "bearing": _bearings,
+    "study": _studies,
+    "set": _keys,
+    "executable": lambda **_: NODES,
+}
+COMPLETERS |= {"what": _sources, "source": _sources, "material": _materials, "words": _parameters}
+
+
+COMPLETION = Subcommand(
+    "what makes your shell complete commands, options and names: print it for bash, zsh or fish",
+    _completion_arguments,
+    _completion,
+    ("bearing_twin completion bash", "bearing_twin completion fish"),
+)
