@@ -9,7 +9,6 @@ import pytest
 from sources import PACKAGE, ROOT, nodes_of, package_trees, tree_of
 
 import bearing_twin
-from bearing_twin.kinds import KINDS
 
 # A module may import from its own room and from those above it in this list, never from those below.
 GROUND = (
@@ -51,9 +50,8 @@ ROOMS = (
     "command",
     "__main__",
 )
-# Rooms inside the kind of bearings: what pushes a ball, how all are stepped, what goes beside a run. The first two
-# import no other part of the kind, the last comes before motion and doubt, which import it.
-BEARING = ("forces", "stepping", "companion")
+
+
 APART = {
     ("nodes", "command"),
     ("command", "nodes"),
@@ -87,7 +85,7 @@ REQUIRED = (
     *("msg_schemas/package.xml", "msg_schemas/msg", "msg_schemas/srv", "msg_schemas/action"),
 )
 
-ACCESSORS, GREATEST_PRODUCTS = ("numerics/lanes.py", "kinds/bearing/forces/layout.py"), 20
+
 ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what for
     "contact/ellipse.py": ("CURVATURE_RATIO_MAX", "how far the ellipse is known; tests go to that end"),
     "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),
@@ -144,22 +142,6 @@ def test_imports_point_one_way():
     assert wrong == []
 
 
-def test_the_rooms_of_the_bearing_import_one_way():
-    home, wrong = PACKAGE / "kinds" / "bearing", []
-    for path in package_trees():
-        here = path.relative_to(home).parts[0] if path.is_relative_to(home) else ""
-        if here not in BEARING:
-            continue
-        for line, name in imported(nodes_of(path), path):
-            inside = name.removeprefix("bearing_twin.kinds.bearing.")
-            room = inside.split(".")[0]
-            before = BEARING[: BEARING.index(here) + 1]
-            if inside != name and room not in before and (room in BEARING or here != "companion"):
-                wrong.append(f"{path.relative_to(ROOT)}:{line} imports {inside}")
-    assert wrong == []
-    assert {room for room in BEARING if (home / room / "__init__.py").is_file()} == set(BEARING)
-
-
 def test_a_room_does_not_import_itself_in_a_circle():
     """Within a room, too: modules can be put in an order where each imports only earlier ones, also late."""
     names = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in SOURCES}
@@ -186,29 +168,6 @@ def test_a_kind_plots_in_its_picture_and_names_ros_types_in_its_topics():
             texts = [one for one in nodes_of(path) if isinstance(one, ast.Constant) and isinstance(one.value, str)]
             wrong += [f"{path}:{one.lineno}" for one in texts if re.fullmatch(r"\w+/(msg|srv)/\w+", one.value)]
     assert wrong == []
-
-
-FILE_OF_A_PART = {
-    **{part: part for part in ("motion", "figures", "doubt", "quantities", "topics", "picture", "view")},
-    "choose": "models",
-    "records": "figures",
-    "meanings": "figures",
-}
-
-
-def test_the_parts_of_a_kind_stand_in_files_of_the_same_name():
-    """What a kind leaves out of its row it has no file for."""
-    homes = [kind.home for kind in KINDS.values()]
-    for kind in KINDS.values():
-        for part, stem in FILE_OF_A_PART.items():
-            module, _, name = getattr(getattr(kind, part), "__name__", "").partition(":")
-            if name and module.startswith(kind.home):
-                # two bodies are two kinds in one folder: each has motion and figures in a file of its own name
-                shared = homes.count(kind.home) > 1 and part in ("motion", "figures")
-                assert shared or module == f"{kind.home}.{stem}", (kind.name, part)
-    rows = {path.parent for path in (PACKAGE / "kinds").glob("*/row.py")}
-    assert all((folder / "parameters.py").exists() for folder in rows)
-    assert len(rows) >= 4
 
 
 def test_ros_is_imported_only_by_the_nodes():
@@ -264,15 +223,6 @@ def test_no_module_has_a_name_that_says_nothing():
 @pytest.mark.parametrize("entry", REQUIRED)
 def test_the_house_is_complete(entry):
     assert (ROOT / entry).exists()
-
-
-def test_rows_of_lanes_are_reached_by_name():
-    """Products with LANES outside the modules of accessors and rows: literal offsets into the lanes."""
-    product = re.compile(r"\* LANES|LANES \*")
-    texts = {path.relative_to(PACKAGE).as_posix(): path.read_text(encoding="utf-8") for path in SOURCES}
-    found = {name: len(product.findall(text)) for name, text in texts.items() if product.search(text)}
-    assert all(found.pop(name) > 0 for name in ACCESSORS)
-    assert sum(found.values()) <= GREATEST_PRODUCTS, found
 
 
 def test_public_functions_and_classes_have_a_sentence():
@@ -380,14 +330,6 @@ def test_public_names_of_the_package_are_what_they_say():
         assert getattr(bearing_twin, name)
     with pytest.raises(AttributeError, match="no attribute 'simulat'"):
         bearing_twin.simulat  # noqa: B018
-
-
-def test_a_class_has_a_name_of_its_own():
-    homes = {}
-    for path in sorted(PACKAGE.rglob("*.py")):
-        for name in re.findall(r"^class (\w+)", path.read_text(encoding="utf-8"), flags=re.MULTILINE):
-            homes.setdefault(name, []).append(str(path.relative_to(PACKAGE)))
-    assert {name: places for name, places in homes.items() if len(places) > 1} == {}
 
 
 def test_tests_that_are_named_are_there():

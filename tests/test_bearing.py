@@ -230,45 +230,7 @@ def test_balls_that_met_and_parted_between_the_ends_of_a_chunk_are_found():
         assert not mark_met(bearing.ball_radius, states[1], states[:0], reach, near)
 
 
-CLOSING = 0.5  # m/s
 FREE = (NO_GRAVITY, "geometry.radial_clearance=40e-6", "drive.speed=0.0", "drive.offset=[0.0, 0.0, 0.0]")
-
-
-def a_blow(*overrides, chunks=1, **names):
-    """What outputs over a blow of a ball on its neighbour lose, and what they err by, over the energy of the first."""
-    moving = motion(*FREE, *overrides, **names)
-    state, bearing = moving.state, moving.bearing
-    state[:, AXIS_DISTANCE], state[:, AXIS_DISTANCE + 2], state[:, VELOCITY : SPIN + 3] = 14.25e-3, 0.0, 0.0
-    apart = 2.0 * math.asin((bearing.ball_radius + 1e-6) / 14.25e-3)
-    state[1, ORBIT_ANGLE], state[0, VELOCITY + 1] = state[0, ORBIT_ANGLE] + apart, CLOSING
-    energy, start = 0.5 * bearing.ball_mass * CLOSING**2, stored_energy(moving.first_outputs())[0]
-    parts = [
-        moving.advance(times - times[0] + 1e-6, len(times) * 1e-6) for times in np.split(np.arange(60) * 1e-6, chunks)
-    ]
-    lost, stored, load = (
-        np.concatenate([read(part) for part in parts])
-        for read in (lambda out: out.dissipated, stored_energy, lambda out: out.neighbour_load.max(axis=1))
-    )
-    assert load.max() > 10.0 > 0.0 == load[-1]
-    return lost / energy, (stored + lost - start) / energy
-
-
-@pytest.mark.parametrize("damping", ["contact.relaxation_time=3e-7", "contact.restitution=0.5"])
-@pytest.mark.parametrize("stepper", ["rodas4", "dopri5"])
-def test_the_energy_that_balls_lose_to_each_other_converges_with_the_tolerance(stepper, damping):
-    """What is left in a contact where it would pull is lost, where no error of the motion tells of it."""
-    for tolerance in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6):
-        lost, residual = a_blow(damping, f"wanted.tolerance={tolerance}", stepper=stepper)
-        assert lost[-1] > 0.05
-        assert abs(residual[-1]) < 0.01 * tolerance
-    assert np.abs(residual).max() < 1e-6  # at outputs in the midst of the blow as well
-    assert np.diff(lost).min() > -1e-7
-
-
-def test_what_balls_lose_does_not_depend_on_chunks_that_end_while_they_touch():
-    for names in ({}, {"stepper": "dopri5"}):
-        whole, cut = (a_blow("wanted.tolerance=1e-6", chunks=chunks, **names)[0] for chunks in (1, 20))
-        assert cut == pytest.approx(whole, abs=1e-6)
 
 
 def test_balls_that_meet_within_a_chunk_are_found_and_integrated_together():

@@ -9,10 +9,8 @@ import subprocess
 import sys
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from bearing_twin.command import cli, commands, terminal
+from bearing_twin.command import cli, commands
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.scene_commands import SHELLS
 from bearing_twin.command.terminal import show_result
@@ -88,46 +86,6 @@ def test_every_unit_that_people_read_is_the_same_quantity():
     assert {size: for_people(size, UNITS["N"]) for size in forces} == forces
     assert readable("peak_pressure_inner_pa", 1e9) == ("peak pressure inner", "MPa", 1e-6)
     assert readable("energy_closure", 1.0) == ("energy closure", "", 1.0)
-
-
-@pytest.mark.parametrize("width", ["40", "80", "132"])
-def test_tables_fit_and_cut_no_number(width, capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", width)
-    for words in (
-        ["scenes"],
-        ["scenes", "--keys"],
-        ["scenes", "--figures"],
-        ["study", "--list"],
-        ["topics", "two_discs"],
-    ):
-        assert cli.main([*words, "--json"]) == cli.DONE
-        result = json.loads(capsys.readouterr().out)
-        assert cli.main(words) == cli.DONE
-        out = capsys.readouterr().out
-        told = set(out.split())
-        assert "…" not in out
-        for line in out.splitlines():
-            assert len(line) <= int(width) or len(line.split()) <= 2, line
-        for rows in result.values():
-            assert {word for row in rows for word in str(row.get("description", row.get("help", ""))).split()} <= told
-
-
-cells = st.floats(allow_nan=False).map(lambda value: f"{value:.6g}")
-
-
-@given(st.lists(st.tuples(cells, cells, cells), min_size=1, max_size=5), st.integers(20, 100))
-def test_a_table_of_numbers_holds_each_of_them_whole(rows, width):
-    for lines in (
-        terminal.table(("first one", "second", "a third name"), rows, width),
-        [
-            line
-            for one in terminal.columns_apart(("a", "b c", "d"), list(zip(*rows, strict=True)), width)
-            for line in one
-        ],
-    ):
-        words = " ".join(lines).replace(";", " ").split()
-        for row in rows:
-            assert all(cell in words for cell in row)
 
 
 def parsers_below(parser):

@@ -16,13 +16,11 @@ import shutil
 import sys
 import traceback
 import zlib
-from pathlib import Path
 
 import numba
 import pytest
 from numba.core import event
 
-import bearing_twin
 from bearing_twin import code_cache, compiled, source_state
 
 SOURCES = {
@@ -63,13 +61,6 @@ def cache(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     return tmp_path / "cache" / "bearing_twin"
-
-
-@pytest.fixture(scope="module")
-def known():
-    """What parsing gave for each text, and gave already where kernels were compiled."""
-    base = code_cache._base()
-    return dict(code_cache._remembered(base / "sources")) if base else {}
 
 
 @pytest.fixture(scope="module")
@@ -212,23 +203,6 @@ def test_what_an_import_changes_is_compiled_anew_and_nothing_else(root, warm):
     assert started_here(root) == ([11.0, 9.0], [], ""), "an earlier state is still there"
 
 
-def test_other_types_and_values_in_a_closure_are_kept_apart(root):
-    text = "from bearing_twin.compiled import kernel\n\n\ndef _of(n):\n    @kernel\n    def power(x):\n"
-    text += "        return x**n\n\n    return power\n\n\n_all = {n: _of(n) for n in (2, 3)}\n\n\n"
-    text += "def both(x):\n    return [_all[2](x), _all[3](x)]\n\n\n"
-    text += (
-        "def _by(function):\n    @kernel\n    def applied(x):\n        return function(x)\n\n    return applied\n\n\n"
-    )
-    text += "by = _by(_all[2])\n"
-    (root / "tiny" / "powers.py").write_text(text)
-    calls = [("powers.both", 2.0), ("powers.both", 3)]
-    assert started(root, calls) == ([[4.0, 8.0], [9, 27]], ["power"], "")
-    assert started(root, calls) == ([[4.0, 8.0], [9, 27]], [], "")
-    # What a function in a closure is made of, nobody can tell from this module's sources.
-    for _ in range(2):
-        assert started(root, [("powers.by", 3.0)]) == ([9.0], ["applied"], "")
-
-
 def _other_format(content):
     rest = content.split(b"\n", 1)[1]
     return b"bearing_twin code 0\n" + rest
@@ -305,42 +279,3 @@ def test_processes_that_compile_at_once_do_not_mix(root, cache):
     assert len(files(cache)) == len(calls)
     assert list(cache.rglob("*.part*")) == []
     assert started(root, calls) == (list(wanted.values()), [], "")
-
-
-def _kernel_states(known):
-    names = [f"bearing_twin.{'.'.join(path.with_suffix('').parts)}" for path in map(Path, _KERNEL_FILES)]
-    return {name: source_state.state_of(name, known) for name in names}
-
-
-_PACKAGE = Path(bearing_twin.__file__).parent
-_KERNEL_FILES = [
-    str(path.relative_to(_PACKAGE)) for path in sorted(_PACKAGE.rglob("*.py")) if "\n@kernel\n" in path.read_text()
-]
-
-
-@pytest.fixture(scope="module")
-def before(known):
-    """The states of this checkout."""
-    return _kernel_states(known)
-
-
-@pytest.fixture
-def copy(before, tmp_path, monkeypatch):
-    """A copy of the package, which stands in its place."""
-    copy = tmp_path / "bearing_twin"
-    shutil.copytree(_PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(bearing_twin, "__path__", [str(copy)])
-    monkeypatch.setattr(source_state, "_imported", {})
-    return copy
-
-
-def test_an_edit_of_a_method_compiles_every_module_with_a_kernel_that_contains_it(before, known, copy):
-    for name in ("numerics/rotation.py", "compiled.py"):
-        path = copy / name
-        text = path.read_text()
-        path.write_text(text + "\n\nEDITED = 1\n")
-        after = _kernel_states(known)
-        changed = {one for one in before if after[one] != before[one]}
-        assert {"bearing_twin.kinds.bearing.stepping.steps", "bearing_twin.kinds.ellipsoid.steps"} <= changed
-        assert ("bearing_twin.contact.line" in changed) == (name == "compiled.py")
-        path.write_text(text)

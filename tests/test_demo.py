@@ -6,15 +6,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 import ros  # noqa: F401  (skips where ROS is missing)
 
-from bearing_twin.log import cdr
-from bearing_twin.log.encoding import encoded
 from bearing_twin.log.mcap_log import read_log
 from bearing_twin.nodes import demo
-from bearing_twin.nodes.demo import Received
 
 
 @pytest.mark.environment
@@ -57,20 +53,6 @@ def test_a_scene_that_is_no_bearing_is_refused(tmp_path, here):
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "two_spheres is no bearing" in done.stderr
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_watch_keeps_the_greatest_load_of_every_output_of_a_block():
-    def block(first, loads):
-        values = np.column_stack([np.full(len(loads), 99.0), loads])  # another channel stands before
-        names = {"channel_name": ["other", "normal_load"], "channel_unit": ["1", "N"], "channel_width": [1, 4]}
-        times = np.arange(first, first + len(loads)) * 10**6
-        fields = {"first_sequence": first, "count": len(loads), **names, "time_ns": times, "values": values.reshape(-1)}
-        return encoded(cdr.SAMPLE_BLOCK, fields, int(times[0]), "bearing_link")
-
-    watch = Received(2)
-    watch.samples(block(0, [[1.0, 9.0, 3.0, 4.0], [8.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 0.0]]))
-    watch.samples(block(3, [[2.0, 2.0, 2.0, 5.0], [0.0, 0.0, 0.0, 0.0]]))
-    assert watch.greatest.tolist() == [[8.0, 9.0], [7.0, 5.0]]
 
 
 @pytest.mark.parametrize("given", ["0", "10", "99", None])

@@ -18,7 +18,6 @@ from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
 from bearing_twin.kinds.ellipsoid.parameters import GIVES
 from bearing_twin.numerics.rotation import quaternion_from_vector, quaternion_product
 from bearing_twin.reference import bounce
-from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 
@@ -171,22 +170,6 @@ def test_forces_are_the_slope_of_the_elastic_energy(law):
         assert found == pytest.approx(moment[axis], abs=1e-6 * here.normal_load * 0.03)
 
 
-def test_the_motion_does_not_depend_on_the_direction_of_x():
-    """Turned about the vertical, the whole run turns with it."""
-    first = load_scene("ellipsoid_rocking", ["run.duration=0.05"])
-    angle = 0.7
-    turn = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1.0]])
-    motions = [EllipsoidMotion(first.parameters, a_choice("hertz", "dop853")) for _ in range(2)]
-    state = motions[1].state
-    state[3:7] = quaternion_product(quaternion_from_vector((0.0, 0.0, angle)), tuple(state[3:7]))
-    state[7:10], state[10:13] = turn @ state[7:10], turn @ state[10:13]
-    times = np.linspace(1e-3, 0.05, 50)
-    one, other = (motion.advance(times, 0.05) for motion in motions)
-    assert other["position"] == pytest.approx(one["position"] @ turn.T, abs=1e-8)
-    assert other["angular_momentum"] == pytest.approx(one["angular_momentum"] @ turn.T, abs=1e-10)
-    assert other["normal_load"].max() == pytest.approx(one["normal_load"].max(), rel=1e-5)
-
-
 def test_impulse_and_momentum_agree_with_the_recorded_forces():
     """Integrals of the recorded contact forces and moments against the change of momentum, all six components."""
     _, values = ran("ellipsoid_rocking", "run.duration=0.04", "run.output_rate=2e6", "contact.friction=spot",
@@ -311,32 +294,6 @@ def test_the_volumetric_law_delays_every_lossless_bounce_by_its_stiffness():
     assert volumetric - hertz == pytest.approx(delay * np.arange(len(hertz)), rel=2e-3, abs=1e-11)
 
 
-def test_flags_say_where_the_theory_ends():
-    hard, _ = ran("ellipsoid_on_plane", "run.duration=0.5")
-    assert any("beyond the yield pressure" in flag for flag in hard.flags)
-    gentle, _ = ran("ellipsoid_on_plane", "start.height=1e-4", "run.duration=0.1")
-    assert gentle.flags == ()
-    rubber = "body.material={young_modulus: 1e6, poisson_ratio: 0.45, density: 1000.0}"
-    soft, _ = ran("ellipsoid_on_plane", rubber, "run.duration=0.6", "contact.restitution=0.5")
-    assert any("half-space" in flag for flag in soft.flags)
-    thin, _ = ran("ellipsoid_tumbling", "body.semi_axes=[0.1,0.01,0.01]", "start.turn=[0,0,0]",
-                  rubber.replace("1e6", "1e7"), "start.angular_velocity=[0,0,0]", "run.duration=0.3")  # fmt: skip
-    assert any("above 0.1 of the radius 0.01 m" in flag for flag in thin.flags)  # across; along it is 1 m
-    # Steps in contact that are asked for, in which the body turns by half a radian.
-    coarse, _ = ran("ellipsoid_tumbling", rubber.replace("1e6", "1e5"), "solver.stepper=rk4", "solver.step=1e-4",
-                    "start.angular_velocity=[0,0,6000]", "start.height=1e-3", "run.duration=0.02")  # fmt: skip
-    assert any("quaternion's norm drifted by" in flag for flag in coarse.flags)
-    long, _ = ran("ellipsoid_tumbling", "body.semi_axes=[0.1,0.005,0.005]", "start.turn=[0,0,0]",
-                  "start.angular_velocity=[0,0,0]", "contact.normal=volumetric", OUTSIDE)  # fmt: skip
-    assert any("outside its curve" in flag for flag in long.flags)
-    assert any("wave" in flag for flag in long.flags)
-    frozen = ["contact.normal=constant", OUTSIDE]
-    assert "somewhere on this body" in choose(load_scene("ellipsoid_rocking", frozen)).warnings[0]
-    close = choose(load_scene("ellipsoid_rocking", ["contact.normal=volumetric", "wanted.tolerance=1e-9"]))
-    assert "more than wanted.tolerance = 1e-09" in close.warnings[0]
-    assert not choose(load_scene("ellipsoid_rocking", ["contact.normal=hertz", "wanted.tolerance=1e-9"])).warnings
-
-
 @pytest.mark.parametrize(
     ("override", "sentence"),
     [
@@ -358,15 +315,6 @@ def test_flags_say_where_the_theory_ends():
 def test_bad_input_gets_a_sentence(override, sentence):
     with pytest.raises(SceneError, match=sentence):
         load_scene("ellipsoid_on_plane", [override])
-
-
-def test_a_step_too_long_for_the_shortest_contact_is_refused_and_a_coarse_one_is_warned_of():
-    with pytest.raises(SceneError, match="at least 8 steps; use"):
-        load_scene("ellipsoid_on_plane", ["solver.stepper=rk4", "solver.step=1e-4"])
-    coarse = load_scene("ellipsoid_on_plane", ["solver.stepper=rk4", "solver.step=4.5e-5"])
-    assert "16 steps a contact" in choose(coarse).warnings[0]
-    with pytest.raises(SceneError, match=r"restitution_speed belongs to contact\.damping_law: hunt_crossley"):
-        load_scene("ellipsoid_on_plane", ["contact.restitution=1.0", "contact.restitution_speed=1.0"])
 
 
 def test_a_body_through_the_plane_stops_the_run():

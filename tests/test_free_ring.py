@@ -8,7 +8,7 @@ import pytest
 from bearings import motion, stored_energy
 from ring_systems import AXIAL_PRELOAD, FREE, disturbed
 
-from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
+from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, SPIN, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
 from bearing_twin.log import cdr
@@ -314,36 +314,6 @@ def test_tables_are_read_from_regular_files_and_never_for_somebody_else(tmp_path
         load_scene(RIG, [f"rings.inner.table={path}"])
     path.write_text("0,0,-1,0,0,0\n", encoding="utf-8-sig")
     assert load_scene(RIG, [f"rings.inner.table={path}"]).parameters.rings.inner.table == ((0, 0, -1, 0, 0, 0),)
-
-
-def test_a_load_is_commanded():
-    moving = motion(scene=RIG)
-    advanced(moving, 1e-3, 2)
-    moving.set_load((0.0, -900.0, 0.0), (0.0, 0.0, 0.0))
-    out = advanced(moving, 1e-3, 20)
-    assert out.inner_ring_load[-1] == pytest.approx([0.0, -900.0, 0.0])
-    assert out.inner_ring_force[5:, 1].mean() == pytest.approx(904.9, rel=5e-3)
-    moving.set_load(None, None)
-    assert moving.first_outputs().inner_ring_load[0] == pytest.approx([0.0, -1000.0, 0.0])
-    simulation = Simulation(load_scene(RIG))
-    with pytest.raises(BearingTwinError, match=r"acts on a coordinate that rings\.inner\.free = auto holds"):
-        simulation.set_load((0.0, -900.0, 0.0), (1.0, 0.0, 0.0))
-    simulation.set_load((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # the weight of 0.5 kg is left
-    weightless = Simulation(load_scene(RIG, ("gravity=[0,0,0]",)))
-    with pytest.raises(BearingTwinError, match="no ball touches both rings"):
-        weightless.set_load((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-
-
-@pytest.mark.parametrize("change", ["{}", "{time: 2.0e-3, load: [0,-100,0]}"])
-def test_what_was_advanced_is_taken_back(change):
-    """To the bit, and with no more steps: the load that acted last is part of what is taken back."""
-    moving = motion(f"rings.inner.change={change}", scene=RIG)
-    advanced(moving, 1e-3, 1)
-    first, steps = advanced(moving, 1e-3, 3), moving.counts.copy()
-    moving.take_back()
-    again = advanced(moving, 1e-3, 3)
-    assert first.numbers.tobytes() == again.numbers.tobytes()
-    assert np.array_equal(moving.counts, steps)
 
 
 def test_a_bearing_at_rest_in_a_cage_gains_no_energy():

@@ -5,10 +5,7 @@ import math
 import pytest
 from scipy.integrate import solve_ivp
 
-from bearing_twin import simulate, write_log
-from bearing_twin.log.run_log import LogStream
-from bearing_twin.run.report_of import report_of
-from bearing_twin.run.verification import verify
+from bearing_twin import simulate
 
 RADIUS, MODULUS, RATIO, DENSITY = 0.02, 2.0e11, 0.3, 7800.0
 STEEL = {"young_modulus": MODULUS, "poisson_ratio": RATIO, "density": DENSITY}
@@ -78,20 +75,3 @@ def test_damping_puts_the_greatest_approach_after_the_greatest_load(kind, key):
     assert found["greatest_approach_m"] == pytest.approx(exact, rel=1e-8)
     assert abs(found["greatest_approach_m"] - exact) < 3.0 * found["greatest_approach_m_error"] + 1e-10 * exact
     assert max(block.values["approach"].max() for block in blocks) <= exact * (1.0 + 1e-8)
-
-
-@pytest.mark.parametrize("kind", SCENES)
-def test_a_log_of_an_earlier_version_has_no_column_for_it(kind, tmp_path):
-    scene = {"kind": kind, "gravity": [0.0, 0.0, 0.0], "contact": {"damping": 1.0}, "run": {"duration": 1e-3}}
-    run = simulate(scene | SCENES[kind])
-    write_log(run, tmp_path / "run.mcap")
-
-    class Earlier(LogStream):
-        def _records(self):
-            return {name: rows[:, :-1] if name == "contact" else rows for name, rows in super()._records().items()}
-
-    log = Earlier(tmp_path / "run.mcap", False, None, False)
-    assert verify(log).greatest == 0.0
-    report, _ = report_of(log)
-    assert 0.9 * run.report.figures["greatest_approach_m"] < report.figures["greatest_approach_m"]
-    assert report.figures["greatest_approach_m"] < 0.99 * run.report.figures["greatest_approach_m"]

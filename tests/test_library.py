@@ -11,14 +11,11 @@ from bearing_twin import (
     export_log,
     load_scene,
     load_study,
-    read_log,
-    read_study,
-    recover,
     run_study,
     simulate,
     write_log,
 )
-from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.errors import BearingTwinError
 
 SCENE = ("bearing_6203", ["run.duration=0.9"])  # three chunks
 
@@ -142,32 +139,3 @@ def test_a_loss_that_is_no_time_is_refused_before_anything_is_written(max_loss, 
 def test_a_log_of_what_is_no_run_is_refused_in_a_sentence(source, tmp_path):
     with pytest.raises(BearingTwinError, match=r"is none; hand over simulate\(scene\)"):
         write_log(source, tmp_path / "x.mcap")
-
-
-@pytest.mark.parametrize("path", [None, 5, b"run.mcap", ["run.mcap"]])
-@pytest.mark.parametrize(
-    "use",
-    [
-        read_log,
-        read_study,
-        lambda path: recover(path, "saved.mcap"),
-        lambda path: recover("run.mcap", path),
-        lambda path: write_log(simulate("two_spheres"), path),
-        lambda path: export_log(path, "csv", "tables"),
-        lambda path: export_log("run.mcap", "csv", path),
-    ],
-)
-def test_what_is_no_path_is_refused_in_a_sentence(use, path, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    write_log(simulate("two_spheres"), "run.mcap")
-    with pytest.raises(LogError, match=r"is no path of (a log|what is exported); give one as text"):
-        use(path)
-
-
-def test_what_was_read_is_exported_as_its_path_is(tmp_path):
-    write_log(simulate("two_spheres"), tmp_path / "x.mcap")
-    for source, name in ((tmp_path / "x.mcap", "a"), (read_log(tmp_path / "x.mcap"), "b")):
-        export_log(source, "csv", tmp_path / name)
-    files = sorted(path.name for path in (tmp_path / "a").iterdir())
-    assert files == sorted(path.name for path in (tmp_path / "b").iterdir())
-    assert all((tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes() for name in files)

@@ -40,38 +40,6 @@ def problems_of(mapping):
     return str(caught.value)
 
 
-def test_a_list_of_words_is_the_widest_of_them():
-    words = choice("all", ("all", "most", "some"), "what is wanted", widest=True)
-    wanted = make_dataclass("Wanted", [("outputs", str, words)], frozen=True)
-    for given, read in ((["some"], "some"), (["some", "most"], "most"), (["all", "some"], "all"), ("most", "most")):
-        assert read_strict(wanted, {"outputs": given}, "here").outputs == read
-    with pytest.raises(SceneError, match=r"outputs\[1\] = 'hay' is not known; legal: all, most, some"):
-        read_strict(wanted, {"outputs": ["some", "hay"]}, "here")
-    for given in ([], [["some"]], [{"some": 1}]):
-        with pytest.raises(SceneError, match=r"is not known; .*legal: all, most, some"):
-            read_strict(wanted, {"outputs": given}, "here")
-    with pytest.raises(SceneError, match="is not known"):
-        read_strict(Cart, {"load": ["hay"]}, "here")
-
-
-def test_options_are_asked_for_when_they_are_wanted():
-    """A default needs none of them, so that what is slow to import may be their source."""
-    asked = []
-
-    def slow():
-        asked.append(1)
-        return ("hay", "coal")
-
-    late = make_dataclass("Late", [("load", str, choice("hay", slow, "what is carried"))], frozen=True)
-    assert read_strict(late, {"load": "hay"}, "here").load == "hay"
-    assert asked == []
-    assert read_strict(late, {"load": "coal"}, "here").load == "coal"
-    assert describe(late)[0].options == ("hay", "coal")
-    with pytest.raises(SceneError, match="legal: hay, coal"):
-        read_strict(late, {"load": "stones"}, "here")
-    assert asked == [1]
-
-
 def test_an_empty_mapping_gives_the_defaults():
     cart = read_strict(Cart, {}, "here")
     assert cart == Cart()
@@ -160,20 +128,6 @@ def test_all_problems_are_reported_together():
 def test_plain_reads_back():
     cart = read_strict(Cart, {"front": "large", "speed": [3, 4], "load": "coal"}, "here")
     assert read_strict(Cart, plain(cart), "again") == cart
-
-
-def test_describe_lists_every_key_with_its_default_and_limits():
-    rows = {row.key: row for row in describe(Cart)}
-    expected = ["front", "front.radius", "front.spokes", "axle.radius", "axle.spokes", "speed", "slope", "load"]
-    assert list(rows) == expected
-    assert rows["front"].default == "small"
-    assert rows["front"].options == ("small", "large")
-    assert rows["front.spokes"].default == 8
-    assert rows["axle.spokes"].type == "integer"
-    assert rows["axle.spokes"].limits == "at least 3 and at most 100"
-    assert rows["speed"].type == "2 numbers"
-    assert rows["slope"].unit == "1"
-    assert rows["load"].options == ("hay", "coal")
 
 
 Sized = make_dataclass(

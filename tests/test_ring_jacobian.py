@@ -5,19 +5,16 @@ import pytest
 from bearings import motion
 from ring_systems import AXIAL_PRELOAD, BALL, CASES, FREE, System, disturbed
 
-from bearing_twin.kinds.bearing.forces import border_rows as at
 from bearing_twin.kinds.bearing.forces.equations import RingDrive
 from bearing_twin.kinds.bearing.forces.layout import (
     BORDER,
-    CAGE,
     MOTION,
     ORBIT_ANGLE,
     PLACES,
     TANGENTIAL_VELOCITY,
     VELOCITY,
 )
-from bearing_twin.kinds.bearing.stepping.linear_system import couple_jacobians, factorise_together, solve_together
-from bearing_twin.numerics.lanes import COLUMNS, GAIN, LANES, RIGHT, SOLUTION, START, from_blocks, into_blocks
+from bearing_twin.numerics.lanes import COLUMNS
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -79,45 +76,6 @@ def whole(system):
     matrix[size : size + PLACES, size + PLACES :] = np.eye(PLACES)
     matrix[size + PLACES :, size:] = corner
     return matrix
-
-
-@pytest.mark.parametrize("name", [name for name in CASES if name.startswith("ring")])
-def test_the_system_is_solved_as_a_dense_one(name):
-    """(1/g - J) x = right; of an even cage the balls' orbit angles and speeds follow the cage's."""
-    system = disturbed(name)
-    matrix, g, count = whole(system), 2e-6, len(system.state)
-    rng, size = np.random.default_rng(5), len(system.state) * MOTION
-    right = rng.uniform(-1.0, 1.0, (count, COLUMNS)) * np.array([*BALL, 1.0, 1.0, 1.0])
-    if system.partners.even:
-        right[:, [ORBIT_ANGLE, TANGENTIAL_VELOCITY]] = 0.0
-    coupling, blocks = system.linear()
-    ring_right, ring_solved = (coupling.border.numbers[first:][: 2 * PLACES] for first in (at.RIGHT, at.SOLUTION))
-    ring_right[:] = rng.uniform(-1.0, 1.0, 2 * PLACES) * system.ring * np.tile(system.partners.free, 2)
-    into_blocks(right, blocks, RIGHT)
-    into_blocks(system.state, blocks, START)
-    for lanes in blocks:
-        lanes[GAIN * LANES : (GAIN + 1) * LANES] = g
-    bearing = system.bearing
-    couple_jacobians(bearing.pockets, bearing, system.drive, 0.0, coupling, blocks)
-    factorise_together(coupling, blocks)
-    solve_together(system.drive, 0.0, coupling, blocks)
-    solved = np.zeros((count, COLUMNS))
-    from_blocks(blocks, SOLUTION, solved)
-    wanted = np.concatenate([right[:, :MOTION].ravel(), ring_right])
-    dense = np.eye(len(wanted)) / g - matrix
-    scale = np.concatenate([np.tile(BALL, count), system.ring])
-    scaled = dense * scale / scale[:, None]
-    expected = np.linalg.solve(scaled, wanted / scale)
-    for _ in range(3):
-        expected += np.linalg.solve(scaled, (wanted / scale - scaled.astype(np.longdouble) @ expected).astype(float))
-    expected *= scale
-    balls = expected[:size].reshape(count, MOTION)
-    kept = [i for i in range(MOTION) if not (system.partners.even and i in (ORBIT_ANGLE, TANGENTIAL_VELOCITY))]
-    off = np.abs(solved[:, kept] - balls[:, kept]).max(axis=0)
-    assert np.all(off < 1e-9 * np.abs(balls[:, kept]).max(axis=0))
-    assert ring_solved == pytest.approx(expected[size:], rel=1e-8, abs=1e-12 * system.ring.min())
-    if system.partners.even:
-        assert solved[:, ORBIT_ANGLE] == pytest.approx(np.full(count, expected[size + CAGE]), rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,6 @@ from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 
 STILL = ("drive.speed=0", "shaft.unbalances=[]")
-ONE_INSTANT = 0.01 * (1.0 + 1e-13)
 
 
 def coordinates(out):
@@ -55,42 +54,6 @@ def test_after_a_step_the_shaft_rests_in_balance_and_the_load_has_worked_along_i
     assert out["load_work"][-1] == pytest.approx(push @ (after - before), rel=1e-5)
     books, gross = energy(out)
     assert np.abs(books - books[0]).max() < 1e-5 * gross
-
-
-def test_a_slow_load_from_a_table_moves_the_shaft_through_equilibria(tmp_path):
-    """From -100 to -300 N within 0.2 s, straight between rows, then as the last; and the books."""
-    path = tmp_path / "loads.csv"
-    path.write_text("time,x,y,z,mx,my\n0.05,0,-100,0,0,0\n0.25,0,-300,0,0,0.1\n")
-    motion = motion_of(*STILL, f"shaft.table={path}", "shaft.load=[0,0,10]", "wanted.tolerance=1e-4")
-    times, out = outputs_of(motion, 0.3, 30)
-    share = np.clip((times - 0.05) / 0.2, 0.0, 1.0)
-    assert out["load"] == pytest.approx(np.stack([0.0 * share, -100.0 - 200.0 * share, 0.0 * share + 10.0], axis=1))
-    assert out["load_moment"][:, 1] == pytest.approx(0.1 * share)
-    for row in (0, 10, 15, 20, 30):
-        found = balance_of(motion.parameters, "hertz", 0.0, float(times[row])).coordinates
-        assert coordinates(out)[row] == pytest.approx(found, rel=2e-3, abs=1e-9)
-    books, gross = energy(out)
-    assert np.abs(books - books[0]).max() < 1e-5 * gross
-
-
-@pytest.mark.parametrize(
-    ("one", "other"),
-    [
-        (
-            ("change={time: 0.01, load: [5, -40, 0], moment: [0.1, 0]}",),
-            (f"table=[[0,0,0,0,0,0],[0.01,0,0,0,0,0],[{ONE_INSTANT!r},5,-40,0,0.1,0]]",),
-        ),
-        (("load=[5,-40,0]", "moment=[0.1,0]"), ("table=[[0,5,-40,0,0.1,0]]",)),
-        (("load=[5,-40,0]", "moment=[0.1,0]"), ("loads=[[0,5,-40,0,0.1,0]]",)),
-    ],
-)
-def test_one_load_written_two_ways_gives_the_same_bits(one, other):
-    found = []
-    for keys in (one, other):
-        _, out = outputs_of(motion_of(*(f"shaft.{key}" for key in keys)), 0.02, 40)
-        found.append(out)
-    for name, values in found[0].items():
-        assert np.array_equal(values, found[1][name]), name
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,6 @@ from bearing_twin.contact.friction import (
     spot_friction_medium,
 )
 from bearing_twin.contact.spot_rules import (
-    FEW_POINTS,
     over_spot,
     points,
 )
@@ -73,20 +72,6 @@ def test_quadrature_agrees_with_scipy_where_smooth():
 
     found = spot_friction_fine(LOAD, MAJOR, ratio * MAJOR, *slip, spin, MU, smooth)
     assert list(found) == pytest.approx([share(part) for part in range(3)], rel=1e-7)
-
-
-def test_few_points_are_exact_for_the_pressure_times_polynomials_of_degree_seven():
-    """<x^i y^j> over 3/(2 pi) sqrt(1 - r^2) in closed form; of degree 8 they miss some."""
-
-    def off(i, j):
-        x, y, share = FEW_POINTS.T
-        size = 0.75 / math.pi * math.gamma(1.5) * math.gamma(0.5 * (i + j) + 1.0) / math.gamma(0.5 * (i + j) + 2.5)
-        around = 2.0 * math.gamma(0.5 * (i + 1)) * math.gamma(0.5 * (j + 1)) / math.gamma(0.5 * (i + j) + 1.0)
-        exact = 0.0 if i % 2 or j % 2 else size * around
-        return abs((share * x**i * y**j).sum() - exact)
-
-    assert max(off(i, j) for i in range(8) for j in range(8 - i)) < 1e-15
-    assert max(off(i, 8 - i) for i in range(9)) > 1e-4
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.3, 0.1])

@@ -18,7 +18,6 @@ from bearing_twin.shapes.tracking import (
     find_opposing,
     opposing_rates,
     projected,
-    second_form,
     tangent_axes,
 )
 
@@ -93,19 +92,6 @@ def test_ellipsoid_on_plane_in_closed_form(vector, gap):
     inverse = axes @ (size @ size / support - np.outer(size @ size @ down, size @ size @ down) / support**3) @ axes.T
     radii = np.linalg.eigvalsh(inverse)
     assert [contact.curvature_small, contact.curvature_large] == pytest.approx(0.5 / radii[::-1], rel=1e-10)
-
-
-def test_two_spheres_and_the_sign_of_the_approach():
-    for distance in (0.3 - 1e-6, 0.3, 0.3 + 1e-6, 5.0):
-        direction = np.array([2.0, -1.0, 2.0]) / 3.0
-        a, b = body(sphere(0.1), (1.0, 2.0, 3.0)), body(sphere(0.2), np.array([1.0, 2.0, 3.0]) + distance * direction)
-        contact = found(a, b, a.position + 0.12 * direction)
-        assert contact.approach == pytest.approx(0.3 - distance, abs=5e-14)
-        assert contact.curvature_small == pytest.approx(0.5 * (1 / 0.1 + 1 / 0.2), rel=1e-12)
-        assert contact.circular
-        swapped = found(b, a, a.position + 0.12 * direction)
-        assert swapped.approach == pytest.approx(contact.approach, abs=5e-14)
-        assert swapped.normal == pytest.approx(-contact.normal, abs=1e-12)
 
 
 def test_superquadric_of_exponent_two_is_an_ellipsoid_and_above_follows_its_gap():
@@ -201,16 +187,6 @@ def test_differential_form_converges_to_newton_and_projection_keeps_it_there():
     assert np.log2(errors[1] / errors[2]) == pytest.approx(4.0, abs=0.5)
     assert np.abs(followed(10, True) - exact).max() < 1e-3 * errors[0]
     assert np.abs(followed(40, True) - exact).max() < 1e-11
-
-
-def test_curvature_tensor_of_the_torus_has_its_principal_curvatures():
-    ring = body(torus(1.0, 0.4), rotation=turned(0.2, 0.5, -0.4))
-    for tube in (0.0, 0.9, math.pi):
-        normal = np.array([math.cos(tube), 0.0, math.sin(tube)])
-        point = ring.rotation @ (np.array([1.0, 0.0, 0.0]) + 0.4 * normal)
-        form = second_form(ring, point, tangent_axes(ring.rotation @ normal))
-        expected = sorted([1.0 / 0.4, math.cos(tube) / (1.0 + 0.4 * math.cos(tube))])
-        assert np.linalg.eigvalsh(form) == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize(

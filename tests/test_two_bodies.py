@@ -57,24 +57,6 @@ def test_a_ball_on_a_plate_is_hertz_impact(tracking):
     assert values["normal"] == pytest.approx(np.tile([0.0, 0.0, -1.0], (len(values["normal"]), 1)), abs=1e-12)
 
 
-@pytest.mark.parametrize("law", ["hertz", "overlap"])
-def test_ellipse_and_pressure_are_those_of_the_whole_load_where_it_is_damped(law):
-    """A ball on a plate, closed forms of Hertz; on the way back the viscous part takes from the elastic one."""
-    figures, values = run(
-        first={"velocity": [0.0, 0.0, -1.0]}, contact={"normal": law, "restitution": 0.5}, run={"duration": 1.5e-4}
-    )
-    on = values["normal_load"] > 0.0
-    load, major, minor, pressure = (
-        values[name][on] for name in ("normal_load", "semi_major", "semi_minor", "peak_pressure")
-    )
-    assert on.sum() > 20
-    assert pressure == pytest.approx(1.5 * load / (math.pi * major * minor), rel=1e-3 if law == "overlap" else 1e-12)
-    assert figures["peak_pressure_pa"] >= pressure.max()
-    if law == "hertz":
-        radius = (0.75 * load * 0.01 / effective_modulus(STEEL, STEEL)) ** (1.0 / 3.0)
-        assert major == pytest.approx(radius, rel=1e-9)
-
-
 def test_two_free_balls_keep_their_momenta_whichever_is_first():
     """An oblique blow with friction and spin: linear and angular momentum to rounding, energy by its books."""
     one = {

@@ -1,16 +1,9 @@
 """What lies outside the theory is named on every kind of scene: yield, wide ellipses, a law off its curve, waves."""
 
-import math
-
-import numpy as np
 import pytest
 
 from bearing_twin.command.cli import main
-from bearing_twin.contact.ellipse import hertz_coefficient
-from bearing_twin.contact.hertz_impact import contact_time
-from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, effective_modulus, yield_pressure
-from bearing_twin.contact.validity import FEWEST_TRANSITS, gap_error, wave_transit
-from bearing_twin.contact.waves import bar_speed, restitution_lost_on_half_space
+from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, yield_pressure
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 
@@ -50,26 +43,6 @@ def test_the_weaker_body_yields_first_and_one_of_which_nothing_is_known_is_left_
 @pytest.mark.parametrize("name", CALM)
 def test_a_calm_contact_raises_no_doubt(name):
     assert flags_of(name, *CALM[name]) == ()
-
-
-def test_the_gap_of_two_circles_is_as_far_off_its_parabola_as_is_said():
-    ball, groove, reach = 3.373e-3, 3.508e-3, 0.8e-3
-    gap = (ball - math.sqrt(ball**2 - reach**2)) - (groove - math.sqrt(groove**2 - reach**2))
-    parabola = 0.5 * reach**2 * (1.0 / ball - 1.0 / groove)
-    assert gap_error(reach, ball, groove) == pytest.approx(gap / parabola - 1.0, rel=0.05)
-    assert gap_error(reach, ball, 1e9) == pytest.approx(0.25 * (reach / ball) ** 2)
-
-
-def test_a_contact_of_five_transits_leaves_a_quarter_of_its_energy_in_a_half_space():
-    """FEWEST_TRANSITS: of a steel sphere, by Hertz's contact time and Hunter's estimate."""
-    steel, radius = MATERIALS["steel"], 0.01
-    wave, mass = bar_speed(steel.young_modulus, steel.density), 4.0 / 3.0 * math.pi * radius**3 * steel.density
-    coefficient = hertz_coefficient(0.5 / radius, 0.5 / radius, effective_modulus(steel, steel))
-    transit = wave_transit(2.0 * radius, steel.young_modulus, steel.density)
-    speeds = np.geomspace(1e-3, 1.0, 3000) * wave
-    lasting = contact_time(coefficient, mass, speeds)
-    speed = float(np.interp(-FEWEST_TRANSITS, -lasting / transit, speeds))
-    assert 2.0 * restitution_lost_on_half_space(speed, wave) == pytest.approx(0.25, rel=0.2)
 
 
 @pytest.mark.parametrize(

@@ -187,29 +187,6 @@ def test_a_page_shows_the_numbers_of_the_run(shown):
     assert compared >= 3
 
 
-def test_balls_of_a_bearing_touch_what_they_press_on():
-    """Seat, deviation, normal and the drawn rings fit together: a loaded ball's surface lies on its raceway."""
-    scene = load_scene("bearing_6203_loose", ["run.duration=0.002"])
-    view = KINDS["bearing"].view(Facts(scene, "hertz", "rodas4"), scene.channels)
-    block = next(simulate(scene).blocks())
-    rows = view.rows(block.sampled(range(len(block))))
-    position = rows["seat"] + rows["deviation"]
-    assert np.allclose(position, block.values["position"], atol=1e-15)
-    radius = 0.5 * scene.parameters.geometry.ball_diameter
-    touch = position[:, :, None, :] - radius * rows["normal"]
-    loaded = rows["normal_load"] > 0.0
-    rings = {one.name: one.shape["turned"] for one in view.solids if "turned" in one.shape}
-    for side, name in enumerate(("inner_ring", "outer_ring")):
-        bottom = rings[name]["strokes"][0][0][0] + rings[name]["grow"]
-        centre = rows["inner_ring_offset"][:, None, :] if side == 0 else 0.0
-        distance = np.linalg.norm((touch[:, :, side] - centre)[..., :2], axis=-1)
-        gap = (distance - bottom) if side == 0 else (bottom - distance)
-        assert np.allclose(gap, -block.values["approach"][:, :, side], atol=2e-8)
-        assert (gap[loaded[:, :, side]] < 0.0).all()
-    assert loaded.any()
-    assert not loaded.all()
-
-
 def test_what_happened_one_after_the_other_is_a_table():
     contacts = [{"start_s": 1e-3 * k, "peak_force_n": 2.0 * k, "restitution": None} for k in range(300)]
     figures = {"contacts": contacts, "peak_force_n": 600.0}
