@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 import subprocess
 import sys
 from functools import cache
@@ -239,11 +240,17 @@ def test_the_command_writes_and_refuses(log, tmp_path, capsys):
 
 
 def test_a_damaged_log_says_what_can_be_saved_and_leaves_nothing(log, tmp_path, capsys):
-    cut = tmp_path / "cut.mcap"
-    cut.write_bytes(log.read_bytes()[: int(0.8 * log.stat().st_size)])
-    assert cli.main(["export", str(cut), "--to", "csv", "--out", str(tmp_path / "x")]) == cli.BAD_INPUT
-    assert "bearing_twin recover" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == [cut]
+    path, data = tmp_path / "damaged.mcap", bytearray(log.read_bytes())
+    path.write_bytes(data[: int(0.8 * len(data))])
+    words = ["export", str(path), "--to", "csv", "--out", str(tmp_path / "x")]
+    assert cli.main([*words, "--strict"]) == cli.DOUBTFUL
+    assert "has no end" in capsys.readouterr().err
+    shutil.rmtree(tmp_path / "x")
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    assert cli.main(words) == cli.BAD_INPUT
+    assert "is damaged at byte" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_what_breaks_in_the_middle_leaves_nothing(log, tmp_path):

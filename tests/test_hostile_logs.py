@@ -193,6 +193,8 @@ def test_a_log_whose_name_is_no_utf_8_is_told_of_recovered_and_shown(logs, tmp_p
     source.write_bytes((logs / "run.mcap").read_bytes()[:-200])
     whole = tmp_path / os.fsdecode(b"whole \xff.mcap")
     assert main(["recover", str(source), str(whole)]) == 0
-    assert "half \\udcff.mcap at byte" in " ".join(capsys.readouterr().out.split())
+    source.write_bytes(source.read_bytes()[:2000])
+    assert main(["recover", str(source), str(tmp_path / "nothing.mcap")]) == 2
+    assert "half \\udcff.mcap at byte" in " ".join(capsys.readouterr().err.split())
     told(whole, tmp_path, capsys)
     told(source, tmp_path, capsys)

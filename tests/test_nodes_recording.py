@@ -18,7 +18,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, offered_qos
 from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.mcap_log import LogStream, raw_messages, read_log, write_log
-from bearing_twin.log.mcap_read import LARGEST_MESSAGE, McapReader
+from bearing_twin.log.mcap_read import LARGEST_MESSAGE, McapReader, StoredTopic
 from bearing_twin.log.parts import Safety
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
@@ -416,17 +416,18 @@ def test_a_pause_between_two_clocks_is_no_jump():
     assert clock.jumped_ns == 0
 
 
-def test_a_replay_of_a_log_whose_clock_was_put_back_keeps_the_pace(tmp_path):
+def test_a_replay_goes_by_time_whatever_the_order_in_the_file(tmp_path):
     with RawLogWriter(tmp_path / "out.mcap", run_record=False) as writer:
         clock = cdr.schema_text(cdr.CLOCK)
         number = writer.add_topic("/clock", cdr.CLOCK, clock, cdr.type_hash(cdr.CLOCK), (Qos(),))
         for arrived in (9000, 9100, 2000, 2100, 2050):
             writer.write(number, arrived * MS, 0, bytes(12))
+            writer.flush()
     out, wall = [], [10**12]
     loop = ReplayLoop(tmp_path / "out.mcap", lambda m: out.append((wall[0] - 10**12) // MS), 1.0)
     while (wake_at := loop.turn(wall[0])) is not None:
         wall[0] = max(wall[0], wake_at)
-    assert out == [0, 100, 100, 200, 200]
+    assert out == [0, 50, 100, 7000, 7100]
 
 
 def test_an_existing_file_is_not_overwritten(log):
@@ -583,9 +584,25 @@ def test_a_recorder_in_a_namespace_records_that_and_the_frames(tmp_path):
 
 
 def test_a_damaged_log_is_refused_with_advice(log):
-    log.write_bytes(log.read_bytes()[:-500])
+    data = bytearray(log.read_bytes())
+    data[-100] ^= 1  # in the index
+    log.write_bytes(data)
     with pytest.raises(LogError, match="recover"):
         logged_topics(log)
+
+
+def test_a_log_that_is_being_written_is_played_to_its_last_whole_chunk_and_what_is_foreign_left_out(tmp_path):
+    with RawLogWriter(tmp_path / "out.mcap", run_record=False) as writer:
+        clock = cdr.schema_text(cdr.CLOCK)
+        numbers = [writer.add_topic("/clock", cdr.CLOCK, clock, cdr.type_hash(cdr.CLOCK), (Qos(),))]
+        numbers.append(writer.copy_topic(StoredTopic("/other", "", "", "json", {}, "")))
+        for k in range(10):
+            writer.write(numbers[k % 2], k * MS, 0, bytes(12))
+            writer.flush()
+        loop = ReplayLoop(tmp_path / "out.mcap", lambda m: None, 1.0)
+        assert list(loop.topics) == ["/clock"]
+        assert "has no end" in loop.left_out[0]
+        assert "/other" in loop.left_out[1]
 
 
 @pytest.mark.parametrize(

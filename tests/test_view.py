@@ -209,14 +209,18 @@ def log_path(tmp_path, monkeypatch):
 
 def test_a_damaged_log_shows_what_can_be_saved(log_path):
     whole = unpacked(document_of_log(log_path)["packed"])[0]
-    data = log_path.read_bytes()
-    log_path.write_bytes(data[: len(data) // 2])
-    document = document_of_log(log_path)
-    time, _ = unpacked(document["packed"])
-    assert 50 < len(time) < 390
-    assert (time == whole[: len(time)]).all()
-    assert f"the {len(time)} outputs that can be saved" in document["notes"][0]
-    assert "bearing_twin recover run.mcap" in document["notes"][0]
+    data = bytearray(log_path.read_bytes())
+    for cut, said in ((True, "has no end"), (False, "bearing_twin recover run.mcap")):
+        damaged = data[: len(data) // 2] if cut else data
+        damaged[len(damaged) // 2] ^= not cut
+        log_path.write_bytes(damaged)
+        document = document_of_log(log_path)
+        time, _ = unpacked(document["packed"])
+        assert 50 < len(time) < 390
+        assert set(time) < set(whole)
+        assert cut == bool((time == whole[: len(time)]).all())
+        assert said in document["notes"][0]
+        assert cut or f"the {len(time)} outputs that can be saved" in document["notes"][0]
     log_path.write_bytes(data[:20])
     with pytest.raises(LogError):
         document_of_log(log_path)

@@ -132,7 +132,8 @@ def _verify(arguments) -> Outcome:
     count = f"{len(verification.deviations)}, {f'{len(off)} not the same' if off else 'all the same'}"
     hidden = {"deviations", "records_not_as_many", *(("greatest_deviation",) if off else ())}  # each of them is shown
     shown = {key: value for key, value in result.items() if key not in hidden} | {"channels": count}
-    return Outcome(result, verification.doubts(), lambda: show_result(shown | ({"deviation of": off} if off else {})))
+    shown |= {"deviation of": off} if off else {}
+    return Outcome(result, log.notes + verification.doubts(), lambda: show_result(shown))
 
 
 @contextlib.contextmanager
@@ -167,7 +168,8 @@ def _report(arguments) -> Outcome:
     result |= stream.cut_short.as_dict() if stream.cut_short else {}
     if picture:
         result["plot"] = watched.write(picture, report)
-    doubts = [stream.restart.told()] if stream.restart else []
+    result |= {"messages_foreign": sum(stream.foreign.values())} if stream.foreign else {}
+    doubts = stream.notes + ([stream.restart.told()] if stream.restart else [])
     doubts += [f"{missing} outputs are missing from the log"] if missing else []
     doubts += [stream.cut_short.told()] if stream.cut_short else []
     lost = {

@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
     exported = export_log(arguments.log, arguments.to, arguments.out, arguments.topic, watch)
     result = {"log": arguments.log, "to": arguments.to, "rows": exported.rows, "files": list(exported.files)}
-    doubts = [f"{exported.missing} outputs are missing from the log"] if exported.missing else []
+    doubts = [*exported.notes, *([f"{exported.missing} outputs are missing from the log"] if exported.missing else [])]
     doubts += [exported.cut_short.told()] if exported.cut_short else []
     if exported.runs > 1:
         again = "time and sequence begin again within the files"

@@ -1,11 +1,33 @@
-"""What rosbag2 wants to know about a log: quality of service in words, and the contents of `metadata.yaml`."""
+"""Logs as rosbag2 keeps them: quality of service, `metadata.yaml`, and reading of files and bag folders by time."""
 
 import functools
+import heapq
 import re
+from collections.abc import Container, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path, PurePath
 from textwrap import indent
 from typing import NamedTuple
 
 import yaml
+
+from bearing_twin.errors import LogError
+from bearing_twin.log import cdr
+from bearing_twin.log.mcap_read import (
+    LARGEST_MESSAGE,
+    LAST_NS,
+    Contents,
+    LoggedMessage,
+    McapReader,
+    StoredTopic,
+)
+from bearing_twin.spelling import echo, shortened
+
+SUFFIX, SQLITE = ".mcap", ".db3"
+STORAGES = "mcap", "sqlite3"
+DESCRIBED = "storage_identifier", "compression_mode", "compression_format"
+MOST_NAMED = 3  # channels that a sentence names
+LARGEST_BAG_FILE = 2_000_000  # bytes of metadata.yaml, a second to read
 
 _INFINITE = {"sec": 9223372036, "nsec": 854775807}
 NOTHING_YET = 2**63 - 1  # rosbag2's starting time of a log without messages
@@ -27,19 +49,18 @@ class Qos(NamedTuple):
 
 
 class LoggedTopic(NamedTuple):
-    """One topic of a log: full name, type, hash of the type, publishers' quality of service, messages so far.
+    """One topic of a log: full name, type, hash of the type, publishers' quality of service, metadata, messages so far.
 
-    `kept` is how many of its messages a second are in the log; 0 = all. `outside` says which models were outside their
-    range.
+    `encodings` are those of its messages and of the definition of its type.
     """
 
     name: str
     ros_type: str
     type_hash: str
     qos: tuple[Qos, ...]
-    messages: int
-    kept: float = 0.0
-    outside: str = ""
+    metadata: dict[str, str]
+    encodings: tuple[str, str] = ("cdr", "ros2msg")
+    messages: int = 0
 
 
 class Span(NamedTuple):
@@ -129,14 +150,15 @@ def bag_information(topics: list[LoggedTopic], spans: list[Span]) -> str:
 
 def _row(topic: LoggedTopic) -> str:
     """A topic in the list of a log's topics; put together, for thousands of them would take a second by the library."""
-    name, rest = indent(as_yaml({"name": topic.name}), "    "), _rest(topic.ros_type, topic.qos, topic.type_hash)
+    told = topic.ros_type, topic.encodings[0], topic.qos, topic.type_hash
+    name, rest = indent(as_yaml({"name": topic.name}), "    "), _rest(*told)
     return f"- topic_metadata:\n{name}{rest}  message_count: {topic.messages}\n"
 
 
 @functools.cache
-def _rest(ros_type: str, qos: tuple[Qos, ...], type_hash: str) -> str:
+def _rest(ros_type: str, encoding: str, qos: tuple[Qos, ...], type_hash: str) -> str:
     """What else is told of a topic, alike for many."""
-    told = {"type": ros_type, "serialization_format": "cdr", "offered_qos_profiles": qos_profiles(qos)}
+    told = {"type": ros_type, "serialization_format": encoding, "offered_qos_profiles": qos_profiles(qos)}
     return indent(as_yaml(told | {"type_description_hash": type_hash}), "    ")
 
 
@@ -154,3 +176,225 @@ class _PlainDumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):
 
     def ignore_aliases(self, data):
         return True
+
+
+class LogReader:
+    """A log as its messages: an .mcap file, or a bag folder of files by MCAP or sqlite3. Raises LogError.
+
+    `topics` are its channels, `counts` the messages of each of them by `identity`, `metadata` the last record of each
+    name. With `unfinished` a file that is being written, or was cut, is read to its last whole chunk, and `ends` says
+    so, a sentence a file; else that is DamagedLog.
+    """
+
+    def __init__(self, path, unfinished: bool = False):
+        self._files = log_files(path)
+        self._spans: list[tuple[int, int]] = []
+        self.metadata: dict[str, dict[str, str]] = {}
+        self.ends: list[str] = []
+        topics: dict[tuple, StoredTopic] = {}
+        self.counts: dict[tuple, int] = {}
+        for file in self._files:
+            with reader_of(file) as reader:
+                contents = reader.contents()
+                if not unfinished:
+                    reader.require_end()
+            if not contents.ended:
+                said = "has no end, as it is being written or was cut: it is read to its last whole chunk, byte"
+                self.ends.append(f"the file {file.name} {said} {contents.end}")
+            self._spans.append((contents.first_ns, contents.last_ns))
+            self.metadata |= {record.name: record.metadata for record in contents.metadata}
+            for number, topic in contents.topics.items():
+                key = topic.identity
+                topics.setdefault(key, topic)
+                self.counts[key] = self.counts.get(key, 0) + contents.counts.get(number, 0)
+        self.topics = list(topics.values())
+        with_messages = [span for span in self._spans if span[1]]
+        self.first_ns = min((first for first, _ in with_messages), default=0)
+        self.last_ns = max((last for _, last in self._spans), default=0)
+
+    @property
+    def foreign(self) -> dict[str, int]:
+        """Messages that no ROS 2 program can read, by their channel's name."""
+        found: dict[str, int] = {}
+        for topic in self.topics:
+            if topic.foreign and (count := self.counts[topic.identity]):
+                found[topic.name] = found.get(topic.name, 0) + count
+        return found
+
+    @property
+    def notes(self) -> list[str]:
+        """What is not read of the log, a sentence each: files without an end, and messages that are passed over."""
+        if not (foreign := self.foreign):
+            return list(self.ends)
+        names = sorted(foreign)
+        more = f" and {len(names) - MOST_NAMED} others" if len(names) > MOST_NAMED else ""
+        said = f"{sum(foreign.values())} messages are passed over, for they have no schema or are not in CDR: on "
+        return [*self.ends, said + ", ".join(names[:MOST_NAMED]) + more]
+
+    def messages(
+        self, wanted: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS + 1
+    ) -> Iterator[LoggedMessage]:
+        """Messages of the `wanted` topics (None: of all) by log time; raises DamagedLog and LogLimit, also part way."""
+        together: list[tuple[int, Path]] = []  # files whose times overlap, with their first
+        reached = 0
+        for (first, last), file in sorted(zip(self._spans, self._files, strict=True), key=lambda one: one[0]):
+            if together and first >= reached:
+                yield from self._merged([one for _, one in together], wanted, from_ns, until_ns)
+                together = []
+            together.append((first, file))
+            reached = max(reached, last)
+        yield from self._merged([one for _, one in together], wanted, from_ns, until_ns)
+
+    def in_file_order(self, wanted: Container[str] | None = None) -> Iterator[LoggedMessage]:
+        """`messages` in the order in which they were written."""
+        for file in self._files:
+            with reader_of(file) as reader:
+                for item in reader.content(wanted):
+                    if isinstance(item, LoggedMessage):
+                        yield item
+
+    @staticmethod
+    def _merged(files: list[Path], *limits) -> Iterator[LoggedMessage]:
+        with ExitStack() as stack:
+            streams = [stack.enter_context(reader_of(file)).by_time(*limits) for file in files]
+            yield from streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda one: one.log_time)
+
+
+class SqliteReader:
+    """The content of one file of a bag by sqlite3, through `rosbags`, as McapReader gives that of an MCAP file."""
+
+    def __init__(self, path: Path):
+        from rosbags.rosbag2 import Reader
+
+        self.path, self._bag = path, Reader(path)
+        with self._said():
+            self._bag.open()
+            self._bag.storage.dbconn.limit(0, LARGEST_MESSAGE)  # of a text or blob
+        self._topics = {one.id: self._topic(one) for one in self._bag.connections}
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._bag.close()
+
+    def require_end(self) -> None:
+        """Nothing: a database is whole after each transaction."""
+
+    def contents(self) -> Contents:
+        """What the file holds; it has no metadata records."""
+        counts = {one.id: one.msgcount for one in self._bag.connections}
+        times = (self._bag.start_time, self._bag.end_time - 1) if self._bag.message_count else (0, 0)
+        return Contents(self._topics, counts, *times, [], 0, True)
+
+    def by_time(self, wanted: Container[str] | None, from_ns: int, until_ns: int) -> Iterator[LoggedMessage]:
+        """Messages of the `wanted` topics (None: of all) from `from_ns` to before `until_ns`, by their time."""
+        asked = [
+            one
+            for one in self._bag.connections
+            if wanted is None or (one.topic in wanted and not self._topics[one.id].foreign)
+        ]
+        with self._said():
+            for connection, time_ns, data in (
+                self._bag.messages(asked, from_ns, min(until_ns, 2**63 - 1)) if asked else ()
+            ):
+                yield LoggedMessage(self._topics[connection.id], int(time_ns), int(time_ns), bytes(data))
+
+    def content(self, wanted: Container[str] | None = None, *_) -> Iterator[LoggedMessage]:
+        """All messages of these topics."""
+        return self.by_time(wanted, 0, LAST_NS)
+
+    def _topic(self, connection) -> StoredTopic:
+        ros_type = connection.msgtype
+        text = connection.msgdef.data or (cdr.schema_text(ros_type) if cdr.is_known(ros_type) else "")
+        offered = tuple(
+            Qos(one.depth, one.reliability.name.lower(), one.durability.name.lower())
+            for one in connection.ext.offered_qos_profiles
+        )
+        said = {"offered_qos_profiles": qos_text(offered), "topic_type_hash": connection.digest or ""}
+        return StoredTopic(connection.topic, ros_type, text, connection.ext.serialization_format, said)
+
+    @contextmanager
+    def _said(self) -> Iterator[None]:
+        """Errors of the database as LogError."""
+        try:
+            yield
+        except LogError:
+            raise
+        except Exception as error:  # of rosbags, of apsw, and what a database may hold in place of numbers
+            raise LogError(f"{self.path} cannot be read as a bag of sqlite3 ({shortened(str(error))})") from error
+
+
+def reader_of(file: Path) -> McapReader | SqliteReader:
+    """What reads a file of a log."""
+    return SqliteReader(file) if file.suffix == SQLITE else McapReader(file)
+
+
+def log_files(path) -> list[Path]:
+    """The files of a log, in order: the file itself, or those that a bag folder's metadata.yaml lists.
+
+    Raises LogError for a bag that is compressed, or of another storage, with the command that converts it.
+    """
+    path = path_of(path)
+    if not path.exists():
+        raise LogError(f"there is no log {path}; give the path of an .mcap file or of a bag folder")
+    if not path.is_dir():
+        if path.suffix in (".zstd", ".bag"):
+            raise _to_convert(path, "a bag of ROS 1" if path.suffix == ".bag" else "a file of a compressed bag")
+        return [path]
+    found = _information(path / "metadata.yaml")
+    storage, mode = found.get("storage_identifier") or "mcap", str(found.get("compression_mode") or "none").lower()
+    if mode != "none":
+        raise _to_convert(path, f"a bag by {storage}, compressed by {found.get('compression_format')} ({mode})")
+    if storage not in STORAGES:
+        raise _to_convert(path, f"a bag by {storage}")
+    files = (
+        [path / name for name in found.get("files", ())]
+        or sorted(path.glob(f"*{SUFFIX}"))
+        or sorted(path.glob(f"*{SQLITE}"))
+    )
+    missing = [file.name for file in files if not file.is_file()]
+    if not files or missing:
+        what = f"lacks its file {missing[0]}" if missing else "holds no .mcap file"
+        raise LogError(f"the bag folder {path} {what}; give a log written by bearing_twin or `ros2 bag record`")
+    return files
+
+
+def path_of(given, what: str = "a log") -> Path:
+    """The path that was given; raises LogError for anything else."""
+    try:
+        return Path(given)
+    except TypeError:
+        raise LogError(f"{echo(given)} is no path of {what}; give one as text or as a pathlib.Path") from None
+
+
+def _to_convert(path: Path, what: str) -> LogError:
+    command = f"rosbags-convert --src {path} --dst NEW_BAG --dst-storage mcap"
+    return LogError(f"{path} is {what}, which is not read; convert it by `{command}` and give NEW_BAG")
+
+
+def _information(path: Path) -> dict:
+    """What `metadata.yaml` says of a bag, empty where there is none; raises LogError for what is no such file."""
+    try:
+        if path.stat().st_size > LARGEST_BAG_FILE:
+            raise LogError(
+                f"{path} is larger than the {LARGEST_BAG_FILE // 10**6} MB that are read of a description; remove "
+                "it to read the .mcap files beside it"
+            )
+        loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+        information = yaml.load(path.read_text(encoding="utf-8"), Loader=loader)["rosbag2_bagfile_information"]
+        names = [PurePath(name).name for name in information["relative_file_paths"]]
+        return {key: information.get(key) for key in DESCRIBED} | {"files": names}
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError, yaml.YAMLError) as error:
+        raise LogError(f"{path} is not a bag's description; remove it to read the .mcap files beside it") from error
+
+
+def raw_messages(path, start_ns: int = 0, unfinished: bool = False) -> Iterator[LoggedMessage]:
+    """Every message by log time, not decoded, from `start_ns` nanoseconds after the log's first one.
+
+    Yields (topic, log_time, publish_time, data) with topic (name, ros_type, ...); raises LogError, also part way.
+    """
+    reader = LogReader(path, unfinished)
+    yield from reader.messages(None, reader.first_ns + start_ns if start_ns > 0 else 0)

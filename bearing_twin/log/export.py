@@ -19,7 +19,7 @@ import numpy as np
 
 from bearing_twin.errors import LogError
 from bearing_twin.extras import wanted
-from bearing_twin.log.parts import path_of
+from bearing_twin.log.bag import path_of
 from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
 from bearing_twin.paths import file_name, put_whole
@@ -49,6 +49,7 @@ class Exported(NamedTuple):
     missing: int = 0
     runs: int = 1
     cut_short: CutShort | None = None  # where the log ends before its scene does
+    notes: tuple[str, ...] = ()  # what is not read of the log
 
 
 def export_log(
@@ -76,7 +77,8 @@ def export_log(
     try:
         written = write(stream, target, begun, watch)
         if isinstance(stream, LogStream):
-            written = written._replace(missing=stream.missing, runs=stream.runs, cut_short=stream.cut_short)
+            ended = {"cut_short": stream.cut_short, "notes": tuple(stream.notes)}
+            written = written._replace(missing=stream.missing, runs=stream.runs, **ended)
         return written
     except BaseException as error:
         for path in reversed(begun):

@@ -18,8 +18,8 @@ from mcap.records import Metadata
 import bearing_twin
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
+from bearing_twin.log.bag import log_files, raw_messages, reader_of
 from bearing_twin.log.consecutive import Consecutive
-from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.parts import Told
 from bearing_twin.log.raw_log import (
     OUTPUTS_KEY,
@@ -27,8 +27,6 @@ from bearing_twin.log.raw_log import (
     SCENE_RECORD,
     RawLogWriter,
     Safety,
-    log_files,
-    raw_messages,
     refuse_existing,
 )
 from bearing_twin.log.recover import Recovered, recover
@@ -170,7 +168,8 @@ def content_digest(path) -> str:
     """
     digest, topics_told = hashlib.sha256(), {}
     for file in log_files(path):
-        with McapReader(file) as reader:
+        with reader_of(file) as reader:
+            reader.require_end()
             for item in reader.content():
                 if isinstance(item, Metadata):
                     if item.name != RUN_RECORD:
@@ -179,7 +178,7 @@ def content_digest(path) -> str:
                     continue
                 if item.topic.name not in topics_told:
                     topics_told[item.topic.name] = len(topics_told)
-                    digest.update(repr(item.topic).encode())
+                    digest.update(repr(item.topic.identity).encode())
                 head = topics_told[item.topic.name], item.log_time, item.publish_time, len(item.data)
                 digest.update(repr(head).encode())
                 digest.update(item.data)

@@ -1,29 +1,36 @@
-"""MCAP files read with distrust: every length is checked before it is used, every CRC that is there is compared.
+"""MCAP files read behind limits: every length is checked before it is used, every checksum in the file is compared.
 
-What is wrong with a file becomes `DamagedLog`, with the byte at which it shows. Chunks are unpacked under limits
-on size, ratio and number of records, so that a small file cannot fill the memory or keep the reader busy.
+The format allows more than ROS 2 writes: channels without a schema or of another encoding, messages outside chunks, no
+summary, any order of time, attachments of any size. All of it is read or passed over. `DamagedLog` is raised where
+lengths or checksums contradict each other, `LogLimit` where a part that is needed is larger than this reader allows, so
+that a small file cannot fill the memory or keep the reader busy. Records are parsed by the library `mcap`; its
+`StreamReader` is not used, because it loads attachments and unpacks chunks whole, without a limit.
 """
 
 import bisect
 import io
+import itertools
 import struct
 import zlib
 from array import array
+from collections import Counter
 from collections.abc import Container, Iterator
+from heapq import heappop, heappush
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 import lz4.frame
+import numpy as np
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import (
+    Attachment,
+    AttachmentIndex,
     Channel,
     Chunk,
-    DataEnd,
     Footer,
-    Message,
     Metadata,
     MetadataIndex,
     Schema,
@@ -31,55 +38,70 @@ from mcap.records import (
 )
 
 from bearing_twin.errors import LogError
-from bearing_twin.log.checksum import crc32
-from bearing_twin.log.mcap_write import GREATEST_RATIO, MAGIC
+from bearing_twin.log.mcap_write import GREATEST_RATIO, MAGIC, crc32
 
 LARGEST_RECORD = 1 << 26  # bytes, packed or unpacked; writers make chunks of a few megabytes
 LARGEST_MESSAGE = LARGEST_RECORD - (1 << 21)  # bytes, beside what is in its chunk before and what packing adds
 FREE_BYTES = 1 << 26  # unpacked bytes any file may have; beyond that GREATEST_RATIO holds
 FREE_RECORDS = 200_000  # records any file may have
-LZ4_PIECE = 1 << 20  # bytes
 RECORDS_PER_BYTE = 4  # of the file, beyond that
+MOST_TOPICS = 10_000  # with messages; a tenth of a second to read
+LAST_NS = (1 << 64) - 1  # the format counts time by 64 bits
+MOST_PENDING = 1 << 27  # bytes of messages that wait for earlier ones of chunks that overlap in time
 
-_HEAD = struct.Struct("<BQ")
-_MESSAGE_HEAD = struct.Struct("<HIQQ")
-_CHUNK_PLACE = struct.Struct("<16xQ")  # where its chunk begins, in the index of one
-_CHUNK_TOPICS = struct.Struct("<Q24xI")  # its first time there, and the length of the list of its channels
-_CHUNK_TOPIC = struct.Struct("<H8x")
-_PIECE = 1 << 20  # bytes of an index that are looked at together
-_FOOTER_RECORD = 9 + 20
-_PARSERS = {
-    Opcode.FOOTER: Footer,
-    Opcode.SCHEMA: Schema,
-    Opcode.CHANNEL: Channel,
-    Opcode.CHUNK: Chunk,
-    Opcode.STATISTICS: Statistics,
-    Opcode.METADATA: Metadata,
-    Opcode.METADATA_INDEX: MetadataIndex,
-    Opcode.DATA_END: DataEnd,
-}
+_HEAD = struct.Struct("<BQ")  # of a record: opcode, length
+_NUMBER = struct.Struct("<H")
+_MESSAGE = struct.Struct("<BQHIQQ")  # head of a record and of the message in it
+_MESSAGE_FIELDS = _MESSAGE.size - _HEAD.size
+_CHUNK_TIMES = struct.Struct("<QQ")
+_CHUNK_INDEX = struct.Struct("<QQQQI")  # start and end time, place, length, length of the list of its channels
+_CHUNK_CHANNEL = struct.Struct("<H8x")
+_LENGTH = struct.Struct("<Q")
+_PIECE = 1 << 20  # bytes that are read, unpacked or put into a stretch of messages together
+_DATA_END_RECORD, _FOOTER_RECORD = _HEAD.size + 4, _HEAD.size + 20
+_USED = frozenset({Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA})
 _PARSE_ERRORS = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError)
 
 
 class DamagedLog(LogError):
-    """The file is cut or altered; `offset` is the byte at which it shows, `what` the reason.
+    """The file is cut or altered: `offset` is the byte at which it shows, `what` the reason."""
 
-    `hopeless`: it is not worth while to read on behind it.
-    """
-
-    def __init__(self, path, offset: int, what: str, hopeless: bool = False):
+    def __init__(self, path, offset: int, what: str):
         super().__init__(f"{path} is damaged at byte {offset}: {what}; `bearing_twin recover` saves what is whole")
-        self.path, self.offset, self.what, self.hopeless = path, offset, what, hopeless
+        self.path, self.offset, self.what = path, offset, what
+
+
+class LogLimit(LogError):
+    """A part of the file that is needed, at byte `offset`, is larger than what is read; `what` says which limit."""
+
+    def __init__(self, path, offset: int, what: str):
+        super().__init__(f"{path} is beyond a limit of bearing_twin at byte {offset}: {what}")
+        self.path, self.offset, self.what = path, offset, what
 
 
 class StoredTopic(NamedTuple):
-    """A channel of a log: full topic name, ROS type, definition text, encoding and metadata as stored."""
+    """A channel of a log as stored: topic, type and text of its definition ("" without a schema), encodings, metadata.
+
+    A definition that is not UTF-8 has its bytes as surrogates.
+    """
 
     name: str
     ros_type: str
     definition: str
     message_encoding: str
     metadata: dict[str, str]
+    schema_encoding: str = "ros2msg"
+    described: bool = True  # False of a channel that no record describes, or one that cannot be read
+
+    @property
+    def foreign(self) -> bool:
+        """Whether no ROS 2 program can read its messages: no schema, or another encoding than CDR."""
+        return self.message_encoding != "cdr" or not self.ros_type
+
+    @property
+    def identity(self) -> tuple:
+        """What distinguishes it from other channels."""
+        return self[:4] + self[5:] + tuple(sorted(self.metadata.items()))
 
 
 class LoggedMessage(NamedTuple):
@@ -91,31 +113,39 @@ class LoggedMessage(NamedTuple):
     data: bytes
 
 
-MOST_TOPICS = 10_000  # a tenth of a second to read
+class Contents(NamedTuple):
+    """What a file holds: channels and the counts of their messages by number, first and last log time, metadata.
 
+    `end` is the byte behind the last whole record; `ended` is False where the end of the data is missing, because the
+    file is being written, or was cut.
+    """
 
-class Summary(NamedTuple):
-    """The index from byte `start` of a log on; `chunks` are where they begin: a day of a node has a million."""
-
-    start: int
-    schemas: dict[int, Schema]
-    channels: dict[int, Channel]
-    statistics: Statistics | None
-    chunks: array
-    metadata: list[MetadataIndex]
+    topics: dict[int, StoredTopic]
+    counts: dict[int, int]
+    first_ns: int
+    last_ns: int
+    metadata: list[Metadata]
+    end: int
+    ended: bool
 
 
 class McapReader:
-    """The content of one MCAP file in file order; use as a context manager. Raises LogError if it is no MCAP file."""
+    """The content of one MCAP file; use as a context manager. Raises LogError if it is no MCAP file."""
 
     def __init__(self, path):
         self.path = Path(path)
-        self._schemas: dict[int, Schema] = {}
-        self._channels: dict[int, Channel] = {}
-        self._topics: dict[int, StoredTopic] = {}
+        self._schemas: dict[int, bytes] = {}
+        self._read_schemas: dict[int, tuple[str, str, str]] = {}
+        self._channels: dict[int, bytes] = {}
+        self._topics: dict[int, StoredTopic | None] = {}  # None: not wanted
+        self._wanted: Container[str] | None = None
         self._packed = self._unpacked = self._records = 0
-        self._starts = array("Q")  # of chunks, where the index is known
-        self._chunked = False
+        self._contents: Contents | None = None
+        self._stretches = array("Q")  # start and end time, place and length of chunks and of runs of messages
+        self._starts = array("Q")  # of chunks, where they are known
+        self._indexed = False  # whether the stretches are those of the summary
+        self._read_to = len(MAGIC)  # behind the last whole record
+        self._whole = False  # whether the end of the data was read
         try:
             self._stream: BinaryIO = self.path.open("rb")
         except OSError as error:
@@ -127,6 +157,15 @@ class McapReader:
             self._stream.close()
             reason = "is empty" if self._size == 0 else "is not an MCAP file"
             raise LogError(f"{path} {reason}; give a log written by bearing_twin or `ros2 bag record -s mcap`")
+        footer = self._size - len(MAGIC) - _FOOTER_RECORD
+        self._stream.seek(max(footer, 0))
+        tail = self._stream.read()
+        self.ended = tail[:9] == _HEAD.pack(Opcode.FOOTER, 20) and tail[29:] == MAGIC
+        self._footer = self._parse(footer, Footer, tail[9:29]) if self.ended else Footer(0, 0, 0)
+        self._data_end = footer if self.ended else self._size
+        self._known_end = self.ended and self._footer.summary_start <= footer
+        if self._known_end and self._footer.summary_start:
+            self._data_end = self._footer.summary_start
 
     def __enter__(self):
         return self
@@ -134,205 +173,445 @@ class McapReader:
     def __exit__(self, *_):
         self._stream.close()
 
-    def summary(self) -> Summary:
-        """The index, checked; raises DamagedLog when the file was not closed properly or the index is altered."""
-        start = self._summary_start()
-        summary = Summary(start, {}, {}, None, array("Q"), [])
-        for offset, opcode, content in self._raw(start, check_data=False):
-            if opcode == Opcode.CHUNK_INDEX:
-                if len(content) < _CHUNK_PLACE.size:
-                    raise DamagedLog(self.path, offset, "the index of a chunk is too short")
-                summary.chunks.append(_CHUNK_PLACE.unpack_from(content)[0])
-                continue
-            record = self._parse(offset, _PARSERS[opcode], content) if opcode in _PARSERS else None
-            if isinstance(record, Schema):
-                summary.schemas[record.id] = record
-            elif isinstance(record, Channel):
-                summary.channels[record.id] = record
-            elif isinstance(record, MetadataIndex):
-                summary.metadata.append(record)
-            elif isinstance(record, Statistics):
-                summary = summary._replace(statistics=record)
-        return summary
+    def contents(self) -> Contents:
+        """What the file holds, by its summary, or read through where that is incomplete; raises DamagedLog."""
+        if self._contents is None and self._footer.summary_start:
+            try:
+                self._contents = self._summarised()
+            except DamagedLog:
+                self._data_end, self._known_end = self._size - len(MAGIC) - _FOOTER_RECORD, False
+                raise
+        if self._contents is None:
+            self._contents = self._scanned()
+        return self._contents
 
-    def content(self, from_ns: int | None = None, begin: int = len(MAGIC)) -> Iterator[LoggedMessage | Metadata]:
-        """Messages and metadata in file order, checked to the end; raises DamagedLog where reading cannot go on.
+    @property
+    def summary_chunks(self) -> array:
+        """Where the chunks begin by the summary, once `contents` has read it."""
+        return self._starts
 
-        Whole chunks before `from_ns` are passed over unread. `begin` is the byte to start at, a record's first.
+    @property
+    def end(self) -> int:
+        """The byte behind the last whole record that was read."""
+        return self._read_to
+
+    def require_end(self) -> None:
+        """Raises DamagedLog where the end of the data is missing; to be called once the file was read."""
+        if not self.ended and not self._whole:
+            what = "its end is missing (it is being written, the writer was stopped, or the file was cut)"
+            raise DamagedLog(self.path, self._read_to, what)
+
+    def content(
+        self, wanted: Container[str] | None = None, begin: int = len(MAGIC), attachments: bool = False
+    ) -> Iterator[LoggedMessage | Metadata | Attachment]:
+        """Messages of the `wanted` ROS topics (None: of all channels) and metadata from byte `begin` on, as they stand.
+
+        Read from its start the whole file is checked. Raises DamagedLog and LogLimit where reading cannot go on; with
+        `attachments` these are among the items.
         """
-        if from_ns is not None:
-            self.learn(self.summary())
-        for offset, record in self._parsed(begin, check_data=begin == len(MAGIC)):
-            if isinstance(record, Metadata):
-                yield record
-            elif isinstance(record, Schema | Channel):
-                self._learn(offset, record)
-            elif isinstance(record, Message) and not self._chunked:  # else its kind is altered: nobody writes both
-                yield self._message(offset, record.channel_id, record.log_time, record.publish_time, record.data)
-            elif isinstance(record, Chunk) and (from_ns is None or record.message_end_time >= from_ns):
-                self._chunked = True
-                yield from self._chunk(offset, record)
-            elif isinstance(record, DataEnd):
-                break
+        self._want(wanted, afresh=begin == len(MAGIC))
+        used = _USED | {Opcode.ATTACHMENT} if attachments else _USED
+        for offset, opcode, content in self._raw(begin, used, begin == len(MAGIC)):
+            if opcode == Opcode.CHUNK:
+                yield from self._in_chunk(offset, content, by_time=False)
+            elif opcode == Opcode.MESSAGE:
+                yield from self._alone(offset, content)
+            elif opcode == Opcode.METADATA:
+                yield self._parse(offset, Metadata, content)
+            elif opcode == Opcode.ATTACHMENT:
+                yield self._parse(offset, Attachment, content)
+            else:
+                self._learn(offset, opcode, content)
 
-    def latest(self, summary: Summary, topics: Container[str], before_ns: int) -> list[LoggedMessage]:
-        """The last message of each of these topics before a time, if any; reads no chunk without them."""
-        found = {}
-        self.learn(summary)
-        wanted = {number: channel.topic for number, channel in summary.channels.items() if channel.topic in topics}
-        for place in reversed(self._chunks_with(summary.start, wanted, before_ns)):
-            if found.keys() >= set(wanted.values()):
-                break
-            offset, chunk = next(self._parsed(place, check_data=False), (0, None))
-            if not isinstance(chunk, Chunk):
-                raise DamagedLog(self.path, place, "the index points to something else than a chunk")
-            here = {one.topic.name: one for one in self._chunk(offset, chunk) if one.log_time < before_ns}
-            found = {name: one for name, one in here.items() if name in topics} | found
-        return sorted(found.values(), key=lambda one: one.log_time)
+    def by_time(
+        self, wanted: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS + 1
+    ) -> Iterator[LoggedMessage]:
+        """Messages of the `wanted` ROS topics (None: of all channels) from `from_ns` to before `until_ns`, by time.
 
-    def _chunks_with(self, start: int, channels: Container[int], before_ns: int) -> list[int]:
-        """Where the chunks begin that have a message of one of these channels, and one before a time.
-
-        The index begins at byte `start`.
+        Those of one time come in the order of the file. Chunks that hold nothing of it are passed over; a file that is
+        read without limits of time is checked whole.
         """
-        places = []
-        for _, opcode, content in self._raw(start, check_data=False):
-            if opcode == Opcode.CHUNK_INDEX and len(content) >= _CHUNK_TOPICS.size:
-                first_ns, length = _CHUNK_TOPICS.unpack_from(content)
-                rows = content[_CHUNK_TOPICS.size : _CHUNK_TOPICS.size + length]
-                rows = rows[: len(rows) // _CHUNK_TOPIC.size * _CHUNK_TOPIC.size]
-                if first_ns < before_ns and any(one in channels for (one,) in _CHUNK_TOPIC.iter_unpack(rows)):
-                    places.append(_CHUNK_PLACE.unpack_from(content)[0])
-        return places
-
-    def learn(self, summary: Summary) -> None:
-        """Takes topics from the index, for reading that does not start with the chunk that describes them."""
-        self._schemas.update(summary.schemas)
-        self._channels.update(summary.channels)
-        self._starts = array("Q", sorted(summary.chunks))
-
-    def metadata(self, summary: Summary) -> list[Metadata]:
-        """The metadata records that the index lists."""
-        records = []
-        for index in summary.metadata:
-            if not len(MAGIC) <= index.offset < self._size:
-                raise DamagedLog(self.path, index.offset, "the index points outside the file")
-            _, record = next(self._parsed(index.offset, check_data=False), (0, None))
-            if not isinstance(record, Metadata):
-                raise DamagedLog(self.path, index.offset, "the index points to something else than metadata")
-            records.append(record)
-        return records
+        self.contents()
+        self._want(wanted)
+        whole = from_ns <= 0 and until_ns > LAST_NS
+        rows = np.frombuffer(self._stretches, np.uint64).reshape(-1, 4)
+        late = np.maximum.accumulate(rows[:, 1])[:-1] > rows[1:, 0]
+        rows = rows[(rows[:, 1] >= max(from_ns, 0)) & (rows[:, 0] <= min(until_ns - 1, LAST_NS))]
+        if wanted is not None and self._indexed:
+            numbers = {number for number, topic in self._contents.topics.items() if topic.name in wanted}
+            needed = self._chunks_with(numbers)
+            rows = rows[[place in needed for place in rows[:, 2].tolist()]]
+        if late.any():
+            if whole:
+                for _ in self._raw(len(MAGIC), (), True):
+                    pass
+            found = self._merged(rows[np.lexsort((rows[:, 2], rows[:, 0]))])
+        elif whole:
+            found = self._checked({*rows[:, 2].tolist()})
+        else:
+            found = itertools.chain.from_iterable(map(self._stretch, rows.tolist()))
+        yield from (one for one in found if from_ns <= one.log_time < until_ns)
 
     def record_after(self, offset: int) -> int | None:
-        """Where the record after the one at `offset` begins, if the one at `offset` still tells."""
+        """Where the record behind that at `offset` begins by its length, or the next chunk of the summary."""
         self._stream.seek(offset)
         head = self._stream.read(_HEAD.size)
-        if len(head) < _HEAD.size:
+        found = [start for start in self._starts if start > offset][:1]
+        if len(head) == _HEAD.size and head[0] in _USED | {Opcode.ATTACHMENT, Opcode.MESSAGE_INDEX}:
+            found.append(offset + _HEAD.size + _HEAD.unpack(head)[1])
+        return min((one for one in found if one < self._data_end), default=None)
+
+    def _want(self, wanted: Container[str] | None, afresh: bool = True) -> None:
+        self._wanted = wanted
+        self._topics.clear()
+        if afresh:
+            self._packed = self._unpacked = self._records = 0
+
+    def _summarised(self) -> Contents | None:
+        """The contents by the summary, checked; None where it does not describe all of the file."""
+        statistics, metadata, chunks = None, [], 0
+        covered = 0  # bytes of the data that the summary describes
+        for offset, opcode, content in self._summary():
+            if opcode == Opcode.CHUNK_INDEX:
+                if len(content) < _CHUNK_INDEX.size:
+                    raise DamagedLog(self.path, offset, "the index of a chunk is too short")
+                first, last, place, length, channels = _CHUNK_INDEX.unpack_from(content)
+                behind = _CHUNK_INDEX.size + channels
+                if len(content) < behind + _LENGTH.size:
+                    raise DamagedLog(self.path, offset, "the index of a chunk is too short")
+                self._stretches.extend((first, last, place, length))
+                covered += length + _LENGTH.unpack_from(content, behind)[0]
+                chunks += 1
+            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                self._learn(offset, opcode, content)
+            elif opcode == Opcode.STATISTICS:
+                statistics = self._parse(offset, Statistics, content)
+            elif opcode in (Opcode.METADATA_INDEX, Opcode.ATTACHMENT_INDEX):
+                kind = MetadataIndex if opcode == Opcode.METADATA_INDEX else AttachmentIndex
+                index = self._parse(offset, kind, content)
+                covered += index.length
+                metadata += [index.offset] if kind is MetadataIndex else []
+        rows = sorted(self._stretches[2::4])
+        self._starts = array("Q", rows)
+        self._stream.seek(len(MAGIC))
+        head = self._stream.read(_HEAD.size)
+        covered += len(MAGIC) + _HEAD.size + _HEAD.unpack(head)[1] + _DATA_END_RECORD
+        described = all(_schema_of(one) in (0, *self._schemas) for one in self._channels.values())
+        if (
+            statistics is None
+            or covered != self._footer.summary_start
+            or not described
+            or sum(statistics.channel_message_counts.values()) != statistics.message_count
+            or (len(self._channels), chunks) != (statistics.channel_count, statistics.chunk_count)
+        ):
             return None
-        opcode, length = _HEAD.unpack(head)
-        following = offset + _HEAD.size + length
-        return following if opcode in _PARSERS and following < self._size else None
+        self._indexed = True
+        found = [self._metadata_at(place) for place in metadata]
+        times = statistics.message_start_time, statistics.message_end_time
+        counts = statistics.channel_message_counts
+        return Contents(self._topics_of(counts), counts, *times, found, self._data_end, True)
 
-    def _summary_start(self) -> int:
-        end = self._size - len(MAGIC)
-        self._stream.seek(max(end - _FOOTER_RECORD, 0))
-        tail = self._stream.read()
-        if len(tail) != _FOOTER_RECORD + len(MAGIC) or tail[-len(MAGIC) :] != MAGIC or tail[0] != Opcode.FOOTER:
-            raise DamagedLog(
-                self.path,
-                self._size,
-                "its end is missing (it is still written, the writer was stopped, or the file was cut)",
-            )
-        footer = self._parse(end - _FOOTER_RECORD, Footer, tail[9 : -len(MAGIC)])
-        start = footer.summary_start
-        if not len(MAGIC) <= start <= end - _FOOTER_RECORD:
-            raise DamagedLog(self.path, end, "it has no index")
-        self._stream.seek(start)
-        crc, left = 0, end - _FOOTER_RECORD - start
-        while footer.summary_crc and left > 0 and (piece := self._stream.read(min(left, _PIECE))):
-            crc, left = zlib.crc32(piece, crc), left - len(piece)
-        if footer.summary_crc and zlib.crc32(tail[: 9 + 16], crc) != footer.summary_crc:
-            raise DamagedLog(self.path, start, "its index does not have the CRC it was written with")
-        return start
+    def _summary(self) -> Iterator[tuple[int, int, bytes]]:
+        """Offset, opcode and content of the records of the summary, whose checksum is compared first."""
+        start, end = self._footer.summary_start, self._size - len(MAGIC)
+        if not len(MAGIC) + _HEAD.size <= start <= end - _FOOTER_RECORD:
+            raise DamagedLog(self.path, end, "its end names no place of its index")
+        if self._footer.summary_crc:
+            self._stream.seek(start)
+            crc, left = 0, end - start - 4
+            while left > 0 and (piece := self._stream.read(min(left, _PIECE))):
+                crc, left = zlib.crc32(piece, crc), left - len(piece)
+            if crc != self._footer.summary_crc:
+                raise DamagedLog(self.path, start, "its index does not have the CRC it was written with")
+        used = {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX}
+        return self._raw(start, used | {Opcode.METADATA_INDEX, Opcode.ATTACHMENT_INDEX}, False)
 
-    def _raw(self, position: int, check_data: bool) -> Iterator[tuple[int, int, bytes]]:
-        """Offset, opcode and content of the records from byte `position` up to and with the footer."""
+    def _metadata_at(self, offset: int) -> Metadata:
+        if not len(MAGIC) <= offset < self._data_end:
+            raise DamagedLog(self.path, offset, "the index points outside the file")
+        _, opcode, content = next(self._raw(offset, _USED, False), (0, 0, b""))
+        if opcode != Opcode.METADATA:
+            raise DamagedLog(self.path, offset, "the index points to something else than metadata")
+        return self._parse(offset, Metadata, content)
+
+    def _scanned(self) -> Contents:
+        """The contents of a file without a usable summary, read through."""
+        self._want(())
+        del self._stretches[:]
+        counts, metadata, rows, end = Counter(), [], self._stretches, len(MAGIC)
+        for offset, opcode, content in self._raw(len(MAGIC), _USED, True):
+            end = offset + _HEAD.size + len(content)
+            if opcode == Opcode.CHUNK:
+                data = self._unpacked_chunk(offset, content)
+                rows.extend((*self._walked(offset, data, counts), offset, len(content)))
+            elif opcode == Opcode.MESSAGE:
+                number, _, time_ns, _ = self._lone(offset, content)
+                counts[number] += 1
+                if rows and offset == rows[-2] + rows[-1] and rows[-1] < _PIECE:
+                    rows[-4:] = array("Q", (min(rows[-4], time_ns), max(rows[-3], time_ns), rows[-2], end - rows[-2]))
+                else:
+                    rows.extend((time_ns, time_ns, offset, end - offset))
+            elif opcode == Opcode.METADATA:
+                metadata.append(self._parse(offset, Metadata, content))
+            else:
+                self._learn(offset, opcode, content)
+        topics = self._topics_of(counts)
+        times = min(rows[::4], default=0), max(rows[1::4], default=0)
+        return Contents(topics, dict(counts), *times, metadata, max(end, self._read_to), self._whole)
+
+    def _topics_of(self, counts: dict[int, int]) -> dict[int, StoredTopic]:
+        """The channels by number: all that have messages, and others up to the limit."""
+        numbers = [number for number, count in counts.items() if count]
+        if len(numbers) > MOST_TOPICS:
+            what = f"it has messages on {len(numbers)} channels, and {MOST_TOPICS} are read at most"
+            raise LogLimit(self.path, self._data_end, what)
+        numbers += itertools.islice((one for one in self._channels if not counts.get(one)), MOST_TOPICS - len(numbers))
+        return {number: self._described(number) for number in numbers}
+
+    def _chunks_with(self, channels: Container[int]) -> set[int]:
+        """Where the chunks begin that may have a message of one of these channels, by the summary."""
+        places = set()
+        for _, opcode, content in self._raw(self._footer.summary_start, {Opcode.CHUNK_INDEX}, False):
+            if opcode == Opcode.CHUNK_INDEX:
+                *_, place, _, length = _CHUNK_INDEX.unpack_from(content)
+                listed = content[
+                    _CHUNK_INDEX.size : _CHUNK_INDEX.size + length // _CHUNK_CHANNEL.size * _CHUNK_CHANNEL.size
+                ]
+                if not listed or any(one in channels for (one,) in _CHUNK_CHANNEL.iter_unpack(listed)):
+                    places.add(place)
+        return places
+
+    def _checked(self, needed: set[int]) -> Iterator[LoggedMessage]:
+        """The messages of the stretches that begin at `needed` places, in the order of the file, which is checked."""
+        for offset, opcode, content in self._raw(len(MAGIC), _USED, True, needed if self._indexed else None):
+            if opcode == Opcode.CHUNK:
+                yield from self._in_chunk(offset, content, by_time=True)
+            elif opcode == Opcode.MESSAGE:
+                yield from self._alone(offset, content)
+
+    def _merged(self, rows: np.ndarray) -> Iterator[LoggedMessage]:
+        """The messages of stretches that overlap in time, by their time; `rows` are in the order of their first."""
+        pending: list[tuple[int, int, int, LoggedMessage]] = []
+        held = 0
+        for row in rows.tolist():
+            while pending and pending[0][0] < row[0]:
+                held -= len(pending[0][3].data)
+                yield heappop(pending)[3]
+            for number, message in enumerate(self._stretch(row)):
+                heappush(pending, (message.log_time, row[2], number, message))
+                held += len(message.data)
+            if held > MOST_PENDING:
+                what = f"its chunks overlap in time by more than {MOST_PENDING >> 20} MB; sort it by `mcap sort`"
+                raise LogLimit(self.path, row[2], what)
+        while pending:
+            yield heappop(pending)[3]
+
+    def _stretch(self, row: list[int]) -> Iterator[LoggedMessage]:
+        """The messages of a chunk, or of a run of messages outside chunks, in the order of time."""
+        _, _, begin, length = row
+        found: list[LoggedMessage] = []
+        for offset, opcode, content in self._raw(begin, _USED, False):
+            if offset == begin and opcode == Opcode.CHUNK:
+                yield from self._in_chunk(offset, content, by_time=True)
+                return
+            if offset >= begin + length:
+                break
+            if opcode != Opcode.MESSAGE:
+                raise DamagedLog(self.path, begin, "the index points to something else than a chunk")
+            found += self._alone(offset, content)
+        yield from sorted(found, key=lambda one: one.log_time)
+
+    def _raw(
+        self, position: int, used: Container[int], check: bool, needed: Container[int] | None = None
+    ) -> Iterator[tuple[int, int, bytes]]:
+        """Offset, opcode and content of the records of the kinds `used`, from byte `position` to the end of a section.
+
+        With `check` (from the start) the checksum of the data is compared. Of chunks those at `needed` places alone are
+        given out (None: all).
+        """
+        in_data, seek = position < self._data_end, 0
+        crc = self._first_crc() if check else None
         self._stream.seek(position)
-        crc = zlib.crc32(MAGIC)
-        while True:
+        while position < self._size:
             head = self._stream.read(_HEAD.size)
-            if len(head) < _HEAD.size:
-                raise DamagedLog(self.path, position, "it ends here, without an index")
-            opcode, length = _HEAD.unpack(head)
-            if position + _HEAD.size + length > self._size:
-                raise DamagedLog(self.path, position, "a record goes on beyond the end of the file")
-            if length > LARGEST_RECORD:
-                raise DamagedLog(self.path, position, f"a record of {length} bytes is larger than any log needs")
+            self._read_to = position
+            opcode, length = _HEAD.unpack(head) if len(head) == _HEAD.size else (0, self._size)
             end = position + _HEAD.size + length
-            if (opcode == Opcode.DATA_END and length != 4) or (
-                opcode == Opcode.FOOTER and end != self._size - len(MAGIC)
-            ):
+            if not self.ended and (end > self._size or not opcode):  # being written, or cut
+                return
+            if end > self._size:
+                raise DamagedLog(self.path, position, "a record goes on beyond the end of the file")
+            if opcode == Opcode.FOOTER and not in_data and end == self._size - len(MAGIC):
+                return
+            if opcode == Opcode.DATA_END:
+                self._end_of_data(position, end, length, crc)
+                return
+            if not opcode or opcode == Opcode.FOOTER or (in_data and end > self._data_end):
                 raise DamagedLog(self.path, position, "a record says that the data end here, and they do not")
             if bisect.bisect_left(self._starts, end) > bisect.bisect_right(self._starts, position):
                 raise DamagedLog(self.path, position, "a record goes on into the next chunk")
-            content = self._stream.read(length)
-            if check_data and opcode == Opcode.DATA_END:
-                expected = self._parse(position, DataEnd, content).data_section_crc
-                if expected and expected != crc:
-                    raise DamagedLog(self.path, position, "the data do not have the CRC they were written with")
-                check_data = False
-            elif check_data:
-                crc = crc32(content, zlib.crc32(head, crc))
-            yield position, opcode, content
-            if opcode == Opcode.FOOTER:
-                return
+            if opcode in used and (opcode != Opcode.CHUNK or needed is None or position in needed):
+                if length > LARGEST_RECORD:
+                    what = f"a record of {length} bytes is larger than the {LARGEST_RECORD >> 20} MB that are read"
+                    raise LogLimit(self.path, position, what)
+                content = self._stream.read(length)
+                if crc is not None:
+                    crc = crc32(content, crc32(head, crc))
+                yield position, opcode, content
+                seek = self._stream.tell() != end
+            elif crc is not None:
+                crc, left = crc32(head, crc), length
+                while left > 0 and (piece := self._stream.read(min(left, _PIECE))):
+                    crc, left = crc32(piece, crc), left - len(piece)
+            else:
+                seek = True
             position = end
+            if seek:
+                self._stream.seek(position)
+                seek = False
+        self._read_to = position
 
-    def _parsed(self, begin: int, check_data: bool) -> Iterator[tuple[int, object]]:
-        for offset, opcode, content in self._raw(begin, check_data):
-            if opcode == Opcode.MESSAGE:
-                self._count(offset, 1)
-                yield offset, self._parse(offset, Message, content, len(content))
-            elif opcode in _PARSERS:
-                yield offset, self._parse(offset, _PARSERS[opcode], content)
+    def _first_crc(self) -> int | None:
+        """The checksum of the data before the first record, None where the file says none to compare it with."""
+        self._stream.seek(max(self._data_end - _DATA_END_RECORD, 0))
+        if self.ended and self._stream.read(_DATA_END_RECORD) == _HEAD.pack(Opcode.DATA_END, 4) + bytes(4):
+            return None
+        return zlib.crc32(MAGIC)
 
-    def _parse(self, offset: int, kind: type, content: bytes, *more):
+    def _end_of_data(self, position: int, end: int, length: int, crc: int | None) -> None:
+        if length != 4 or (self._known_end and end != self._data_end):
+            raise DamagedLog(self.path, position, "a record says that the data end here, and they do not")
+        expected = int.from_bytes(self._stream.read(4), "little")
+        if crc is not None and expected and expected != crc:
+            raise DamagedLog(self.path, position, "the data do not have the CRC they were written with")
+        self._read_to, self._whole = end, True
+
+    def _parse(self, offset: int, kind: type, content: bytes):
         try:
-            return kind.read(ReadDataStream(io.BytesIO(content)), *more)
+            return kind.read(ReadDataStream(io.BytesIO(content)))
         except _PARSE_ERRORS as error:
             raise DamagedLog(self.path, offset, f"a {kind.__name__} record cannot be read ({error})") from error
 
+    def _learn(self, offset: int, opcode: int, content: bytes) -> None:
+        """Keeps the description of a schema or channel, which is read when a message needs it."""
+        if len(content) < 4:
+            raise DamagedLog(self.path, offset, "the description of a channel is too short")
+        number = _NUMBER.unpack_from(content)[0]
+        if opcode == Opcode.SCHEMA:
+            if self._schemas.get(number) != content:
+                self._schemas[number] = bytes(content)
+                self._read_schemas.pop(number, None)
+        elif self._channels.get(number) != content:
+            self._channels[number] = bytes(content)
+            self._topics.pop(number, None)
+
+    def _described(self, number: int) -> StoredTopic:
+        """The channel of that number; one that nothing describes, or in no UTF-8, has no type and no encoding."""
+        try:
+            channel = Channel.read(ReadDataStream(io.BytesIO(self._channels[number])))
+        except _PARSE_ERRORS:
+            return StoredTopic(f"(channel {number})", "", "", "", {}, "", described=False)
+        said = channel.topic, channel.message_encoding, channel.metadata
+        name, text, encoding = self._schema(channel.schema_id)
+        return StoredTopic(said[0], name, text, *said[1:], encoding)
+
+    def _schema(self, number: int) -> tuple[str, str, str]:
+        """Name, text and encoding of the schema of that number, empty where there is none."""
+        if number not in self._read_schemas:
+            try:
+                schema = Schema.read(ReadDataStream(io.BytesIO(self._schemas[number])))
+                found = schema.name, schema.data.decode(errors="surrogateescape"), schema.encoding
+            except _PARSE_ERRORS:
+                found = "", "", ""
+            self._read_schemas[number] = found
+        return self._read_schemas[number]
+
+    def _topic(self, number: int) -> StoredTopic | None:
+        """The channel of that number, None where it is not wanted: of a topic that is, foreign channels are not."""
+        topic = self._described(number)
+        wanted = self._wanted is None or (topic.name in self._wanted and not topic.foreign)
+        self._topics[number] = found = topic if wanted else None
+        return found
+
     def _count(self, offset: int, records: int) -> None:
         self._records += records
-        if self._records > FREE_RECORDS + RECORDS_PER_BYTE * self._size:
-            raise DamagedLog(self.path, offset, "it holds more records than a file of its size can have honestly")
+        if self._records > (most := FREE_RECORDS + RECORDS_PER_BYTE * self._size):
+            raise LogLimit(self.path, offset, f"it holds more records than a file of its size may have here, {most}")
 
-    def _chunk(self, offset: int, chunk: Chunk) -> Iterator[LoggedMessage]:
-        data = self._unpacked_data(offset, chunk)
-        position = 0
-        while position < len(data):
-            if position + _HEAD.size > len(data):
+    def _lone(self, offset: int, content: bytes) -> tuple[int, int, int, int]:
+        """Channel, sequence, log and publish time of a message outside chunks."""
+        if len(content) < _MESSAGE_FIELDS:
+            raise DamagedLog(self.path, offset, "a message is too short")
+        self._count(offset, 1)
+        return struct.unpack_from("<HIQQ", content)
+
+    def _alone(self, offset: int, content: bytes) -> Iterator[LoggedMessage]:
+        number, sequence, log_time, publish_time = self._lone(offset, content)
+        if self._packed and sequence == len(content) - 6 and not sequence % 16:  # as stands in an index behind a chunk
+            raise DamagedLog(self.path, offset, "the index of messages of a chunk has the kind of a message")
+        topic = self._topics[number] if number in self._topics else self._topic(number)
+        if topic is not None:
+            yield LoggedMessage(topic, log_time, publish_time, content[_MESSAGE_FIELDS:])
+
+    def _in_chunk(self, offset: int, content: bytes, by_time: bool) -> Iterator[LoggedMessage]:
+        """The wanted messages of a chunk, in its order or that of time."""
+        data = self._unpacked_chunk(offset, content)
+        places, times = array("Q"), array("Q")
+        self._walked(offset, data, None, places, times)
+        order = np.frombuffer(times, np.uint64)
+        if by_time and np.any(order[1:] < order[:-1]):
+            places = [places[k] for k in np.argsort(order, kind="stable").tolist()]
+        topics, head = self._topics, _MESSAGE.size
+        for place in places:
+            _, length, number, _, log_time, publish_time = _MESSAGE.unpack_from(data, place)
+            payload = bytes(data[place + head : place + _HEAD.size + length])
+            yield LoggedMessage(topics[number], log_time, publish_time, payload)
+
+    def _walked(
+        self, offset: int, data: bytes, counts: Counter | None, places: array | None = None, times: array | None = None
+    ) -> tuple[int, int]:
+        """Goes through the records of a chunk: counts messages, or notes where the wanted ones begin and their times.
+
+        Returns the first and the last log time of those counted.
+        """
+        position, end, head = 0, len(data), _HEAD.size
+        topics, unpack, whole = self._topics, _MESSAGE.unpack_from, end - _MESSAGE.size
+        first, last, left = 1 << 64, 0, FREE_RECORDS + RECORDS_PER_BYTE * self._size - self._records
+        records = 0
+        while position < end:
+            if position <= whole:
+                opcode, length, number, _, log_time, _ = unpack(data, position)
+            elif position + head <= end:
+                opcode, length = _HEAD.unpack_from(data, position)
+            else:
                 raise DamagedLog(self.path, offset, "a record in this chunk is cut")
-            opcode, length = _HEAD.unpack_from(data, position)
-            start = position + _HEAD.size
-            position = start + length
-            if position > len(data):
+            begin, position = position, position + head + length
+            if position > end:
                 raise DamagedLog(self.path, offset, "a record in this chunk is longer than the chunk")
-            self._count(offset, 1)
-            if opcode == Opcode.MESSAGE:
-                if length < _MESSAGE_HEAD.size:
+            records += 1
+            if records > left:
+                break
+            if opcode == 5:  # a message
+                if length < _MESSAGE_FIELDS:
                     raise DamagedLog(self.path, offset, "a message in this chunk is too short")
-                channel, _, log_time, publish_time = _MESSAGE_HEAD.unpack_from(data, start)
-                payload = bytes(data[start + _MESSAGE_HEAD.size : position])
-                yield self._message(offset, channel, log_time, publish_time, payload)
+                if counts is not None:
+                    counts[number] += 1
+                    first, last = min(first, log_time), max(last, log_time)
+                elif (topics[number] if number in topics else self._topic(number)) is not None:
+                    places.append(begin)
+                    times.append(log_time)
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                self._learn(offset, self._parse(offset, _PARSERS[opcode], data[start:position]))
+                self._learn(offset, opcode, data[begin + head : position])
+        self._count(offset, records)
+        return (first, last) if last or first < 1 << 64 else (0, 0)
 
-    def _unpacked_data(self, offset: int, chunk: Chunk) -> bytes:
+    def _unpacked_chunk(self, offset: int, content: bytes) -> bytes:
+        chunk = self._parse(offset, Chunk, content)
         size = chunk.uncompressed_size
         packed, unpacked = self._packed + len(chunk.data), self._unpacked + size
         if size > LARGEST_RECORD or unpacked > FREE_BYTES + GREATEST_RATIO * packed:
-            raise DamagedLog(self.path, offset, f"it unpacks to {unpacked} bytes, more than its size allows")
+            what = f"it unpacks to {unpacked} bytes, more than the {LARGEST_RECORD >> 20} MB a chunk or its size allows"
+            raise LogLimit(self.path, offset, what)
         self._packed, self._unpacked = packed, unpacked
         try:
             if chunk.compression == "zstd":
@@ -343,8 +622,8 @@ class McapReader:
             elif chunk.compression == "":
                 data = chunk.data
             else:
-                compression = f"a chunk is compressed by {chunk.compression!r}; convert it to zstd or lz4"
-                raise DamagedLog(self.path, offset, compression)
+                what = f"a chunk is compressed by {chunk.compression!r}; convert it to zstd or lz4"
+                raise LogLimit(self.path, offset, what)
         except (zstandard.ZstdError, RuntimeError, ValueError, EOFError, MemoryError) as error:
             raise DamagedLog(self.path, offset, f"a chunk cannot be unpacked ({error})") from error
         if len(data) != size:
@@ -353,40 +632,17 @@ class McapReader:
             raise DamagedLog(self.path, offset, "a chunk does not have the CRC it was written with")
         return data
 
-    def _learn(self, offset: int, record: Schema | Channel) -> None:
-        if isinstance(record, Schema):
-            self._schemas[record.id] = record
-        elif record.schema_id in self._schemas:
-            if self._channels.get(record.id) != record:
-                self._channels[record.id] = record
-                self._topics.pop(record.id, None)
-            if len(self._channels) > MOST_TOPICS:
-                raise DamagedLog(self.path, offset, f"it has more than {MOST_TOPICS} topics, as no log has", True)
-        else:
-            raise DamagedLog(self.path, offset, f"the topic {record.topic!r} has no type")
 
-    def _message(self, offset: int, channel: int, log_time: int, publish_time: int, data: bytes) -> LoggedMessage:
-        topic = self._topics.get(channel)
-        if topic is None:
-            if channel not in self._channels or self._channels[channel].schema_id not in self._schemas:
-                raise DamagedLog(self.path, offset, f"a message belongs to the unknown channel {channel}")
-            topic = self._topics[channel] = self._topic(offset, self._channels[channel])
-        return LoggedMessage(topic, log_time, publish_time, data)
-
-    def _topic(self, offset: int, channel: Channel) -> StoredTopic:
-        schema = self._schemas[channel.schema_id]
-        try:
-            text = schema.data.decode()
-        except UnicodeDecodeError as error:
-            raise DamagedLog(self.path, offset, f"the definition of {schema.name!r} is not text") from error
-        return StoredTopic(channel.topic, schema.name, text, channel.message_encoding, dict(channel.metadata))
+def _schema_of(channel: bytes) -> int:
+    """The number of the schema of a channel."""
+    return _NUMBER.unpack_from(channel, 2)[0]
 
 
 def _lz4_unpacked(packed: bytes, size: int) -> bytearray:
     """What is packed, up to one byte more than `size`, in pieces: in one, lz4 takes twice the memory."""
     unpacker, data = lz4.frame.LZ4FrameDecompressor(), bytearray()
-    piece = unpacker.decompress(packed, max_length=LZ4_PIECE)
+    piece = unpacker.decompress(packed, max_length=_PIECE)
     while piece and len(data) <= size:
         data += piece
-        piece = b"" if unpacker.eof else unpacker.decompress(b"", max_length=LZ4_PIECE)
+        piece = b"" if unpacker.eof else unpacker.decompress(b"", max_length=_PIECE)
     return data

@@ -10,6 +10,7 @@ import errno
 import itertools
 import os
 import struct
+import tempfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -19,6 +20,8 @@ import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
+    Attachment,
+    AttachmentIndex,
     Channel,
     DataEnd,
     Footer,
@@ -31,11 +34,16 @@ from mcap.records import (
 
 from bearing_twin.errors import LogError
 from bearing_twin.log.bundles import FIELDS, MESSAGE, Bundle
-from bearing_twin.log.checksum import crc32
-from bearing_twin.log.index_file import IndexFile
+
+try:  # four to five times as fast as zlib, on which a log would wait
+    from zlib_ng.zlib_ng import crc32
+except ImportError:  # no package of Debian, so that a ROS installed from there lacks it
+    from zlib import crc32
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 512 * 1024
+RESERVE_BYTES = 256 * 1024  # of disk space, held back for the end of the log
+INDEX_PIECE = 1 << 20  # bytes of the index that are in memory at a time
 HELD_BYTES = 16 * 1024 * 1024  # of messages that may wait for room on the disk
 COMPRESSION, LESS_PACKED = b"zstd", b"lz4"
 COMPRESSION_LEVEL = -10  # an eighth of the time of the default level 3, for files 13 % larger
@@ -58,6 +66,52 @@ class FullDisk(LogError):
 def refused(sentence: str, error: BaseException) -> LogError:
     """The error for what the system refused, as `error` says: FullDisk where room was lacking."""
     return (FullDisk if getattr(error, "errno", None) in NO_ROOM else LogError)(sentence)
+
+
+class IndexFile:
+    """The index of a log while it is written, in a file without a name in its folder; it vanishes with this process.
+
+    In memory it would grow by tens of megabytes an hour. It also holds back room on the disk for the end of the log.
+
+
+    Raises OSError where the disk has no room for it.
+    """
+
+    def __init__(self, folder: Path):
+        self._file = tempfile.TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115
+        self._bytes = self._reserved = 0
+        self._in_memory: list[bytes] = []  # records for which the file had no room
+        self._reserve()
+
+    def keep(self, record: bytes) -> None:
+        """Adds one record."""
+        try:
+            if 2 * (self._bytes + len(record)) + RESERVE_BYTES // 2 > self._reserved:
+                self._reserve()
+            self._file.seek(self._bytes)
+            if self._file.write(record) != len(record):
+                raise OSError(errno.ENOSPC, "no room")
+            self._bytes += len(record)
+        except (OSError, ValueError):  # the next append to the log will tell; ValueError: it is closed
+            self._in_memory.append(record)
+
+    def release(self) -> None:
+        """Gives the disk space back that holds no record."""
+        self._file.truncate(self._bytes)
+
+    def pieces(self) -> Iterator[bytes]:
+        """All records in order, some at a time."""
+        for begin in range(0, self._bytes, INDEX_PIECE):
+            yield os.pread(self._file.fileno(), min(INDEX_PIECE, self._bytes - begin), begin)
+        yield b"".join(self._in_memory)
+
+    def close(self) -> None:
+        """Gives all disk space back; may be called twice."""
+        self._file.close()
+
+    def _reserve(self) -> None:
+        self._file.seek(self._reserved)
+        self._reserved += self._file.write(bytes(RESERVE_BYTES))
 
 
 class McapWriter:
@@ -89,11 +143,11 @@ class McapWriter:
         self._chunk_index: dict[int, list[int]] = {}
         self.dropped = 0
         self._waiting: list[Schema | Channel] = []  # described in the unfinished chunk
-        self._schemas: dict[tuple[str, bytes], int] = {}
+        self._schemas: dict[tuple[str, str, bytes], int] = {}
         self._channels = 0
         self._described: list[Schema | Channel] = []
         self._chunks = 0
-        self._metadata: list[MetadataIndex] = []
+        self._added: list[MetadataIndex | AttachmentIndex] = []
         self.counts: dict[int, int] = {}  # messages on disk for good, by channel
         self.first_ns: int | None = None
         self.last_ns = 0
@@ -106,19 +160,27 @@ class McapWriter:
             why = getattr(cause, "strerror", None) or cause
             raise refused(f"{path} cannot be written ({why}); give another place for the log", cause) from error
 
-    def register(self, topic: str, ros_type: str, definition: str, metadata: Mapping[str, str]) -> int:
-        """Describes a channel of CDR messages and returns its number."""
-        data = definition.encode()
-        schema_id = self._schemas.get((ros_type, data))
-        if schema_id is None:
-            schema_id = self._schemas[ros_type, data] = len(self._schemas) + 1
-            self._describe(Schema(id=schema_id, data=data, encoding="ros2msg", name=ros_type))
+    def register(
+        self,
+        topic: str,
+        ros_type: str,
+        definition: str,
+        metadata: Mapping[str, str],
+        encodings: tuple[str, str] = ("cdr", "ros2msg"),
+    ) -> int:
+        """Describes a channel and returns its number; `encodings` are those of messages and definition.
+
+        Without a type and an encoding of its definition it gets no schema.
+        """
+        data, schema_id = definition.encode(errors="surrogateescape"), 0
+        if ros_type or encodings[1]:
+            schema = ros_type, encodings[1], data
+            if (schema_id := self._schemas.get(schema, 0)) == 0:
+                schema_id = self._schemas[schema] = len(self._schemas) + 1
+                self._describe(Schema(id=schema_id, data=data, encoding=encodings[1], name=ros_type))
         self._channels += 1
-        self._describe(
-            Channel(
-                id=self._channels, topic=topic, message_encoding="cdr", metadata=dict(metadata), schema_id=schema_id
-            )
-        )
+        said = {"topic": topic, "message_encoding": encodings[0], "metadata": dict(metadata)}
+        self._describe(Channel(id=self._channels, schema_id=schema_id, **said))
         self.counts[self._channels] = 0
         return self._channels
 
@@ -176,14 +238,18 @@ class McapWriter:
             if end >= CHUNK_BYTES and self._failure is None:
                 self.end_chunk()
 
-    def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
-        """Adds a metadata record; it ends the chunk in progress."""
+    def add(self, record: Metadata | Attachment) -> None:
+        """Adds a metadata record or an attachment; it ends the chunk in progress."""
         self._check()
         self.end_chunk()
-        record = _record(Metadata(name, dict(values)))
-        index = MetadataIndex(self._end, len(record), name)
-        self._append(record)
-        self._metadata.append(index)
+        content, place = _record(record), self._end
+        self._append(content)
+        if isinstance(record, Metadata):
+            self._added.append(MetadataIndex(place, len(content), record.name))
+        else:
+            times = {"log_time": record.log_time, "create_time": record.create_time, "data_size": len(record.data)}
+            said = {"name": record.name, "media_type": record.media_type}
+            self._added.append(AttachmentIndex(offset=place, length=len(content), **times, **said))
 
     def end_chunk(self) -> None:
         """Appends the chunk in progress for good; descriptions without a message wait for the next."""
@@ -322,19 +388,20 @@ class McapWriter:
         data_end = _record(DataEnd(self._crc))
         start = self._end + len(data_end)
         channels = [record.id for record in self._described if isinstance(record, Channel)]
+        metadata = sum(isinstance(one, MetadataIndex) for one in self._added)
         statistics = Statistics(
-            attachment_count=0,
+            attachment_count=len(self._added) - metadata,
             channel_count=len(channels),
             channel_message_counts={channel: self.counts[channel] for channel in channels},
             chunk_count=self._chunks,
             message_count=sum(self.counts.values()),
             message_end_time=self.last_ns,
             message_start_time=self.first_ns or 0,
-            metadata_count=len(self._metadata),
+            metadata_count=metadata,
             schema_count=len(self._described) - len(channels),
         )
         schemas_first = sorted(self._described, key=lambda record: isinstance(record, Channel))
-        before, after = (b"".join(map(_record, records)) for records in ((*schemas_first, statistics), self._metadata))
+        before, after = (b"".join(map(_record, records)) for records in ((*schemas_first, statistics), self._added))
         yield data_end
         crc = 0
         for part in itertools.chain((before,), index, (after,)):

@@ -9,16 +9,14 @@ from pathlib import Path
 from textwrap import indent
 from typing import NamedTuple
 
+from mcap.records import Attachment, Metadata
+
 import bearing_twin
 from bearing_twin.errors import LogError
-from bearing_twin.kinds.ranges import OUTSIDE
-from bearing_twin.log.bag import LoggedTopic, Span, bag_information, qos_text
+from bearing_twin.log.bag import SUFFIX, LoggedTopic, Span, bag_information
 from bearing_twin.log.bundles import Bundle
 from bearing_twin.log.mcap_write import McapWriter
-from bearing_twin.log.thinning import KEPT_KEY
-from bearing_twin.spelling import echo
 
-SUFFIX = ".mcap"
 BAG_RECORD = "rosbag2"
 
 
@@ -74,7 +72,7 @@ class Parts:
         self._name, self._safety = name, safety
         self._number = 0
         self._topics: dict[int, _Described] = {}
-        self._metadata: dict[str, dict[str, str]] = {}
+        self._metadata: dict[str, Metadata] = {}
         self._repeated: set[int] = set()  # latched topics, of which each file has the last message; none without split
         self._latched: dict[int, tuple[int, bytes]] = {}
         self._done: list[Span] = []  # files that are complete and still there
@@ -147,10 +145,11 @@ class Parts:
         """Whether a message may begin a new file."""
         return self._splits
 
-    def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
-        """Adds a record of texts, which the following files repeat as it was last."""
-        self._metadata[name] = dict(values)
-        self._writer.add_metadata(name, values)
+    def add(self, record: Metadata | Attachment) -> None:
+        """Adds a metadata record, which the following files repeat as it was last, or an attachment."""
+        if isinstance(record, Metadata):
+            self._metadata[record.name] = record
+        self._writer.add(record)
 
     def flush(self) -> None:
         """Puts everything so far on disk for good."""
@@ -160,7 +159,7 @@ class Parts:
         """Ends the data of the last file with what rosbag2 wants to know of it."""
         self._writer.flush()
         information = bag_information(self._rows(self._writer.counts), [self._span(None)])
-        self._writer.add_metadata(BAG_RECORD, {"serialized_metadata": information})
+        self._writer.add(Metadata(BAG_RECORD, {"serialized_metadata": information}))
 
     def close(self) -> None:
         """Writes the index of the last file and closes it."""
@@ -182,12 +181,7 @@ class Parts:
 
     def _describe(self, described: _Described) -> int:
         row = described.row
-        metadata = {"offered_qos_profiles": qos_text(row.qos), "topic_type_hash": row.type_hash}
-        if row.kept:
-            metadata[KEPT_KEY] = f"{row.kept:g}"
-        if row.outside:
-            metadata[OUTSIDE] = row.outside
-        return self._writer.register(row.name, row.ros_type, described.definition, metadata)
+        return self._writer.register(row.name, row.ros_type, described.definition, row.metadata, row.encodings)
 
     def _due(self, log_time: int) -> bool:
         limit, seconds = self._safety.split_bytes, self._safety.split_seconds
@@ -215,8 +209,8 @@ class Parts:
             self._totals[number] += count
         self._dropped += self._writer.dropped
         self._number, self._began, self._writer = self._number + 1, log_time, following
-        for name, values in self._metadata.items():
-            self._writer.add_metadata(name, values)
+        for record in self._metadata.values():
+            self._writer.add(record)
         for described in self._topics.values():
             self._describe(described)
         for topic, (publish_time, data) in self._latched.items():
@@ -232,14 +226,6 @@ class Parts:
     def _span(self, name: str | None) -> Span:
         messages = sum(self._writer.counts.values())
         return Span(name or "", self._writer.first_ns, self._writer.last_ns, messages, self._writer.bytes)
-
-
-def path_of(given, what: str = "a log") -> Path:
-    """What somebody gave as a path; raises LogError for what is none."""
-    try:
-        return Path(given)
-    except TypeError:
-        raise LogError(f"{echo(given)} is no path of {what}; give one as text or as a pathlib.Path") from None
 
 
 def part_names(path: Path, safety: Safety) -> Callable[[int], Path]:

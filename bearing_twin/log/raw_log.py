@@ -1,4 +1,4 @@
-"""Logs of any ROS topics, without decoding: what recorder_node writes and replay_node reads.
+"""Logs of any ROS topics while they are written, without decoding the messages.
 
 A log is one `.mcap` file, or a rosbag2 folder when its path has no suffix `.mcap`: `<name>/<name>_0.mcap` beside a
 `metadata.yaml`, which is there from the start, so that a crash leaves a bag that other tools accept after recovery.
@@ -9,17 +9,18 @@ import platform
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import nullcontext, suppress
-from pathlib import Path, PurePath
+from pathlib import Path
 
-import yaml
+from mcap.records import Attachment, Metadata
 
 from bearing_twin.errors import LogError
-from bearing_twin.log.bag import LoggedTopic, Qos
+from bearing_twin.kinds.ranges import OUTSIDE
+from bearing_twin.log.bag import SUFFIX, LoggedTopic, Qos, offered_qos, path_of, qos_text
 from bearing_twin.log.bundles import Bundle
-from bearing_twin.log.mcap_read import LoggedMessage, McapReader
+from bearing_twin.log.mcap_read import StoredTopic
 from bearing_twin.log.mcap_write import refused
-from bearing_twin.log.parts import SUFFIX, Parts, Safety, Told, part_names, path_of
-from bearing_twin.log.thinning import Thinning
+from bearing_twin.log.parts import Parts, Safety, Told, part_names
+from bearing_twin.log.thinning import KEPT_KEY, Thinning
 from bearing_twin.paths import put_whole
 from bearing_twin.signals import Unbroken
 
@@ -29,7 +30,6 @@ ENDED_KEY = "samples_end"  # in it, once the recorder has ended: the number behi
 OUTPUTS_KEY = "outputs"  # in SCENE_RECORD, where a whole run is written: how many it has; others may end at any time
 RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs of one scene
 RETRY = 1.0  # s between tries while the disk is full
-_LARGEST_BAG_FILE = 10_000_000  # bytes of metadata.yaml
 
 
 class RawLogWriter(Told):
@@ -100,12 +100,24 @@ class RawLogWriter(Told):
         """
         seldom = "/records/" in name or any(one.durability == "transient_local" for one in qos)
         rate = (0.0 if seldom else self._safety.kept_rate) if kept is None else kept
+        metadata = {"offered_qos_profiles": qos_text(tuple(qos)), "topic_type_hash": type_hash}
+        metadata |= ({KEPT_KEY: f"{rate:g}"} if rate else {}) | ({OUTSIDE: outside} if outside else {})
+        thinned = Thinning(ros_type, rate) if rate and kept is None else None
+        return self._add(LoggedTopic(name, ros_type, type_hash, tuple(qos), metadata), definition, thinned)
+
+    def copy_topic(self, topic: StoredTopic) -> int:
+        """Describes a topic as it is stored in another log, of any encoding, and returns its number."""
+        said = topic.metadata
+        qos = (offered_qos(said.get("offered_qos_profiles", "")),)
+        encodings = topic.message_encoding, topic.schema_encoding
+        row = LoggedTopic(topic.name, topic.ros_type, said.get("topic_type_hash", ""), qos, said, encodings)
+        return self._add(row, topic.definition)
+
+    def _add(self, row: LoggedTopic, definition: str, thinned: Thinning | None = None) -> int:
         with self._unbroken, self._lock:
-            number = self._log.register(
-                LoggedTopic(name, ros_type, type_hash, tuple(qos), 0, rate, outside), definition
-            )
-            if rate and kept is None:
-                self._thinned[number] = Thinning(ros_type, rate)
+            number = self._log.register(row, definition)
+            if thinned:
+                self._thinned[number] = thinned
             self._stale = True
         return number
 
@@ -175,7 +187,12 @@ class RawLogWriter(Told):
     def add_metadata(self, name: str, values: Mapping[str, object]) -> None:
         """Adds a metadata record of texts."""
         with self._unbroken, self._lock, self._patience():
-            self._log.add_metadata(name, {key: str(value) for key, value in values.items()})
+            self._log.add(Metadata(name, {key: str(value) for key, value in values.items()}))
+
+    def add_attachment(self, attachment: Attachment) -> None:
+        """Adds an attachment, as it stands in another log."""
+        with self._unbroken, self._lock, self._patience():
+            self._log.add(attachment)
 
     def note_run(self, **values) -> None:
         """Adds texts to the record that holds date and host, which is written at the end."""
@@ -198,7 +215,7 @@ class RawLogWriter(Told):
             with suppress(LogError):  # what cannot be written now is tried once more with the index
                 self._log.finish()
                 if self._run is not None:
-                    self._log.add_metadata(RUN_RECORD, self._run)
+                    self._log.add(Metadata(RUN_RECORD, self._run))
         finally:
             try:
                 self._log.close()
@@ -251,49 +268,6 @@ def refuse_existing(path) -> None:
         raise LogError(f"{path} exists and is not overwritten; give another name or remove it first")
     if not path.parent.is_dir():
         raise LogError(f"the folder {path.parent} for the log does not exist; make it or give another place")
-
-
-def log_files(path) -> list[Path]:
-    """The MCAP files of a log, in order: the file itself, or those that a bag folder's metadata.yaml lists."""
-    path = path_of(path)
-    if not path.exists():
-        raise LogError(f"there is no log {path}; give the path of an .mcap file or of a bag folder")
-    if not path.is_dir():
-        return [path]
-    files = [path / name for name in _listed(path / "metadata.yaml")] or sorted(path.glob(f"*{SUFFIX}"))
-    missing = [file.name for file in files if not file.is_file()]
-    if not files or missing:
-        what = f"lacks its file {missing[0]}" if missing else "holds no .mcap file"
-        raise LogError(f"the bag folder {path} {what}; give a log written by bearing_twin or `ros2 bag record -s mcap`")
-    return files
-
-
-def raw_messages(path, start_ns: int = 0) -> Iterator[LoggedMessage]:
-    """Every message in file order, not decoded, from `start_ns` nanoseconds after the log's first one.
-
-    Yields (topic, log_time, publish_time, data) with topic (name, ros_type, ...); raises LogError, also part way.
-    """
-    threshold = None
-    for file in log_files(path):
-        with McapReader(file) as reader:
-            if start_ns > 0 and threshold is None:
-                statistics = reader.summary().statistics
-                threshold = start_ns + (statistics.message_start_time if statistics else 0)
-            for item in reader.content(from_ns=threshold):
-                if isinstance(item, LoggedMessage) and (threshold is None or item.log_time >= threshold):
-                    yield item
-
-
-def _listed(path: Path) -> list[str]:
-    try:
-        if path.stat().st_size > _LARGEST_BAG_FILE:
-            raise LogError(f"{path} is too large for a bag's description; remove it to read the .mcap files beside it")
-        information = yaml.safe_load(path.read_text(encoding="utf-8"))["rosbag2_bagfile_information"]
-        return [PurePath(name).name for name in information["relative_file_paths"]]
-    except FileNotFoundError:
-        return []
-    except (OSError, ValueError, TypeError, KeyError, RecursionError, yaml.YAMLError) as error:
-        raise LogError(f"{path} is not a bag's description; remove it to read the .mcap files beside it") from error
 
 
 def _now() -> str:

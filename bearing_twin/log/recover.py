@@ -1,21 +1,21 @@
 """What can be saved of a damaged log: a file cut short by a crash or a full disk, or one with altered bytes."""
 
-from collections.abc import Container, Iterator, Sequence
+from collections import Counter
+from collections.abc import Container, Iterator
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
-from mcap.records import Metadata
+from mcap.records import Attachment, Metadata
 
 from bearing_twin.errors import LogError
-from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import offered_qos
-from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, StoredTopic
+from bearing_twin.log.bag import LogReader, log_files, reader_of
+from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, LogLimit, McapReader
+from bearing_twin.log.mcap_write import MAGIC
 from bearing_twin.log.parts import BAG_RECORD
-from bearing_twin.log.raw_log import RawLogWriter, log_files
-from bearing_twin.log.thinning import kept_rate
+from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.spelling import harmless
 
 RECOVERY_RECORD = "bearing_twin_recovered"
@@ -41,34 +41,40 @@ def survey(path) -> Recovered:
 
 
 def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
-    """Writes everything that is whole in the log at `path` to a new log at `out`, with scene and metadata.
+    """Writes all that can be read of the log at `path` to a new log at `out`: messages of any encoding and metadata.
 
-    Raises LogError if `out` exists or nothing can be saved. A damaged chunk is left out whole.
+    Raises LogError if `out` exists or nothing can be saved. A damaged chunk is left out whole; what else is left out is
+    among the problems.
     """
-    files = log_files(path)
     problems: list[str] = []
     messages = samples = 0
-    numbers: dict[StoredTopic, int] = {}
+    numbers: dict[tuple, int] = {}
     kept: set[tuple] = set()
+    unknown: Counter[str] = Counter()
+    last = number = None
     with RawLogWriter(out, run_record=False) as log:
-        for item in _salvage(files, problems):
+        for item in _salvage(log_files(path), problems):
             if isinstance(item, Metadata):
                 record = (item.name, *sorted(item.metadata.items()))
                 if item.name != BAG_RECORD and record not in kept:
                     kept.add(record)
                     log.add_metadata(item.name, item.metadata)
-                continue
-            key = (item.topic.name, item.topic.ros_type, item.topic.definition)
-            if key not in numbers:
-                said = item.topic.metadata
-                numbers[key] = log.add_topic(
-                    item.topic.name, item.topic.ros_type, item.topic.definition,
-                    said.get("topic_type_hash", ""), (offered_qos(said.get("offered_qos_profiles", "")),),
-                    kept_rate(said), said.get(OUTSIDE, ""),
-                )  # fmt: skip
-            log.write(numbers[key], item.log_time, item.publish_time, item.data)
-            messages += 1
-            samples += _outputs(item)
+            elif isinstance(item, Attachment):
+                log.add_attachment(item)
+            elif not item.topic.described:
+                unknown[item.topic.name] += 1
+            else:
+                if item.topic is not last:
+                    last = item.topic
+                    number = numbers.get(last.identity)
+                    if number is None:
+                        number = numbers[last.identity] = log.copy_topic(last)
+                log.write(number, item.log_time, item.publish_time, item.data)
+                messages += 1
+                samples += _outputs(item)
+        problems += [
+            f"{count} messages of {name} are left out: no record describes it" for name, count in unknown.items()
+        ]
         if not messages:
             raise LogError(f"nothing in {path} can be recovered ({'; '.join(problems) or 'it holds no message'})")
         told = {"from": Path(path).name, "problems": "; ".join(problems) or "none"}
@@ -100,51 +106,45 @@ def advised(path) -> Iterator[None]:
         raise advice(path, error) from error
 
 
-def logged(path, topics: Container[str]) -> Iterator[tuple[str, bytes]]:
-    """(topic, bytes) of every message on these topics, in the order of the log; `advised`."""
+def logged(path, topics: Container[str], unfinished: bool = False) -> Iterator[tuple[str, bytes]]:
+    """(topic, bytes) of every message on these topics by log time, as LogReader reads them; `advised`."""
     with advised(path):
-        for file in log_files(path):
-            with McapReader(file) as reader:
-                for item in reader.content():
-                    if isinstance(item, LoggedMessage) and item.topic.name in topics:
-                        yield item.topic.name, item.data
+        for message in LogReader(path, unfinished).messages(topics):
+            yield message.topic.name, message.data
 
 
-def records_in(path) -> dict[str, dict[str, str]]:
-    """The last metadata record of each name in a log, by the index of its files; `advised`."""
-    found = {}
+def records_in(path, unfinished: bool = False) -> dict[str, dict[str, str]]:
+    """The last metadata record of each name in a log; `advised`."""
     with advised(path):
-        for file in log_files(path):
-            with McapReader(file) as reader:
-                found |= {record.name: record.metadata for record in reader.metadata(reader.summary())}
-    return found
+        return LogReader(path, unfinished).metadata
 
 
-def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage | Metadata]:
-    """All that can be read of the files; what cannot is told in `problems`."""
+def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage | Metadata | Attachment]:
+    """All that can be read of the files; `problems` get a sentence for each part that cannot."""
+
+    def note(error: DamagedLog | LogLimit, file: Path) -> None:
+        if (said := f"{file.name} at byte {error.offset}: {error.what}") not in problems:
+            problems.append(said)
+
     for file in files:
-        with McapReader(file) as reader:
-            chunk_starts: Sequence[int] = ()
-            try:
-                summary = reader.summary()
-                reader.learn(summary)
-                chunk_starts = sorted(summary.chunks)
-            except DamagedLog as error:
-                problems.append(f"{file.name} at byte {error.offset}: {error.what}")
-            begin: int | None = None
-            while True:
+        with reader_of(file) as reader:
+            if isinstance(reader, McapReader) and reader.ended:
                 try:
-                    yield from reader.content() if begin is None else reader.content(begin=begin)
+                    reader.contents()  # where the chunks begin
+                except (DamagedLog, LogLimit) as error:
+                    note(error, file)
+            begin: int | None = len(MAGIC)
+            while begin is not None:
+                try:
+                    yield from reader.content(None, begin, True)
                     break
-                except DamagedLog as error:
-                    problems.append(f"{file.name} at byte {error.offset}: {error.what}")
-                    if error.hopeless:
-                        break
-                    later = [start for start in chunk_starts if start > max(error.offset, begin or 0)]
-                    following = [reader.record_after(error.offset), *later[:1]]
-                    begin = min((one for one in following if one and one > error.offset), default=None)
-                    if begin is None:
-                        break
+                except (DamagedLog, LogLimit) as error:
+                    note(error, file)
+                    begin = reader.record_after(max(error.offset, begin))
+            try:
+                reader.require_end()
+            except DamagedLog as error:
+                note(error, file)
 
 
 def _outputs(message: LoggedMessage) -> int:

@@ -5,9 +5,8 @@ from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.extras import install
-from bearing_twin.log.mcap_read import McapReader
+from bearing_twin.log.bag import LogReader, log_files
 from bearing_twin.log.panels import Panels
-from bearing_twin.log.raw_log import log_files
 from bearing_twin.paths import write_whole
 
 APPLICATION = "bearing_twin"
@@ -71,11 +70,5 @@ def _blueprint(panels: Panels, span: float):
 
 def log_span(path) -> float:
     """The time [s] from the first to the last message of a log, by its index; raises LogError."""
-    starts, ends = [], []
-    for file in log_files(path):
-        with McapReader(file) as reader:
-            statistics = reader.summary().statistics
-        if statistics and statistics.message_count:
-            starts.append(statistics.message_start_time)
-            ends.append(statistics.message_end_time)
-    return 1e-9 * (max(ends) - min(starts)) if starts else 0.0
+    reader = LogReader(path)
+    return 1e-9 * (reader.last_ns - reader.first_ns)

@@ -1,6 +1,7 @@
 """Reading logs of runs: every sample bit for bit, the scene, the model, and the records between outputs."""
 
 import dataclasses
+import itertools
 import json
 import math
 from collections.abc import Iterator
@@ -11,19 +12,18 @@ import numpy as np
 
 from bearing_twin.errors import LogError, SceneError
 from bearing_twin.log import cdr
+from bearing_twin.log.bag import LogReader, path_of
 from bearing_twin.log.blocks import Restart, block_of, channels_of, check_block, refuse_misfits, sample_range
-from bearing_twin.log.mcap_read import McapReader
-from bearing_twin.log.parts import path_of
+from bearing_twin.log.mcap_read import LoggedMessage
 from bearing_twin.log.raw_log import (
     ENDED_KEY,
     OUTPUTS_KEY,
     RECORDING_RECORD,
     RUN_RECORD,
     SCENE_RECORD,
-    log_files,
 )
 from bearing_twin.log.records import choice_in, count_in, known_choice, report_in
-from bearing_twin.log.recover import advised, logged
+from bearing_twin.log.recover import advised
 from bearing_twin.log.thinning import kept_rate
 from bearing_twin.report import CutShort, parsed_json
 from bearing_twin.run.dataset import dataset_of
@@ -56,21 +56,17 @@ class LogStream:
     def __init__(self, path, allow_gaps: bool, topic: str | None, last_run: bool = False):
         self.path: Path = path_of(path)
         self.missing, self.runs, self._reached = 0, 1, 0
-        self.metadata: dict[str, dict[str, str]] = {}
         self._allow_gaps = allow_gaps
         found, texts, kept = set(), set(), {}
         with advised(path):
-            for file in log_files(path):
-                with McapReader(file) as reader:
-                    summary = reader.summary()
-                    self.metadata.update((record.name, record.metadata) for record in reader.metadata(summary))
-                    for channel in summary.channels.values():
-                        name = summary.schemas[channel.schema_id].name if channel.schema_id in summary.schemas else ""
-                        if name == cdr.SAMPLE_BLOCK:
-                            found.add(channel.topic)
-                            kept[channel.topic] = kept_rate(channel.metadata)
-                        elif name == cdr.STRING:
-                            texts.add(channel.topic)
+            self._reader = LogReader(path, unfinished=allow_gaps)
+        self.metadata: dict[str, dict[str, str]] = self._reader.metadata
+        for stored in self._reader.topics:
+            if stored.ros_type == cdr.SAMPLE_BLOCK and not stored.foreign:
+                found.add(stored.name)
+                kept[stored.name] = kept_rate(stored.metadata)
+            elif stored.ros_type == cdr.STRING:
+                texts.add(stored.name)
         self.topic = _chosen(path, {name for name in found if "/records/" not in name}, topic)
         self.kept_rate: float = kept[self.topic]
         self._namespace = self.topic.rpartition("/")[0]
@@ -78,7 +74,8 @@ class LogStream:
         self.report: dict | None = report_in(self.metadata.get(RUN_RECORD, {}))
         self.restart: Restart | None = None
         self.end, self._skipped = 0, 0
-        if last_run and self.report is None:  # else one run, which told of itself when it was over
+        self._by_time: bool | None = None  # which order is that of the outputs; None: not known yet
+        if last_run and self.report is None:  # else one run, which reported on itself when it was over
             self.end = self._told_end(len(found - self._tables))
             if not self.end:
                 self.restart, self._skipped, self.end = self._last_run()
@@ -93,7 +90,7 @@ class LogStream:
         self.choice = known_choice(choice_in(described), self.scene)
         if self.scene is not None:
             self.choice = self.choice._replace(outside=self.scene.outside)
-        first = next(self._sample_blocks(), None)
+        first = next(self._sample_blocks() if self._skipped else self._blocks_in_file(), None)
         self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first)
         refuse_misfits(self.path, self.scene, self.channels)
         self.frame: str = "" if first is None else first.header.frame_id
@@ -115,6 +112,16 @@ class LogStream:
         said = {key: count_in(told.get(key)) for key in ("messages_lost", "messages_dropped", "messages_unreadable")}
         counts = {key: count for key, count in said.items() if count is not None}
         return counts | ({"uncounted": told["uncounted"]} if told.get("uncounted") else {})
+
+    @property
+    def foreign(self) -> dict[str, int]:
+        """Messages that are passed over because no ROS 2 program can read them, by channel: see `LogReader`."""
+        return self._reader.foreign
+
+    @property
+    def notes(self) -> list[str]:
+        """What is not read of the log, a sentence each: files without an end, and messages that are passed over."""
+        return self._reader.notes
 
     @property
     def cut_short(self) -> CutShort | None:
@@ -194,8 +201,8 @@ class LogStream:
         """
         found: dict[str, str] = {}
         try:
-            for _, data in logged(self.path, {f"{self._namespace}/scene"}):
-                said = parsed_json(cdr.deserialise(cdr.STRING, data).data)
+            for message in self._reader.messages({f"{self._namespace}/scene"}):
+                said = parsed_json(cdr.deserialise(cdr.STRING, message.data).data)
                 found = {key: one if isinstance(one, str) else json.dumps(one) for key, one in said.items()}
                 if not self.restart:
                     break
@@ -237,13 +244,43 @@ class LogStream:
         """
         restart, skipped, before, expected = None, 0, 0, 0
         mixed = self.topic in self.metadata.get(RECORDING_RECORD, {}).get("mixed", "").split()
-        for read, (name, data) in enumerate(logged(self.path, {self.topic, *self._tables}), start=1):
-            if name == self.topic:
-                first, count = sample_range(data)
+        for read, (first, count) in enumerate(self._ranges(), start=1):
+            if count:
                 if first < expected:
                     restart, skipped = Restart(first, expected - 1, restart.runs + 1 if restart else 2, mixed), before
                 before, expected = read, first + count
         return restart, skipped, expected
+
+    def _ranges(self) -> list[tuple[int, int]]:
+        """First output and count of each message of samples in the order of the outputs; counts of records are 0.
+
+        That is the order of time, but for a recording by the clock of a simulation that began again: its runs lie over
+        each other in time, and follow each other in the file.
+        """
+        times, ranges = [], []
+        with advised(self.path):
+            for message in self._reader.in_file_order({self.topic, *self._tables}):
+                times.append(message.log_time)
+                samples = message.topic.name == self.topic and message.topic.ros_type == cdr.SAMPLE_BLOCK
+                ranges.append(sample_range(message.data) if samples else (0, 0))
+        order = sorted(range(len(times)), key=times.__getitem__)
+        by_time = [ranges[place] for place in order]
+        self._by_time = _breaks(by_time) < _breaks(ranges)
+        return by_time if self._by_time else ranges
+
+    def _messages(self, names: set[str]) -> Iterator[LoggedMessage]:
+        """Messages of these topics in the order of the outputs."""
+        if self._by_time is None:
+            self._ranges()
+        with advised(self.path):
+            yield from self._reader.messages(names) if self._by_time else self._reader.in_file_order(names)
+
+    def _blocks_in_file(self):
+        """The SampleBlock messages of the samples in the order of the file, checked."""
+        with advised(self.path):
+            for message in self._reader.in_file_order({self.topic}):
+                if message.topic.ros_type == cdr.SAMPLE_BLOCK:
+                    yield self._checked(message.data)
 
     def _sample_blocks(self):
         """The SampleBlock messages of the samples, checked."""
@@ -251,11 +288,21 @@ class LogStream:
 
     def _messages_of(self, names: set[str]):
         """(topic, SampleBlock) of these topics, checked."""
-        for place, (name, data) in enumerate(logged(self.path, {self.topic, *self._tables})):
-            if place >= self._skipped and name in names:
-                message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-                check_block(self.path, message)
-                yield name, message
+        for place, (topic, _, _, data) in enumerate(self._messages({self.topic, *self._tables})):
+            if place >= self._skipped and topic.name in names and topic.ros_type == cdr.SAMPLE_BLOCK:
+                yield topic.name, self._checked(data)
+
+    def _checked(self, data: bytes):
+        """A SampleBlock that does not contradict itself."""
+        message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+        check_block(self.path, message)
+        return message
+
+
+def _breaks(ranges: list[tuple[int, int]]) -> int:
+    """How many SampleBlocks do not follow that before them."""
+    found = [(first, count) for first, count in ranges if count]
+    return sum(first + count != after for (first, count), (after, _) in itertools.pairwise(found))
 
 
 def _chosen(path, found: set[str], topic: str | None) -> str:

@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos, offered_qos
-from bearing_twin.log.mcap_read import LoggedMessage, McapReader, StoredTopic
-from bearing_twin.log.raw_log import log_files, raw_messages
+from bearing_twin.log.bag import LogReader, Qos, offered_qos, raw_messages
+from bearing_twin.log.mcap_read import LoggedMessage, StoredTopic
 from bearing_twin.log.recover import advised
 from bearing_twin.nodes.pacing import PacedStream, Pacer, Timed
 
@@ -70,7 +69,6 @@ class Retelling:
 
 BATCH = 200  # messages read ahead
 SHORTEST_ROUND_NS = 1_000_000  # of a log that is played again and again: a shorter one would flood who listens
-PUT_BACK_NS = 1_000_000_000  # between two messages: more than their order in a file can be
 
 
 class ReplayTopic(NamedTuple):
@@ -104,18 +102,20 @@ class ReplayLoop:
         namespace: str = "",
         frame_prefix: str = "",
     ):
+        with advised(path):
+            notes = LogReader(path, unfinished=True).notes
         logged = logged_topics(path)
         self._played = {name: topic for name, topic in logged.items() if not topic.changed}
         self._retelling = Retelling(self._played, namespace, frame_prefix)
         self.topics = {self._retelling.topic(name): topic for name, topic in self._played.items()}
-        self.left_out = [
+        self.left_out = notes + [
             f"{name} is not played: {topic.ros_type} has other fields now than when it was logged; play it with the "
             "bearing_twin that wrote it"
             for name, topic in logged.items()
             if topic.changed
         ]
         if not self.topics:
-            raise LogError(self.left_out[0])
+            raise LogError(self.left_out[-1])
         self.left_out += [
             f"messages of type {', '.join(sorted(topic.others))} on {name} are not played, for others there are of "
             f"type {topic.ros_type}"
@@ -144,18 +144,15 @@ class ReplayLoop:
 
     def _read(self) -> Iterator[Timed]:
         before = latest_messages(self._path, self._start_ns, self._latched) if self._start_ns else []
-        ahead = last = 0  # a log whose clock was put back goes on at the pace at which it was made
-        for topic, log_time, _, data in raw_messages(self._path, self._start_ns):
+        for topic, log_time, _, data in raw_messages(self._path, self._start_ns, unfinished=True):
             for latched in before:
                 yield from self._told(latched.topic, log_time, latched.data)
             before = ()
-            ahead += max(0, last - log_time) if last - log_time > PUT_BACK_NS else 0
-            last = log_time
-            yield from self._told(topic, log_time + ahead, data)
+            yield from self._told(topic, log_time, data)
 
     def _told(self, topic: StoredTopic, time_ns: int, data: bytes) -> Iterator[Timed]:
         """A message as it goes out, if it does."""
-        if topic.name in self._played and topic.ros_type == self._played[topic.name].ros_type:
+        if not topic.foreign and topic.name in self._played and topic.ros_type == self._played[topic.name].ros_type:
             told = self._retelling.data(topic.name, topic.ros_type, data)
             yield Timed(time_ns, self._retelling.topic(topic.name), told)
 
@@ -183,23 +180,20 @@ class ReplayLoop:
 def logged_topics(path) -> dict[str, ReplayTopic]:
     """Every CDR topic of a log, by name; raises LogError."""
     topics: dict[str, ReplayTopic] = {}
-    for file in log_files(path):
-        with advised(path), McapReader(file) as reader:
-            summary = reader.summary()
-        for channel in summary.channels.values():
-            if channel.message_encoding == "cdr" and channel.schema_id in summary.schemas:
-                ros_type, said = summary.schemas[channel.schema_id].name, channel.metadata
-                logged_hash = said.get("topic_type_hash", "")
-                changed = (
-                    cdr.is_known(ros_type) and logged_hash.startswith("RIHS") and logged_hash != cdr.type_hash(ros_type)
-                )
-                known = topics.get(channel.topic)
-                if known is not None and known.ros_type != ros_type:
-                    topics[channel.topic] = known._replace(others=known.others | {ros_type})
-                    continue
-                others = known.others if known is not None else frozenset()
-                qos = offered_qos(said.get("offered_qos_profiles", ""))
-                topics[channel.topic] = ReplayTopic(ros_type, qos, changed, others)
+    with advised(path):
+        stored = LogReader(path, unfinished=True).topics
+    for one in stored:
+        if one.foreign:
+            continue
+        ros_type, said = one.ros_type, one.metadata
+        logged_hash = said.get("topic_type_hash", "")
+        changed = cdr.is_known(ros_type) and logged_hash.startswith("RIHS") and logged_hash != cdr.type_hash(ros_type)
+        known = topics.get(one.name)
+        if known is not None and known.ros_type != ros_type:
+            topics[one.name] = known._replace(others=known.others | {ros_type})
+            continue
+        others = known.others if known is not None else frozenset()
+        topics[one.name] = ReplayTopic(ros_type, offered_qos(said.get("offered_qos_profiles", "")), changed, others)
     if not topics:
         raise LogError(f"{path} holds no ROS topics: give a log written by bearing_twin or `ros2 bag record -s mcap`")
     return topics
@@ -207,12 +201,6 @@ def logged_topics(path) -> dict[str, ReplayTopic]:
 
 def latest_messages(path, start_ns: int, topics: Container[str]) -> list[LoggedMessage]:
     """The last message of each of these topics before `start_ns` nanoseconds after the log's first; raises LogError."""
-    found, threshold = {}, None
-    for file in log_files(path):
-        with McapReader(file) as reader:
-            summary = reader.summary()
-            if threshold is None:
-                statistics = summary.statistics
-                threshold = start_ns + (statistics.message_start_time if statistics else 0)
-            found |= {one.topic.name: one for one in reader.latest(summary, topics, threshold)}
-    return list(found.values())
+    reader = LogReader(path, unfinished=True)
+    found = {one.topic.name: one for one in reader.messages(topics, until_ns=reader.first_ns + start_ns)}
+    return sorted(found.values(), key=lambda one: one.log_time)

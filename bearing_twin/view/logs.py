@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 from bearing_twin.errors import LogError
+from bearing_twin.log.bag import LogReader
 from bearing_twin.log.mcap_log import read_log, recover
-from bearing_twin.log.mcap_read import DamagedLog, McapReader
-from bearing_twin.log.raw_log import log_files
+from bearing_twin.log.mcap_read import DamagedLog
 from bearing_twin.log.stream import topics
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
 from bearing_twin.view.run_page import document_of_run
@@ -51,6 +51,7 @@ def _document(path, notes: tuple[str, ...], topic: str | None, original: Path | 
         *notes,
         *([f"Left out, because no kind of scene has such topics: {', '.join(left_out)}."] if left_out else []),
     )
+    notes = (*notes, *(f"{note[:1].upper()}{note[1:]}." for note in stream.notes))
     if stream.restart:
         notes = (*notes, f"{stream.restart.told()}.".capitalize())
     if stream.kept_rate:
@@ -65,13 +66,7 @@ def _left_out(path, stream) -> list[str]:
     known = (
         {topic.full_name.rpartition("/")[2] for topic in topics(stream.scene)} if stream.scene else {"samples", "scene"}
     )
-    found = {}
-    for file in log_files(path):
-        with McapReader(file) as reader:
-            summary = reader.summary()
-            for channel in summary.channels.values():
-                schema = summary.schemas.get(channel.schema_id)
-                found[channel.topic] = schema.name if schema else "of unknown type"
+    found = {topic.name: topic.ros_type or "of unknown type" for topic in LogReader(path, unfinished=True).topics}
     return sorted(
         f"{name} ({ros_type})"
         for name, ros_type in found.items()

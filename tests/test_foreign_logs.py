@@ -1,0 +1,432 @@
+"""What MCAP and rosbag2 allow and other programs write: it is read or passed over and counted, never called damaged.
+
+What means ill is refused in a sentence, in less than a second and 300 MB. Each row of the tables is one file.
+"""
+
+import contextlib
+import io
+import json
+import random
+import sqlite3
+import struct
+import sys
+import zlib
+
+import numpy as np
+import pytest
+from made_up_run import bits, made_up_block, made_up_run, made_up_scene
+from mcap.data_stream import RecordBuilder
+from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Message, Schema
+from mcap.stream_reader import StreamReader
+from mcap.writer import CompressionType, IndexType, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
+from rosbags.rosbag2 import Writer as BagWriter
+from torture_rows import in_a_process
+
+from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
+from bearing_twin.errors import LogError
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import raw_messages
+from bearing_twin.log.mcap_log import read_log, recover, write_log
+
+SCENE = made_up_scene(balls=1)
+BLOCK = made_up_block(SCENE, 400)
+RAW = [("raw", 10_000_000 * k, bytes([k, 255, 0])) for k in range(7)]  # on channels of other programs
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory):
+    """The messages of a log of ours, (topic, type, log time, bytes) each."""
+    path = tmp_path_factory.mktemp("source") / "run.mcap"
+    write_log(made_up_run(SCENE, [BLOCK]), path, run_record=False)
+    return [(one.topic.name, one.topic.ros_type, one.log_time, one.data) for one in raw_messages(path)]
+
+
+def by_mcap(path, messages, raw=None, more=lambda writer: None, **options):
+    """The messages by the library of the format's authors, then some on a channel that `raw(writer)` registers."""
+    with path.open("wb") as file:
+        writer, channels = Writer(file, **options), {}
+        writer.start("ros2", "another program")
+        if raw is not None:
+            channels["raw"] = raw(writer)
+        for name, ros_type, time_ns, data in messages:
+            if name not in channels:
+                schema = writer.register_schema(ros_type, "ros2msg", cdr.schema_text(ros_type).encode())
+                channels[name] = writer.register_channel(name, "cdr", schema)
+            writer.add_message(channels[name], time_ns, data, time_ns)
+        for name, time_ns, data in RAW if raw is not None else ():
+            writer.add_message(channels[name], time_ns, data, time_ns)
+        more(writer)
+        writer.finish()
+
+
+def channel(schema=None, topic="/other", encoding="json"):
+    """Registers a channel of another program: without a schema, or with one (name, encoding, bytes)."""
+    return lambda writer: writer.register_channel(topic, encoding, writer.register_schema(*schema) if schema else 0)
+
+
+def many_channels(writer):
+    for k in range(5000):
+        writer.register_channel(f"/many/{k}", "cdr", 0)
+    return channel()(writer)
+
+
+def attached(size):
+    return lambda writer: writer.add_attachment(0, 0, "camera.bin", "application/octet-stream", bytes(size))
+
+
+def shuffled(messages):
+    found = list(messages)
+    random.Random(1).shuffle(found)
+    return found
+
+
+def by_topic(messages):
+    """All of one topic, then all of the next."""
+    return sorted(messages, key=lambda one: one[0])
+
+
+def rewritten(path, change=lambda record: record, behind=b""):
+    """The file again, record by record, in which `change` may replace or leave out records, without index and CRCs."""
+    records = RecordBuilder()
+    for record in StreamReader(io.BytesIO(path.read_bytes()), emit_chunks=True).records:
+        if isinstance(record, DataEnd):
+            break
+        if (record := change(record)) is not None:
+            record.write(records)
+    records.write(behind)
+    DataEnd(0).write(records)
+    Footer(0, 0, 0).write(records)
+    magic = path.read_bytes()[:8]
+    path.write_bytes(magic + records.end() + magic)
+
+
+def unknown_record(path, messages):
+    by_mcap(path, messages)
+    rewritten(path, behind=struct.pack("<BQ", 0x90, 5) + b"other")
+
+
+def mixed(path, messages):
+    """Half of the messages in chunks, half of them outside."""
+    half = len(messages) // 2
+    by_mcap(path, messages[:half])
+    numbers, loose = {}, RecordBuilder()
+    for record in StreamReader(io.BytesIO(path.read_bytes())).records:
+        if isinstance(record, Channel):
+            numbers[record.topic] = record.id
+    for name, _, time_ns, data in messages[half:]:
+        Message(numbers[name], time_ns, data, time_ns, 0).write(loose)
+    rewritten(path, behind=loose.end())
+
+
+def growing(path, messages):
+    """As it is while it is written: the last chunk half, no end."""
+    by_mcap(path, messages, chunk_size=20_000)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size * 3 // 4])
+
+
+def appended(path, messages):
+    by_mcap(path, messages)
+    with path.open("ab") as file:
+        file.write(bytes(3000))
+
+
+def plain(messages, **options):
+    return lambda path, source: by_mcap(path, messages(source), **options)
+
+
+same = list
+BINARY = ("a/b", "protobuf", b"\xff\xfe\x00")  # a schema
+LEGAL = {  # how the file is made, messages that are passed over, a word of the warning
+    "a channel without a schema": (plain(same, raw=channel()), 7, "/other"),
+    "a schema of JSON": (plain(same, raw=channel(("a", "jsonschema", b"{}"))), 7, "/other"),
+    "a schema that is no text": (plain(same, raw=channel(BINARY, encoding="protobuf")), 7, "/other"),
+    "CDR without a schema": (plain(same, raw=channel(encoding="cdr")), 7, "no schema"),
+    "an encoding without a name": (plain(same, raw=channel(encoding="")), 7, "/other"),
+    "a foreign channel on our topic": (plain(same, raw=channel(topic="/bearing/samples")), 7, "/bearing/samples"),
+    "5000 channels": (plain(same, raw=many_channels), 7, "/other"),
+    "no chunks": (plain(same, use_chunking=False), 0, ""),
+    "no chunks and a schemaless channel": (plain(same, raw=channel(), use_chunking=False), 7, "/other"),
+    "no statistics": (plain(same, use_statistics=False), 0, ""),
+    "no channels in the summary": (plain(same, repeat_channels=False, repeat_schemas=False), 0, ""),
+    "no index": (plain(same, index_types=IndexType.NONE), 0, ""),
+    "no index of chunks": (plain(same, index_types=IndexType.MESSAGE, raw=channel()), 7, "/other"),
+    "no summary at all": (
+        plain(same, use_statistics=False, use_summary_offsets=False, repeat_channels=False, repeat_schemas=False,
+              index_types=IndexType.NONE), 0, "",
+    ),
+    "no checksums": (plain(same, enable_crcs=False), 0, ""),
+    "all checksums": (plain(same, enable_data_crcs=True), 0, ""),
+    "lz4": (plain(same, compression=CompressionType.LZ4), 0, ""),
+    "uncompressed": (plain(same, compression=CompressionType.NONE), 0, ""),
+    "a chunk a message": (plain(same, chunk_size=1), 0, ""),
+    "an attachment of 80 MB": (plain(same, more=attached(80_000_000)), 0, ""),
+    "an attachment under a checksum": (plain(same, more=attached(3_000_000), enable_data_crcs=True), 0, ""),
+    "a record of another program": (unknown_record, 0, ""),
+    "messages in chunks and outside": (mixed, 0, ""),
+    "backwards": (plain(lambda messages: messages[::-1]), 0, ""),
+    "backwards in small chunks": (plain(lambda messages: messages[::-1], chunk_size=5000), 0, ""),
+    "shuffled": (plain(shuffled, chunk_size=20_000), 0, ""),
+    "shuffled without chunks": (plain(shuffled, use_chunking=False), 0, ""),
+    "chunks that overlap in time": (plain(by_topic, chunk_size=20_000, raw=channel()), 7, "/other"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", LEGAL)
+def test_what_the_format_allows_is_read_by_time_and_what_is_foreign_counted(what, source, tmp_path, capsys):
+    make, foreign, word = LEGAL[what]
+    path, saved = tmp_path / "run.mcap", tmp_path / "saved.mcap"
+    make(path, source)
+    assert bits(read_log(path)) == bits(BLOCK)
+    assert main(["report", str(path), "--json", "--strict"]) in (DONE, DOUBTFUL)
+    out, err = capsys.readouterr()
+    assert json.loads(out).get("messages_foreign", 0) == foreign
+    assert (f"{foreign} messages are passed over" in err) == (foreign > 0)
+    assert word in err
+    found = list(raw_messages(path))
+    assert [one.log_time for one in found] == sorted(one.log_time for one in found)
+    recovered = recover(path, saved)
+    assert (recovered.messages, recovered.samples) == (len(source) + foreign, 400)
+    assert len(recovered.problems) == (what == "an attachment of 80 MB")  # larger than what is read
+    assert main(["report", str(saved), "--json"]) == DONE
+    assert json.loads(capsys.readouterr().out).get("messages_foreign", 0) == foreign
+
+
+def test_what_is_foreign_is_recovered_as_it_is(source, tmp_path):
+    """Also what surrounds the messages: encodings, schemas that are no text, metadata, attachments."""
+    raw = channel(BINARY, encoding="protobuf")
+    path, saved = tmp_path / "run.mcap", tmp_path / "saved.mcap"
+    by_mcap(path, source, raw, lambda writer: (attached(100)(writer), writer.add_metadata("theirs", {"key": "value"})))
+
+    def told(file):
+        kept = {}
+        for record in StreamReader(io.BytesIO(file.read_bytes()), validate_crcs=True).records:
+            kept.setdefault(type(record).__name__, []).append(record)
+        schemas = {one.id: (one.name, one.encoding, one.data) for one in kept["Schema"]}
+        channels = {(one.topic, one.message_encoding, schemas[one.schema_id]) for one in kept["Channel"]}
+        numbers = {one.id: one.topic for one in kept["Channel"]}
+        messages = [(numbers[one.channel_id], one.log_time, one.data) for one in kept["Message"]]
+        attachments = [(one.name, one.media_type, one.data) for one in kept["Attachment"]]
+        return channels, messages, attachments, [one for one in kept["Metadata"] if one.name == "theirs"]
+
+    path.write_bytes(path.read_bytes()[:-100])
+    recover(path, saved)
+    by_mcap(path, source, raw, lambda writer: (attached(100)(writer), writer.add_metadata("theirs", {"key": "value"})))
+    assert told(saved) == told(path)
+
+
+def test_a_file_that_is_written_is_read_to_its_last_whole_chunk(source, tmp_path, capsys):
+    path = tmp_path / "run.mcap"
+    growing(path, source)
+    assert main(["report", str(path), "--json", "--strict"]) == DOUBTFUL
+    out, err = capsys.readouterr()
+    assert 50 <= json.loads(out)["samples"] < 400
+    assert "has no end" in err
+    with pytest.raises(LogError, match="bearing_twin recover"):
+        read_log(path)
+    log = read_log(path, allow_gaps=True)
+    assert bits(log) == bits(BLOCK)[: json.loads(out)["samples"]]
+
+
+def test_what_another_program_put_behind_the_end_costs_nothing(source, tmp_path):
+    appended(tmp_path / "run.mcap", source)
+    assert bits(read_log(tmp_path / "run.mcap")) == bits(BLOCK)
+
+
+def bag(path, messages, storage=StoragePlugin.SQLITE3, mode=None):
+    writer = BagWriter(path, version=9, storage_plugin=storage)
+    if mode is not None:
+        writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer:
+        connections = {}
+        for name, ros_type, time_ns, data in messages:
+            if name not in connections:
+                given = {"msgdef": cdr.schema_text(ros_type), "rihs01": cdr.type_hash(ros_type)}
+                connections[name] = writer.add_connection(name, ros_type, typestore=cdr._typestore(), **given)
+            writer.write(connections[name], time_ns, data)
+
+
+def without_description(path, messages):
+    bag(path, messages)
+    (path / "metadata.yaml").unlink()
+
+
+def one_file(path, messages):
+    bag(path, messages)
+    [file] = path.glob("*.db3")
+    held = file.read_bytes()
+    (path / "metadata.yaml").unlink()
+    file.unlink()
+    path.rmdir()
+    path.with_suffix(".db3").write_bytes(held)
+
+
+BAGS = {
+    "sqlite3": (bag, "run"),
+    "sqlite3, shuffled": (lambda path, messages: bag(path, shuffled(messages)), "run"),
+    "sqlite3 without metadata.yaml": (without_description, "run"),
+    "a file of sqlite3": (one_file, "run.db3"),
+    "MCAP": (lambda path, messages: bag(path, messages, StoragePlugin.MCAP), "run"),
+}
+
+
+@pytest.mark.parametrize("what", BAGS)
+def test_bags_are_read_reported_on_and_recovered(what, source, tmp_path, capsys):
+    make, name = BAGS[what]
+    make(tmp_path / "run", source)
+    path = tmp_path / name
+    assert bits(read_log(path)) == bits(BLOCK)
+    assert main(["report", str(path), "--json"]) == DONE
+    assert json.loads(capsys.readouterr().out)["samples"] == 400
+    assert recover(path, tmp_path / "saved.mcap").messages == len(source)
+    assert bits(read_log(tmp_path / "saved.mcap")) == bits(BLOCK)
+
+
+def test_a_compressed_bag_is_named_with_the_command_that_converts_it(source, tmp_path):
+    for mode in (CompressionMode.FILE, CompressionMode.MESSAGE):
+        path, fresh = tmp_path / mode.name, tmp_path / f"new_{mode.name}"
+        bag(path, source, mode=mode)
+        with pytest.raises(LogError, match="compressed by zstd") as error:
+            read_log(path)
+        command = str(error.value).partition("`")[2].partition("`")[0].replace("NEW_BAG", str(fresh)).split()
+        assert command[0] == "rosbags-convert"
+        assert in_a_process(lambda words=command: convert(words)).well
+        assert bits(read_log(fresh)) == bits(BLOCK)
+
+
+def convert(words):
+    from rosbags.convert.__main__ import main as converted
+
+    sys.argv = words
+    with contextlib.suppress(SystemExit):
+        converted()
+
+
+def of_chunk(content, **changes):
+    """A file of one chunk that has this content, with header, index and end as far as a reader needs them."""
+    said = {"compression": "", "data": content, "message_end_time": 0, "message_start_time": 0}
+    chunk = Chunk(**said | {"uncompressed_crc": zlib.crc32(content), "uncompressed_size": len(content)} | changes)
+    return of_records(chunk)
+
+
+def of_records(*records):
+    builder, magic = RecordBuilder(), b"\x89MCAP0\r\n"
+    for record in (Header("ros2", ""), *records, DataEnd(0), Footer(0, 0, 0)):
+        record.write(builder)
+    return magic + builder.end() + magic
+
+
+def inside(*records):
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return builder.end()
+
+
+SCHEMA, CLOCK = Schema(1, b"", "ros2msg", "a/msg/B"), Channel(1, "/a", "cdr", {}, 1)
+HEAD = struct.Struct("<BQ")
+ALL_CHANNELS = [Channel(k, f"/{k}", "cdr", {}, 1) for k in range(65_536)]
+HOSTILE = {  # the bytes of a file, what is said of it
+    "a message shorter than its head": (of_chunk(inside(SCHEMA, CLOCK) + HEAD.pack(5, 3) + b"abc"), "damaged"),
+    "a record longer than its chunk": (of_chunk(HEAD.pack(0x80, 1 << 40)), "damaged"),
+    "a chunk that ends within a record": (of_chunk(b"\x05\x00"), "damaged"),
+    "a chunk of another size than it says": (of_chunk(b"", uncompressed_size=7), "damaged"),
+    "a chunk with another checksum": (of_chunk(inside(SCHEMA), uncompressed_crc=7), "damaged"),
+    "a chunk of no known compression": (of_chunk(b"", compression="brotli"), "beyond a limit"),
+    "zstd that is none": (of_chunk(b"nothing", compression="zstd"), "damaged"),
+    "lz4 that is none": (of_chunk(b"nothing", compression="lz4"), "damaged"),
+    "a chunk that says 2^60 bytes": (of_chunk(b"", uncompressed_size=1 << 60), "beyond a limit"),
+    "a chunk of 70 MB": (of_chunk(bytes(70 << 20)), "beyond a limit"),
+    "a record of 2^63 bytes": (of_records()[:-50] + HEAD.pack(6, 1 << 63), "damaged"),
+    "400 000 empty records": (of_chunk(HEAD.pack(0x80, 0) * 400_000, compression="lz4"), "damaged"),
+    "an index before the start": (of_records()[:-28] + struct.pack("<QQI", 3, 0, 0) + b"\x89MCAP0\r\n", "damaged"),
+    "an index behind the end": (of_records()[:-28] + struct.pack("<QQI", 1 << 62, 0, 0) + b"\x89MCAP0\r\n", "damaged"),
+    "zeros": (b"\x89MCAP0\r\n" + bytes(10_000_000), "its end is missing"),
+    "a footer in the middle": (of_records(Footer(0, 0, 0), SCHEMA), "damaged"),
+    "a message of a channel that nothing describes": (of_records(Message(9, 0, b"", 0, 0)), "holds no topic"),
+    "all channels there can be": (of_records(SCHEMA, *ALL_CHANNELS), "holds no topic"),
+    "a name that is no text": (of_chunk(HEAD.pack(4, 12) + b"\1\0\0\0\4\0\0\0" + b"\xff" * 4), "holds no topic"),
+    "a database": (b"SQLite format 3\0" + bytes(100), "is not an MCAP file"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", HOSTILE)
+def test_what_means_ill_is_refused_for_what_it_is_and_soon(what, tmp_path, capsys):
+    content, said = HOSTILE[what]
+    path = tmp_path / "x.mcap"
+    path.write_bytes(content)
+
+    def work():
+        for words in (["report", str(path)], ["recover", str(path), str(tmp_path / "out.mcap")]):
+            assert main(words) == BAD_INPUT
+
+    cost = in_a_process(work)
+    assert cost.well
+    assert cost.seconds < 2.0  # both commands
+    assert cost.memory < 190e6  # 300 MB with the program itself
+    with pytest.raises(LogError) as error:
+        read_log(path)
+    assert said in str(error.value)
+
+
+def hostile_bag(path, statements):
+    path.mkdir()
+    with sqlite3.connect(path / "run.db3") as database:
+        database.executescript(statements)
+    database.close()
+
+
+SCHEMA_OF_BAGS = """
+CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT, offered_qos_profiles TEXT);
+INSERT INTO topics VALUES(1, '/bearing/samples', 'bearing_twin_msgs/msg/SampleBlock', 'cdr', '');
+"""
+ENDLESS = "WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) SELECT x"
+HOSTILE_BAGS = {
+    "no tables": "",
+    "a view without end": SCHEMA_OF_BAGS
+        + f"CREATE VIEW messages(id, topic_id, timestamp, data) AS {ENDLESS}, 1, 1, x FROM n;",
+    "data that are made on reading": SCHEMA_OF_BAGS + """
+        CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER,
+                              data BLOB GENERATED ALWAYS AS (zeroblob(900000000)) VIRTUAL);
+        INSERT INTO messages(topic_id, timestamp) VALUES(1, 1);""",
+    "times that are words": SCHEMA_OF_BAGS + """
+        CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp, data);
+        INSERT INTO messages VALUES(1, 1, 'noon', 'x');""",
+    "times before the start": SCHEMA_OF_BAGS + """
+        CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp, data);
+        INSERT INTO messages VALUES(1, 1, -5, x'00010000');""",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", HOSTILE_BAGS)
+def test_a_database_that_means_ill_is_refused_soon(what, tmp_path, capsys):
+    hostile_bag(tmp_path / "bag", HOSTILE_BAGS[what])
+
+    def work():
+        assert main(["report", str(tmp_path / "bag")]) == BAD_INPUT
+
+    cost = in_a_process(work)
+    assert cost.well
+    assert cost.seconds < 1.0
+    assert cost.memory < 190e6
+
+
+def test_descriptions_of_bags_are_anybodys(tmp_path, capsys):
+    """Nothing is read outside the folder, nothing takes long, and what cannot be read is said."""
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    lines = "rosbag2_bagfile_information:\n  "
+    for text in (
+        "", "[]", "{", lines + "relative_file_paths: 7", lines + "relative_file_paths: [../../etc/passwd]",
+        lines + "{storage_identifier: tape, relative_file_paths: [a]}", "a: &a [*a]", "x" * 3_000_000,
+        lines + "{compression_mode: file, relative_file_paths: [a]}", lines + "relative_file_paths: [[1]]",
+    ):  # fmt: skip
+        (folder / "metadata.yaml").write_text(text)
+        with pytest.raises(LogError):
+            read_log(folder)
+
+
+def test_sums_of_the_made_up_log_are_those_of_its_block(source):
+    """What all rows above compare with is not empty."""
+    assert len(source) > 100
+    assert np.isfinite(BLOCK.matrix()).any()
