@@ -10,7 +10,7 @@ from ring_systems import AXIAL_PRELOAD, FREE, disturbed
 
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, SPIN, TANGENTIAL_VELOCITY
-from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, support_of
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import solver_of, support_of
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.permission import only_below

@@ -12,7 +12,7 @@ from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing import choices, rechoice
 from bearing_twin.kinds.bearing.choices import CHOICE, GREATEST_JUMP, Switch, Switches, switches_of
 from bearing_twin.kinds.bearing.models import choose
-from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
+from bearing_twin.kinds.bearing.quasi_static.equilibrium_motion import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rechoice import _going_on, scene_now
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.watched import WatchedMotion

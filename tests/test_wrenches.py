@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, MOTION, ORBIT_ANGLE, VELOCITY
 from bearing_twin.kinds.bearing.loads import contacts, origins, wrenches
-from bearing_twin.kinds.bearing.quasi_static.statics import setting_of
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import setting_of
 from bearing_twin.kinds.contract import Output
 from bearing_twin.kinds.topics import CONTACTS, TRANSFORMS, WRENCH
 from bearing_twin.log import cdr

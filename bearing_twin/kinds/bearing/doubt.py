@@ -21,10 +21,10 @@ from bearing_twin.kinds.bearing.law_error import half_space_error, law_error, sp
 from bearing_twin.kinds.bearing.left_out import left_out, of_torque, unknown_drilling
 from bearing_twin.kinds.bearing.load_error import by_load
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
-from bearing_twin.kinds.bearing.quasi_static.worth import LOADS_OF, SceneWorth, Worth, worths_of_run
+from bearing_twin.kinds.bearing.quasi_static.model_error import LOADS_OF, SceneWorth, Worth, worths_of_run
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
 from bearing_twin.kinds.bearing.spot_errors import rule_error
-from bearing_twin.kinds.bearing.still import EQUILIBRIA, friction_of_equilibria
+from bearing_twin.kinds.bearing.still import EQUILIBRIA
 from bearing_twin.kinds.bearing.summing import STRETCH, turning
 from bearing_twin.kinds.bearing.tilt_error import Tilted, added
 from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
@@ -94,14 +94,12 @@ class BearingDoubt:
         """The errors of these figures so far."""
         law = law_error(self.parameters, self.choice.law, *self.curvatures, self.load)
         law, found, still = None if law is None else np.abs(law), {}, self._still
-        balls = self.parameters.geometry.balls
-        more = still.by_friction(balls) if still else {}
         width = np.array([half_space_error(self.parameters, figures[f"semi_major_{side}_m"]) for side in SIDES]).T
         for source, errors in (
             (METHOD, self._method(figures)),
             (LAW, {} if law is None else self._by_load(figures, law, LAW)),
-            (LEFT_OUT, added(self._by_load(figures, width, LEFT_OUT), self._tilting(figures), more)),
-            (FRICTION_MODEL, still.by_axes(balls) if still else self._friction(figures)),
+            (LEFT_OUT, added(self._by_load(figures, width, LEFT_OUT), self._tilting(figures))),
+            (FRICTION_MODEL, {} if still else self._friction(figures)),
         ):
             for key, error in errors.items():
                 found.setdefault(key, {})[source] = error
@@ -112,7 +110,7 @@ class BearingDoubt:
             mends[FRICTION_MODEL] = self._smaller_steps
         elif not FRICTIONS[self.parameters.contact.friction].over_spot and spots_built(self.parameters):
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
-        spent = dearest(self.worst.rows["steps"], balls)
+        spent = dearest(self.worst.rows["steps"], self.parameters.geometry.balls)
         horizon, wanted = self.growth.horizon, self.parameters.wanted.tolerance * float(self.load.max())
         # What is left for the ring is a difference of loads, which err by as much as is wanted.
         spared = {"ring_force_n": wanted, "ring_moment_nm": 0.5 * self.parameters.geometry.pitch_diameter * wanted}
@@ -254,8 +252,7 @@ class BearingDoubt:
             return (loads,)
         norm = "over mu N of a contact, or mu N R of a ball"
         if still:
-            known = friction_of_equilibria(self.parameters, self.choice.law)
-            return loads, Promise("friction", norm, known, wanted.tolerance, "", self._smaller_steps)
+            return loads, Promise("friction", norm, None, wanted.tolerance, "", self._smaller_steps)
         error = may = None
         if self._known:
             error, may = (max(self._seen("friction", spread=one), LEAST_TOLD) for one in (None, spread))

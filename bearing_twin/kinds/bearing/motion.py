@@ -8,7 +8,6 @@ from operator import attrgetter
 import numpy as np
 
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing.axes_at_start import settle_axes
 from bearing_twin.kinds.bearing.companion.deviations import Part, drive_later
 from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
 from bearing_twin.kinds.bearing.forces.equations import RingDrive, time_apart
@@ -71,7 +70,6 @@ class BearingMotion:
         else:
             start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
             start, self._start_border = caged_start(start, partners, parameters.drive.speed)
-        settle_axes(parameters, choice.law, partners, start, self._start_border)
         self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
         scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
         light = light_approach(self.bearing, start) if self.bearing.pockets else 0.0

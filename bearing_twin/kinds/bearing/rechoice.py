@@ -27,7 +27,7 @@ from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.moving import moving_by
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.partners import caged_start
-from bearing_twin.kinds.bearing.quasi_static.running import QuasiStaticMotion
+from bearing_twin.kinds.bearing.quasi_static.equilibrium_motion import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import FREE, free_coordinates
 from bearing_twin.kinds.bearing.start import SAME, least_drilling, let_roll
 from bearing_twin.kinds.bearing.watched import WatchedMotion
