@@ -91,7 +91,6 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
     "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),
     "kinds/bearing/forces/layout.py": ("JACOBIAN_END", "where the rows of the Jacobian end, for tests of it alone"),
     "kinds/bearing/forces/rates.py": ("lane_rates", "the rates alone, which tests hold a step's first stage to"),
-    "kinds/bearing/quasi_static/statics.py": ("ARMS", "the words of --arm, which the command cannot import so early"),
     "run/doubt.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
     "shapes/implicit.py": ("SURFACES", "all surfaces, for tests of their derivatives"),
     "log/cdr.py": ("JOINT_STATE", "one of the names of types; kinds name theirs in topics.py"),

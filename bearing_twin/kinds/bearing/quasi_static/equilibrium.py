@@ -50,8 +50,6 @@ ENOUGH = 1e-10  # of the loads: as above, where no step improves any more
 ROUNDING = 4e-15  # of the opening: what the place of a ball is known to
 SOFT = 1e-9  # of the greatest stiffness: what is softer counts as not held
 FOUND, NOTHING_CARRIES, TOO_MUCH = range(3)
-ARMS = ("groove", "pitch")
-"""Arm of a tilt: to the inner groove's centre, the true geometry; or to the pitch circle, as commercial programs do."""
 LONGEST = 0.2  # of the ball diameter: no coordinate of the ring goes further
 STAGES = 12  # a load that is not found at once is approached in so many parts
 COARSE, HALVINGS, UNFOUND = 8.0, 14, 4  # for the greatest load: steps down, halvings, as how many a slow one counts
@@ -450,7 +448,11 @@ def ring_in_balance(setting, azimuths, q, free, wanted, place, weight, longest, 
 
 
 def setting_of(parameters, law: str, speed: float, arm: str = "groove") -> Setting:
-    """The numbers of the equilibrium for a scene, `shared` where `model.control` is left to the criterion."""
+    """The numbers of the equilibrium for a scene, `shared` where `model.control` is left to the criterion.
+
+    `arm` of a tilt: "groove", to the inner groove's centre, the true geometry; or "pitch", to the pitch circle, as
+    commercial programs have it.
+    """
     bearing = bearing_of(rubbing_by(parameters, POINT), law)  # equilibria hold no friction
     lever, reach = bearing.inner.groove_radius, bearing.inner.locus_radius
     if arm == "pitch":
