@@ -19,7 +19,7 @@ _HOMES = {
     "read_study": "bearing_twin.log.study_log",
     "write_study": "bearing_twin.log.study_log",
     "read_log": "bearing_twin.log.run_log",
-    "write_log": "bearing_twin.log.mcap_log",
+    "write_log": "bearing_twin.log.run_log",
     "export_log": "bearing_twin.log.export",
     "recover": "bearing_twin.log.recover",
     "BearingTwinError": "bearing_twin.errors",

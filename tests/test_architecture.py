@@ -94,7 +94,7 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
     "run/doubt.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
     "shapes/implicit.py": ("SURFACES", "all surfaces, for tests of their derivatives"),
     "log/cdr.py": ("JOINT_STATE", "one of the names of types; kinds name theirs in topics.py"),
-    "log/mcap_log.py": ("content_digest", "how anyone compares two logs; tests hold the promise of equal ones to it"),
+    "log/run_log.py": ("content_digest", "how anyone compares two logs; tests hold the promise of equal ones to it"),
 }
 
 SOURCES = sorted(PACKAGE.rglob("*.py"))

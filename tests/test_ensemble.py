@@ -23,7 +23,7 @@ from starts import STEM
 import bearing_twin.uq.realise
 from bearing_twin.errors import BearingTwinError, LogError, StatisticError, StudyError
 from bearing_twin.log import cdr
-from bearing_twin.log.mcap_log import content_digest, raw_messages
+from bearing_twin.log.run_log import content_digest, raw_messages
 from bearing_twin.log.study_log import REALISATIONS_TOPIC, SAMPLES_TOPIC, read_study, write_study
 from bearing_twin.numerics.steppers import ROSENBROCK
 from bearing_twin.uq.ensemble import Ensemble
@@ -677,7 +677,7 @@ def test_a_study_without_samples_comes_back_from_its_log(tmp_path):
 
 
 def test_a_log_of_something_else_is_no_study(tmp_path):
-    from bearing_twin.log.mcap_log import write_log
+    from bearing_twin.log.run_log import write_log
     from bearing_twin.run.passes import simulate
 
     path = tmp_path / "run.mcap"

@@ -16,7 +16,7 @@ from bearing_twin.kinds.bearing.figure_rows import missing
 from bearing_twin.kinds.bearing.figures import BearingFigures
 from bearing_twin.kinds.impact.figures import GAINED
 from bearing_twin.kinds.soft_discs.figures import IMPACT
-from bearing_twin.log.mcap_log import write_log
+from bearing_twin.log.run_log import write_log
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene

@@ -17,7 +17,7 @@ from mcap.writer import Writer
 from bearing_twin.command import study_command
 from bearing_twin.command.cli import main
 from bearing_twin.log import cdr
-from bearing_twin.log.mcap_log import write_log
+from bearing_twin.log.run_log import write_log
 from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene

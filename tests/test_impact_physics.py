@@ -31,7 +31,7 @@ from bearing_twin.kinds.impact.figures import CONTACT
 from bearing_twin.kinds.impact.models import JOHNSON_ERROR, LARGE
 from bearing_twin.kinds.impact.spheres import solve as solve_spheres
 from bearing_twin.kinds.impact.spring import NO_LINE, Spring
-from bearing_twin.log.mcap_log import read_log, write_log
+from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.run.verification import verify

@@ -12,7 +12,7 @@ from ros import executable, heard, plain_node, ros_executor, spin_until
 
 from bearing_twin.command.node_command import NODES
 from bearing_twin.log import cdr
-from bearing_twin.log.mcap_log import read_log
+from bearing_twin.log.run_log import read_log
 from bearing_twin.nodes import entry
 from bearing_twin.nodes.node_parameters import checked, files_of_others
 

@@ -41,8 +41,8 @@ from ros import (
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.topics import POSE, WRENCH
-from bearing_twin.log.blocks import sample_range
-from bearing_twin.log.mcap_log import content_digest, read_log, write_log
+from bearing_twin.log.run_log import content_digest, read_log, write_log
+from bearing_twin.log.sample_block import sample_range
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recorder_node import RecorderNode

@@ -10,8 +10,8 @@ from made_up_run import a_choice, bits, counted_encodings, cut, made_up_block, m
 
 from bearing_twin.errors import BearingTwinError, IntegrationError, LogError
 from bearing_twin.kinds.contract import ONCE, PUBLISH
-from bearing_twin.log.blocks import sample_range
-from bearing_twin.log.mcap_log import LogWriter, raw_messages, read_log
+from bearing_twin.log.run_log import LogWriter, raw_messages, read_log
+from bearing_twin.log.sample_block import sample_range
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.pacing import FASTEST
 from bearing_twin.nodes.simulation_loop import GREATEST_SPEED, LONGEST_STEP, RunLogs, SimulationLoop, log_path

@@ -14,7 +14,7 @@ from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.ranges import FASTEST_CHANGE, RANGES
 from bearing_twin.log.cdr import deserialise
-from bearing_twin.log.mcap_log import raw_messages, recover, write_log
+from bearing_twin.log.run_log import raw_messages, recover, write_log
 from bearing_twin.nodes.studies import Goal, StudyLimits, study_of
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate

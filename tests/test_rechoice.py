@@ -17,7 +17,7 @@ from bearing_twin.kinds.bearing.rechoice import _going_on, scene_now
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.watched import WatchedMotion
 from bearing_twin.log import cdr
-from bearing_twin.log.mcap_log import LogWriter, choice_record, raw_messages, read_log
+from bearing_twin.log.run_log import LogWriter, choice_record, raw_messages, read_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.simulation_loop import SimulationLoop
 from bearing_twin.report import Rechosen

@@ -17,8 +17,7 @@ from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, mai
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
-from bearing_twin.log.blocks import Gathered
-from bearing_twin.log.samples import samples_message
+from bearing_twin.log.sample_block import Gathered, samples_message
 from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.sample import Channel
 from bearing_twin.uq import ensemble, picture

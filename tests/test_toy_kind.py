@@ -9,7 +9,7 @@ import toy_kind
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.kinds import KINDS
-from bearing_twin.log.mcap_log import read_log
+from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import topics
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene

@@ -17,7 +17,7 @@ from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.views import View, plain_view
-from bearing_twin.log.mcap_log import LogWriter, write_log
+from bearing_twin.log.run_log import LogWriter, write_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.report import json_text
 from bearing_twin.run.passes import simulate

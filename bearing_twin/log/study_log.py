@@ -18,13 +18,10 @@ import numpy as np
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.blocks import Gathered, check_block
-from bearing_twin.log.encoder import Encoder
-from bearing_twin.log.encoding import encoded
-from bearing_twin.log.parts import Safety
-from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter
+from bearing_twin.log.encoding import Encoder, encoded
+from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
 from bearing_twin.log.recover import logged, records_in
-from bearing_twin.log.samples import samples_message
+from bearing_twin.log.sample_block import Gathered, check_block, samples_message
 from bearing_twin.log.stream import LARGEST_BLOCK
 from bearing_twin.report import parsed_json
 from bearing_twin.sample import Channel

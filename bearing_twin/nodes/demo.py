@@ -27,9 +27,9 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.cdr import DIAGNOSTICS
-from bearing_twin.log.mcap_log import read_log
+from bearing_twin.log.run_log import read_log
+from bearing_twin.log.sample_block import sample_range
 from bearing_twin.log.stream import topics
 from bearing_twin.nodes.entry import NodeProcess, node_command, started
 from bearing_twin.nodes.messages import interface, qos_profile, rclpy

@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.log.parts import Safety
-from bearing_twin.log.thinning import KEPT_RATE
+from bearing_twin.log.raw_log import KEPT_RATE, Safety
 from bearing_twin.parameters import unknown
 from bearing_twin.spelling import ROS_ARGS, echo, harmless
 from bearing_twin.units import in_si, labelled, with_unit
