@@ -13,7 +13,7 @@ from bearing_twin.kinds.bearing.quasi_static.equilibrium import Support
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.study import load_study
 
 PRELOADED = ("gravity=[0,0,0]", "model.dimension=free", "rings.inner.free=all", "rings.inner.load=[0,0,14.223]")
 

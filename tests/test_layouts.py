@@ -29,7 +29,7 @@ from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.shelf import SCENES
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.study import load_study
 
 SHIPPED = [name for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")]
 SCENE = load_scene("bearing_6203")

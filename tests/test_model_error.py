@@ -10,12 +10,12 @@ from bearing_twin import load_study, run_study
 from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.kinds.doubt import LAW, METHOD
 from bearing_twin.log.study_log import read_study, write_study
-from bearing_twin.uq.ensemble import Ensemble
-from bearing_twin.uq.model_error import SPREAD, _doubted, _gathered, _large, chosen, model_errors, spread, told_of_model
-from bearing_twin.uq.propagation import task_of
-from bearing_twin.uq.quantities import errors_of, quantities_of
-from bearing_twin.uq.realise import RealisationWorth, empty, only_what_is_wanted
-from bearing_twin.uq.study_file import parse_study
+from bearing_twin.uq.inputs import quantities_of
+from bearing_twin.uq.realisations import RealisationWorth, empty, errors_of, only_what_is_wanted, task_of
+from bearing_twin.uq.run import SPREAD, _doubted, _gathered, _large, chosen, model_errors, spread
+from bearing_twin.uq.study import parse_study
+from bearing_twin.uq.summary import told_of_model
+from bearing_twin.uq.workers import Ensemble
 from bearing_twin.view.study_page import document_of_study
 
 pytestmark = pytest.mark.usefixtures("quick_workers")

@@ -25,7 +25,7 @@ from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.run.verification import verify
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study_file import parse_study
+from bearing_twin.uq.study import parse_study
 
 NO_GRAVITY = "gravity=[0,0,0]"
 QUASI_STATIC = "model.dimension=quasi_static"

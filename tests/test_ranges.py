@@ -20,7 +20,7 @@ from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study_file import load_study, study_names
+from bearing_twin.uq.study import load_study, study_names
 
 ON = "solver.allow_invalid=on"
 CLOSE = "geometry.inner_conformity=0.501"

@@ -14,7 +14,7 @@ from bearing_twin.log.stream import topics
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study_file import parse_study
+from bearing_twin.uq.study import parse_study
 
 SCENE = "kind: toy\nstart: 0.02\nbody: {mass: 2.0, stiffness: 800.0, damping: 4.0}\n"
 DECAY = 1.0  # 1/s: half the damping over the mass

@@ -24,7 +24,7 @@ from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.sample import Block, Channel
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.study import load_study
 from bearing_twin.view import film, frames
 from bearing_twin.view.frames import Frames
 from bearing_twin.view.logs import document_of_log

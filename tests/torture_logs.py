@@ -31,7 +31,7 @@ from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.uq.study_file import parse_study
+from bearing_twin.uq.study import parse_study
 
 MAX_LOSS, ALLOWED = 0.1, 0.15  # s: of the log, and with 50 ms for the flush itself
 RATES = (1.0, 20.0, 500.0, 5000.0)  # messages a second

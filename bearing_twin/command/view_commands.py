@@ -131,7 +131,7 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
 def _of_study(arguments) -> tuple[dict[str, Any], str]:
     from bearing_twin.command.terminal import progress
     from bearing_twin.uq.run import run_study
-    from bearing_twin.uq.study_file import load_study
+    from bearing_twin.uq.study import load_study
     from bearing_twin.view.study_page import document_of_study
 
     if arguments.duration is not None:

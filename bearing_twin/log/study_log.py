@@ -26,11 +26,10 @@ from bearing_twin.log.stream import LARGEST_BLOCK
 from bearing_twin.report import parsed_json
 from bearing_twin.sample import Channel
 from bearing_twin.spelling import shortened
+from bearing_twin.uq.inputs import numeric_keys
 from bearing_twin.uq.result import StudyResult, quantity_units
-from bearing_twin.uq.scene_keys import numeric_keys
-from bearing_twin.uq.study import Study
-from bearing_twin.uq.study_file import parse_study
-from bearing_twin.uq.summary_shape import check_summary
+from bearing_twin.uq.study import Study, parse_study
+from bearing_twin.uq.summary import check_summary
 
 NAMESPACE = "/bearing"
 SAMPLES_TOPIC, SUMMARY_TOPIC = f"{NAMESPACE}/study/samples", f"{NAMESPACE}/study/summary"

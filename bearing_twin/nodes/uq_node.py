@@ -23,7 +23,7 @@ from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, SERVICE, 
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NodeParameter
 from bearing_twin.nodes.pacing import Worker
 from bearing_twin.nodes.studies import CANCELLED, SUCCEEDED, Goal, GoalAnswer, Request, Studies, StudyLimits
-from bearing_twin.uq.drawing import Progress
+from bearing_twin.uq.run import Progress
 
 PARAMETERS = (
     NodeParameter("log_folder", "studies", "where every study is logged with all its samples (MCAP); empty = nowhere"),

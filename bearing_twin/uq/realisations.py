@@ -1,22 +1,88 @@
-"""Values of the inputs in, quantities and histories out: one row a realisation, the same numbers in any process."""
+"""What a study may ask of a kind of scene: the rows of the kinds' own tables, by name, and their errors."""
 
 import contextlib
 import dataclasses
 import functools
 import json
 import re
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.errors import BearingTwinError, StatisticError, StudyError
 from bearing_twin.kinds import KINDS, kind_of
+from bearing_twin.kinds.contract import Quantity
+from bearing_twin.parameters import describe
 from bearing_twin.run.doubt import FAILED
+from bearing_twin.run.fidelity import choose, refuse_outside
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.uq.quantities import errors_of, quantities_of
-from bearing_twin.uq.scene_keys import Reader, replaced
+from bearing_twin.uq.inputs import Reader, numeric_keys, placed, put, quantities_of, replaced
+from bearing_twin.uq.propagation import COARSE, SCORES, Derived, derive, is_heavy, refuse_missing_moment, tails
+from bearing_twin.uq.statistics import MOMENTS
+from bearing_twin.uq.study import Study
+
+
+def has_closed_form(kind: str, parameters, names, histories=(), varied=()) -> bool:
+    """Whether closed forms give all these quantities and histories of a scene, the `varied` keys being uncertain."""
+    form, known = KINDS[kind].closed_form(), quantities_of(kind)
+    return (
+        form is not None
+        and form.describes(parameters)
+        and not set(form.without) & set(varied)
+        and all(known[name].closed for name in names)
+        and all(channel in form.histories for channel in histories)
+    )
+
+
+def errors_of(quantity: Quantity, figures: Mapping[str, Any], by_source: Mapping[str, Mapping]) -> dict[str, float]:
+    """Errors of a quantity by source, from those of the figures it is read off; empty where none of them has any.
+
+    `by_source` maps figures to {source: error}. Of each source all figures are moved by their errors, away from zero
+    and towards it: the greater change counts.
+    """
+    read = _Read(figures)
+    value = quantity.figure(read)
+    found: dict[str, float] = {}
+    for source in dict.fromkeys(one for key in read.keys_read for one in by_source.get(key, ())):
+        ends = (
+            quantity.figure({key: _moved(one, by_source.get(key, {}).get(source), way) for key, one in figures.items()})
+            for way in (1.0, -1.0)
+        )
+        found[source] = max(abs(end - value) for end in ends)
+    return found
+
+
+class _Read(Mapping):
+    """Figures that remember which of them were asked for."""
+
+    def __init__(self, figures: Mapping[str, Any]):
+        self._figures, self.keys_read = figures, {}
+
+    def __getitem__(self, key):
+        self.keys_read[key] = None
+        return self._figures[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._figures)
+
+    def __len__(self) -> int:
+        return len(self._figures)
+
+
+def _moved(value, error, way: float):
+    """A figure, or a list of numbers, moved by its error: away from zero for a positive way."""
+    if error is None or value is None:
+        return value
+    if isinstance(value, (list, tuple)):
+        errors = error if isinstance(error, (list, tuple)) else [error] * len(value)
+        return [_moved(one, off, way) for one, off in zip(value, errors, strict=True)]
+    return value + (way if value >= 0.0 else -way) * error
+
+
+# Values of the inputs in, quantities and histories out: one row a realisation, the same numbers in any process.
 
 NEVER_MEET = "the bodies never meet"
 _NUMBER = re.compile(r"(?<![\w.^])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
@@ -235,3 +301,122 @@ def _outputs(run, task) -> np.ndarray:
     if not task.histories:
         return np.empty((0, 0))
     return np.array([np.concatenate(column)[: task.points] for column in zip(*parts, strict=True)])
+
+
+# How the uncertainty of a study's inputs gets to a quantity: as a function of them, exactly, or at chosen points.
+
+
+def task_of(study: Study) -> Task:
+    """What a worker must know of a study."""
+    settings, histories = study.settings, study.histories
+    at_medians = study.scene_at(median_inputs(study))
+    refuse_outside(at_medians)
+    medians = at_medians.parameters
+    duration = (settings.history_duration or medians.run.duration) if histories else 0.0
+    varied = {key for keys in study.targets for key in keys}
+    closed = has_closed_form(study.kind, medians, study.quantities, histories, varied)
+    task = Task(
+        study.scene,
+        study.targets,
+        study.quantities,
+        histories,
+        settings.history_points,
+        duration,
+        closed,
+        KINDS[study.kind].home,
+    )
+    return task if closed else _with_one_stepper(task, median_inputs(study))
+
+
+def _with_one_stepper(task: Task, medians) -> Task:
+    """The task with the stepper that suits its median inputs: one for all, so that no quantity jumps between two."""
+    if task.scene.get("solver", {}).get("stepper") != "auto":  # chosen, or of a kind that leaves no choice
+        return task
+    scene = parse_scene(placed(only_what_is_wanted(task), task.targets, medians), "at the medians")
+    choice = choose(scene)
+    words = {row.key: row.options for row in describe(type(scene.parameters))}["solver.stepper"]
+    if choice.stepper not in words:  # a model that integrates nothing, chosen by other keys
+        return task
+    return task._replace(scene=put(task.scene, "solver.stepper", choice.stepper))
+
+
+def uncertain_inputs(study: Study) -> list[int]:
+    """The places of the inputs that take more than one value."""
+    return [index for index, one in enumerate(study.inputs) if one.low < one.high]
+
+
+def exact_distributions(study: Study, task: Task, method: str) -> dict[str, Derived]:
+    """The quantities that a change of variable of a closed form gives.
+
+    Raises StudyError where it was asked for and does not fit; without a closed form see `interpolation`.
+    """
+    random = uncertain_inputs(study)
+    if method not in ("auto", "change_of_variable"):
+        return {}
+    if method == "change_of_variable" and len(random) != 1:
+        raise StudyError(
+            f"study {study.name}: a change of variable needs one uncertain input, not {len(random)}; choose the method "
+            "ensemble, or chaos for up to 4 of them"
+        )
+    if len(random) != 1 or not task.closed:
+        return {}
+    exact = {}
+    for name in study.quantities:
+        try:
+            exact[name] = derive(study.inputs[random[0]], along(study, random[0], _function(task, name)))
+        except StudyError:
+            if method == "change_of_variable":
+                raise
+    return exact
+
+
+def _function(task: Task, name: str):
+    """A quantity by its closed form, as a function of the inputs (n, d) -> (n,)."""
+    alone = task._replace(quantities=(name,), histories=())
+    return lambda values: realise(alone, np.asarray(values, float)).quantities[:, 0]
+
+
+def along(study: Study, index: int, function):
+    """A function of all inputs (n, d) -> (n,) as one of input number `index` (n,), the others at their medians."""
+    middle = np.array(median_inputs(study))
+
+    def one(at):
+        values = np.repeat(middle[None], len(at), axis=0)
+        values[:, index] = at
+        return function(values)
+
+    return one
+
+
+def missing_moments(study: Study, task: Task, name: str, runs: Callable | None = None) -> dict[str, str]:
+    """The moments of a quantity that do not exist, with the reason.
+
+    The tails are followed along each input with the others at their medians: by the closed form, or, of inputs that
+    may lack a moment, by a few of the `runs`, a function of the inputs (n, d) -> (n,). Inputs that only together reach
+    an infinity are not found.
+    """
+    missing, function = {}, _function(task, name) if task.closed else runs
+    for place, source in enumerate(study.inputs):
+        if not (source.has_density if task.closed else is_heavy(source)):
+            continue
+        found = tails(source, along(study, place, function), SCORES if task.closed else COARSE, strict=False)
+        for statistic in [one for one in MOMENTS if one not in missing]:
+            try:
+                refuse_missing_moment(source, found, statistic)
+            except StatisticError as error:
+                missing[statistic] = str(error)
+    return missing
+
+
+def median_inputs(study: Study) -> list[float]:
+    """The medians of the inputs."""
+    return [float(one.ppf(0.5)) for one in study.inputs]
+
+
+def mean_inputs(study: Study) -> np.ndarray:
+    """The means of the inputs (1, d); medians where a mean is not finite or no whole number though it must be one."""
+    values, known = median_inputs(study), numeric_keys(study.kind)
+    for index, one in enumerate(study.inputs):
+        if np.isfinite(one.mean) and known[one.key].type != "integer":
+            values[index] = one.mean
+    return np.array([values])
