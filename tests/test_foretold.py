@@ -6,14 +6,7 @@ import math
 import pytest
 
 from bearing_twin.command.cli import main
-<<<<<<< HEAD
-from bearing_twin.log.run_log import write_log
-from bearing_twin.log.run_log import read_log
-=======
-from bearing_twin.kinds.bearing.quasi_static.in_motion import scene_in_motion
-from bearing_twin.kinds.bearing.still import still_at_start
 from bearing_twin.log.run_log import read_log, write_log
->>>>>>> df438844 (The room of logs in 14 modules by subject, with a face that names them; logs of other programs in the docs)
 from bearing_twin.nodes.simulation_loop import worth
 from bearing_twin.report import BESIDE
 from bearing_twin.run.foretold import KEY, MUCH, WORDS, cost_in_words, cost_told

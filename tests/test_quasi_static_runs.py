@@ -12,13 +12,8 @@ from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.adequacy import cage_needed
 from bearing_twin.kinds.bearing.motion import bearing_motion
-<<<<<<< HEAD
 from bearing_twin.kinds.bearing.quasi_static import equilibrium
 from bearing_twin.log.run_log import read_log, write_log
-=======
-from bearing_twin.kinds.bearing.quasi_static import statics
-from bearing_twin.log.run_log import read_log, write_log
->>>>>>> df438844 (The room of logs in 14 modules by subject, with a face that names them; logs of other programs in the docs)
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
