@@ -24,6 +24,7 @@ from bearing_twin.log.mcap_write import HEAD, Bundle, alone, heads_of
 from bearing_twin.log.sample_block import samples_pieces
 from bearing_twin.report import Choice
 from bearing_twin.run.fidelity import choose
+from bearing_twin.run.second_run import tables_of
 from bearing_twin.sample import Block, Columns, Sample, Table
 
 
@@ -161,7 +162,7 @@ def topics(scene) -> tuple[Channelled, ...]:
         *kind.topics(scene.parameters),
         *(
             Topic(f"records/{table.name}", cdr.SAMPLE_BLOCK, SAMPLES, None, table.meaning, kind.frame)
-            for table in kind.records(scene.parameters)
+            for table in tables_of(kind, scene.parameters)
         ),
         Topic("samples", cdr.SAMPLE_BLOCK, SAMPLES, None, "every solver output, without loss", kind.frame),
     ]
@@ -230,7 +231,7 @@ class MessageStream:
         self._encoders = {
             topic.name: Encoder(topic.ros_type, f"{frame_prefix}{topic.row.frame}") for topic in self.topics
         }
-        self._tables: dict[str, Table] = {table.name: table for table in KINDS[scene.kind].records(scene.parameters)}
+        self._tables: dict[str, Table] = {table.name: table for table in tables_of(KINDS[scene.kind], scene.parameters)}
         self._times: list[np.ndarray] = []
         self._values: list[np.ndarray] = []
         self._rows: dict[str, list[np.ndarray]] = {name: [] for name in self._tables}
@@ -285,14 +286,6 @@ class MessageStream:
         stamp_ns = self.start_time_ns + time_ns
         text = {"data": scene_text(self._scene, self._choice)}
         return self._by_name["scene"], stamp_ns, encoded(cdr.STRING, text, stamp_ns, "")
-
-    def adopt(self, choice: Choice, time_ns: int) -> list[tuple[Channelled, int, bytes]]:
-        """The message of the topic `scene` where another model is in use from now on; none where it is the same.
-
-        Nor is there one before the first output, with which the scene is told anyway.
-        """
-        changed, self._choice = choice != self._choice, choice
-        return [self.scene_message(time_ns)] if changed and self._begun else []
 
     def _latched(self, block: Consecutive) -> Iterator[tuple[Channelled, int, bytes]]:
         """What is said once: the scene, and the kind's own."""

@@ -215,7 +215,7 @@ class SimNode(Node):
     def _open_log(self, path: Path) -> LogWriter:
         self.get_logger().info(f"log: {path}{THINNED if self._safety.kept_rate else ''}")
         # The choice of the start: a log is opened before the run that it is for begins again.
-        return LogWriter(path, self.simulation.scene, choice_record(self.simulation.chosen), safety=self._safety)
+        return LogWriter(path, self.simulation.scene, choice_record(self.simulation.choice), safety=self._safety)
 
     def _prepare(self, scene: Scene, values: dict, duration_ns: int) -> None:
         self.get_logger().info("loading the kernels of this scene; they are compiled once on a machine")
@@ -225,7 +225,7 @@ class SimNode(Node):
         wait_for_subscribers(self._outlet.publishers, self._discovery, self.get_logger().info)
         if self.worker.stopping:
             return
-        make_stream = partial(MessageStream, scene, choice=run.chosen, frame_prefix=values["frame_prefix"])
+        make_stream = partial(MessageStream, scene, choice=run.choice, frame_prefix=values["frame_prefix"])
         commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
         timing = values["real_time_factor"], duration_ns, self._logs.begin, round(values["repeat"] * 1e9)
         loop = SimulationLoop(run, make_stream, self._outlet.deliver, *timing, self._outlet.listened_to, commands)

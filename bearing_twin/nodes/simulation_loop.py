@@ -255,7 +255,7 @@ class SimulationLoop:
     def doubt(self) -> str:
         """What whoever looks after the run should know of: that it is not worth what is wanted, and its commands."""
         status, said = str(self._worth.get("status", "")), ""
-        if self.simulation.chosen.outside:  # also before the run is judged
+        if self.simulation.choice.outside:  # also before the run is judged
             said = "a model runs outside its range"
         elif status.startswith(("doubtful", "failed")):
             said = f"the run is {status}"
@@ -370,8 +370,7 @@ class SimulationLoop:
         self._done = self._total is not None and self.simulation.sequence + 1 >= self._total
         # A log takes every topic; without one, nothing is made that nobody listens to.
         wanted = None if self._wanted is None or self._log is not None else self._wanted()
-        told = self._stream.adopt(run.choice, run.looks.since_ns)
-        return self._messages(in_time(told, self._stream.messages(block, wanted)), self._log)
+        return self._messages(self._stream.messages(block, wanted), self._log)
 
     def _messages(self, messages, log) -> list[Timed]:
         batch, last = [], None
@@ -404,11 +403,11 @@ def check_speed(speed: float) -> None:
 
 
 def model(simulation) -> dict[str, str]:
-    """What a simulation says of the model in use, for diagnostics: which, why, what to watch, and its last switch."""
+    """What a simulation says of the model in use, for diagnostics: which, why, and what to watch."""
     choice = simulation.choice
     words = {"law": choice.law, "stepper": choice.stepper, "choice_reason": choice.reason}
-    words["outside_range"] = "; ".join(simulation.chosen.outside) or "-"
-    return words | {"choice_warnings": "; ".join(choice.warnings) or "-", "choice_switch": simulation.switched or "-"}
+    words["outside_range"] = "; ".join(simulation.choice.outside) or "-"
+    return words | {"choice_warnings": "; ".join(choice.warnings) or "-"}
 
 
 def worth(report) -> dict[str, float | str]:

@@ -271,11 +271,11 @@ def _reader_of(task: Task) -> Reader:
 def only_what_is_wanted(task: Task) -> dict:
     """The scene with outputs at the histories' instants, or without any where figures alone are wanted.
 
-    A companion that no one asks is left out: what it finds in a few realisations stands for all (`model_error`).
+    There is no second run: what it finds in a few realisations stands for all (`model_error`).
     """
     run, solver = dict(task.scene["run"]), task.scene.get("solver", {})
-    if "companion" in solver and not task.watched:
-        task = task._replace(scene={**task.scene, "solver": {**solver, "companion": "off"}})
+    if "check" in solver and not task.watched:
+        task = task._replace(scene={**task.scene, "solver": {**solver, "check": NO_CHECK}})
     if task.histories:
         rate = 1e9 / task.step_ns
         # A little longer, so that rounding does not lose the last instant.
