@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 SECOND_RUN, NO_CHECK = "second_run", "none"
 TOLERANCE = 0.1  # of the second run over that of the run (`python bench/second_run.py --factors` compares 3 to 10)
-DIVISIONS = 1.5  # steps, modes and divisions of the finer of two runs over those of the coarser
 SMALLER = "set a tenth of wanted.tolerance"
 
 

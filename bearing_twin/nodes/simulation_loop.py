@@ -385,15 +385,6 @@ class SimulationLoop:
         return [*batch, last] if self._done and last is not None and last not in batch[-1:] else batch
 
 
-def in_time(told: list, messages: list) -> list:
-    """Messages (topic, stamp [ns], bytes) with the one or none `told` before the first that is later."""
-    if not told:
-        return messages
-    stamp_ns = told[0][1]
-    place = next((place for place, one in enumerate(messages) if one[1] > stamp_ns), len(messages))
-    return [*messages[:place], *told, *messages[place:]]
-
-
 def check_speed(speed: float) -> None:
     """Raises BearingTwinError unless `speed` [rad/s] is finite and within +-GREATEST_SPEED."""
     if not (math.isfinite(speed) and abs(speed) <= GREATEST_SPEED):

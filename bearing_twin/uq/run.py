@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.errors import StatisticError, Stopped, StudyError
-from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.doubt import METHOD
 from bearing_twin.run.doubt import LARGE, exceeds
 from bearing_twin.spelling import no_progress
@@ -245,12 +244,10 @@ def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
 # Errors of the model are kept apart from those of sampling. They come from a few realisations that a second run goes
 # with: those in which the quantities are least, greatest and in the middle, the watched quantity first; without a
 # sample those at the medians of the inputs and at their ends. The greatest error of each source stands for all, and the
-# sum of the sources for the model. A second run that also refines a run is made of SPREAD more realisations: the
-# greatest of 59 errors is above 95 % of all with a confidence of 95 % (S. S. Wilks, Annals of Mathematical Statistics
+# sum of the sources for the model.
 # 12 (1941) 91).
 
 OF_INPUTS = 0.5, 0.05, 0.95  # where realisations lie without a sample: this quantile of all inputs at once
-SPREAD = 59
 SAMPLED = "where quantities are in the middle, least and greatest"
 GIVEN = "at the medians of the inputs, and at 5 and 95 % of all of them"
 
@@ -289,12 +286,6 @@ def chosen(quantities: np.ndarray, first: int, count: int) -> list[int]:
     return list(dict.fromkeys(rows))[:count]
 
 
-def spread(quantities: np.ndarray) -> list[int]:
-    """Rows of a sample (n, q), SPREAD at most, evenly among those that did not fail (NaN)."""
-    good = np.flatnonzero(np.isfinite(quantities).all(axis=1))
-    return good[np.linspace(0, len(good) - 1, min(SPREAD, len(good))).round().astype(int)].tolist()
-
-
 def model_errors(
     study: Study, task: Task, ensemble: Ensemble, values: np.ndarray, quantities: np.ndarray, doubts: Iterable[str] = ()
 ) -> ModelErrors:
@@ -308,9 +299,6 @@ def model_errors(
     rows = chosen(quantities, study.quantities.index(study.stop_quantity), count)
     if rows:
         where = SAMPLED
-        if KINDS[study.kind].steered:
-            rows = list(dict.fromkeys(rows + spread(quantities)))
-            where = f"{SAMPLED}, and evenly among all"
         at, own = values[rows], quantities[rows]
     else:
         at = study.joint.values(np.repeat(np.array(OF_INPUTS)[:, None], study.joint.dimension, axis=1)[:count])

@@ -24,7 +24,7 @@ from bearing_twin.units import CELSIUS
 
 COLD = 150.0  # K, below all but cryogenic bearings
 # Of a ball's way round: what equilibria are off by where all balls bear load on their way, and where some do not.
-# Measured are up to 1.2e-4 (`tests/test_loads_alone.py`) and 3.2e-3 (there; 2.1e-3 in `chart dimensions`).
+# Measured are up to 1.2e-4 and 3.2e-3 (2.1e-3 in `chart dimensions`).
 WAY_OFF, WAY_OFF_LOOSE = 3e-4, 4e-3
 PLACES = 90  # around the ring, where loads are compared
 
