@@ -245,7 +245,6 @@ def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
 # with: those in which the quantities are least, greatest and in the middle, the watched quantity first; without a
 # sample those at the medians of the inputs and at their ends. The greatest error of each source stands for all, and the
 # sum of the sources for the model.
-# 12 (1941) 91).
 
 OF_INPUTS = 0.5, 0.05, 0.95  # where realisations lie without a sample: this quantile of all inputs at once
 SAMPLED = "where quantities are in the middle, least and greatest"

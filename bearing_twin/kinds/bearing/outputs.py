@@ -1,5 +1,8 @@
 """What a bearing scene gives out: its channels, the wrenches, and the contact ellipses of published samples."""
 
+import functools
+from collections import namedtuple
+
 import numpy as np
 
 from bearing_twin.compiled import kernel
@@ -7,10 +10,10 @@ from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.forces.layout import CAGE_X, CAGE_Y, PLACES
 from bearing_twin.kinds.bearing.output_border import write_border
-from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS
-from bearing_twin.kinds.bearing.output_rows import write_rows
+from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS, SHARED_WIDTHS
+from bearing_twin.kinds.bearing.output_rows import RowPlaces, write_rows
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.sample import Block, Channel, Sample
+from bearing_twin.sample import Block, Channel, Columns, Layout, Sample, layout_of
 
 IN_PLANE = ("in_plane",)  # axes: x and y
 ALIKE = 1e-3  # sines of angles by different ways differ by less
@@ -23,6 +26,119 @@ def channels(parameters: BearingScene) -> tuple[Channel, ...]:
 
 
 # The tables below know the number of balls alone: to look one up by a scene would hash all of it, for every chunk.
+@functools.cache
+def _channels(n: int) -> tuple[Channel, ...]:
+    return (
+        Channel("orbit_angle", "rad", (n,), "position of each ball around the axis, not wrapped"),
+        Channel("position", "m", (n, 3), "ball centres"),
+        Channel("velocity", "m/s", (n, 3), "of the ball centres"),
+        Channel("orientation", "1", (n, 4), "quaternion x, y, z, w of the ball's axes"),
+        Channel("angular_velocity", "rad/s", (n, 3), "of the balls"),
+        Channel("roll_rate", "rad/s", (n,), "ball about its centre, relative to its orbit, about -z"),
+        Channel("raceway_force", "N", (n, 3), "on the ball by both raceways"),
+        Channel("raceway_torque", "N m", (n, 3), "on the ball by both raceways, about its centre"),
+        Channel("approach", "m", (n, 2), "mutual approach, > 0 in contact"),
+        Channel("normal_load", "N", (n, 2), "elastic and viscous part together, >= 0"),
+        Channel("contact_angle", "rad", (n, 2), "against the radial plane, > 0 if the inner ring is pushed along +z"),
+        Channel("spin_rate", "rad/s", (n, 2), "ball minus ring, about the line from the ball's centre to the contact"),
+        Channel("curvature_small", "1/m", (n, 2), "of the gap, P in z = P x^2 + Q y^2"),
+        Channel("curvature_large", "1/m", (n, 2), "of the gap, Q in z = P x^2 + Q y^2"),
+        Channel("point", "m", (n, 2, 3), "contact point"),
+        Channel("normal", "1", (n, 2, 3), "direction of the normal load on the ball"),
+        Channel("friction_force", "N", (n, 2, 3), "on the ball"),
+        Channel("slip", "m/s", (n, 2, 3), "ball's surface relative to the raceway"),
+        Channel("drilling_torque", "N m", (n, 2), "friction on the ball about the line from its centre to the contact"),
+        Channel("inner_ring_angle", "rad", (), "not wrapped"),
+        Channel("inner_ring_speed", "rad/s", (), "about +z"),
+        Channel("inner_ring_offset", "m", (3,), "displacement of the inner ring's centre"),
+        Channel("inner_ring_tilt", "rad", (2,), "of the inner ring about x and y", ("about",)),
+        Channel("inner_ring_velocity", "m/s", (3,), "of the inner ring's centre"),
+        Channel(
+            "inner_ring_tilt_rate", "rad/s", (2,), "of the inner ring about x and y, its spin left out", ("about",)
+        ),
+        Channel("inner_ring_load", "N", (3,), "on a ring with mass from outside, its weight left out; 0 where held"),
+        Channel("inner_ring_load_work", "J", (), "of that load since the start; 0 where held"),
+        Channel(
+            "drive_torque", "N m", (), "on the inner ring about +z: what keeps a prescribed speed, its inertia left out"
+        ),
+        Channel("cage_angle", "rad", (), "of the cage, which is 0 where ball 0 is in the middle; 0 without a cage"),
+        Channel("cage_speed", "rad/s", (), "of the cage about +z; 0 without one"),
+        Channel("cage_slip", "1", (), "1 - cage speed / that of balls that roll at contact angle 0; 0 without a cage"),
+        Channel("pocket_force", "N", (n,), "of the cage on each ball along its orbit"),
+        Channel("cage_offset", "m", (2,), "of the cage's centre off the axis; 0 where it stays centred", IN_PLANE),
+        Channel("cage_velocity", "m/s", (2,), "of the cage's centre; 0 where it stays centred", IN_PLANE),
+        Channel("land_force", "N", (2,), "on the cage by the land that guides it; 0 without one", IN_PLANE),
+        Channel("inner_ring_force", "N", (3,), "on the inner ring by the balls, and by a cage on its land"),
+        Channel("inner_ring_torque", "N m", (3,), "on the inner ring by the balls, about its centre and its own axis"),
+        Channel("outer_ring_force", "N", (3,), "on the outer ring by the balls"),
+        Channel("outer_ring_torque", "N m", (3,), "on the outer ring by the balls, about its centre"),
+        Channel("kinetic_energy", "J", (), "of balls, cage and a ring with mass; of its spin where a torque turns it"),
+        Channel("elastic_energy", "J", (), "of all contacts, and the springs of the ring's support"),
+        Channel("potential_energy", "J", (), "of gravity on balls and a ring with mass, zero at the bearing's centre"),
+        Channel("drive_work", "J", (), "of the drive and of the loads on a ring with mass since the start"),
+        Channel("dissipated", "J", (), "by friction and damping since the start"),
+        Channel("gross_work", "J", (), "as drive_work, the power at each contact counted by its magnitude"),
+        Channel("neighbour_approach", "m", (n,), "of each ball and the next ahead, > 0 in contact; 0 where none is"),
+        Channel("neighbour_load", "N", (n,), "normal load between each ball and the next ahead, >= 0"),
+        Channel("neighbour_point", "m", (n, 3), "contact point of each ball with the next ahead; zeros when apart"),
+        Channel("neighbour_normal", "1", (n, 3), "direction of that load on the ball; zeros when apart"),
+        Channel("neighbour_friction", "N", (n, 3), "friction on the ball by the next ahead"),
+    )
+
+
+Outputs = namedtuple("Outputs", [channel.name for channel in _channels(1)])
+Outputs.__doc__ = "One array a channel, first axis = solver output, as kernels take them."
+
+
+class Rows(Columns):
+    """Outputs side by side in one matrix (count, total width); each channel is also an attribute, made when asked for.
+
+    Raises AttributeError for what is no channel.
+    """
+
+    __slots__ = ()
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+
+def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
+    """The body and the contact that a number of a channel belongs to, such as "ball 3" and "outer race"."""
+    if channel.name.startswith(("inner_ring", "outer_ring")):
+        return channel.name[:10].replace("_", " "), ""
+    if channel.axes == IN_PLANE:
+        return "cage", ""
+    if not channel.shape:
+        return "", ""
+    return f"ball {index[0]}", ("inner race", "outer race")[index[1]] if channel.shape[1:2] == (2,) else ""
+
+
+@functools.cache
+def _places(n: int) -> RowPlaces:
+    """Where the numbers of a bearing with n balls stand in a row of all channels."""
+    rows = _channels(n)
+    edges = {name: columns.start for name, (columns, _) in _layout(n).places.items()}
+    first, width = np.array([(edges[channel.name], channel.width // n) for channel in rows[:OWN]]).T.copy()
+    named = "inner_ring_angle", "inner_ring_force", "neighbour_approach", "position", "raceway_force"
+    ring, shared, *others = (edges[name] for name in named)
+    return RowPlaces(first, width, ring, shared, sum(SHARED_WIDTHS), *others)
+
+
+@functools.cache
+def _layout(n: int) -> Layout:
+    """`layout_of` a bearing with n balls, which looks at all channels each time."""
+    return layout_of(_channels(n))
+
+
+def empty_outputs(parameters: BearingScene, count: int) -> Rows:
+    """Room for `count` solver outputs: all channels side by side."""
+    layout = _layout(parameters.geometry.balls)
+    return Rows(layout, np.empty((count, layout.width)))
+
+
 def _tilting(partners, borders: np.ndarray) -> np.ndarray:
     """`borders` as the ring has them: a cage whose centre moves has it in the places of a tilt, which is 0 then."""
     if not partners.land:
