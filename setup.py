@@ -54,6 +54,7 @@ setup(
         "rich>=13.0",
     ],
     extras_require={
+        "chaos": ["chaospy>=4.3"],
         "completion": ["argcomplete>=3.1"],
         "dask": ["distributed>=2024.1"],
         "fast": ["zlib-ng>=1.0"],  # CRC of logs

@@ -8,9 +8,9 @@ from bearing_twin.errors import SceneError as SceneError
 from bearing_twin.errors import StatisticError as StatisticError
 from bearing_twin.errors import StudyError as StudyError
 from bearing_twin.log.export import export_log as export_log
-from bearing_twin.log.mcap_log import write_log as write_log
 from bearing_twin.log.recover import recover as recover
 from bearing_twin.log.run_log import read_log as read_log
+from bearing_twin.log.run_log import write_log as write_log
 from bearing_twin.log.study_log import read_study as read_study
 from bearing_twin.log.study_log import write_study as write_study
 from bearing_twin.run.passes import simulate as simulate

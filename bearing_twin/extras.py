@@ -6,6 +6,7 @@ from types import ModuleType
 from bearing_twin.errors import BearingTwinError
 
 EXTRAS = {  # extra of the package: what it is for
+    "chaos": "polynomial chaos expansions",
     "completion": "completions of commands by the shell",
     "dask": "studies on a cluster",
     "export": "tables and data sets for pandas, xarray and what reads CSV, Parquet and NetCDF",

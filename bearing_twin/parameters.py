@@ -49,14 +49,16 @@ def quantity(default, unit, help, *, above=None, below=None, at_least=None, at_m
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def choice(default, options, help, refused=None, widest=False):
+def choice(default, options, help, refused=None, widest=False, aliases=None):
     """One word out of `options`, words or a function of nothing that gives them, called when they are first wanted.
 
     `refused` maps words one may well ask for to why they are not among them. A scene that keeps the default asks for
     no options, so that a table which is slow to import can be their source. With `widest` a list of words is taken,
-    too, as the one that stands first in `options`: each of these holds all that stand behind it.
+    too, as the one that stands first in `options`: each of these holds all that stand behind it. `aliases` maps
+    words of earlier versions to those they are read as.
     """
     metadata = {"options": _late(options), "help": help, "refused": refused or {}, "widest": widest}
+    metadata["aliases"] = aliases or {}
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -231,8 +233,10 @@ def _read_field(item, given, path, problems, default):
 def _read_word(item, given, path, problems):
     options = item.metadata["options"]
     word = ("off", "on")[given] if isinstance(given, bool) and item.default in ("off", "on") else given
-    if isinstance(word, str) and (word == item.default or word in options()):
-        return word
+    if isinstance(word, str):
+        word = item.metadata["aliases"].get(word, word)
+        if word == item.default or word in options():
+            return word
     told = item.metadata["refused"].get(given) if isinstance(given, str) else None
     problems.append(f"{path} = {echo(given)} {told or f'is not known; {unknown(given, options())}'}")
     return item.default

@@ -2,9 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 DIGITS = 18  # of a whole number that is no float
@@ -19,7 +17,7 @@ class Choice(NamedTuple):
     `setting` is the tolerance that the stepper is given, nan for the wanted one; `predicted` what it did in the most
     similar motion measured: `motion`, `stepper`, `setting`, `load_error`, `friction_error`, `cost`; None if unknown.
     `outside` says which model asked for runs outside its range; `friction` is the friction model, where the scene
-    leaves it to be chosen.
+    leaves it to be chosen. `finer`: how many times as many steps, modes or divisions as were chosen a second run takes.
     """
 
     law: str
@@ -31,6 +29,7 @@ class Choice(NamedTuple):
     predicted: dict[str, float | str] | None = None
     outside: tuple[str, ...] = ()
     friction: str = ""
+    finer: float = 1.0
 
 
 class CutShort(NamedTuple):
@@ -49,27 +48,6 @@ class CutShort(NamedTuple):
             f"the log ends at {self.log_ends:.6g} s of the {self.scene_ends:.6g} s that its scene simulates: the run "
             "was interrupted, or there was no room for the rest"
         )
-
-
-def never() -> bool:
-    """False: nothing is waited for."""
-    return False
-
-
-class Rechosen(NamedTuple):
-    """What a look at the model of a running scene gave: the `choice` and the `motion` from now on.
-
-    It is to be looked at again once `settled()`: what was commanded is reached, and was not yet. `told` says what was
-    switched, or why not; "" where nothing else was chosen. `records` joins those of the motion. `left` are the costs
-    of a motion left behind that those of `motion` do not hold.
-    """
-
-    choice: Choice
-    motion: Any
-    settled: Callable[[], bool] = never
-    told: str = ""
-    records: Mapping[str, Any] = MappingProxyType({})
-    left: Mapping[str, int] = MappingProxyType({})
 
 
 @dataclass(frozen=True)

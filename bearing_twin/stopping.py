@@ -102,18 +102,16 @@ class Halt:
 
     def __init__(self, flag: np.ndarray | None = None):
         self.flag = np.zeros(1, np.uint8) if flag is None else flag
-        self._lock, self._credit = threading.Lock(), LOST
-        self._inside = self._open = False  # whether anything computes that could be interrupted, and that may be
+        self._lock, self._open, self._credit = threading.Lock(), False, LOST
 
     def end(self) -> None:
         """Whatever computes stops soon, now and later."""
         with self._lock:
             self.flag[:] = ENDED
 
-    def interrupt(self, always: bool = False) -> None:
-        """What computes within `interruptible` stops soon, if anything does; `always`: whatever that costs."""
+    def interrupt(self) -> None:
+        """What computes within `interruptible` stops soon, if anything does."""
         with self._lock:
-            self._open = self._open or (always and self._inside)
             if self._open and not self.flag[0]:
                 self.flag[:] = INTERRUPTED
 
@@ -125,8 +123,7 @@ class Halt:
         """
         began = time.perf_counter()
         with self._lock:
-            self._inside = hasattr(motion, "take_back")
-            self._open = self._inside and self._credit > 0.0
+            self._open = self._credit > 0.0 and hasattr(motion, "take_back")
         try:
             yield
         except Stopped as error:
@@ -140,7 +137,7 @@ class Halt:
     def _closed(self, began: float, earned: float) -> bool:
         """Whether there was an interruption; `earned` by each second, once."""
         with self._lock:
-            came, self._inside, self._open = self._open and self.flag[0] == INTERRUPTED, False, False
+            came, self._open = self._open and self.flag[0] == INTERRUPTED, False
             if came:
                 self.flag[:] = 0
             if came or earned > 0.0:

@@ -18,10 +18,9 @@ from bearing_twin.charts.timing import LONG_ENOUGH
 from bearing_twin.charts.work_precision import CASES, WANTED
 from bearing_twin.charts.work_precision import PROBLEMS as TITLES
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.kinds.bearing.companion.deviations import drive_later
 from bearing_twin.kinds.bearing.forces.handing import handed
 from bearing_twin.kinds.bearing.forces.layout import VELOCITY
-from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing.motion import BearingMotion, drive_later
 from bearing_twin.kinds.bearing.stepping.integrate import check
 from bearing_twin.numerics.stretches import alike
 from bearing_twin.report import Choice

@@ -9,8 +9,7 @@ import time
 import numpy as np
 
 from bearing_twin.compiled import kernel
-from bearing_twin.kinds.bearing.quasi_static.ring_balance import first_ring, ring_in_balance, ring_loads
-from bearing_twin.kinds.bearing.quasi_static.statics import solver_of
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import first_ring, ring_in_balance, ring_loads, solver_of
 from bearing_twin.run.scene import load_scene
 
 CALLS = 20_000

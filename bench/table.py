@@ -33,7 +33,7 @@ from bearing_twin.charts.bearing_cells import motion_of
 from bearing_twin.charts.contest_picture import cheapest
 from bearing_twin.charts.made import processor
 from bearing_twin.charts.work_precision import CASES, FINER, WANTED, further, judge_motion
-from bearing_twin.uq.study_file import parse_study
+from bearing_twin.uq.study import parse_study
 
 LOOSE, TOUCHING = "geometry.radial_clearance=1e-5", ("geometry.balls=13", "geometry.pitch_diameter=28.1888e-3")
 STEPPERS = ("rodas4", "rodas3", "rodas4_landing")  # of which the cheapest within WANTED is told

@@ -39,7 +39,7 @@ from bearing_twin.parameters import describe
 from bearing_twin.shelf import SCENES, STUDIES
 from bearing_twin.units import named, two_digits, with_unit
 from bearing_twin.uq.distributions import DISTRIBUTIONS
-from bearing_twin.uq.knowledge import FACTS, FORMS
+from bearing_twin.uq.entropy import FACTS, FORMS
 from bearing_twin.uq.sampling import SAMPLERS
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from bearing_twin.log import stream
-from bearing_twin.log.encoder import Encoder
+from bearing_twin.log.encoding import Encoder
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.sample import Block

@@ -19,7 +19,7 @@ from pathlib import Path
 
 IMPORTED = (
     "bearing_twin.command.cli", "bearing_twin.command.study_command", "bearing_twin.run.passes",
-    "bearing_twin.uq.run", "bearing_twin.log.mcap_log", "bearing_twin.kinds.bearing.motion",
+    "bearing_twin.uq.run", "bearing_twin.log.run_log", "bearing_twin.kinds.bearing.motion",
     "bearing_twin.kinds.impact.spheres",
 )  # fmt: skip
 WITH_ROS = ("bearing_twin.nodes.sim_node", "bearing_twin.nodes.recorder_node", "bearing_twin.nodes.uq_node")

@@ -4,6 +4,7 @@ Rolling Bearing Analysis: ball and race positions, loads and angles under high s
 coefficients of Hertz by complete elliptic integrals at the contact angle. Nothing here is taken from the package.
 """
 
+import json
 import math
 
 import numpy as np
@@ -11,7 +12,9 @@ import pytest
 from scipy.optimize import brentq, fsolve
 from scipy.special import ellipe, ellipk
 
-from bearing_twin.kinds.bearing.quasi_static import statics
+from bearing_twin.command import cli
+from bearing_twin.kinds.bearing.controls import CONTROLS
+from bearing_twin.kinds.bearing.quasi_static import equilibrium
 from bearing_twin.run.scene import load_scene
 
 BALLS, BALL, PITCH, CONFORMITY, FREE_ANGLE = 16, 22.23e-3, 125.26e-3, 0.5232, math.radians(40.0)
@@ -34,8 +37,9 @@ def hertz(side, angle):
     return math.pi * k * YOUNG / (1.0 - POISSON**2) * math.sqrt(ellipe(m) / (4.5 * total * ellipk(m) ** 3))
 
 
-def thrust_solved(speed, thrust, shares):
+def thrust_solved(speed, thrust, control):
     """Axial opening A_1 [m], loads and angles (inner, outer) and centrifugal load of a ball under pure thrust."""
+    shares = CONTROLS[control]
     mass, gamma, reach = DENSITY * math.pi / 6.0 * BALL**3, BALL / PITCH, (CONFORMITY - 0.5) * BALL
     radial = 2.0 * reach * math.cos(FREE_ANGLE)
 
@@ -45,6 +49,8 @@ def thrust_solved(speed, thrust, shares):
         a_o, a_i = math.atan2(place_z, place_r), math.atan2(axial - place_z, radial - place_r)
         q_i, q_o = (hertz(s, a) * max(d - reach, 0.0) ** 1.5 for s, a, d in ((-1, a_i, inner), (1, a_o, outer)))
         beta = math.atan2(math.sin(a_o), math.cos(a_o) + gamma)
+        if control == "inner":
+            beta = math.atan2(math.sin(a_i), math.cos(a_i) - gamma)
         p_o = (math.cos(a_o) + math.tan(beta) * math.sin(a_o)) / (1.0 + gamma * math.cos(a_o))
         p_i = (math.cos(a_i) + math.tan(beta) * math.sin(a_i)) / (1.0 - gamma * math.cos(a_i))
         orbit, roll = speed * p_o / (p_o + p_i), speed / ((p_o + p_i) * gamma * math.cos(beta))
@@ -65,25 +71,59 @@ def thrust_solved(speed, thrust, shares):
     return 1e-3 * found[0], *state(found)
 
 
-@pytest.mark.parametrize("control", statics.CONTROLS)
+@pytest.mark.parametrize("control", ["outer", "inner", "shared"])
 @pytest.mark.parametrize("rpm", [0.0, 5000.0, 10000.0])
 def test_loads_and_angles_are_those_of_harris_equations(rpm, control):
-    speed, shares = rpm * math.pi / 30.0, statics.CONTROLS[control]
-    given = load_scene("bearing_218_thrust", [f"drive.speed={speed}"]).parameters
-    found = statics.solver_of(given, "hertz", control=control).solve(statics.support_of(given))
-    axial, a_i, a_o, q_i, q_o, centrifugal, _ = thrust_solved(speed, THRUST, shares)
+    speed = rpm * math.pi / 30.0
+    given = load_scene("bearing_218_thrust", [f"drive.speed={speed}", f"model.control={control}"]).parameters
+    found = equilibrium.solver_of(given, "hertz").solve(equilibrium.support_of(given))
+    axial, a_i, a_o, q_i, q_o, centrifugal, _ = thrust_solved(speed, THRUST, control)
     contacts = found.contacts
     assert contacts.angle[0] == pytest.approx([a_i, a_o], rel=1e-6)
     assert contacts.load[0] == pytest.approx([q_i, q_o], rel=1e-6)
     assert contacts.centrifugal[0] == pytest.approx(centrifugal, rel=1e-6)
     assert found.coordinates[2] == pytest.approx(axial, rel=1e-6)
-    more, less = (thrust_solved(speed, THRUST * part, shares)[0] for part in (1.001, 0.999))
+    more, less = (thrust_solved(speed, THRUST * part, control)[0] for part in (1.001, 0.999))
     assert found.stiffness[2, 2] == pytest.approx(0.002 * THRUST / (more - less), rel=1e-4)
 
 
 def test_speed_relieves_the_inner_raceway_and_parts_the_angles():
     """At 10 000 rpm a ball's centrifugal load is more than four tenths of its load on the inner raceway."""
-    still, fast = (thrust_solved(rpm * math.pi / 30.0, THRUST, (1.0, 1.0)) for rpm in (0.0, 10000.0))
+    still, fast = (thrust_solved(rpm * math.pi / 30.0, THRUST, "shared") for rpm in (0.0, 10000.0))
     assert fast[1] > still[1] == pytest.approx(still[2], rel=1e-9)
     assert fast[2] < still[2]
     assert fast[5] > 0.4 * fast[3]
+
+
+def integral(ratio):
+    """E of the contact ellipse with this ratio of its axes."""
+    return ellipe(1.0 - ratio**2)
+
+
+@pytest.mark.parametrize("rpm", [0.0, 1000.0, 5000.0, 10000.0])
+def test_the_raceway_that_resists_spin_more_controls_the_balls(rpm, capsys):
+    """Harris' criterion from the loads, angles and ellipses of the shared equilibrium."""
+    words = "bearing", "bearing_218_thrust", "--set", f"drive.speed={rpm * math.pi / 30.0}", "--json"
+    assert cli.main([*words, "--control", "shared"]) == cli.DONE
+    both = json.loads(capsys.readouterr().out)
+    inner, outer = (
+        both[f"normal_load_{ring}_n"][0]
+        * both[f"semi_major_{ring}_m"][0]
+        * integral(both[f"semi_minor_{ring}_m"][0] / both[f"semi_major_{ring}_m"][0])
+        for ring in ("inner", "outer")
+    )
+    parted = both["contact_angle_inner_rad"][0] - both["contact_angle_outer_rad"][0]
+    wanted = "outer" if rpm and outer * math.cos(parted) > inner else "shared"
+    assert cli.main(list(words)) == cli.DONE
+    assert json.loads(capsys.readouterr().out)["control"] == wanted
+
+
+def test_a_word_of_earlier_versions_is_read_as_its_alias():
+    assert load_scene("bearing_6203", ["model.control=settled"]).parameters.model.control == "shared"
+
+
+def test_a_contact_angle_beyond_the_model_is_named_as_the_cause(capsys):
+    assert cli.main(["bearing", "bearing_218_thrust", "--set", "drive.speed=2300"]) == cli.BAD_INPUT
+    said = capsys.readouterr().err
+    assert "beyond the 60 degrees that are modelled" in said
+    assert "at rest" in said

@@ -63,8 +63,7 @@ APART = {
 REACH_ROS = {"command/node_command.py"}  # of the command line, inside functions: ROS is imported when one of them runs
 PHYSICS = ("numerics", "shapes", "contact", "kinds")
 NUMBERS_OF_UQ = {  # these know no files and no plots either
-    *("distributions", "knowledge", "inputs", "sampling", "tails", "change_of_variable", "chaos"),
-    *("statistics", "modality", "histories", "sensitivity", "convergence"),
+    *("distributions", "entropy", "inputs", "sampling", "propagation", "statistics", "modality", "histories"),
 }
 NO_PHYSICS = {"datetime", "io", "logging", "matplotlib", "mcap", "os", "pathlib", "random", "rich", "time", "yaml"}
 LATE_ROOMS = {"charts", "log", "nodes", "run", "uq", "view"}  # what the command line may only import inside functions
@@ -91,11 +90,10 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
     "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),
     "kinds/bearing/forces/layout.py": ("JACOBIAN_END", "where the rows of the Jacobian end, for tests of it alone"),
     "kinds/bearing/forces/rates.py": ("lane_rates", "the rates alone, which tests hold a step's first stage to"),
-    "kinds/bearing/quasi_static/statics.py": ("ARMS", "the words of --arm, which the command cannot import so early"),
     "run/doubt.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
     "shapes/implicit.py": ("SURFACES", "all surfaces, for tests of their derivatives"),
     "log/cdr.py": ("JOINT_STATE", "one of the names of types; kinds name theirs in topics.py"),
-    "log/mcap_log.py": ("content_digest", "how anyone compares two logs; tests hold the promise of equal ones to it"),
+    "log/run_log.py": ("content_digest", "how anyone compares two logs; tests hold the promise of equal ones to it"),
 }
 
 SOURCES = sorted(PACKAGE.rglob("*.py"))

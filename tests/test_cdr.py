@@ -11,8 +11,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
-from bearing_twin.log.encoder import LARGE, Encoder
-from bearing_twin.log.encoding import encoded
+from bearing_twin.log.encoding import LARGE, Encoder, encoded
 from bearing_twin.paths import share_path
 
 COMMON_HASHES = {  # from the type descriptions in the Jazzy packages

@@ -8,12 +8,12 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import gamma
 
 from bearing_twin.kinds.bearing import ratings
-from bearing_twin.kinds.bearing.quasi_static import statics
-from bearing_twin.kinds.bearing.quasi_static.statics import Support
+from bearing_twin.kinds.bearing.quasi_static import equilibrium
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import Support
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.study import load_study
 
 PRELOADED = ("gravity=[0,0,0]", "model.dimension=free", "rings.inner.free=all", "rings.inner.load=[0,0,14.223]")
 
@@ -36,7 +36,7 @@ def channel(samples, name):
 def test_loads_and_reference_life_of_a_tilted_bearing(load, tilt, speed, place, loads, life):
     """By another program: true circles, exact Hertz, two unknowns a ball, SciPy's root for both; µm, N, 10⁶ turns."""
     scene = load_scene("bearing_6203_rig_1000N", [f"drive.speed={speed}"])
-    solver = statics.solver_of(scene.parameters, "hertz", -0.5 * math.pi)
+    solver = equilibrium.solver_of(scene.parameters, "hertz", -0.5 * math.pi)
     free = (True, True, True, False, False)
     found = solver.solve(Support(free, (*map(float, load), 0.0, 0.0), (0.0, 0.0, 0.0, *tilt)))
     assert found.coordinates[:3] * 1e6 == pytest.approx(place, rel=1e-5)
@@ -69,7 +69,7 @@ def test_a_shaft_out_of_balance_whirls_as_its_receptance_says(speed):
     ])  # fmt: skip
     samples = list(simulate(scene))
     support = Support((True,) * 5, (0.0, 0.0, 14.223, 0.0, 0.0), (0.0,) * 5)
-    solver = statics.solver_of(scene.parameters, "hertz")
+    solver = equilibrium.solver_of(scene.parameters, "hertz")
     solver.setting = solver.setting._replace(share_inner=0.0, share_outer=0.0)  # nothing rubs: no gyroscopic moment
     stiffness = solver.solve(support).stiffness
     gyroscopic = np.zeros((5, 5))

@@ -5,7 +5,7 @@ import pytest
 
 from bearing_twin.command import terminal
 from bearing_twin.command.cli import DONE, main
-from bearing_twin.log.mcap_log import write_log
+from bearing_twin.log.run_log import write_log
 from bearing_twin.run import cost
 from bearing_twin.run.cost import cost_of
 from bearing_twin.run.passes import simulate

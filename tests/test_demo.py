@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import ros  # noqa: F401  (skips where ROS is missing)
 
-from bearing_twin.log.mcap_log import read_log
+from bearing_twin.log.run_log import read_log
 from bearing_twin.nodes import demo
 
 

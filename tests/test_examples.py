@@ -61,7 +61,7 @@ def test_an_example_runs_and_draws(example, tmp_path, monkeypatch, capsys, quick
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(subprocess, "run", answered(subprocess.run))
     monkeypatch.setattr(subprocess, "Popen", node_at_once)
-    monkeypatch.setattr("bearing_twin.uq.ensemble.usable", lambda: 1)
+    monkeypatch.setattr("bearing_twin.uq.workers.usable", lambda: 1)
     matplotlib.use("Agg")
     runpy.run_path(str(example), run_name="__main__")
     hidden = [axes for one in map(plt.figure, plt.get_fignums()) for axes in one.axes if covers_a_curve(axes)]

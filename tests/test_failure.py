@@ -13,7 +13,7 @@ from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds.bearing import motion as bearing_motion
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
-from bearing_twin.log.mcap_log import read_log
+from bearing_twin.log.run_log import read_log
 from bearing_twin.run.failure import Failure, read_failure, write_failure
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene

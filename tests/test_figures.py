@@ -16,7 +16,7 @@ from bearing_twin.kinds.bearing.figure_rows import missing
 from bearing_twin.kinds.bearing.figures import BearingFigures
 from bearing_twin.kinds.impact.figures import GAINED
 from bearing_twin.kinds.soft_discs.figures import IMPACT
-from bearing_twin.log.mcap_log import write_log
+from bearing_twin.log.run_log import write_log
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
@@ -233,17 +233,11 @@ def test_where_nothing_does_work_energy_is_a_share_of_what_is_stored(tolerance):
         assert (report.status == "failed: energy") == (abs(share) > 0.01)
 
 
-def test_a_torque_that_is_rounding_alone_is_none():
-    """In equilibria of balls that do not spin, 1e-18 N m were told as a torque; with a contact angle there is one."""
-    rolling = "model.control=shared"  # whose balls have a gyroscopic moment
-    radial, thrust = (
-        simulate(load_scene(name, ("model.dimension=quasi_static", "run.duration=0.005", *differs)))
-        for name, differs in (("bearing_6203_rig_400N", ()), ("bearing_6203", ("drive.offset=[0,0,2e-5]", rolling)))
-    )
-    for run in (radial, thrust):
-        assert len(list(run.blocks())) == 1
-    assert radial.report.figures["friction_torque_nm"] == [0.0] * 8
-    assert min(thrust.report.figures["friction_torque_nm"]) > 1e-6
+def test_equilibria_have_no_friction_torque():
+    run = simulate(load_scene("bearing_6203_rig_400N", ("model.dimension=quasi_static", "run.duration=0.005")))
+    assert len(list(run.blocks())) == 1
+    assert not {"friction_torque_nm", "drive_torque_nm", "dissipated_j"} & set(run.report.figures)
+    assert "friction" in run.report.errors["errors_unknown"]["method"]
 
 
 @pytest.mark.parametrize("closure", [0.02, -0.02])

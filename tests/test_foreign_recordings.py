@@ -13,7 +13,7 @@ from rosbags.rosbag2 import Writer as BagWriter
 from bearing_twin.command.cli import main
 from bearing_twin.log import cdr
 from bearing_twin.log.encoding import encoded
-from bearing_twin.log.mcap_log import read_log
+from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene

@@ -9,7 +9,7 @@ from bearing_twin.kinds.bearing.doubt import BearingDoubt
 from bearing_twin.kinds.bearing.figures import BearingFigures
 from bearing_twin.kinds.bearing.friction_choice import as_chosen, chosen_friction
 from bearing_twin.kinds.bearing.measured import friction_costs
-from bearing_twin.log.mcap_log import read_log, write_log
+from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.run.failure import Failure
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate

@@ -17,13 +17,13 @@ from mcap.writer import Writer
 from bearing_twin.command import study_command
 from bearing_twin.command.cli import main
 from bearing_twin.log import cdr
-from bearing_twin.log.mcap_log import write_log
+from bearing_twin.log.run_log import write_log
 from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study_file import load_study
-from bearing_twin.uq.summary_shape import check_summary
+from bearing_twin.uq.study import load_study
+from bearing_twin.uq.summary import check_summary
 from bearing_twin.view.study_page import document_of_study
 
 ESCAPE = "\x1b[2J\u202e"

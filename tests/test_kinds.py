@@ -11,8 +11,9 @@ import pytest
 from bearing_twin import load_scene, read_log
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.kinds import KINDS
-from bearing_twin.log.mcap_log import raw_messages
+from bearing_twin.log.run_log import raw_messages
 from bearing_twin.nodes.replay_loop import ReplayLoop
+from bearing_twin.run.verification import verify
 
 # A short scene in which a contact begins, its channel of loads, and what a study of it varies and asks for.
 Case = namedtuple("Case", "scene overrides loads uncertain quantity begins", defaults=(True,))
@@ -98,6 +99,14 @@ def test_the_log_verifies(ran, capsys):
     found = asked(capsys, "verify", ran)
     assert found["greatest_deviation"] == 0.0
     assert found["samples"] > 10
+
+
+def test_a_number_that_was_changed_is_found(case, ran, monkeypatch):
+    log, shift = read_log(ran), 1e-9
+    blocks = list(log.blocks())
+    blocks[-1].values[case.loads][-1] += shift
+    monkeypatch.setattr(log, "blocks", lambda: iter(blocks))
+    assert verify(log).deviations[case.loads] == pytest.approx(shift, rel=1e-3)
 
 
 def test_a_replay_gives_the_bytes_of_the_log(ran):

@@ -1,16 +1,34 @@
-"""The elastic laws against each other, against published errors, and by their shape."""
+"""Laws of contact: the table in one loop, ellipse, line contact, damping, carried integrals, laws along a groove."""
 
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from bearings import TURNED_REST, run
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
+from scipy.special import beta, ellipe, ellipkm1, lambertw
 
 from bearing_twin.contact import line
-from bearing_twin.contact.damping import damped_load
-from bearing_twin.contact.differential import shape_of
+from bearing_twin.contact.damping import (
+    damped_load,
+    damping_for_restitution,
+    damping_number,
+    restitution_of,
+    shortcuts,
+    steady_damped_load,
+    steady_damping,
+    steady_restitution,
+)
+from bearing_twin.contact.differential import (
+    Shape,
+    coefficient_from_circle,
+    differential_coefficient,
+    follow,
+    shape_of,
+    shape_rates,
+)
 from bearing_twin.contact.elastic import (
     HERTZIAN,
     approaches_of_loads,
@@ -24,13 +42,33 @@ from bearing_twin.contact.elasticity import (
     coefficient_of,
     elasticity,
     follows,
+    fresh_coefficient,
     line_elastic,
     sphere_coefficient,
 )
-from bearing_twin.contact.ellipse import curvature_ratio, hertz_coefficient
+from bearing_twin.contact.ellipse import (
+    CURVATURE_RATIO_MAX,
+    axis_ratio,
+    curvature_ratio,
+    ellipse,
+    elliptic_b_d,
+    hertz_coefficient,
+    semi_axes,
+)
 from bearing_twin.contact.friction import friction_factor
 from bearing_twin.contact.laws import LAWS, Place, line_law
+from bearing_twin.contact.materials import MATERIALS, Material, effective_modulus
 from bearing_twin.contact.names import law_names
+from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.forces.along_groove import (
+    TERMS,
+    axes_along,
+    coefficient_along,
+    slope_along,
+    terms_along,
+)
+from bearing_twin.kinds.bearing.parameters import GIVES
+from bearing_twin.shapes.surfaces import ball_in_groove
 
 POINT = [name for name, row in LAWS.items() if row.fits == "point"]
 CURVED = [name for name in POINT if LAWS[name].follows]
@@ -154,3 +192,443 @@ def test_friction_opposes_slip_and_stays_in_its_cone(slip, regularisation):
     assert 0.0 <= force <= 0.1 * 50.0 * (1.0 + 1e-12)
     if np.linalg.norm(slip) > 30.0 * regularisation:
         assert force > 0.999 * 5.0
+
+
+STEEL_2_1 = Material(2.1e11, 0.3, 7850.0)
+
+
+@pytest.mark.parametrize("kc", [1.0, 0.999, 0.7, 0.2, 1e-2, 1e-4, 1e-6])
+def test_elliptic_integrals_agree_with_scipy(kc):
+    b, d = elliptic_b_d(kc)
+    assert b + d == pytest.approx(ellipkm1(kc * kc), rel=2e-15)
+    assert b + kc * kc * d == pytest.approx(ellipe(1.0 - kc * kc), rel=2e-15)
+
+
+# Complete-ellipse table: Q/P, long/short axis, K(m), E(m).
+@pytest.mark.parametrize(
+    ("ratio", "axes", "first", "second"),
+    [
+        (2.0, 1.58580, 1.95211, 1.29715),
+        (5.0, 2.89018, 2.49374, 1.12052),
+        (10.0, 4.49945, 2.91420, 1.05988),
+        (100.0, 18.18710, 4.28950, 1.00573),
+    ],
+)
+def test_axis_ratio_matches_the_published_table(ratio, axes, first, second):
+    found = axis_ratio(1.0, ratio)
+    b, d = elliptic_b_d(found)
+    assert 1.0 / found == pytest.approx(axes, abs=6e-6)
+    assert b + d == pytest.approx(first, abs=6e-6)
+    assert b + found**2 * d == pytest.approx(second, abs=6e-6)
+
+
+def test_equation_8_has_its_root_for_every_ratio():
+    """Paper 1, Theorem 1: one eccentricity for every P/Q in (0, 1]; found to 1e-13 from circle to b/a = 1e-6."""
+    for target in np.concatenate([1.0 + np.geomspace(1e-12, 1.0, 60), np.geomspace(2.0, CURVATURE_RATIO_MAX, 200)]):
+        found = axis_ratio(1.0, target)
+        assert 0.0 < found <= 1.0
+        assert curvature_ratio(found) == pytest.approx(target, rel=1e-13)
+
+
+def test_near_circle_follows_its_series():
+    """b/a = (P/Q)^(2/3) to first order; the textbook form (E/(1-m) - K)/(K - E) is noise here."""
+    for excess in (1e-4, 1e-6, 1e-8, 1e-10):
+        assert 1.0 - axis_ratio(1.0, 1.0 + excess) == pytest.approx(2.0 / 3.0 * excess, rel=2e-4, abs=3e-16)
+
+
+@pytest.mark.parametrize("pair", [(-1.0, 1.0), (2.0, 1.0), (0.0, 1.0), (math.nan, 1.0)])
+def test_curvatures_that_make_no_ellipse_give_nan(pair):
+    assert math.isnan(axis_ratio(*pair))
+    assert math.isnan(hertz_coefficient(*pair, 1.0))
+
+
+def test_circular_contact_is_hertz():
+    load = hertz_coefficient(50.0, 50.0, effective_modulus(STEEL_2_1, STEEL_2_1)) * 1e-6**1.5
+    assert load == pytest.approx(15.384615384615, rel=1e-12)
+
+
+# Ball on raceway: ball diameter, pitch diameter, conformity, side, C of F = C h^1.5 at E = 207.5 GPa, b/a.
+@pytest.mark.parametrize(
+    ("ball", "pitch", "conformity", "side", "coefficient", "ratio"),
+    [
+        (6.746e-3, 28.5e-3, 0.515, -1, 2.589e10, 0.0883),
+        (6.746e-3, 28.5e-3, 0.515, +1, 2.763e10, 0.1181),
+        (6.746e-3, 28.5e-3, 0.52, -1, 2.338e10, 0.1043),
+        (6.746e-3, 28.5e-3, 0.52, +1, 2.502e10, 0.1400),
+        (7.94e-3, 39.04e-3, 0.52, -1, 2.551e10, 0.1071),
+        (7.94e-3, 39.04e-3, 0.52, +1, 2.703e10, 0.1376),
+    ],
+)
+def test_bearing_contacts_match_published_stiffness(ball, pitch, conformity, side, coefficient, ratio):
+    radius = 0.5 * ball
+    small = 0.5 * (1.0 / radius - 1.0 / (conformity * ball))
+    large = 0.5 * (1.0 / radius - side / (0.5 * pitch + side * radius))
+    modulus = effective_modulus(MATERIALS["steel"], MATERIALS["steel"])
+    assert hertz_coefficient(small, large, modulus) == pytest.approx(coefficient, rel=2.5e-4)
+    assert axis_ratio(small, large) == pytest.approx(ratio, abs=6e-5)
+
+
+@given(st.floats(1.0, 1e6), st.floats(1e-3, 1e5), st.floats(1e8, 1e12), st.floats(1e-3, 1e5))
+def test_ellipse_satisfies_hertz_equations(ratio, small, modulus, load):
+    """Load, approach and curvatures agree through the pressure: F = 2/3 p a b pi, P = p b D/(E* a^2)."""
+    found = ellipse(small, small * ratio, modulus, load)
+    _, d = elliptic_b_d(found.semi_minor / found.semi_major)
+    assert 2.0 / 3.0 * found.peak_pressure * math.pi * found.semi_major * found.semi_minor == pytest.approx(load)
+    assert found.peak_pressure * found.semi_minor * d / (modulus * found.semi_major**2) == pytest.approx(small)
+
+
+def test_no_load_no_ellipse():
+    assert ellipse(1.0, 2.0, 1e11, 0.0) == (0.0, 0.0, 0.0)
+
+
+DISC = (1.0, 2.0, 5e9, 0.3)  # radius, thickness, Young's modulus, Poisson's ratio of paper 3, section 5.1
+
+
+def printed(name, load, radius, thickness, modulus, ratio):
+    """The approach as the books print it."""
+    compliance, half = (1.0 - ratio**2) / (math.pi * modulus), 0.5 * thickness
+    if name == "line":
+        return load * compliance / half * (1.0 + math.log(8.0 * half**3 / (compliance * load * radius)))
+    return load * compliance / half * (math.log(8.0 * half * radius / (compliance * load)) - 1.0)
+
+
+@settings(deadline=None)
+@given(st.floats(-690.0, -1.001))
+def test_lambert_branch_solves_its_equation(w):
+    assert line.lambert_lower(w * math.exp(w)) == pytest.approx(w, rel=1e-12 * (1.0 + 1e3 / abs(w + 1.0) ** 2 * 1e-3))
+
+
+def test_lambert_branch_agrees_with_scipy_and_ends_where_it_ends():
+    x = -np.concatenate([np.geomspace(1e-300, 0.1, 300), np.linspace(0.1, 0.3678, 300)])
+    assert [line.lambert_lower(one) for one in x] == pytest.approx(list(lambertw(x, -1).real), rel=1e-12)
+    assert line.lambert_lower(-1.0 / math.e) == pytest.approx(-1.0, abs=1e-7)
+    assert math.isnan(line.lambert_lower(-0.4))
+    assert math.isnan(line.lambert_lower(0.1))
+
+
+@pytest.mark.parametrize("name", law_names("line", ()))
+@settings(deadline=None)
+@given(st.floats(1e-6, 0.99))
+def test_load_inverts_the_printed_equation(name, share):
+    """Paper 3, eq. (14), which the paper thought "very hard, if not impossible" to invert."""
+    law = line_law(name, *DISC)
+    approach = share * line.deepest(law)
+    load = line.load(law, approach)
+    assert printed(name, load, *DISC) == pytest.approx(approach, rel=1e-12)
+    assert line.approach_of(law, load) == pytest.approx(approach, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", law_names("line", ()))
+def test_energy_is_the_integral_of_the_load_and_can_be_inverted(name):
+    law = line_law(name, *DISC)
+    for share in (1e-4, 0.02, 0.3, 0.9):
+        approach = share * line.deepest(law)
+        work, _ = quad(lambda x, law=law: line.load(law, x), 0.0, approach, epsabs=0.0, epsrel=1e-11)
+        stored = line.energy(law, line.load(law, approach))
+        assert stored == pytest.approx(work, rel=1e-9)
+        assert line.load_of_energy(law, stored) == pytest.approx(line.load(law, approach), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", law_names("line", ()))
+def test_no_load_belongs_to_more_than_the_deepest_approach(name):
+    law = line_law(name, *DISC)
+    expected = 8.0 * 1.0**2 / 1.0 if name == "line" else 8.0 / math.e**2
+    assert line.deepest(law) == pytest.approx(expected, rel=1e-12)
+    assert math.isfinite(line.load(law, 0.999 * expected))
+    assert math.isnan(line.load(law, 1.001 * expected))
+    assert math.isnan(line.load_of_energy(law, 1.001 * line.greatest_energy(law)))
+    assert line.load_of_energy(law, 0.999 * line.greatest_energy(law)) > 0.0
+
+
+@pytest.mark.parametrize("name", law_names("line", ()))
+def test_a_gap_bears_nothing_and_the_compiled_numbers_are_the_plain_ones(name):
+    law = line_law(name, *DISC)
+    assert line.load(law, -1e-3) == line.load(law, 0.0) == line.energy(law, 0.0) == 0.0
+    assert line.approach_of(law, 0.0) == line.load_of_energy(law, 0.0) == 0.0
+    for approach in (1e-6, 1e-3, 0.5):
+        assert line.load.py_func(law, approach) == pytest.approx(line.load(law, approach), rel=1e-15)
+
+
+COEFFICIENT, MASS = 2.4e10, 1.25e-3
+
+
+def rebound(load, speed):
+    """Speed after over speed before of an impact on a wall, integrated to where the bodies part or cease to press."""
+    scale = (1.25 * MASS * speed**2 / COEFFICIENT) ** 0.4
+
+    def rates(_, state):
+        return state[1], -load(state[0] * scale, state[1] * speed) * scale / (MASS * speed**2)
+
+    def parted(time, state):
+        pressing = load(max(state[0], 0.0) * scale, state[1] * speed) > 0.0
+        return 1.0 if time < 0.3 or (pressing and state[0] > 0.0) else -1.0
+
+    parted.terminal = True
+    found = solve_ivp(rates, (0.0, 1e4), (0.0, 1.0), rtol=1e-10, atol=1e-13, events=parted, max_step=0.02)
+    return -found.y[1, -1]
+
+
+# Published: e, chi v of the exact relation.
+@pytest.mark.parametrize(("e", "number"), [(0.9, 0.16648), (0.7, 0.63483), (0.5, 1.43275)])
+def test_exact_relation_matches_published_numbers(e, number):
+    assert damping_number(e) == pytest.approx(number, abs=6e-6)
+
+
+@given(st.floats(1e-3, 1.0, exclude_max=True))
+def test_exact_relation_and_its_inverse(e):
+    number = damping_number(e)
+    assert restitution_of(number) == pytest.approx(e, rel=1e-11)
+    if 0.05 < e < 0.99:
+        assert number * (1.0 + e) == pytest.approx(math.log((1.0 + number) / (1.0 - e * number)), rel=1e-9)
+
+
+@pytest.mark.parametrize("number", [1e3, 1e16, 1e20, 1e300])
+def test_a_contact_that_is_damped_without_bound_leaves_at_the_speed_where_no_load_is_left(number):
+    """The load c h^1.5 (1 + chi dh/dt) is 0 at dh/dt = -1/chi: e = 1/(chi v)."""
+    assert restitution_of(number) == pytest.approx(1.0 / number, rel=1e-12)
+
+
+def test_near_elastic_the_number_follows_its_series():
+    """x = (3/2)(1 - e) + O((1-e)^2), where the logarithms leave no digit standing."""
+    for loss in (1e-3, 1e-6, 1e-9, 1e-12):
+        e = 1.0 - loss
+        assert damping_number(e) == pytest.approx(1.5 * (1.0 - e), rel=2.0 * loss + 1e-12)
+    assert damping_number(1.0) == 0.0
+
+
+@pytest.mark.parametrize("e", [0.9, 0.5, 0.2])
+def test_hunt_crossley_impact_has_the_restitution_asked_for(e):
+    damping = damping_for_restitution(e, 0.7)
+
+    def load(approach, rate):
+        return damped_load(COEFFICIENT * max(approach, 0.0) ** 1.5, 0.0, rate, damping, 0.0)
+
+    assert rebound(load, 0.7) == pytest.approx(e, rel=1e-6)
+    assert rebound(load, 2.1) == pytest.approx(restitution_of(3.0 * damping_number(e)), rel=1e-6)
+
+
+@pytest.mark.parametrize("e", [0.9, 0.5, 0.1])
+def test_steady_damping_has_its_restitution_at_every_speed(e):
+    damping = steady_damping(e, COEFFICIENT, MASS)
+
+    def load(approach, rate):
+        return steady_damped_load(COEFFICIENT * max(approach, 0.0) ** 1.5, approach, rate, damping)
+
+    assert [rebound(load, speed) for speed in (1e-3, 0.7, 50.0)] == pytest.approx([e] * 3, rel=1e-4)
+
+
+@pytest.mark.parametrize("speed", [0.1, 3.0])
+def test_a_relaxation_time_takes_what_its_power_adds_up_to(speed):
+    """First order in the time: the loss 2 int tau k(h) v(h) dh along the elastic motion, by Euler's beta function."""
+    relaxation = 1e-9
+    deepest = (1.25 * MASS * speed**2 / COEFFICIENT) ** 0.4
+    loss = 3.0 * COEFFICIENT * relaxation * speed * deepest**1.5 * 0.4 * beta(0.6, 1.5)
+
+    def load(approach, rate):
+        depth = max(approach, 0.0)
+        stiffness = 1.5 * COEFFICIENT * math.sqrt(depth)
+        return damped_load(COEFFICIENT * depth**1.5, stiffness, rate, 0.0, relaxation)
+
+    assert 1.0 - rebound(load, speed) == pytest.approx(loss / (MASS * speed**2), rel=1e-2)
+    assert loss / (MASS * speed**2) > 1e-5
+    assert damped_load(10.0, 5e6, 0.2, 0.3, 1e-6) == pytest.approx(10.0 + (0.3 * 10.0 + 5.0) * 0.2, rel=1e-14)
+
+
+def test_steady_restitution_is_smooth_through_the_critical_ratio():
+    ratios = 1.0 + np.linspace(-3e-6, 3e-6, 13)
+    assert [steady_restitution(z) for z in ratios] == pytest.approx(
+        np.exp(-2.0 - 4.0 / 3.0 * (ratios - 1.0)), rel=1e-10
+    )
+
+
+def test_usual_shortcuts_miss_a_restitution_of_one_half():
+    found = {name: shortcut.restitution for name, shortcut in shortcuts(0.5, 2.0).items()}
+    expected = {"exact": 0.5, "hunt_crossley": 0.663, "lankarani_nikravesh": 0.725, "flores": 0.470}
+    assert found == pytest.approx(expected, abs=6e-4)
+    assert all(abs(shortcut.restitution - 0.99) < 0.004 for shortcut in shortcuts(0.99, 2.0).values())
+
+
+def test_both_terms_vanish_at_onset_and_never_pull():
+    """Paper 1, section 5: d(h) -> 0 with h."""
+    for approach, bound in ((1e-6, 1.0), (1e-10, 1e-1), (1e-14, 1e-2)):
+        assert 0.0 < steady_damped_load(0.0, approach, 1.0, 30.0) < bound
+    assert steady_damped_load(1.0, 0.0, 1.0, 30.0) == 0.0
+    assert steady_damped_load(1.0, 1e-6, -1e3, 30.0) == 0.0
+    assert steady_damped_load.py_func(1.0, 1e-6, 0.1, 30.0) == steady_damped_load(1.0, 1e-6, 0.1, 30.0)
+
+
+@pytest.mark.parametrize("e", [0.0, -0.1, 1.1, math.nan])
+def test_impossible_restitutions_are_refused(e):
+    for make in (damping_number, lambda one: shortcuts(one, 1.0), lambda one: steady_damping(one, 1.0, 1.0)):
+        with pytest.raises(SceneError, match="above 0 and at most 1"):
+            make(e)
+
+
+def test_impossible_speeds_and_masses_are_refused():
+    with pytest.raises(SceneError, match="speed"):
+        damping_for_restitution(0.5, 0.0)
+    with pytest.raises(SceneError, match="mass"):
+        steady_damping(0.5, 1.0, -1.0)
+    with pytest.raises(SceneError, match="zero or above"):
+        restitution_of(-1.0)
+
+
+TURNS = 40
+
+
+def history(steps, low=2.0, high=100.0):
+    """C = P/Q and its rate over 40 turns in which Q/P swings between `low` and `high`, and the step (1 s a turn)."""
+    time = 0.5 / steps * np.arange(2 * steps * TURNS + 1)
+    middle, swing = 0.5 * np.log(low * high), 0.5 * np.log(high / low)
+    ratio = np.exp(-middle - swing * np.sin(2.0 * np.pi * time))
+    return ratio, -ratio * swing * 2.0 * np.pi * np.cos(2.0 * np.pi * time), 1.0 / steps
+
+
+def load_errors(steps, project, **range_):
+    """Relative errors of the load's coefficient against exact Hertz: greatest in the second turn and in the last."""
+    ratio, rate, step = history(steps, **range_)
+    states = follow(ratio, rate, step, project)
+    found = [differential_coefficient(Shape(*row), c, 1.0) for row, c in zip(states, ratio[::2], strict=True)]
+    exact = [hertz_coefficient(c, 1.0, 1.0) for c in ratio[::2]]
+    errors = np.abs(np.array(found) / exact - 1.0)
+    return errors[steps : 2 * steps].max(), errors[-steps:].max()
+
+
+@pytest.mark.parametrize("ratio", [0.999, 0.97, 0.9, 0.5, 0.1, 1e-3])
+def test_rates_are_those_of_the_solution(ratio):
+    """The differential version of eq. (8) and the equations of K and E, against differences of fresh solutions."""
+    step = 1e-5 * ratio
+    ahead, behind = (np.array(shape_of(ratio + sign * step, 1.0)) for sign in (1.0, -1.0))
+    assert list(shape_rates(shape_of(ratio, 1.0), 1.0)) == pytest.approx(
+        list((ahead - behind) / (2.0 * step)), rel=1e-6
+    )
+
+
+@pytest.mark.parametrize("ratio", [1.0, 0.97, 0.5, 1e-2, 1e-4])
+def test_load_from_the_states_is_hertz(ratio):
+    assert differential_coefficient(shape_of(ratio, 1.0), ratio, 1e11) == pytest.approx(
+        hertz_coefficient(ratio, 1.0, 1e11), rel=1e-11
+    )
+
+
+def test_unprojected_states_drift_without_end():
+    """Known failure: RK4 over 40 turns is off by more than 2 % at 16 steps a turn, and growing."""
+    coarse, fine = load_errors(16, False), load_errors(64, False)
+    assert coarse[1] > 0.02
+    assert fine[1] > 1e-5
+    assert coarse[1] > 5.0 * coarse[0]
+    assert fine[1] > 5.0 * fine[0]
+
+
+def test_one_newton_step_ends_the_drift():
+    errors = [load_errors(steps, True) for steps in (16, 32, 64)]
+    for second, last in errors:
+        assert last <= 1.01 * second + 1e-14
+    assert errors[0][1] < 1e-5
+    assert errors[1][1] < 1e-8
+    assert errors[2][1] < 1e-11
+    assert np.log2(errors[0][1] / errors[1][1]) > 8.0  # a Newton step squares the error of a method of order four
+
+
+def test_carried_from_a_circle_the_states_give_hertz():
+    for ratio, error in ((1.0, 1e-14), (0.5, 1e-12), (0.1, 1e-12), (1e-3, 1e-10), (1e-6, 1e-5)):
+        large = 3.0 * curvature_ratio(ratio)
+        found = coefficient_from_circle(3.0, large, 2.0)
+        assert found == pytest.approx(hertz_coefficient(3.0, large, 2.0), rel=error)
+
+
+def carried_and_afresh(moving):
+    """States carried (balls, 2, 3) by a bearing and the same solved afresh, with the last P/Q (balls, 2)."""
+    carried = moving.carried.reshape(-1, 2, 4)
+    return carried[..., 1:], np.array([[shape_of(ratio, 1.0) for ratio in row] for row in carried[..., 0]])
+
+
+@pytest.mark.parametrize("stepper", ["rodas4", "rk4", "imex"])
+def test_a_bearing_carries_the_integrals_of_each_contact(stepper):
+    """Balls that slide and ring: the same motion as by exact Hertz, the carried states those of each contact."""
+    exact, found = (
+        run(*TURNED_REST, count=8, law=law, stepper=stepper) for law in ("hertz_exact", "hertz_differential")
+    )
+    for channel in ("normal_load", "position", "angular_velocity"):
+        one, other = getattr(found[1], channel), getattr(exact[1], channel)
+        assert one == pytest.approx(other, rel=1e-7, abs=1e-7 * np.abs(other).max()), channel
+    states, afresh = carried_and_afresh(found[0])
+    assert np.ptp(afresh[..., 0]) > 1e-3  # contacts of many shapes
+    assert states == pytest.approx(afresh, rel=1e-12)
+    assert not exact[0].carried.any()
+
+
+PITCH = 28.5e-3
+COSINES = np.linspace(0.0, 1.0, 101)
+MODULUS = 1.14e11
+
+
+def groove(share, conformity, side):
+    """Ball radius, radius of the centre circle and of the groove [m] where balls are so large a share of the pitch."""
+    radius = 0.5 * share * PITCH
+    across = 2.0 * conformity * radius
+    return radius, 0.5 * PITCH + side * (radius - across), across
+
+
+def gap_there(ball, circle, across, side, cosine):
+    """The gap where the contact's normal leans from the radius by this cosine."""
+    away = across - 0.999 * ball  # of the centres, in contact
+    sine = np.sqrt(1.0 - cosine**2)
+    gap = ball_in_groove(circle + side * away * cosine, away * sine, ball, circle, across)
+    assert side * gap.normal_radial == pytest.approx(cosine, abs=1e-12)
+    return gap
+
+
+def exact(law, *place):
+    """c of the law there, by the gap itself."""
+    gap = gap_there(*place)
+    return fresh_coefficient(law, gap.curvature_small, gap.curvature_large)
+
+
+@pytest.mark.parametrize("name", law_names("point", GIVES))
+@pytest.mark.parametrize(
+    ("share", "conformity", "off"),
+    [(0.236, 0.52, 6e-14), (0.236, 0.5003, 4e-14), (0.1, 0.515, 2e-15), (0.4, 0.52, 4e-11), (0.5, 0.52, 4e-11)],
+)
+def test_a_law_along_a_groove_is_the_law_at_every_contact_angle(name, share, conformity, off):
+    """Near b/a = 0.01 `hertz` goes over to the exact solution, from which its rational form is 1e-10 off."""
+    law, floor = elasticity(name, MODULUS, 1e9), 1e-13 if LAWS[name].state else 3e-15
+    if name == "hertz" and conformity < 0.501:
+        floor = 2e-10
+    for side in (-1.0, 1.0):
+        shape = groove(share, conformity, side)
+        terms = terms_along(law, *shape, side)
+        cosines = 1.0 + terms[TERMS] * COSINES
+        assert cosines.min() < 0.4 or not LAWS[name].follows
+        found = np.array([coefficient_along(terms, side * cosine) for cosine in cosines])
+        expected = np.array([exact(law, *shape, side, cosine) for cosine in cosines])
+        assert np.abs(found / expected - 1.0).max() < off + floor
+        if LAWS[name].follows and cosines.min() > 0.01:
+            beyond = side * (cosines.min() - 0.01)
+            assert coefficient_along(terms, beyond) == pytest.approx(found[-1], rel=1e-12)
+            assert slope_along(terms, beyond) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("share", "conformity", "off"),
+    [
+        (0.236, 0.52, 7e-14),
+        (0.236, 0.501, 7e-14),
+        (0.1, 0.52, 1e-14),
+        (0.4, 0.52, 4e-11),
+        (0.5, 0.52, 4e-11),
+        (0.236, 0.5003, 2e-3),
+    ],
+)
+def test_the_semi_axes_along_a_groove_are_those_of_every_contact_angle(share, conformity, off):
+    """At last of a groove along which spots come to b/a = 0.01, from where on `semi_axes` keeps their shape."""
+    for side in (-1.0, 1.0):
+        shape = groove(share, conformity, side)
+        both = axes_along(*shape, side)
+        cosines = 1.0 + both[0][TERMS] * COSINES
+        assert cosines.min() < 0.4
+        for axis, terms in enumerate(both):
+            found = np.array([coefficient_along(terms, side * cosine) for cosine in cosines])
+            gaps = [gap_there(*shape, side, cosine) for cosine in cosines]
+            expected = [semi_axes(gap.curvature_small, gap.curvature_large, 4e-6)[axis] for gap in gaps]
+            assert np.abs(2e-3 * found / expected - 1.0).max() < off

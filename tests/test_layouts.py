@@ -19,10 +19,8 @@ from bearing_twin.command.cli import main
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import MARKERS, PUBLISH
 from bearing_twin.log import cdr
-from bearing_twin.log.layouts import LAYOUTS, rviz
-from bearing_twin.log.mcap_log import write_log
-from bearing_twin.log.panels import panels, panels_of_study
-from bearing_twin.log.rerun_file import log_span
+from bearing_twin.log.layouts import LAYOUTS, log_span, panels, panels_of_study, rviz
+from bearing_twin.log.run_log import write_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.log.study_log import write_study
 from bearing_twin.paths import share_path
@@ -31,7 +29,7 @@ from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.shelf import SCENES
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.study import load_study
 
 SHIPPED = [name for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")]
 SCENE = load_scene("bearing_6203")

@@ -11,7 +11,7 @@ from made_up_run import a_choice, made_up_block, made_up_scene
 
 from bearing_twin.errors import BearingTwinError, LogError, SceneError
 from bearing_twin.log import cdr
-from bearing_twin.log.samples import samples_message
+from bearing_twin.log.sample_block import samples_message
 from bearing_twin.log.stream import scene_text
 from bearing_twin.nodes.watch_node import number_of, vector_of
 from bearing_twin.run.scene import load_scene

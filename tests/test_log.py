@@ -25,11 +25,9 @@ from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.errors import IntegrationError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.consecutive import Consecutive
-from bearing_twin.log.mcap_log import LogWriter, content_digest, raw_messages, read_log, write_log
-from bearing_twin.log.parts import Safety
-from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter
-from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter, Safety
+from bearing_twin.log.run_log import LogWriter, content_digest, raw_messages, read_log, write_log
+from bearing_twin.log.stream import Consecutive, MessageStream, topics
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene

@@ -26,13 +26,12 @@ from bearing_twin.command.cli import BAD_INPUT, main
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.mcap_log import LogWriter, raw_messages, read_log, recover, write_log
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.mcap_write import MAGIC
-from bearing_twin.log.parts import Safety
-from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.log.raw_log import RawLogWriter, Safety
 from bearing_twin.log.recover import survey
-from bearing_twin.log.samples import samples_message
+from bearing_twin.log.run_log import LogWriter, raw_messages, read_log, recover, write_log
+from bearing_twin.log.sample_block import samples_message
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.replay_loop import logged_topics
 from bearing_twin.run.passes import simulate
@@ -578,7 +577,7 @@ def test_killed_writer_leaves_a_recoverable_log(tmp_path):
 import sys, time
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.parts import Safety
+from bearing_twin.log.raw_log import Safety
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.recover import survey
 log = RawLogWriter(sys.argv[1], safety=Safety(max_loss=0.05))

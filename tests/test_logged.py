@@ -9,7 +9,7 @@ from disks import full_after
 from forks import forked
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
-from bearing_twin.log.mcap_log import LogWriter, choice_record, read_log, recover, write_log
+from bearing_twin.log.run_log import LogWriter, choice_record, read_log, recover, write_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.passes import Run, simulate
 from bearing_twin.run.scene import load_scene

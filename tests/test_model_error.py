@@ -10,12 +10,12 @@ from bearing_twin import load_study, run_study
 from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.kinds.doubt import LAW, METHOD
 from bearing_twin.log.study_log import read_study, write_study
-from bearing_twin.uq.ensemble import Ensemble
-from bearing_twin.uq.model_error import SPREAD, _doubted, _gathered, _large, chosen, model_errors, spread, told_of_model
-from bearing_twin.uq.propagation import task_of
-from bearing_twin.uq.quantities import errors_of, quantities_of
-from bearing_twin.uq.realise import RealisationWorth, empty, only_what_is_wanted
-from bearing_twin.uq.study_file import parse_study
+from bearing_twin.uq.inputs import quantities_of
+from bearing_twin.uq.realisations import RealisationWorth, empty, errors_of, only_what_is_wanted, task_of
+from bearing_twin.uq.run import _doubted, _gathered, _large, chosen, model_errors
+from bearing_twin.uq.study import parse_study
+from bearing_twin.uq.summary import told_of_model
+from bearing_twin.uq.workers import Ensemble
 from bearing_twin.view.study_page import document_of_study
 
 pytestmark = pytest.mark.usefixtures("quick_workers")
@@ -55,19 +55,6 @@ def test_realisations_are_chosen_by_the_watched_quantity_first():
     assert chosen(np.full((3, 2), np.nan), 0, 5) == []
 
 
-def test_of_bearings_further_realisations_lie_evenly_among_all():
-    sample = np.arange(2000.0).reshape(1000, 2)
-    sample[::2] = np.nan
-    rows = spread(sample)
-    assert (len(rows), rows[0], rows[-1]) == (SPREAD, 1, 999)
-    assert np.isfinite(sample[rows]).all()
-    assert set(np.diff(rows)) <= {16, 18}
-    assert spread(sample[:20]) == list(range(1, 20, 2))
-    assert spread(sample[:1]) == []
-    # The greatest of so many is above the 0.95 quantile in 95 % of all samples, and no fewer would do.
-    assert 0.95**SPREAD <= 0.05 < 0.95 ** (SPREAD - 1)
-
-
 LOOSE = {
     "scene": "bearing_6203_loose",
     "set": ["run.duration=0.012", "run.output_rate=1000", "wanted.tolerance=0.01"],
@@ -81,23 +68,8 @@ LOOSE = {
 
 def test_no_companion_goes_with_a_realisation_of_a_bearing_that_no_one_asks():
     task = task_of(parse_study(LOOSE, "study"))
-    asked = [only_what_is_wanted(one)["solver"]["companion"] for one in (task, task._replace(watched=True))]
-    assert asked == ["off", "on"]
-
-
-def test_what_is_told_of_a_few_bearings_holds_for_all():
-    """Against each realisation at a tolerance of 1e-6; loads are greatest at the start, which is known."""
-    told = run_study(parse_study(LOOSE, "study"))
-    tight = ["set=[run.duration=0.012, run.output_rate=1000, wanted.tolerance=1e-6]", "companions=0"]
-    true = run_study(parse_study(LOOSE, "study", tight))
-    assert np.array_equal(told.values, true.values)
-    assert SPREAD <= told.summary["companions"]["realisations"] <= SPREAD + 5
-    assert "evenly among all" in told.summary["companions"]["where"]
-    for column, name in enumerate(told.study.quantities):
-        error = told.summary["quantities"][name]["errors_by_source"]["method"]
-        off = np.abs(told.quantities - true.quantities)[:, column]
-        assert np.quantile(off, 0.95) <= error < 0.1 * told.summary["quantities"][name]["mean"]
-        assert off.max() > 0.0 or name == "greatest_ball_load"
+    asked = [only_what_is_wanted(one)["solver"]["check"] for one in (task, task._replace(watched=True))]
+    assert asked == ["none", "second_run"]
 
 
 def test_what_companions_alone_doubt_is_told_with_their_number():

@@ -8,7 +8,7 @@ from collections import Counter
 import pytest
 from ros import DiagnosticArray, SetBool, call, executable, plain_node, ros_executor, spin_for, spin_until
 
-from bearing_twin.log.mcap_log import raw_messages
+from bearing_twin.log.run_log import raw_messages
 from bearing_twin.nodes.entry import OF_THE_FOLDER, PROFILES, repair_soon
 from bearing_twin.paths import share_path
 

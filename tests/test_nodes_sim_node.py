@@ -41,8 +41,8 @@ from ros import (
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.topics import POSE, WRENCH
-from bearing_twin.log.blocks import sample_range
-from bearing_twin.log.mcap_log import content_digest, read_log, write_log
+from bearing_twin.log.run_log import content_digest, read_log, write_log
+from bearing_twin.log.sample_block import sample_range
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recorder_node import RecorderNode
@@ -273,7 +273,7 @@ def test_another_model_after_a_command_is_told_on_diagnostics_and_as_the_scene(t
         spin_until(executor, publisher.get_subscription_count, "discovery of command/speed")
         assert call(executor, watcher, Step, STEP, Step.Request(duration=0.02)).success
         publisher.publish(Float64(data=1500.0))
-        spin_until(executor, lambda: node.loop.commands.counts["taken"] == 1, "the command")
+        spin_until(executor, lambda: node.loop.commands.taken == 1, "the command")
         assert call(executor, watcher, Step, STEP, Step.Request(duration=0.02)).success
         spin_until(executor, lambda: len(lists["/bearing/scene"]) == 2, "the scene with its new model")
         told = [json.loads(deserialize_message(data, String).data) for data in lists["/bearing/scene"]]
@@ -352,11 +352,7 @@ def test_a_load_moves_the_ring_and_what_cannot_be_is_counted_on_diagnostics():
             message = WrenchStamped()
             message.header.frame_id, message.wrench.force.y = frame, down
             load.publish(message)
-        spin_until(
-            executor,
-            lambda: (node.loop.commands.counts["taken"], node.loop.commands.counts["refused"]) == (2, 3),
-            "the commands",
-        )
+        spin_until(executor, lambda: (node.loop.commands.taken, node.loop.commands.refused) == (2, 3), "the commands")
         force, heavy = stepped(0.5)
         assert force == pytest.approx(900.0)
         assert heavy < 1.2 * light < 0.0

@@ -31,8 +31,7 @@ from bearing_twin.nodes.studies import (
     log_bytes,
     study_of,
 )
-from bearing_twin.uq.drawing import Progress
-from bearing_twin.uq.run import run_study
+from bearing_twin.uq.run import Progress, run_study
 
 QUICK = Goal("spheres_alpha_4e-5", ("sweep=", "histories=[]", "modality=no"), 500, 7)
 YAML = """

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from bearing_twin.log.mcap_log import read_log
+from bearing_twin.log.run_log import read_log
 
 WORDS = {
     "help of a command": ("bearing_twin", "simulate", "--help"),

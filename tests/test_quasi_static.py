@@ -13,8 +13,8 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.motion import bearing_motion
-from bearing_twin.kinds.bearing.quasi_static import statics
-from bearing_twin.kinds.bearing.quasi_static.statics import Support
+from bearing_twin.kinds.bearing.quasi_static import equilibrium
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import Support
 from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
 
@@ -30,7 +30,7 @@ def parameters(*overrides, scene="bearing_6203"):
 
 
 def solved(given, support, angle=0.0, law="hertz", **options):
-    solver = statics.solver_of(given, law, angle, **options)
+    solver = equilibrium.solver_of(given, law, angle, **options)
     return solver, solver.solve(support)
 
 
@@ -51,7 +51,8 @@ def held_at(*coordinates):
      (4000.0, "outer", 30.539, 0.05468)],
 )  # fmt: skip
 def test_a_preloaded_bearing_at_speed(speed, control, load, angle):
-    _, found = solved(parameters(f"drive.speed={speed}"), held_at(0.0, 0.0, 1e-5, 0.0, 0.0), control=control)
+    given = parameters(f"drive.speed={speed}", f"model.control={control}")
+    _, found = solved(given, held_at(0.0, 0.0, 1e-5, 0.0, 0.0))
     assert found.contacts.load[:, 0] == pytest.approx(load, rel=1e-4)
     assert found.contacts.angle[:, 0] == pytest.approx(angle, rel=3e-4)
 
@@ -96,7 +97,7 @@ def test_speed_parts_the_angles_of_an_angular_contact_bearing():
     parted = []
     for rpm in (0.0, 5000.0, 10000.0):
         thrust = parameters(f"drive.speed={rpm * math.pi / 30.0}", scene="bearing_218_thrust")
-        _, found = solved(thrust, statics.support_of(thrust))
+        _, found = solved(thrust, equilibrium.support_of(thrust))
         inner, outer = found.contacts.angle[0]
         load, friction = found.contacts.load[0], found.contacts.friction[0]
         axial = load * np.sin([inner, outer]) + [1.0, -1.0] * friction * np.cos([inner, outer])
@@ -109,15 +110,15 @@ def test_speed_parts_the_angles_of_an_angular_contact_bearing():
 
 def test_a_speed_that_throws_the_balls_out_is_the_reason():
     fast = parameters("drive.speed=4000.0", scene="bearing_218_thrust")
-    with pytest.raises(SceneError, match="is carried at rest, but not at 4000 rad/s"):
-        solved(fast, statics.support_of(fast))
+    with pytest.raises(SceneError, match="is carried at rest; a speed of 4000 rad/s"):
+        solved(fast, equilibrium.support_of(fast))
     with pytest.raises(SceneError, match="the greatest in this direction is a load"):
         solved(fast, pushed((0.0, 0.0, 1e8)))
 
 
 def test_a_contact_angle_is_that_at_which_the_unloaded_balls_touch():
     thrust = parameters("rings.inner.load=[0,0,1e-3]", "drive.speed=0.0", scene="bearing_218_thrust")
-    _, found = solved(thrust, statics.support_of(thrust))
+    _, found = solved(thrust, equilibrium.support_of(thrust))
     assert found.contacts.angle == pytest.approx(thrust.geometry.contact_angle, abs=1e-4)
 
 
@@ -275,7 +276,7 @@ def test_a_solve_of_all_equations_at_once_agrees(speed):
     assert other.x == pytest.approx(start, rel=1e-6, abs=1e-7)
 
 
-@pytest.mark.parametrize("arm", statics.ARMS)
+@pytest.mark.parametrize("arm", ["groove", "pitch"])
 @pytest.mark.parametrize("law", ["hertz", "hertz_exact", "constant", "volumetric", "linear"])
 def test_the_stiffness_is_the_slope_of_the_loads(arm, law):
     asked = (f"contact.normal={law}", *(("contact.stiffness=2e7",) if law == "linear" else ()))
@@ -297,7 +298,7 @@ def test_the_stiffness_is_the_slope_of_the_loads(arm, law):
         assert np.abs((slope - found.stiffness[:, j]) / scale).max() <= 3e-6
 
 
-@pytest.mark.parametrize("arm", statics.ARMS)
+@pytest.mark.parametrize("arm", ["groove", "pitch"])
 def test_the_stiffness_of_springs_without_speed_is_symmetric(arm):
     given_ = parameters("drive.speed=0.0", "contact.normal=constant")
     solver, found = solved(given_, held_at(2e-6, -4e-6, 1.5e-5, 2e-4, -1e-4), law="constant", arm=arm)
@@ -381,7 +382,7 @@ def test_random_loads_are_balanced_or_refused_with_a_reason():
             geometry=dataclasses.replace(base.geometry, radial_clearance=clearance),
             drive=dataclasses.replace(base.drive, speed=speed),
         )
-        solver = statics.solver_of(given_, "hertz", angle)
+        solver = equilibrium.solver_of(given_, "hertz", angle)
         try:
             answer = solver.solve(support)
         except SceneError as error:
@@ -393,7 +394,7 @@ def test_random_loads_are_balanced_or_refused_with_a_reason():
         assert np.abs(missing).max() <= 1e-9 * (np.abs(asked).max() or answer.contacts.load.sum())
         # each ball too: what both contacts and the speed do to it
         assert np.abs(left_of(answer.contacts)).max() <= 1e-9 * (answer.contacts.load.max() + 1e-3)
-    said = ("the greatest in this direction", "no ball touches", "finds no contact", "is carried at rest, but not at")
+    said = ("the greatest in this direction", "no ball touches", "finds no contact", "is carried at rest")
     assert all(any(words in reason for words in said) for reason in reasons)
     assert found > 250
     assert len(reasons) > 10
@@ -435,7 +436,7 @@ def test_any_number_of_balls_carries_a_thrust(balls, radial, angle):
 
 
 def test_a_ring_that_one_ball_carries_is_found_and_called_loose():
-    from bearing_twin.kinds.bearing.quasi_static.statics import loose_directions
+    from bearing_twin.kinds.bearing.quasi_static.equilibrium import loose_directions
 
     given_ = parameters("geometry.radial_clearance=2e-5", "drive.speed=0.0")
     support = pushed((0.0, -1.0, 0.0))
@@ -490,7 +491,7 @@ def test_the_greatest_load_is_named_however_much_was_asked_for(load):
     def greatest(asked):
         support = Support((True, True, False, False, False), (0.0, -asked, 0.0, 0.0, 0.0), (0.0,) * 5)
         with pytest.raises(SceneError, match="pushes the ring through the balls") as caught:
-            statics.solver_of(parameters, "hertz").solve(support)
+            equilibrium.solver_of(parameters, "hertz").solve(support)
         return float(str(caught.value).rpartition("a load of (")[2].split(",")[1])
 
     assert greatest(load) == pytest.approx(greatest(1e5), rel=1e-3)
@@ -521,16 +522,16 @@ def test_a_refusal_takes_bounded_work(monkeypatch):
         tried.append(once(solver, support, share))
         return tried[-1]
 
-    once = statics.EquilibriumSolver._tried
-    monkeypatch.setattr(statics.EquilibriumSolver, "_tried", counted)
+    once = equilibrium.EquilibriumSolver._tried
+    monkeypatch.setattr(equilibrium.EquilibriumSolver, "_tried", counted)
     loads = (197303.6, 106908.5, -18872.3, -0.03948, -0.05697)
     scene = load_scene("bearing_6203", ("geometry.radial_clearance=-2.24875e-6", "drive.speed=1936.2423"))
     with pytest.raises(SceneError, match=r"the greatest in this direction is a load of") as caught:
-        statics.solver_of(scene.parameters, "hertz", 0.35).solve(Support(ALL, loads, (0.0,) * 5))
-    assert sum(status not in (statics.FOUND, statics.NOTHING_CARRIES) for status, _, _ in tried) <= 5
+        equilibrium.solver_of(scene.parameters, "hertz", 0.35).solve(Support(ALL, loads, (0.0,) * 5))
+    assert sum(status not in (equilibrium.FOUND, equilibrium.NOTHING_CARRIES) for status, _, _ in tried) <= 5
     assert len(tried) <= 30
     # what it says is carried is, and a fiftieth more is not
     greatest = float(str(caught.value).rsplit("a load of (", 1)[1].split(",")[0]) / loads[0]
     for share, carried in ((0.999 * greatest, True), (1.02 * greatest, False)):
-        solver = statics.solver_of(scene.parameters, "hertz", 0.35)
+        solver = equilibrium.solver_of(scene.parameters, "hertz", 0.35)
         assert once(solver, Support(ALL, loads, (0.0,) * 5), share)[2] == carried

@@ -70,13 +70,13 @@ def test_reference_life_of_even_loads_by_the_formula_written_out():
 
 def test_the_reference_life_under_the_load_distribution_of_the_standard_is_the_basic_life():
     """ISO/TS 16281 is built so: half the balls loaded (no clearance, epsilon 0.5) gives about (C/P)^3."""
-    from bearing_twin.kinds.bearing.quasi_static import statics
+    from bearing_twin.kinds.bearing.quasi_static import equilibrium
 
     given = parameters("geometry.radial_clearance=0.0", "drive.speed=0.0", "geometry.balls=9",
                        "geometry.ball_diameter=6e-3")  # fmt: skip
     free = (True, True, True, False, False)
-    solver = statics.solver_of(given, "hertz", -0.5 * math.pi)
-    found = solver.solve(statics.Support(free, (0.0, -500.0, 0.0, 0.0, 0.0), (0.0,) * 5))
+    solver = equilibrium.solver_of(given, "hertz", -0.5 * math.pi)
+    found = solver.solve(equilibrium.Support(free, (0.0, -500.0, 0.0, 0.0, 0.0), (0.0,) * 5))
     lives = ratings.lives_of(given, ratings.ratings_of(given), (0.0, -500.0, 0.0), *found.contacts.load.T)
     assert lives.reference == pytest.approx(lives.basic, rel=0.12)
 

@@ -17,7 +17,7 @@ from bearing_twin.kinds.bearing.catalogue import read_entries
 from bearing_twin.log.stream import topics
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.shelf import SCENES
-from bearing_twin.uq.study_file import load_study, parse_study, study_names
+from bearing_twin.uq.study import load_study, parse_study, study_names
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
 
@@ -47,7 +47,7 @@ EXAMPLES = blocks("python")
 @pytest.mark.parametrize("example", [text for _, text in EXAMPLES], ids=[page for page, _ in EXAMPLES])
 def test_examples_run(example, tmp_path, monkeypatch, capsys, quick_workers):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("bearing_twin.uq.ensemble.usable", lambda: 1)
+    monkeypatch.setattr("bearing_twin.uq.workers.usable", lambda: 1)
     exec(compile(example, "<example>", "exec"), {"__name__": "__main__"})
     assert capsys.readouterr().out.strip()
 

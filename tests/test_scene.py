@@ -20,8 +20,8 @@ from bearing_twin.paths import share_path
 from bearing_twin.run.late import late_keys
 from bearing_twin.run.scene import KINDS, load_scene, open_scene, parse_scene, read_scene, scene_names
 from bearing_twin.shelf import GREATEST_FILE
-from bearing_twin.uq.scene_keys import value_at
-from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.inputs import value_at
+from bearing_twin.uq.study import load_study
 
 
 def refusal(function, *arguments):

@@ -91,7 +91,7 @@ def test_what_cannot_be_obeyed_is_refused_counted_said_and_changes_nothing(case,
     it.run(0.017)
     for channel in ("position", "shaft_speed", "left_normal_load"):
         assert np.array_equal(it.channel(channel), left_alone.channel(channel)), channel
-    assert (it.loop.commands.counts["taken"], it.loop.commands.counts["refused"]) == (0, 1)
+    assert (it.loop.commands.taken, it.loop.commands.refused) == (0, 1)
     assert it.loop.commands.doubt().startswith(f"1 refused, the last: command/{name} refused")
 
 

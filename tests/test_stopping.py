@@ -13,9 +13,9 @@ import pytest
 
 from bearing_twin.errors import Interrupted, Stopped
 from bearing_twin.log import cdr
-from bearing_twin.log.mcap_log import raw_messages, read_log
 from bearing_twin.log.mcap_write import IndexFile, McapWriter
 from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.log.run_log import raw_messages, read_log
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.stopping import LOST, SIGNALLED, Halt, heeding_signals

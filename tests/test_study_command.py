@@ -17,17 +17,16 @@ from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, mai
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
-from bearing_twin.log.blocks import Gathered
-from bearing_twin.log.samples import samples_message
+from bearing_twin.log.sample_block import Gathered, samples_message
 from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.sample import Channel
-from bearing_twin.uq import ensemble, picture
+from bearing_twin.uq import picture
+from bearing_twin.uq import workers as ensemble
 from bearing_twin.uq.picture import path_of, plot_study
-from bearing_twin.uq.result import refusals
+from bearing_twin.uq.result import SweepInWords, refusals, sweep_of
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
-from bearing_twin.uq.study_file import load_study, parse_study, study_names
-from bearing_twin.uq.swept import SweepInWords, sweep_of
+from bearing_twin.uq.study import load_study, parse_study, study_names
 from bearing_twin.view.study_page import document_of_study
 
 QUICK = ["spheres_alpha_4e-5", "--set", "sweep=", "--set", "histories=[]"]
@@ -332,7 +331,7 @@ def test_a_time_limit_that_no_realisation_keeps_is_a_failure(capsys, tmp_path):
 
 def test_a_time_limit_is_told_first_and_is_what_to_raise(capsys, monkeypatch):
     """The first piece takes all the time there is, and more samples were asked for already."""
-    monkeypatch.setattr("bearing_twin.uq.ensemble.CLOSED_CHUNK", 3)
+    monkeypatch.setattr("bearing_twin.uq.workers.CLOSED_CHUNK", 3)
     evaluate = ensemble.realise
     monkeypatch.setattr(ensemble, "realise", lambda task, values: [evaluate(task, values), time.sleep(0.3)][0])
     assert main(["study", *QUICK, "--set", "time_limit=0.2", "--set", "companions=0"]) == DONE

@@ -12,12 +12,10 @@ from bearing_twin.command.cli import DONE, DOUBTFUL, main
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.mcap_log import LogWriter, choice_record, raw_messages, read_log, recover
-from bearing_twin.log.parts import Safety
-from bearing_twin.log.raw_log import RawLogWriter
-from bearing_twin.log.samples import samples_message
+from bearing_twin.log.raw_log import KEPT_RATE, RawLogWriter, Safety, Thinning
+from bearing_twin.log.run_log import LogWriter, choice_record, raw_messages, read_log, recover
+from bearing_twin.log.sample_block import samples_message
 from bearing_twin.log.stream import MessageStream, topics
-from bearing_twin.log.thinning import KEPT_RATE, Thinning
 from bearing_twin.nodes.recording import Recording
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene

@@ -9,12 +9,12 @@ import toy_kind
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.kinds import KINDS
-from bearing_twin.log.mcap_log import read_log
+from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import topics
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study_file import parse_study
+from bearing_twin.uq.study import parse_study
 
 SCENE = "kind: toy\nstart: 0.02\nbody: {mass: 2.0, stiffness: 800.0, damping: 4.0}\n"
 DECAY = 1.0  # 1/s: half the damping over the mass

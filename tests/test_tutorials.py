@@ -23,7 +23,7 @@ EDITS = "your_law"  # run by tests/test_docs.py
 @pytest.mark.parametrize("page", [one for one in TUTORIALS if one.stem != EDITS], ids=lambda page: page.stem)
 def test_a_tutorial_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys, quick_workers):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("bearing_twin.uq.ensemble.usable", lambda: 1)
+    monkeypatch.setattr("bearing_twin.uq.workers.usable", lambda: 1)
     ran = 0
     for block in blocks(page):
         text = FEWER.sub(r"\g<1>12", block.text)

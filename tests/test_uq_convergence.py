@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from bearing_twin.errors import StatisticError
-from bearing_twin.uq.change_of_variable import derive
-from bearing_twin.uq.convergence import half_widths, paths
 from bearing_twin.uq.inputs import read_input
+from bearing_twin.uq.propagation import derive
+from bearing_twin.uq.statistics import half_widths, paths
 
 
 def gamma(std):

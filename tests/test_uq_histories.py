@@ -8,9 +8,8 @@ from scipy import stats
 
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.errors import StatisticError
-from bearing_twin.uq.histories import Histories
+from bearing_twin.uq.histories import Histories, narrowing
 from bearing_twin.uq.inputs import read_input
-from bearing_twin.uq.narrowing import narrowing
 from bearing_twin.uq.sampling import UnitPoints
 
 TIMES = np.linspace(0.0, 1.4e-4, 71)

@@ -6,7 +6,7 @@ from scipy import stats
 
 from bearing_twin.errors import StudyError
 from bearing_twin.uq.inputs import read_input
-from bearing_twin.uq.interpolation import LADDER, interpolate, through
+from bearing_twin.uq.propagation import LADDER, interpolate, through
 
 MODULUS = read_input("E", {"distribution": "gamma", "mean": 1.0, "std": 0.2})
 

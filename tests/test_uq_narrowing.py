@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.errors import StatisticError
-from bearing_twin.uq.narrowing import FEWEST, narrowing
+from bearing_twin.uq.histories import FEWEST, narrowing
 
 TIMES = np.linspace(0.0, 1.0, 201)
 

@@ -9,19 +9,20 @@ import pytest
 from scipy import stats
 
 from bearing_twin.errors import StatisticError
-from bearing_twin.uq.change_of_variable import derive
 from bearing_twin.uq.inputs import read_input
-from bearing_twin.uq.moments import PIECE, moment
+from bearing_twin.uq.propagation import derive
 from bearing_twin.uq.sampling import REPLICATES, UnitPoints
-from bearing_twin.uq.sensitivity import sobol_indices
 from bearing_twin.uq.statistics import (
+    PIECE,
     densities_at,
     density,
     estimate,
     half_width,
     histogram,
+    moment,
     natural_density,
     smoothed,
+    sobol_indices,
 )
 
 ALPHA = read_input("alpha", {"distribution": "gamma", "mean": 1.138e-4, "std": 6e-5})

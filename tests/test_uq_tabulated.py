@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from bearing_twin.uq.distributions import MOST, quantiles
 from bearing_twin.uq.inputs import GREATEST_UNIT, LEAST_UNIT, Joint, read_input
-from bearing_twin.uq.tabulated import MOST, quantiles
 
 TAILS = 2.0 ** -np.arange(1.0, 55.0)
 UNIT = np.concatenate([TAILS, 1.0 - TAILS[:-1], [LEAST_UNIT, GREATEST_UNIT], np.random.default_rng(3).random(20_000)])

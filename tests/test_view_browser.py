@@ -16,11 +16,11 @@ from PIL import Image
 from test_view import HOSTILE, SHORT
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.log.mcap_log import write_log
+from bearing_twin.log.run_log import write_log
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.study import load_study
 from bearing_twin.view.film import DRAWN, browser_page
 from bearing_twin.view.logs import document_of_log
 from bearing_twin.view.page import write_page

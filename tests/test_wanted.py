@@ -17,8 +17,8 @@ def graph():
 
 def test_a_test_that_imports_a_module_is_one_step_from_it(graph):
     near = wanted.distances(["bearing_twin/contact/ellipse.py"], graph)
-    assert near["tests/test_ellipse.py"] == 1
-    assert near["tests/test_cli.py"] > near["tests/test_ellipse.py"]
+    assert near["tests/test_laws.py"] == 1
+    assert near["tests/test_cli.py"] > near["tests/test_laws.py"]
     assert "tests/test_cdr.py" not in near
 
 
@@ -30,7 +30,7 @@ def test_late_imports_and_helpers_of_tests_count(graph):
 
 
 def test_a_changed_test_is_nearest_and_a_file_that_is_no_python_goes_by_its_name(graph):
-    assert wanted.distances(["tests/test_ellipse.py"], graph) == {"tests/test_ellipse.py": 0}
+    assert wanted.distances(["tests/test_laws.py"], graph) == {"tests/test_laws.py": 0}
     readme = wanted.distances(["README.md"], graph)
     assert "tests/test_readme.py" in readme
     assert len(readme) < 10

@@ -19,10 +19,9 @@ from bearing_twin.errors import StudyError
 from bearing_twin.kinds import KINDS
 from bearing_twin.run.scene import open_scene
 from bearing_twin.uq import workers
-from bearing_twin.uq.ensemble import Ensemble
-from bearing_twin.uq.propagation import task_of
-from bearing_twin.uq.realise import realise
-from bearing_twin.uq.study_file import parse_study
+from bearing_twin.uq.realisations import realise, task_of
+from bearing_twin.uq.study import parse_study
+from bearing_twin.uq.workers import Ensemble
 
 TOY = {
     "scene": {"kind": "toy"},

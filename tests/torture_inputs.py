@@ -17,7 +17,7 @@ from bearing_twin.run.scene import load_scene, parse_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.shelf import SCENES, STUDIES
 from bearing_twin.uq.run import refuse_too_large
-from bearing_twin.uq.study_file import load_study, parse_study
+from bearing_twin.uq.study import load_study, parse_study
 
 NUMBERS = (
     "0", "-0", "-1", "1e308", "1e-308", "5e-324", "1e200", "-1e200", ".inf", "-.inf", ".nan", "1e400", "0x10", "1_000",

@@ -24,16 +24,14 @@ from torture_rows import Found, Row, fork, in_a_process, megabytes, part_of, unt
 from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.mcap_log import LogWriter, choice_record, raw_messages, read_log, recover, write_log
 from bearing_twin.log.mcap_write import MAGIC
-from bearing_twin.log.parts import Safety
-from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter
+from bearing_twin.log.raw_log import KEPT_RATE, SCENE_RECORD, RawLogWriter, Safety
+from bearing_twin.log.run_log import LogWriter, choice_record, raw_messages, read_log, recover, write_log
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.log.thinning import KEPT_RATE
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.uq.study_file import parse_study
+from bearing_twin.uq.study import parse_study
 
 MAX_LOSS, ALLOWED = 0.1, 0.15  # s: of the log, and with 50 ms for the flush itself
 RATES = (1.0, 20.0, 500.0, 5000.0)  # messages a second

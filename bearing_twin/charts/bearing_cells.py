@@ -17,7 +17,7 @@ from bearing_twin.charts.contest import judged
 from bearing_twin.charts.table import REFUSED, Row
 from bearing_twin.charts.timing import LONG_ENOUGH, timed
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing.companion.deviations import LEAST_LOAD
+from bearing_twin.kinds.bearing.doubt import LEAST_LOAD
 from bearing_twin.kinds.bearing.forces.layout import BORDER
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.motion import BearingMotion
@@ -226,8 +226,7 @@ def _by_euler(motion, case, setting):
     states = np.full((case.count, *state.shape), np.nan)
     turned, borders = np.zeros((case.count, balls, 4)), np.zeros((case.count, BORDER))
     counts, failure = np.zeros(4, np.int64), np.zeros(2)
-    last = motion.border, np.zeros((0, 0, 0))
-    results = Results(states, turned, counts, failure, motion.stop, motion.carried, borders, *last)
+    results = Results(states, turned, counts, failure, motion.stop, motion.carried, borders, motion.border)
     what = motion.bearing, motion.drive, near, case.times, float(case.times[-1]), setting, motion.scales
     if explicit_chunk(EULER, *what, state, motion.orientation, motion.steps, results) != OK:
         raise IntegrationError(f"not finite, or through a raceway, at {failure[0]:.3g} s")

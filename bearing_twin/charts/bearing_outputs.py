@@ -16,10 +16,9 @@ from bearing_twin.charts.table import Row
 from bearing_twin.charts.timing import timed
 from bearing_twin.run.passes import Run
 from bearing_twin.run.scene import load_scene
-from bearing_twin.uq.propagation import task_of
-from bearing_twin.uq.realise import realise
+from bearing_twin.uq.realisations import realise, task_of
 from bearing_twin.uq.sampling import SAMPLERS, UnitPoints
-from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.study import load_study
 
 SCENE, DURATION, FINEST = "bearing_6203_loose", 0.05, 1e5
 RATES, FINER = (100.0, 300.0, 1e3, 3e3, 1e4, 3e4), 2e5  # FINER checks what is taken as true

@@ -34,7 +34,6 @@ def _drawn(number: int) -> tuple[str, tuple[str, ...]]:
 
 
 DRAWN = {f"drawn {number + 1}": _drawn(number) for number in range(MANY)}
-ALL_CASES = CASES | UNSEEN | DRAWN
 GROUPS = {
     "Scenes known": CASES,
     "Scenes that showed what to mend": _mending,

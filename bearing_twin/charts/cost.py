@@ -20,7 +20,7 @@ from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, LANE_ROWS
 from bearing_twin.kinds.bearing.forces.rates import put_ring_speed
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.moving import moving_by
-from bearing_twin.log.mcap_log import write_log
+from bearing_twin.log.run_log import write_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.numerics.lanes import LANES, into_blocks, new_blocks
 from bearing_twin.pictures.style import BALL_COLOURS, frame, save_chart

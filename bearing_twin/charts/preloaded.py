@@ -2,12 +2,11 @@
 
 A preloaded 6203 without gravity, its inner ring held where equilibrium puts it under the load. Speeds are those at
 which the centrifugal load of the ball with most of it is a given share of its load on the inner raceway. Truth is the
-motion of the balls at a tolerance a thousand times tighter than by default, early, when the axes of the balls' spin are
-those of rolling, and late: under thrust once they have settled, with a load across, in an even cage without which balls
-drift, 2 s after a start with axes that have. Equilibria are taken with the balls where that motion has them, and with
-such axes. `rk4` checks the truth early at every load, at one
-speed. `setting` is the share, the errors of load and angle are the late ones, seconds those of a simulated second with
-1000 outputs.
+motion of the balls at a tolerance a thousand times tighter than by default, early, when the axes of the balls' spin
+are those of rolling, and late: under thrust once they have settled, with a load across, in an even cage without which
+balls drift, 2 s after the start. Equilibria are taken with the balls where that motion has them. `rk4` checks the
+truth early at every load, at one speed. `setting` is the share, the errors of load and angle are the late ones,
+seconds those of a simulated second with 1000 outputs.
 """
 
 import math
@@ -20,12 +19,16 @@ from bearing_twin.charts.dimension_row import DimensionRow, worst
 from bearing_twin.charts.scene_rows import command_of
 from bearing_twin.charts.table import DONE
 from bearing_twin.charts.timing import Timing, timed
-from bearing_twin.kinds.bearing.controls import SETTLED, SHARED
+from bearing_twin.kinds.bearing.controls import SHARED
 from bearing_twin.kinds.bearing.motion import bearing_motion
-from bearing_twin.kinds.bearing.quasi_static.in_motion import solved_in_motion
-from bearing_twin.kinds.bearing.quasi_static.moving_balls import angle_errors
-from bearing_twin.kinds.bearing.quasi_static.settled import OFF
-from bearing_twin.kinds.bearing.quasi_static.statics import EquilibriumSolver, Support, load_line, setting_of, solver_of
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
+    EquilibriumSolver,
+    Support,
+    controlled,
+    load_line,
+    setting_of,
+    solver_of,
+)
 from bearing_twin.kinds.bearing.rings import EVEN, PRESCRIBED, QUASI_STATIC
 from bearing_twin.pictures.style import STYLE, ball_line, frame, heading
 from bearing_twin.report import Choice
@@ -50,7 +53,6 @@ SPAN, ENOUGH = 0.2, 0.1  # s of each timed run, and of a timing
 NOTHING = 1e-15  # m: an offset below it is rounding
 FASTEST = 2e4  # rad/s: no speed beyond it is looked for
 LEAST = 1e-7  # smaller errors are drawn here
-TOLD = {"marker": "x", "linestyle": "none", "color": STYLE["ink"], "markersize": 7, "label": "told of them"}
 
 AGAIN, AGAIN_AT, AGAIN_STEP = "rk4", 0.3, 2e-7  # the check, its share, its step [s]
 
@@ -93,8 +95,8 @@ def _across(name: str) -> bool:
 def late(parameters, name: str, share: float) -> float:
     """When after a start [s] a late look is taken.
 
-    An axis of spin turns as exp(-t/tau), tau = 5 mu Q d_m/(2 F_c s) (`quasi_static.moving_balls`); with a load across
-    it has settled at the start.
+    An axis of spin turns as exp(-t/tau), tau = 5 mu Q d_m/(2 F_c s) ; with a load across
+    a look is taken at LATE.
     """
     contact = parameters.contact
     tau = 2.5 * contact.friction_coefficient * parameters.geometry.pitch_diameter
@@ -116,11 +118,11 @@ def _motion(stepper: str, parameters):
 
 
 def _static(parameters, azimuths):
-    """Loads and angles in balance with the balls at these azimuths, the ring held, and errors told of the angles."""
+    """Loads and angles in balance with the balls at these azimuths, the ring held."""
     held = Support((False,) * 5, (0.0,) * 5, (*parameters.drive.offset, 0.0, 0.0))
     solver = EquilibriumSolver(setting_of(parameters, LAW, parameters.drive.speed), azimuths)
-    found = solved_in_motion(parameters, solver, held)
-    return found.contacts.load, np.abs(found.contacts.angle), angle_errors(parameters, solver, found)
+    found = controlled(parameters, solver, held)
+    return found.contacts.load, np.abs(found.contacts.angle)
 
 
 def _errors(found, exact) -> list[float]:
@@ -142,23 +144,21 @@ def judge(name: str, share: float, limit: float) -> list[DimensionRow]:
         speed = _speed_of(load, share)
         offset = tuple(_balance(load, speed).coordinates[:3].tolist())
         truth, found, cage = [], {QUASI_STATIC: [], PRESCRIBED: []}, (f"cage.kind={EVEN}",) if _across(name) else ()
-        settles = late(_parameters(speed), name, share), SETTLED if _across(name) else SHARED, SETTLED, cage
-        for instant, begun, settled, spaced in ((EARLY, SHARED, SHARED, ()), settles):
-            start, then = (f"model.control={control}" for control in (begun, settled))
-            exact = _motion(STEPPERS[PRESCRIBED], _parameters(speed, offset, FINEST, start, *spaced))
+        settles = late(_parameters(speed), name, share)
+        for instant, spaced in ((EARLY, ()), (settles, cage)):
+            then = f"model.control={SHARED}"
+            exact = _motion(STEPPERS[PRESCRIBED], _parameters(speed, offset, FINEST, *spaced))
             truth.append(_moved(exact, instant))
             given = _parameters(speed, offset, TOLERANCE, then, *spaced)
             found[QUASI_STATIC].append(_static(given, truth[-1][0]))
-            moving = _motion(STEPPERS[PRESCRIBED], _parameters(speed, offset, TOLERANCE, start, *spaced))
+            moving = _motion(STEPPERS[PRESCRIBED], _parameters(speed, offset, TOLERANCE, *spaced))
             found[PRESCRIBED].append(_moved(moving, instant)[1:])
         if cage:  # costs are of balls without one
             moving = _motion(STEPPERS[PRESCRIBED], _parameters(speed, offset))
-            _moved(moving, settles[0])
+            _moved(moving, settles)
         motions = {QUASI_STATIC: _motion(QUASI_STATIC, given), PRESCRIBED: moving}
         motions[QUASI_STATIC].first_outputs()
         rows = [_row(name, dimension, share, speed, pairs, truth, motions) for dimension, pairs in found.items()]
-        told, angles = (found[QUASI_STATIC][0][i].max() for i in (2, 1))  # of axes as in rolling
-        rows[0] = rows[0].but(told_angle_error=float(told / angles))
         rows[-1] = rows[-1].but(command=command_of(SCENE, _keys(speed, offset, TOLERANCE, *cage)))
         if share == AGAIN_AT:
             again = f"model.control={SHARED}", f"solver.step={AGAIN_STEP!r}"
@@ -202,7 +202,6 @@ def reading(points: list[DimensionRow]) -> list[str]:
         f"Contact angles: {angles('angle_error')}.",
         f"{1e3 * EARLY:g} ms after a start in rolling, with such axes: loads "
         f"{upto(points, 'early_load_error')}; angles {angles('early_angle_error')}.",
-        *_told(points),
         f"prescribed at its default tolerance: loads off by at most {' and '.join(off)}, in an even cage.",
         f"CPU time of a simulated second with 1000 outputs (with 100): {', '.join(costs)}.",
         *_again(points),
@@ -212,16 +211,6 @@ def reading(points: list[DimensionRow]) -> list[str]:
 def _cost_of(points, dimension, key) -> str:
     found = [1e3 * getattr(p, key) for p in points if p.method == dimension and p.status == DONE]
     return " to ".join(map(two_digits, (min(found), max(found)))) if found else "nan"
-
-
-def _told(points):
-    """How many times what angles are off early is told."""
-    ratios = [p.told_angle_error / p.early_angle_error for p in points if p.method == QUASI_STATIC and p.status == DONE]
-    if ratios:
-        yield (
-            f"Of the latter angles {two_digits(min(ratios))} to {two_digits(max(ratios))} times what they are off is "
-            f"told, of those of settled axes {OFF:g}."
-        )
 
 
 def _again(points):
@@ -256,8 +245,6 @@ def draw(points: list[DimensionRow], axes) -> None:
     load.plot([], [], color=STYLE["soft"], linestyle="-", label="late, settled")
     load.plot([], [], color=STYLE["soft"], linestyle=":", label="after 20 ms")
     load.legend(loc="upper left", frameon=False, fontsize=11)
-    told = [p for p in points if p.method == QUASI_STATIC and p.status == DONE]
-    angle.plot([p.setting for p in told], [max(p.told_angle_error, LEAST) for p in told], **TOLD)
     angle.legend(
         *([one[-1:] for one in angle.get_legend_handles_labels()]), loc="upper left", frameon=False, fontsize=11
     )

@@ -23,12 +23,10 @@ from bearing_twin.charts.sheets import draw as draw_sheet
 from bearing_twin.charts.study_samples import colour
 from bearing_twin.charts.table import DONE, Row
 from bearing_twin.pictures.style import STYLE
-from bearing_twin.uq.change_of_variable import derive
-from bearing_twin.uq.chaos import GREATEST_DEGREE, VALIDATION, expand
-from bearing_twin.uq.propagation import exact_distributions, mean_inputs, task_of
-from bearing_twin.uq.realise import realise
+from bearing_twin.uq.propagation import GREATEST_DEGREE, VALIDATION, derive, expand
+from bearing_twin.uq.realisations import exact_distributions, mean_inputs, realise, task_of
 from bearing_twin.uq.sampling import REPLICATES, SAMPLERS, UnitPoints
-from bearing_twin.uq.study_file import parse_study
+from bearing_twin.uq.study import parse_study
 
 
 class StudyProblem(NamedTuple):

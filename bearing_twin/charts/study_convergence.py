@@ -5,7 +5,7 @@ import numpy as np
 from bearing_twin.charts.sheets import Axis, Band, Line, Panel, Sheet
 from bearing_twin.charts.study_samples import Known, colour, draws, footer, known
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
-from bearing_twin.uq.convergence import half_widths, paths
+from bearing_twin.uq.statistics import half_widths, paths
 
 STUDY = "spheres_alpha_6e-5"
 SEEDS, SHOWN = 200, 25

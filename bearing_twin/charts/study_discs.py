@@ -6,7 +6,7 @@ from bearing_twin.charts.sheets import Axis, Panel, Sheet
 from bearing_twin.charts.study_convergence import errors, path_panel
 from bearing_twin.charts.study_samples import CONTACT_TIME, bars, colour, density_line, draws, footer, known
 from bearing_twin.charts.study_spheres import DENSITY
-from bearing_twin.uq.convergence import half_widths
+from bearing_twin.uq.statistics import half_widths
 
 STUDIES = {"10 m/s": "discs_small_10", "100 m/s": "discs_small_100"}
 MODULUS = Axis("Young's modulus", "Pa")

@@ -5,10 +5,9 @@ import numpy as np
 from bearing_twin.charts.sheets import Axis, Band, Line, Map, Panel, Sheet
 from bearing_twin.charts.study_samples import colour, known
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
-from bearing_twin.uq.propagation import mean_inputs, task_of
-from bearing_twin.uq.realise import realise
+from bearing_twin.uq.realisations import mean_inputs, realise, task_of
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.study import load_study
 from bearing_twin.uq.summary import history_statistics
 
 STUDY = "spheres_alpha_4e-5"

@@ -6,13 +6,11 @@ import numpy as np
 
 from bearing_twin.charts.sheets import Axis, Bars, Line
 from bearing_twin.pictures.style import STYLE, ball_line
-from bearing_twin.uq.change_of_variable import Derived
-from bearing_twin.uq.propagation import exact_distributions, task_of
-from bearing_twin.uq.realise import Task, realise
+from bearing_twin.uq.propagation import Derived
+from bearing_twin.uq.realisations import Task, exact_distributions, realise, task_of
 from bearing_twin.uq.sampling import UnitPoints
 from bearing_twin.uq.statistics import histogram
-from bearing_twin.uq.study import Study
-from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.study import Study, load_study
 
 LEFT_OUT, RIGHT_OUT = 1e-6, 5e-4  # probability left out on either side of a density
 POINTS = 301

@@ -7,18 +7,18 @@ from bearing_twin.charts.study_discs import MODULUS
 from bearing_twin.charts.study_forces import FORCE, TIME, autocorrelation_map, dashed, density_map, mean_and_deviation
 from bearing_twin.charts.study_samples import CONTACT_TIME, bars, colour, density_line, known
 from bearing_twin.charts.study_spheres import DENSITY
+from bearing_twin.errors import StatisticError
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.motion import duration_and_touches
 from bearing_twin.kinds.soft_discs.solve import solve
 from bearing_twin.pictures.style import STYLE
 from bearing_twin.run.scene import load_scene
+from bearing_twin.uq.histories import narrowing
 from bearing_twin.uq.modality import modality
-from bearing_twin.uq.narrowing import narrowing
-from bearing_twin.uq.propagation import mean_inputs, task_of
-from bearing_twin.uq.realise import realise
+from bearing_twin.uq.realisations import mean_inputs, realise, task_of
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.statistics import natural_density
-from bearing_twin.uq.study_file import load_study
+from bearing_twin.uq.study import load_study
 from bearing_twin.uq.summary import history_statistics
 
 WIDTH, HEIGHT = Axis("along the wall", "m"), Axis("above the wall", "m")
@@ -128,8 +128,10 @@ def _case(name, figure, title, update, samples):
         f"{1e3 * narrow.high:.2f} ms), {narrow.time / duration:.3f} of the mean contact time of "
         f"{1e3 * duration:.2f} ms; it is {narrow.mean:.4g} N there, with a deviation of {narrow.std:.3g} N.",
         _change_of_sign(narrow.signs[0]),
-        f"At that instant the sample shows {narrow.modes} mode{'s' if narrow.modes > 1 else ''}; that there is one at "
-        f"most has a p-value of {narrow.p_value:.2g}.",
+        "At that instant some forces are exactly 0, so that modes are not counted."
+        if narrow.modes is None
+        else f"At that instant the sample shows {narrow.modes} mode{'s' if narrow.modes > 1 else ''}; the p-value of "
+        f"one mode at most is {narrow.p_value:.2g}.",
         f"{failed} of {len(result.status)} realisations collapsed and are left out of all statistics.",
     ]
     text = f"{len(result.status)} random samples, seed {study.settings.seed}"
@@ -171,7 +173,12 @@ def _modes(kept, instants, seed):
     mean = kept.mean(axis=0)
     inside = np.flatnonzero(mean > 0.2 * mean.max())
     places = np.unique(np.linspace(inside[0], inside[-1], INSTANTS).astype(int))
-    values = [modality(kept[:, place], seed).p_value for place in places]
+    values = []
+    for place in places:
+        try:
+            values.append(modality(kept[:, place], seed).p_value)
+        except StatisticError:  # many forces are exactly 0
+            values.append(np.nan)
     parts = [
         Line("p-value of one mode at most", instants[places], values, {**colour(0), "marker": "o"}),
         Line("5 %", instants[places], np.full(len(places), 0.05), dashed()),

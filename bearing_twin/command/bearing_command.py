@@ -49,8 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--control",
-        choices=("auto", "shared", "outer", "settled"),
-        help="balls' axes of spin: settled as under friction at a point, or of rolling, raceways that carry the moment",
+        choices=("auto", "outer", "inner", "shared", "settled"),
+        help="raceway control of the balls, auto = by Harris' criterion (settled, of earlier versions: shared)",
     )
     parser.add_argument("--ball-angle", metavar="DEG", help="azimuth of ball 0 from +x (default: on the load line)")
     parser.add_argument(
@@ -110,7 +110,7 @@ def _vector(name: str, text: str | None) -> list[float | None] | None:
 
 def _support(given: dict, parameters):
     """What holds and loads the ring: by the options, or as the scene says where there is none."""
-    from bearing_twin.kinds.bearing.quasi_static.statics import Support, support_of
+    from bearing_twin.kinds.bearing.quasi_static.equilibrium import Support, support_of
 
     if all(values is None for values in given.values()):
         return support_of(parameters)
@@ -166,8 +166,7 @@ def _row_alone(arguments, given) -> Outcome | None:
 def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     """One equilibrium; `factor` multiplies the loads."""
     from bearing_twin.kinds.bearing import catalogue_answer
-    from bearing_twin.kinds.bearing.controls import SETTLED
-    from bearing_twin.kinds.bearing.quasi_static import answer, in_motion, shares, statics
+    from bearing_twin.kinds.bearing.quasi_static import answer, equilibrium
     from bearing_twin.run.fidelity import choose
 
     scene = _bearing_scene(arguments, overrides)
@@ -175,12 +174,11 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     support = _support(given, parameters)
     if factor is not None:
         support = support._replace(loads=tuple(factor * value for value in support.loads))
-    first = statics.load_line(support) if angle is None else angle
-    solver = statics.solver_of(parameters, law, first, arguments.arm)
-    found, _, turn = in_motion.in_motion(parameters, solver, support, None, shares.control_of(parameters) == SETTLED)
-    head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": in_motion.control_found(parameters, turn)}
-    if turn.why:
-        head["control_reason"] = in_motion.rolling_still(turn)
+    first = equilibrium.load_line(support) if angle is None else angle
+    solver = equilibrium.solver_of(parameters, law, first, arguments.arm)
+    found = equilibrium.controlled(parameters, solver, support)
+    head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": found.control}
+    head["control_reason"] = equilibrium.control_reason(parameters, found)
     if catalogued := _row(parameters):
         head["catalogue"] = catalogue_answer.row_of(catalogued)
     head["speed_rad_s"] = parameters.drive.speed
@@ -209,7 +207,7 @@ def _sweep(text: str) -> tuple[str, list[float]]:
 
 def _swept(arguments, given, angle, key, values) -> dict:
     """Curves over a sweep, with how its axis is shown."""
-    from bearing_twin.kinds.bearing.quasi_static.sweep import curves_of
+    from bearing_twin.kinds.bearing.quasi_static.answer import curves_of
     from bearing_twin.run.scene import gives
     from bearing_twin.units import with_unit
 

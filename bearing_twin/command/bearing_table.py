@@ -19,17 +19,15 @@ def show_equilibrium(result: dict) -> None:
     """Prints one equilibrium."""
     speed = result["speed_rad_s"] * 30.0 / math.pi
     show_text(f"{result['scene']}   law {result['law']}   {speed:.5g} rpm   arm of tilts {result['arm']}")
+    if speed:
+        show_text(textwrap.fill(f"raceway control: {result['control']}, {result['control_reason']}", 80))
     if "catalogue" in result:
         show_text(catalogue_table.summary(result["catalogue"]))
     show_text()
     show_text(f"{'inner ring':<22}" + "".join(f"{name:>11}" for name in ("x", "y", "z", "about x", "about y")))
     moved = [1e6 * one for one in result["ring_displacement_m"]]
     _row("displacement", "µm, °", moved, result["misalignment_rad"], _DEGREE)
-    off = [1e6 * one for one in result["ring_displacement_m_error"]]
-    _row("  ±", "", off, result["misalignment_rad_error"], _DEGREE, _rounded)
     _row("load", "N, N mm", [0.0 - one for one in result["ring_force_n"]], result["ring_moment_nm"], -_MOMENT)
-    if any(result["ring_force_n_error"]) or any(result["ring_moment_nm_error"]):
-        _row("  ±", "", result["ring_force_n_error"], result["ring_moment_nm_error"], _MOMENT, _rounded)
     show_text("stiffness: load [N, N mm] for 1 µm or 0.01° more along")
     rises = (1.0, 1.0, 1.0, _MOMENT, _MOMENT)
     for name, row, rise in zip(("x", "y", "z", "about x", "about y"), result["stiffness"], rises, strict=True):
@@ -72,21 +70,29 @@ def _balls(result):
             f"{k:>4}{degrees:>9.2f}{_short(load[0], 8):>9}{_short(load[1], 8):>9}{angle[0]:>8.3f}{angle[1]:>7.3f}"
             f"{pressure[0]:>8.1f}{pressure[1]:>8.1f}{size[0]:>9.4f}{size[1]:>8.4f}"
         )
-    cells = (f"{_rounded(scale * max(result[f'{key}_error'])):>{width}}" for key, scale, width in SPREAD)
-    show_text(f"{'±':>4}{'':>9}{''.join(cells)}")
+    _model_errors(result)
 
 
-SPREAD = (
-    ("normal_load_inner_n", 1.0, 9),
-    ("normal_load_outer_n", 1.0, 9),
-    ("contact_angle_inner_rad", _DEGREE, 8),
-    ("contact_angle_outer_rad", _DEGREE, 7),
-    ("peak_pressure_inner_pa", _PRESSURE, 8),
-    ("peak_pressure_outer_pa", _PRESSURE, 8),
-    ("semi_major_inner_m", 1e3, 9),
-    ("semi_minor_inner_m", 1e3, 8),
-)
-"""Figures of the columns of balls, the factor into what is shown, and the width; an error is the greatest of balls."""
+SOURCES = {
+    "law": "elastic law",
+    "half_space": "half-spaces",
+    "first_order_tilt": "tilt of first order",
+}
+
+
+def _model_errors(result):
+    """One line a source: what it makes of the greatest load, the greatest angle and the place of the ring."""
+    lines = []
+    for source, words in SOURCES.items():
+        off = result["model_errors"].get(source)
+        if not off:
+            continue
+        load, angle = _rounded(off["normal_load_n"]), _rounded(_DEGREE * off["contact_angle_rad"])
+        moved = _rounded(1e6 * math.hypot(*off["ring_displacement_m"]))
+        lines.append(f"  {words:<21}load of a ball ± {load} N, angle ± {angle}°, ring ± {moved} µm")
+    if lines:
+        show_text("\nerrors of the model, as it is solved to rounding")
+        show_text("\n".join(lines))
 
 
 def _lives(result):

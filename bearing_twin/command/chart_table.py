@@ -19,13 +19,6 @@ class Listed(NamedTuple):
 
 CHARTS = {
     "steppers": Listed("work_precision", "error in load and friction against cost", 400, "contest"),
-    "tolerance": Listed(
-        "tolerance", "the error asked for against the error got, and what runs say of it", 1000, "contest"
-    ),
-    "drawn": Listed(
-        "drawn", "bearing scenes drawn by chance: error against tolerance, and what runs say of it", 300, "contest"
-    ),
-    "bodies": Listed("bodies", "the same of shafts, impacts, beams, bodies that bounce and soft discs", 250, "contest"),
     "motions": Listed(
         "motions",
         "steppers in every motion of a bearing, cages and rings with mass too: error, cost, evaluations",

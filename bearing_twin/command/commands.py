@@ -115,7 +115,7 @@ def _verify_arguments(parser):
 
 def _verify(arguments) -> Outcome:
     from bearing_twin.command.terminal import progress, show_result
-    from bearing_twin.log.mcap_log import read_log
+    from bearing_twin.log.run_log import read_log
     from bearing_twin.log.study_log import is_study
     from bearing_twin.run.verification import verify
 
@@ -152,7 +152,7 @@ def _report_arguments(parser):
 
 def _report(arguments) -> Outcome:
     from bearing_twin.command.terminal import with_progress
-    from bearing_twin.log.mcap_log import read_log
+    from bearing_twin.log.run_log import read_log
     from bearing_twin.log.study_log import STUDY_RECORD
     from bearing_twin.run.report_of import report_of
 
@@ -195,7 +195,7 @@ def _recover_arguments(parser):
 
 def _recover(arguments) -> Outcome:
     from bearing_twin.command.terminal import said_if_slow
-    from bearing_twin.log.mcap_log import recover
+    from bearing_twin.log.run_log import recover
 
     with said_if_slow(f"reading what is left of {arguments.log}"):
         recovered = recover(arguments.log, new_log(arguments.out))

@@ -65,8 +65,8 @@ def ended(run: ShownStream, log: Path | None, max_loss: float = 0.0) -> Ended:
 
 def _logged(run: ShownStream, log: Path, max_loss: float) -> str:
     from bearing_twin.command.terminal import say
-    from bearing_twin.log.mcap_log import write_log
     from bearing_twin.log.mcap_write import FullDisk
+    from bearing_twin.log.run_log import write_log
 
     try:
         write_log(run, log, max_loss=max_loss)

@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     from bearing_twin.log.mcap_write import FullDisk
     from bearing_twin.log.study_log import StudyLog, read_study
     from bearing_twin.uq.run import run_study
-    from bearing_twin.uq.study_file import load_study
+    from bearing_twin.uq.study import load_study
 
     study = load_study(arguments.study, overrides_of(arguments, samples="samples", seed="seed", workers="workers"))
     start = read_study(arguments.resume, unfinished=True) if arguments.resume else None
@@ -89,7 +89,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
 def report(log, picture) -> Outcome:
     """What is in the log of a study, with its picture if one is asked for."""
     from bearing_twin.log.study_log import read_study
-    from bearing_twin.uq.swept import sweep_of
+    from bearing_twin.uq.result import sweep_of
 
     result = read_study(log)
     swept = {"sweep": sweep_of(result)} if "sweep" in result.summary else {}  # a log of an earlier version has no units
@@ -142,10 +142,8 @@ def _listed() -> Outcome:
 def show(summary) -> None:
     """Prints the summary of a study as tables."""
     from bearing_twin.command.terminal import show_paragraph, show_rows, show_text, shown_unit
-    from bearing_twin.uq.drawing import OUT_OF_TIME
-    from bearing_twin.uq.model_error import told_of_model
-    from bearing_twin.uq.result import refusals, size_of
-    from bearing_twin.uq.swept import SweepInWords
+    from bearing_twin.uq.result import OUT_OF_TIME, SweepInWords, refusals, size_of
+    from bearing_twin.uq.summary import told_of_model
 
     if summary["stopped_because"].startswith(OUT_OF_TIME):
         few = f"{summary['samples']} sample{'s' * (summary['samples'] != 1)}"
@@ -236,7 +234,12 @@ def _remarks(found, unit: str, factor: float):
 
 def _modes(found) -> str:
     number = f"{found['modes']} mode{'s' if found['modes'] > 1 else ''}"
-    return number if found["p_value"] is None else f"{number}; that there is only one has p = {found['p_value']:.3g}"
+    if found["p_value"] is None:
+        return f"{number} of the exact density"
+    return (
+        f"{number}; of samples with a single mode {100.0 * found['p_value']:.2g} % show a second one as clearly (p of "
+        f"Silverman's test; a second mode counts below 5 %)"
+    )
 
 
 def _interval(value, interval, factor: float = 1.0) -> str:

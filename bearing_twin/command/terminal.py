@@ -375,9 +375,10 @@ def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     from bearing_twin.run.doubt import promise_in_words
     from bearing_twin.run.foretold import KEY, cost_in_words
 
-    errors = {key.removesuffix(ERROR): _unbounded(value) for key, value in result.items() if key.endswith(ERROR)}
+    errors = {key.removesuffix(ERROR): value for key, value in result.items() if key.endswith(ERROR)}
     errors = {key: value for key, value in errors.items() if key in result}
     hidden = {f"{key}{ERROR}" for key in errors} | {"errors_by_source"}
+    errors = {key: value for key, value in errors.items() if value is not None}
     known = {output: one for output, one in result.get("wanted_errors", {}).items() if one["error"] is not None}
     wanted = {f"{output} off by": promise_in_words(one) for output, one in known.items()}
     notes = [f"{name}: {sentence}" for name, sentence in result.get("errors_unknown", {}).items()]
@@ -385,13 +386,6 @@ def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     hidden |= {KEY, "wanted_errors", "errors_unknown", "predicted"}  # what was predicted the choice's reason says
     rest = {key: value for key, value in result.items() if key not in hidden}
     return rest | wanted | ({"errors not in these": notes} if notes else {}), errors
-
-
-def _unbounded(error):
-    """An error with infinity in the place of what JSON has no number for."""
-    if isinstance(error, (list, tuple)):
-        return [_unbounded(one) for one in error]
-    return math.inf if error is None else error
 
 
 def _flat(result: Mapping, prefix: str = "", suffix: str = "") -> Iterator[tuple[str, object]]:

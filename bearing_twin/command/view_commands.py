@@ -131,7 +131,7 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
 def _of_study(arguments) -> tuple[dict[str, Any], str]:
     from bearing_twin.command.terminal import progress
     from bearing_twin.uq.run import run_study
-    from bearing_twin.uq.study_file import load_study
+    from bearing_twin.uq.study import load_study
     from bearing_twin.view.study_page import document_of_study
 
     if arguments.duration is not None:
@@ -198,7 +198,7 @@ def _layouts(arguments) -> Outcome:
     files, opened = {}, {}
     for program in programs:
         if program == RERUN:
-            from bearing_twin.log.rerun_file import write_rerun
+            from bearing_twin.log.layouts import write_rerun
 
             path = write_rerun(source, panels, folder / f"{name}.rrd")
             opened[program] = f"rerun {path}"
@@ -223,15 +223,15 @@ def _made(folder: Path) -> Path:
 
 
 def _panels_of_scene(arguments):
-    from bearing_twin.log.panels import panels
+    from bearing_twin.log.layouts import panels
     from bearing_twin.run.scene import load_scene
 
     return panels(load_scene(arguments.source), arguments.namespace, arguments.frame_prefix)
 
 
 def _panels_of_log(path: Path, topic: str | None):
-    from bearing_twin.log.mcap_log import read_log
-    from bearing_twin.log.panels import panels_of_log, panels_of_study
+    from bearing_twin.log.layouts import panels_of_log, panels_of_study
+    from bearing_twin.log.run_log import read_log
     from bearing_twin.log.study_log import is_study
 
     if is_study(path):

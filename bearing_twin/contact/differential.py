@@ -22,8 +22,8 @@ SERIES_TERMS = 16
 GREATEST_PARAMETER = 1.0 - 1e-15
 
 
-ROUND = 1e-3  # shape excess below which d ln(c)/d(shape) is that of the circle, 1/6
-FRESH = 0.98  # C = P/Q above which the projected states are solved afresh: C turns back at 1 with a kink
+ROUND = 1e-3  # tuned: shape excess below which d ln(c)/d(shape) is that of the circle, 1/6
+FRESH = 0.98  # tuned: C = P/Q above which the projected states are solved afresh: C turns back at 1 with a kink
 
 
 class Shape(NamedTuple):

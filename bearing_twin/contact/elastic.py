@@ -11,8 +11,8 @@ from bearing_twin.compiled import inlined
 HERTZIAN = 1.5
 """Power of a point contact between smooth curved bodies."""
 
-RESOLUTION = 1.0 / 6.0  # of 1/sqrt(k/m), in a bounce; its contact lasts 4 of them
-LASTING, RESTING = 20.0, 2.0  # of 1/sqrt(k/m): beyond the first a contact is no bounce; the error control sets the step
+RESOLUTION = 1.0 / 6.0  # tuned: of 1/sqrt(k/m), in a bounce; its contact lasts 4 of them
+LASTING, RESTING = 20.0, 2.0  # tuned: of 1/sqrt(k/m): beyond the first a contact is no bounce, left to error control
 
 
 class Elastic(NamedTuple):

@@ -15,7 +15,7 @@ from bearing_twin.contact.dispatch import chosen
 from bearing_twin.contact.elastic import HERTZIAN, Elastic, compiled_power_law
 from bearing_twin.contact.laws import LAWS, Place
 
-STENCIL = 1e-4  # of the shape, for the slope of a law's coefficient: off by its square
+STENCIL = 1e-4  # tuned: of the shape, for the slope of a law's coefficient: off by its square
 SHALLOWEST = 1e-12  # m: below it a load of unusual power is taken as proportional to the approach
 NO_SHAPE = Shape(0.0, 0.0, 0.0)
 

@@ -18,8 +18,8 @@ from bearing_twin.contact.ellipse import elliptic_b_d
 from bearing_twin.contact.spot_rules import NO_RULE, RULES, Rule, blended_over_spot
 from bearing_twin.numerics.rotation import root_and_inverse
 
-COARSE_ERROR, MEDIUM_ERROR, FINE_ERROR = 0.08, 0.025, 0.009
-PADE1_ERROR, PADE2_ERROR = 0.95, 0.8
+COARSE_ERROR, MEDIUM_ERROR, FINE_ERROR = 0.08, 0.025, 0.009  # tuned: greatest errors of the rules of points
+PADE1_ERROR, PADE2_ERROR = 0.95, 0.8  # tuned: the same of the closed forms
 """Greatest errors for b/a >= 0.1 without smoothing, whatever the motion: of mu N for the force, of pure spin's
 3/8 a mu N E for the torque (`bearing_twin chart friction`). Of a quadrature where the pole of the motion lies on one of
 its rings; of the closed forms where sliding and spin are alike."""

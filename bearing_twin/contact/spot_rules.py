@@ -14,7 +14,7 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.numerics.inverse_root import inverse_root
 
 FEW = 12  # points of the rule for slow rims, the first rows of POINTS
-ROUND = 1.5  # few points err as much on a circle as on a narrow ellipse whose rim is sqrt(1 + ROUND) times as fast
+ROUND = 1.5  # tuned: few points err as much on a circle as on a narrow ellipse with a rim sqrt(1 + ROUND) times as fast
 
 
 def rings(count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -70,7 +70,11 @@ class Rule(NamedTuple):
 
 
 NO_RULE = Rule(0, 0, 0.0, 1.0)  # of models that are no sums over points
-SIZES = {"coarse": (6, 16, 0.16, 0.25), "medium": (12, 32, 0.04, 0.0625), "fine": (24, 96, 0.0064, 0.01)}
+SIZES = {
+    "coarse": (6, 16, 0.16, 0.25),  # tuned: errors of the friction table
+    "medium": (12, 32, 0.04, 0.0625),  # tuned: the same
+    "fine": (24, 96, 0.0064, 0.01),  # tuned: the same
+}
 """Rings and spokes of each rule, `easy` and `hard`: there few points err by 8e-7 of mu N, 4e-9 and 1e-11."""
 
 

@@ -2,31 +2,31 @@
 
 import math
 
-WIDEST_ELLIPSE = 0.1
+WIDEST_ELLIPSE = 0.1  # tuned: the half-space is then 1 % off
 """Semi-axis over radius of the body above which the half-space is a rough picture.
 
 No source: the next term of a sphere's shape over its parabola is the square of it, and 1 % is what a flag is worth.
 """
 
-OFF_IN_GROOVE = 0.05
+OFF_IN_GROOVE = 0.05  # tuned: the load is then 1 % less
 """Error of the gap at the edge of a spot in a groove, above which Hertz's parabolas are a rough picture.
 
 No source: the load is then 1 % less, as much as where WIDEST_ELLIPSE stands. A 6203 passes it at an eighth of its
-static rating, a 218 under thrust at a static safety of 6 (`tests/test_validity.py`).
+static rating, a 218 under thrust at a static safety of 6 (`tests/test_calculator.py`).
 """
 
-FELT = 0.21
+FELT = 0.21  # tuned: against half-spaces across the true gap
 """What a contact's load at an approach errs by, over the error of the gap at the edge of its spot.
 
 Against `reference.half_space`, of spots up to half the ball's radius in grooves of 0.52 to 0.5232
-(`tests/test_validity.py`).
+(`tests/test_calculator.py`).
 """
 
-FEWEST_TRANSITS = 5.0
+FEWEST_TRANSITS = 5.0  # tuned: a quarter of the energy goes into waves
 """Transits of waves through a body below which a contact leaves much energy in vibration.
 
 No source: a sphere of steel that meets a half-space in five transits leaves a quarter of its energy in waves by
-Hunter's estimate (`waves.restitution_lost_on_half_space`; `tests/test_validity.py`).
+Hunter's estimate (`waves.restitution_lost_on_half_space`; `tests/test_calculator.py`).
 """
 
 BEARS, LEVEL = 0.1, 1e-9

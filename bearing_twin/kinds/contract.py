@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from bearing_twin.kinds.doubt import Doubt, NothingKnown
 from bearing_twin.kinds.plain_figures import PlainFigures
-from bearing_twin.report import Choice, Rechosen
+from bearing_twin.kinds.refinement import Comparison
+from bearing_twin.report import Choice
 from bearing_twin.units import suffix_of
 
 if TYPE_CHECKING:
@@ -221,14 +222,14 @@ class Kind:
     """One row of `KINDS`: all that is known of a kind of scene.
 
     `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind. `brief`: a run ends by
-    itself. `steered`: its companion also makes it more exact. `doubt`: see `Doubt`. `animated`: to a .gif. `facts`:
-    numbers that `ranges` are about. `commands`: topics obeyed under way. Its motion then has `take_back()`, to before
-    the last `advance`, a `goal_speed` [rad/s] and, where `check_load(parameters, law, speed, force, moment)` raises
-    nothing, `set_load(force, moment)`; None for both is the scene's own load. `check_drive(parameters, law, key, value,
-    load)` refuses a "speed", or a "torque" for `set_torque`. `rechosen(parameters, choice, motion, load)` looks after
-    each command; it raises Stopped alone. `operating_point(parameters, law, sample)` raises where none is. `view(facts,
-    channels)`: a `views.View`. `moved` maps earlier keys to those; `upgraded` rewrites an old log's scene, `renewed`
-    its blocks. `catalogue()` maps names to scenes; `completed(scene)` fills them in.
+    itself. `refined(parameters, choice)`: those of a second run, None where there is nothing to refine; `comparison`
+    says what is compared. `doubt`: see `Doubt`. `animated`: to a .gif. `facts`: numbers that `ranges` are about.
+    `commands`: topics obeyed under way. Its motion then has `take_back()`, to before the last `advance`, a `goal_speed`
+    [rad/s] and, where `check_load(parameters, law, speed, force, moment)` raises nothing, `set_load(force, moment)`;
+    None for both is the scene's own load. `check_drive(parameters, law, key, value, load)` refuses a "speed", or a
+    "torque" for `set_torque`. `operating_point(parameters, law, sample)` raises where none is. `view(facts, channels)`:
+    a `views.View`. `moved` maps earlier keys to those; `upgraded` rewrites an old log's scene, `renewed` its blocks.
+    `catalogue()` maps names to scenes; `completed(scene)` fills them in.
     """
 
     name: str
@@ -245,15 +246,15 @@ class Kind:
     figures: Callable[[Any, Choice], Figures] | None = None
     meanings: Callable[[], Mapping[str, str]] | None = None
     doubt: Callable[[Any, Choice], Doubt] = NothingKnown
+    refined: Callable[[Any, Choice], tuple[Any, Choice] | None] | None = None
+    comparison: Callable[[Any, Choice], Comparison] = Comparison
     quantities: Callable[[], dict[str, Quantity]] | None = None
     closed_form: Callable[[], ClosedForm | None] = lambda: None
     known_when_solved: bool = False
     brief: bool = False
-    steered: bool = False
     commands: Callable[[], tuple[Command, ...]] = tuple
     check_drive: Callable[..., None] | None = None
     check_load: Callable[..., None] | None = None
-    rechosen: Callable[..., Rechosen] | None = None
     operating_point: Callable[[Any, str, Sample], OperatingPoint] | None = None
     frame: str = "world"
     topics: Callable[[Any], tuple[Topic, ...]] = nothing

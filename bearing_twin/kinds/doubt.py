@@ -38,12 +38,19 @@ def horizon(grown: float, since: str, kept: float) -> str:
     )
 
 
-class Promise(NamedTuple):
-    """One output wanted: its greatest `error` in the norm `norm`, against the `tolerance` asked for.
+class ModelError(NamedTuple):
+    """The error of a requested output by a `source` in the model, in the output's norm, and what would reduce it."""
 
-    `error` is None where none is known. `where` says in which body and when, `mend` what would make it smaller.
-    `before` is the error up to the run's horizon, if it has one. `may` is what the error may be by the spread of such
-    estimates, where that is known.
+    source: str
+    error: float
+    mend: str = ""
+
+
+class Promise(NamedTuple):
+    """A requested output: its greatest `error` by the method in the norm `norm`, against the `tolerance`.
+
+    `error` is None where none is known. `where` says when it was greatest, `mend` what would make it smaller. `before`
+    is the error up to the run's horizon, if it has one. `model` are the errors of the model.
     """
 
     output: str
@@ -53,43 +60,35 @@ class Promise(NamedTuple):
     where: str
     mend: str
     before: float | None = None
-    may: float | None = None
+    model: tuple[ModelError, ...] = ()
+
+    @property
+    def exceeded(self) -> bool:
+        """Whether the error of the method is known and exceeds the tolerance; a NaN does."""
+        return self.error is not None and not self.error <= self.tolerance
 
     @property
     def broken(self) -> bool:
-        """Whether the error is known and may exceed what was asked; a NaN does."""
-        most = self.error if self.may is None else self.may
-        return most is not None and not most <= self.tolerance
-
-
-class Dearest(NamedTuple):
-    """Where a companion took most: `steps` of balls in one `place`, of so many `balls`.
-
-    `least` are the steps of a ball that it takes in a run of whatever length.
-    """
-
-    steps: int
-    place: str
-    balls: int
-    least: int
+        """Whether any error that is known exceeds the tolerance."""
+        return self.exceeded or any(not one.error <= self.tolerance for one in self.model)
 
 
 @dataclass(frozen=True)
 class Errors:
     """Errors of a run: `figures[key][source]` in the unit and shape of that figure, the `promises`, and `notes`.
 
-    Errors are greatest absolute ones. A source that is missing is not known for that figure; one without effect is 0.
-    `notes` maps sources, and rows of what is left out, to a sentence; `mends` sources to what
-    makes their errors smaller; `dearest` is where most was spent to find them. Up to `horizon` [s] the motion is known,
-    if errors grow by themselves. `told_by` maps figures to those of which they are the sum over time: where both are
-    doubtful, flags name the latter. `spared`: errors up to which flags do not name a figure, in its unit.
+    `outputs` are the errors of requested outputs. Errors are greatest absolute ones. A source that is missing is not
+    known for that figure; one without effect is 0. `notes` maps sources, and rows of what is left out, to a sentence;
+    `mends` sources to what makes their errors smaller. Up to `horizon` [s] the motion is known, if errors grow by
+    themselves. `told_by` maps figures to those of which they are the sum over time: where both are doubtful, flags name
+    the latter. `spared`: errors up to which flags do not name a figure, in its unit.
     """
 
     figures: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     promises: tuple[Promise, ...] = ()
+    outputs: Mapping[str, tuple[ModelError, ...]] = field(default_factory=dict)
     notes: Mapping[str, str] = field(default_factory=dict)
     mends: Mapping[str, str] = field(default_factory=dict)
-    dearest: Dearest | None = None
     horizon: float | None = None
     told_by: Mapping[str, str] = field(default_factory=dict)
     spared: Mapping[str, float] = field(default_factory=dict)

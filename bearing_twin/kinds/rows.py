@@ -19,5 +19,8 @@ USUAL = {
 
 
 def parts_in(home: str, **others: str) -> dict[str, Callable]:
-    """The parts of a `Kind` in the package `home`, imported at their first call: USUAL and `others`, "module:name"."""
-    return {part: late(f"{home}.{place}") for part, place in (USUAL | others).items()}
+    """The parts of a `Kind` in the package `home`, imported at their first call: USUAL and `others`, "module:name".
+
+    A part whose place is "" the kind does without.
+    """
+    return {part: late(f"{home}.{place}") for part, place in (USUAL | others).items() if place}

@@ -58,7 +58,7 @@ class Watch(NamedTuple):
 
 def is_watched(parameters) -> bool:
     """Whether a scene asks for a second computation."""
-    return parameters.solver.companion == "on"
+    return parameters.solver.check == "second_run"
 
 
 def tables_with(watch: Watch, meanings: Mapping[str, str], parameters, *own: Table) -> tuple[Table, ...]:
@@ -286,7 +286,7 @@ class SecondRunDoubt:
 
     def _method_notes(self) -> dict[str, str]:
         if not is_watched(self.parameters):
-            return {METHOD: "solver.companion: off, so nothing is known of the error of the method"}
+            return {METHOD: "solver.check: none, so nothing is known of the error of the method"}
         if self.row is None:
             return {METHOD: "nothing has been compared with a second computation yet"}
         notes = {}

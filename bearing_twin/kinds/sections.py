@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.names import friction_names, law_names
 from bearing_twin.errors import SceneError
+from bearing_twin.kinds.refinement import NO_CHECK, SECOND_RUN
 from bearing_twin.parameters import choice, quantity, read_number
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
@@ -160,11 +161,20 @@ class Bounded:
     )
 
 
-@dataclass(frozen=True)
-class Watched(Bounded):
-    """Whether a second run, more exact or of known coarseness, tells what the figures of a run are worth."""
+def check_key():
+    """The key `solver.check`."""
+    return choice(
+        SECOND_RUN,
+        (SECOND_RUN, NO_CHECK),
+        "second_run = a second run at a fraction of the tolerance gives the error of the method; it changes no figure",
+    )
 
-    companion: str = choice("on", ("on", "off"), "on = a second computation tells the errors of the first")
+
+@dataclass(frozen=True)
+class Checked(Bounded):
+    """Whether a second run gives the error of the method."""
+
+    check: str = check_key()
 
 
 @dataclass(frozen=True)
@@ -283,13 +293,15 @@ KEYS = {
     "contact": _names_of(PointElastic, Friction, ViscoelasticDamping, SteadyDamping),
     "wanted": _names_of(Wanted),
     "run": _names_of(RunSettings),
-    "solver": ("stepper", "step", *_names_of(Watched)),
+    "solver": ("stepper", "step", *_names_of(Checked)),
     "gravity": (),
 }
 """The shared words: a kind that is asked for one it does not take names those it does."""
 
-ALIASES = {"solver.tolerance": "wanted.tolerance"}
+ALIASES = {"solver.tolerance": "wanted.tolerance", "solver.companion": "solver.check"}
 """Other names that stay accepted."""
+FORMER_VALUES = {"solver.check": {"on": SECOND_RUN, True: SECOND_RUN, "off": NO_CHECK, False: NO_CHECK}}
+"""Other values that stay accepted, by key."""
 
 
 def not_here(kind: str, path: str, taken: tuple[str, ...]) -> str | None:

@@ -27,7 +27,7 @@ from bearing_twin.report import CutShort
 from bearing_twin.run.axes import ChannelAxis, axes_of
 from bearing_twin.run.dataset import dataset_of, source_of, tables_of
 from bearing_twin.spelling import echo, unknown
-from bearing_twin.uq.frame import columns_of, meanings_of, units_of
+from bearing_twin.uq.result import columns_of, meanings_of, units_of
 
 OUTPUTS, SAMPLES, CHANNELS = "outputs", "realisations", "channels.csv"
 TIMES = ("sequence", "time_ns", "time")  # number of the output, exact time [ns], time [s]

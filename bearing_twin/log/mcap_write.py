@@ -12,10 +12,12 @@ import os
 import struct
 import tempfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import lz4.frame
+import numpy as np
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -33,7 +35,6 @@ from mcap.records import (
 )
 
 from bearing_twin.errors import LogError
-from bearing_twin.log.bundles import FIELDS, MESSAGE, Bundle
 
 try:  # four to five times as fast as zlib, on which a log would wait
     from zlib_ng.zlib_ng import crc32
@@ -54,6 +55,50 @@ _LENGTH = struct.Struct("<Q")
 _CHUNK_INDEX = struct.Struct("<QQQQI")  # its fields up to the places of the message indices
 _CHUNK_INDEX_END = struct.Struct("<QI"), struct.Struct("<QQ")  # before and after the name of the compression
 _FOOTER_START = struct.Struct("<BQQQ")
+
+
+MESSAGE = 0x05  # the opcode of a message record
+FIELDS = 22  # bytes of a message record besides its data, behind opcode and length
+HEAD = np.dtype(
+    [
+        ("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log_time", "<u8"),
+        ("publish_time", "<u8"),
+    ]
+)  # fmt: skip
+
+
+class Bundle(NamedTuple):
+    """Whole message records of one stamp [ns]: `places` are (channel, where its record begins) in the joined `parts`.
+
+    `size` is that of all parts in bytes; log and publish time are the stamp.
+    """
+
+    stamp_ns: int
+    places: tuple[tuple[int, int], ...]
+    parts: Sequence[Any]
+    size: int
+
+    def messages(self) -> Iterator[tuple[int, int, int, bytes]]:
+        """(channel, log time, publish time, data) of each."""
+        whole = b"".join(self.parts)
+        ends = [begin for _, begin in self.places[1:]] + [self.size]
+        for (channel, begin), end in zip(self.places, ends, strict=True):
+            yield channel, self.stamp_ns, self.stamp_ns, whole[begin + HEAD.itemsize : end]
+
+
+def alone(channel: int, stamp_ns: int, pieces: Sequence[Any]) -> Bundle:
+    """A bundle of the one message that these pieces make."""
+    size = sum(map(len, pieces))
+    head = heads_of(channel, np.array([stamp_ns]), size).tobytes()
+    return Bundle(stamp_ns, ((channel, 0),), (head, *pieces), HEAD.itemsize + size)
+
+
+def heads_of(channel: int, stamps_ns: np.ndarray, size: int) -> np.ndarray:
+    """The heads of message records with `size` bytes of data each."""
+    heads = np.zeros(len(stamps_ns), HEAD)
+    heads["opcode"], heads["length"], heads["channel"] = MESSAGE, FIELDS + size, channel
+    heads["log_time"] = heads["publish_time"] = stamps_ns
+    return heads
 
 
 NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}

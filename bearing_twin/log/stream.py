@@ -8,7 +8,7 @@ import json
 import math
 from collections.abc import Container, Iterator, Mapping, Sequence
 from itertools import groupby
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,14 +19,109 @@ from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.kinds.topics import outside_topic
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import DEEPEST, Qos
-from bearing_twin.log.bundles import Bundle, Bundler, Separate
-from bearing_twin.log.consecutive import Consecutive
-from bearing_twin.log.encoder import Encoder, stamps_of
-from bearing_twin.log.encoding import encoded
-from bearing_twin.log.samples import samples_pieces
+from bearing_twin.log.encoding import Encoder, encoded, stamps_of
+from bearing_twin.log.mcap_write import HEAD, Bundle, alone, heads_of
+from bearing_twin.log.sample_block import samples_pieces
 from bearing_twin.report import Choice
 from bearing_twin.run.fidelity import choose
-from bearing_twin.sample import Block, Sample, Table
+from bearing_twin.run.second_run import tables_of
+from bearing_twin.sample import Block, Columns, Sample, Table
+
+
+class Consecutive:
+    """Consecutive blocks of the same channels seen as one, whose numbers are not copied."""
+
+    def __init__(self, blocks: list[Block]):
+        self._blocks = blocks
+        self._starts = np.cumsum([0, *map(len, blocks)])
+        self.first_sequence = blocks[0].first_sequence
+        self.time_ns = np.concatenate([block.time_ns for block in blocks])
+
+    def __len__(self) -> int:
+        return len(self.time_ns)
+
+    def __getitem__(self, row: int) -> Sample:
+        place = int(np.searchsorted(self._starts, row, side="right")) - 1
+        return self._blocks[place][row - int(self._starts[place])]
+
+    def sampled(self, rows: range) -> Sample:
+        """These rows as one sample, see `Block.sampled`."""
+        picked, found = np.arange(rows.start, rows.stop, rows.step), []
+        edges = np.searchsorted(picked, self._starts).tolist()
+        for block, start, low, high in zip(self._blocks, self._starts, edges, edges[1:], strict=False):
+            found.append(block.matrix()[picked[low:high] - start])
+        values = Columns(self._blocks[0].values.layout, np.concatenate(found))
+        return Sample((self.first_sequence + picked).astype(np.uint64), self.time_ns[picked], values)
+
+    def parts(self, low: int, high: int) -> Iterator[Block]:
+        """Rows `low` to `high` - 1 as parts of the blocks they lie in."""
+        for block, start in zip(self._blocks, self._starts.tolist(), strict=False):
+            first, last = max(0, low - start), min(len(block), high - start)
+            if first < last:
+                yield block.part(first, last)
+
+
+class Bundler:
+    """Gives messages a form in which a log takes them: bundles. `numbers` are the channels of topics by name."""
+
+    def __init__(self, numbers: Mapping[str, int]):
+        self._numbers = numbers
+
+    def one(self, topic, stamp_ns: int, pieces: Sequence[Any]) -> Bundle:
+        """One message."""
+        return alone(self._numbers[topic.name], stamp_ns, pieces)
+
+    def many(self, ready: Sequence[tuple[Any, Encoder, Any]], stamps_ns: np.ndarray, stamps: np.ndarray) -> list[list]:
+        """Of (topic, its encoder, fields) each, the bundles of each instant, in order."""
+        found: list[list] = [[] for _ in stamps_ns]
+        alike: list[tuple[int, np.ndarray]] = []
+        for topic, encoder, fields in ready:
+            made = None if isinstance(fields, list) else encoder.together(fields, stamps_ns, stamps)
+            if isinstance(made, np.ndarray):
+                alike.append((self._numbers[topic.name], made))
+                continue
+            self._give(alike, stamps_ns, found)
+            each = [[one] for one in encoder.encoded(fields, stamps_ns, stamps)] if made is None else made
+            for bundles, stamp_ns, pieces in zip(found, stamps_ns.tolist(), each, strict=True):
+                bundles.append(self.one(topic, stamp_ns, pieces))
+        self._give(alike, stamps_ns, found)
+        return found
+
+    @staticmethod
+    def _give(alike: list[tuple[int, np.ndarray]], stamps_ns: np.ndarray, found: list[list]) -> None:
+        """Puts messages that are of one size at every instant side by side, a bundle an instant; empties `alike`."""
+        if not alike:
+            return
+        size = sum(HEAD.itemsize + made.shape[1] for _, made in alike)
+        rows, places, begin = np.empty((len(stamps_ns), size), np.uint8), [], 0
+        for channel, made in alike:
+            middle, end = begin + HEAD.itemsize, begin + HEAD.itemsize + made.shape[1]
+            rows[:, begin:middle] = heads_of(channel, stamps_ns, made.shape[1]).view((np.uint8, HEAD.itemsize))
+            rows[:, middle:end] = made
+            places.append((channel, begin))
+            begin = end
+        whole, places = rows.reshape(-1).data, tuple(places)
+        for row, (bundles, stamp_ns) in enumerate(zip(found, stamps_ns.tolist(), strict=True)):
+            bundles.append(Bundle(stamp_ns, places, (whole[row * size : (row + 1) * size],), size))
+        alike.clear()
+
+
+class Separate:
+    """Gives messages the form in which nodes take them: (topic, stamp [ns], CDR) each."""
+
+    def one(self, topic, stamp_ns: int, pieces: Sequence[Any]) -> tuple[Any, int, bytes]:
+        """One message."""
+        return topic, stamp_ns, b"".join(pieces)
+
+    def many(self, ready: Sequence[tuple[Any, Encoder, Any]], stamps_ns: np.ndarray, stamps: np.ndarray) -> list[list]:
+        """Of (topic, its encoder, fields) each, the messages of each instant, in order."""
+        columns = [encoder.encoded(fields, stamps_ns, stamps) for _, encoder, fields in ready]
+        topics = [topic for topic, _, _ in ready]
+        return [
+            [(topic, stamp_ns, data) for topic, data in zip(topics, row, strict=True)]
+            for stamp_ns, row in zip(stamps_ns.tolist(), zip(*columns, strict=True), strict=True)
+        ]
+
 
 SLOW_RATE = 20.0  # Hz, of sample blocks and markers
 LARGEST_BLOCK = 4 << 20  # bytes of values in one SampleBlock
@@ -67,7 +162,7 @@ def topics(scene) -> tuple[Channelled, ...]:
         *kind.topics(scene.parameters),
         *(
             Topic(f"records/{table.name}", cdr.SAMPLE_BLOCK, SAMPLES, None, table.meaning, kind.frame)
-            for table in kind.records(scene.parameters)
+            for table in tables_of(kind, scene.parameters)
         ),
         Topic("samples", cdr.SAMPLE_BLOCK, SAMPLES, None, "every solver output, without loss", kind.frame),
     ]
@@ -136,7 +231,7 @@ class MessageStream:
         self._encoders = {
             topic.name: Encoder(topic.ros_type, f"{frame_prefix}{topic.row.frame}") for topic in self.topics
         }
-        self._tables: dict[str, Table] = {table.name: table for table in KINDS[scene.kind].records(scene.parameters)}
+        self._tables: dict[str, Table] = {table.name: table for table in tables_of(KINDS[scene.kind], scene.parameters)}
         self._times: list[np.ndarray] = []
         self._values: list[np.ndarray] = []
         self._rows: dict[str, list[np.ndarray]] = {name: [] for name in self._tables}
@@ -191,14 +286,6 @@ class MessageStream:
         stamp_ns = self.start_time_ns + time_ns
         text = {"data": scene_text(self._scene, self._choice)}
         return self._by_name["scene"], stamp_ns, encoded(cdr.STRING, text, stamp_ns, "")
-
-    def adopt(self, choice: Choice, time_ns: int) -> list[tuple[Channelled, int, bytes]]:
-        """The message of the topic `scene` where another model is in use from now on; none where it is the same.
-
-        Nor is there one before the first output, with which the scene is told anyway.
-        """
-        changed, self._choice = choice != self._choice, choice
-        return [self.scene_message(time_ns)] if changed and self._begun else []
 
     def _latched(self, block: Consecutive) -> Iterator[tuple[Channelled, int, bytes]]:
         """What is said once: the scene, and the kind's own."""

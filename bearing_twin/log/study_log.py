@@ -18,22 +18,18 @@ import numpy as np
 from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.blocks import Gathered, check_block
-from bearing_twin.log.encoder import Encoder
-from bearing_twin.log.encoding import encoded
-from bearing_twin.log.parts import Safety
-from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter
+from bearing_twin.log.encoding import Encoder, encoded
+from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
 from bearing_twin.log.recover import logged, records_in
-from bearing_twin.log.samples import samples_message
+from bearing_twin.log.sample_block import Gathered, check_block, samples_message
 from bearing_twin.log.stream import LARGEST_BLOCK
 from bearing_twin.report import parsed_json
 from bearing_twin.sample import Channel
 from bearing_twin.spelling import shortened
+from bearing_twin.uq.inputs import numeric_keys
 from bearing_twin.uq.result import StudyResult, quantity_units
-from bearing_twin.uq.scene_keys import numeric_keys
-from bearing_twin.uq.study import Study
-from bearing_twin.uq.study_file import parse_study
-from bearing_twin.uq.summary_shape import check_summary
+from bearing_twin.uq.study import Study, parse_study
+from bearing_twin.uq.summary import check_summary
 
 NAMESPACE = "/bearing"
 SAMPLES_TOPIC, SUMMARY_TOPIC = f"{NAMESPACE}/study/samples", f"{NAMESPACE}/study/summary"

@@ -27,9 +27,9 @@ from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.blocks import sample_range
 from bearing_twin.log.cdr import DIAGNOSTICS
-from bearing_twin.log.mcap_log import read_log
+from bearing_twin.log.run_log import read_log
+from bearing_twin.log.sample_block import sample_range
 from bearing_twin.log.stream import topics
 from bearing_twin.nodes.entry import NodeProcess, node_command, started
 from bearing_twin.nodes.messages import interface, qos_profile, rclpy
@@ -197,7 +197,8 @@ def main(args: list[str] | None = None) -> int:
     scene = load_scene(wanted.scene)
     if scene.kind != "bearing":
         raise DemoError(f"scene {scene.name} is no bearing but of kind {scene.kind}: give the name of a bearing scene")
-    folder = _own_folder(Path(wanted.out))
+    folder = Path(wanted.out) / time.strftime("%Y%m%d_%H%M%S")
+    folder.mkdir(parents=True)
     recording = folder / "recording.mcap"
     rclpy.init()
     try:
@@ -208,20 +209,6 @@ def main(args: list[str] | None = None) -> int:
     finally:
         rclpy.try_shutdown()
     return _show_results(scene, wanted.duration, folder, recording, live, replayed)
-
-
-def _own_folder(parent: Path) -> Path:
-    """A new folder named by date and time, with a number where another demonstration has begun in the same second."""
-    parent.mkdir(parents=True, exist_ok=True)
-    name = time.strftime("%Y%m%d_%H%M%S")
-    folder, number = parent / name, 1
-    while True:
-        try:
-            folder.mkdir()
-            return folder
-        except FileExistsError:
-            number += 1
-            folder = parent / f"{name}_{number}"
 
 
 def _keep_to_itself() -> None:

@@ -14,8 +14,7 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 from bearing_twin.kinds import KINDS
-from bearing_twin.log.layouts import foxglove, rviz
-from bearing_twin.log.panels import Panels, panels, panels_of_log
+from bearing_twin.log.layouts import Panels, foxglove, panels, panels_of_log, rviz
 from bearing_twin.log.run_log import read_log
 from bearing_twin.nodes.node_parameters import (
     LOG_SAFETY,

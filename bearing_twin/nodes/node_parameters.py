@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.log.parts import Safety
-from bearing_twin.log.thinning import KEPT_RATE
+from bearing_twin.log.raw_log import KEPT_RATE, Safety
 from bearing_twin.parameters import unknown
 from bearing_twin.spelling import ROS_ARGS, echo, harmless
 from bearing_twin.units import in_si, labelled, with_unit
@@ -190,8 +189,6 @@ def refuse_no_assignment(words: Sequence[str]) -> None:
 def refuse_no_parameters(words: Sequence[str]) -> None:
     """Raises BearingTwinError for a file of parameters that names none: ROS passes over it in silence."""
     for option, path in itertools.pairwise(words):
-        if option == "--params-file" and not Path(path).is_file():
-            raise BearingTwinError(f"{path} is no file of parameters; give the path of a YAML file")
         if option == "--params-file" and PARAMETERS not in Path(path).read_text(errors="replace"):
             raise BearingTwinError(f"{path} holds no parameters; begin it with the node's name and {PARAMETERS}:")
 

@@ -14,10 +14,9 @@ from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.blocks import readable_range
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, MOST_TOPICS
-from bearing_twin.log.parts import Safety, Told
-from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter
+from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter, Safety, Told
+from bearing_twin.log.sample_block import readable_range
 
 SOON = 3600.0  # s: a disk that will be full before is told of
 JUMP_NS = 100_000_000  # between two looks, beyond what a clock that is set gently does

@@ -27,12 +27,9 @@ from bearing_twin.permission import only_below
 from bearing_twin.processors import usable
 from bearing_twin.report import json_text
 from bearing_twin.run.scene import refuse_another
-from bearing_twin.uq.drawing import Progress
 from bearing_twin.uq.result import StudyResult
-from bearing_twin.uq.run import memory_needed, refuse_too_large, run_study
-from bearing_twin.uq.stopping import rule_of
-from bearing_twin.uq.study import Study
-from bearing_twin.uq.study_file import load_study, parse_study, study_names
+from bearing_twin.uq.run import Progress, memory_needed, refuse_too_large, run_study
+from bearing_twin.uq.study import Study, load_study, parse_study, rule_of, study_names
 
 LONGEST_TEXT = 60_000  # characters of a study in a goal: under a second to read, whatever is in it
 MOST_OVERRIDES, LONGEST_OVERRIDE = 1000, 10_000

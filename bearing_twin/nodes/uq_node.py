@@ -23,7 +23,7 @@ from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, SERVICE, 
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NodeParameter
 from bearing_twin.nodes.pacing import Worker
 from bearing_twin.nodes.studies import CANCELLED, SUCCEEDED, Goal, GoalAnswer, Request, Studies, StudyLimits
-from bearing_twin.uq.drawing import Progress
+from bearing_twin.uq.run import Progress
 
 PARAMETERS = (
     NodeParameter("log_folder", "studies", "where every study is logged with all its samples (MCAP); empty = nowhere"),
@@ -116,7 +116,9 @@ class UqNode(Node):
 
     def _answered(self, answer: GoalAnswer) -> None:
         text = f"{answer.state}: {answer.message}" + (f"; log: {answer.log}" if answer.log else "")
-        if answer.problem:
+        if not self.context.ok():  # a signal has ended ROS, which logs no more
+            print(f"uq_node: {text}", file=sys.stderr)
+        elif answer.problem:
             self.get_logger().warning(text, throttle_duration_sec=TALK)  # anybody can send goals that fail
         else:
             self.get_logger().info(text)
@@ -124,14 +126,15 @@ class UqNode(Node):
             self._to_ros(self._result.publish, String(data=answer.summary))
 
     def _to_ros(self, call: Callable, *arguments) -> None:
-        """Calls into ROS, whose errors must not end a study."""
+        """Calls into ROS: once a signal has ended it there is nobody to tell; another mistake must not end a study."""
         try:
             call(*arguments)
         except Exception as error:
-            self.get_logger().error(f"{type(error).__name__}: {error}")
+            if self.context.ok():
+                self.get_logger().error(f"{type(error).__name__}: {error}")
 
     def _ended(self, error: Exception | None) -> None:
-        if error is not None:
+        if error is not None and self.context.ok():
             self.failure = error
             self.done.set()
 

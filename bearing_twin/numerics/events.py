@@ -8,7 +8,7 @@ MOST_HALVINGS = 100
 MOST_LOOKS = 100  # of regula falsi
 CLOSE = 4e-16  # share of a step that is no shorter
 TOP_LOOKS = 2  # at a number where its rate changes its sign
-NEAR_GREATEST, SAME_TOP = 0.9, 1e-3  # of the greatest value so far; of the span between the places about a top
+NEAR_GREATEST, SAME_TOP = 0.9, 1e-3  # tuned: of the greatest value so far; of the span between the places about a top
 
 
 @template

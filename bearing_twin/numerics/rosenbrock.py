@@ -30,7 +30,7 @@ from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, OK, REJECTION
 from bearing_twin.numerics.steppers import LEAST_STEP, NOTHING, five, next_step, rates_of_a_step, stays
 
 IDLE = -1  # the body in a lane without one
-LANDED = 0.95  # share of a step: an event later in it is as good as at its end
+LANDED = 0.95  # tuned: share of a step: an event later in it is as good as at its end
 # Share of the step over which the rates' explicit change with time is taken: at 1e-3 the order fell from 4 to 2.
 SLOPE_STEP = 1e-6
 

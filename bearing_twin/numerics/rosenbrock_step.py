@@ -12,7 +12,7 @@ import numpy as np
 
 from bearing_twin.compiled import kernel, template
 
-APART = 1e-3  # of the step: how far on either side the rates' explicit change with time is taken
+APART = 1e-3  # tuned: of the step: how far on either side the rates' explicit change with time is taken
 
 
 class RosenbrockWork(NamedTuple):

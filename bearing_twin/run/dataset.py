@@ -8,6 +8,7 @@ import bearing_twin
 from bearing_twin.extras import wanted
 from bearing_twin.kinds import KINDS
 from bearing_twin.run.axes import axes_of
+from bearing_twin.run.second_run import tables_of as kind_tables
 
 TIME = "time"
 
@@ -62,7 +63,7 @@ def source_of(stream) -> dict[str, str]:
 
 def tables_of(scene) -> tuple:
     """The tables of records of a scene; none without one."""
-    return () if scene is None else tuple(KINDS[scene.kind].records(scene.parameters))
+    return () if scene is None else kind_tables(KINDS[scene.kind], scene.parameters)
 
 
 def _records(blocks, scene) -> dict:

@@ -2,11 +2,15 @@
 
 import functools
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from bearing_twin.kinds.doubt import LARGE, Dearest, Errors, Promise
+from bearing_twin.kinds.doubt import FRICTION_MODEL, LARGE, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
+from bearing_twin.report import Choice
+from bearing_twin.run.second_run import Estimate, NoEstimate
 from bearing_twin.units import known_digits, named, two_digits, with_unit
+
+WORDS = {LAW: "law", FRICTION_MODEL: "friction model", LEFT_OUT: "model, by what it leaves out,"}
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
 STATUSES = {
@@ -24,8 +28,6 @@ MADE_OF = {
     "m/s": {"m": 1, "s": -1},
 }
 """Units whose figures may all be nearly 0: what is large in them is the product of these powers of others."""
-MUCH = 0.35  # of a run's steps: a companion that took more says why
-SHORT_RUN = "the run is short"
 
 
 class Judgement(NamedTuple):
@@ -37,53 +39,63 @@ class Judgement(NamedTuple):
 
 
 def judged(
-    errors: Errors,
-    figures: Mapping[str, Any],
-    status: str,
-    outside: tuple[str, ...] = (),
-    predicted: Mapping[str, float | str] | None = None,
-    errorless: Collection[str] = (),
+    errors: Errors, estimate: Estimate | NoEstimate, figures: Mapping[str, Any], status: str, choice: Choice
 ) -> Judgement:
-    """The judgement of a run with these errors and figures whose own status was this, and models outside ranges.
+    """The judgement of a run with these model errors, error estimate and figures, whose own status was this.
 
-    What a choice `predicted` is told beside what came out. Figures without error that are not `errorless` are named.
+    The error of a figure is that of the method alone, None where it is not known; errors of the model stand beside.
     """
-    keys, totals, large = {}, {}, {}
+    by_source = {key: {METHOD: one} for key, one in estimate.of_figures(figures).items()}
+    for key, parts in errors.figures.items():
+        by_source.setdefault(key, {}).update(parts)
+    keys, known, large = {}, {}, {}
     sizes = functools.cache(functools.partial(_sizes, figures))  # found once, if at all
-    for figure, parts in errors.figures.items():
+    for figure, parts in by_source.items():
         if figure not in figures or figures[figure] is None or not parts:
             continue
-        totals[figure] = _beyond_rounding(_added(list(parts.values())), figure, figures[figure], sizes)
-        keys[f"{figure}_error"] = totals[figure]
-        spared = greatest(totals[figure]) <= errors.spared.get(figure, 0.0)
-        if exceeds(figures[figure], totals[figure]) and not spared:
-            large[figure] = max(parts, key=lambda name: greatest(parts[name]))
-    kept = {figure: dict(errors.figures[figure]) for figure in totals}
-    keys["errors_by_source"] = kept
-    keys["wanted_errors"] = {one.output: _told(one, predicted or {}) for one in errors.promises}
-    keys["errors_unknown"] = dict(errors.notes)
-    if errors.figures and (unknown := _without_error(figures, {*totals, *errorless})):
-        keys["errors_unknown"]["figures"] = f"nothing is known of the error of {', '.join(unknown)}"
-    if errors.horizon is not None:
-        keys["horizon_s"] = errors.horizon
-    broken = [one for one in errors.promises if one.broken]
-    flags = [_sentence(one, errors.horizon) for one in broken]
+        parts = {source: _beyond_rounding(one, figure, figures[figure], sizes) for source, one in parts.items()}
+        keys[f"{figure}_error"] = parts.get(METHOD)
+        known[figure] = {source: one for source, one in parts.items() if not _unknown(one)}
+        for source, one in known[figure].items():
+            spared = greatest(one) <= errors.spared.get(figure, 0.0)
+            if exceeds(figures[figure], one) and not spared:
+                large.setdefault(figure, source)
+    keys["errors_by_source"] = {figure: parts for figure, parts in known.items() if parts}
+    promises = errors.promises or _promises(errors, estimate, choice)
+    keys["wanted_errors"] = {one.output: _told(one, choice.predicted or {}) for one in promises}
+    keys["errors_unknown"] = ({METHOD: estimate.note} if estimate.note else {}) | dict(errors.notes)
+    horizon = errors.horizon if estimate.horizon is None else estimate.horizon
+    if horizon is not None:
+        keys["horizon_s"] = horizon
+    broken = [one for one in promises if one.broken]
+    flags = [_sentence(one, horizon) for one in broken]
     named_ones = {figure: source for figure, source in large.items() if errors.told_by.get(figure) not in large}
     if named_ones:
-        cures = "; ".join(filter(None, (errors.mends.get(source) for source in dict.fromkeys(named_ones.values()))))
-        said = "; ".join(_said(one, figures[one], totals[one], source) for one, source in named_ones.items())
+        mends = {METHOD: estimate.smaller} | dict(errors.mends)
+        cures = "; ".join(filter(None, (mends.get(source) for source in dict.fromkeys(named_ones.values()))))
+        said = "; ".join(_said(one, figures[one], known[one][source], source) for one, source in named_ones.items())
         told = f"the error is over {100.0 * LARGE:g} % of the figure: {said}"
         flags.append(f"{told}; to mend it: {cures}" if cures else told)
-    doubtful = [*(("model outside its range",) if outside else ()), *(one.output for one in broken)]
+    outputs = dict.fromkeys(one.output for one in broken)
+    doubtful = [*(("model outside its range",) if choice.outside else ()), *outputs]
     if doubtful and status == DONE:
         status = f"{DOUBTFUL}: {', '.join(doubtful)}"
     return Judgement(status, tuple(flags), keys)
 
 
-def _without_error(figures: Mapping[str, Any], known: Collection[str]) -> list[str]:
-    """Names of figures that are numbers and not `known`."""
-    left = {key: value for key, value in figures.items() if key not in known}
-    return [named(key)[0] for key, value in left.items() if _is_numbers(value)]
+def _promises(errors: Errors, estimate: Estimate | NoEstimate, choice: Choice) -> list[Promise]:
+    """The requested outputs with the error of the method, and of the model where that is known."""
+    found = []
+    for name, one in estimate.of_outputs().items():
+        where = f"at {one.when:.6g} s" if one.error is not None and one.error > estimate.tolerance else ""
+        mend = LATER if estimate.horizon is not None else estimate.smaller
+        numbers = one.norm, one.error, estimate.tolerance
+        found.append(Promise(name, *numbers, where, mend, one.until, errors.outputs.get(name, ())))
+    return found
+
+
+def _unknown(error) -> bool:
+    return error is None or (isinstance(error, list) and None in error)
 
 
 def _is_numbers(value) -> bool:
@@ -97,21 +109,6 @@ def failed(failure: Mapping[str, Any]) -> str:
     return f"{FAILED}: {failure.get('failure_reason', 'broken off')}"
 
 
-def companion_cost(costs: Mapping[str, int], dearest: Dearest | None) -> dict[str, Any]:
-    """The companion's share of a bearing run's steps, and in words what took it where it is more than MUCH."""
-    steps, taken = costs.get("ball_steps", 0), costs.get("companion_ball_steps", 0)
-    if not steps or not taken:
-        return {}
-    told = {"companion_share": taken / steps}
-    if dearest is None or not dearest.steps or taken <= MUCH * steps:
-        return told
-    each = steps / dearest.balls
-    why = f"its dearest stretch, {dearest.place}, took {dearest.steps} of its {taken} steps of balls"
-    if MUCH * each < dearest.least:
-        why = f"{SHORT_RUN}, {each:.0f} steps of a ball; the windows that any run has take about {dearest.least}"
-    return told | {"companion_reason": f"the companion took {100.0 * taken / steps:.0f} % of the run's steps: {why}"}
-
-
 def exceeds(value, error) -> bool:
     """Whether an error is over a tenth of its figure; of a list, of its greatest value."""
     scale, worst = greatest(value), greatest(error)
@@ -120,6 +117,8 @@ def exceeds(value, error) -> bool:
 
 def _beyond_rounding(error, figure: str, value, sizes: Callable[[], dict[str, float]]):
     """The error of a figure; 0 for one that is large beside the figure and rounding beside others of its unit."""
+    if _unknown(error):
+        return error
     rounding = ROUNDING * _size(named(figure)[1], sizes()) if exceeds(value, error) else -1.0
     if not greatest(error) <= rounding:  # nor is a NaN
         return error
@@ -146,15 +145,6 @@ def _size(unit: str, sizes: Mapping[str, float]) -> float:
     return max(sizes.get(unit, 0.0), made)
 
 
-def _added(parts: list):
-    """The sum of errors of several sources: numbers, or lists of equal length."""
-    lists = [part for part in parts if isinstance(part, list)]
-    if not lists:
-        return math.fsum(parts)
-    rows = [part if isinstance(part, list) else [part] * len(lists[0]) for part in parts]
-    return [math.fsum(column) for column in zip(*rows, strict=True)]
-
-
 def greatest(value) -> float:
     """The greatest magnitude of a number or of a list, 0 of an empty one; NaN where one is."""
     values = [value] if isinstance(value, (int, float)) else list(value)
@@ -173,28 +163,33 @@ def _told(promise: Promise, predicted: Mapping[str, float | str]) -> dict[str, A
     told = {"norm": promise.norm, "error": promise.error, "tolerance": promise.tolerance, "where": promise.where}
     before = predicted.get(f"{promise.output.removesuffix('s')}_error")
     told |= {"predicted": before} if isinstance(before, float) else {}  # a log may say anything
-    told |= {} if promise.may is None else {"may_be": promise.may}
+    told |= {"model_errors": {one.source: one.error for one in promise.model}} if promise.model else {}
     return told if promise.before is None else told | {"error_up_to_horizon": promise.before}
 
 
 def promise_in_words(told: Mapping[str, Any]) -> str:
-    """A row of `wanted_errors` whose error is known: by how much, what was wanted and predicted, and where."""
-    foretold = f", predicted {two_digits(told['predicted'])}" if "predicted" in told else ""
-    most = f" (may be {two_digits(told['may_be'])})" if "may_be" in told else ""
-    parts = [f"{two_digits(told['error'])}{most} {told['norm']}, wanted {told['tolerance']:g}{foretold}", told["where"]]
+    """A row of `wanted_errors` whose error is known: by how much, what was requested, and where."""
+    parts = [f"{two_digits(told['error'])} {told['norm']}, requested {told['tolerance']:g}", told["where"]]
     if (before := told.get("error_up_to_horizon")) is not None:
         parts.append(f"{two_digits(before)} up to the horizon")
     return "; ".join(part for part in parts if part)
 
 
 def _sentence(promise: Promise, horizon: float | None) -> str:
-    """What was wanted, what came out, and what would mend it."""
-    where = f" ({promise.where})" if promise.where else ""
-    if promise.before is not None:
-        where += f", by {promise.before:.2g} up to {horizon:.6g} s"
-    verb = "are" if promise.output.endswith("s") else "is"
-    most = f", which may be {promise.may:.2g}, " if promise.error <= promise.tolerance else ", "
-    return (
-        f"{promise.output} {verb} off by {promise.error:.2g} {promise.norm}{where}{most}more than the wanted "
-        f"{promise.tolerance:g}: {promise.mend}"
-    )
+    """What was requested, what the errors are, and what would reduce them."""
+    said = []
+    if promise.exceeded:
+        where = f" ({promise.where})" if promise.where else ""
+        if promise.before is not None:
+            where += f", {promise.before:.2g} up to {horizon:.6g} s"
+        said.append(
+            f"{promise.output}: the error of the method is {promise.error:.2g} {promise.norm}{where}, more than the "
+            f"requested {promise.tolerance:g}: {promise.mend}"
+        )
+    for one in promise.model:
+        if not one.error <= promise.tolerance:
+            said.append(
+                f"{promise.output}: the error of the {WORDS.get(one.source, one.source)} is {one.error:.2g} "
+                f"{promise.norm}, more than the requested {promise.tolerance:g}{': ' if one.mend else ''}{one.mend}"
+            )
+    return "; ".join(said)

@@ -8,23 +8,23 @@ from bearing_twin.errors import LogError
 from bearing_twin.kinds.contract import Figures
 from bearing_twin.kinds.doubt import Doubt
 from bearing_twin.report import Choice, Report
-from bearing_twin.run.doubt import companion_cost, failed, judged
-from bearing_twin.run.foretold import Account
+from bearing_twin.run.doubt import failed, judged
+from bearing_twin.run.foretold import cost_told
+from bearing_twin.run.second_run import Estimate, NoEstimate
 from bearing_twin.sample import Aligned, Block, cut, outputs_at_once
 
 BLOCK_OUTPUTS = 50  # outputs at most in the blocks that figures are made of
 
 
 class Gathering:
-    """A kind's writers of figures and of doubt, empty at the start, fed in pieces however the stream is cut.
+    """A run's writers of figures, model errors and error estimate, empty at first, fed in pieces of any length.
 
     A writer whose attribute `in_stretches` is False gives the same to the bit for many pieces at once, and gets them.
-    Figures with a method `chosen` say by it which model was in use at the end, and why.
     """
 
-    def __init__(self, figures: Figures, choice: Choice, doubt: Doubt):
+    def __init__(self, figures: Figures, choice: Choice, doubt: Doubt, estimate: Estimate | NoEstimate):
         self.choice, self.outputs, self.missing = choice, 0, 0
-        self._writers = figures, doubt
+        self._writers = figures, doubt, estimate
         self._length, self._aligned = 0, Aligned(0)
         self._last_ns, self._following = 0, None
 
@@ -51,36 +51,31 @@ class Gathering:
         scene: str,
         compute_seconds: float = 0.0,
         costs: Mapping[str, int] | None = None,
+        computed: float | None = None,
         last: bool = False,
         failure: dict[str, Any] | None = None,
-        foretold: tuple[Mapping[str, float], dict[str, Any]] | None = None,
     ) -> Report:
         """The report so far; raises LogError without an output. After the `last` one nothing more is taken in.
 
-        `failure` says what broke the run off, which is then failed. `foretold` are the errors and the cost of an
-        `Account` of the choices in use; without it those of a choice that was in use throughout.
+        `costs` are of the outputs up to `computed` [s], by default all that were taken in. `failure` says what broke
+        the run off, which is then failed.
         """
         if not self.outputs:
             raise LogError("there is no sample in it; recover the log from the original, or simulate again")
-        figures, doubt = self._writers
+        figures, doubt, estimate = self._writers
         if not last:
             # Parameters and a choice never change, and copying them took longer than all figures: the copy shares them.
-            shared = (getattr(one, name, None) for one in self._writers for name in ("parameters", "choice"))
-            figures, doubt = copy.deepcopy(self._writers, {id(one): one for one in shared})
+            shared = [getattr(one, name, None) for one in self._writers for name in ("parameters", "choice")]
+            figures, doubt, estimate = copy.deepcopy(self._writers, {id(one): one for one in shared})
         for piece in self._aligned.rest():
-            figures.add(piece)
-            doubt.add(piece)
-        choice = figures.chosen() if hasattr(figures, "chosen") else self.choice
-        numbers = figures.figures()
+            for writer in (figures, doubt, estimate):
+                writer.add(piece)
+        choice, numbers = self.choice, figures.figures()
         errors = doubt.errors(numbers)
         status = failed(failure) if failure else figures.status()
-        errorless = getattr(doubt, "errorless", ())
         seconds, took = 1e-9 * self._last_ns, costs or {}
-        if foretold is None:
-            throughout = Account(self.choice.predicted if choice.reason == self.choice.reason else None)
-            foretold = throughout.errors, throughout.told(took, seconds)
-        promised, cost = foretold
-        judgement = judged(errors, numbers, status, self.choice.outside, promised, errorless)
+        cost = cost_told(choice.predicted, took, seconds if computed is None else computed)
+        judgement = judged(errors, estimate, numbers, status, choice)
         return Report(
             scene=scene,
             law=self.choice.law,
@@ -94,7 +89,7 @@ class Gathering:
             samples=self.outputs,
             costs=dict(took),
             figures=numbers,
-            errors=judgement.keys | companion_cost(took, errors.dearest) | cost,
+            errors=judgement.keys | cost,
             predicted=self.choice.predicted,
             outside=self.choice.outside,
             failure=failure,

@@ -8,8 +8,8 @@ from bearing_twin.kinds.doubt import NothingKnown
 from bearing_twin.kinds.plain_figures import PlainFigures
 from bearing_twin.report import Report
 from bearing_twin.run.failure import told_in
-from bearing_twin.run.foretold import logged
 from bearing_twin.run.gathering import Gathering
+from bearing_twin.run.second_run import NoEstimate, estimate_of
 from bearing_twin.sample import Block
 
 
@@ -17,25 +17,23 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     """(report, outputs missing) of a log, whose `blocks` may be handed in; raises LogError without an output.
 
     Of a recording that holds no scene, and of a log without the records that its figures need (of an earlier version),
-    every channel of one number is reported, but for figures that its kind makes of records. What a run cost, what was
-    foretold of that once it took another model, and what broke it off, is taken from the log's own record, where there
-    is one.
+    every channel of one number is reported, but for figures that its kind makes of records. What a run cost, and what
+    broke it off, is taken from the log's own record, where there is one.
     """
     kind = KINDS[log.scene.kind] if log.scene else None
     needed = kind is not None and any(table.needed for table in kind.records(log.scene.parameters))
     if kind is None or (needed and not log.has_records):
         taken = kind.meanings_of() if kind else ()
         figures, doubt = PlainFigures(None, log.choice, log.channels, taken), NothingKnown(None, log.choice)
+        estimate = NoEstimate()
     else:
         made_of = log.scene.parameters, log.choice
-        figures, doubt = kind.figures_of(*made_of), kind.doubt(*made_of)
-    gathering = Gathering(figures, log.choice, doubt)
+        figures, doubt, estimate = kind.figures_of(*made_of), kind.doubt(*made_of), estimate_of(kind, *made_of)
+    gathering = Gathering(figures, log.choice, doubt, estimate)
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)
     said = log.report or {}
-    report = gathering.report(
-        log.scene.name if log.scene else "", *_cost(said), failure=told_in(said), foretold=logged(said)
-    )
+    report = gathering.report(log.scene.name if log.scene else "", *_cost(said), failure=told_in(said))
     return report, 0 if log.kept_rate else gathering.missing
 
 

@@ -15,7 +15,7 @@ import yaml
 from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.ranges import OUTSIDE, allowed, left_by
-from bearing_twin.kinds.sections import ALIASES, damped_twice, not_here
+from bearing_twin.kinds.sections import ALIASES, FORMER_VALUES, damped_twice, not_here
 from bearing_twin.parameters import (
     describe,
     echo,
@@ -214,7 +214,7 @@ def _kind_of(mapping: Mapping, origin: str) -> str:
 
 
 def _canonical(mapping: dict) -> dict:
-    """The same with keys by their first names; what is given under both names stays, to be refused."""
+    """The same with keys and values by today's names; a key given under both names stays, to be refused."""
     mapping = copy.deepcopy(mapping)
     for other, first in ALIASES.items():
         section, key = other.split(".")
@@ -223,6 +223,11 @@ def _canonical(mapping: dict) -> dict:
             new = mapping.setdefault(home, {})
             if isinstance(new, dict) and name not in new:
                 new[name] = mapping[section].pop(key)
+    for path, values in FORMER_VALUES.items():
+        section, key = path.split(".")
+        home = mapping.get(section)
+        if isinstance(home, dict) and isinstance(home.get(key), (str, bool)):
+            home[key] = values.get(home[key], home[key])
     return mapping
 
 
@@ -289,4 +294,6 @@ def _apply(parameters: type, mapping: dict, override: str) -> None:
         mapping = inner
     if stands_for_section(parameters, words):
         mapping.clear()
-    mapping[words[-1]] = SCENES.load(text, f"override {echo(override)}")
+    value = SCENES.load(text, f"override {echo(override)}")
+    former = FORMER_VALUES.get(".".join(words), {})
+    mapping[words[-1]] = former.get(value, value) if isinstance(value, (str, bool)) else value

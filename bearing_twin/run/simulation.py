@@ -16,8 +16,8 @@ from bearing_twin.run.failure import Failure, placed, told_of
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.health import Health, worst_contact
-from bearing_twin.run.looks import Looks
 from bearing_twin.run.scene import Scene
+from bearing_twin.run.second_run import CheckedMotion, estimate_of, has_second_run
 from bearing_twin.sample import Block, Columns, joined, layout_of, side_by_side
 from bearing_twin.stopping import SIGNALLED, Halt, heeding_signals
 
@@ -36,7 +36,7 @@ class Simulation(Commanded):
     def __init__(self, scene: Scene, halt: Halt | None = None):
         self.scene, self._halt = scene, halt or Halt(SIGNALLED)
         self.kind = KINDS[scene.kind]
-        self.chosen = self.choice = choose(scene)  # `choice` is in use, a reset goes back to what was chosen
+        self.choice = choose(scene)
         self.channels, self.output_period_ns = scene.channels, scene.output_period_ns
         self._layout = layout_of(self.channels[:-1] if scene.marked else self.channels)  # of a motion's own outputs
         self._solved_seconds, self._motion = 0.0, None
@@ -45,20 +45,18 @@ class Simulation(Commanded):
         self.chunk_outputs = chunk_outputs(scene, round(1e9 * longest))
 
     def _new_motion(self):
-        motion = self.kind.motion(self.scene.parameters, self.choice)
+        made_of = self.scene.parameters, self.choice
+        if has_second_run(self.kind, *made_of):
+            motion = CheckedMotion(self.kind, *made_of, self._layout.channels)
+        else:
+            motion = self.kind.motion(*made_of)
         if hasattr(motion, "stop"):
             motion.stop = self._halt.flag
         return motion
 
-    @property
-    def switched(self) -> str:
-        """What model was last taken in place of another under way and why, or why it was not; "" for none."""
-        return self.looks.told
-
     def reset(self) -> None:
         """Back to the start: the next output is number 0 at time 0, the speed is the scene's."""
-        if self._motion is None or self.choice is not self.chosen:
-            self.choice = self.chosen
+        if self._motion is None:
             self._motion = self._new_motion()
         else:
             self._motion.reset()
@@ -68,8 +66,8 @@ class Simulation(Commanded):
         self._chunk_first: int | None = None  # number of the first output of the chunk computed last
         self._commanded_until = 0  # number of an output: those before it follow a command closely
         made_of = self.scene.parameters, self.choice
-        self.looks = Looks(self.kind, *made_of, self._motion)
-        self._gathering = Gathering(self.kind.figures_of(*made_of), self.choice, self.kind.doubt(*made_of))
+        writers = self.kind.figures_of(*made_of), self.choice, self.kind.doubt(*made_of)
+        self._gathering = Gathering(*writers, estimate_of(self.kind, *made_of))
         self._compute_seconds = self._solved_seconds
         self._health, self._good = Health(self.kind, self.channels), None
         self._forget_failure()
@@ -117,14 +115,13 @@ class Simulation(Commanded):
         ahead = ahead and (len(self._pending) or self._broken is not None)
         self._forget_failure()
         given = self._pending.first_sequence - self._chunk_first if ahead else 1
-        self.looks.commanded(given > 0)
         if ahead:
             self._motion.take_back()
             self._pending = self._pending.part(0, 0)
             self._good = self._given[-1]  # what was computed beyond it never came to be
             if given:
-                span = 1e-9 * self.output_period_ns * given
-                self._motion.advance(np.array([span]), span)
+                times = 1e-9 * self.output_period_ns * np.arange(1, given + 1)
+                self._motion.advance(times, times[-1])
 
     def advance(self, outputs: int) -> Block:
         """The next solver outputs, fewer where the run breaks off or was interrupted.
@@ -169,14 +166,13 @@ class Simulation(Commanded):
         numbers = arrays.numbers if isinstance(arrays, Columns) else side_by_side(self._layout, arrays, len(arrays[0]))
         numbers = np.column_stack([numbers, np.ones(len(numbers))]) if self.scene.marked else numbers
         time_ns = np.arange(first, first + len(numbers), dtype=np.int64) * self.output_period_ns
-        return Block(self.channels, first, time_ns, numbers, self.looks.notes() | self._motion.take_records())
+        return Block(self.channels, first, time_ns, numbers, self._motion.take_records())
 
     def _compute_chunk(self, first: int) -> None:
         """Puts the outputs up to the end of a chunk into `_pending`; those before where the run breaks off."""
         if self._broken is not None:
             raise self._failed(self._broken) from self._broken.error
         start, here = time.perf_counter(), (first - 1) * self.output_period_ns
-        self.choice, self._motion = self.looks.again(here, self._load, self.choice, self._motion)
         until = chunk_end(self.scene, first, self.chunk_outputs, first < self._commanded_until)
         times = 1e-9 * self.output_period_ns * np.arange(1, until - first + 1)
         state, block = state_of(self._motion), None
@@ -214,9 +210,8 @@ class Simulation(Commanded):
             raise BearingTwinError("nothing has been computed yet: iterate the run, or its blocks(), before its report")
         given = self.sequence + 1  # outputs computed but not given out took their share of the seconds
         share = given / (given + len(self._pending)) if self._pending is not None else 0.0
-        costs = self.looks.costs(self._motion)
+        costs = self._motion.costs()
         failure = None if self.failure is None else told_of(self.failure)
         computed = int(self._pending.time_ns[-1]) if self._pending is not None and len(self._pending) else self.time_ns
-        account = self.looks.account
-        foretold = account.errors, account.told(costs, 1e-9 * computed)  # costs are of all that was computed
-        return self._gathering.report(self.scene.name, share * self._compute_seconds, costs, last, failure, foretold)
+        took = share * self._compute_seconds, costs, 1e-9 * computed  # costs are of all that was computed
+        return self._gathering.report(self.scene.name, *took, last, failure)

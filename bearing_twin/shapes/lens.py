@@ -22,7 +22,7 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.shapes.implicit import level
 
 ENERGY_FACTOR = 0.357469 * 8.0 * math.pi**0.75 / 15.0
-LEAN = 0.3  # least cosine between a surface's normal at the outline and the contact's
+LEAN = 0.3  # tuned: least cosine between a surface's normal at the outline and the contact's
 CLOSE = 1e-5  # of the distance: a Newton step below it leaves an error of its square
 RADIAL = 6
 FEWEST, MOST, AGREE = 12, 768, 1e-5

@@ -1,55 +1,175 @@
-"""The table of distributions an input may have, on SciPy's; and the two that SciPy has not.
+"""Distributions of inputs: the table of those that have a name, any other of scipy.stats, and some that SciPy lacks.
 
 A new distribution is one function and one row of DISTRIBUTIONS.
 """
 
+import functools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from scipy import stats
+from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
+from scipy.special import expit, logit, ndtr
 
 from bearing_twin.errors import StatisticError
+from bearing_twin.parameters import echo, unknown
 from bearing_twin.units import Limits
-from bearing_twin.uq.knowledge import FARTHEST_CUT
+from bearing_twin.uq.entropy import FARTHEST_CUT
 
 GREATEST_TILT = 500.0  # of `truncated_exponential`; a mean nearer to a bound than 1/500 of the range is refused
+SCIPY = "scipy."  # before the name of a distribution of scipy.stats
+LISTS = ("values", "weights", "x", "density")  # parameters that are lists of numbers
 LIMITS = {name: Limits(above=0.0) for name in ("std", "shape", "scale", "std_log", "a", "b")}
 
 
-class EmpiricalValues:
-    """The distribution that takes each of the given values equally often; one value = no uncertainty.
+class DiscreteValues:
+    """The distribution that takes each of some values with a probability; one value = a fixed input.
 
     It has the methods of a frozen SciPy distribution that inputs use. Values have no density: `pdf` raises
     StatisticError. The deviation is that of the distribution (divided by n), not an estimate from a sample.
     """
 
-    def __init__(self, values):
-        self.values = np.sort(np.atleast_1d(np.asarray(values, float)))
+    def __init__(self, values, weights=None):
+        values = np.atleast_1d(np.asarray(values, float))
+        weights = np.ones(len(values)) if weights is None else np.asarray(weights, float)
+        _want(len(weights) == len(values), f"there are {len(weights)} weights for {len(values)} values; give one each")
+        _want(np.all(weights >= 0.0) and weights.sum() > 0.0, "weights are 0 or above, and one is above 0")
+        order = np.argsort(values)
+        order = order[weights[order] > 0.0]
+        self.values, self.shares = values[order], weights[order] / weights.sum()
+        self._until = np.cumsum(self.shares)
 
     def ppf(self, u):
-        rank = np.ceil(np.asarray(u, float) * len(self.values)).astype(int) - 1
-        return self.values[np.clip(rank, 0, len(self.values) - 1)]
+        rank = np.searchsorted(self._until * (1.0 + 1e-13), np.asarray(u, float))  # shares are rounded
+        return self.values[np.minimum(rank, len(self.values) - 1)]
 
     def isf(self, u):
         return self.ppf(1.0 - np.asarray(u, float))
 
     def cdf(self, x):
-        return np.searchsorted(self.values, x, side="right") / len(self.values)
+        return np.append(0.0, self._until)[np.searchsorted(self.values, x, side="right")]
 
     def pdf(self, x):
         raise StatisticError("single values have no density: ask for the distribution function or for quantiles")
 
     def mean(self):
-        return float(np.mean(self.values))
+        return float(self.shares @ self.values)
 
     def std(self):
-        return float(np.std(self.values))
+        return math.sqrt(self.shares @ (self.values - self.mean()) ** 2)
 
     def support(self):
         return float(self.values[0]), float(self.values[-1])
+
+
+class _Continuous:
+    """A continuous distribution with the methods of a frozen one of SciPy that inputs use."""
+
+    def __init__(self, low, high):
+        self._low, self._high = low, high
+
+    def support(self):
+        return self._low, self._high
+
+    def isf(self, u):
+        return self.ppf(1.0 - np.asarray(u, float))
+
+    def sf(self, x):
+        return 1.0 - self.cdf(x)
+
+    def std(self):
+        return math.sqrt(self.var())
+
+
+class Truncated(_Continuous):
+    """A frozen SciPy distribution between two bounds, with its digits on both tails."""
+
+    def __init__(self, whole, low, high):
+        below, above = whole.cdf(low), whole.sf(high)
+        self._whole, self._mass = whole, whole.sf(low) - above if below > 0.5 else whole.cdf(high) - below
+        self._below, self._above = below, above
+        _want(self._mass > 1e-9, "less than 1e-9 of the whole distribution lies between the bounds; give others")
+        super().__init__(*(float(end) for end in (max(low, whole.support()[0]), min(high, whole.support()[1]))))
+
+    def ppf(self, u):
+        return np.clip(self._whole.ppf(self._below + self._mass * np.asarray(u, float)), self._low, self._high)
+
+    def isf(self, u):
+        return np.clip(self._whole.isf(self._above + self._mass * np.asarray(u, float)), self._low, self._high)
+
+    def cdf(self, x):
+        return np.clip((self._whole.cdf(x) - self._below) / self._mass, 0.0, 1.0)
+
+    def sf(self, x):
+        return np.clip((self._whole.sf(x) - self._above) / self._mass, 0.0, 1.0)
+
+    def pdf(self, x):
+        x = np.asarray(x, float)
+        return np.where((x >= self._low) & (x <= self._high), self._whole.pdf(x) / self._mass, 0.0)
+
+    def mean(self):
+        return float(_mean_over_scores(self, lambda x: x))
+
+    def var(self):
+        mean = self.mean()
+        return float(_mean_over_scores(self, lambda x: (x - mean) ** 2))
+
+
+def _mean_over_scores(distribution, function):
+    """The mean of a function by the trapezoidal rule in the normal score, which converges exponentially."""
+    z = np.linspace(-9.0, 9.0, 1153)
+    x = np.where(z < 0.0, distribution.ppf(ndtr(z)), distribution.isf(ndtr(-z)))
+    weights = np.exp(-0.5 * z**2)
+    return weights @ function(x) / weights.sum()
+
+
+class TableDensity(_Continuous):
+    """The density whose graph goes straight through the points (x, density), made to have the mass 1."""
+
+    def __init__(self, x, density):
+        x, density = np.asarray(x, float), np.asarray(density, float)
+        _want(len(x) == len(density) >= 2, "x and density are lists of the same length, two places at least")
+        _want(np.all(np.diff(x) > 0.0), "the places x must rise")
+        _want(np.all(density >= 0.0) and density.max() > 0.0, "a density is 0 or above, and somewhere above 0")
+        masses = 0.5 * np.diff(x) * (density[1:] + density[:-1])
+        self._x, self._density = x, density / masses.sum()
+        self._until = np.append(0.0, np.cumsum(masses)) / masses.sum()
+        filled = np.flatnonzero(masses)
+        super().__init__(float(x[filled[0]]), float(x[filled[-1] + 1]))
+
+    def pdf(self, x):
+        return np.interp(x, self._x, self._density, left=0.0, right=0.0)
+
+    def cdf(self, x):
+        x = np.clip(np.asarray(x, float), self._x[0], self._x[-1])
+        piece = np.clip(np.searchsorted(self._x, x, side="right") - 1, 0, len(self._x) - 2)
+        return self._until[piece] + 0.5 * (x - self._x[piece]) * (self._density[piece] + self.pdf(x))
+
+    def ppf(self, u):
+        u = np.asarray(u, float)
+        piece = np.clip(np.searchsorted(self._until, u) - 1, 0, len(self._x) - 2)
+        left, slope = self._density[piece], (np.diff(self._density) / np.diff(self._x))[piece]
+        more = np.maximum(u - self._until[piece], 0.0)
+        height = np.sqrt(np.maximum(left**2 + 2.0 * slope * more, 0.0))  # the density at the quantile
+        with np.errstate(all="ignore"):
+            step = np.where(more > 0.0, 2.0 * more / (left + height), 0.0)
+        return np.clip(self._x[piece] + step, self._low, self._high)
+
+    def mean(self):
+        return float(self._integral(lambda x: x))
+
+    def var(self):
+        mean = self.mean()
+        return float(self._integral(lambda x: (x - mean) ** 2))
+
+    def _integral(self, function):
+        """By Gauss's rule of two points a piece, exact for cubics."""
+        half, middle = 0.5 * np.diff(self._x), 0.5 * (self._x[1:] + self._x[:-1])
+        points = (middle + side * half / math.sqrt(3.0) for side in (-1.0, 1.0))
+        return sum(half @ (function(x) * self.pdf(x)) for x in points)
 
 
 class _TruncatedExponential(stats.rv_continuous):
@@ -190,6 +310,54 @@ def _exponential(mean):
     return stats.expon(scale=mean)
 
 
+def _weibull(shape, scale):
+    return stats.weibull_min(shape, scale=scale)
+
+
+def _triangular(low, mode, high):
+    _want(low < high and low <= mode <= high, "low must be below high, and the mode between them")
+    return stats.triang((mode - low) / (high - low), loc=low, scale=high - low)
+
+
+def _truncated_gamma(low=0.0, high=math.inf, **whole):
+    _want(0.0 <= low < high, "low must be below high, and 0 or above")
+    return Truncated(_gamma(**whole), low, high)
+
+
+def of_scipy(name, **parameters):
+    """The frozen distribution `scipy.stats.NAME` with shape parameters, `loc` and `scale` by keyword."""
+    family = getattr(stats, str(name), None)
+    if not isinstance(family, (stats.rv_continuous, stats.rv_discrete)):
+        raise ValueError(
+            f"scipy.stats has no distribution {echo(name)} that is given by numbers; see its documentation"
+        )
+    legal = [*(family.shapes or "").replace(" ", "").split(","), "loc"]
+    legal = [one for one in legal if one] + ["scale"] * isinstance(family, stats.rv_continuous)
+    wrong = [one for one in parameters if one not in legal]
+    if wrong:
+        raise ValueError(f"{echo(wrong[0])} is no parameter of scipy.stats.{name}; {unknown(wrong[0], legal)}")
+    lacking = [one for one in legal[: family.numargs] if one not in parameters]
+    _want(not lacking, f"scipy.stats.{name} needs {', '.join(lacking)} too")
+    frozen = family(**parameters)
+    _want(frozen.support()[0] <= frozen.support()[1], f"these parameters make no distribution scipy.stats.{name}")
+    return frozen
+
+
+def as_mapping(frozen) -> dict:
+    """A frozen `scipy.stats` distribution as a study file has it; raises ValueError for one that no file can hold."""
+    family = frozen.dist
+    if type(getattr(stats, family.name, None)) is not type(family):
+        raise ValueError(
+            "only distributions by a name of scipy.stats can be kept with a study; give others as a table of x and "
+            "density, or as values with weights"
+        )
+    names = [*filter(None, (family.shapes or "").replace(" ", "").split(",")), "loc", "scale"]
+    given = dict(zip(names, frozen.args, strict=False)) | frozen.kwds
+    if any(np.ndim(one) for one in given.values()):
+        raise ValueError("parameters of a distribution must be single numbers")
+    return {"distribution": f"{SCIPY}{family.name}", **{key: float(one) for key, one in given.items()}}
+
+
 def _want(condition, reason):
     if not condition:
         raise ValueError(reason)
@@ -210,6 +378,97 @@ DISTRIBUTIONS = {
     "truncated_exponential": Distribution(
         (("low", "high", "mean"),), truncated_exponential, "between bounds, only the mean known"
     ),
-    "fixed": Distribution((("value",),), lambda value: EmpiricalValues(value), "no doubt"),
-    "empirical": Distribution((("values",),), EmpiricalValues, "measured values, each equally likely"),
+    "weibull": Distribution((("shape", "scale"),), _weibull, "positive; strengths and lives"),
+    "triangular": Distribution((("low", "mode", "high"),), _triangular, "between bounds, most likely value known"),
+    "truncated_gamma": Distribution(
+        tuple(
+            (*whole, *ends)
+            for whole in (("mean", "std"), ("shape", "scale"))
+            for ends in (("low", "high"), ("low",), ("high",))
+        ),
+        _truncated_gamma,
+        "a gamma distribution between bounds; mean and std are those of the whole one",
+    ),
+    "table": Distribution((("x", "density"),), TableDensity, "a density of one's own, straight between its points"),
+    "fixed": Distribution((("value",),), lambda value: DiscreteValues(value), "a known value"),
+    "empirical": Distribution((("values",),), DiscreteValues, "measured values, each equally likely"),
+    "discrete": Distribution((("values", "weights"),), DiscreteValues, "single values, with their weights"),
 }
+
+
+# Quantiles from a table, for samplers that take a million of a distribution that looks for each by iteration.
+#
+# Between nodes even in t = log(u/(1 - u)) stands a cubic with the slopes of the distribution. What is tabulated is
+# the
+# logarithm of a positive value, or log(s/(1 - s)) of the share s between two bounds: both are nearly straight far
+# out.
+# The table knows its greatest error, halfway between nodes; where it would be above MOST, as of distributions that
+# reach
+# down to what doubles cannot hold, quantiles stay the distribution's own.
+
+MOST = 1e-11  # error, of a positive value relative to it, of one between bounds relative to their distance
+NODES, FARTHEST = 8192, 38.0  # over |t| <= FARTHEST: as far out as doubles reach
+PER_UNIT = (NODES - 1) / (2.0 * FARTHEST)
+ITERATED = {"gamma": False, "beta": True}  # distributions without closed quantiles: whether they have two bounds
+
+
+class Quantiles(NamedTuple):
+    """Cubics (4, NODES - 1) of the transformed value, the lower bound, the width between bounds, the greatest error."""
+
+    cubics: np.ndarray
+    low: float
+    width: float
+    bounded: bool
+    error: float
+
+    def __call__(self, u):
+        """Values (n,) at probabilities u (n,) in (0, 1)."""
+        return self.at(logit(u))
+
+    def at(self, t):
+        """Values (n,) at log(u/(1 - u))."""
+        place = (t + FARTHEST) * PER_UNIT  # even nodes need no search, which takes ten times as long as the rest
+        piece = np.clip(place.astype(np.intp), 0, NODES - 2)
+        place -= piece
+        value, *others = (one.take(piece) for one in self.cubics)
+        for one in others:
+            value *= place
+            value += one
+        return self.low + self.width * (expit if self.bounded else np.exp)(value)
+
+
+def numbers_kept(names) -> int:
+    """Numbers held at most while the tables of inputs with distributions of these names are made, one by one."""
+    tables = sum(name in ITERATED for name in names)
+    return NODES * (6 * tables + 22 * (tables > 0))
+
+
+def quantiles(name: str, distribution) -> Quantiles | None:
+    """The table of a SciPy distribution of that name; None where it has closed quantiles or no table is good enough."""
+    if name not in ITERATED:
+        return None
+    return _made(name, distribution.args, tuple(sorted(distribution.kwds.items())))
+
+
+@functools.lru_cache(maxsize=4)
+def _made(name: str, arguments: tuple, keywords: tuple[tuple[str, float], ...]) -> Quantiles | None:
+    """Kept, a quarter of a megabyte each: every value of a sweep and every further study has the same inputs."""
+    distribution = getattr(stats, name)(*arguments, **dict(keywords))
+    bounded, t = ITERATED[name], np.linspace(-FARTHEST, FARTHEST, 2 * NODES - 1)
+    low, high = map(float, distribution.support())
+    width = high - low if bounded else 1.0
+    with np.errstate(all="ignore"):
+        # From the nearer tail, for u has no digits left near 1.
+        x = np.where(t < 0.0, distribution.ppf(expit(t)), distribution.isf(expit(-t)))
+        share = (x - low) / width
+        inner = np.clip(share, 1e-300, np.nextafter(1.0, 0.0) if bounded else np.inf)
+        steepness = distribution.pdf(x) * width * inner * (1.0 - inner if bounded else 1.0)
+        slopes = np.nan_to_num(expit(t) * expit(-t) / steepness, posinf=0.0)
+        values = logit(inner) if bounded else np.log(inner)
+        if not np.all(np.isfinite(values)):
+            return None
+        cubics = CubicHermiteSpline(np.arange(NODES), values[::2], slopes[::2] / PER_UNIT).c
+        table = Quantiles(cubics, low, width, bounded, 0.0)
+        found = (table.at(t[1::2]) - low) / width
+        error = np.max(np.abs(found - share[1::2]) / (1.0 if bounded else share[1::2]))
+    return table._replace(error=float(error)) if error <= MOST else None

@@ -1,22 +1,165 @@
-"""Uncertain inputs: any numeric value of a scene as a distribution, by its parameters or by what is known of it.
+"""The numbers of a scene by key path, such as `geometry.radial_clearance` or `drive.offset[1]`: what may be uncertain.
 
-In a study an input is a number (no doubt), `{distribution: gamma, mean: .., std: ..}` with a name of DISTRIBUTIONS and
-one of its forms, or `{know: {positive: true, mean: .., mean_log: ..}}`, see `knowledge`. All values are SI.
+A path is split into words; a whole number is the place in a tuple. Values are put into the plain data of a scene
+(one realisation, read and checked like any scene) or into its dataclass (arrays, for closed forms).
 """
 
+import dataclasses
+import functools
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
+from scipy import stats
 from scipy.special import ndtr, ndtri
 
-from bearing_twin.errors import StudyError
-from bearing_twin.parameters import echo, read_number, unknown
+from bearing_twin.errors import SceneError, StudyError
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.contract import Quantity
+from bearing_twin.kinds.sections import ALIASES
+from bearing_twin.parameters import Parameter, describe, echo, read_number, unknown
+from bearing_twin.run.scene import Scene, checked, parse_scene, read_scene
 from bearing_twin.units import NO_LIMITS, Limits
-from bearing_twin.uq.distributions import DISTRIBUTIONS, LIMITS, EmpiricalValues
-from bearing_twin.uq.knowledge import greatest_entropy
-from bearing_twin.uq.tabulated import quantiles
+from bearing_twin.uq.distributions import (
+    DISTRIBUTIONS,
+    LIMITS,
+    LISTS,
+    SCIPY,
+    DiscreteValues,
+    as_mapping,
+    of_scipy,
+    quantiles,
+)
+from bearing_twin.uq.entropy import greatest_entropy
+
+_PLACE = re.compile(r"(.+)\[(\d+)\]")
+
+
+@functools.cache
+def numeric_keys(kind: str) -> dict[str, Parameter]:
+    """Every number of a kind of scene by its key path; tuples give one key a place."""
+    found = {}
+    for row in describe(KINDS[kind].parameters):
+        if row.type in ("number", "integer"):
+            found[row.key] = row
+        elif row.type.endswith(" numbers"):
+            found |= {f"{row.key}[{place}]": row for place in range(len(row.default))}
+    return found
+
+
+def quantities_of(kind: str) -> dict[str, Quantity]:
+    """Every quantity of a kind of scene."""
+    return KINDS[kind].quantities_of()
+
+
+def quantity_of(kind: str, name) -> Quantity:
+    """The row of a quantity; raises StudyError with the nearest legal name."""
+    known = quantities_of(kind)
+    if name not in known:
+        raise StudyError(f"{echo(name)} is no quantity of a scene of kind {kind}; {unknown(name, known)}")
+    return known[name]
+
+
+def first_name(key):
+    """A key by its first name, as `wanted.tolerance` for `solver.tolerance`, also before further words."""
+    for other, first in ALIASES.items() if isinstance(key, str) else ():
+        if key == other or key.startswith(f"{other}."):
+            return first + key.removeprefix(other)
+    return key
+
+
+def checked_key(kind: str, key) -> str:
+    """The first name of the key, if it is a number of that kind of scene; raises StudyError with the nearest one."""
+    known, first = numeric_keys(kind), first_name(key)
+    if first in known:
+        return first
+    raise StudyError(f"{echo(key)} is no number of a scene of kind {kind}; {unknown(key, known)}")
+
+
+def words_of(key: str) -> tuple[str | int, ...]:
+    """`drive.offset[1]` as ("drive", "offset", 1)."""
+    place = _PLACE.fullmatch(key)
+    words = (place.group(1) if place else key).split(".")
+    return (*words, int(place.group(2))) if place else tuple(words)
+
+
+def put(mapping: dict, key: str, value) -> dict:
+    """A copy of a scene's plain data, shared but for the changed path, with the value at that key."""
+    return _put(mapping, words_of(key), value)
+
+
+def placed(scene: dict, targets, values) -> dict:
+    """A scene's plain data with one value for each group of keys."""
+    for keys, value in zip(targets, values, strict=True):
+        for key in keys:
+            scene = put(scene, key, float(value))
+    return scene
+
+
+def replaced(parameters, key: str, value):
+    """A scene's dataclass with the value (a number or an array) at that key; nothing is checked."""
+    return _replaced(parameters, words_of(key), value)
+
+
+class Reader:
+    """Scenes that differ in the numbers of their `targets` alone: what they have in common is read once.
+
+    `scene` is the plain data of one, whose keys are all there.
+    """
+
+    def __init__(self, scene: dict, targets):
+        self.scene, self.targets = scene, targets
+        known = numeric_keys(scene["kind"])
+        self._rows = [[(words_of(key), known[key]) for key in keys] for keys in targets]
+        try:
+            self._common: Scene | None = read_scene(scene, "a scene")
+        except SceneError:  # a number that each realisation replaces
+            self._common = None
+
+    def at(self, values, origin: str) -> Scene:
+        """As `parse_scene` of the `placed` values, to the bit, with its refusals."""
+        if self._common is None:
+            return parse_scene(placed(self.scene, self.targets, values), origin)
+        parameters = self._common.parameters
+        for rows, given in zip(self._rows, values, strict=True):
+            for words, row in rows:
+                value, problem = read_number(float(given), row.unit, row.bounds, integer=row.type == "integer")
+                if problem:  # told with all others there are
+                    return parse_scene(placed(self.scene, self.targets, values), origin)
+                parameters = _replaced(parameters, words, value)
+        return checked(dataclasses.replace(self._common, parameters=parameters), origin)
+
+
+def value_at(mapping, key: str):
+    """The value in a scene's plain data at that key."""
+    for word in words_of(key):
+        mapping = mapping[word]
+    return mapping
+
+
+def _put(holder, words, value):
+    if not words:
+        return value
+    changed = holder.copy()
+    changed[words[0]] = _put(holder[words[0]], words[1:], value)
+    return changed
+
+
+def _replaced(holder, words, value):
+    if not words:
+        return value
+    if isinstance(holder, tuple):
+        return (*holder[: words[0]], value, *holder[words[0] + 1 :])
+    return dataclasses.replace(holder, **{words[0]: _replaced(getattr(holder, words[0]), words[1:], value)})
+
+
+# Uncertain inputs: any numeric value of a scene as a distribution, by its parameters or by what is known of it.
+#
+# In a study an input is a number (no doubt), `{distribution: gamma, mean: .., std: ..}` with a name of DISTRIBUTIONS
+# and
+# one of its forms, or `{know: {positive: true, mean: .., mean_log: ..}}`, see `knowledge`. All values are SI.
 
 LEAST_UNIT, GREATEST_UNIT = 2.0**-54, 1.0 - 2.0**-53  # inside which unit coordinates are kept
 
@@ -74,28 +217,42 @@ class Input:
     @property
     def low(self) -> float:
         """Lower end of the support, -inf where there is none."""
-        return float(self.parameters.get("low", self.distribution.support()[0]))
+        return self._end("low", 0)
 
     @property
     def high(self) -> float:
         """Upper end of the support, inf where there is none."""
-        return float(self.parameters.get("high", self.distribution.support()[1]))
+        return self._end("high", 1)
 
     @property
     def has_density(self) -> bool:
-        return not isinstance(self.distribution, EmpiricalValues)
+        discrete = isinstance(getattr(self.distribution, "dist", None), stats.rv_discrete)
+        return not (discrete or isinstance(self.distribution, DiscreteValues))
+
+    @property
+    def whole(self) -> bool:
+        """Whether every value is a whole number."""
+        values = getattr(self.distribution, "values", None)
+        return not self.has_density if values is None else bool(np.all(values == np.round(values)))
+
+    def outside(self, low: float, high: float) -> float:
+        """Probability of a value below `low` or above `high`."""
+        return float(self.distribution.cdf(low) + self.distribution.sf(high))
 
     def _inside(self, x):
         """Without the rounding by which SciPy's location and scale may step over a bound."""
         return np.clip(x, self.low, self.high) if "low" in self.parameters or "high" in self.parameters else x
 
+    def _end(self, word: str, place: int) -> float:
+        found = self.distribution.support()[place]
+        return float(found if self.distribution_name.startswith(SCIPY) else self.parameters.get(word, found))
+
     def describe(self) -> str:
         """One sentence: name, parameters, mean and deviation, and whether greatest entropy chose the distribution."""
         if self.distribution_name == "fixed":
             return f"{self.key}: fixed at {self.mean:g}"
-        told = {name: value for name, value in self.parameters.items() if name != "values"}
-        words = (
-            ", ".join(f"{name} {value:g}" for name, value in told.items()) or f"{len(self.distribution.values)} values"
+        words = ", ".join(
+            f"{len(value)} {name}" if name in LISTS else f"{name} {value:g}" for name, value in self.parameters.items()
         )
         name = self.distribution_name.replace("_", " ")
         why = " (greatest entropy for what is known)" if self.stated == "knowledge" else ""
@@ -107,13 +264,15 @@ def read_input(key: str, mapping) -> Input:
 
     Raises StudyError: one sentence that names the key, what is wrong and what is legal.
     """
-    if not isinstance(mapping, Mapping):
+    if not isinstance(mapping, (Mapping, stats.distributions.rv_frozen)):
         mapping = {"distribution": "fixed", "value": mapping}
     try:
+        mapping = mapping if isinstance(mapping, Mapping) else as_mapping(mapping)
         stated = "knowledge" if "know" in mapping else "parameters"
         name, parameters = _from_knowledge(mapping) if stated == "knowledge" else _from_parameters(mapping)
         with np.errstate(over="raise", divide="raise", invalid="raise"):
-            one = Input(key, name, parameters, DISTRIBUTIONS[name].build(**parameters), stated)
+            build = DISTRIBUTIONS[name].build if name in DISTRIBUTIONS else partial(of_scipy, name.removeprefix(SCIPY))
+            one = Input(key, name, parameters, build(**parameters), stated)
             if not np.isfinite([one.mean, one.std]).all():
                 raise FloatingPointError
         return one
@@ -137,19 +296,22 @@ def _from_parameters(mapping):
     if "distribution" not in mapping:
         raise ValueError(f"say distribution: with its parameters, or know: with facts; {unknown('', DISTRIBUTIONS)}")
     name = mapping["distribution"]
+    given = {word: value for word, value in mapping.items() if word != "distribution"}
+    if isinstance(name, str) and name.startswith(SCIPY):
+        return name, {str(word): _number(word, value, NO_LIMITS) for word, value in given.items()}
     if not isinstance(name, str) or name not in DISTRIBUTIONS:
         raise ValueError(f"{echo(name)} is no distribution; {unknown(name, DISTRIBUTIONS)}")
     row = DISTRIBUTIONS[name]
-    given = {word: value for word, value in mapping.items() if word != "distribution"}
     wrong = [word for word in given if word not in row.parameters]
     if wrong:
         raise ValueError(f"{echo(wrong[0])} is no parameter of {name}; {unknown(wrong[0], row.parameters)}")
     if not any(set(form) == set(given) for form in row.forms):
         forms = " or ".join(", ".join(form) for form in row.forms)
         raise ValueError(f"{name} takes {forms}, not {', '.join(given) or 'nothing'}")
-    if "values" in given:
-        return name, {"values": _numbers("values", given["values"])}
-    return name, {word: _number(word, value, LIMITS.get(word, NO_LIMITS)) for word, value in given.items()}
+    return name, {
+        word: _numbers(word, value) if word in LISTS else _number(word, value, LIMITS.get(word, NO_LIMITS))
+        for word, value in given.items()
+    }
 
 
 def _number(name, given, limits):
@@ -171,9 +333,9 @@ def _numbers(name, given):
 class Joint:
     """Several inputs together: independent, or bound by a Gaussian copula.
 
-    `correlation` is a (d, d) matrix in the order of the inputs, or a mapping (key, key) -> rho with the rest 0. It is
-    the correlation of the normal scores z = Phi^-1(F(x)) of the inputs; the rank correlation of two inputs is
-    (6/pi) asin(rho/2), their plain correlation depends on the distributions. Raises StudyError unless the matrix is
+    `correlation` is a (d, d) matrix in the order of the inputs, or a mapping (key, key) -> rho, or pairs of both, with
+    the rest 0: the correlation of the normal scores z = Phi^-1(F(x)) of the inputs. The rank correlation of two inputs
+    is (6/pi) asin(rho/2), their plain correlation depends on the distributions. Raises StudyError unless the matrix is
     symmetric with ones on the diagonal and positive definite.
     """
 
@@ -215,13 +377,13 @@ def _correlation_matrix(keys, correlation):
     size = len(keys)
     if correlation is None:
         return np.eye(size)
-    if not isinstance(correlation, Mapping):
+    if isinstance(correlation, np.ndarray):
         matrix = np.asarray(correlation, float)
         if matrix.shape != (size, size) or np.any(matrix != matrix.T) or np.any(np.diag(matrix) != 1.0):
             raise StudyError(f"the correlation must be a symmetric {size} by {size} matrix with ones on its diagonal")
         return matrix
-    matrix = np.eye(size)
-    for pair, given in correlation.items():
+    matrix, given_already = np.eye(size), set()
+    for pair, given in correlation.items() if isinstance(correlation, Mapping) else correlation:
         if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] == pair[1]:
             raise StudyError(f"a correlation is between two different inputs, not {echo(pair)}")
         for key in pair:
@@ -231,6 +393,9 @@ def _correlation_matrix(keys, correlation):
         if problem:
             raise StudyError(f"correlation of {pair[0]} and {pair[1]} = {echo(given)} {problem}")
         one, other = keys.index(pair[0]), keys.index(pair[1])
+        if (one, other) in given_already or (other, one) in given_already:
+            raise StudyError(f"the correlation of {pair[0]} and {pair[1]} is given twice; keep one of them")
+        given_already.add((one, other))
         matrix[one, other] = matrix[other, one] = value
     return matrix
 

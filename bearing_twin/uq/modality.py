@@ -35,6 +35,7 @@ EXCESS_BINS = 256
 MOST_MODES = 6
 RESAMPLES = 400
 LEAST_SAMPLES = 20
+TIED = 0.02  # share of equal values from which on a sample has no density
 OUTSIDE = 0.025  # of the sample on either side, where modes do not count
 STRAY = 3.0  # widths of the central part beyond which a value is a stray one
 NEGLIGIBLE = 1e-9  # of the greatest density; smaller steps are rounding of the cosine transform
@@ -60,17 +61,25 @@ class Modality(NamedTuple):
 def modality(sample, seed=0, resamples=RESAMPLES) -> Modality:
     """Number of modes of a sample (n,), NaN left out: the least k whose p-value is above LEVEL.
 
-    Counts beyond MOST_MODES are not told apart. Equal values are one mode with p = 1. The sample is binned to BINS
+    Counts beyond MOST_MODES are not distinguished. The sample is binned to BINS
     bins, the p-value is (1 + number)/(1 + resamples), from fewer draws above CLEAR, and the mean of ten such where one
-    is near LEVEL. Raises StatisticError below LEAST_SAMPLES samples.
+    is near LEVEL. Raises StatisticError below LEAST_SAMPLES samples, and where a share above TIED of them is equal, as
+    the force is exactly 0 before and after a contact: such a sample has no density.
     """
-    kept = np.asarray(sample, float)
+    kept = np.sort(np.asarray(sample, float))
     kept = kept[np.isfinite(kept)]
     if len(kept) < LEAST_SAMPLES:
         raise StatisticError(f"a number of modes needs {LEAST_SAMPLES} samples at least; there are {len(kept)}")
-    low, high = float(kept.min()), float(kept.max())
+    ends = np.flatnonzero(np.diff(kept, append=np.inf))  # of runs of equal values
+    equal = np.diff(ends, prepend=-1)
+    if equal.max() > max(TIED * len(kept), 3.0):
+        value, share = kept[ends[np.argmax(equal)]], 100.0 * equal.max() / len(kept)
+        raise StatisticError(
+            f"{share:.2g} % of the values are exactly {value:g}, so that there is no density with modes"
+        )
+    low, high = float(kept[0]), float(kept[-1])
     if high - low <= 1e-14 * max(abs(low), abs(high)):
-        return Modality(1, 1.0, (1.0,), 0.0, (low,))
+        raise StatisticError("all samples are equal but for rounding: there is no density with modes")
     inner, outer = np.quantile(kept, [OUTSIDE, 1.0 - OUTSIDE])
     reach = outer - inner if outer > inner else high - low
     # stray values go to the outermost bins, lest they make all bins too wide; beyond there is room for the kernel

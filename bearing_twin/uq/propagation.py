@@ -1,129 +1,511 @@
-"""How the uncertainty of a study's inputs gets to a quantity: as a function of them, exactly, or at chosen points."""
+"""Which moments of a quantity exist: how fast it grows where an input runs into its tails.
 
-from contextlib import suppress
+With u the probability left on a tail of the input X, a quantity y = g(X) that grows as u^-s there has a moment of
+order k only if k s < 1. For a gamma input of shape a and y = X^-p the lower tail has s = p/a: with the contact time of
+spheres, tau ~ E^(-2/5), the mean is infinite for std/mean of E above 1.58, the variance above 1.118.
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import Chebyshev
+from numpy.polynomial.chebyshev import chebvander
+from scipy.integrate import trapezoid
+from scipy.special import log_ndtr, ndtr, ndtri
 
 from bearing_twin.errors import StatisticError, StudyError
-from bearing_twin.kinds import KINDS
-from bearing_twin.parameters import describe
-from bearing_twin.run.fidelity import choose, refuse_outside
-from bearing_twin.run.scene import parse_scene
-from bearing_twin.uq.change_of_variable import Derived, derive
-from bearing_twin.uq.quantities import has_closed_form
-from bearing_twin.uq.realise import Task, only_what_is_wanted, realise
-from bearing_twin.uq.scene_keys import numeric_keys, placed, put
-from bearing_twin.uq.statistics import MOMENTS
-from bearing_twin.uq.study import Study
-from bearing_twin.uq.tails import refuse_missing_moment, tails_along
+from bearing_twin.extras import wanted
+from bearing_twin.uq.inputs import Input, Joint
+from bearing_twin.uq.sampling import UnitPoints
+
+FARTHEST_SCORE = 37.0  # probability 6e-300 is left beyond it
+SURE_SCORE = 4.0  # within +-4 a quantity must be finite
+SCORES = np.arange(-FARTHEST_SCORE, FARTHEST_SCORE + 1.0 / 32.0, 1.0 / 16.0)
+COARSE = np.arange(-6.0, 6.5)  # scores at which runs are made to find an exponent
+LIGHT = 0.1  # exponent
+FAITHFUL = 1e-4  # relative; how well a quantile gives its probability back
+FALLING = 0.9  # an exponent that falls by more when ln u doubles tends to 0
+ORDERS = {"mean": 1, "std": 2, "skewness": 3, "kurtosis": 4}
 
 
-def task_of(study: Study) -> Task:
-    """What a worker must know of a study."""
-    settings, histories = study.settings, study.histories
-    at_medians = study.scene_at(median_inputs(study))
-    refuse_outside(at_medians)
-    medians = at_medians.parameters
-    duration = (settings.history_duration or medians.run.duration) if histories else 0.0
-    varied = {key for keys in study.targets for key in keys}
-    closed = has_closed_form(study.kind, medians, study.quantities, histories, varied)
-    task = Task(
-        study.scene,
-        study.targets,
-        study.quantities,
-        histories,
-        settings.history_points,
-        duration,
-        closed,
-        KINDS[study.kind].home,
-    )
-    return task if closed else _with_one_stepper(task, median_inputs(study))
+class Tails(NamedTuple):
+    """Scores (n,) within which the quantity is finite, its values (n,) there, the exponents s >= 0 of both tails."""
+
+    scores: np.ndarray
+    values: np.ndarray
+    lower: float
+    upper: float
+
+    def has_moment(self, order: float) -> bool:
+        return order * max(self.lower, self.upper) < 1.0
 
 
-def _with_one_stepper(task: Task, medians) -> Task:
-    """The task with the stepper that suits its median inputs: one for all, so that no quantity jumps between two."""
-    if task.scene.get("solver", {}).get("stepper") != "auto":  # chosen, or of a kind that leaves no choice
-        return task
-    scene = parse_scene(placed(only_what_is_wanted(task), task.targets, medians), "at the medians")
-    choice = choose(scene)
-    words = {row.key: row.options for row in describe(type(scene.parameters))}["solver.stepper"]
-    if choice.stepper not in words:  # a model that integrates nothing, chosen by other keys
-        return task
-    return task._replace(scene=put(task.scene, "solver.stepper", choice.stepper))
+def tails(source: Input, function, scores=SCORES, strict=True) -> Tails:
+    """The behaviour of `function`, vectorised over values (n,) of the input, out to the ends of the input.
 
-
-def uncertain_inputs(study: Study) -> list[int]:
-    """The places of the inputs that take more than one value."""
-    return [index for index, one in enumerate(study.inputs) if one.low < one.high]
-
-
-def exact_distributions(study: Study, task: Task, method: str) -> dict[str, Derived]:
-    """The quantities that a change of variable of a closed form gives.
-
-    Raises StudyError where it was asked for and does not fit; without a closed form see `interpolation`.
+    Exponents are measured between the last values that are finite and not lost to underflow, at the latest at a
+    probability of 6e-300; one that keeps falling (exponential, normal and lognormal tails) counts as 0. Where `strict`
+    raises StudyError if the quantity is not finite within 4 deviations (in normal scores).
     """
-    random = uncertain_inputs(study)
-    if method not in ("auto", "change_of_variable"):
-        return {}
-    if method == "change_of_variable" and len(random) != 1:
+    with np.errstate(all="ignore"):
+        at = source.at_score(scores)
+        values = np.asarray(function(at), float)
+        left = ndtr(-np.abs(scores))
+        back = np.piecewise(at, [scores < 0.0], [source.cdf, source.distribution.sf])
+    sure = np.abs(scores) <= SURE_SCORE
+    finite = np.isfinite(values) & np.isfinite(at)
+    if strict and not finite[sure].all():
+        where = at[sure][~finite[sure]][0]
+        raise StudyError(f"the quantity is not finite at {source.key} = {where:g}: narrow the input")
+    # near a bound other than 0 the digits of x run out before those of the probability; beyond it y may underflow to 0
+    usable = finite & ((sure & strict) | ((np.abs(back - left) < FAITHFUL * left) & (values != 0.0)))
+    middle = len(scores) // 2
+    first = middle - max(_run(usable[middle::-1]), 1) + 1
+    last = middle + max(_run(usable[middle:]), 1) - 1
+    depth = -log_ndtr(-np.abs(scores))
+    lower = _exponent(depth[first : middle + 1][::-1], values[first : middle + 1][::-1])
+    upper = _exponent(depth[middle : last + 1], values[middle : last + 1])
+    return Tails(scores[first : last + 1], values[first : last + 1], lower, upper)
+
+
+def is_heavy(source: Input) -> bool:
+    """Whether a power of the input below the third may lack the mean, deviation or skewness.
+
+    Near 0 a gamma variable of shape a has the probability x^a, a Pareto or Student variable runs to infinity as a power
+    of its probability: exponents 1/a below 0.1 matter for powers above the third alone.
+    """
+    if not source.has_density:
+        return False
+    powers = [np.abs, np.reciprocal] if source.low == 0.0 else [np.abs]
+    return any(max(tails(source, power, strict=False)[2:]) > LIGHT for power in powers)
+
+
+def refuse_missing_moment(source: Input, found: Tails, statistic: str) -> None:
+    """Raise StatisticError with the reason where that statistic (a key of ORDERS) does not exist; else return."""
+    order = ORDERS[statistic]
+    if found.has_moment(order):
+        return
+    lower = found.lower >= found.upper
+    power = "" if order == 1 else f" to the power {order}"
+    raise StatisticError(
+        f"the {statistic} does not exist: towards {'small' if lower else 'great'} {source.key} the quantity grows as "
+        f"(probability left)^-{max(found.lower, found.upper):.3g}, and{power} that has no finite integral; "
+        f"ask for quantiles, or give {source.key} a distribution that keeps away from there"
+    )
+
+
+def _run(flags):
+    """Length of the run of True at the start."""
+    stops = np.flatnonzero(~flags)
+    return int(stops[0]) if len(stops) else len(flags)
+
+
+def _exponent(depth, values):
+    """Slope of ln |y| over -ln u at the end of a tail, `depth` = -ln u rising from the middle; 0 where it falls off."""
+    if len(depth) < 3:
+        return 0.0
+    end, size = depth[-1], np.log(np.maximum(np.abs(values), 1e-320))
+
+    def slope(low, high):
+        a, b = (float(np.interp(share * end, depth, size)) for share in (low, high))
+        return (b - a) / ((high - low) * end)
+
+    last, before = slope(0.9, 1.0), slope(0.45, 0.5)
+    if last < 1e-6 or last < FALLING * before:
+        return 0.0
+    return last if math.isfinite(last) else math.inf
+
+
+# One uncertain input X and a monotone quantity y = g(X): its distribution by change of variable, without sampling.
+#
+# Paper 3, eqs. (6) to (10): with psi the inverse of g, P(y < m) = P(X < psi(m)) where g rises, and the density of y
+# is
+# f(psi(y)) |psi'(y)|. The inverse is found by regula falsi in the normal score of X, g' by differences of fourth
+# order.
+
+NOISE = 1e-9  # of the range of y; a step back below it is rounding
+DIFFERENCE = 1e-3  # step of the derivative, in distances to the nearer end of the support or deviations
+ITERATIONS = 60
+NEGLIGIBLE = 1e-8
+COUNTED_SCORE = 8.0  # beyond it 6e-16 of the probability is left, less than rounding
+
+
+@dataclass(frozen=True)
+class Derived:
+    """The distribution of y = g(X), made by `derive`; y in the unit of the quantity.
+
+    `mean`, `std`, `skewness` and `kurtosis` (3 for a normal one) raise StatisticError with the reason where
+    they do not exist.
+    """
+
+    source: Input
+    function: Callable
+    found: Tails
+    rising: bool
+
+    def quantile(self, p):
+        """Value(s) of y at probability p in (0, 1)."""
+        p = np.asarray(p, float)
+        return self.function(np.atleast_1d(self.source.ppf(p) if self.rising else self.source.isf(p))).reshape(p.shape)[
+            ()
+        ]
+
+    def cdf(self, y):
+        """Probability of a value not above y (eq. 11)."""
+        score = self._score(y)
+        return ndtr(score if self.rising else -score)
+
+    def pdf(self, y):
+        """Density at y [1/unit of y] (eq. 8); 0 outside the range of g."""
+        score = self._score(y)
+        inside = np.isfinite(score)
+        x = self.source.at_score(np.where(inside, score, 0.0))
+        with np.errstate(divide="ignore"):
+            return np.where(inside, self.source.pdf(x) / np.abs(self._derivative(x)), 0.0)[()]
+
+    @cached_property
+    def mean(self) -> float:
+        refuse_missing_moment(self.source, self.found, "mean")
+        middle = float(self.quantile(0.5))
+        return middle + self._moment(1, middle)
+
+    @cached_property
+    def std(self) -> float:
+        refuse_missing_moment(self.source, self.found, "std")
+        return math.sqrt(self._moment(2, self.mean))
+
+    @cached_property
+    def skewness(self) -> float:
+        refuse_missing_moment(self.source, self.found, "skewness")
+        return self._moment(3, self.mean) / self.std**3
+
+    @cached_property
+    def kurtosis(self) -> float:
+        refuse_missing_moment(self.source, self.found, "kurtosis")
+        return self._moment(4, self.mean) / self.std**4
+
+    def _moment(self, order, center):
+        """E[(y - center)^order] by the trapezoidal rule in the normal score, which converges exponentially here.
+
+        Beyond the last finite value a power tail y ~ u^-s adds (y - center)^order u / (1 - order s). Relative errors
+        are 1e-10, but 1e-4 where order s is within 1 % of the 1 at which the moment ceases to exist.
+        """
+        scores, values = self.found.scores, (self.found.values - center) ** order
+        terms = values * np.exp(-0.5 * scores**2) / math.sqrt(2.0 * math.pi)
+        total = trapezoid(terms, scores)
+        for index, exponent in ((0, self.found.lower), (-1, self.found.upper)):
+            if exponent == 0.0 and abs(terms[index]) > NEGLIGIBLE * trapezoid(np.abs(terms), scores):
+                raise StatisticError(
+                    f"values beyond {self.source.key} = {self.source.at_score(scores[index]):g} still count in the "
+                    f"moment of order {order}, and doubles reach no farther; ask for quantiles"
+                )
+            total += values[index] * ndtr(-abs(scores[index])) / (1.0 - order * exponent)
+        return float(total)
+
+    def _score(self, y):
+        """Normal score of X at which g takes the value y; -inf or inf outside the range of g.
+
+        The table of g brackets it; then the regula falsi with Illinois' halving, on all y at once.
+        """
+        shape, y = np.shape(y), np.atleast_1d(np.asarray(y, float))
+        sign = 1.0 if self.rising else -1.0
+        scores, table = self.found.scores, sign * self.found.values
+        place = np.clip(np.searchsorted(table, sign * y), 1, len(table) - 1)
+        low, high = scores[place - 1], scores[place]
+        old, new, at_old, at_new = low, high, table[place - 1] - sign * y, table[place] - sign * y
+        for _ in range(ITERATIONS):
+            with np.errstate(all="ignore"):
+                guess = new - at_new * (new - old) / (at_new - at_old)
+            guess = np.clip(np.where(np.isfinite(guess), guess, new), low, high)
+            moved = np.max(np.abs(guess - new), initial=0.0)
+            at_guess = sign * (self.function(self.source.at_score(guess)) - y)
+            crossed = at_guess * at_new <= 0.0
+            old, at_old = np.where(crossed, new, old), np.where(crossed, at_new, 0.5 * at_old)
+            new, at_new = guess, at_guess
+            if moved < 1e-14:
+                break
+        score = np.where(sign * y < table[0], -np.inf, np.where(sign * y > table[-1], np.inf, new))
+        return score.reshape(shape)
+
+    def _derivative(self, x):
+        shape, source, x = np.shape(x), self.source, np.atleast_1d(x)
+        room = np.minimum(np.minimum(x - source.low, source.high - x), source.std if source.std > 0.0 else np.inf)
+        step = DIFFERENCE * room
+        near = self.function(x + step) - self.function(x - step)
+        far = self.function(x + 2.0 * step) - self.function(x - 2.0 * step)
+        return ((8.0 * near - far) / (12.0 * step)).reshape(shape)
+
+
+def derive(source: Input, function) -> Derived:
+    """The distribution of y = g(X) for one input; `function` is g, vectorised (n,) -> (n,) over values of X in SI.
+
+    Raises StudyError where the input has no density, or g is not finite or flat over a stretch within 4 deviations (in
+    normal scores), or not monotone within 8: then an ensemble is the way. Where g turns farther out, it ends.
+    """
+    if not source.has_density:
+        raise StudyError(f"{source.key} is {source.distribution_name} and has no density; choose the method ensemble")
+    found = tails(source, function)
+    y = found.values[np.abs(found.scores) <= SURE_SCORE]
+    sign = np.sign(y[-1] - y[0])
+    steps = sign * np.diff(y)
+    if sign != 0.0:
+        found = _until_it_turns(found, sign, NOISE * abs(y[-1] - y[0]))
+    if sign == 0.0 or np.min(sign * np.diff(found.values)) < -NOISE * abs(y[-1] - y[0]):
+        raise StudyError(f"the quantity is not a monotone function of {source.key}; choose the method ensemble")
+    if np.any((steps[1:] == 0.0) & (steps[:-1] == 0.0)):
+        raise StudyError(f"the quantity does not change over a stretch of {source.key}; choose the method ensemble")
+    return Derived(source, function, found, bool(y[-1] > y[0]))
+
+
+def _until_it_turns(found: Tails, sign: float, noise: float) -> Tails:
+    """The part of `found` between its turns beyond COUNTED_SCORE, of which nothing is known farther out."""
+    back = np.flatnonzero(sign * np.diff(found.values) < -noise)
+    first = np.max(back[found.scores[back + 1] < -COUNTED_SCORE] + 1, initial=0)
+    last = np.min(back[found.scores[back] > COUNTED_SCORE], initial=len(found.scores) - 1)
+    lower = found.lower if first == 0 else 0.0
+    upper = found.upper if last == len(found.scores) - 1 else 0.0
+    return Tails(found.scores[first : last + 1], found.values[first : last + 1], lower, upper)
+
+
+# One uncertain input and no closed form: a few runs, a polynomial through them, and its change of variable.
+#
+# Section 6 of paper 3: with one stochastic parameter a numerical function of it is enough, and 10 to 50 runs suffice.
+# The function is a polynomial in the normal score of the input, from runs at Chebyshev's points, straight beyond the
+# last
+# of them. Its degree is that of which each run is best foretold by the others (least leave-one-out error), so that
+# noise
+# of runs is not followed; this error is told. Runs are doubled, the old ones kept, until it is below TOLERANCE. Kinks
+# and
+# jumps spoil it, and the error says so.
+
+REACHES = (4.0, 3.0)  # normal scores of the last points; the next where a run fails at the first
+LADDER = (9, 17, 33)  # runs
+TOLERANCE = 1e-4
+SPARE = 3  # runs more than the degree, at least
+
+
+class Interpolated(NamedTuple):
+    """The distribution by all runs and `before` their last doubling; the runs' inputs and quantities (n,).
+
+    `error`: root mean square by which runs are missed by the polynomial of the others, over the deviation. `left_out`:
+    probability of the inputs beyond the last points, where the function goes on straight.
+    """
+
+    derived: Derived
+    before: Derived
+    at: np.ndarray
+    values: np.ndarray
+    error: float
+    left_out: float
+
+
+def interpolate(source: Input, function: Callable[[np.ndarray], np.ndarray]) -> Interpolated:
+    """The distribution of y = g(X) by LADDER runs of `function` (n,) -> (n,), NaN where a run fails.
+
+    Raises StudyError where a run fails within the last of REACHES, or g is not monotone: then an ensemble is the way.
+    """
+    for reach in REACHES:
+        scores = _points(reach, LADDER[0])
+        values = function(source.at_score(scores))
+        if np.isfinite(values).all():
+            break
+    before = None
+    for count in LADDER[1:]:
+        fresh = _points(reach, count)
+        new = np.empty(count)
+        new[::2], new[1::2] = values, function(source.at_score(fresh[1::2]))
+        if not np.isfinite(new).all():
+            where = source.at_score(fresh[~np.isfinite(new)][0])
+            raise StudyError(
+                f"the run at {source.key} = {where:g} fails, and an interpolant needs every run; choose the method "
+                f"ensemble, or narrow {source.key}"
+            )
+        before = derive(source, through(source, source.at_score(scores), values))
+        scores, values = fresh, new
+        derived = derive(source, through(source, source.at_score(scores), values))
+        error = _polynomial(scores, values)[1] / derived.std
+        if error < TOLERANCE:
+            break
+    return Interpolated(derived, before, source.at_score(scores), values, error, 2.0 * float(ndtr(-reach)))
+
+
+def through(source: Input, at: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """The function (n,) -> (n,) by `values` at the inputs `at`, which are Chebyshev's points in the score."""
+    scores = _score(source, at)
+    polynomial, last = _polynomial(scores, values)[0], scores[-1]
+    slope = polynomial.deriv()
+
+    def function(x):
+        score = _score(source, x)
+        inside = np.clip(score, -last, last)
+        return polynomial(inside) + slope(inside) * (score - inside)
+
+    return function
+
+
+def _points(reach, count):
+    """Chebyshev's points of the second kind, rising; every other one of 2 n - 1 is one of n."""
+    return reach * np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, count))
+
+
+def _polynomial(scores, values):
+    """The polynomial of the best degree, and the root mean square of its leave-one-out errors."""
+    basis, _ = np.linalg.qr(chebvander(scores / scores[-1], len(scores) - SPARE))
+    fitted = np.cumsum(basis * (values @ basis), axis=1)
+    missed = (values[:, None] - fitted) / (1.0 - np.cumsum(basis**2, axis=1))
+    errors = np.sqrt(np.mean(missed**2, axis=0))
+    degree = int(np.argmin(errors))
+    return Chebyshev.fit(scores, values, degree, domain=[scores[0], scores[-1]]), float(errors[degree])
+
+
+def _score(source, x):
+    below, above = source.cdf(x), source.distribution.sf(x)
+    return np.where(below < 0.5, ndtri(below), -ndtri(above))
+
+
+# Polynomial chaos: D. Xiu and G. E. Karniadakis, The Wiener-Askey polynomial chaos, SIAM J. Sci. Comput. 24 (2002),
+# by chaospy (J. Feinberg and H. P. Langtangen, J. Comput. Sci. 11, 2015). Uniform and truncated exponential inputs take
+# a uniform germ and Legendre polynomials, all others their normal score and Hermite polynomials; with a copula all
+# germs are normal. Coefficients are projections by the tensor Gauss rule of degree + 1 points a germ, up to a total
+# degree; mean, deviation and Sobol indices are sums over them. The error is measured at points that had no part in the
+# fit. It falls exponentially with the degree for smooth quantities; kinks and jumps spoil that.
+
+MOST_INPUTS = 4
+GREATEST_DEGREE = 12
+MOST_RUNS = 5000
+VALIDATION = 128
+UNIFORM_GERMS = ("uniform", "truncated_exponential")
+
+
+@dataclass(frozen=True)
+class Chaos:
+    """A polynomial chaos expansion of a quantity.
+
+    `degrees` (terms, germs) are those of the polynomials in each of the `uncertain` inputs, `coefficients` (terms,) are
+    in the unit of the quantity. `error` is the root mean square error at fresh random points over the deviation of the
+    quantity there; `runs` counts all evaluations, these included.
+    """
+
+    joint: Joint
+    degree: int
+    degrees: np.ndarray
+    coefficients: np.ndarray
+    polynomial: Any
+    error: float
+    runs: int
+
+    @property
+    def mean(self) -> float:
+        return float(self.coefficients[0])
+
+    @property
+    def std(self) -> float:
+        return float(np.sqrt(np.sum(self.coefficients[1:] ** 2)))
+
+    @property
+    def first(self):
+        """First-order Sobol indices (inputs,): the share of the variance that an input explains alone."""
+        return self._shares(lambda used: used & (used.sum(axis=1, keepdims=True) == 1))
+
+    @property
+    def total(self):
+        """Total Sobol indices (inputs,): the share of the variance in which an input takes part."""
+        return self._shares(lambda used: used)
+
+    def predict(self, unit):
+        """The quantity (n,) by the expansion at points (n, inputs) of the unit cube."""
+        return self.polynomial(*_germs(self.joint, np.asarray(unit, float)))
+
+    def _shares(self, terms):
+        if not self.joint.independent:
+            raise StudyError("Sobol indices are for independent inputs; leave the correlation out")
+        squares, found = self.coefficients**2, np.zeros(self.joint.dimension)
+        variance = squares[1:].sum() or 1.0
+        found[_uncertain(self.joint)] = squares @ terms(self.degrees > 0) / variance
+        return found
+
+
+def expand(joint: Joint, function, degree=None, tolerance=1e-4, seed=0) -> Chaos:
+    """The polynomial chaos expansion of a quantity.
+
+    Parameters
+    ----------
+    function
+        Of values (n, d) of the inputs [SI]; returns (n,).
+    degree : int, optional
+        Total degree. Without it the degree is raised until the error is below `tolerance`, or the next degree would
+        take more than MOST_RUNS runs; `error` then says what was reached.
+
+    Raises StudyError for no or more than four uncertain inputs, inputs without a density, or a quantity that is not
+    finite where it is needed; BearingTwinError without chaospy.
+    """
+    chaospy = wanted("chaospy", "chaos")
+    germs = chaospy.J(
+        *(chaospy.Uniform(-1, 1) if _is_uniform(joint, one) else chaospy.Normal() for one in _used(joint))
+    )
+    fresh = UnitPoints("random", joint.dimension, seed, VALIDATION).chunk(0, VALIDATION)
+    truth, runs = _evaluated(joint, function, fresh), VALIDATION
+    for one in [degree] if degree is not None else range(1, GREATEST_DEGREE + 1):
+        basis = chaospy.generate_expansion(one, germs, normed=True)
+        nodes, weights = chaospy.generate_quadrature(one, germs, rule="gaussian")
+        values = _evaluated(joint, function, _unit(joint, nodes))
+        runs += len(values)
+        polynomial, coefficients = chaospy.fit_quadrature(basis, nodes, weights, values, retall=1)
+        degrees = chaospy.glexindex(one + 1, dimensions=len(nodes), graded=True, reverse=True)
+        found = Chaos(joint, one, degrees, coefficients, polynomial, 0.0, runs)
+        error = float(np.sqrt(np.mean((found.predict(fresh) - truth) ** 2))) / (float(np.std(truth)) or 1.0)
+        found = dataclasses.replace(found, error=error)
+        if error < tolerance or (one + 2) ** len(nodes) + runs > MOST_RUNS:
+            break
+    return found
+
+
+def _uncertain(joint) -> list[int]:
+    return [place for place, one in enumerate(joint.inputs) if one.low < one.high]
+
+
+def _used(joint):
+    """The uncertain inputs; raises StudyError where an expansion does not take them."""
+    found = [joint.inputs[place] for place in _uncertain(joint)]
+    wrong = [one.key for one in found if not one.has_density]
+    if wrong:
         raise StudyError(
-            f"study {study.name}: a change of variable needs one uncertain input, not {len(random)}; choose the method "
-            "ensemble, or chaos for up to 4 of them"
+            f"{wrong[0]} takes single values: polynomial chaos needs a density; choose the method ensemble"
         )
-    if len(random) != 1 or not task.closed:
-        return {}
-    exact = {}
-    for name in study.quantities:
-        try:
-            exact[name] = derive(study.inputs[random[0]], along(study, random[0], _function(task, name)))
-        except StudyError:
-            if method == "change_of_variable":
-                raise
-    return exact
+    if not 1 <= len(found) <= MOST_INPUTS:
+        raise StudyError(
+            f"polynomial chaos takes 1 to {MOST_INPUTS} uncertain inputs, not {len(found)}; choose the method ensemble"
+        )
+    return found
 
 
-def _function(task: Task, name: str):
-    """A quantity by its closed form, as a function of the inputs (n, d) -> (n,)."""
-    alone = task._replace(quantities=(name,), histories=())
-    return lambda values: realise(alone, np.asarray(values, float)).quantities[:, 0]
+def _is_uniform(joint, one) -> bool:
+    return one.distribution_name in UNIFORM_GERMS and joint.independent
 
 
-def along(study: Study, index: int, function):
-    """A function of all inputs (n, d) -> (n,) as one of input number `index` (n,), the others at their medians."""
-    middle = np.array(median_inputs(study))
-
-    def one(at):
-        values = np.repeat(middle[None], len(at), axis=0)
-        values[:, index] = at
-        return function(values)
-
-    return one
+def _germs(joint, unit):
+    """Germs (uncertain inputs, n) of points (n, inputs) of the unit cube; `_unit` is the way back."""
+    places = zip(_uncertain(joint), _used(joint), strict=True)
+    return np.array([2.0 * unit[:, k] - 1.0 if _is_uniform(joint, one) else ndtri(unit[:, k]) for k, one in places])
 
 
-def missing_moments(study: Study, task: Task, name: str) -> dict[str, str]:
-    """The moments of a quantity that do not exist, with the reason, as far as a closed form lets it be known."""
-    if not task.closed:
-        return {}
-    missing, function = {}, _function(task, name)
-    with suppress(StudyError):  # not finite nearby: failures are counted, tails cannot be followed
-        for source, found in tails_along(study.joint, function):
-            for statistic in [one for one in MOMENTS if one not in missing]:
-                try:
-                    refuse_missing_moment(source, found, statistic)
-                except StatisticError as error:
-                    missing[statistic] = str(error)
-    return missing
+def _unit(joint, germs):
+    unit = np.full((germs.shape[1], joint.dimension), 0.5)
+    for germ, place, one in zip(germs, _uncertain(joint), _used(joint), strict=True):
+        unit[:, place] = 0.5 * (germ + 1.0) if _is_uniform(joint, one) else ndtr(germ)
+    return unit
 
 
-def median_inputs(study: Study) -> list[float]:
-    """The medians of the inputs."""
-    return [float(one.ppf(0.5)) for one in study.inputs]
-
-
-def mean_inputs(study: Study) -> np.ndarray:
-    """The means of the inputs (1, d); medians where a mean is not finite or no whole number though it must be one."""
-    values, known = median_inputs(study), numeric_keys(study.kind)
-    for index, one in enumerate(study.inputs):
-        if np.isfinite(one.mean) and known[one.key].type != "integer":
-            values[index] = one.mean
-    return np.array([values])
+def _evaluated(joint, function, unit):
+    values = joint.values(unit)
+    result = np.asarray(function(values), float)
+    if not np.isfinite(result).all():
+        where = values[~np.isfinite(result)][0]
+        at = ", ".join(f"{key} = {value:g}" for key, value in zip(joint.keys, where, strict=True))
+        raise StudyError(f"the quantity is not finite at {at}: choose the method ensemble, or narrow the inputs")
+    return result

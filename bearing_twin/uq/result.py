@@ -1,34 +1,47 @@
-"""What a study found: every sample, and a summary of each quantity with the interval it is known to."""
+"""The result of a study: every realisation as arrays and as a table, and the summary of each quantity."""
 
+import csv
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bearing_twin.errors import StatisticError
-from bearing_twin.uq.change_of_variable import Derived
-from bearing_twin.uq.modality import modality, mode_numbers
-from bearing_twin.uq.quantities import quantity_of
-from bearing_twin.uq.realise import without_numbers
-from bearing_twin.uq.scene_keys import numeric_keys
-from bearing_twin.uq.statistics import MOMENTS, densities_at, estimate
+from bearing_twin.errors import StudyError
+from bearing_twin.extras import wanted
+from bearing_twin.units import labelled, unit_for_people, with_unit
+from bearing_twin.uq.inputs import numeric_keys, quantity_of, value_at
+from bearing_twin.uq.realisations import median_inputs, without_numbers
 from bearing_twin.uq.study import Study
 
-PROBABILITIES = (0.05, 0.25, 0.5, 0.75, 0.95)
-GRID = 2001  # points of a density whose modes are counted
-MOST_KINDS = 48  # of reasons or doubts; their bits fit into the digits of a float
+MOST_KINDS = 48  # of reasons or warnings; their bits fit into the digits of a float
+OUT_OF_TIME = "its time_limit of "  # how the reason begins why an ensemble ended early
+FAILED = "failed"
+WHY_FAILED = "why the realisation failed; empty where it did not"
 
 
 @dataclass(frozen=True, eq=False)
 class StudyResult:
     """A study that has run.
 
-    `values` (n, d) of the inputs and `quantities` (n, q) in SI, NaN where the realisation failed; `histories`
-    (n, h, points); `status` (n,) int32: 0, or 1 + the place in `reasons`; `doubtful` (n,) int64: a bit for each
-    sentence of `doubts_met` that holds. `summary` is the plain data of `as_dict`.
-    Where a quantity came without sampling (method change_of_variable) there may be no samples: n = 0.
+    Attributes
+    ----------
+    study : Study
+    values : ndarray (n, d)
+        Inputs of each realisation in SI, in the order of `study.inputs`.
+    quantities : ndarray (n, q)
+        Quantities in SI, in the order of `study.quantities`; NaN where the realisation failed. A quantity that needs no
+        sampling (method change_of_variable) may have no realisations: n = 0.
+    histories : ndarray (n, h, points)
+    status : ndarray (n,) of int32
+        0, or 1 + the place in `reasons` of why the realisation failed.
+    doubtful : ndarray (n,) of int64
+        A bit for each sentence of `doubts_met` that holds.
+    summary : dict
+        Plain data, as `as_dict` gives them.
     """
 
     study: Study
@@ -45,11 +58,43 @@ class StudyResult:
         """The summary as plain data, as `--json` gives it; statistics that do not exist are null, with the reason."""
         return dict(self.summary)
 
-    def to_dataframe(self) -> Any:
-        """One row a realisation as a pandas DataFrame (extra `export`); see `uq.frame.frame_of`."""
-        from bearing_twin.uq.frame import frame_of
+    def columns(self) -> dict[str, Any]:
+        """The table of realisations by column: arrays (n,) of inputs and quantities [SI], and `failed`, a list of text.
 
-        return frame_of(self)
+        An input and a quantity of the same name get `input.` and `quantity.` in front.
+        """
+        inputs, quantities = _names(self)
+        columns = dict(zip([*inputs, *quantities], [*self.values.T, *self.quantities.T], strict=True))
+        return columns | {FAILED: ["" if code == 0 else self.reasons[code - 1] for code in self.status.tolist()]}
+
+    def to_csv(self, path: str | PathLike) -> Path:
+        """Writes the table of realisations to a new CSV file: a line of names with units, then a line each.
+
+        Numbers are written in full. Raises StudyError where the file exists or cannot be written.
+        """
+        columns, units, path = self.columns(), units_of(self), Path(path)
+        try:
+            with path.open("x", newline="", encoding="utf-8") as stream:
+                lines = csv.writer(stream)
+                lines.writerow(f"{name} [{units[name]}]" if name in units else name for name in columns)
+                rows = (one.tolist() if isinstance(one, np.ndarray) else one for one in columns.values())
+                lines.writerows(zip(*rows, strict=True))
+        except FileExistsError:
+            raise StudyError(f"{path} exists and is not overwritten; give another path") from None
+        except (OSError, ValueError) as error:
+            why = getattr(error, "strerror", None) or error
+            raise StudyError(f"{path} cannot be written ({why}); give another path") from error
+        return path
+
+    def to_dataframe(self) -> Any:
+        """The table of realisations as a pandas DataFrame; `attrs` has `units` and `meanings` by column.
+
+        Raises BearingTwinError without pandas (extra `export`).
+        """
+        frame = wanted("pandas", "export").DataFrame(self.columns())
+        frame.index.name = "realisation"
+        frame.attrs["units"], frame.attrs["meanings"] = units_of(self), meanings_of(self)
+        return frame
 
     def sample(self, quantity: str) -> np.ndarray:
         """The quantity (n,) of every realisation, NaN where it failed."""
@@ -72,17 +117,52 @@ class StudyResult:
 
     def history_unit(self, channel: str) -> str:
         """Unit of the histories of a channel."""
-        medians = self.study.joint.values(np.full((1, self.study.joint.dimension), 0.5))[0]
-        return next(one.unit for one in self.study.scene_at(medians).channels if one.name == channel)
+        scene = self.study.scene_at(median_inputs(self.study))
+        return next(one.unit for one in scene.channels if one.name == channel)
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What is doubtful about the result, one sentence each."""
+        """Warnings about the result, one sentence each."""
         return tuple(doubts_told(self.summary))
 
 
+def quantity_units(study: Study) -> dict[str, str]:
+    """Unit of each quantity of a study by its name."""
+    return {name: quantity_of(study.kind, name).unit for name in study.quantities}
+
+
+def columns_of(result: StudyResult) -> dict[str, Any]:
+    """As `StudyResult.columns`."""
+    return result.columns()
+
+
+def units_of(result: StudyResult) -> dict[str, str]:
+    """The unit of each column of the table that has one."""
+    inputs, quantities = _names(result)
+    return dict(
+        zip([*inputs, *quantities], [*result.input_units.values(), *result.quantity_units.values()], strict=True)
+    )
+
+
+def meanings_of(result: StudyResult) -> dict[str, str]:
+    """The meaning of each column: of inputs the help of the scene's key, of quantities that of their row."""
+    inputs, quantities = _names(result)
+    kind, keys = result.study.kind, numeric_keys(result.study.kind)
+    meanings = [keys[one.key].help for one in result.study.inputs]
+    meanings += [quantity_of(kind, name).meaning for name in result.study.quantities]
+    return dict(zip([*inputs, *quantities], meanings, strict=True)) | {FAILED: WHY_FAILED}
+
+
+def _names(result) -> tuple[list[str], list[str]]:
+    inputs, quantities = [one.key for one in result.study.inputs], list(result.study.quantities)
+    both = set(inputs) & set(quantities)
+    prefixed = ([f"{word}.{name}" if name in both else name for name in names]
+                for word, names in (("input", inputs), ("quantity", quantities)))  # fmt: skip
+    return tuple(prefixed)
+
+
 def doubts_told(summary: Mapping[str, Any]) -> list[str]:
-    """What is doubtful by a summary of a study, one sentence each; it may have come as JSON."""
+    """Warnings in the summary of a study, one sentence each; it may have come as JSON."""
     count, failed = summary["samples"], sum(summary["failed"].values())
     sentences = [f"{many} of {count} realisations: {what}" for what, many in summary["doubts"].items()]
     if failed and failed == count:
@@ -96,7 +176,7 @@ def doubts_told(summary: Mapping[str, Any]) -> list[str]:
 
 
 def size_of(found: Mapping[str, Any]) -> float:
-    """The size of a quantity of a summary, by which its unit is chosen: of mean and deviation, or else of quantiles."""
+    """The size of a quantity of a summary, which selects its unit: of mean and deviation, or else of quantiles."""
     moments = [found[key] for key in ("mean", "std") if found[key] is not None]
     return max(map(abs, moments or [one["value"] for one in found["quantiles"].values()]), default=0.0)
 
@@ -110,9 +190,9 @@ def refusals(quantities: Mapping[str, Mapping]) -> Iterator[tuple[list[str], str
     yield from ((names, sentence) for sentence, names in found.items())
 
 
-def quantity_units(study: Study) -> dict[str, str]:
-    """Unit of each quantity of a study by its name."""
-    return {name: quantity_of(study.kind, name).unit for name in study.quantities}
+def finite(value: float) -> float | None:
+    """The end of an interval as plain data: None where it is open."""
+    return value if math.isfinite(value) else None
 
 
 class Tally:
@@ -148,82 +228,33 @@ class Tally:
         return bits
 
 
-def summary_of_sample(
-    sample: np.ndarray,
-    missing: dict[str, str],
-    replicates: int,
-    seed: int,
-    modes: bool,
-    densities: Sequence[float] = (),
-) -> dict:
-    """Mean, deviation, skewness and quantiles of a quantity with 95 % intervals, its modes, and its density at values.
+def sweep_head(study: Study) -> dict[str, Any]:
+    """Key, unit and values [SI] of a sweep, and the value `at` that the key has in the scene of the study."""
+    key, values = study.sweep
+    at = value_at(study.scene, key)
+    at = float(at) if isinstance(at, (int, float)) else None
+    return {"key": key, "unit": numeric_keys(study.kind)[key].unit, "at": at, "values": list(values)}
 
-    `missing` names moments that do not exist, with the reason; they are None and their reason is in `refused`.
-    `unsafe` names those whose interval is too narrow: a few points far out decide, and more of them may be missing.
+
+def sweep_of(result: StudyResult) -> dict[str, Any] | None:
+    """The sweep of a result, also of one whose log an earlier version wrote; None without one."""
+    summary = result.summary
+    return {**sweep_head(result.study), **summary["sweep"]} if "sweep" in summary else None
+
+
+class SweepInWords:
+    """A sweep for people: `key`, `unit`, `label` of an axis, the `values` that have a study, and the scene's `place`.
+
+    `shown(unit, size)` gives (unit, factor) in which values of that size are shown. `at` names the place, empty where a
+    log does not have it; `ended` is empty where every value has its study.
     """
-    refused, result, sample = dict(missing), {"unsafe": []}, np.ascontiguousarray(sample)
-    for name in MOMENTS:
-        result[name], result[f"{name}_interval"] = None, None
-        if name not in refused:
-            try:
-                found = estimate(sample, name, replicates=replicates)
-            except StatisticError as error:
-                refused[name] = str(error)
-                continue
-            result[name], result[f"{name}_interval"] = found.value, [finite(found.low), finite(found.high)]
-            result["unsafe"] += [] if found.safe else [name]
-    result["quantiles"], ordered = {}, np.sort(sample)  # once, for all that does not ask whose replicate a point is
-    for probability in PROBABILITIES:
-        try:
-            found = estimate(ordered if replicates == 1 else sample, probability, replicates=replicates)
-        except StatisticError as error:
-            refused[f"quantile {probability:g}"] = str(error)
-            continue
-        result["quantiles"][f"{probability:.2f}"] = {
-            "value": found.value, "low": finite(found.low), "high": finite(found.high)
-        }  # fmt: skip
-    result["modality"] = None
-    if modes:
-        try:
-            found = modality(ordered, seed)
-            told = {"modes": found.modes, "p_value": found.p_value, "positions": list(found.positions)}
-            result["modality"] = told
-        except StatisticError as error:
-            refused["modality"] = str(error)
-    result["densities"] = []
-    if densities:
-        try:
-            found = densities_at(sample, densities)
-            result["densities"] = [_density(*row[:4]) for row in zip(densities, *zip(*found, strict=True), strict=True)]
-        except StatisticError as error:
-            refused["densities"] = str(error)
-    return {**result, "refused": refused}
 
-
-def summary_of_derived(derived: Derived, densities: Sequence[float] = ()) -> dict:
-    """The same of an exact distribution: intervals have no width, and modes are those of the density."""
-    refused, result = {}, {"unsafe": []}
-    for name in MOMENTS:
-        try:
-            value = float(getattr(derived, name))
-            result[name], result[f"{name}_interval"] = value, [value, value]
-        except StatisticError as error:
-            result[name], result[f"{name}_interval"] = None, None
-            refused[name] = str(error)
-    values = {f"{p:.2f}": float(derived.quantile(p)) for p in PROBABILITIES}
-    result["quantiles"] = {name: {"value": value, "low": value, "high": value} for name, value in values.items()}
-    low, high = derived.quantile(0.0005), derived.quantile(0.9995)
-    number = int(mode_numbers(derived.pdf(np.linspace(low, high, GRID))))
-    result["modality"] = {"modes": number, "p_value": None}
-    heights = derived.pdf(np.array(densities, float)).tolist()
-    result["densities"] = [_density(at, *[height] * 3) for at, height in zip(densities, heights, strict=True)]
-    return {**result, "refused": refused}
-
-
-def _density(at, height, low, high) -> dict:
-    return {"value": float(at), "density": height, "low": low, "high": high}
-
-
-def finite(value: float) -> float | None:
-    """The end of an interval as plain data: None where it is open."""
-    return value if math.isfinite(value) else None
+    def __init__(self, sweep: Mapping[str, Any], shown: Callable = unit_for_people):
+        values, at = [one["value"] for one in sweep["studies"]], sweep.get("at")
+        unit, factor = shown(sweep.get("unit", "1"), max(map(abs, [*values, at or 0.0])))
+        self.key, self.unit, self.label = sweep["key"], unit, labelled(sweep["key"], unit)
+        self.values, self.place = [factor * one for one in values], None if at is None else factor * at
+        self.at = "" if at is None else f"{self.key} = {self.place:.6g}{with_unit(unit)}"
+        requested = len(sweep.get("values", values))
+        left = f"{requested - len(values)} of the {requested} values of its sweep" if values else "its sweep"
+        self.ended = f"the study ended before {left}" if requested > len(values) else ""

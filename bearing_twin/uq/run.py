@@ -1,32 +1,360 @@
-"""A study in, its result out: which method for which quantity, the ensemble in batches, the stop rule, the summary."""
+"""A study: the ensemble in batches, the stop rule, propagation by the method of each quantity, and the summary."""
 
 import contextlib
 import dataclasses
+import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from os import PathLike
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import Stopped, StudyError
+from bearing_twin.errors import StatisticError, Stopped, StudyError
+from bearing_twin.kinds.doubt import METHOD
+from bearing_twin.run.doubt import LARGE, exceeds
 from bearing_twin.spelling import no_progress
-from bearing_twin.stopping import heeding
-from bearing_twin.uq.drawing import CANCELLED, OUT_OF_TIME, Drawn, Progress
-from bearing_twin.uq.ensemble import Ensemble
-from bearing_twin.uq.evaluation import Evaluator, expansions, interpolations, sources_of_variance
-from bearing_twin.uq.histories import COLUMNS, ROWS
-from bearing_twin.uq.model_error import model_errors, no_model_errors
-from bearing_twin.uq.narrowing import RESAMPLES
-from bearing_twin.uq.propagation import exact_distributions, mean_inputs, missing_moments, task_of
-from bearing_twin.uq.realise import empty
-from bearing_twin.uq.result import StudyResult
-from bearing_twin.uq.sampling import SAMPLERS
-from bearing_twin.uq.study import Study
-from bearing_twin.uq.study_file import load_study
-from bearing_twin.uq.summary import summary_of
-from bearing_twin.uq.swept import sweep_head
-from bearing_twin.uq.tabulated import numbers_kept
+from bearing_twin.stopping import heeding, look
+from bearing_twin.units import with_unit
+from bearing_twin.uq.distributions import numbers_kept
+from bearing_twin.uq.histories import COLUMNS, RESAMPLES, ROWS
+from bearing_twin.uq.inputs import quantity_of
+from bearing_twin.uq.propagation import LADDER, MOST_RUNS, Chaos, Interpolated, expand, interpolate
+from bearing_twin.uq.realisations import (
+    Realised,
+    Task,
+    along,
+    empty,
+    exact_distributions,
+    mean_inputs,
+    missing_moments,
+    task_of,
+    uncertain_inputs,
+    without_numbers,
+)
+from bearing_twin.uq.result import OUT_OF_TIME, StudyResult, Tally, sweep_head
+from bearing_twin.uq.sampling import SAMPLERS, UnitPoints
+from bearing_twin.uq.statistics import Estimate, estimate, sensitivity_points, sobol_indices
+from bearing_twin.uq.study import IN_A_ROW, Study, load_study, looks, rule_of
+from bearing_twin.uq.summary import sobol_summary, summary_of
+from bearing_twin.uq.workers import Ensemble
+
+CANCELLED = "cancelled"  # why an ensemble ended
+PIECE = 16384  # points drawn at once, so that a cancel need not wait for a whole batch
+
+
+class Progress(NamedTuple):
+    """How far a study is: realisations `done` of `total` at most; the watched statistic as last looked at.
+
+    `estimate` and `half_width` are NaN before the first look, `seconds_left` if all of `total` are needed. `at` names
+    the value of a sweep that the estimate is at, empty without one.
+    """
+
+    done: int
+    total: int
+    estimate: float
+    half_width: float
+    seconds_left: float
+    at: str = ""
+
+
+@dataclass
+class Drawn:
+    """The ensemble as it grows: how many are `done`, the `path` of (samples, estimate of them), why it ended."""
+
+    study: Study
+    task: Task
+    progress: Callable[[Progress], None]
+    asked: Callable[[], bool]
+    began: float
+    keep: Callable | None = None
+    path: list[tuple[int, Estimate]] = field(default_factory=list)
+    because: str = "every quantity follows without sampling"
+    notes: tuple[str, ...] = ()
+    done: int = 0
+    broken: bool = False
+
+    def __post_init__(self):
+        study, settings = self.study, self.study.settings
+        self.points = UnitPoints(settings.sampler, study.joint.dimension, settings.seed, settings.samples)
+        self.rule = rule_of(settings.stop, study.stop_quantity)
+        self.reasons, self.doubts = Tally(), Tally()
+        nothing = empty(self.task, 0)
+        # As long as it may become: pages that nothing was written to take no memory, and nothing is joined at the end.
+        columns = (np.empty((0, len(study.inputs))), nothing.quantities, nothing.histories)
+        columns += np.empty(0, np.int32), np.empty(0, np.int64)
+        self._columns = [np.empty((self.points.samples, *one.shape[1:]), one.dtype) for one in columns]
+
+    def draw(self, ensemble: Ensemble, start: StudyResult | None) -> None:
+        """Samples up to the stop rule, the greatest number of samples, or a cancel."""
+        settings, self._watched = self.study.settings, np.empty(self.points.samples)
+        self.notes = (self.points.note,) if self.points.note else ()
+        self.because = f"all {self.points.samples} samples are done"
+        narrow = 0
+        for size in looks(self.points.samples, settings.batch, settings.stop.minimum, settings.sampler):
+            known = 0 if start is None else min(size, len(start.status)) - self.done
+            if known > 0:
+                self._take_over(start, self.done + known)
+            try:
+                if self.done < size:
+                    self._realise(ensemble, size)
+            except StudyError as error:
+                if not self.done:
+                    raise
+                self.because, self.broken = f"failed: {error}", True
+                break
+            if self.done < size:
+                self.because = CANCELLED
+                break
+            narrow = narrow + 1 if self._look(self._watched[: self.done]) else 0
+            self._tell(self.done)
+            if narrow == IN_A_ROW:
+                self.because = f"{self.rule.text()}, at {IN_A_ROW} looks in a row"
+                break
+
+    def _realise(self, ensemble, size) -> None:
+        """Realisations up to number `size`, fewer when cancelled."""
+        while self.done < size:
+            first, wanted = self.done, min(size - self.done, PIECE)
+            values = self.study.joint.values(self.points.chunk(first, wanted))
+            for found in ensemble.parts(values, lambda more, first=first: self._tell(first + more)):
+                count = len(found.quantities)
+                self._add(
+                    values[self.done - first :][:count],
+                    found.quantities,
+                    found.histories,
+                    self.reasons.codes(count, found.failures),
+                    self.doubts.bits(count, found.doubts),
+                )
+            if self.done < first + wanted:
+                return
+
+    def _take_over(self, start, size) -> None:
+        """Realisations of an earlier result, up to number `size`."""
+        rows = slice(self.done, size)
+        codes, bits = start.status[rows], start.doubtful[rows]
+        failures = {int(row): start.reasons[codes[row] - 1] for row in np.flatnonzero(codes)}
+        doubts = {
+            int(row): tuple(text for place, text in enumerate(start.doubts_met) if int(bits[row]) >> place & 1)
+            for row in np.flatnonzero(bits)
+        }
+        self._add(
+            start.values[rows],
+            start.quantities[rows],
+            start.histories[rows],
+            self.reasons.codes(len(codes), failures),
+            self.doubts.bits(len(codes), doubts),
+        )
+
+    def _add(self, *columns) -> None:
+        first, self.done = self.done, self.done + len(columns[0])
+        for whole, column in zip(self._columns, columns, strict=True):
+            whole[first : self.done] = column
+        self._watched[first : self.done] = columns[1][:, self.study.quantities.index(self.rule.quantity)]
+        if self.keep and len(columns[0]):
+            self.keep(*columns, tuple(self.reasons.sentences), tuple(self.doubts.sentences))
+
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """Values (n, d), quantities (n, q), histories (n, h, points), status (n,) and doubts (n,) of all so far."""
+        return tuple(whole[: self.done] for whole in self._columns)
+
+    def _look(self, sample) -> bool:
+        """Adds to the convergence path; whether the interval is narrow enough."""
+        try:
+            found = estimate(sample, self.rule.asked, replicates=self.points.replicates)
+        except StatisticError:
+            return False
+        self.path.append((len(sample), found))
+        return self.rule.bounds and self.rule.satisfied(found.value, found.half_width)
+
+    def tell_more(self, done: int) -> None:
+        """Progress of further realisations, for a purpose of their own: `done` of them."""
+        self._tell(self.done + done)
+
+    @property
+    def _total(self) -> int:
+        """The greatest number of realisations of the study; of an expansion and an interpolant, what they may take."""
+        settings = self.study.settings
+        further = self.study.sensitivity_rows * (self.study.joint.dimension + 2)
+        if settings.method == "chaos":
+            return further + MOST_RUNS
+        interpolated = settings.method == "change_of_variable" and not self.study.histories
+        return further + (LADDER[-1] if interpolated else self.points.samples)
+
+    def _tell(self, done) -> None:
+        total, spent = self._total, time.monotonic() - self.began
+        found = self.path[-1][1] if self.path else None
+        value, half_width = (found.value, found.half_width) if found else (np.nan, np.nan)
+        self.progress(Progress(done, total, value, half_width, spent * (total - done) / max(done, 1)))
+
+
+class Evaluator:
+    """Values (n, d) of the inputs in, quantities (n, q) out, NaN where one fails; raises Stopped for a cancel."""
+
+    def __init__(self, ensemble: Ensemble, study: Study, tell: Callable[[int], None]):
+        self._ensemble, self._study, self._tell = ensemble, study, tell
+        self._known: dict[bytes, np.ndarray] = {}
+        self.runs = 0
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        key = np.ascontiguousarray(values).tobytes()
+        if key not in self._known:
+            found = self._ensemble.evaluate(values, lambda more: self._tell(self.runs + more)).quantities
+            if len(found) < len(values):
+                raise Stopped("the study was cancelled before all points had run")
+            self.runs += len(found)
+            self._known[key] = found
+        return self._known[key]
+
+    def of(self, name: str) -> Callable[[np.ndarray], np.ndarray]:
+        """One quantity as a function of the inputs (n, d) -> (n,)."""
+        column = self._study.quantities.index(name)
+        return lambda values: self(values)[:, column]
+
+
+def interpolations(study: Study, evaluate: Evaluator) -> dict[str, Interpolated]:
+    """The distribution of every quantity by an interpolant; raises StudyError where a quantity does not allow it."""
+    (place,) = uncertain_inputs(study)
+    found = {}
+    for name in study.quantities:
+        try:
+            found[name] = interpolate(study.inputs[place], along(study, place, evaluate.of(name)))
+        except StudyError as error:
+            raise StudyError(f"{name}: {error}") from error
+    return found
+
+
+def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
+    """Sobol indices of every quantity by `settings.sensitivity` rows of samples: plain data, or why there are none."""
+    settings, inputs = study.settings, study.joint.dimension
+    design = UnitPoints(settings.sampler, 2 * inputs, settings.seed, settings.sensitivity)
+    points = sensitivity_points(study.joint, design.chunk(0, design.samples))
+    found = evaluate(study.joint.values(points.reshape(-1, inputs)))
+    result: dict[str, dict] = {}
+    for column, name in enumerate(study.quantities):
+        try:
+            indices = sobol_indices(found[:, column].reshape(-1, inputs + 2), replicates=design.replicates)
+            result[name] = sobol_summary(study.joint.keys, indices)
+        except StatisticError as error:
+            result[name] = {"refused": str(error)}
+    return result
+
+
+# Errors of the model are kept apart from those of sampling. They come from a few realisations that a second run goes
+# with: those in which the quantities are least, greatest and in the middle, the watched quantity first; without a
+# sample those at the medians of the inputs and at their ends. The greatest error of each source stands for all, and the
+# sum of the sources for the model.
+
+OF_INPUTS = 0.5, 0.05, 0.95  # where realisations lie without a sample: this quantile of all inputs at once
+SAMPLED = "where quantities are in the middle, least and greatest"
+GIVEN = "at the medians of the inputs, and at 5 and 95 % of all of them"
+
+
+class ModelErrors(NamedTuple):
+    """`of` maps quantities to `error` and `errors_by_source`; `companions` says how they were found."""
+
+    of: dict[str, dict[str, Any]]
+    companions: dict[str, Any]
+    notes: list[str]
+
+    def for_quantity(self, name: str) -> dict[str, Any]:
+        """The keys of one quantity; None where no error is known."""
+        return self.of.get(name, {"error": None, "errors_by_source": {}})
+
+
+def no_model_errors(because: str) -> ModelErrors:
+    """Nothing is known, which is said."""
+    return ModelErrors({}, {"realisations": 0, "failed": 0, "where": "", "errors_unknown": {METHOD: because}}, [])
+
+
+def chosen(quantities: np.ndarray, first: int, count: int) -> list[int]:
+    """Rows of a sample (n, q), at most `count`: in the middle of a quantity, its greatest and its least in turn.
+
+    Quantity number `first` leads; rows that failed (NaN) are never chosen.
+    """
+    rows: list[int] = []
+    columns = [first, *(place for place in range(quantities.shape[1]) if place != first)]
+    for column in columns:
+        look()
+        good = np.flatnonzero(np.isfinite(quantities[:, column]))
+        if len(good):
+            found = quantities[good, column]
+            middle = np.partition(found, len(found) // 2)[len(found) // 2]
+            rows += [int(good[place]) for place in (np.argmax(found == middle), np.argmax(found), np.argmin(found))]
+    return list(dict.fromkeys(rows))[:count]
+
+
+def model_errors(
+    study: Study, task: Task, ensemble: Ensemble, values: np.ndarray, quantities: np.ndarray, doubts: Iterable[str] = ()
+) -> ModelErrors:
+    """Errors of the study's quantities, beside its sample `values` (n, d) and `quantities` (n, q), or without one.
+
+    `doubts` of the sample are known; what a companion doubts beside them is in the notes.
+    """
+    count = study.settings.companions
+    if not count:
+        return no_model_errors("companions: 0, so nothing is known of the error of the model")
+    rows = chosen(quantities, study.quantities.index(study.stop_quantity), count)
+    if rows:
+        where = SAMPLED
+        at, own = values[rows], quantities[rows]
+    else:
+        at = study.joint.values(np.repeat(np.array(OF_INPUTS)[:, None], study.joint.dimension, axis=1)[:count])
+        own, where = ensemble.evaluate(at).quantities, GIVEN
+    found = ensemble.evaluate(at, task=task._replace(closed=False, watched=True))
+    if len(found.quantities) < len(at) or len(own) < len(at):
+        return no_model_errors("the study ended before a companion had gone with a realisation")
+    of, told = _gathered(study, found, own, where)
+    return ModelErrors(of, told, [*_large(study, of, own), *_doubted(found, doubts)])
+
+
+def _gathered(study: Study, found: Realised, own: np.ndarray, where: str) -> tuple[dict, dict]:
+    """The greatest error by source; realisations that differ from those with a companion err by that as well."""
+    of, unknown = {}, {}
+    for one in found.worth.values():
+        unknown.update(one.unknown)
+    for column, name in enumerate(study.quantities):
+        parts: dict[str, float] = {}
+        for row, one in found.worth.items():
+            aside = abs(float(own[row, column] - found.quantities[row, column]))
+            for source, error in one.errors[name].items():
+                error += aside if source == METHOD and math.isfinite(aside) else 0.0
+                parts[source] = max(parts.get(source, 0.0), error)
+        known = {source: error for source, error in parts.items() if math.isfinite(error)}
+        of[name] = {"error": math.fsum(known.values()) if known else None, "errors_by_source": known}
+        if len(known) < len(parts):
+            unknown[name] = "a figure that it is read off may be off by anything"
+    told = {
+        "realisations": len(found.worth),
+        "failed": len(found.failures),
+        "where": where,
+        "errors_unknown": unknown,
+    }
+    return of, told
+
+
+def _doubted(found: Realised, doubts: Iterable[str]) -> Iterator[str]:
+    """A sentence for each kind of doubt that companions alone have, with how many realisations it is of."""
+    known, tally = set(map(without_numbers, doubts)), Tally()
+    bits = tally.bits(len(found.quantities), found.doubts)
+    for place, sentence in enumerate(tally.sentences):
+        if without_numbers(sentence) not in known:
+            many = int(np.sum(bits >> place & 1))
+            yield f"{many} of {len(found.worth)} realisations with a companion: {sentence}"
+
+
+def _large(study: Study, of: Mapping[str, dict], own: np.ndarray):
+    """A sentence for each quantity whose error is over a tenth of it."""
+    for column, name in enumerate(study.quantities):
+        error, known = of[name]["error"], own[np.isfinite(own[:, column]), column]  # none of those that failed
+        if error is not None and len(known) and exceeds(known.tolist(), error):
+            parts, unit = of[name]["errors_by_source"], with_unit(quantity_of(study.kind, name).unit)
+            yield (
+                f"{name}: the error of the model is {error:.2g}{unit}, over {100.0 * LARGE:g} % of it, mostly "
+                f"{max(parts, key=parts.get).replace('_', ' ')}: no sampling makes it smaller"
+            )
+
 
 WORKING_COPIES = 8  # of one column, while its statistics are made
 FINITE = 1.125  # histories, and a byte a number that says whether it is one
@@ -46,15 +374,32 @@ def run_study(
     start: StudyResult | None = None,
     keep: Callable | None = None,
 ) -> StudyResult:
-    """Runs a study, or that of a name, path or plain data; its numbers follow from study and seed alone.
+    """Runs a study; its numbers follow from study and seed alone.
 
-    `progress` is called after every batch and every few realisations, from this thread. `cancelled` is a
-    threading.Event or a function: once true the study ends within half a second with what is done; statistics not made
-    yet are then those of the first samples, as many as that time allows, and a note says so. `start` is an earlier
-    result of the same study with fewer samples, which are kept; the result equals that of one run. `keep(values,
-    quantities, histories, status, doubtful, reasons, doubts)` is handed every realisation as it comes, in order. Raises
-    StudyError for a study too large for its memory, a method that does not fit it, a `start` of another study, or a
-    time limit that no realisation keeps.
+    Parameters
+    ----------
+    study
+        A study, or the name, path or plain data of one.
+    progress : function, optional
+        Called with a `Progress` after every batch and every few realisations, from this thread.
+    cancelled : threading.Event or function, optional
+        Once true the study ends within half a second with what is done; statistics not made yet are then those of the
+        first samples, which a note says.
+    start : StudyResult, optional
+        An earlier result of the same study with fewer samples, which are kept; the result equals that of one run.
+    keep : function, optional
+        Called with (values, quantities, histories, status, doubtful, reasons, doubts) of realisations as they come.
+
+    Returns
+    -------
+    StudyResult
+        `values` (n, d) and `quantities` (n, q) are arrays [SI], `as_dict()` the summary, `to_csv(path)` the table.
+
+    Raises
+    ------
+    StudyError
+        For a study too large for its memory, a method that does not fit it, a `start` of another study, or a time limit
+        that no realisation meets.
     """
     began = time.monotonic()
     if progress is not None and not callable(progress):
@@ -69,28 +414,41 @@ def run_study(
         _refuse_another_study(study, start)
     task = task_of(study)
     exact = exact_distributions(study, task, study.settings.method)
-    missing = {name: missing_moments(study, task, name) for name in study.quantities if name not in exact}
+    sampled = [name for name in study.quantities if name not in exact]
 
     def ends() -> bool:
         return asked() or time.monotonic() - began > limit
 
     drawn = Drawn(study, task, _part(tell, 0, parts, began), ends, began, keep)
+    model = no_model_errors("the study ended before a companion had gone with a realisation")
+    at_mean, expanded, sources, missing = empty(task, 0), {}, {}, {}
+    if task.closed:
+        missing = {name: missing_moments(study, task, name) for name in sampled}
     with heeding(ends), Ensemble(task, study.settings.workers, study.executor, ends) as ensemble:
-        expanded, sources = _propagate(study, ensemble, drawn, start, sampled=len(exact) < len(study.quantities))
-        over = ends() or drawn.broken
-        at_mean = empty(task, 0) if over else ensemble.evaluate(mean_inputs(study))
-        worth = no_model_errors("the study ended before a companion had gone with a realisation")
-        if not over:
+        evaluate = Evaluator(ensemble, study, drawn.tell_more)
+        try:
+            expanded = _propagate(study, ensemble, evaluate, drawn, start, exact)
+            if not drawn.broken:
+                if not task.closed:
+                    missing = {name: missing_moments(study, task, name, evaluate.of(name)) for name in sampled}
+                sources = sources_of_variance(study, evaluate) if study.settings.sensitivity else {}
+        except Stopped:
+            drawn.because = CANCELLED
+        if not (ends() or drawn.broken):
+            at_mean = ensemble.evaluate(mean_inputs(study))
             with contextlib.suppress(Stopped):
-                worth = model_errors(study, task, ensemble, *drawn.arrays()[:2], drawn.doubts.sentences)
+                model = model_errors(study, task, ensemble, *drawn.arrays()[:2], drawn.doubts.sentences)
     if drawn.because == CANCELLED and not asked():
-        _tell_limit(study, drawn, bool(exact or expanded))
+        because = f"{study.settings.time_limit:g} s was reached"
+        if not (drawn.done or exact or expanded):
+            raise StudyError(f"study {study.name}: its time_limit of {because} before a realisation was done; raise it")
+        drawn.because = f"{OUT_OF_TIME}{because}"
     values, quantities, histories, status, doubtful = drawn.arrays()
     result = StudyResult(
         study, values, quantities, histories,
         status, tuple(drawn.reasons.sentences), doubtful, tuple(drawn.doubts.sentences), {},
     )  # fmt: skip
-    summary = summary_of(result, missing, task, exact | expanded, drawn, (at_mean, worth), asked)
+    summary = summary_of(result, missing, task, exact | expanded, drawn, (at_mean, model), asked)
     for name, found in sources.items():
         summary["quantities"][name]["sobol"] = found
     if study.sweep is not None:
@@ -99,12 +457,22 @@ def run_study(
     return dataclasses.replace(result, summary=summary)
 
 
-def _tell_limit(study: Study, drawn: Drawn, otherwise: bool) -> None:
-    """Says that the time limit ended a study; raises StudyError where nothing is done, nor known `otherwise`."""
-    limit = f"{study.settings.time_limit:g} s was reached"
-    if not (drawn.done or otherwise):
-        raise StudyError(f"study {study.name}: its time_limit of {limit} before a realisation was done; raise it")
-    drawn.because = f"{OUT_OF_TIME}{limit}"
+def _propagate(study, ensemble, evaluate, drawn, start, exact) -> dict:
+    """Expansions or interpolants by quantity; the ensemble goes into `drawn`."""
+    method, sampled = study.settings.method, len(exact) < len(study.quantities)
+    found: dict[str, Chaos | Interpolated] = {}
+    if method == "chaos":
+        degree, seed = study.settings.degree or None, study.settings.seed
+        found = {name: expand(study.joint, evaluate.of(name), degree, seed=seed) for name in study.quantities}
+        drawn.because = f"{evaluate.runs} runs for polynomial chaos are done"
+    elif method == "change_of_variable" and sampled:
+        found = interpolations(study, evaluate)
+        drawn.because = f"{evaluate.runs} runs for an interpolant are done"
+    if study.histories or (sampled and not found):
+        drawn.draw(ensemble, start)
+        if drawn.because == CANCELLED:
+            raise Stopped
+    return found
 
 
 def memory_needed(study: Study) -> float:
@@ -140,11 +508,11 @@ def _refuse_another_study(study, start):
             f"the samples to go on from belong to a study with another {differing[0]}; run this one from the beginning"
         )
     if not SAMPLERS[study.settings.sampler].grows and study.settings.samples != start.study.settings.samples:
-        raise StudyError("a latin hypercube has its size for good and cannot be continued; use sobol or random")
+        raise StudyError("a latin hypercube has a fixed size and cannot be continued; use sobol or random")
 
 
 def _part(tell, place, parts, began, at=""):
-    """Progress of one of `parts` studies of the same size, told as that of all of them, `began` at a monotonic time."""
+    """Progress of one of `parts` studies of the same size as that of all of them, `began` at a monotonic time."""
 
     def of_all(one: Progress) -> None:
         done, total = one.done + place * one.total, parts * one.total
@@ -165,23 +533,3 @@ def _sweep(study, tell, asked, began) -> dict:
         summary = run_study(study.at(value), part, asked).summary
         found.append({"value": value, "samples": summary["samples"], "quantities": summary["quantities"]})
     return {**sweep_head(study), "studies": found}
-
-
-def _propagate(study, ensemble, drawn, start, sampled):
-    """(expansions or interpolants, Sobol indices) by quantity; the ensemble goes into `drawn`. A cancel ends all."""
-    evaluate = Evaluator(ensemble, study, drawn.tell_more)
-    expanded, sources, method = {}, {}, study.settings.method
-    try:
-        if method == "chaos":
-            expanded = expansions(study, evaluate)
-            drawn.because = f"{evaluate.runs} runs for polynomial chaos are done"
-        elif method == "change_of_variable" and sampled:
-            expanded, sampled = interpolations(study, evaluate), False
-            drawn.because = f"{evaluate.runs} runs for an interpolant are done"
-        if study.histories or (sampled and method != "chaos"):
-            drawn.draw(ensemble, start)
-        if study.settings.sensitivity and not (drawn.asked() or drawn.broken):
-            sources = sources_of_variance(study, evaluate)
-    except Stopped:
-        drawn.because = CANCELLED
-    return expanded, sources

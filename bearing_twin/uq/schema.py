@@ -5,6 +5,7 @@ may hold alone. What keys must be together (`Kind.check`) only the reader knows.
 """
 
 import math
+import re
 from typing import Any
 
 from bearing_twin.kinds import KINDS
@@ -12,11 +13,10 @@ from bearing_twin.kinds.sections import ALIASES
 from bearing_twin.parameters import LONGEST_NUMBER, NUMBER, Parameter, describe
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 from bearing_twin.units import NO_LIMITS, Limits, with_unit
-from bearing_twin.uq.distributions import DISTRIBUTIONS, LIMITS
-from bearing_twin.uq.knowledge import FORMS
-from bearing_twin.uq.scene_keys import numeric_keys
-from bearing_twin.uq.study import Settings
-from bearing_twin.uq.study_file import GREATEST_SWEEP
+from bearing_twin.uq.distributions import DISTRIBUTIONS, LIMITS, LISTS, SCIPY
+from bearing_twin.uq.entropy import FORMS
+from bearing_twin.uq.inputs import numeric_keys
+from bearing_twin.uq.study import GREATEST_SWEEP, Settings
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 WORDS_OF_LIMITS = {
@@ -103,7 +103,10 @@ def study_schema() -> dict[str, Any]:
 def input_schema() -> dict[str, Any]:
     """The schema of an input: a number, a named distribution by one of its forms, or what is known."""
     also = {"type": ["string", "array"], "items": {"type": "string"}, "description": "further keys of the same value"}
-    ways = []
+    scipy = {"distribution": {"type": "string", "pattern": rf"^{re.escape(SCIPY)}\w+$"}, "also": also}
+    ways = [
+        {"type": "object", "properties": scipy, "required": ["distribution"], "additionalProperties": number_schema()}
+    ]
     for name, row in DISTRIBUTIONS.items():
         for form in row.forms:
             head = {"distribution": {"const": name, "description": row.help}, "also": also}
@@ -126,7 +129,7 @@ def _exactly(form, head: dict, required) -> dict:
 
 
 def _parameter(word: str) -> dict:
-    if word == "values":
+    if word in LISTS:
         return {"type": "array", "minItems": 1, "items": number_schema()}
     return number_schema(LIMITS.get(word, NO_LIMITS))
 

@@ -16,13 +16,10 @@ from bearing_twin.units import (
     two_digits,
     unit_for_people,
 )
-from bearing_twin.uq.model_error import told_of_model
-from bearing_twin.uq.panels import ORDERS, shares_of
-from bearing_twin.uq.picture import FAR, exact_of, path_of, unit_of
-from bearing_twin.uq.result import StudyResult, refusals
+from bearing_twin.uq.picture import FAR, ORDERS, exact_of, path_of, shares_of, unit_of
+from bearing_twin.uq.result import StudyResult, SweepInWords, refusals, sweep_of
 from bearing_twin.uq.statistics import histogram, natural_density
-from bearing_twin.uq.summary_shape import BANDS
-from bearing_twin.uq.swept import SweepInWords, sweep_of
+from bearing_twin.uq.summary import BANDS, told_of_model
 from bearing_twin.view.packing import prefixes
 from bearing_twin.view.tables import DIGITS, error_notes
 

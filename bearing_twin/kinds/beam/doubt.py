@@ -155,7 +155,7 @@ class BeamDoubt(SecondRunDoubt):
 
     def notes(self) -> dict[str, str]:
         found = {"vibration": "waves in the sphere, and across the beam's width and height, are not computed"}
-        if self.row is None and self.parameters.solver.companion == "on":
+        if self.row is None and is_watched(self.parameters):
             found[METHOD] = "no second computation has been compared: its modes and steps would not fit the memory"
         if theory_of(self.parameters) != EULER:
             found[LAW] = "Timoshenko's beam holds for waves down to a height or two; its error is not known"

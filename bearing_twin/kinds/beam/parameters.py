@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.kinds.impact.parameters import Sphere
-from bearing_twin.kinds.sections import LOOSEST, UNVERIFIED, RunSettings, WantedImpact, Watched
+from bearing_twin.kinds.sections import LOOSEST, UNVERIFIED, Checked, RunSettings, WantedImpact
 from bearing_twin.parameters import choice, quantity, section
 
 BEAM_METHODS = ("modes", "volterra", "sinusoidal")
@@ -40,7 +40,7 @@ class Blow:
 
 
 @dataclass(frozen=True)
-class BeamSolver(Watched):
+class BeamSolver(Checked):
     """How sphere and beam are computed."""
 
     stepper: str = choice("auto", ("auto", *BEAM_METHODS), "method; auto = modes; sinusoidal breaks the energy balance")

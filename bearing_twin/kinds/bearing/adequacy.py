@@ -5,12 +5,9 @@ import math
 import numpy as np
 
 from bearing_twin.kinds.bearing.clearance import leaves_raceway, squeezes
-from bearing_twin.kinds.bearing.controls import SETTLED
 from bearing_twin.kinds.bearing.drive import with_speeds
 from bearing_twin.kinds.bearing.parameters import LOADS
-from bearing_twin.kinds.bearing.quasi_static.in_motion import rolling_still, scene_in_motion
-from bearing_twin.kinds.bearing.quasi_static.shares import control_of
-from bearing_twin.kinds.bearing.quasi_static.statics import (
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     Support,
     azimuths_of,
     setting_of,
@@ -27,7 +24,7 @@ from bearing_twin.units import CELSIUS
 
 COLD = 150.0  # K, below all but cryogenic bearings
 # Of a ball's way round: what equilibria are off by where all balls bear load on their way, and where some do not.
-# Measured are up to 1.2e-4 (`tests/test_loads_alone.py`) and 3.2e-3 (there; 2.1e-3 in `chart dimensions`).
+# Measured are up to 1.2e-4 and 3.2e-3 (2.1e-3 in `chart dimensions`).
 WAY_OFF, WAY_OFF_LOOSE = 3e-4, 4e-3
 PLACES = 90  # around the ring, where loads are compared
 
@@ -94,7 +91,7 @@ def _hurry(parameters, still) -> str:
 
 
 def _spin(parameters, still) -> str:
-    if still.error < parameters.wanted.tolerance or still.whirls:
+    if still.error < parameters.wanted.tolerance:
         return ""
     return (
         f"the centrifugal load is {still.share:.2g} of the contact's, where equilibria are off by up to "
@@ -119,20 +116,8 @@ def way_doubt(parameters, law: str) -> str:
     )
 
 
-def _whirl(parameters, still) -> str:
-    return still.whirls
-
-
-DOUBTS = (_start, _jump, _hurry, _spin, _spacing, _whirl)
+DOUBTS = (_start, _jump, _hurry, _spin, _spacing)
 """What may speak against equilibria: functions of parameters and `Still` that give a sentence, or ""."""
-
-
-def of_axes(parameters, law: str) -> list[str]:
-    """What is to be said of axes of spin that are asked to have settled and do not; raises SceneError."""
-    if control_of(parameters) != SETTLED:
-        return []
-    said = rolling_still(scene_in_motion(parameters, law).turn)
-    return [said] if said else []
 
 
 def doubts(parameters, still: Still) -> list[str]:

@@ -1,4 +1,4 @@
-"""What a bearing's figures are worth: of the method by its companion, of law, friction model and what is left out."""
+"""The model errors of a bearing run (law, half-spaces, friction model), and how its second run is made and compared."""
 
 import functools
 import math
@@ -10,30 +10,25 @@ import numpy as np
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.adequacy import mend_of_method, told_of_equilibria
-from bearing_twin.kinds.bearing.companion.growth import Growth, greatest_until
-from bearing_twin.kinds.bearing.companion.means import MeanError
-from bearing_twin.kinds.bearing.companion.pointers import dearest
-from bearing_twin.kinds.bearing.companion.windows import WINDOW, carries, unseen
-from bearing_twin.kinds.bearing.companion.worst import TOGETHER, Spread, Worst, spread_of
 from bearing_twin.kinds.bearing.forces.drilling import SIDES, Drilled, drilling_of
 from bearing_twin.kinds.bearing.friction_choice import as_chosen
-from bearing_twin.kinds.bearing.law_error import half_space_error, law_error, spots_off
+from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.left_out import left_out, of_torque, unknown_drilling
 from bearing_twin.kinds.bearing.load_error import by_load
-from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene
-from bearing_twin.kinds.bearing.quasi_static.worth import LOADS_OF, SceneWorth, Worth, worths_of_run
+from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene
+from bearing_twin.kinds.bearing.quasi_static.model_error import SceneWorth, Worth, worths_of_run
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
 from bearing_twin.kinds.bearing.spot_errors import rule_error
-from bearing_twin.kinds.bearing.still import EQUILIBRIA, friction_of_equilibria
-from bearing_twin.kinds.bearing.summing import STRETCH, turning
+from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.still import EQUILIBRIA
+from bearing_twin.kinds.bearing.summing import STRETCH
 from bearing_twin.kinds.bearing.tilt_error import Tilted, added
-from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
+from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LAW, LEFT_OUT, Errors, ModelError
+from bearing_twin.kinds.refinement import Comparison, with_tolerance
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block
 
-LEAST_TOLD = 3e-9  # of friction: differences of positions are rounded, and truths are no better known
-EITHER_WAY = 2.0  # times what friction can be, mu N of the greater load: the most that it is off
-AROUND = 1.0  # rad or so lie between the greatest load and the least: a ball that is off further is off by no more load
+LEAST_LOAD = 0.01  # of the greatest load: a contact that carries less has no friction limit worth a relative error
 TILTING = "ring_moment_nm", "misalignment_rad"
 SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
 STANDS = 1e-12  # rad/s: a ring that turns no faster stands, and work over its angle says nothing of a torque
@@ -41,20 +36,67 @@ THEORY = "cage_speed_theory_rad_s", "roll_rate_theory_rad_s"
 OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
 
 
+def refined(parameters: BearingScene, choice: Choice) -> tuple[BearingScene, Choice] | None:
+    """Parameters and choice of the second run: half of a fixed step, or a fraction of the tolerance."""
+    if choice.stepper == QUASI_STATIC:
+        return None
+    if choice.stepper in FIXED_STEP:
+        return parameters, choice._replace(finer=2.0 * choice.finer)
+    return with_tolerance(parameters, choice, LEAST_TOLERANCE)
+
+
+class BearingComparison(Comparison):
+    """Loads over the greatest load; friction over its limit, unless loads alone are requested or there is none."""
+
+    exact = (*Comparison.exact, *THEORY, "catalogue_drive_torque_nm")
+
+    def __init__(self, parameters: BearingScene, choice: Choice | None):
+        super().__init__(parameters, choice)
+        self.outputs = {"loads": "over the greatest load"}
+        if parameters.wanted.outputs != LOADS and parameters.contact.friction_coefficient:
+            self.outputs["friction"] = "over mu N of a contact, or mu N R of a ball"
+        self._greatest = 0.0
+
+    @property
+    def smaller(self) -> str:
+        return mend_of_method(self.parameters, self.choice)
+
+    def differences(self, own: Block, second: Block) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Of loads; of friction over mu N, N being LEAST_LOAD of the greatest load so far at least."""
+        load, exact = own["normal_load"], second["normal_load"]
+        sizes = load.max(axis=(1, 2))
+        found = {"loads": (np.abs(load - exact).max(axis=(1, 2)), sizes)}
+        greatest = np.maximum.accumulate(np.append(self._greatest, sizes))[1:]
+        self._greatest = float(greatest[-1])
+        if "friction" in self.outputs:
+            least = np.where(greatest > 0.0, LEAST_LOAD * greatest, math.inf)[:, None]
+            forces = _lengths(own["friction_force"] - second["friction_force"])
+            torques = _lengths(own["raceway_torque"] - second["raceway_torque"])
+            radius = 0.5 * self.parameters.geometry.ball_diameter
+            apart = np.maximum(
+                (forces / np.maximum(exact, least[:, :, None])).max(axis=2),
+                torques / radius / np.maximum(exact.sum(axis=2), least),
+            )
+            coefficient = self.parameters.contact.friction_coefficient
+            found["friction"] = apart.max(axis=1) / coefficient, np.ones(len(sizes))
+        return found
+
+
+def _lengths(vectors: np.ndarray) -> np.ndarray:
+    """Lengths of vectors (..., 3)."""
+    return np.sqrt(np.square(vectors).sum(axis=-1))
+
+
 class BearingDoubt:
-    """Gathers what a run's errors follow from, in memory that does not grow with the run."""
+    """Gathers what the model errors of a run follow from, in memory that does not grow with the run."""
 
     in_stretches = False  # blocks may hold many
-    errorless = "inner_ring_speed_at_end_rad_s", *THEORY, "energy_closure", "equilibria", "catalogue_drive_torque_nm"
 
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters, self.choice = as_chosen(parameters, choice), choice
         balls = parameters.geometry.balls
-        self.worst = Worst()
         self.outputs = 0
-        self.least = math.inf  # load of a ball [N]
-        self.growth = Growth(parameters.wanted.tolerance, parameters.wanted.outputs == LOADS)
-        self.mean, self.tilted = MeanError(), Tilted(balls)
+        self.tilted = Tilted(balls)
         self.load = np.zeros((balls, 2))
         self.curvatures = np.ones((2, balls, 2))
         self.spin = np.zeros((balls, 2))  # greatest under load
@@ -64,8 +106,6 @@ class BearingDoubt:
         """Takes a block in."""
         load = np.ascontiguousarray(block.values["normal_load"])
         begins = np.array([0, *range(STRETCH - block.first_sequence % STRETCH, len(block), STRETCH)])
-        self.least = min(self.least, float(load.min()))
-        self._note_windows(block, load, begins)
         self.outputs += len(block)
         spin = np.where(load > 0.0, np.abs(block.values["spin_rate"]), 0.0)
         self.spin = np.maximum(self.spin, spin.max(axis=0))
@@ -80,105 +120,30 @@ class BearingDoubt:
             for kept, name in zip(self.curvatures, ("curvature_small", "curvature_large"), strict=True):
                 kept[better] = block.values[name][at]
 
-    def _note_windows(self, block: Block, load, begins) -> None:
-        """Takes in what a companion found; loads count up to the end of the stretch in which a window ends."""
-        rows = block.records.get(WINDOW.name, ())
-        if not len(rows) or rows.shape[1] != len(WINDOW.columns):  # a log of an earlier version
-            return
-        for row, most in zip(rows, greatest_until(rows, self.load.max(), block.time_ns, load, begins), strict=True):
-            self.mean.add(row)
-            self.growth.add(row, most)
-            self.worst.add(row)
-
     def errors(self, figures: Mapping[str, Any]) -> Errors:
-        """The errors of these figures so far."""
+        """The model errors of these figures so far."""
         law = law_error(self.parameters, self.choice.law, *self.curvatures, self.load)
         law, found, still = None if law is None else np.abs(law), {}, self._still
-        balls = self.parameters.geometry.balls
-        more = still.by_friction(balls) if still else {}
         width = np.array([half_space_error(self.parameters, figures[f"semi_major_{side}_m"]) for side in SIDES]).T
         for source, errors in (
-            (METHOD, self._method(figures)),
             (LAW, {} if law is None else self._by_load(figures, law, LAW)),
-            (LEFT_OUT, added(self._by_load(figures, width, LEFT_OUT), self._tilting(figures), more)),
-            (FRICTION_MODEL, still.by_axes(balls) if still else self._friction(figures)),
+            (LEFT_OUT, added(self._by_load(figures, width, LEFT_OUT), self._tilting(figures))),
+            (FRICTION_MODEL, {} if still else self._friction(figures)),
         ):
             for key, error in errors.items():
                 found.setdefault(key, {})[source] = error
         if not any(map(any, (figures[key] for key in OUT_OF_PLANE))):
             found |= {key: {source: [0.0, 0.0] for source in found[key]} for key in TILTING if key in found}
-        mends = {LAW: HERTZ_MENDS, METHOD: self._mend()}
+        mends = {LAW: HERTZ_MENDS}
         if self.choice.stepper == QUASI_STATIC:
             mends[FRICTION_MODEL] = self._smaller_steps
         elif not FRICTIONS[self.parameters.contact.friction].over_spot and spots_built(self.parameters):
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
-        spent = dearest(self.worst.rows["steps"], balls)
-        horizon, wanted = self.growth.horizon, self.parameters.wanted.tolerance * float(self.load.max())
+        wanted = self.parameters.wanted.tolerance * float(self.load.max())
         # What is left for the ring is a difference of loads, which err by as much as is wanted.
         spared = {"ring_force_n": wanted, "ring_moment_nm": 0.5 * self.parameters.geometry.pitch_diameter * wanted}
-        return Errors(found, self._promises(law, horizon), self._notes(), mends, spent, horizon, SUMS, spared)
-
-    @property
-    def _known(self) -> bool:
-        return self.worst.windows > 0
-
-    @property
-    def _inherited(self) -> float:
-        """How many times what windows of all balls see the motion may be off: 1 where both raceways carry all balls.
-
-        Then nothing bumps, and what a ball is off is forgotten as it rolls.
-        """
-        return 1.0 if self.least > 0.0 else unseen(self.parameters)
-
-    def _seen(self, name: str, worst: Worst | None = None, spread: Spread | None = None) -> float:
-        """The greatest error of the method in a quantity, of all windows or those in `worst`; with its `spread`."""
-        # Up to a horizon windows that are followed show what bumps make of errors: that is how it was found.
-        worst, inherited = (worst, 1.0) if worst else (self.worst, self._inherited)
-        if name != "load":
-            return min(worst.seen(name, inherited, self.least <= 0.0, spread), self._most.get(name, math.inf))
-        # Bumps into a cage drive balls round, not against a held ring.
-        held = dimension_of(self.parameters) != FREE_RING
-        seen = worst.seen(name, 1.0 if held else inherited, self.least <= 0.0, spread)
-        # Between the greatest load and the least a ball goes a radian or so: what a jump or a bounce does is no slope.
-        around = min(worst.seen("orbit_angle", inherited, False), AROUND)
-        return seen + around * (float(self.load.max()) - self.least)
-
-    @property
-    def _most(self) -> dict[str, float]:
-        """What physics bounds: a contact rubs with mu N at most, in the run one way, in truth perhaps the other."""
-        rubs = self.parameters.contact.friction_coefficient * 0.5 * self.parameters.geometry.ball_diameter
-        return {"friction": EITHER_WAY, "torque": EITHER_WAY * rubs * float(self.load.sum(axis=1).max())}
-
-    def _method(self, figures: Mapping[str, Any]) -> dict[str, Any]:
-        """Errors of the method by figure; one that no window saw is missing."""
-        if not self._known:
-            return {}
-        seen = {column.name: self._seen(column.name) for column in WINDOW.columns}
-        balls, pitch = self.parameters.geometry.balls, self.parameters.geometry.pitch_diameter
-        share = np.divide(seen["load"], self.load, out=np.zeros_like(self.load), where=self.load > 0.0)
-        torque = balls * seen["drive_torque"]
-        free = dimension_of(self.parameters) == FREE_RING
-        # what touches nothing bears exactly nothing
-        bears = dict(zip(SIDES, (self.load.max(axis=0) > 0.0).astype(float).tolist(), strict=True))
-        ring = seen["ring_force"] or bears["inner"] * balls * seen["load"]
-        turned = torque * abs(figures["inner_ring_speed_at_end_rad_s"])
-        moved = seen["ring_displacement"] if free else 0.0
-        return {
-            **spots_off(figures, share),
-            **{f"{key}_{side}_n": [bears[side] * seen["load"]] * balls for key in LOADS_OF for side in SIDES},
-            **{f"contact_angle_{side}_rad": [seen["contact_angle"]] * balls for side in SIDES},
-            "cage_speed_rad_s": turning(self.parameters, seen["orbit_speed"]),
-            "roll_rate_rad_s": turning(self.parameters, seen["roll_rate"]),
-            "drive_work_j": turned * self._seconds + moved * math.hypot(*figures["ring_force_n"]),
-            **of_torque(self.parameters, figures, torque, self._seconds),
-            "dissipated_j": balls * seen["loss"] * self._seconds,
-            "ring_displacement_m": [moved] * 3,
-            # A tilt is integrated as exactly as the displacement that it makes at the balls.
-            "misalignment_rad": [moved / (0.5 * pitch)] * 2,
-            "ring_force_n": [ring] * 3,
-            "ring_moment_nm": [0.5 * ring * pitch] * 2,
-            "friction_torque_nm": [self.mean.over(0.5 * self._seconds, self._inherited, seen["torque"])] * balls,
-        }
+        outputs = self._of_outputs(law)
+        return Errors(found, outputs=outputs, notes=self._notes(), mends=mends, told_by=SUMS, spared=spared)
 
     @property
     def _given(self) -> bool:
@@ -235,37 +200,16 @@ class BearingDoubt:
         }
         return found | (of_torque(self.parameters, figures, power / speed, self._seconds) if speed > STANDS else {})
 
-    def _promises(self, law: np.ndarray | None, horizon: float | None) -> tuple[Promise, ...]:
-        """What is wanted: loads, and friction unless loads alone are; up to the run's horizon [s] as well."""
-        wanted, greatest = self.parameters.wanted, float(self.load.max())
-        still = self.choice.stepper == QUASI_STATIC
-        worth = self._worth(LAW)
-        off = 0.0 if law is None else float((law * self.load).max(initial=0.0)) / greatest if greatest else 0.0
-        off *= 1.0 if worth is None else worth.kept
-        method = self._seen("load") / greatest if self._known and greatest else self._of_equilibria
-        whole = None if method is None else method + off
-        mend = self._mend() if method is not None and method >= off else HERTZ_MENDS
-        norm, earlier = "over the greatest load", None if horizon is None else self.worst.until(horizon)
-        before = self._seen("load", earlier) / greatest + off if earlier and greatest else None
-        spread = spread_of(self.least <= 0.0, carries(self.parameters))
-        may = self._seen("load", spread=spread) / greatest + off if self._known and greatest else None
-        loads = Promise("loads", norm, whole, wanted.tolerance, self.worst.where("load"), mend, before, may)
-        if wanted.outputs == LOADS or not self.parameters.contact.friction_coefficient:
-            return (loads,)
-        norm = "over mu N of a contact, or mu N R of a ball"
-        if still:
-            known = friction_of_equilibria(self.parameters, self.choice.law)
-            return loads, Promise("friction", norm, known, wanted.tolerance, "", self._smaller_steps)
-        error = may = None
-        if self._known:
-            error, may = (max(self._seen("friction", spread=one), LEAST_TOLD) for one in (None, spread))
-        place = self.worst.where("friction")
-        before = max(self._seen("friction", earlier), LEAST_TOLD) if earlier else None
-        return loads, Promise("friction", norm, error, wanted.tolerance, place, self._mend(), before, may)
-
-    def _mend(self) -> str:
-        """What makes the method's error smaller."""
-        return LATER if self.growth.grown else self._smaller_steps
+    def _of_outputs(self, law: np.ndarray | None) -> dict[str, tuple[ModelError, ...]]:
+        """Model errors of the requested outputs: of the law, and of equilibria where balls move."""
+        greatest, worth = float(self.load.max()), self._worth(LAW)
+        off = 0.0 if law is None or not greatest else float((law * self.load).max(initial=0.0)) / greatest
+        of_loads = [ModelError(LAW, off if worth is None else off * worth.kept, HERTZ_MENDS)]
+        if self.choice.stepper != QUASI_STATIC:
+            return {"loads": tuple(of_loads)}
+        if (still := self._of_equilibria) is not None:
+            of_loads.append(ModelError(LEFT_OUT, still, self._smaller_steps))
+        return {"loads": tuple(of_loads)}
 
     @functools.cached_property
     def _of_equilibria(self) -> float | None:
@@ -277,22 +221,9 @@ class BearingDoubt:
 
     def _notes(self) -> dict[str, str]:
         """What is not known, by source and by what is left out."""
-        notes = {}
-        if self.choice.stepper == QUASI_STATIC:
-            notes[METHOD] = EQUILIBRIA
-        elif self.parameters.solver.companion == "off":
-            notes[METHOD] = "solver.companion: off, so nothing is known of the error of the integration method"
-        elif not self._known:
-            notes[METHOD] = "the run holds no window of a companion, so the error of its integration is not known"
-        elif self.worst.most[TOGETHER].any() and self._inherited > 1.0:
-            notes[METHOD] = (
-                f"balls touch, or bump into a cage: {self._inherited:g} times what windows show stands for what they "
-                "inherit"
-            )
-        elif carries(self.parameters):
-            notes[METHOD] = "what a moving ring carries on is taken to add up as a random walk does while it rings"
+        notes = {LEFT_OUT: EQUILIBRIA} if self.choice.stepper == QUASI_STATIC else {}
         if self.choice.law in LAWS and LAWS[self.choice.law].measured:
             notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
         if drilling := unknown_drilling(self.parameters):
             notes[FRICTION_MODEL] = drilling
-        return notes | self.growth.notes | left_out(self.parameters)
+        return notes | left_out(self.parameters)

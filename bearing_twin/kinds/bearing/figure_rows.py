@@ -47,12 +47,12 @@ MEANINGS = {
     "cage_whirl_rad_s": f"of the cage's centre round the axis, about +z, {LATE}; none where it stays centred",
     "greatest_land_force_n": "of the land on the cage, greatest over the run; none without guidance by a land",
     "friction_torque_nm": f"of each ball, not the bearing's: the dry-contact friction of its raceways about its "
-    f"centre, {LATE}; from equilibria what its gyroscopic moment needs",
+    f"centre, {LATE}; none from equilibria",
 }
 """What each key of the figures is, in their order."""
 FIGURES_OF = {
     "lubricated": ("catalogue_drive_torque_nm",),
-    "losses": ("dissipated_j", "drive_torque_nm"),
+    "losses": ("dissipated_j", "drive_torque_nm", "friction_torque_nm"),
     "run-up": ("run_up_time_s",),
     "displacement": ("ring_displacement_m", "ring_displacement_range_m"),
     "tilt": ("misalignment_rad",),

@@ -20,8 +20,6 @@ from bearing_twin.contact.validity import (
     wave_transit,
 )
 from bearing_twin.kinds.bearing.adequacy import untouched
-from bearing_twin.kinds.bearing.choices import CHOICE, Switches, may_switch
-from bearing_twin.kinds.bearing.companion.windows import WINDOW, is_watched
 from bearing_twin.kinds.bearing.figure_rows import MEANINGS, missing
 from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.law_error import law_error
@@ -34,7 +32,7 @@ from bearing_twin.kinds.bearing.speeds import off_rolling, speed_figures
 from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING_COLUMNS, Sums, centre_figures, columns_of, mean_torque
 from bearing_twin.kinds.energy import STORED, adds_up
 from bearing_twin.report import Choice
-from bearing_twin.sample import Block, Table
+from bearing_twin.sample import Block
 
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
@@ -50,7 +48,6 @@ class BearingFigures:
 
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters, self.choice, self.law = as_chosen(parameters, choice), choice, choice.law
-        self.switches = Switches()
         self.first, self.last = {}, {}
         self._balls = parameters.geometry.balls
         self._static = ratings_of(parameters).static
@@ -66,19 +63,9 @@ class BearingFigures:
             self._layout, self._columns = layout, columns_of(layout)
         self._sums.add(block, self._columns)
         self._run_up.add(block)
-        self.switches.add(block.records.get(CHOICE.name, ()))
         if not self.first:
             self.first = self._instant(block, 0)
         self.last = self._instant(block, len(block) - 1)
-
-    @property
-    def still(self) -> bool:
-        """Whether all or part of the run is one of equilibria."""
-        return QUASI_STATIC in (self.choice.stepper, *self.switches.steppers)
-
-    def chosen(self) -> Choice:
-        """The model in use at the end, and why."""
-        return self.switches.after(self.choice)
 
     @property
     def samples(self) -> int:
@@ -230,7 +217,6 @@ class BearingFigures:
             groove_doubt(widths, 0.5 * diameter, conformities),
             shoulder_doubt(geometry.contact_angle, self.at_greatest["contact_angle"][:, 1], self.greatest_load[:, 0]),
             self._law_doubt(),
-            self.switches.doubt,
             self._cage_doubt(),
             self._touch_doubt(),
             wave_doubt(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
@@ -282,7 +268,7 @@ class BearingFigures:
             **centre_figures(late["centre"] / late["count"], self._sums.greatest),
             "friction_torque_nm": self._torques(late),
         }
-        absent = missing(self.parameters, self.still)
+        absent = missing(self.parameters, self.choice.stepper == QUASI_STATIC)
         return {key: value for key, value in found.items() if key not in absent}
 
     def _torques(self, late: dict) -> list[float]:
@@ -295,9 +281,3 @@ class BearingFigures:
 def meanings() -> dict[str, str]:
     """What each key of the figures is."""
     return dict(MEANINGS)
-
-
-def tables(parameters: BearingScene) -> tuple[Table, ...]:
-    """What a bearing records: the windows of its companion, unless that is off, and switches of its model."""
-    watched = (WINDOW,) if is_watched(parameters) else ()
-    return (*watched, CHOICE) if may_switch(as_chosen(parameters)) else watched

@@ -20,8 +20,8 @@ from bearing_twin.kinds.bearing.facts import axis_ratio
 from bearing_twin.kinds.bearing.measured import as_cheap, friction_costs
 from bearing_twin.kinds.bearing.outputs import ellipses, moduli
 from bearing_twin.kinds.bearing.parameters import LOADS, BearingScene, rubbing_by
-from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts
-from bearing_twin.kinds.bearing.quasi_static.statics import solver_of, weighed_support
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import Contacts
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import solver_of, weighed_support
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of, spots_built
 from bearing_twin.kinds.bearing.spot_errors import greatest_error
 from bearing_twin.kinds.ranges import RANGES

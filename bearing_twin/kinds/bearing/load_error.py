@@ -8,7 +8,7 @@ import numpy as np
 
 from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.law_error import spots_off
-from bearing_twin.kinds.bearing.quasi_static.worth import LOADS_OF, Worth
+from bearing_twin.kinds.bearing.quasi_static.model_error import LOADS_OF, Worth
 
 
 def by_load(geometry, figures: Mapping[str, Any], load, share, worth: Worth | None, given: bool) -> dict[str, Any]:

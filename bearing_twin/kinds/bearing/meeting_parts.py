@@ -47,34 +47,31 @@ class PartBalls(NamedTuple):
 
 def integrate_in_common(
     integrate: Callable, balls: PartBalls, times: np.ndarray, duration: float, filled: tuple, apart: bool, even: bool
-) -> np.ndarray:
+) -> None:
     """Integrates a part of balls that share steps with a ring or a cage, or that are kept `apart`; sets `near`.
 
-    Where two met that were not near, which no `even` cage lets them, once more with all near. `integrate` and what is
-    returned are as for `integrate_alone`.
+    Where two met that were not near, which no `even` cage lets them, once more with all near. `integrate` is as for
+    `integrate_alone`.
     """
     before = [one.copy() for one in balls.moving]
     if not apart:
         balls.mark_near(NEAR * balls.radius, duration, balls.near)
-    pointer = integrate(balls.near, 0.0, times, duration, filled)
+    integrate(balls.near, 0.0, times, duration, filled)
     if even or not balls.mark_met(filled[0], balls.near):
-        return pointer
+        return
     balls.put_back(before)
     balls.mark_near(EVERYWHERE, 0.0, balls.near)
-    return integrate(balls.near, 0.0, times, duration, filled)
+    integrate(balls.near, 0.0, times, duration, filled)
 
 
-def integrate_alone(
-    integrate: Callable, balls: PartBalls, times: np.ndarray, duration: float, filled: tuple
-) -> np.ndarray:
+def integrate_alone(integrate: Callable, balls: PartBalls, times: np.ndarray, duration: float, filled: tuple) -> None:
     """Integrates a part of balls that act on each other only where they touch; sets `near` for all that were so.
 
     `integrate(near, begin, times, duration, filled)` moves the balls on over `duration` [s] from `begin` [s] of the
-    part, fills the arrays of `filled` at `times` [s] from there and returns its pointer (N, times, columns) or an empty
-    one; returned is that of the part. A stretch in which two met that were not near is done again, shorter or with them
-    near. Raises what `integrate` raises.
+    part and fills the arrays of `filled` at `times` [s] from there. A stretch in which two met that were not near is
+    done again, shorter or with them near. Raises what `integrate` raises.
     """
-    pointers, first, begin, ahead = [], 0, 0.0, duration
+    first, begin, ahead = 0, 0.0, duration
     met = np.zeros_like(balls.near)
     while begin < duration:
         left, near = duration - begin, met.copy()
@@ -85,16 +82,13 @@ def integrate_alone(
         long, length = length > SOON, left if ends else length  # the last one may be longer than SOON by rounding
         last = len(times) if ends else int(np.searchsorted(times, begin + length, side="right"))
         before, into = [one.copy() for one in balls.moving], tuple(one[first:last] for one in filled)
-        pointer = integrate(near, begin, instants_in(times[first:last], begin, begin + length), length, into)
+        integrate(near, begin, instants_in(times[first:last], begin, begin + length), length, into)
         found = near.copy()
         if balls.mark_met(into[0], found):
             balls.put_back(before)
             # Found late in a long stretch: up to there they are alone.
             met, ahead = (met, max(SHORTER * length, SOON)) if long else (found, ahead)
             continue
-        pointers.append(pointer)
         balls.near[near] = True
         met, ahead = np.zeros_like(met), max(LONGER * length, SOON)
         first, begin = last, duration if ends else begin + length
-    noted = [one for one in pointers if one.size]
-    return np.concatenate(noted, axis=1) if len(noted) > 1 else noted[0] if noted else pointers[0]

@@ -11,7 +11,6 @@ from bearing_twin.contact.names import AUTO
 from bearing_twin.kinds.bearing.adequacy import (
     cage_needed,
     doubts,
-    of_axes,
     of_falling_balls,
     of_held_ring,
     of_temperatures,
@@ -37,7 +36,6 @@ from bearing_twin.kinds.bearing.still import still_at_start
 from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift, idle_step
 from bearing_twin.report import Choice
 
-SETTLED_ONES = " once their axes of spin have settled, as they are taken to have"
 DEFAULT = "rodas4"  # where nothing was measured
 OFF_RINGS = 0.014  # of ball loads at an instant, by equilibria of a ring with mass: `chart fidelity`, rigs
 RING_MOVES = "the inner ring moves with its mass, in one step with all balls"
@@ -96,10 +94,10 @@ def _dimension(parameters, law: str, warnings: list[str]) -> tuple[str, str, dic
             "torque, skidding and ringing are not in it"
         )
     told = {"motion": "equilibria", "stepper": QUASI_STATIC, "load_error": still.error, "cost": costs[QUASI_STATIC]}
-    told |= {"counted": "equilibria", "at_start": 1.0, "a_second": parameters.run.output_rate, "before": still.taken}
+    told |= {"counted": "equilibria", "at_start": 1.0, "a_second": parameters.run.output_rate}
     why += (
         f"; the centrifugal load is {still.share:.2g} of the contact's at the start, where loads are within "
-        f"{100.0 * still.error:.2g} % of those of moving balls{SETTLED_ONES if still.settled else ''}"
+        f"{100.0 * still.error:.2g} % of those of moving balls"
     )
     return QUASI_STATIC, f"quasi_static, {why}", told
 
@@ -146,7 +144,7 @@ def choose(parameters) -> Choice:
             f"the law {law} is {100 * error:.2g} % off exact Hertz here, more than the wanted "
             f"{100 * parameters.wanted.tolerance:.2g} %; contact.normal: hertz costs no more"
         )
-    warnings += [*drift(law), *of_temperatures(parameters), *of_axes(parameters, law)]
+    warnings += [*drift(law), *of_temperatures(parameters)]
 
     dimension, why, still = _dimension(parameters, law, warnings)
     reasons.append(why)

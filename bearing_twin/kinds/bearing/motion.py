@@ -8,8 +8,6 @@ from operator import attrgetter
 import numpy as np
 
 from bearing_twin.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing.axes_at_start import settle_axes
-from bearing_twin.kinds.bearing.companion.deviations import Part, drive_later
 from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
 from bearing_twin.kinds.bearing.forces.equations import RingDrive, time_apart
 from bearing_twin.kinds.bearing.forces.layout import (
@@ -46,7 +44,6 @@ TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that
 LONGEST = 0.4  # s asked for in one go: of balls alone, or round a ring with mass in a cage that keeps them apart
 KEPT = attrgetter(*MOVING, "counts", *REPLACED)  # what `take_back` needs
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
-
 bearing_motion = late("bearing_twin.kinds.bearing.moving:moving_by")  # see there
 
 
@@ -71,17 +68,17 @@ class BearingMotion:
         else:
             start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
             start, self._start_border = caged_start(start, partners, parameters.drive.speed)
-        settle_axes(parameters, choice.law, partners, start, self._start_border)
         self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
         scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
         light = light_approach(self.bearing, start) if self.bearing.pockets else 0.0
         self.partners = partners._replace(scales=border_scales(parameters, scales), light=light)
         self.scales, self._start, self._start_orientation = scales, start, start_orientation(start)
-        self.step = parameters.solver.step
+        self.step, self._finer = parameters.solver.step, choice.finer
         if choice.stepper in FIXED_STEP:
-            self.step, problem = step_limits.step_at_start(parameters, self.rates, choice.stepper)
+            step, problem = step_limits.step_at_start(parameters, self.rates, choice.stepper)
             if problem:
                 raise SceneError(problem.sentence)
+            self.step = self._fixed(step)
         self._start_step = self.step
         self.reset()
 
@@ -212,10 +209,17 @@ class BearingMotion:
         """After a jump: a step that was chosen is chosen anew where contacts have grown stiffer, a given one judged."""
         rates = fastest_rates(self.bearing, self.state)
         if not self.parameters.solver.step:
-            self.step = min(self.step, step_limits.stable_step(rates, self.stepper))
+            self.step = min(self.step, self._fixed(step_limits.stable_step(rates, self.stepper)))
         if problem := step_limits.too_long(self.step, rates, self.stepper):
             sentence = f"at {self.elapsed:.9g} s {problem.sentence}"
             raise IntegrationError(sentence, "step too long", self.elapsed, problem.body)
+
+    def _fixed(self, step: float) -> float:
+        """The step [s] of a fixed-step method: of a second run a part of that which fits between two outputs."""
+        if self._finer == 1.0:
+            return step
+        period = 1.0 / self.parameters.run.output_rate
+        return period / math.ceil(period / step) / self._finer
 
     def set_load(self, force, moment) -> None:
         """New loads on a ring with mass [N], [N m] from now on, or the scene's own where both are None.
@@ -254,17 +258,14 @@ class BearingMotion:
             self._load, self._load_rate = load + duration * rate if rate.any() else load, rate
         filled = self._instants.empty(len(times), self.bearing.balls)
         moving = [getattr(self, name) for name in MOVING]
-        before = [one.copy() for one in moving]
         near = np.zeros(self.bearing.balls, np.bool_)
         balls, integrate = PartBalls(self.bearing.ball_radius, near, moving), partial(self._integrate, partners, drive)
         if partners.active or self._apart:
-            pointer = integrate_in_common(integrate, balls, times, duration, filled, self._apart, partners.even)
+            integrate_in_common(integrate, balls, times, duration, filled, self._apart, partners.even)
         else:
-            pointer = integrate_alone(integrate, balls, times, duration, filled)
+            integrate_alone(integrate, balls, times, duration, filled)
         write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out.numbers, first)
-        given = out.rows(slice(first, first + len(times))), pointer, self.elapsed, int(self.counts[STEPS])
         check_speed(self.parameters, partners, self.elapsed, times, filled[2])
-        self._look(Part(self.bearing, drive, partners, near, times, duration, before, filled, *given))
         self.elapsed += duration
         if partners.shaft:
             self.drive = RingDrive(*self.border[[SHAFT_ANGLE, SHAFT_SPEED]].tolist(), 0.0)
@@ -275,22 +276,20 @@ class BearingMotion:
         reached = abs(missing) <= limit * (1.0 + SHORTEST_PART)
         self.drive = RingDrive(angle, self.goal_speed if reached else drive.speed + change, 0.0)
 
-    def _pointer(self, instants: int) -> np.ndarray:
-        return np.zeros((0, 0, 0))  # room (N, instants, POINTED) for what `pointing` notes; empty: nothing is noted
-
-    def _look(self, part: Part) -> None:
-        """What is done with a part once it is integrated: nothing."""
-
     def _integrate(self, partners, drive, near, begin, times, duration, filled):
         drive, elapsed = drive_later(drive, begin) if begin else drive, self.elapsed + begin
         failure, (states, orientations, borders) = np.zeros(2), filled
         borders[:] = self.border
-        last = self.border, self._pointer(len(times))
-        results = Results(states, orientations, self.counts, failure, self.stop, self.carried, borders, *last)
+        results = Results(states, orientations, self.counts, failure, self.stop, self.carried, borders, self.border)
         chunk = Chunk(self.bearing, drive, partners, near, times, duration, self.step, self.scales)
         moving = self.state, self.orientation, self.steps
         try:
             check(integrated(self.stepper, chunk, moving, results), elapsed, failure)
         except IntegrationError as error:
             raise explained(error, self.parameters, self.law, chunk, elapsed) from None
-        return results.pointer
+
+
+def drive_later(drive: RingDrive, start: float) -> RingDrive:
+    """The drive `start` [s] later, while it accelerates evenly."""
+    angle, speed, acceleration = drive
+    return RingDrive(angle + start * (speed + 0.5 * acceleration * start), speed + acceleration * start, acceleration)

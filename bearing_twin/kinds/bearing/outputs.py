@@ -139,24 +139,6 @@ def empty_outputs(parameters: BearingScene, count: int) -> Rows:
     return Rows(layout, np.empty((count, layout.width)))
 
 
-@functools.cache
-def _alone() -> Layout:
-    """The layout of one ball by itself: a channel of each ball has no axis of balls."""
-    channels = _channels(1)
-    return layout_of((*(one._replace(shape=one.shape[1:]) for one in channels[:OWN]), *channels[OWN:]))
-
-
-def outputs_alone(bearing, drive, times, states, orientations, borders) -> Columns:
-    """Channels (count, ...) of balls that know nothing of each other, from states (count, 1, columns) at `times`.
-
-    `borders` (count, BORDER) are ring and cage, which are held. Sums over the balls are those of each.
-    """
-    layout = _alone()
-    numbers = np.empty((len(times), layout.width))
-    write_rows(bearing, drive, times, states, orientations, borders, False, _places(1), numbers, 0)
-    return Columns(layout, numbers)
-
-
 def _tilting(partners, borders: np.ndarray) -> np.ndarray:
     """`borders` as the ring has them: a cage whose centre moves has it in the places of a tilt, which is 0 then."""
     if not partners.land:

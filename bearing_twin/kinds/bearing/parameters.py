@@ -38,6 +38,7 @@ from bearing_twin.kinds.sections import (
     ViscoelasticDamping,
     Wanted,
     check_damping,
+    check_key,
     check_run,
     free_fall,
     point_laws,
@@ -145,11 +146,7 @@ class Solver(Bounded):
 
     stepper: str = choice("auto", _steppers, "integration method; auto = the cheapest adequate one")
     step: float = quantity(0.0, "s", "step of fixed-step methods; 0 = chosen from the scene's stiffness", at_least=0.0)
-    companion: str = choice(
-        "on",
-        ("on", "off"),
-        "on = windows of the run are integrated again more exactly: errors are known, and what is too rough is redone",
-    )
+    check: str = check_key()
 
 
 LEAST_TOLERANCE = 1e-10  # at 1e-11 every second step is rejected for rounding, and 16 times as many are taken

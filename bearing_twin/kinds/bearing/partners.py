@@ -18,8 +18,8 @@ from bearing_twin.kinds.bearing.forces.layout import (
 )
 from bearing_twin.kinds.bearing.loading import Loading, between, next_after
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.quasi_static.contacts import shared
-from bearing_twin.kinds.bearing.quasi_static.statics import (
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import shared
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     EquilibriumSolver,
     Support,
     azimuths_of,

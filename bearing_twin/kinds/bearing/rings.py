@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.names import AUTO, POINT
 from bearing_twin.kinds.bearing.acting import LoadChange, load_table, steady_load, steady_moment
-from bearing_twin.kinds.bearing.controls import CONTROL_WORDS
+from bearing_twin.kinds.bearing.controls import ALIASES, CONTROLS
 from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.parameters import choice, quantity, section
 
@@ -116,9 +116,10 @@ class Model:
     )
     control: str = choice(
         AUTO,
-        CONTROL_WORDS,
-        "balls' axes of spin in equilibrium: shared, outer = of rolling, by what raceways carry of gyroscopic moments; "
-        "settled = as friction leaves them, also at starts; auto = outer over spots, shared, settled in runs if needed",
+        tuple(CONTROLS),
+        "raceway control of the balls in equilibrium: outer, inner = that raceway alone carries gyroscopic moments and "
+        "sets the pitch of a ball's axis; shared = both carry them; auto = outer by Harris' criterion, else shared",
+        aliases=ALIASES,
     )
 
 

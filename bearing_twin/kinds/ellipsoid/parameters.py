@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.kinds.sections import (
+    Checked,
     Friction,
     PointElastic,
     RunSettings,
     SteadyDamping,
     ViscoelasticDamping,
     Wanted,
-    Watched,
     free_fall,
     peak_and_impulse,
     point_laws,
@@ -59,7 +59,7 @@ class EllipsoidContact(ViscoelasticDamping, SteadyDamping, Friction, PointElasti
 
 
 @dataclass(frozen=True)
-class EllipsoidSolver(Watched):
+class EllipsoidSolver(Checked):
     """How the motion is computed."""
 
     stepper: str = choice("auto", ("auto", *ELLIPSOID_STEPPERS), "method; auto = dop853")

@@ -11,14 +11,14 @@ from bearing_twin.kinds.law_words import idle_step
 from bearing_twin.report import Choice
 
 JOHNSON_ERROR = 0.04
-"""Of force and contact time of slow discs by Johnson's line contact, in plane strain: `tests/test_two_discs.py`."""
+"""Of force and contact time of slow discs by Johnson in plane strain (`tests/test_impact_physics.py`)."""
 LARGE = 3.0
 """Error of force or contact time by Johnson's law over the disc's speed as a share of that of waves in it.
 
 Against `soft_discs` (against: disc, contact.stiffness_ratio: 300, 24 divisions of order 3, Poisson's ratio 0.3, force
 averaged over 2 % of the contact), at shares of 0.01, 0.03, 0.06, 0.1 and 0.14 the force is 3, 10, 18, 30 and 42 % too
 great and the contact time 3, 0, -5, -9 and -14 % off; the force is 2 to 5 % less off with a ratio of 0, more with
-0.45 (`tests/test_two_discs.py`).
+0.45 (`tests/test_impact_physics.py`).
 """
 
 

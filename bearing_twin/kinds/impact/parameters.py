@@ -9,12 +9,12 @@ from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.sections import (
     LOOSEST,
     UNVERIFIED,
+    Checked,
     ElasticLaw,
     PointElastic,
     RunSettings,
     SteadyDamping,
     WantedImpact,
-    Watched,
     point_laws,
 )
 from bearing_twin.parameters import choice, quantity, section
@@ -58,7 +58,7 @@ class SphereContact(SteadyDamping, PointElastic):
 
 
 @dataclass(frozen=True)
-class PairSolver(Watched):
+class PairSolver(Checked):
     """How the contact of two bodies is computed."""
 
     stepper: str = choice("auto", ("auto", *PAIR_STEPPERS), "method; auto = the cheapest adequate one")

@@ -9,8 +9,8 @@ import numpy as np
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
-from bearing_twin.kinds.bearing.quasi_static.contacts import curvatures_at
-from bearing_twin.kinds.bearing.quasi_static.statics import setting_of
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import curvatures_at
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import setting_of
 from bearing_twin.kinds.bearing.ratings import hours_of, lives_of, ratings_of
 from bearing_twin.kinds.energy import adds_up
 from bearing_twin.kinds.second_run import Watch, tables_with

@@ -7,7 +7,7 @@ cut. Steps end where drive or load change. Outputs have balls of their own: look
 import math
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import COORDINATES
 from bearing_twin.kinds.shaft.course import CoursePart, whirl_of
 from bearing_twin.kinds.shaft.outputs import write_row
 from bearing_twin.kinds.shaft.rotor import (

@@ -1,18 +1,13 @@
 """A shaft while it runs: whether its bearings carry what it is told."""
 
-import dataclasses
-
 import numpy as np
 
-from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
-from bearing_twin.kinds.bearing.acting import LoadChange
-from bearing_twin.kinds.bearing.drive import SPEED, SpeedChange
+from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.kinds.bearing.drive import SPEED
 from bearing_twin.kinds.bearing.quasi_static.operating import OVERLOAD, PLACES, check_goal, commanded_loads, tried_at
 from bearing_twin.kinds.shaft.course import about_centre, constant_loads, loads_of
-from bearing_twin.kinds.shaft.models import choose
 from bearing_twin.kinds.shaft.parameters import ShaftScene
 from bearing_twin.kinds.shaft.statics import solver_of, weighed_support
-from bearing_twin.report import Choice, Rechosen
 
 
 def check_load(parameters: ShaftScene, law: str, speed: float, force, moment) -> None:
@@ -34,23 +29,6 @@ def check_drive(parameters: ShaftScene, law: str, key: str, value: float, load: 
     """
     check_goal(SPEED, key, value)
     check_load(parameters, law, value, *load)
-
-
-def rechosen(parameters: ShaftScene, choice: Choice, motion, load: tuple) -> Rechosen:
-    """The choice for the speed and the `load` that a shaft is told: law and method stay, warnings are of these.
-
-    See `Kind.rechosen`. Nothing changes where what it is told, with a change still to come, is nowhere in balance.
-    """
-    drive, shaft = dataclasses.replace(parameters.drive, speed=motion.goal_speed), parameters.shaft
-    if drive.change.time <= motion.seconds:
-        drive = dataclasses.replace(drive, change=SpeedChange())
-    if load[0] is not None:
-        force, moment = (tuple(map(float, one)) for one in load)
-        shaft = dataclasses.replace(shaft, load=force, moment=moment[:2], change=LoadChange(), table=())
-    try:
-        return Rechosen(choose(dataclasses.replace(parameters, drive=drive, shaft=shaft)), motion)
-    except SceneError:
-        return Rechosen(choice, motion)
 
 
 def refuse_uncarried(parameters: ShaftScene, law: str, speed: float, loads: np.ndarray) -> None:

@@ -4,8 +4,8 @@ import functools
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
-from bearing_twin.kinds.bearing.quasi_static.contacts import IDLE, Contacts, empty_contacts, write_contacts
-from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import IDLE, Contacts, empty_contacts, write_contacts
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import COORDINATES
 from bearing_twin.kinds.shaft.course import outer_loads, turned_to
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
 from bearing_twin.kinds.shaft.rotor import (

@@ -11,10 +11,10 @@ from bearing_twin.kinds.bearing.parameters import GIVES, RELAXATION_TIME, Geomet
 from bearing_twin.kinds.sections import (
     LOOSEST,
     UNVERIFIED,
+    Checked,
     PointElastic,
     RunSettings,
     Wanted,
-    Watched,
     free_fall,
     point_laws,
 )
@@ -119,6 +119,6 @@ class ShaftScene:
     contact: ShaftContact = section(ShaftContact)
     drive: ShaftDrive = section(ShaftDrive)
     gravity: tuple[float, float, float] = free_fall(0.0, -1.0, 0.0)
-    solver: Watched = section(Watched)
+    solver: Checked = section(Checked)
     wanted: WantedOfShaft = section(WantedOfShaft)
     run: RunSettings = section(RunSettings, default=RunSettings(0.5, 2000.0, 100.0))

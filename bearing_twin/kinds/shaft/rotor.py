@@ -20,10 +20,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.quasi_static.chunk import at_speed, place_balls
-from bearing_twin.kinds.bearing.quasi_static.forces import Setting
-from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
-from bearing_twin.kinds.bearing.quasi_static.ring_balance import PLACES, ring_loads
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import PLACES, Setting
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import COORDINATES, at_speed, place_balls, ring_loads
 from bearing_twin.kinds.shaft.course import outer_loads, turned_to, whirl_of
 
 RATE = COORDINATES  # where the rates stand in a state, behind the coordinates

@@ -22,7 +22,6 @@ SHAFT = Kind(
         commands="topics:commands",
         check_drive="operating:check_drive",
         check_load="operating:check_load",
-        rechosen="operating:rechosen",
         picture="picture:ShaftPicture",
     ),
 )

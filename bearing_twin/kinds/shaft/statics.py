@@ -7,12 +7,14 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.bearing.quasi_static.contacts import Contacts, contacts_at, limits_used, shared
-from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES, ROUNDING, coordinates_in_balance
-from bearing_twin.kinds.bearing.quasi_static.statics import (
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import Contacts, contacts_at, limits_used, shared
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
+    COORDINATES,
     LONGEST,
+    ROUNDING,
     EquilibriumSolver,
     Support,
+    coordinates_in_balance,
     loose_directions,
     setting_of,
 )

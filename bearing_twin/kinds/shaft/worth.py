@@ -6,10 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.kinds.bearing.law_error import half_space_error
-from bearing_twin.kinds.bearing.quasi_static.newton import COORDINATES
-from bearing_twin.kinds.bearing.quasi_static.response import pushed_by
-from bearing_twin.kinds.bearing.quasi_static.statics import Support, azimuths_of, weighed_solver
-from bearing_twin.kinds.bearing.quasi_static.worth import ALIKE, spots_of
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
+    COORDINATES,
+    Support,
+    azimuths_of,
+    spots_of,
+    weighed_solver,
+)
+from bearing_twin.kinds.bearing.quasi_static.model_error import ALIKE, pushed_by
 from bearing_twin.kinds.shaft.derived import bearing_scene
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
 from bearing_twin.kinds.shaft.statics import balance_of, rotor_of

@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 
 from bearing_twin.contact.materials import Material
-from bearing_twin.kinds.sections import LOOSEST, RunSettings, WantedImpact, Watched
+from bearing_twin.kinds.sections import LOOSEST, Checked, RunSettings, WantedImpact
 from bearing_twin.parameters import choice, quantity, section
 
 RUBBER = Material(1.0e5, 0.25, 960.0, 0.0)
@@ -74,7 +74,7 @@ class DiscMesh:
 
 
 @dataclass(frozen=True)
-class CentralDifferences(Watched):
+class CentralDifferences(Checked):
     """How the disc is moved on in time."""
 
     step_share: float = quantity(

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, Material
 from bearing_twin.kinds.sections import (
+    Checked,
     Friction,
     PointElastic,
     RunSettings,
     SteadyDamping,
     ViscoelasticDamping,
     Wanted,
-    Watched,
     free_fall,
     peak_and_impulse,
     point_laws,
@@ -85,6 +85,6 @@ class TwoBodiesScene:
     second: Shaped = section(Shaped, default=Shaped(shape="plane", motion=HELD))
     gravity: tuple[float, float, float] = free_fall(0.0, 0.0, -1.0)
     contact: PairContact = section(PairContact, default=PairContact(damping_law="steady"))
-    solver: Watched = section(Watched)
+    solver: Checked = section(Checked)
     wanted: WantedOfPair = section(WantedOfPair)
     run: RunSettings = section(RunSettings, default=RunSettings(0.1, 5000.0, 0.0))

@@ -8,7 +8,7 @@ the semi-axes of a spot over the root of its approach. They are taken at Chebysh
 The points reach to a right angle, or to where the groove's radius about the axis is FURTHEST times that at angle zero,
 or as small a part of it: at 0.52 of the ball, to 67 degrees where balls are half the pitch circle. Beyond, the
 coefficient stays. The polynomial is off by 6e-14 in a 6203 and by 3e-11 where balls are 0.4 of the pitch circle or more
-(`tests/test_along_groove.py`).
+(`tests/test_laws.py`).
 """
 
 import numpy as np

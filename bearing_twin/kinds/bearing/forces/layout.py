@@ -64,13 +64,12 @@ JACOBIAN_END = ORIENTATION
 # after each step since.
 FIRST_SPIN, SPIN_SUM, IMEX_ROWS = rows(_SHARED, 3, 3)
 
-# Rosenbrock methods: what `factorise_body` leaves; and of each lane what the error does to acceleration and angular
-# acceleration, and these two in the last stage of the step before.
+# Rosenbrock methods: what `factorise_body` leaves.
 FACTOR_RADIUS, FACTOR_VELOCITY, FACTOR_INVERSE, FACTOR_COUPLING, FACTOR_BELOW, FACTOR_SCHUR, _END = rows(
     _SHARED, 1, 1, 9, 9, 9, 9
 )
 assert max(_BEFORE - LANE_RATES, _END - METHOD_ROWS) <= 0, "numerics.lanes leaves the scene too few rows"
-FORCE_ERROR, TORQUE_ERROR, LAST_RATES, ROSENBROCK_ROWS = rows(AFTER_METHOD, 1, 1, 6)
+ROSENBROCK_ROWS = AFTER_METHOD
 SYSTEM = FACTOR_INVERSE  # coupled balls: what is left of 1/g - J without positions, column after column
 
 # Balls that may touch, in an array of their own: nine numbers of a ball and of the next ahead, whether they may touch,

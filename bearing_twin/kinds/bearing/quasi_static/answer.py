@@ -1,21 +1,28 @@
 """A bearing in balance as numbers for people and programs: loads, ellipses, stiffness, lives, frequencies, doubts."""
 
 import math
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
+from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.clearance import clearance_of
-from bearing_twin.kinds.bearing.controls import SETTLED
 from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
 from bearing_twin.kinds.bearing.forces.drilling import SIDES
-from bearing_twin.kinds.bearing.quasi_static.channels import LEFT
-from bearing_twin.kinds.bearing.quasi_static.contacts import shared
-from bearing_twin.kinds.bearing.quasi_static.statics import Equilibrium, EquilibriumSolver, Support, loose_directions
-from bearing_twin.kinds.bearing.quasi_static.worth import errors_of, spots_of
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import shared
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
+    Equilibrium,
+    EquilibriumSolver,
+    Support,
+    loose_directions,
+    spots_of,
+)
+from bearing_twin.kinds.bearing.quasi_static.equilibrium_motion import LEFT
+from bearing_twin.kinds.bearing.quasi_static.model_error import model_errors
 from bearing_twin.kinds.bearing.ratings import equivalent_loads, lives_of, palmgren_torque, ratings_of
+from bearing_twin.kinds.bearing.still import centrifugal_share, still_error
 
 NO_TORQUE = "an equilibrium has no friction; catalogue_drive_torque_nm is Palmgren's estimate with grease"
 FLAGGED = 2e-2  # of the greatest load: what balls that move differ by at most unflagged
@@ -66,7 +73,6 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
         "semi_major": ("m", spots[0]),
         "semi_minor": ("m", spots[1]),
     }
-    off = errors_of(parameters, law, solver, support, found, spots)
     ratings = ratings_of(parameters)
     carried, arm = float(contacts.load.sum()), 0.5 * geometry.pitch_diameter
     force = _settled(-found.loads[:3], carried)
@@ -82,9 +88,8 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
         "ring_moment_nm": _settled(-found.loads[3:], arm * carried),
         "ball_azimuth_rad": found.azimuths.tolist(),
         **{
-            f"{name}_{race}_{unit}{end}": array[:, side].tolist()
+            f"{name}_{race}_{unit}": values[:, side].tolist()
             for name, (unit, values) in columns.items()
-            for end, array in (("", values), ("_error", off.columns[name]))
             for side, race in enumerate(SIDES)
         },
         "centrifugal_load_n": contacts.centrifugal.tolist(),
@@ -101,16 +106,9 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
         "not_computed": {"drive_torque_nm": NO_TORQUE},
         "fault_frequencies_hz": frequencies_of(contacts, geometry.balls, parameters.drive.speed),
         "clearance_m": clearance._asdict(),
-        "ring_displacement_m_error": off.coordinates[:3].tolist(),
-        "misalignment_rad_error": off.coordinates[3:].tolist(),
-        "ring_force_n_error": off.ring_loads[:3].tolist(),
-        "ring_moment_nm_error": off.ring_loads[3:].tolist(),
-        "stiffness_error": off.stiffness.tolist(),
-        "basic_life_mrev_error": off.lives.basic,
-        "reference_life_mrev_error": off.lives.reference,
-        "static_safety_error": off.lives.static_safety,
+        "model_errors": model_errors(parameters, law, solver, support, found),
         "unbalanced_n": found.left,
-        "flags": flags_of(parameters, solver, support, found, spots, lives.static_safety, off.rolling),
+        "flags": flags_of(parameters, solver, support, found, spots, lives.static_safety),
     }
 
 
@@ -120,15 +118,15 @@ def _settled(values, scale) -> list:
 
 
 def flags_of(
-    parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, spots, safety: float, rolling: float
+    parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, spots, safety: float
 ) -> list[str]:
-    """What is doubtful about an equilibrium, one sentence each; `rolling` is that of `Off`."""
+    """What is doubtful about an equilibrium, one sentence each."""
     materials, contacts, geometry = parameters.materials, found.contacts, parameters.geometry
     pressure, widths = spots[2].max(), spots[0].max(axis=0)
     limit = yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)
     loose = loose_directions(found, support, solver.scales)
     friction = parameters.contact.friction_coefficient
-    asked = FRICTIONS[parameters.contact.friction].over_spot or parameters.model.control == SETTLED
+    transient = still_error(centrifugal_share(contacts))
     held = contacts.load > 0.0
     slips = np.any(np.abs(contacts.friction)[held] > friction * contacts.load[held])
     return gathered(
@@ -143,8 +141,37 @@ def flags_of(
         "the gyroscopic moment of a ball needs more friction than contact.friction_coefficient gives: it slides"
         if slips
         else None,
-        f"balls that move differ in load by up to {100.0 * rolling:.2g} % of the greatest, as their axes settle and as "
-        f"those in one cage slip{'' if asked else ', which --control settled holds where there is such a motion'}"
-        if rolling > FLAGGED
+        f"balls that move by themselves differ in load by up to {100.0 * transient:.2g} %"
+        if transient > FLAGGED
         else None,
     )
+
+
+EACH = ("ring_displacement_m", "misalignment_rad", "ring_force_n", "ring_moment_nm", "stiffness")
+ALONE = ("basic_life_mrev", "reference_life_mrev", "static_safety")
+GREATEST = ("normal_load_inner_n", "normal_load_outer_n", "contact_angle_inner_rad", "peak_pressure_inner_pa")
+
+
+def curves_of(values: Iterable[float], solved: Callable[[float], dict]) -> dict:
+    """Curves over `values`: lists with one entry a value, None where `solved(value)` raises SceneError.
+
+    `greatest_<key>` is the greatest magnitude over the balls, `loaded_balls` counts those between both rings; `refused`
+    holds the value and the reason of each that has no equilibrium.
+    """
+    curves = {key: [] for key in (*EACH, *ALONE, *(f"greatest_{key}" for key in GREATEST), "loaded_balls")}
+    refused = []
+    for value in values:
+        try:
+            found = solved(value)
+        except SceneError as error:
+            refused.append({"value": value, "reason": str(error)})
+            row = dict.fromkeys(curves)
+        else:
+            row = {key: found[key] for key in (*EACH, *ALONE)}
+            row |= {f"greatest_{key}": float(np.abs(found[key]).max()) for key in GREATEST}
+            row["loaded_balls"] = sum(load > 0.0 for load in found["normal_load_inner_n"])
+        for key, curve in curves.items():
+            curve.append(row[key])
+    if len(refused) == len(curves["stiffness"]):
+        raise SceneError(f"no value of this sweep has an equilibrium; at the first: {refused[0]['reason']}")
+    return curves | {"refused": refused}

@@ -6,10 +6,10 @@ import numpy as np
 
 from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.kinds.bearing.drive import SPEED, TORQUE
-from bearing_twin.kinds.bearing.quasi_static.in_motion import as_in_run
-from bearing_twin.kinds.bearing.quasi_static.statics import (
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     Support,
     azimuths_of,
+    controlled,
     load_line,
     setting_of,
     weighed_solver,
@@ -93,7 +93,7 @@ def operating_point(parameters, law: str, sample) -> OperatingPoint:
     held = Support((False,) * 5, (0.0,) * 5, tuple(coordinates))
     try:
         solver = weighed_solver(parameters, setting, azimuths)
-        found = as_in_run(parameters, law, solver, held)
+        found = controlled(parameters, solver, held)
     except SceneError as error:
         raise BearingTwinError(f"there is no stiffness where the ring stands now: {error}") from error
     return OperatingPoint(found.coordinates, found.loads, found.stiffness)

@@ -34,9 +34,7 @@ def draw_equilibrium(result: dict, path) -> Path:
         for race, colour, mark, aside in zip(RACEWAYS, RACEWAY_COLOURS, "os", (-3.0, 3.0), strict=True):
             loaded = np.asarray(result[f"normal_load_{race}_n"]) > 0.0
             values = np.where(loaded, scale * np.asarray(result[f"{name}_{race}_{unit}"]), np.nan)
-            off = scale * np.asarray(result[f"{name}_{race}_{unit}_error"])[order]
-            where, look = azimuth[order] + aside, {"ms": 8, "color": colour, "capsize": 4, "label": f"{race} raceway"}
-            axis.errorbar(where, values[order], off, fmt=mark, **look)
+            axis.plot(azimuth[order] + aside, values[order], mark, ms=8, color=colour, label=f"{race} raceway")
         axis.set_xlim(-190.0, 190.0)
         axis.set_xticks(np.arange(-180, 181, 45))
         heading(axis, words, up=label)

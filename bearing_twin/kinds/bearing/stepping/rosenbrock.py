@@ -23,7 +23,6 @@ from bearing_twin.kinds.bearing.stepping.flight import cut_steps
 from bearing_twin.kinds.bearing.stepping.instants import give_out
 from bearing_twin.kinds.bearing.stepping.lanes import rosenbrock_step
 from bearing_twin.kinds.bearing.stepping.linear_system import new_coupling
-from bearing_twin.kinds.bearing.stepping.pointing import note_errors, point_out
 from bearing_twin.kinds.bearing.stepping.step_ends import dense_ends
 from bearing_twin.kinds.bearing.stepping.steps import (
     DenseStep,
@@ -102,7 +101,6 @@ def _cut(run, coupling, blocks):
 @inlined
 def _one_step(run, coupling, blocks):
     rosenbrock_step(run.task, coupling, blocks)
-    point_out(coupling, run.results.pointer, blocks)
 
 
 @lean_kernel
@@ -122,10 +120,9 @@ def _landing(run, lanes, k):
 
 @inlined
 def _give_out(run, held, cursor, blocks):
-    """Notes what accepted steps err by and gives out the instants in them."""
+    """Gives out the instants in accepted steps."""
     task, results, first = run.task, run.results, 0
     for block in range(len(blocks)):
-        note_errors(results.pointer, held, cursor, first, blocks[block])
         where = results.states, results.orientations
         give_out(task.times, run.stretches.after, task.method.dense, held, cursor, first, blocks[block], *where)
         first += LANES

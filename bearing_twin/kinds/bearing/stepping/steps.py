@@ -42,7 +42,6 @@ class Results(NamedTuple):
 
     `carried` (N, CARRIED_COLUMNS) is what the law carries at each ball's contacts, at the chunk's start and its end.
     `border` (len(times), BORDER) and `last_border` (BORDER,) are those of ring and cage, where a method moves them.
-    `pointer`, where it is not empty, takes what `pointing` notes.
     """
 
     states: np.ndarray
@@ -53,7 +52,6 @@ class Results(NamedTuple):
     carried: np.ndarray
     border: np.ndarray
     last_border: np.ndarray
-    pointer: np.ndarray
 
 
 class DenseStep(NamedTuple):

@@ -1,0 +1,438 @@
+"""A run of equilibria: the ring turns as driven, the balls orbit in one cage, every output is an equilibrium."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.compiled import inlined, kernel
+from bearing_twin.errors import IntegrationError, Stopped
+from bearing_twin.kinds.bearing.outputs import Outputs, channels
+from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import (
+    PLACES,
+    Contacts,
+    empty_contacts,
+    limits_used,
+    shared,
+    write_contacts,
+)
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
+    FOUND,
+    at_speed,
+    azimuths_of,
+    controlled,
+    first_ring,
+    place_balls,
+    ring_in_balance,
+    setting_of,
+    support_of,
+    weighed_solver,
+)
+from bearing_twin.kinds.energy import STORED
+from bearing_twin.numerics.rotation import quaternion_product, turned
+from bearing_twin.numerics.statuses import STOPPED
+from bearing_twin.report import Choice
+from bearing_twin.stopping import SIGNALLED
+
+MOVING = (
+    "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored",
+    "_gross", "_worked", "_lost",
+)  # fmt: skip
+SAME = 1e-9  # relative: instants nearer than this are one
+LEFT = 1e-12  # of the loads, or of their moments: sums of forces that are less are what the solution leaves of nothing
+
+
+class Course(NamedTuple):
+    """What is prescribed at the instants (T,): seconds since the one before, the ring's turn [rad] and speed [rad/s].
+
+    `held` (T, 5) [m, rad] are the coordinates of the ring, of which `free` (5,) follow `wanted` (5,) [N, N m].
+    """
+
+    step: np.ndarray
+    turn: np.ndarray
+    speed: np.ndarray
+    held: np.ndarray
+    free: np.ndarray
+    wanted: np.ndarray
+
+
+class State(NamedTuple):
+    """What goes on from instant to instant: azimuth of ball 0, orbit over ring speed (2,); ring, balls, attitudes."""
+
+    cage: np.ndarray
+    q: np.ndarray
+    place: np.ndarray
+    attitude: np.ndarray
+
+
+class Instants(NamedTuple):
+    """What was found (T, ...): azimuth of ball 0, orbit speed, ring, load on it, balls' places, attitudes, contacts."""
+
+    azimuth: np.ndarray
+    orbit: np.ndarray
+    q: np.ndarray
+    load: np.ndarray
+    place: np.ndarray
+    attitude: np.ndarray
+    contacts: Contacts
+
+
+def new_instants(count: int, balls: int) -> Instants:
+    """Room for so many instants."""
+    shapes = ((), (), (5,), (5,), (balls, 2), (balls, 4))
+    return Instants(*(np.zeros((count, *shape)) for shape in shapes), empty_contacts(count, balls))
+
+
+@inlined
+def _row(contacts, t):
+    return Contacts(
+        contacts.approach[t],
+        contacts.load[t],
+        contacts.angle[t],
+        contacts.friction[t],
+        contacts.curvature_small[t],
+        contacts.curvature_large[t],
+        contacts.orbit[t],
+        contacts.roll[t],
+        contacts.pitch[t],
+        contacts.centrifugal[t],
+    )
+
+
+@kernel
+def _solve(setting, directions, course, t, wanted, state, weight, longest, load, stiffness):
+    """The equilibrium of instant t, from the one before, and if that leads nowhere from nothing."""
+    for i in range(5):
+        if not course.free[i]:
+            state.q[i] = course.held[t, i]
+    status, _, _ = ring_in_balance(
+        setting, directions, state.q, course.free, wanted, state.place, weight, longest, load, stiffness
+    )
+    if status == FOUND:
+        return status
+    for i in range(5):
+        state.q[i] = 0.0 if course.free[i] else course.held[t, i]
+    state.place[:] = np.nan
+    scales = np.array([1.0, 1.0, 1.0, setting.arm, setting.arm])
+    first_ring(setting, directions, course.free, wanted, scales, longest, state.q)
+    status, _, _ = ring_in_balance(
+        setting, directions, state.q, course.free, wanted, state.place, weight, longest, load, stiffness
+    )
+    return status
+
+
+@kernel
+def equilibria(setting, gravity, course, state, longest, out, stop):
+    """Fills `out` (`Instants`); returns (status, instant) of the first that has no equilibrium, else (FOUND, T).
+
+    Looks at `stop` (1,) before every instant, and ends with STOPPED there where it is not 0. Between two instants the
+    balls orbit by the cage's share of the ring's turn at the first, and turn about themselves as at the second.
+    """
+    balls = len(state.place)
+    directions, weight = np.empty((balls, 2)), np.empty((balls, 2))
+    load, stiffness = np.zeros(5), np.zeros((5, 5))
+    gamma = 2.0 * setting.ball_radius / setting.pitch_diameter
+    for t in range(len(course.turn)):
+        if stop[0] != 0:
+            return STOPPED, t
+        here = at_speed(setting, course.speed[t])
+        state.cage[0] += state.cage[1] * course.turn[t]
+        place_balls(here, gravity, state.cage[0], directions, weight)
+        status = _solve(here, directions, course, t, course.wanted, state, weight, longest, load, stiffness)
+        if status != FOUND:
+            return status, t
+        contacts = _row(out.contacts, t)
+        write_contacts(here, directions, state.q, state.place, contacts)
+        ratio = 0.5 * (1.0 - gamma)
+        if course.speed[t] != 0.0:
+            ratio = shared(contacts, contacts.orbit) / course.speed[t]
+        state.cage[1] = ratio
+        out.azimuth[t], out.orbit[t] = state.cage[0], ratio * course.speed[t]
+        out.q[t], out.load[t], out.place[t] = state.q, load, state.place[:, :2]
+        for k in range(balls):
+            spin = (contacts.pitch[k], 0.0, -contacts.roll[k])
+            own = (state.attitude[k, 0], state.attitude[k, 1], state.attitude[k, 2], state.attitude[k, 3])
+            own = turned(own, spin, spin, spin, course.step[t])
+            angle = 0.5 * (state.cage[0] + 2.0 * math.pi * k / balls)
+            fixed = quaternion_product((0.0, 0.0, math.sin(angle), math.cos(angle)), own)
+            for i in range(4):
+                state.attitude[k, i] = own[i]
+                out.attitude[t, k, i] = fixed[i]
+    return FOUND, len(course.turn)
+
+
+def _about_z(cosine, sine, radial, tangential, axial) -> np.ndarray:
+    """Vectors (..., 3) in the bearing's axes of parts along a ball's radius, along its orbit, and along the axis."""
+    parts = cosine * radial - sine * tangential, sine * radial + cosine * tangential, axial
+    return np.stack(np.broadcast_arrays(*parts), axis=-1)
+
+
+def write_channels(setting, gravity, found: Instants, speeds, angles, out: Outputs) -> None:
+    """Fills `out` from `found`, the ring at `speeds` [rad/s] and `angles` [rad] (T,).
+
+    Names and meanings are those of runs whose balls move by themselves. Sums of forces and moments that come to nothing
+    are 0. Friction is that across the grooves, which gyroscopic moments need; slip is that of balls in one cage, which
+    carries what the inner contacts of a ring that is off the axis push along the orbit. Works and losses are left at 0.
+    """
+    contacts, balls = found.contacts, found.place.shape[1]
+    azimuth = found.azimuth[:, None] + azimuths_of(balls, 0.0)
+    cosine, sine, orbit = np.cos(azimuth), np.sin(azimuth), found.orbit[:, None]
+    distance = setting.outer.locus_radius + found.place[..., 0]
+    position = _about_z(cosine, sine, distance, 0.0, found.place[..., 1])
+    velocity = _about_z(cosine, sine, 0.0, distance * orbit, 0.0)
+    spin = _about_z(cosine, sine, contacts.pitch, 0.0, orbit - contacts.roll)
+    # how far the pull of the inner groove's centre points along the orbit
+    x, y, _, tilt_x, tilt_y = (column[:, None] for column in found.q.T)
+    beside = 2.0 / setting.pitch_diameter * (y * cosine - x * sine)
+    inner = contacts.angle[..., 0]
+    lean = -(np.cos(inner) * beside + np.sin(inner) * (tilt_x * cosine + tilt_y * sine))
+    carried = contacts.load.sum(axis=(1, 2))[:, None]
+    pressed = contacts.load.sum(axis=2)[..., None]
+    for side, (sign, leans) in enumerate(((-1.0, lean), (1.0, np.zeros_like(lean)))):
+        load, approach, angle = (one[..., side] for one in (contacts.load, contacts.approach, contacts.angle))
+        n_r, n_z, across = np.cos(angle), np.sin(angle), contacts.friction[..., side]
+        scale = sign / np.sqrt(1.0 + leans * leans)
+        outward = _about_z(cosine, sine, scale * n_r, scale * leans, scale * n_z)  # from the ball to the raceway
+        friction = _about_z(cosine, sine, -across * n_z, 0.0, across * n_r)
+        arm = (setting.ball_radius - 0.5 * approach)[..., None] * outward
+        point = position + arm
+        turning = speeds[:, None] if side == 0 else np.zeros((len(speeds), 1))
+        about = point - found.q[:, None, :3] if side == 0 else point
+        along = np.stack([-turning * about[..., 1], turning * about[..., 0], np.zeros_like(load)], axis=-1)
+        relative = velocity + np.cross(spin, arm) - along
+        force = friction - load[..., None] * outward
+        out.spin_rate[..., side] = (spin * outward).sum(-1) - turning * outward[..., 2]
+        out.point[..., side, :], out.normal[..., side, :] = point, -outward
+        out.friction_force[..., side, :] = friction
+        out.slip[..., side, :] = relative - (relative * outward).sum(-1)[..., None] * outward
+        out.elastic_energy[:] += (load * np.maximum(approach, 0.0)).sum(1) / (setting.inner.law.power + 1.0)
+        out.raceway_force[:] += force
+        out.raceway_torque[:] += np.cross(arm, force)
+        if side == 1:
+            out.outer_ring_force[:] = -force.sum(1)
+            out.outer_ring_torque[:] = -np.cross(point, force).sum(1)
+    for name in ("approach", "curvature_small", "curvature_large"):
+        getattr(out, name)[:] = getattr(contacts, name)
+    out.normal_load[:], out.contact_angle[:] = contacts.load, contacts.angle
+    out.orbit_angle[:], out.roll_rate[:], out.orientation[:] = azimuth, contacts.roll, found.attitude
+    out.position[:], out.velocity[:], out.angular_velocity[:] = position, velocity, spin
+    if balls > 1:
+        between = np.linalg.norm(np.roll(position, -1, axis=1) - position, axis=-1)
+        out.neighbour_approach[:] = 2.0 * setting.ball_radius - between
+    turned_by = 0.4 * setting.ball_radius**2 * (spin**2).sum(-1)
+    out.kinetic_energy[:] = 0.5 * setting.ball_mass * ((velocity**2).sum(-1) + turned_by).sum(1)
+    out.potential_energy[:] = -setting.ball_mass * (position @ np.array(gravity)).sum(1)
+    out.inner_ring_angle[:], out.inner_ring_speed[:] = angles, speeds
+    out.inner_ring_offset[:], out.inner_ring_tilt[:] = found.q[:, :3], found.q[:, 3:]
+    out.inner_ring_force[:], out.inner_ring_torque[:, :2] = -found.load[:, :3], -found.load[:, 3:]
+    out.cage_angle[:], out.cage_speed[:] = found.azimuth, found.orbit
+    lever = 0.5 * setting.pitch_diameter
+    for values, size in (
+        (out.raceway_force, pressed),
+        (out.raceway_torque, setting.ball_radius * pressed),
+        (out.inner_ring_force, carried),
+        (out.outer_ring_force, carried),
+        (out.inner_ring_torque, lever * carried),
+        (out.outer_ring_torque, lever * carried),
+    ):
+        values[np.abs(values) <= LEFT * size] = 0.0
+
+
+class QuasiStaticMotion:
+    """A bearing whose every output is an equilibrium: no inertia but that of the orbits, no history but the cage's way.
+
+    `goal_speed` [rad/s] is approached at the drive's acceleration; `loads` [N, N m] (5,) act on the free coordinates.
+    """
+
+    def __init__(self, parameters: BearingScene, choice: Choice):
+        self.parameters = parameters
+        self.setting = setting_of(parameters, choice.law, parameters.drive.speed)
+        self.support = support_of(parameters)
+        azimuths = azimuths_of(parameters.geometry.balls, 0.0)
+        solver = weighed_solver(parameters, self.setting, azimuths)
+        self._start = controlled(parameters, solver, self.support)
+        self.setting = solver.setting
+        self._gravity = tuple(map(float, parameters.gravity))
+        self._longest, self.stop = solver.longest, SIGNALLED
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the start."""
+        balls = self.parameters.geometry.balls
+        place = np.zeros((balls, PLACES))
+        place[:] = np.nan
+        half = -np.pi * np.arange(balls) / balls
+        zero = np.zeros(balls)
+        attitude = np.stack([zero, zero, np.sin(half), np.cos(half)], axis=1)
+        self.state = State(np.zeros(2), self._start.coordinates.copy(), place, attitude)
+        self.goal_speed = self.speed = float(self.parameters.drive.speed)
+        self.loads = self.support.loads
+        self.angle = self.elapsed = 0.0
+        self.solved = 0
+        self._changed = False
+        self._stored = self._first_stored = None
+        self._gross = self._worked = self._lost = 0.0  # the last two: of balls that moved by themselves before
+        self._before = None
+        self._keep()
+
+    @property
+    def changed(self) -> bool:
+        """Whether the scene's change of the drive has come, or there is none."""
+        return self._changed or not self.parameters.drive.change.time
+
+    def go_on_from(self, here, goal_speed: float, elapsed: float, changed: bool) -> None:
+        """Goes on at `elapsed` [s] from the outputs `here` of moving balls, which are spaced evenly from now on.
+
+        What that does to their energy is work of the drive. `changed`: the scene's change of the drive has come, or
+        there is none.
+        """
+        balls = self.parameters.geometry.balls
+        first = float((here.orbit_angle[0] - azimuths_of(balls, 0.0)).mean())
+        half = -0.5 * azimuths_of(balls, first)
+        back = np.stack([0.0 * half, 0.0 * half, np.sin(half), np.cos(half)], axis=1)
+        for own, turn, now in zip(self.state.attitude, back, here.orientation[0], strict=True):
+            own[:] = quaternion_product(tuple(turn), tuple(now))
+        self.state.cage[0] = first
+        self.goal_speed, self.elapsed = goal_speed, elapsed
+        self.speed, self.angle = float(here.inner_ring_speed[0]), float(here.inner_ring_angle[0])
+        self._changed = changed and self.parameters.drive.change.time > 0.0
+        self.first_outputs()
+        stored = sum(float(getattr(here, name)[0]) for name in STORED)
+        gained = self._stored - stored
+        self._gross, self._lost = float(here.gross_work[0]) + abs(gained), float(here.dissipated[0])
+        self._worked = float(here.drive_work[0]) + gained
+        self._keep()
+
+    def _keep(self) -> None:
+        """Keeps what `take_back` needs."""
+        kept = {name: value for name, value in vars(self).items() if name in MOVING}
+        self._before = State(*(values.copy() for values in self.state)), kept
+
+    def take_back(self) -> None:
+        """Back to before the last `advance`."""
+        state, kept = self._before
+        self.state = State(*(values.copy() for values in state))
+        vars(self).update(kept)
+
+    def set_load(self, force, moment) -> None:
+        """New loads on the inner ring [N], [N m] from now on, or the scene's own where both are None.
+
+        They are taken as `operating.check_load` let them pass.
+        """
+        self.loads = self.support.loads if force is None else (*map(float, force), *map(float, moment))[:5]
+
+    def take_records(self) -> dict[str, np.ndarray]:
+        """None: the outputs of a bearing say all."""
+        return {}
+
+    def costs(self) -> dict[str, int]:
+        """Equilibria of the ring solved so far."""
+        return {"equilibria": self.solved}
+
+    def first_outputs(self) -> Outputs:
+        """The outputs at the present instant."""
+        course, angle = self._course(np.zeros(1))
+        return self._outputs(course, angle)
+
+    def advance(self, times: np.ndarray, duration: float) -> Outputs:
+        """The outputs at `times` [s] from now, moved on by `duration` [s]; raises IntegrationError."""
+        if self._stored is None:
+            self.first_outputs()
+        self._keep()
+        instants = np.asarray(times, dtype=float)
+        if not len(instants) or duration > instants[-1] * (1.0 + SAME):
+            instants = np.append(instants, duration)
+        course, angle = self._course(instants)
+        out = self._outputs(course, angle)
+        self.elapsed += duration
+        return Outputs(*(values[: len(times)] for values in out))
+
+    def _course(self, instants) -> tuple[Course, np.ndarray]:
+        """What is prescribed at `instants` [s] from now, and the ring's angle there; moves the drive on."""
+        drive, change = self.parameters.drive, self.parameters.drive.change
+        begin, speed, angle, parts = 0.0, self.speed, self.angle, []
+        free = np.array(self.support.free, np.bool_)
+        wanted = np.where(free, self.loads, 0.0)
+        if speed == self.goal_speed and (self._changed or change.time == 0.0):
+            return self._even_course(instants, free, wanted)
+        # knots: the goal changes once, and each speed is approached evenly until it is there
+        when = change.time - self.elapsed if change.time > 0.0 and not self._changed else np.inf
+        speeds, angles = np.empty(len(instants)), np.empty(len(instants))
+        for row, instant in enumerate(instants):
+            while begin < instant or begin == when:
+                if begin >= when:
+                    self.goal_speed += change.speed
+                    self._changed, when = True, np.inf
+                end = min(instant, when)
+                missing = self.goal_speed - speed
+                ramp = min(abs(missing) / drive.acceleration, end - begin)
+                gained = np.sign(missing) * drive.acceleration * ramp
+                reached = ramp >= abs(missing) / drive.acceleration * (1.0 - SAME)
+                angle += (speed + 0.5 * gained) * ramp
+                speed = self.goal_speed if reached else speed + gained
+                angle += speed * (end - begin - ramp)
+                begin = end
+            speeds[row], angles[row] = speed, angle
+            parts.append(self._changed)
+        held = np.tile(np.asarray(self.support.held), (len(instants), 1))
+        held[np.array(parts), :3] += change.offset
+        turn = np.diff(angles, prepend=self.angle)
+        steps = np.diff(instants, prepend=0.0)
+        self.speed, self.angle = speed, angle
+        return Course(steps, turn, speeds, held, free, wanted), angles
+
+    def _even_course(self, instants, free, wanted) -> tuple[Course, np.ndarray]:
+        """As `_course`, where the ring turns evenly and nothing changes any more."""
+        held = np.array(self.support.held)
+        if self._changed:
+            held[:3] += self.parameters.drive.change.offset
+        steps = np.diff(instants, prepend=0.0)
+        angles = self.angle + self.speed * instants
+        self.angle = float(angles[-1])
+        count = len(instants)
+        course = Course(steps, self.speed * steps, np.full(count, self.speed), np.tile(held, (count, 1)), free, wanted)
+        return course, angles
+
+    def _outputs(self, course: Course, angle) -> Outputs:
+        found = new_instants(len(angle), self.parameters.geometry.balls)
+        status, instant = equilibria(self.setting, self._gravity, course, self.state, self._longest, found, self.stop)
+        seconds = self.elapsed + float(course.step[: instant + 1].sum())
+        if status == STOPPED:
+            raise Stopped(f"the computation was stopped at {seconds:.9g} s")
+        if status != FOUND:
+            raise IntegrationError(
+                f"at {seconds:.9g} s the inner ring finds no balance; lower the load, or see bearing_twin bearing for "
+                "the greatest there is",
+                "no balance",
+                seconds,
+                "inner ring",
+            )
+        self._refuse_illegal(found, course)
+        self.solved += len(angle)
+        count = len(angle)
+        out = Outputs(*(np.zeros((count, *channel.shape)) for channel in channels(self.parameters)))
+        write_channels(self.setting, self._gravity, found, course.speed, angle, out)
+        self._write_work(out)
+        return out
+
+    def _refuse_illegal(self, found, course) -> None:
+        """Raises IntegrationError at the first output whose contacts bear too much or leave the grooves."""
+        contacts = found.contacts
+        bad = np.maximum(*limits_used(self.setting, contacts.load, contacts.approach, contacts.angle)) > 1.0
+        if bad.any():
+            row, ball = np.argwhere(bad)[0]
+            seconds = self.elapsed + float(course.step[: row + 1].sum())
+            sentence = f"at {seconds:.9g} s ball {ball} is squeezed too hard, or leaves the grooves; lower the load"
+            raise IntegrationError(sentence, "too deep", seconds, f"ball {ball}")
+
+    def _write_work(self, out: Outputs) -> None:
+        """What the balls hold more than at the start came through the inner ring: nothing is lost in an equilibrium."""
+        stored = out.kinetic_energy + out.elastic_energy + out.potential_energy
+        if self._stored is None:
+            self._stored = self._first_stored = stored[0]
+        out.drive_work[:] = self._worked + stored - self._first_stored
+        out.dissipated[:] = self._lost
+        gross = np.abs(np.diff(stored, prepend=self._stored)).cumsum()
+        out.gross_work[:] = self._gross + gross
+        self._gross, self._stored = float(out.gross_work[-1]), stored[-1]

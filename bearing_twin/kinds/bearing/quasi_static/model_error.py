@@ -1,0 +1,284 @@
+"""Model errors of equilibria: what elastic law, half-spaces and tilts of first order make of loads and places.
+
+An equilibrium is solved to rounding, so these are its errors. A contact that is too stiff by a share of its load pushes
+its ball and the ring, which move until they are in balance again: the balance differentiated by that share.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.errors import SceneError
+from bearing_twin.kinds.bearing.drive import with_speeds
+from bearing_twin.kinds.bearing.forces.drilling import SIDES
+from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
+from bearing_twin.kinds.bearing.loading import Loading
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import balance_at, opening_of, slopes_of
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
+    Equilibrium,
+    EquilibriumSolver,
+    Support,
+    azimuths_of,
+    controlled,
+    load_line,
+    setting_of,
+    spots_of,
+    weighed_solver,
+    weighed_support,
+)
+from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of
+from bearing_twin.kinds.doubt import LAW
+
+LOOSE = 1e-12  # of the stiffest direction: a direction that nothing holds is not moved
+ALIKE = 0.1  # of the greatest load: an equilibrium whose greatest is nearer than this stands for a run
+NOTHING = 1e-9  # of the greatest change: less is rounding
+LOADS_OF = "normal_load", "greatest_normal_load"  # figures of contacts' loads
+
+
+class Response(NamedTuple):
+    """First-order changes: of contact `loads` [N] and `angles` [rad] (N, 2), ring `coordinates` and `ring_loads` (5,).
+
+    `ring_loads` [N, N m] are those from outside; only those of held coordinates change.
+    """
+
+    loads: np.ndarray
+    angles: np.ndarray
+    coordinates: np.ndarray
+    ring_loads: np.ndarray
+
+
+class Pushed(NamedTuple):
+    """First-order changes with the ring held: of its outside `loads` (5,), of contact `pushes` and balls' places.
+
+    `moved` (N, 2) are those of the balls, `follows` (N, 2, 2) and `opened` (N, 2, 5) what they do when the ring moves.
+    """
+
+    solver: EquilibriumSolver
+    found: Equilibrium
+    pushes: np.ndarray
+    loads: np.ndarray
+    moved: np.ndarray
+    follows: np.ndarray
+    opened: np.ndarray
+
+    def contacts(self, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Changes of contact loads [N] and angles [rad] (N, 2) once the ring has moved by these coordinates (5,)."""
+        solver, (load, angle) = self.solver, (self.found.contacts.load, self.found.contacts.angle)
+        opening = self.opened @ coordinates
+        moved = self.moved + np.einsum("kij,kj->ki", self.follows, opening)
+        nearer = np.stack([opening - moved, moved], axis=1)  # changes of the vectors between centres
+        normal = _normals(angle)
+        across = np.stack([-normal[..., 1], normal[..., 0]], axis=-1)
+        distance = np.array([[one.groove_radius - solver.setting.ball_radius for one in _raceways(solver)]])
+        power = np.array([[one.law.power for one in _raceways(solver)]])
+        approach = self.found.contacts.approach
+        per_metre = np.divide(power * load, approach, out=np.zeros_like(load), where=load > 0.0)
+        return (
+            self.pushes + per_metre * np.einsum("ksi,ksi->ks", normal, nearer),
+            np.where(load > 0.0, np.einsum("ksi,ksi->ks", across, nearer) / (distance + approach), 0.0),
+        )
+
+
+def response_of(solver: EquilibriumSolver, support: Support, found: Equilibrium, shares: np.ndarray) -> Response:
+    """The response where each contact bears these shares (N, 2) more than its law gives at the same approach.
+
+    The balance of every ball and of the ring, differentiated by the shares: balls move, then the ring does where it is
+    free, and balls follow. Loads that are given thus stay given: what all contacts share only moves the ring.
+    """
+    pushed = pushed_by(solver, found, shares)
+    coordinates, ring_loads = followed(solver, support, found, pushed.loads)
+    return Response(*pushed.contacts(coordinates), coordinates, ring_loads)
+
+
+def followed(
+    solver: EquilibriumSolver, support: Support, found: Equilibrium, loads: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Changes of the ring's coordinates and outside loads (5,) where it would take `loads` (5,) more to stay put."""
+    free = np.array(support.free, np.bool_)
+    coordinates = np.zeros(5)
+    size = np.outer(solver.scales, solver.scales)[np.ix_(free, free)]
+    held = np.linalg.pinv(found.stiffness[np.ix_(free, free)] / size, rcond=LOOSE)
+    coordinates[free] = -(held @ (loads[free] / solver.scales[free])) / solver.scales[free]
+    return coordinates, np.where(free, 0.0, loads + found.stiffness @ coordinates)
+
+
+def pushed_by(solver: EquilibriumSolver, found: Equilibrium, shares: np.ndarray) -> Pushed:
+    """What contacts that bear these shares (N, 2) more than their law gives do while the ring is held."""
+    load, angle = found.contacts.load, found.contacts.angle
+    normal = _normals(angle)
+    pushes = (shares * load)[..., None] * normal
+    seen = [opening_of(solver.setting, *one, found.coordinates) for one in solver.directions]
+    opened = np.array([_slopes(solver, k, opening) for k, opening in enumerate(seen)])  # (N, 2, 5)
+    moved, follows, ring = np.zeros((len(load), 2)), np.zeros((len(load), 2, 2)), np.zeros(5)
+    for k in range(len(load)):
+        here = balance_at(solver.setting, seen[k].radial, seen[k].axial, *found.places[k], *solver.weights[k])
+        inverse = np.linalg.pinv(np.reshape(here.left_p, (2, 2)))
+        moved[k] = -inverse @ (pushes[k, 0] - pushes[k, 1])
+        follows[k] = -inverse @ np.reshape(here.left_o, (2, 2))
+        force = pushes[k, 0] + np.reshape(here.force_p, (2, 2)) @ moved[k]
+        ring += opened[k].T @ force
+        turned = np.array(here.friction_moment_p) @ moved[k]
+        ring[3:] += turned * np.array([solver.directions[k, 1], -solver.directions[k, 0]])
+    return Pushed(solver, found, shares * load, ring, moved, follows, opened)
+
+
+def _normals(angle: np.ndarray) -> np.ndarray:
+    """Unit vectors (N, 2 raceways, 2), radial and axial, at these contact angles (N, 2)."""
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def _raceways(solver: EquilibriumSolver):
+    return solver.setting.inner, solver.setting.outer
+
+
+def _slopes(solver: EquilibriumSolver, k: int, opening) -> np.ndarray:
+    """Derivatives (2, 5) of ball k's opening, radial and axial, by the ring's coordinates."""
+    radial, axial = slopes_of(solver.setting, *solver.directions[k], opening)
+    return np.array([[*radial, 0.0, 0.0, 0.0], [*axial[:2], 1.0, *axial[2:]]])
+
+
+def response_to_tilt(solver: EquilibriumSolver, support: Support, found: Equilibrium) -> Response | None:
+    """What the true circle changes, in first order; None of a ring that is not tilted."""
+    setting, contacts, tilt = solver.setting, found.contacts, found.coordinates[3:]
+    if not tilt.any():
+        return None
+    lever = np.stack([solver.directions[:, 1], -solver.directions[:, 0]], axis=1)  # b by the tilts
+    lifted = lever @ tilt
+    cosine = np.cos(contacts.angle[:, 0])
+    load, approach = contacts.load, contacts.approach
+    power = np.array([setting.inner.law.power, setting.outer.law.power])
+    yields = np.divide(approach, power * load, out=np.zeros_like(load), where=load > 0.0).sum(axis=1)  # m/N
+    less = -0.5 * setting.arm * lifted**2 * cosine
+    off = np.divide(less, yields, out=np.zeros_like(less), where=yields > 0.0)
+    shares = np.divide(off[:, None], load, out=np.zeros_like(load), where=load > 0.0)
+    pressed = response_of(solver, support, found, shares)
+    loads = np.zeros(5)
+    loads[3:] = -setting.arm * (load[:, 0] * cosine * lifted) @ lever
+    moved, ring = followed(solver, support, found, loads)
+    more, angles = pushed_by(solver, found, np.zeros_like(load)).contacts(moved)
+    return Response(
+        pressed.loads + more, pressed.angles + angles, pressed.coordinates + moved, pressed.ring_loads + ring
+    )
+
+
+class Worth(NamedTuple):
+    """One source of errors at an equilibrium: the `shares` (N, 2) that contacts are off by, and the `response`.
+
+    `kept` is the part of the greatest contact's error that its load keeps: what all share only moves a free ring.
+    """
+
+    shares: np.ndarray
+    response: Response
+    kept: float
+
+
+class SceneWorth(NamedTuple):
+    """An equilibrium: its `greatest` contact load [N], the model errors of its law, of half-spaces and of tilts.
+
+    `law` is None for a law of whose error nothing is known, `tilt` of a ring that is not tilted.
+    """
+
+    greatest: float
+    law: Worth | None
+    half_space: Worth
+    tilt: Response | None
+
+    def of(self, source: str, greatest: float) -> Worth | None:
+        """The law's error or the half-spaces'; None for a run whose greatest load [N] is another."""
+        return (self.law if source == LAW else self.half_space) if self.alike(greatest) else None
+
+    def alike(self, greatest: float) -> bool:
+        """Whether it stands for a run with this greatest contact load [N]."""
+        return abs(self.greatest - greatest) <= ALIKE * greatest
+
+    def by_tilt(self, balls: int) -> dict[str, list[float]]:
+        """Errors of figures of a run, by their names: what a tilt of first order is off at most."""
+        if self.tilt is None:
+            return {}
+        loads, _, moved, ring = (np.abs(one) for one in self.tilt)
+        moved, ring = _beyond_rounding(moved).tolist(), _beyond_rounding(ring).tolist()
+        of_balls = {
+            f"{key}_{side}_n": [float(loads[:, i].max())] * balls for key in LOADS_OF for i, side in enumerate(SIDES)
+        }
+        return of_balls | {
+            "ring_displacement_m": moved[:3],
+            "misalignment_rad": moved[3:],
+            "ring_force_n": ring[:3],
+            "ring_moment_nm": ring[3:],
+        }
+
+
+def _worth(solver: EquilibriumSolver, support: Support, found: Equilibrium, shares: np.ndarray) -> Worth:
+    response, off = response_of(solver, support, found, shares), float(np.abs(shares * found.contacts.load).max())
+    return Worth(shares, response, float(np.abs(response.loads).max()) / off if off > 0.0 else 1.0)
+
+
+def worths_at(parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> SceneWorth:
+    """The model errors of an equilibrium `found` by `solver`."""
+    contacts = found.contacts
+    shares = law_error(parameters, law, contacts.curvature_small, contacts.curvature_large, contacts.load)
+    wide = half_space_error(parameters, spots_of(parameters, contacts)[0])
+    given = solver, support, found
+    return SceneWorth(
+        float(contacts.load.max()),
+        None if shares is None else _worth(*given, shares),
+        _worth(*given, wide),
+        response_to_tilt(*given),
+    )
+
+
+def worths_of_run(parameters, law: str) -> list[SceneWorth]:
+    """As the scene loads and turns the ring where its run begins and ends, and holds it, a ball on the load line.
+
+    Nothing where the ring moves as prescribed, or of a load that nothing carries; one where both loads are the same.
+    """
+    if dimension_of(parameters) not in (QUASI_STATIC, FREE_RING):
+        return []
+    loading = Loading(parameters.rings.inner)
+    loads = dict.fromkeys(tuple(loading.at(time)[0].tolist()) for time in (0.0, float(parameters.run.duration)))
+    found = (_worth_under(one, law, load) for one in with_speeds(parameters) for load in loads)
+    return [one for one in found if one is not None]
+
+
+def _worth_under(parameters, law: str, load: tuple[float, ...]) -> SceneWorth | None:
+    support = weighed_support(parameters, load)
+    setting = setting_of(parameters, law, parameters.drive.speed)
+    azimuths = azimuths_of(parameters.geometry.balls, load_line(support))
+    solver = weighed_solver(parameters, setting, azimuths)
+    try:
+        return worths_at(parameters, law, solver, support, controlled(parameters, solver, support))
+    except SceneError:
+        return None
+
+
+def model_errors(
+    parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium
+) -> dict[str, dict]:
+    """Errors of an equilibrium by source, in SI units: of loads and angles the greatest of all contacts."""
+    worth = worths_at(parameters, law, solver, support, found)
+    responses = {
+        "law": worth.law and worth.law.response,
+        "half_space": worth.half_space.response,
+        "first_order_tilt": worth.tilt,
+    }
+    told = {}
+    for source, response in responses.items():
+        if response is None:
+            continue
+        loads, angles, moved, ring = (np.abs(one) for one in response)
+        moved, ring = _beyond_rounding(moved).tolist(), _beyond_rounding(ring).tolist()
+        told[source] = {
+            "normal_load_n": float(loads.max()),
+            "contact_angle_rad": float(angles.max()),
+            "ring_displacement_m": moved[:3],
+            "misalignment_rad": moved[3:],
+            "ring_force_n": ring[:3],
+            "ring_moment_nm": ring[3:],
+        }
+    return told
+
+
+def _beyond_rounding(changes: np.ndarray) -> np.ndarray:
+    """Displacements or forces (3), tilts or moments (2), without those that are rounding beside the others."""
+    parts = changes[:3], changes[3:]
+    return np.concatenate([np.where(one > NOTHING * one.max(), one, 0.0) for one in parts])

@@ -1,0 +1,186 @@
+"""Solver outputs as SampleBlock messages and back, checked: a log or a peer may have written anything."""
+
+import itertools
+import math
+import struct
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.errors import LogError
+from bearing_twin.kinds import KINDS
+from bearing_twin.log import cdr
+from bearing_twin.log.encoding import Encoder, stamps_of
+from bearing_twin.run.scene import Scene, parse_scene
+from bearing_twin.sample import Block, Channel
+
+
+def samples_message(
+    channels: tuple[Channel, ...],
+    first_sequence: int,
+    time_ns: np.ndarray,
+    values: np.ndarray,
+    frame: str = "",
+) -> bytes:
+    """bearing_twin_msgs/SampleBlock of outputs at `time_ns` (count,) with `values` (count, total width)."""
+    return b"".join(samples_pieces(channels, first_sequence, time_ns, values, 0, frame))
+
+
+def samples_pieces(channels, first_sequence, time_ns, values, start_time_ns, frame) -> Sequence:
+    """The pieces of a `samples_message`: large arrays are not copied."""
+    encoder, described = _block_encoder(channels, frame)
+    fields = {
+        "first_sequence": np.array([first_sequence]),
+        "count": np.array([len(time_ns)]),
+        **described,
+        "time_ns": time_ns[None],
+        "values": values[None],
+    }
+    stamps_ns = np.array([start_time_ns + int(time_ns[0])])
+    [pieces] = encoder.together(fields, stamps_ns, stamps_of(stamps_ns))
+    return pieces if isinstance(pieces, list) else [pieces.data]
+
+
+@lru_cache(maxsize=8)
+def _block_encoder(channels: tuple[Channel, ...], frame: str) -> tuple[Encoder, dict]:
+    """What encodes the SampleBlocks of these channels, and the fields that are the same in all of them."""
+    names, units = [channel.name for channel in channels], [channel.unit for channel in channels]
+    widths = [channel.width for channel in channels]
+    return Encoder(cdr.SAMPLE_BLOCK, frame), {"channel_name": names, "channel_unit": units, "channel_width": widths}
+
+
+GROWTH = 8  # columns grow by one part in so many
+
+
+class Restart(NamedTuple):
+    """Where a recorded run begins again: output `found` follows `before`, the last of `runs` in the log.
+
+    `mixed` where outputs of several nodes stand among each other.
+    """
+
+    found: int
+    before: int
+    runs: int
+    mixed: bool = False
+
+    def told(self) -> str:
+        """What to know of figures of the last run alone."""
+        if self.mixed:
+            return (
+                "several nodes sent samples at a time, so that outputs of them stand among each other: figures are of "
+                "what came last, and hold for none of them; record each in a namespace of its own"
+            )
+        return f"the log holds {self.runs} runs, as the node was reset or started again: figures are those of the last"
+
+    def __str__(self) -> str:
+        return f"starts again: output {self.found} follows {self.before}, as it was reset while it was recorded"
+
+
+def sample_range(data: bytes) -> tuple[int, int]:
+    """`first_sequence` and `count` of a SampleBlock in CDR, without decoding the rest; raises LogError."""
+    try:
+        order = "<" if data[1] & 1 else ">"
+        frame_bytes = struct.unpack_from(order + "I", data, 12)[0]
+        position = -(-(12 + frame_bytes) // 8) * 8  # counted behind the four-byte CDR header
+        return struct.unpack_from(order + "QI", data, 4 + position)
+    except (struct.error, IndexError) as error:
+        raise LogError(
+            f"a SampleBlock of {len(data)} bytes cannot be read: update publisher and recorder alike"
+        ) from error
+
+
+def readable_range(data: bytes) -> tuple[int, int]:
+    """`sample_range` of a SampleBlock that is decoded and checked as whoever reads a log does; raises LogError."""
+    message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+    check_block("what was sent", message)
+    return int(message.first_sequence), int(message.count)
+
+
+def check_block(place, message) -> None:
+    """Raises LogError, naming `place`, for a SampleBlock whose arrays do not belong together."""
+    row = int(message.channel_width.sum(dtype=np.int64))
+    fits = (
+        message.count == len(message.time_ns) > 0
+        and len(message.channel_name) == len(message.channel_unit) == len(message.channel_width)
+        and len(message.channel_name) == len(set(message.channel_name))
+        and len(message.values) == message.count * row
+    )
+    if not fits:
+        raise LogError(f"{place}: the SampleBlock at output {message.first_sequence} contradicts itself; record again")
+
+
+def channels_of(scene: Scene | None, message) -> tuple[Channel, ...]:
+    """The channels of a SampleBlock; shapes and meanings where the names are those of a bearing, else flat."""
+    widths = dict(zip(message.channel_name, message.channel_width.tolist(), strict=True))
+    if scene is None and widths.get("orbit_angle"):
+        scene = parse_scene({"kind": "bearing", "geometry": {"balls": widths["orbit_angle"]}}, "recorded")
+    known = {channel.name: channel for channel in scene.channels} if scene is not None else {}
+    rows = []
+    for (name, width), unit in zip(widths.items(), message.channel_unit, strict=True):
+        channel = known.get(name)
+        fits = channel is not None and channel.width == width and channel.unit == unit
+        rows.append(channel if fits else Channel(name, unit, (width,), ""))
+    return tuple(rows)
+
+
+def refuse_misfits(place, scene: Scene | None, channels: tuple[Channel, ...]) -> None:
+    """Raises LogError, naming `place`, where a channel has another count of numbers than in the scene beside it."""
+    known = {} if scene is None else {channel.name: channel.width for channel in scene.channels}
+    for name, _, shape, *_ in channels:
+        if (width := known.get(name, math.prod(shape))) != math.prod(shape):
+            raise LogError(
+                f"{place}: an output has {math.prod(shape)} numbers of {name}, but {width} by the scene beside it; "
+                "they are of different runs, so record one of them"
+            )
+
+
+def block_of(channels: tuple[Channel, ...], message) -> Block:
+    """The outputs of a SampleBlock of these channels, as they are written today."""
+    # A copy: what a message holds can only be read.
+    matrix = np.array(message.values).reshape(message.count, -1)
+    block = Block(channels, int(message.first_sequence), np.array(message.time_ns), matrix)
+    for kind in KINDS.values():
+        kind.renewed(block)
+    return block
+
+
+class Gathered:
+    """The columns of SampleBlocks by groups of channels, 0 where a block has no such channel.
+
+    A block's numbers are placed when it comes, so that what is read is held once.
+    """
+
+    def __init__(self, *groups: list[str]):
+        self._groups, self._count, self._capacity = groups, 0, 0
+        self._arrays: list[np.ndarray] = []
+
+    def add(self, message) -> None:
+        """A checked SampleBlock; ValueError where its channels are not as wide as those before."""
+        edges = np.concatenate([[0], np.cumsum(message.channel_width.astype(np.int64))])
+        edges = dict(zip(message.channel_name, itertools.pairwise(edges), strict=True))
+        places = [[k for name in names if name in edges for k in range(*edges[name])] for names in self._groups]
+        if not self._arrays:
+            self._arrays = [
+                np.zeros((0, len(one) or len(names))) for one, names in zip(places, self._groups, strict=True)
+            ]
+        begin, self._count = self._count, self._count + message.count
+        if self._count > self._capacity:
+            self._capacity = self._count + self._count // GROWTH
+            self._resize(self._capacity)
+        block = message.values.reshape(message.count, -1)
+        for array, columns in zip(self._arrays, places, strict=True):
+            if columns and len(columns) != array.shape[1]:
+                raise ValueError(f"{len(columns)} numbers a row where there were {array.shape[1]}")
+            if columns:
+                array[begin : self._count] = block[:, columns]
+
+    def arrays(self) -> list[np.ndarray]:
+        """The columns of each group (realisations, columns)."""
+        self._resize(self._count)
+        return self._arrays or [np.zeros((0, len(names))) for names in self._groups]
+
+    def _resize(self, count: int) -> None:
+        for array in self._arrays:  # in place: the system moves pages, no second array is made
+            array.resize((count, array.shape[1]), refcheck=False)

@@ -1,0 +1,421 @@
+"""A run with a second, finer run beside it: the difference is the error estimate of the run that is given out.
+
+The second run has the same start, commands and outputs, and a fraction of the tolerance (`kinds.refinement`). Both
+advance chunk by chunk, the second in a thread of its own that ends with the chunk. The differences are rows of the
+table `second_run`, the last of which holds for the run so far; a log carries them, so that its report is the same.
+"""
+
+import copy
+import math
+import threading
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bearing_twin.errors import IntegrationError
+from bearing_twin.kinds.contract import Kind
+from bearing_twin.kinds.refinement import SECOND_RUN, Comparison, is_checked
+from bearing_twin.report import Choice
+from bearing_twin.sample import Block, Channel, Columns, Table, layout_of, side_by_side
+from bearing_twin.units import symbol_of
+
+OFTEN = 1.02  # times the time of the last row, when figures are compared again
+LATE = 0.1  # share of the outputs that lie beyond a horizon at least: a single impact is none
+ROUNDING = 1e-12  # of a figure: no difference is said to be smaller
+UNKNOWN = -1.0  # in a row: there is none
+HEAD = (
+    Channel("time", "s", (), "to where this row holds"),
+    Channel("compared", "s", (), "to where both runs were compared"),
+    Channel("horizon", "s", (), "from where more than half of the outputs differ by more than the tolerance; -1: none"),
+)
+TIME, COMPARED, HORIZON = range(len(HEAD))
+OF_OUTPUT = 3  # columns of each requested output
+
+
+def has_second_run(kind: Kind, parameters, choice: Choice) -> bool:
+    """Whether a scene specifies a second run and has one: closed forms and equilibria have none."""
+    return kind.refined is not None and is_checked(parameters) and kind.refined(parameters, choice) is not None
+
+
+def _compared(kind: Kind, comparison: Comparison) -> dict[str, str]:
+    """The figures of a kind that have an error of the method, with their meanings."""
+    return {key: text for key, text in kind.meanings_of().items() if key not in comparison.exact}
+
+
+def tables_of(kind: Kind, parameters) -> tuple[Table, ...]:
+    """The tables of a scene: the kind's own, and that of the second run where the scene specifies one."""
+    own = tuple(kind.records(parameters))
+    return (*own, _table(kind, parameters)) if kind.refined is not None and is_checked(parameters) else own
+
+
+def _table(kind: Kind, parameters) -> Table:
+    columns, comparison = list(HEAD), kind.comparison(parameters, None)
+    for name, norm in comparison.outputs.items():
+        columns += [
+            Channel(f"of_{name}", "1", (), f"greatest difference of {name}, {norm}; -1: not compared"),
+            Channel(f"when_{name}", "s", (), "when it was greatest"),
+            Channel(f"of_{name}_until", "1", (), "the same up to the horizon; -1: there is none"),
+        ]
+    for key, meaning in _compared(kind, comparison).items():
+        columns.append(Channel(f"of_{key}", symbol_of(key), (), f"difference of: {meaning}; -1: not known"))
+    meaning = "difference between the run so far and a second run at a fraction of its tolerance"
+    return Table(SECOND_RUN, tuple(columns), meaning, needed=False)
+
+
+def difference(value, second) -> float:
+    """The difference of a figure, the greatest of a list; UNKNOWN where either run has none."""
+    if isinstance(value, list) and isinstance(second, list):
+        found = [difference(*pair) for pair in zip(value, second, strict=True)]
+        return UNKNOWN if UNKNOWN in found else max(found, default=0.0)
+    if not all(isinstance(one, (int, float)) and math.isfinite(one) for one in (value, second)):
+        return UNKNOWN
+    return float(max(abs(value - second), ROUNDING * abs(second)))
+
+
+class Differences:
+    """Greatest differences so far, and the horizon: from where on more than half of the outputs exceed the tolerance.
+
+    Of all outputs so far, those that exceed it count +1, the others -1; the sum is least at the horizon, since more
+    than half of those that follow exceed it (the change point of a cumulative sum; E. S. Page, Biometrika 41 (1954)
+    100).
+    """
+
+    def __init__(self, tolerance: float):
+        self.tolerance = tolerance
+        self.worst: dict[str, float] = {}
+        self.size: dict[str, float] = {}
+        self.when: dict[str, float] = {}
+        self.until: dict[str, float] = {}
+        self.count = self.sum = self.least = self.at_least = 0
+        self.turned = 0.0
+
+    def __copy__(self) -> "Differences":
+        other = Differences(self.tolerance)
+        vars(other).update({name: dict(one) if isinstance(one, dict) else one for name, one in vars(self).items()})
+        return other
+
+    def add(self, times: np.ndarray, found: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> None:
+        """Takes in differences and sizes (n,) at `times` (n,) [s], by output."""
+        if not len(times) or not found:
+            return
+        beyond, errors = np.zeros(len(times), bool), {}
+        for name, (apart, sizes) in found.items():
+            before = self.worst.setdefault(name, 0.0)
+            largest = np.maximum.accumulate(np.append(self.size.get(name, 0.0), sizes))[1:]
+            beyond |= ~(apart <= self.tolerance * largest)
+            errors[name] = np.maximum.accumulate(np.append(before, apart))[1:], largest
+            if not errors[name][0][-1] <= before or name not in self.when:
+                self.when[name] = float(times[int(np.argmax(apart))])
+            self.worst[name], self.size[name] = float(errors[name][0][-1]), float(largest[-1])
+            self.until.setdefault(name, 0.0)
+        path = self.sum + np.cumsum(np.where(beyond, 1, -1))
+        low = len(path) - 1 - int(np.argmin(path[::-1]))
+        if path[low] <= self.least:
+            self.least, self.at_least, self.turned = int(path[low]), self.count + low + 1, float(times[low])
+            self.until |= {name: _over(*(float(one[low]) for one in pair)) for name, pair in errors.items()}
+        self.sum, self.count = int(path[-1]), self.count + len(path)
+
+    @property
+    def horizon(self) -> float:
+        """The horizon [s], UNKNOWN where there is none."""
+        later = self.count - self.at_least
+        return self.turned if self.sum > self.least and later > LATE * self.count else UNKNOWN
+
+    def error(self, name: str) -> float:
+        """The greatest difference of an output, over its greatest size."""
+        return _over(self.worst[name], self.size[name])
+
+
+def _over(apart: float, size: float) -> float:
+    return apart / size if size > 0.0 else 0.0 if apart == 0.0 else UNKNOWN
+
+
+class CheckedMotion:
+    """A motion and its second run as one `Motion`: the outputs are the first one's, and its costs say what both took.
+
+    What a chunk found is kept apart until the next one begins, so that `take_back` undoes it for both.
+    """
+
+    def __init__(self, kind: Kind, parameters, choice: Choice, channels: tuple[Channel, ...]):
+        self._kind, self._parameters, self._choice = kind, parameters, choice
+        self._motion = kind.motion(parameters, choice)
+        self._second = kind.motion(*kind.refined(parameters, choice))
+        self._layout = layout_of(channels)
+        self.longest_chunk = getattr(self._motion, "longest_chunk", None)
+        if hasattr(self._motion, "snapshot"):
+            self.snapshot, self.resume = self._motion.snapshot, self._resume
+        if hasattr(self._motion, "take_back"):
+            self.take_back = self._take_back
+        self._begin()
+
+    def _begin(self, now: float = 0.0) -> None:
+        kind, made_of = self._kind, (self._parameters, self._choice)
+        self._comparison = kind.comparison(*made_of)
+        self._keys = tuple(_compared(kind, self._comparison))
+        self._figures = [kind.figures_of(*made_of) for _ in range(2)]
+        self._differences = self._of_events = Differences(self._parameters.wanted.tolerance)
+        self._now_ns = round(1e9 * now)
+        self._told = self._compared = now
+        self._row, self._blocks, self._records, self._broken = None, None, {}, ""
+        self._before = None
+
+    @property
+    def stop(self) -> np.ndarray:
+        """What stops both, see `Motion`."""
+        return self._motion.stop
+
+    @stop.setter
+    def stop(self, stop: np.ndarray) -> None:
+        for motion in (self._motion, self._second):
+            if hasattr(motion, "stop"):
+                motion.stop = stop
+
+    @property
+    def goal_speed(self) -> float:
+        """The speed [rad/s] that ring or shaft goes to."""
+        return self._motion.goal_speed
+
+    @goal_speed.setter
+    def goal_speed(self, speed: float) -> None:
+        self._motion.goal_speed = self._second.goal_speed = speed
+
+    def set_load(self, force, moment) -> None:
+        """As of each motion."""
+        self._motion.set_load(force, moment)
+        self._second.set_load(force, moment)
+
+    def set_torque(self, torque: float) -> None:
+        """As of each motion."""
+        self._motion.set_torque(torque)
+        self._second.set_torque(torque)
+
+    def reset(self) -> None:
+        """Back to the start."""
+        self._motion.reset()
+        self._second.reset()
+        self._begin()
+
+    def _resume(self, kept: dict) -> None:
+        """To a state that `snapshot` gave; errors made until then are not in the estimate."""
+        self._motion.resume(kept)
+        self._second.resume(kept)
+        self._begin(float(kept.get("elapsed", kept.get("now", 0.0))))
+
+    def first_outputs(self):
+        """The outputs at the present instant."""
+        values = self._motion.first_outputs()
+        self._records = self._motion.take_records()
+        second = self._second.first_outputs(), self._second.take_records()
+        self._compare(np.array([self._now_ns]), (values, self._records), second)
+        return values
+
+    def advance(self, times: np.ndarray, duration: float):
+        """Moves both on; raises what the first one raises, and Stopped after both have stopped."""
+        self._commit()
+        kept = "_now_ns", "_told", "_compared", "_row", "_figures", "_of_events", "_broken", "_records"
+        self._before = {name: getattr(self, name) for name in kept}
+        self._before |= {name: copy.copy(getattr(self, name)) for name in ("_comparison", "_differences")}
+        beside = None if self._broken else _Beside(self._second, times, duration)
+        try:
+            values = self._motion.advance(times, duration)
+        finally:
+            second = beside and beside.joined()
+        self._records = self._motion.take_records()
+        if isinstance(second, IntegrationError):
+            self._broken = str(second)
+        elif isinstance(second, Exception):
+            raise second
+        times_ns = self._now_ns + np.rint(1e9 * np.asarray(times, float)).astype(np.int64)
+        if self._broken:
+            self._row = self._row or [UNKNOWN] * len(self._keys)
+            self._put_row(1e-9 * times_ns[-1])
+        else:
+            self._compare(times_ns, (values, self._records), second)
+        self._now_ns += round(1e9 * duration)
+        return values
+
+    def _commit(self) -> None:
+        """Adds what the last chunk found to the figures of both runs: it cannot be taken back any more."""
+        for figures, block in zip(self._figures, self._blocks or (), strict=False):
+            figures.add(block)
+        self._blocks = None
+
+    def _take_back(self) -> None:
+        """Back to before the last `advance`, for both."""
+        self._motion.take_back()
+        self._second.take_back()
+        if self._before is not None:
+            vars(self).update(self._before)
+            self._blocks = None
+
+    def _block(self, times_ns: np.ndarray, values, records) -> Block:
+        own = isinstance(values, Columns)
+        numbers = values.numbers if own else side_by_side(self._layout, values, len(times_ns))
+        return Block(self._layout.channels, 0, times_ns, numbers, records)
+
+    def _compare(self, times_ns: np.ndarray, *both) -> None:
+        self._blocks = [self._block(times_ns, *one) for one in both]
+        self._differences.add(1e-9 * times_ns, self._comparison.differences(*self._blocks))
+        self._compared = until = 1e-9 * float(times_ns[-1])
+        run = self._parameters.run
+        if until > 0.0 and until >= min(OFTEN * self._told, run.duration - 1.5 / run.output_rate):
+            self._compare_figures()
+            self._told = until
+        self._put_row(until)
+
+    def _compare_figures(self) -> None:
+        shared = [getattr(one, name, None) for one in self._figures for name in ("parameters", "choice")]
+        writers = [copy.deepcopy(one, {id(part): part for part in shared}) for one in self._figures]
+        for writer, block in zip(writers, self._blocks, strict=True):
+            writer.add(block)
+        own, second = (writer.figures() for writer in writers)
+        self._row = [difference(own.get(key), second.get(key)) for key in self._keys]
+        self._figures, self._blocks = writers, None
+        self._of_events = Differences(self._parameters.wanted.tolerance)
+        for name, (when, *found) in self._comparison.events(*writers).items():
+            self._of_events.add(np.asarray(when, float), {name: tuple(np.asarray(one, float) for one in found)})
+
+    def _put_row(self, until: float) -> None:
+        """Puts the row that holds for the run up to `until` [s] to the records."""
+        if self._row is None:
+            return
+        streams = self._differences, self._of_events
+        horizon = next((one.horizon for one in streams if one.horizon != UNKNOWN), UNKNOWN)
+        row = [until, self._compared, horizon]
+        for name in self._comparison.outputs:
+            found = next((one for one in streams if name in one.worst), None)
+            if found is None:
+                row += [UNKNOWN, 0.0, UNKNOWN]
+            else:
+                early = found.until[name] if horizon != UNKNOWN else UNKNOWN
+                row += [found.error(name), found.when[name], early]
+        self._records = self._records | {SECOND_RUN: np.array([[*row, *self._row]])}
+
+    def take_records(self) -> dict[str, np.ndarray]:
+        """Those of the first run since the last call, and the row of the comparison."""
+        records, self._records = self._records, {}
+        return records
+
+    def costs(self) -> dict[str, int]:
+        """Of the first run, and the steps of the second."""
+        second = self._second.costs()
+        steps = {f"second_run_{name}": count for name, count in second.items() if name.endswith("steps")}
+        return self._motion.costs() | steps
+
+
+class _Beside:
+    """The second motion's `advance` in a thread that ends with it."""
+
+    def __init__(self, motion, *arguments):
+        self._motion, self._arguments, self._found = motion, arguments, None
+        self._thread = threading.Thread(target=self._advance, name="second run", daemon=True)
+        self._thread.start()
+
+    def _advance(self) -> None:
+        try:
+            self._found = self._motion.advance(*self._arguments), self._motion.take_records()
+        except Exception as error:  # raised again by the thread that waits
+            self._found = error
+
+    def joined(self):
+        """Outputs and records, or what was raised."""
+        self._thread.join()
+        return self._found
+
+
+class OutputError(NamedTuple):
+    """The error estimate of a requested output: `error` in its `norm`, when it was greatest [s], up to the horizon."""
+
+    norm: str
+    error: float | None
+    when: float
+    until: float | None
+
+
+class Estimate:
+    """The errors of the method, read off the rows of the table in a run or in its log."""
+
+    in_stretches = False
+
+    def __init__(self, kind: Kind, parameters, choice: Choice):
+        self._kind, self._parameters, self._choice = kind, parameters, choice
+        self._comparison = kind.comparison(parameters, choice)
+        self._keys, self.tolerance = tuple(_compared(kind, self._comparison)), parameters.wanted.tolerance
+        self._width = len(HEAD) + OF_OUTPUT * len(self._comparison.outputs) + len(self._keys)
+        self._row: np.ndarray | None = None
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        rows = block.records.get(SECOND_RUN, ())
+        if len(rows) and rows.shape[1] == self._width:  # not those of another version
+            self._row = np.array(rows[-1])
+
+    def of_figures(self, figures: Mapping[str, Any]) -> dict[str, Any]:
+        """The error of each figure that was compared, in its unit and shape; None where it is not known."""
+        found = {}
+        errors = [UNKNOWN] * len(self._keys) if self._row is None else self._row[-len(self._keys) :].tolist()
+        for key, error in zip(self._keys, errors, strict=True):
+            if figures.get(key) is not None:
+                value = figures[key]
+                known = [error] * len(value) if isinstance(value, list) else error
+                found[key] = known if error >= 0.0 else None
+        return found
+
+    def of_outputs(self) -> dict[str, OutputError]:
+        """The error of each requested output."""
+        found = {}
+        for place, (name, norm) in enumerate(self._comparison.outputs.items()):
+            error = until = None
+            when = 0.0
+            if self._row is not None:
+                first = len(HEAD) + OF_OUTPUT * place
+                error, when, until = self._row[first : first + OF_OUTPUT].tolist()
+                error, until = (one if one >= 0.0 else None for one in (error, until))
+            found[name] = OutputError(norm, error, when, until)
+        return found
+
+    @property
+    def smaller(self) -> str:
+        """What reduces the error of the method."""
+        return self._comparison.smaller
+
+    @property
+    def horizon(self) -> float | None:
+        """The horizon [s], if there is one."""
+        return None if self._row is None or self._row[HORIZON] < 0.0 else float(self._row[HORIZON])
+
+    @property
+    def note(self) -> str:
+        """Why the error of the method is not known, or only up to a time; "" where it is."""
+        if self._row is None:
+            if not is_checked(self._parameters):
+                return "solver.check: none, so the error of the method is not known"
+            if self._kind.refined(self._parameters, self._choice) is None:
+                return "this model has no second run: its solutions are closed forms or equilibria"
+            return "no second run was compared, so the error of the method is not known"
+        if self._row[COMPARED] < self._row[TIME]:
+            return f"the second run broke off: errors are those up to {self._row[COMPARED]:.6g} s"
+        return ""
+
+
+class NoEstimate:
+    """The estimate of a kind without a second run, and of a log without a scene."""
+
+    in_stretches, smaller, horizon, tolerance, note = False, "", None, 0.0, "this kind of scene has no second run"
+
+    def add(self, block: Block) -> None:
+        """Takes nothing in."""
+
+    def of_figures(self, figures: Mapping[str, Any]) -> dict[str, Any]:
+        """No error is known."""
+        return {}
+
+    def of_outputs(self) -> dict[str, OutputError]:
+        """No error is known."""
+        return {}
+
+
+def estimate_of(kind: Kind, parameters, choice: Choice) -> Estimate | NoEstimate:
+    """An empty estimate of a scene of this kind."""
+    return NoEstimate() if kind.refined is None else Estimate(kind, parameters, choice)

@@ -1,0 +1,423 @@
+"""What a study may ask of a kind of scene: the rows of the kinds' own tables, by name, and their errors."""
+
+import contextlib
+import dataclasses
+import functools
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bearing_twin.errors import BearingTwinError, StatisticError, StudyError
+from bearing_twin.kinds import KINDS, kind_of
+from bearing_twin.kinds.contract import Quantity
+from bearing_twin.kinds.refinement import NO_CHECK
+from bearing_twin.parameters import describe
+from bearing_twin.run.doubt import FAILED
+from bearing_twin.run.fidelity import choose, refuse_outside
+from bearing_twin.run.passes import simulate
+from bearing_twin.run.scene import parse_scene
+from bearing_twin.run.simulation import Simulation
+from bearing_twin.uq.inputs import Reader, numeric_keys, placed, put, quantities_of, replaced
+from bearing_twin.uq.propagation import COARSE, SCORES, Derived, derive, is_heavy, refuse_missing_moment, tails
+from bearing_twin.uq.statistics import MOMENTS
+from bearing_twin.uq.study import Study
+
+
+def has_closed_form(kind: str, parameters, names, histories=(), varied=()) -> bool:
+    """Whether closed forms give all these quantities and histories of a scene, the `varied` keys being uncertain."""
+    form, known = KINDS[kind].closed_form(), quantities_of(kind)
+    return (
+        form is not None
+        and form.describes(parameters)
+        and not set(form.without) & set(varied)
+        and all(known[name].closed for name in names)
+        and all(channel in form.histories for channel in histories)
+    )
+
+
+def errors_of(quantity: Quantity, figures: Mapping[str, Any], by_source: Mapping[str, Mapping]) -> dict[str, float]:
+    """Errors of a quantity by source, from those of the figures it is read off; empty where none of them has any.
+
+    `by_source` maps figures to {source: error}. Of each source all figures are moved by their errors, away from zero
+    and towards it: the greater change counts.
+    """
+    read = _Read(figures)
+    value = quantity.figure(read)
+    found: dict[str, float] = {}
+    for source in dict.fromkeys(one for key in read.keys_read for one in by_source.get(key, ())):
+        ends = (
+            quantity.figure({key: _moved(one, by_source.get(key, {}).get(source), way) for key, one in figures.items()})
+            for way in (1.0, -1.0)
+        )
+        found[source] = max(abs(end - value) for end in ends)
+    return found
+
+
+class _Read(Mapping):
+    """Figures that remember which of them were asked for."""
+
+    def __init__(self, figures: Mapping[str, Any]):
+        self._figures, self.keys_read = figures, {}
+
+    def __getitem__(self, key):
+        self.keys_read[key] = None
+        return self._figures[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._figures)
+
+    def __len__(self) -> int:
+        return len(self._figures)
+
+
+def _moved(value, error, way: float):
+    """A figure, or a list of numbers, moved by its error: away from zero for a positive way."""
+    if error is None or value is None:
+        return value
+    if isinstance(value, (list, tuple)):
+        errors = error if isinstance(error, (list, tuple)) else [error] * len(value)
+        return [_moved(one, off, way) for one, off in zip(value, errors, strict=True)]
+    return value + (way if value >= 0.0 else -way) * error
+
+
+# Values of the inputs in, quantities and histories out: one row a realisation, the same numbers in any process.
+
+NEVER_MEET = "the bodies never meet"
+_NUMBER = re.compile(r"(?<![\w.^])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
+
+
+class Task(NamedTuple):
+    """What a worker must know of a study: small and plain, so that it can be sent to any process.
+
+    `instants` of the histories run from 0 to `duration` [s], `points` of them. `home` is the module that registers the
+    scene's kind, imported where the kind is not known. `watched`: a companion goes with each realisation, as the scene
+    says.
+    """
+
+    scene: dict
+    targets: tuple[tuple[str, ...], ...]
+    quantities: tuple[str, ...]
+    histories: tuple[str, ...]
+    points: int
+    duration: float
+    closed: bool
+    home: str = ""
+    watched: bool = False
+
+    @property
+    def instants(self) -> np.ndarray:
+        """Times [s] of the histories, whole nanoseconds apart."""
+        return 1e-9 * self.step_ns * np.arange(self.points)
+
+    @property
+    def step_ns(self) -> int:
+        """Nanoseconds between instants."""
+        return max(1, round(1e9 * self.duration / max(self.points - 1, 1)))
+
+
+class RealisationWorth(NamedTuple):
+    """What a companion says of a realisation: errors by quantity and source, what is `unknown` by source."""
+
+    errors: dict[str, dict[str, float]]
+    unknown: dict[str, str]
+
+
+class Realised(NamedTuple):
+    """Of n realisations: `quantities` (n, q), `histories` (n, h, points), both NaN where it failed.
+
+    `failures` maps the row of a failed realisation to the reason, `doubts` others to what is doubtful about them,
+    `worth` those of a watched task to what they are worth.
+    """
+
+    quantities: np.ndarray
+    histories: np.ndarray
+    failures: dict[int, str]
+    doubts: dict[int, tuple[str, ...]]
+    worth: dict[int, RealisationWorth]
+
+
+def realise(task: Task, values: np.ndarray) -> Realised:
+    """The realisations at `values` (n, d) of the inputs [SI]; what cannot be simulated fails with its reason."""
+    kind_of(task.scene["kind"], task.home)
+    return _by_closed_forms(task, values) if task.closed else _by_simulation(task, values)
+
+
+def without_numbers(sentence: str) -> str:
+    """A sentence with dots for its numbers, by which equal reasons are counted."""
+    return _NUMBER.sub("…", sentence)
+
+
+def joined(parts: list[Realised], task: Task) -> Realised:
+    """Consecutive realisations as one."""
+    failures, doubts, worth, first = {}, {}, {}, 0
+    for part in parts:
+        failures |= {first + row: reason for row, reason in part.failures.items()}
+        doubts |= {first + row: sentences for row, sentences in part.doubts.items()}
+        worth |= {first + row: one for row, one in part.worth.items()}
+        first += len(part.quantities)
+    if not parts:
+        return empty(task, 0)
+    return Realised(
+        np.concatenate([part.quantities for part in parts]),
+        np.concatenate([part.histories for part in parts]),
+        failures,
+        doubts,
+        worth,
+    )
+
+
+def empty(task: Task, count: int) -> Realised:
+    """`count` realisations of which nothing is known."""
+    return Realised(
+        np.full((count, len(task.quantities)), np.nan),
+        np.full((count, len(task.histories), task.points if task.histories else 0), np.nan),
+        {},
+        {},
+        {},
+    )
+
+
+def _by_closed_forms(task, values):
+    kind = task.scene["kind"]
+    form, known, found = KINDS[kind].closed_form(), quantities_of(kind), empty(task, len(values))
+    parameters: Any = _parameters_of(json.dumps(task.scene))
+    for column, keys in enumerate(task.targets):
+        for key in keys:
+            parameters = replaced(parameters, key, values[:, column])
+    bodies = form.bodies(parameters)
+    with np.errstate(all="ignore"):
+        for column, name in enumerate(task.quantities):
+            found.quantities[:, column] = known[name].closed(*bodies)
+        upright = [_upright(body) for body in bodies]
+        for row, channel in enumerate(task.histories):
+            found.histories[:, row] = form.histories[channel](task.instants, *upright)
+    wrong = ~np.isfinite(found.quantities).all(axis=1)
+    found.quantities[wrong] = np.nan
+    found.histories[wrong] = np.nan
+    meets = np.broadcast_to(np.isfinite(bodies[-1]), len(values))
+    found.failures.update((int(row), form.no_solution if meets[row] else NEVER_MEET) for row in np.flatnonzero(wrong))
+    return found
+
+
+@functools.lru_cache(maxsize=8)
+def _parameters_of(scene: str):
+    """Of a scene as JSON; read once, because distributions are followed through closed forms in many short calls."""
+    return parse_scene(json.loads(scene), "a realisation").parameters
+
+
+def _upright(body):
+    """A number or array that broadcasts against times on the last axis."""
+    if isinstance(body, tuple):
+        return type(body)(*map(_upright, body))
+    return np.asarray(body)[..., None]
+
+
+def _by_simulation(task, values):
+    kind, found = task.scene["kind"], empty(task, len(values))
+    reader, known = _reader_of(task), quantities_of(kind)
+    for row, these in enumerate(values):
+        try:
+            realised = reader.at(these, "a realisation")
+            if not task.histories and KINDS[kind].known_when_solved:
+                realised = _with_few_outputs(realised)
+            run = simulate(realised)
+            histories = _outputs(run, task)
+            report = run.simulation.report(last=True)
+        except BearingTwinError as error:
+            found.failures[row] = str(error).removeprefix("a realisation: ").replace("\n", ";")
+            continue
+        except (ArithmeticError, ValueError) as error:  # of numbers nobody tried before; one must not end all others
+            found.failures[row] = f"{type(error).__name__}: {error}".replace("\n", ";")
+            continue
+        numbers = [known[name].figure(report.figures) for name in task.quantities]
+        if report.status.startswith(FAILED):
+            found.failures[row] = report.status
+        elif not (np.isfinite(numbers).all() and np.isfinite(histories).all()):
+            lacking = [name for name, one in zip(task.quantities, numbers, strict=True) if not np.isfinite(one)]
+            found.failures[row] = f"not finite, or nothing this model knows: {', '.join(lacking) or 'a history'}"
+        else:
+            found.quantities[row], found.histories[row] = numbers, histories
+            if report.flags:
+                found.doubts[row] = tuple(report.flags)
+            if task.watched:
+                by_source = report.errors["errors_by_source"]
+                errors = {name: errors_of(known[name], report.figures, by_source) for name in task.quantities}
+                found.worth[row] = RealisationWorth(errors, report.errors["errors_unknown"])
+    return found
+
+
+def load(task: Task, values: np.ndarray) -> None:
+    """Loads, or compiles, what a realisation at `values` (d,) needs; what cannot be simulated is told by `realise`."""
+    kind_of(task.scene["kind"], task.home)
+    with contextlib.suppress(BearingTwinError, ArithmeticError, ValueError):
+        Simulation(_reader_of(task).at(values, "a realisation")).warm_up()
+
+
+_LATEST: list[tuple[Task, Reader]] = []  # a worker gets one task in many messages
+
+
+def _reader_of(task: Task) -> Reader:
+    """What reads the scenes of a task, kept for the next call."""
+    for known, reader in _LATEST:
+        if known == task:
+            return reader
+    reader = Reader(only_what_is_wanted(task), task.targets)
+    _LATEST[:] = [(task, reader)]
+    return reader
+
+
+def only_what_is_wanted(task: Task) -> dict:
+    """The scene with outputs at the histories' instants, or without any where figures alone are wanted.
+
+    There is no second run: what it finds in a few realisations stands for all (`model_error`).
+    """
+    run, solver = dict(task.scene["run"]), task.scene.get("solver", {})
+    if "check" in solver and not task.watched:
+        task = task._replace(scene={**task.scene, "solver": {**solver, "check": NO_CHECK}})
+    if task.histories:
+        rate = 1e9 / task.step_ns
+        # A little longer, so that rounding does not lose the last instant.
+        run |= {"duration": task.instants[-1] + 0.5e-9 * task.step_ns, "output_rate": rate, "publish_rate": rate}
+    elif KINDS[task.scene["kind"]].known_when_solved:
+        known = KINDS[task.scene["kind"]].quantities_of()
+        outputs = "history" if any(known[name].whole for name in task.quantities) else "peaks"
+        return {**task.scene, "wanted": {**task.scene["wanted"], "outputs": outputs}}
+    return {**task.scene, "run": run}
+
+
+def _with_few_outputs(scene):
+    """The same impact with outputs at its start and its end only."""
+    run = scene.parameters.run
+    rate = 1e9 / max(1, int(1e9 * run.duration))
+    few = dataclasses.replace(run, output_rate=rate, publish_rate=rate)
+    return dataclasses.replace(scene, parameters=dataclasses.replace(scene.parameters, run=few))
+
+
+def _outputs(run, task) -> np.ndarray:
+    """The histories (h, points) of a run, which is iterated to its end."""
+    parts = [[block.values[name] for name in task.histories] for block in run.blocks()]
+    if not task.histories:
+        return np.empty((0, 0))
+    return np.array([np.concatenate(column)[: task.points] for column in zip(*parts, strict=True)])
+
+
+# How the uncertainty of a study's inputs gets to a quantity: as a function of them, exactly, or at chosen points.
+
+
+def task_of(study: Study) -> Task:
+    """What a worker must know of a study."""
+    settings, histories = study.settings, study.histories
+    at_medians = study.scene_at(median_inputs(study))
+    refuse_outside(at_medians)
+    medians = at_medians.parameters
+    duration = (settings.history_duration or medians.run.duration) if histories else 0.0
+    varied = {key for keys in study.targets for key in keys}
+    closed = has_closed_form(study.kind, medians, study.quantities, histories, varied)
+    task = Task(
+        study.scene,
+        study.targets,
+        study.quantities,
+        histories,
+        settings.history_points,
+        duration,
+        closed,
+        KINDS[study.kind].home,
+    )
+    return task if closed else _with_one_stepper(task, median_inputs(study))
+
+
+def _with_one_stepper(task: Task, medians) -> Task:
+    """The task with the stepper that suits its median inputs: one for all, so that no quantity jumps between two."""
+    if task.scene.get("solver", {}).get("stepper") != "auto":  # chosen, or of a kind that leaves no choice
+        return task
+    scene = parse_scene(placed(only_what_is_wanted(task), task.targets, medians), "at the medians")
+    choice = choose(scene)
+    words = {row.key: row.options for row in describe(type(scene.parameters))}["solver.stepper"]
+    if choice.stepper not in words:  # a model that integrates nothing, chosen by other keys
+        return task
+    return task._replace(scene=put(task.scene, "solver.stepper", choice.stepper))
+
+
+def uncertain_inputs(study: Study) -> list[int]:
+    """The places of the inputs that take more than one value."""
+    return [index for index, one in enumerate(study.inputs) if one.low < one.high]
+
+
+def exact_distributions(study: Study, task: Task, method: str) -> dict[str, Derived]:
+    """The quantities that a change of variable of a closed form gives.
+
+    Raises StudyError where it was asked for and does not fit; without a closed form see `interpolation`.
+    """
+    random = uncertain_inputs(study)
+    if method not in ("auto", "change_of_variable"):
+        return {}
+    if method == "change_of_variable" and len(random) != 1:
+        raise StudyError(
+            f"study {study.name}: a change of variable needs one uncertain input, not {len(random)}; choose the method "
+            "ensemble, or chaos for up to 4 of them"
+        )
+    if len(random) != 1 or not task.closed:
+        return {}
+    exact = {}
+    for name in study.quantities:
+        try:
+            exact[name] = derive(study.inputs[random[0]], along(study, random[0], _function(task, name)))
+        except StudyError:
+            if method == "change_of_variable":
+                raise
+    return exact
+
+
+def _function(task: Task, name: str):
+    """A quantity by its closed form, as a function of the inputs (n, d) -> (n,)."""
+    alone = task._replace(quantities=(name,), histories=())
+    return lambda values: realise(alone, np.asarray(values, float)).quantities[:, 0]
+
+
+def along(study: Study, index: int, function):
+    """A function of all inputs (n, d) -> (n,) as one of input number `index` (n,), the others at their medians."""
+    middle = np.array(median_inputs(study))
+
+    def one(at):
+        values = np.repeat(middle[None], len(at), axis=0)
+        values[:, index] = at
+        return function(values)
+
+    return one
+
+
+def missing_moments(study: Study, task: Task, name: str, runs: Callable | None = None) -> dict[str, str]:
+    """The moments of a quantity that do not exist, with the reason.
+
+    The tails are followed along each input with the others at their medians: by the closed form, or, of inputs that
+    may lack a moment, by a few of the `runs`, a function of the inputs (n, d) -> (n,). Inputs that only together reach
+    an infinity are not found.
+    """
+    missing, function = {}, _function(task, name) if task.closed else runs
+    for place, source in enumerate(study.inputs):
+        if not (source.has_density if task.closed else is_heavy(source)):
+            continue
+        found = tails(source, along(study, place, function), SCORES if task.closed else COARSE, strict=False)
+        for statistic in [one for one in MOMENTS if one not in missing]:
+            try:
+                refuse_missing_moment(source, found, statistic)
+            except StatisticError as error:
+                missing[statistic] = str(error)
+    return missing
+
+
+def median_inputs(study: Study) -> list[float]:
+    """The medians of the inputs."""
+    return [float(one.ppf(0.5)) for one in study.inputs]
+
+
+def mean_inputs(study: Study) -> np.ndarray:
+    """The means of the inputs (1, d); medians where a mean is not finite or no whole number though it must be one."""
+    values, known = median_inputs(study), numeric_keys(study.kind)
+    for index, one in enumerate(study.inputs):
+        if np.isfinite(one.mean) and known[one.key].type != "integer":
+            values[index] = one.mean
+    return np.array([values])

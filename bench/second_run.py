@@ -1,0 +1,167 @@
+"""Error estimates beside true errors, `python bench/second_run.py [scene ...]`: a table for docs/accuracy.md.
+
+The true error is the difference from a run that is refined three times as a second run is (1e-3 of the tolerance; an
+eighth of a fixed step), in the same norm, up to the horizon. Without scenes: every shipped scene that moves, cut to
+SPAN, and `--drawn` more with keys drawn by chance from `--seed` (by default the hash of the commit). `--cost` gives CPU
+time of a checked run over that of both runs alone instead.
+"""
+
+import argparse
+import random
+import subprocess
+import time
+
+import numpy as np
+
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.kinds import KINDS
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import load_scene, scene_names
+from bearing_twin.run.second_run import Differences, difference, has_second_run
+from bearing_twin.run.simulation import Simulation
+
+SPAN, KNOWABLE, TIMES = 0.05, 1e-8, 3
+DRAWN_FROM = ("bearing_6203", "bearing_6203_loose", "bearing_6203_tilted", "bearing_6205", "bearing_6203_rig_400N")
+DRAWN_FROM += ("bearing_6203_sudden", "ellipsoid_rocking", "two_spheres", "shaft_7206")
+OF_KIND = {
+    "bearing": (
+        ("drive.speed", 50.0, 1500.0),
+        ("contact.friction_coefficient", 0.01, 0.2),
+        ("geometry.radial_clearance", -1e-5, 1e-5),
+        ("wanted.tolerance", 1e-5, 1e-2),
+    )
+}
+"""Keys that are drawn, evenly in value where they may be negative, else in the logarithm."""
+OTHERS = (("wanted.tolerance", 1e-5, 1e-2),)
+
+
+def drawn(seed: str, count: int):
+    """(scene, overrides) drawn by chance."""
+    chance, names = random.Random(seed), set(scene_names())
+    for _ in range(count):
+        name = chance.choice([one for one in DRAWN_FROM if one in names])
+        words = []
+        for key, low, high in OF_KIND.get(load_scene(name).kind, OTHERS):
+            if chance.random() < 0.6:
+                value = chance.uniform(low, high) if low <= 0.0 else low * (high / low) ** chance.random()
+                words.append(f"{key}={value:.3g}")
+        yield name, tuple(words)
+
+
+def refined(kind, parameters, choice, times: int):
+    """Parameters and choice refined so many times, as far as that is finer."""
+    for _ in range(times):
+        finer = kind.refined(parameters, choice)
+        if finer[0].wanted.tolerance > parameters.wanted.tolerance:
+            break
+        parameters, choice = finer
+    return parameters, choice
+
+
+def whole(scene, parameters, choice):
+    """All outputs of a motion of these parameters as blocks in the cut of a run, its figures, and its CPU seconds."""
+    kind = KINDS[scene.kind]
+    motion, figures, blocks = kind.motion(parameters, choice), kind.figures_of(scene.parameters, choose(scene)), []
+    run = Simulation(scene)
+    run._motion, began = motion, time.process_time()
+    while run.sequence + 1 < scene.outputs:
+        blocks.append(run.advance(min(run.chunk_outputs, scene.outputs - run.sequence - 1)))
+    spent = time.process_time() - began
+    for block in blocks:
+        figures.add(block)
+    return blocks, figures, spent
+
+
+def errors(scene):
+    """(of outputs, of figures): name to (estimate, true error); the horizon [s] or None."""
+    kind, choice = KINDS[scene.kind], choose(scene)
+    checked = Simulation(scene)
+    while checked.sequence + 1 < scene.outputs:
+        checked.advance(min(checked.chunk_outputs, scene.outputs - checked.sequence - 1))
+    report = checked.report(last=True)
+    plain = load_scene(scene.resolved(), ("solver.check=none",))
+    own, figures, _ = whole(plain, scene.parameters, choice)
+    true, exact, _ = whole(plain, *refined(kind, scene.parameters, choice, TIMES))
+    comparison, found = kind.comparison(scene.parameters, choice), Differences(scene.parameters.wanted.tolerance)
+    horizon = report.errors.get("horizon_s")
+    for one, other in zip(own, true, strict=True):
+        until = int(np.sum(one.time_ns <= 1e9 * (horizon if horizon is not None else np.inf) + 0.5))
+        if until:
+            pair = one.part(0, until), other.part(0, until)
+            found.add(1e-9 * pair[0].time_ns, comparison.differences(*pair))
+    for name, (when, *pair) in comparison.events(figures, exact).items():
+        found.add(np.asarray(when, float), {name: tuple(np.asarray(one, float) for one in pair)})
+    wanted = report.errors["wanted_errors"]
+    key = "error" if horizon is None else "error_up_to_horizon"
+    outputs = {name: (one.get(key), found.error(name)) for name, one in wanted.items() if name in found.worst}
+    numbers, others, of_figures = figures.figures(), exact.figures(), {}
+    for name, value in report.errors.items():
+        key = name.removesuffix("_error")
+        if name != key and value is not None and key in numbers:
+            estimate = max(value) if isinstance(value, list) else value
+            of_figures[key] = estimate, difference(numbers[key], others[key])
+    return outputs, of_figures, horizon
+
+
+def cost(scene) -> tuple[float, float, float]:
+    """CPU seconds of a checked run, of the run alone, and of the second run alone, after one that compiles."""
+    kind, choice = KINDS[scene.kind], choose(scene)
+    plain = load_scene(scene.resolved(), ("solver.check=none",))
+    second = kind.refined(scene.parameters, choice)
+    for _ in range(2):
+        checked = Simulation(scene)
+        began = time.process_time()
+        while checked.sequence + 1 < scene.outputs:
+            checked.advance(min(checked.chunk_outputs, scene.outputs - checked.sequence - 1))
+        spent = time.process_time() - began
+        alone = [whole(plain, *made)[2] for made in ((scene.parameters, choice), second)]
+    return spent, *alone
+
+
+def main() -> None:
+    """Prints the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scene", nargs="*")
+    parser.add_argument("--drawn", type=int, default=0)
+    parser.add_argument("--seed", default=None)
+    parser.add_argument("--span", type=float, default=SPAN)
+    parser.add_argument("--cost", action="store_true")
+    given = parser.parse_args()
+    seed = given.seed or subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
+    rows = [(name, ()) for name in given.scene or ([] if given.drawn else scene_names())]
+    good, held = [], []
+    head = (
+        "checked run [CPU s] | both alone | ratio" if given.cost else "output | estimated | true | ratio | horizon [s]"
+    )
+    print(f"| scene | {head} |\n|---|{'---|' * head.count('|')}---|")
+    for name, words in [*rows, *drawn(seed, given.drawn)]:
+        try:
+            scene = load_scene(name, words)
+            short = min(scene.parameters.run.duration, given.span) if scene.kind in ("bearing", "shaft") else 0.0
+            scene = load_scene(name, (*words, f"run.duration={short}")) if short else scene
+            if not has_second_run(KINDS[scene.kind], scene.parameters, choose(scene)):
+                continue
+            label = " ".join((name, *words))
+            if given.cost:
+                both = cost(scene)
+                print(f"| {label} | {both[0]:.3f} | {sum(both[1:]):.3f} | {both[0] / sum(both[1:]):.2f} |", flush=True)
+                continue
+            outputs, figures, horizon = errors(scene)
+        except BearingTwinError as error:
+            print(f"| {name} {' '.join(words)} | {str(error)[:60]} |")
+            continue
+        for output, (estimate, true) in outputs.items():
+            ratio = estimate / true if true and estimate is not None else float("nan")
+            good += [0.5 <= ratio <= 2.0] if true > KNOWABLE else []
+            until = "" if horizon is None else f"{horizon:.3g}"
+            print(f"| {label} | {output} | {estimate:.2g} | {true:.2g} | {ratio:.2f} | {until} |", flush=True)
+        known = [(one, true) for one, true in figures.values() if true > 0.0 and one > 0.0]
+        held += [1.0 / 3.0 <= one / true <= 3.0 for one, true in known]
+    if not given.cost:
+        print(
+            f"\n{sum(good)} of {len(good)} within 0.5 to 2; figures within 3: {sum(held)} of {len(held)}. Seed: {seed}."
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,572 @@
+"""An ellipsoid on a plane, and two bodies: closed forms, balances, published numbers."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from made_up_run import a_choice
+from reference.ellipsoid import contact_delay, rocking_rate
+from scipy.spatial.transform import Rotation
+
+from bearing_twin.contact import hertz_impact
+from bearing_twin.contact import hertz_impact as impact
+from bearing_twin.contact.damping import damping_number, restitution_of, steady_ratio
+from bearing_twin.contact.elasticity import coefficient_of
+from bearing_twin.contact.materials import MATERIALS, effective_modulus
+from bearing_twin.contact.names import law_names
+from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.kinds.ellipsoid.equations import begin_shape, pose_of, touch_of
+from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
+from bearing_twin.kinds.ellipsoid.parameters import GIVES
+from bearing_twin.kinds.two_bodies.derived import rigid_of
+from bearing_twin.kinds.two_bodies.parameters import Shaped
+from bearing_twin.numerics.rotation import quaternion_from_vector, quaternion_product
+from bearing_twin.reference import bounce
+from bearing_twin.run.passes import simulate
+from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.sample import joined
+
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
+
+GRAVITY = 9.80665
+OUTSIDE = "solver.allow_invalid=on"
+STORED = ("kinetic_energy", "potential_energy", "elastic_energy")
+LOST = ("dissipated_viscous", "dissipated_friction")
+STEEL = effective_modulus(MATERIALS["steel"], MATERIALS["steel"])
+BALL = 4.0 / 3.0 * STEEL * math.sqrt(0.1)
+MASS = 7850.0 * 4.0 / 3.0 * math.pi * 1e-3
+
+
+def ran(name, *overrides):
+    """The report and all channels, with the time [s], of a run; no test here asks for the errors of a companion."""
+    run = simulate(load_scene(name, ["solver.companion=off", *overrides]))
+    blocks = list(run.blocks())
+    values = {channel.name: np.concatenate([b.values[channel.name] for b in blocks]) for channel in run.channels}
+    return run.report, {"time": 1e-9 * np.concatenate([b.time_ns for b in blocks]), **values}
+
+
+def energy(values, names=(*STORED, *LOST)):
+    return sum(values[name] for name in names)
+
+
+def asking(law):
+    """Overrides that ask for a law; a linear spring with about the stiffness of the others."""
+    return [f"contact.normal={law}", *(["contact.stiffness=3e8"] if law == "linear" else [])]
+
+
+def contact(number, report):
+    return report.figures["contacts"][number]
+
+
+def test_a_ball_strikes_like_two_bodies_in_the_closed_form():
+    """Landau and Lifchitz, section 9, the plane as a body without end; no gravity."""
+    report, _ = ran("ellipsoid_on_plane", "gravity=[0,0,0]", "start.velocity=[0,0,-2]", "contact.restitution=1.0",
+                    "start.height=0.2", "run.duration=0.11", "contact.normal=hertz_exact")  # fmt: skip
+    found = contact(0, report)
+    assert report.figures["contact_count"] == 1
+    assert found["start_s"] == pytest.approx(0.1, rel=1e-14)
+    assert found["duration_s"] == pytest.approx(impact.contact_time(BALL, MASS, 2.0), rel=1e-9)
+    assert found["peak_force_n"] == pytest.approx(impact.peak_force(BALL, MASS, 2.0), rel=1e-7)
+    assert report.figures["greatest_approach_m"] == pytest.approx(impact.greatest_approach(BALL, MASS, 2.0), rel=1e-7)
+    assert found["impulse_ns"] == pytest.approx(2.0 * MASS * 2.0, rel=1e-9)
+    assert found["restitution"] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_the_history_of_the_load_is_the_closed_form():
+    _, values = ran("ellipsoid_on_plane", "gravity=[0,0,0]", "start.velocity=[0,0,-2]", "contact.restitution=1.0",
+                    "start.height=0.0", "run.duration=8e-4", "run.output_rate=1e6")  # fmt: skip
+    exact = impact.force_history(values["time"], BALL, MASS, 2.0)
+    assert values["normal_load"] == pytest.approx(exact, abs=1e-8 * exact.max())
+
+
+@pytest.mark.parametrize("speed", [0.5, 5.0])
+def test_restitution_is_what_was_asked_for(speed):
+    common = ("gravity=[0,0,0]", f"start.velocity=[0,0,{-speed}]", "start.height=0.01", "run.duration=0.1")
+    steady, _ = ran("ellipsoid_on_plane", "contact.restitution=0.6", *common)
+    assert contact(0, steady)["restitution"] == pytest.approx(0.6, rel=1e-7)
+    duration, restitution = bounce.steady_contact(BALL, MASS, speed, steady_ratio(0.6))
+    assert contact(0, steady)["duration_s"] == pytest.approx(duration, rel=1e-7)
+    assert restitution == pytest.approx(0.6, rel=1e-12)
+    hunt, _ = ran(
+        "ellipsoid_on_plane",
+        "contact.restitution=0.6",
+        "contact.damping_law=hunt_crossley",
+        "contact.restitution_speed=0.5",
+        *common,
+    )
+    number = 0.6 if speed == 0.5 else restitution_of(10.0 * damping_number(0.6))
+    assert contact(0, hunt)["restitution"] == pytest.approx(number, rel=1e-6)
+
+
+def test_bounce_heights_fall_as_the_square_of_the_restitution():
+    report, values = ran("ellipsoid_on_plane")
+    tops = []
+    for here, after in zip(report.figures["contacts"][:6], report.figures["contacts"][1:7], strict=True):
+        inside = (values["time"] > here["start_s"]) & (values["time"] < after["start_s"])
+        tops.append(values["position"][inside, 2].max() - 0.1)
+    assert tops == pytest.approx([0.8 ** (2 * n) for n in range(1, 7)], rel=5e-3)
+    assert report.figures["resting_since_s"] == pytest.approx(9.0 * math.sqrt(2.0 / GRAVITY), abs=0.01)
+    static = (MASS * GRAVITY / BALL) ** (2.0 / 3.0)
+    assert values["approach"][-1] == pytest.approx(static, rel=1e-4)
+    assert abs(report.figures["energy_closure"]) < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("law", "contacts"),
+    [
+        ("hertz", 2000),
+        *(pytest.param(law, 10_000, marks=pytest.mark.environment) for law in ("hertz", "volumetric")),
+    ],
+)
+def test_thousands_of_bounces_keep_the_energy(law, contacts):
+    """A millimetre's fall, no loss, no friction: 35 steps a contact."""
+    overrides = ("start.height=1e-3", "contact.restitution=1.0", f"contact.normal={law}", "run.output_rate=2",
+                 f"run.duration={0.03 * contacts}", "solver.companion=off")  # fmt: skip
+    report, values = ran("ellipsoid_on_plane", *overrides)
+    assert report.figures["contact_count"] >= contacts
+    assert len(report.figures["contacts"]) == 200
+    assert abs(energy(values) / energy(values)[0] - 1.0).max() < 1e-8 * contacts  # of 1e-3 wanted; found: 3e-9 each
+    assert report.status == "done"
+
+
+def test_a_tumbling_body_keeps_its_energy_through_hundreds_of_bounces():
+    """Curvatures change while it turns: only with the moment of the elastic energy do the books close."""
+    overrides = "run.duration=50", "run.output_rate=20", "wanted.tolerance=1e-10", "solver.companion=off"
+    report, values = ran("ellipsoid_tumbling", *overrides)
+    assert report.figures["contact_count"] > 250
+    assert abs(energy(values) / energy(values)[0] - 1.0).max() < 2.5e-5
+    assert np.ptp(values["velocity"][:, :2], axis=0).max() == 0.0
+    assert np.ptp(values["angular_momentum"][:, 2]) == 0.0
+
+
+@pytest.mark.parametrize("law", law_names("point", GIVES))
+def test_every_law_closes_the_books_where_curvatures_change(law):
+    report, values = ran("ellipsoid_tumbling", *asking(law), OUTSIDE)
+    assert report.figures["contact_count"] > 10
+    assert abs(energy(values) / energy(values)[0] - 1.0).max() < 2e-6
+    assert report.figures["quaternion_drift"] < 1e-8
+
+
+def touch_at(motion, state):
+    return touch_of(motion.body, state, pose_of(motion.body, state))
+
+
+@pytest.mark.parametrize("law", law_names("point", GIVES))
+def test_forces_are_the_slope_of_the_elastic_energy(law):
+    """Virtual work: -dU by height is the load, -dU by a small turn the moment of the load at its point."""
+    scene = load_scene("ellipsoid_tumbling", ["start.height=-2e-5", *asking(law)])
+    motion = EllipsoidMotion(scene.parameters, a_choice(law, "dop853"))
+    here = touch_at(motion, motion.state)
+    moment = np.cross(here.arm, [0.0, 0.0, here.normal_load])
+    lowered = motion.state.copy()
+    lowered[2] -= 1e-10
+    slope = (touch_at(motion, lowered).elastic_energy - here.elastic_energy) / 1e-10
+    assert slope == pytest.approx(here.normal_load, rel=1e-4)
+    for axis in range(3):
+        energies = []
+        for angle in (1e-6, -1e-6):
+            turned = motion.state.copy()
+            small = quaternion_from_vector(tuple(angle * np.eye(3)[axis]))
+            turned[3:7] = quaternion_product(small, tuple(turned[3:7]))
+            begin_shape(motion.body, turned)  # the carried states follow the turn
+            energies.append(touch_at(motion, turned).elastic_energy)
+        found = (energies[1] - energies[0]) / 2e-6
+        assert found == pytest.approx(moment[axis], abs=1e-6 * here.normal_load * 0.03)
+
+
+def test_impulse_and_momentum_agree_with_the_recorded_forces():
+    """Integrals of the recorded contact forces and moments against the change of momentum, all six components."""
+    _, values = ran("ellipsoid_rocking", "run.duration=0.04", "run.output_rate=2e6", "contact.friction=spot",
+                    "contact.damping_law=hunt_crossley", "contact.restitution_speed=0.5")  # fmt: skip
+    force = values["friction_force"].copy()
+    force[:, 2] += values["normal_load"]
+    arm = values["contact_point"] - values["position"]
+    moment = np.cross(arm, force)
+    moment[:, 2] += values["drilling_torque"]
+    scene = load_scene("ellipsoid_rocking").parameters
+    mass = scene.body.material.density * 4.0 / 3.0 * math.pi * math.prod(scene.body.semi_axes)
+    gained = mass * (values["velocity"][-1] - values["velocity"][0] + [0.0, 0.0, GRAVITY * values["time"][-1]])
+    step = values["time"][1]
+
+    def integral(array):
+        return step * (array.sum(axis=0) - 0.5 * (array[0] + array[-1]))
+
+    assert integral(force) == pytest.approx(gained, abs=1e-6 * np.linalg.norm(gained))
+    turned = values["angular_momentum"][-1] - values["angular_momentum"][0]
+    assert integral(moment) == pytest.approx(turned, abs=1e-6 * np.linalg.norm(turned))
+    power = np.einsum("ij,ij->i", values["friction_force"], values["slip"])
+    power += values["drilling_torque"] * values["angular_velocity"][:, 2]
+    assert power.max() <= 0.0
+    assert -integral(power) == pytest.approx(values["dissipated_friction"][-1], rel=1e-6)
+
+
+@pytest.mark.parametrize("rolling", [False, True])
+def test_rocking_at_rest_has_the_frequency_of_the_closed_form(rolling):
+    """Frictionless the centre stays where it is; a rough plane (high friction) makes it roll."""
+    axes, mass = (0.03, 0.02, 0.012), 7850.0 * 4.0 / 3.0 * math.pi * 0.03 * 0.02 * 0.012
+    gap = 0.5 * 0.012 / 0.03**2, 0.5 * 0.012 / 0.02**2
+    pressed = (mass * GRAVITY / coefficient_of("hertz", *gap, STEEL)) ** (2.0 / 3.0)
+    rough = (
+        ("contact.friction_coefficient=1.0", "contact.friction_regularisation=1e-4")
+        if rolling
+        else ("contact.friction_coefficient=0",)
+    )
+    report, values = ran("ellipsoid_rocking", f"start.height={-pressed!r}", "start.turn=[0.01,0,0]", "run.duration=1.0",
+                         "start.velocity=[0,0,0]", "start.angular_velocity=[0,0,0]", "run.output_rate=2000",
+                         *rough)  # fmt: skip
+    tilt = values["angular_velocity"][:, 0]
+    crossings = np.flatnonzero((tilt[:-1] > 0.0) & (tilt[1:] <= 0.0))
+    instants = values["time"][crossings] + 5e-4 * tilt[crossings] / (tilt[crossings] - tilt[crossings + 1])
+    rate = 2.0 * math.pi * (len(instants) - 1) / (instants[-1] - instants[0])
+    assert len(instants) >= 3
+    assert rate == pytest.approx(rocking_rate(axes, GRAVITY, rolling), rel=2e-3 if rolling else 2e-4)
+    assert report.figures["contact_count"] == 1
+
+
+def test_spin_about_the_vertical_is_kept_without_friction_and_lost_to_drilling():
+    level = ("start.turn=[0,0,0]", "start.velocity=[0,0,0]", "start.angular_velocity=[0,0,25]", "start.height=0",
+             "run.duration=0.1")  # fmt: skip
+    _, free = ran("ellipsoid_rocking", *level, "contact.friction_coefficient=0")
+    assert free["angular_velocity"][:, 2] == pytest.approx(25.0, rel=1e-12)
+    _, point = ran("ellipsoid_rocking", *level)
+    assert point["angular_velocity"][-1, 2] == pytest.approx(25.0, rel=1e-9)
+    _, spot = ran("ellipsoid_rocking", *level, "contact.friction=spot")
+    assert 20.0 < spot["angular_velocity"][-1, 2] < 24.99
+    assert spot["drilling_torque"].max() <= 0.0
+
+
+@pytest.mark.parametrize(
+    ("height", "velocity", "spin"),
+    [(1.0, "[0,0,-20]", "[0,0,0]"), (1.0, "[3,0,-20]", "[200,-300,50]"), (0.04, "[0,0,0]", "[0,900,0]")],
+)
+def test_no_touch_is_stepped_over(height, velocity, spin):
+    """A metre of gap at 20 m/s, and bodies that turn many times on the way."""
+    overrides = (f"start.height={height}", f"start.velocity={velocity}", f"start.angular_velocity={spin}",
+                 "run.duration=0.2", "run.output_rate=1e5", "body.material.young_modulus=2e11")  # fmt: skip
+    report, values = ran("ellipsoid_tumbling", *overrides)
+    assert report.figures["contact_count"] >= 1
+    first = contact(0, report)["start_s"]
+    clear = values["time"] < first
+    assert values["approach"][clear].max() <= 0.0
+    smallest = 0.012
+    assert (values["position"][:, 2] > 0.5 * smallest).all()
+
+
+def test_the_touch_is_known_to_rounding():
+    report, _ = ran("ellipsoid_on_plane", "run.duration=0.5")
+    assert contact(0, report)["start_s"] == pytest.approx(math.sqrt(2.0 / GRAVITY), rel=1e-15)
+
+
+@pytest.mark.parametrize("law", ["hertz", "volumetric"])
+def test_fixed_steps_converge(law):
+    """The classical method, limited to order 2.5 by the load that begins as t^1.5."""
+    errors = []
+    exact = impact.contact_time(BALL, MASS, 2.0)
+    for count in (16, 256):
+        report, _ = ran("ellipsoid_on_plane", "gravity=[0,0,0]", "start.velocity=[0,0,-2]", "contact.restitution=1.0",
+                        "start.height=0.2", "run.duration=0.11", "solver.stepper=rk4", f"contact.normal={law}",
+                        f"solver.step={exact / count!r}")  # fmt: skip
+        errors.append(abs(contact(0, report)["restitution"] - 1.0))
+    assert math.log(errors[0] / errors[1]) / math.log(16.0) > 2.3
+
+
+def test_the_tolerance_does_what_it_says():
+    """Above 1e-3 the steps that resolve a bounce are more exact than asked for."""
+    errors = []
+    for tolerance in (1e-2, 1e-4, 1e-6, 1e-8):
+        _, values = ran("ellipsoid_tumbling", "run.duration=1.0", f"wanted.tolerance={tolerance}")
+        errors.append(abs(energy(values) / energy(values)[0] - 1.0).max())
+    assert errors[0] < 1e-5
+    assert errors[0] > 5.0 * errors[1] > 25.0 * errors[2] > 125.0 * errors[3]
+
+
+def instants(law, *overrides):
+    """Touches of the ball of paper 1 over 3.2 s."""
+    report, _ = ran("ellipsoid_on_plane", "run.duration=3.2", f"contact.normal={law}", "wanted.tolerance=1e-11",
+                    *overrides)  # fmt: skip
+    return np.array([one["start_s"] for one in report.figures["contacts"]])
+
+
+def test_the_volumetric_law_delays_every_lossless_bounce_by_its_stiffness():
+    """Paper 1, figure 4: c^(-2/5) of each contact time; gravity within a contact adds g tau/v."""
+    hertz, volumetric = (instants(law, "contact.restitution=1.0") for law in ("hertz", "volumetric"))
+    ratio = coefficient_of("volumetric", 5.0, 5.0, STEEL) / BALL
+    assert ratio == pytest.approx(0.99525, abs=2e-5)
+    tau = impact.contact_time(BALL, MASS, math.sqrt(2.0 * GRAVITY))
+    delay = contact_delay(ratio, tau)
+    assert delay == pytest.approx(0.00190585 * tau, rel=1e-3)
+    assert volumetric - hertz == pytest.approx(delay * np.arange(len(hertz)), rel=2e-3, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("override", "sentence"),
+    [
+        ("body.semi_axes=[0.1,0.1]", "list of 3 numbers"),
+        ("body.semi_axes=[0.1,0.1,0]", "above 0"),
+        ("body.semi_axes=[1.0,0.1,0.01]", "choose a rounder body"),
+        ("start.height=-0.02", "presses the body in"),
+        ("contact.restitution=0", "above 0"),
+        ("contact.damping=0.1", "keep one of them"),
+        ("contact.normal=herz", "did you mean hertz"),
+        ("contact.friction_coefficient=-1", "at least 0"),
+        ("contact.friction=disc", "legal: point, spot"),
+        ("gravity=[0,0,9.8]", "must point along -z"),
+        ("start.velocity=[0,0,.nan]", "not finite"),
+        ("wanted.tolerance=1", "at most 0.1"),
+        ("run.publish_rate=1e6", "cannot exceed"),
+    ],
+)
+def test_bad_input_gets_a_sentence(override, sentence):
+    with pytest.raises(SceneError, match=sentence):
+        load_scene("ellipsoid_on_plane", [override])
+
+
+def test_a_body_through_the_plane_stops_the_run():
+    jelly = "body.material={young_modulus: 1e3, poisson_ratio: 0.4, density: 1000.0}"
+    with pytest.raises(IntegrationError, match="pressed in by half"):
+        list(simulate(load_scene("ellipsoid_on_plane", [jelly])))
+
+
+STEEL_BALL = MATERIALS["steel"]
+DROP = {
+    "kind": "two_bodies",
+    "first": {"radius": 0.01, "position": [0.0, 0.0, 0.0101]},
+    "contact": {"normal": "hertz"},
+    "gravity": [0.0, 0.0, 0.0],
+    "run": {"duration": 4e-4, "output_rate": 1e6},
+    "solver": {"companion": "off"},  # of whose errors no test here asks
+}
+
+
+def scene(**sections):
+    """A drop with other sections; keys of a section that stay are kept."""
+    mapping = {key: dict(value) if isinstance(value, dict) else value for key, value in DROP.items()}
+    for key, value in sections.items():
+        mapping[key] = {**mapping.get(key, {}), **value} if isinstance(value, dict) else value
+    return parse_scene(mapping, "scene made up")
+
+
+def run(**sections):
+    """Figures and all outputs of a run."""
+    found = simulate(scene(**sections))
+    whole = joined(list(found.blocks()))
+    return found.report.figures, whole.values
+
+
+@pytest.mark.parametrize("tracking", ["closed", "algebraic", "differential"])
+def test_a_ball_on_a_plate_is_hertz_impact(tracking):
+    figures, values = run(first={"velocity": [0.0, 0.0, -1.0]}, contact={"tracking": tracking})
+    mass = STEEL_BALL.density * 4.0 / 3.0 * math.pi * 1e-6
+    coefficient = 4.0 / 3.0 * effective_modulus(STEEL_BALL, STEEL_BALL) * 0.1
+    assert figures["contact_duration_s"] == pytest.approx(hertz_impact.contact_time(coefficient, mass, 1.0), rel=1e-6)
+    assert figures["peak_force_n"] == pytest.approx(hertz_impact.peak_force(coefficient, mass, 1.0), rel=3e-3)
+    assert figures["contacts"][0]["start_s"] == pytest.approx(1e-4, rel=1e-9)
+    assert figures["contacts"][0]["impulse_ns"] == pytest.approx(2.0 * mass, rel=1e-6)
+    assert figures["restitution"] == pytest.approx(1.0, abs=1e-6)
+    assert abs(figures["energy_closure"]) < 1e-6
+    assert figures["tracking_error_m"] < 1e-9
+    assert values["normal"] == pytest.approx(np.tile([0.0, 0.0, -1.0], (len(values["normal"]), 1)), abs=1e-12)
+
+
+def test_two_free_balls_keep_their_momenta_whichever_is_first():
+    """An oblique blow with friction and spin: linear and angular momentum to rounding, energy by its books."""
+    one = {
+        "shape": "sphere",
+        "motion": "free",
+        "radius": 0.01,
+        "velocity": [0.5, 0.1, 0.0],
+        "angular_velocity": [20.0, 80.0, -30.0],
+    }
+    other = {"shape": "sphere", "motion": "free", "radius": 0.02, "position": [0.03005, 0.0012, 0.0]}
+    one["position"] = [0.0, 0.0, 0.0]
+    contact = {"friction_coefficient": 0.3, "friction": "spot", "restitution": 0.7}
+    straight = run(first=one, second=other, contact=contact, run={"duration": 1.2e-3, "output_rate": 1e5})
+    swapped = run(first=other, second=one, contact=contact, run={"duration": 1.2e-3, "output_rate": 1e5})
+    for (figures, values), names in ((straight, ("", "second_")), (swapped, ("second_", ""))):
+        assert figures["contact_count"] == 1
+        assert figures["restitution"] == pytest.approx(0.7, abs=2e-3)
+        assert figures["dissipated_friction_j"] > 0.0
+        assert abs(figures["energy_closure"]) < 1e-5
+        masses = [STEEL_BALL.density * 4.0 / 3.0 * math.pi * radius**3 for radius in (0.01, 0.02)]
+        linear = sum(mass * values[f"{name}velocity"] for mass, name in zip(masses, names, strict=True))
+        about = sum(
+            mass * np.cross(values[f"{name}position"], values[f"{name}velocity"]) + values[f"{name}angular_momentum"]
+            for mass, name in zip(masses, names, strict=True)
+        )
+        assert np.abs(linear - linear[0]).max() < 1e-12 * np.abs(linear).max()
+        assert np.abs(about - about[0]).max() < 1e-9 * np.abs(about).max()
+    assert straight[1]["velocity"][-1] == pytest.approx(swapped[1]["second_velocity"][-1], rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("tracking", ["closed", "differential"])
+def test_an_ellipsoid_on_a_plane_is_as_the_kind_made_for_it(tracking):
+    """Two programs: to the moment of the load by turning curvatures, which only the other kind has."""
+    turn, spin = [0.3, 0.5, 0.2], [20.0, -35.0, 15.0]
+    other = parse_scene(
+        {
+            "kind": "ellipsoid_on_plane",
+            "body": {"semi_axes": [0.03, 0.02, 0.012]},
+            "start": {"height": 1e-4, "turn": turn, "angular_velocity": spin, "velocity": [0.1, 0.0, -0.5]},
+            "contact": {"friction_coefficient": 0.1},
+            "run": {"duration": 0.02, "output_rate": 1000.0},
+        },
+        "scene",
+    )
+    found = simulate(other)
+    truth = joined(list(found.blocks())).values
+    expected = found.report.figures
+    first = {
+        "shape": "ellipsoid", "semi_axes": [0.03, 0.02, 0.012], "position": truth["position"][0].tolist(),
+        "turn": turn, "velocity": [0.1, 0.0, -0.5], "angular_velocity": spin,
+    }  # fmt: skip
+    contact = {"friction_coefficient": 0.1, "tracking": tracking}
+    mapping = {
+        **DROP, "first": first, "contact": contact, "gravity": [0.0, 0.0, -9.80665],
+        "run": {"duration": 0.02, "output_rate": 1000.0},
+    }  # fmt: skip
+    mine = simulate(parse_scene(mapping, "scene"))
+    values = joined(list(mine.blocks())).values
+    figures = mine.report.figures
+    assert figures["contact_count"] == expected["contact_count"] >= 1
+    assert figures["contact_duration_s"] == pytest.approx(expected["contact_duration_s"], rel=1e-3)
+    assert figures["peak_force_n"] == pytest.approx(expected["peak_force_n"], rel=5e-3)
+    for name in ("position", "velocity", "angular_velocity"):
+        assert values[name][-1] == pytest.approx(truth[name][-1], rel=2e-3, abs=2e-3 * np.abs(truth[name]).max()), name
+    assert abs(figures["energy_closure"]) < 1e-3
+
+
+def test_a_ball_that_rolls_in_a_groove_swings_as_a_rolling_pendulum():
+    """Path radius rho, no slip: T = 2 pi sqrt(7 rho/(5 g)), for 0.1 rad longer by a**2/16; a quarter of it here."""
+    rho, ball, amplitude, g = 0.02, 0.005, 0.1, 9.80665
+    period = 2.0 * math.pi * math.sqrt(1.4 * rho / g) * (1.0 + amplitude**2 / 16.0)
+    soft = {"young_modulus": 2e8, "poisson_ratio": 0.3, "density": 7850.0, "yield_strength": 0.0}
+    _, values = run(
+        first={
+            "radius": ball, "material": soft,
+            "position": [rho * math.sin(amplitude), 0.0, -rho * math.cos(amplitude)],
+        },
+        second={
+            "shape": "groove", "ring_radius": rho + ball - 0.006, "radius": 0.006, "turn": [0.5 * math.pi, 0.0, 0.0],
+            "motion": "held",
+        },
+        contact={"friction_coefficient": 0.8, "friction_regularisation": 3e-4, "restitution": 0.3},
+        gravity=[0.0, 0.0, -g],
+        run={"duration": 0.28 * period, "output_rate": 1000.0},
+    )  # fmt: skip
+    x, time = values["position"][:, 0], 1e-3 * np.arange(len(values["position"]))
+    after = int(np.flatnonzero(x < 0.0)[0])
+    crossing = np.interp(0.0, x[[after, after - 1]], time[[after, after - 1]])
+    assert crossing == pytest.approx(0.25 * period, rel=2e-3)
+    assert values["angular_velocity"][after, 1] * ball == pytest.approx(values["velocity"][after, 0], rel=5e-3)
+
+
+def test_a_turning_plate_works_on_the_ball_that_lies_on_it():
+    """The books close only with the work of the held body; without friction it does none."""
+    common = {
+        "first": {"position": [0.02, 0.0, 0.00999999]},
+        "second": {"shape": "plane", "motion": "held", "angular_velocity": [0.0, 0.0, 30.0]},
+        "gravity": [0.0, 0.0, -9.80665],
+        "run": {"duration": 0.01, "output_rate": 1000.0},
+    }
+    figures, values = run(**common, contact={"friction_coefficient": 0.2, "restitution": 0.5})
+    assert figures["held_work_j"] < -1e-7
+    assert abs(figures["energy_closure"]) < 1e-5
+    assert values["velocity"][-1, 1] > 1e-3
+    idle, _ = run(**common, contact={"restitution": 0.5})
+    assert idle["held_work_j"] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_a_rounded_box_lands_on_a_face_which_is_no_ellipse():
+    """Flat on the plate: energy kept, no turning, the duration between those of a sphere and of a punch."""
+    first = {
+        "shape": "superellipsoid", "semi_axes": [0.01, 0.01, 0.01], "exponents": [4.0, 4.0],
+        "position": [0.0, 0.0, 0.0101], "velocity": [0.0, 0.0, -1.0],
+    }  # fmt: skip
+    figures, values = run(first=first, contact={"normal": "overlap"}, run={"duration": 2.5e-4})
+    assert figures["restitution"] == pytest.approx(1.0, abs=1e-5)
+    assert abs(figures["energy_closure"]) < 2e-5
+    assert np.abs(values["angular_velocity"]).max() < 1e-6
+    assert values["curvature_small"].max() < 1e-6
+    with pytest.raises(SceneError, match=r"overlap"):
+        scene(first=first, contact={"normal": "hertz"})
+
+
+@pytest.mark.parametrize(("exponents", "points"), [((2.0, 2.0), 80), ((4.0, 4.0), 80), ((2.5, 6.0), 80)])
+def test_masses_and_moments_of_superellipsoids_by_counting(exponents, points):
+    axes, (n, m) = (0.03, 0.02, 0.01), exponents
+    one = Shaped(shape="superellipsoid", semi_axes=axes, exponents=exponents)
+    grid = (np.arange(points) + 0.5) / points
+    x, y = np.meshgrid(grid, grid, indexing="ij")
+    inside = x**n + y**n < 1.0
+    height = np.where(inside, (1.0 - np.where(inside, x**n + y**n, 0.0) ** (m / n)) ** (1.0 / m), 0.0)
+    cell = 8.0 * math.prod(axes) / points**2
+    volume = cell * height.sum()
+    squares = [
+        axes[0] ** 2 * (x**2 * height).sum(),
+        axes[1] ** 2 * (y**2 * height).sum(),
+        axes[2] ** 2 * (height**3).sum() / 3,
+    ]
+    squares = [cell * one * STEEL_BALL.density for one in squares]
+    rigid = rigid_of(one)
+    assert rigid.mass == pytest.approx(STEEL_BALL.density * volume, rel=5e-3)
+    assert rigid.inertia[0] == pytest.approx(squares[1] + squares[2], rel=1e-2)
+    assert rigid.inertia[2] == pytest.approx(squares[0] + squares[1], rel=1e-2)
+    ball = rigid_of(dataclasses.replace(one, shape="ellipsoid", exponents=(2.0, 2.0)))
+    if exponents == (2.0, 2.0):
+        assert rigid.inertia == pytest.approx(ball.inertia, rel=1e-12)
+
+
+REFUSED = [
+    ({"first": {"shape": "superellipsoid", "semi_axes": [1, 1, 1], "exponents": [1.5, 2]}}, "edges"),
+    ({"first": {"shape": "ellipsoid"}}, "needs first.semi_axes above zero"),
+    ({"first": {"semi_axes": [0.1, 0.1, 0.1]}}, "first.semi_axes is nothing a sphere has"),
+    ({"second": {"shape": "plane", "motion": "free"}}, "no mass of its own; give second.motion: held"),
+    ({"first": {"motion": "held"}}, "nothing moves"),
+    ({"first": {"shape": "groove", "radius": 0.001, "ring_radius": 0.1, "motion": "held"},
+      "second": {"shape": "plane", "motion": "held"}}, "nothing moves"),
+    ({"first": {"shape": "groove", "radius": 0.2, "ring_radius": 0.1, "motion": "held"}}, "below first.ring_radius"),
+    ({"first": {"shape": "ellipsoid", "semi_axes": [0.1, 0.1, 0.1]},
+      "second": {"shape": "sphere", "motion": "free", "position": [0, 0, 1]},
+      "contact": {"tracking": "closed"}}, "no closed form"),
+    ({"first": {"position": [0.0, 0.0, 0.001]}}, "press 0.009 m into each other"),
+    ({"first": {"shape": "ellipsoid", "semi_axes": [0.02, 0.001, 0.02], "position": [0.1, 0, 0]},
+      "second": {"shape": "groove", "radius": 0.002, "ring_radius": 0.1, "motion": "held"}}, "start"),
+    ({"first": {"radius": 0.01, "position": [0.09995, 0, 0]},
+      "second": {"shape": "groove", "radius": 0.010001, "ring_radius": 0.1, "motion": "held"}}, "touch over more than"),
+    ({"contact": {"normal": "linear"}}, "needs contact.stiffness"),
+    ({"contact": {"normal": "overlaps"}}, "did you mean overlap"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("sections", "sentence"), REFUSED)
+def test_what_makes_no_pair_is_refused_with_a_sentence(sections, sentence):
+    with pytest.raises(SceneError, match=sentence) as caught:
+        scene(**sections)
+    assert "\n" not in str(caught.value) or "problems" in str(caught.value)
+
+
+def test_several_closest_points_are_refused():
+    """A long ellipsoid along a groove's axis touches both flanks alike."""
+    turn = Rotation.from_euler("y", 90, degrees=True).as_rotvec().tolist()
+    with pytest.raises(SceneError, match=r"several closest points|saddle|flat"):
+        scene(
+            first={"shape": "ellipsoid", "semi_axes": [0.0095, 0.002, 0.002], "position": [0.1, 0, 0], "turn": turn},
+            second={"shape": "groove", "radius": 0.01, "ring_radius": 0.1, "motion": "held"},
+        )
+
+
+def test_a_contact_whose_load_ends_while_bodies_touch_keeps_its_impulse():
+    """Steady damping ends a contact with a corner, and answers at once where it begins: no step goes across either."""
+
+    def contacts(tolerance):
+        words = ("run.duration=0.03", "solver.companion=off", f"wanted.tolerance={tolerance}")
+        run = simulate(load_scene("two_bodies_ellipsoid", words))
+        for _ in run.blocks():
+            pass
+        return np.array([(one["peak_force_n"], one["impulse_ns"]) for one in run.report.figures["contacts"]])
+
+    exact = contacts(1e-10)
+    for tolerance in (1e-2, 1e-5):
+        assert np.abs(contacts(tolerance) / exact - 1.0).max() < 1e-6

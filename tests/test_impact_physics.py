@@ -1,0 +1,624 @@
+"""Impacts of two spheres and of two discs: closed forms, published numbers, balances, records, bodies that fail."""
+
+import dataclasses
+import json
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from reference.impact import equation_14, power_load, strike
+from scipy.integrate import quad, solve_ivp
+from solved_impact import SolvedImpact
+
+from bearing_twin import simulate
+from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
+from bearing_twin.command.logged import ShownStream
+from bearing_twin.contact import hertz_impact as impact
+from bearing_twin.contact import line
+from bearing_twin.contact.damping import damping_for_restitution
+from bearing_twin.contact.laws import line_law
+from bearing_twin.contact.names import law_names
+from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
+from bearing_twin.kinds.bearing.forces.layout import VELOCITY
+from bearing_twin.kinds.impact import collision
+from bearing_twin.kinds.impact import disc_closed_form as disc_impact
+from bearing_twin.kinds.impact.collision import collide
+from bearing_twin.kinds.impact.discs import solve as solve_discs
+from bearing_twin.kinds.impact.figures import CONTACT
+from bearing_twin.kinds.impact.models import JOHNSON_ERROR, LARGE
+from bearing_twin.kinds.impact.spheres import solve as solve_spheres
+from bearing_twin.kinds.impact.spring import NO_LINE, Spring
+from bearing_twin.log.run_log import read_log, write_log
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.verification import verify
+from bearing_twin.sample import joined
+
+MASS = 0.1129  # reduced, of the two spheres of paper 3
+STEEL = 4.0 / 3.0 * 2.1e11 / (2.0 * 0.91) * math.sqrt(0.01905 / 2.0)
+SPEEDS = st.floats(1e-3, 50.0)
+
+
+def solved(*overrides, stepper="closed_form"):
+    return SolvedImpact(solve_spheres, load_scene("two_spheres", overrides), "hertz", stepper)
+
+
+def test_contact_constant_and_invariant():
+    """The 2.94 of paper 3, eq. (2), and F_peak tau / (mu v)."""
+    assert pytest.approx(2.943275184324705, rel=1e-14) == impact.CONTACT_CONSTANT
+    assert pytest.approx(3.67909398, rel=1e-8) == impact.FORCE_TIME_INVARIANT
+
+
+def test_the_spheres_of_paper_3():
+    """Eqs. (1) and (2) with the printed steel data."""
+    assert impact.alpha(STEEL, MASS) == pytest.approx(1.143048864e-4, rel=1e-9)
+    found = solved()
+    assert found.contacts[0].duration == pytest.approx(6.278541908e-5, rel=1e-9)
+    assert found.peak_force == pytest.approx(132314.068, rel=1e-8)
+    assert found.greatest_approach == pytest.approx(4.26636418e-4, rel=1e-8)
+    assert solved("motion.first_velocity=0.1").peak_force == pytest.approx(229.28, rel=1e-4)
+
+
+def test_a_measured_alpha_takes_the_place_of_the_materials():
+    found = solved("contact.measured_alpha=1.138e-4")
+    assert found.contacts[0].duration == pytest.approx(6.250809491e-5, rel=1e-9)
+    assert found.peak_force == pytest.approx(132901.094, rel=1e-8)
+    assert impact.alpha(impact.coefficient_of_alpha(1.138e-4, MASS), MASS) == pytest.approx(1.138e-4, rel=1e-14)
+
+
+@settings(deadline=None)
+@given(SPEEDS, st.floats(1e-4, 10.0), st.floats(1e6, 1e12))
+def test_invariants_hold_for_any_bodies(speed, mass, coefficient):
+    """F_peak tau = 3.679 mu v; tau v^(1/5) = alpha."""
+    bodies = coefficient, mass, speed
+    product = impact.peak_force(*bodies) * impact.contact_time(*bodies)
+    assert product == pytest.approx(impact.FORCE_TIME_INVARIANT * mass * speed, rel=1e-12)
+    assert impact.contact_time(*bodies) * speed**0.2 == pytest.approx(impact.alpha(coefficient, mass), rel=1e-12)
+
+
+def strikes(found, truth, rel=1e-8):
+    """Whether a solved impact is one that was followed by another program: figures and history."""
+    assert found.contacts[0].duration == pytest.approx(truth.duration, rel=rel)
+    assert found.peak_force == pytest.approx(truth.peak_force, rel=rel)
+    assert found.greatest_approach == pytest.approx(truth.greatest_approach, rel=rel)
+    assert found.restitution == pytest.approx(truth.restitution, rel=rel)
+    inside = found.time < truth.duration
+    exact = truth.approach(found.time[inside])
+    assert inside.sum() > 100
+    assert found.approach[inside] == pytest.approx(exact, abs=3e-7 * truth.greatest_approach)
+    assert np.all(found.force[~inside] == 0.0)
+
+
+@pytest.mark.parametrize("speed", [0.01, 1.0, 20.0])
+def test_closed_form_and_histories_against_the_motion_followed(speed):
+    scale = 4.3e-4 * (speed / 20.0) ** 0.8
+    strikes(solved(f"motion.first_velocity={speed}"), strike(power_load(STEEL), MASS, speed, scale))
+
+
+@pytest.mark.parametrize(("restitution", "number"), [(0.9, 0.16648), (0.5, 1.43275)])
+def test_damped_impacts_against_the_motion_followed(restitution, number):
+    """Published chi v; the quadrature over the rates, its peak and both halves of its history."""
+    found = solved(f"contact.restitution={restitution}", "motion.first_velocity=3.0")
+    damping = damping_for_restitution(restitution, 3.0)
+    assert damping * 3.0 == pytest.approx(number, abs=6e-6)
+    strikes(found, strike(power_load(STEEL, damping), MASS, 3.0, 9e-5))
+
+
+def test_the_history_carries_the_impulse_and_obeys_newton():
+    """Paper 3, eq. (13): mu x'' = -c x^1.5, by central differences; the integral of the force is 2 mu v."""
+    tau = impact.contact_time(STEEL, MASS, 20.0)
+    times = np.linspace(0.0, tau, 4001)
+    force = impact.force_history(times, STEEL, MASS, 20.0)
+    assert np.trapezoid(force, times) == pytest.approx(2.0 * MASS * 20.0, rel=1e-6)
+    assert force.max() == pytest.approx(132314.068, rel=1e-8)
+    x = impact.approach_history(times, STEEL, MASS, 20.0)
+    second = np.diff(x, 2) / (times[1] - times[0]) ** 2
+    assert second[100:-100] == pytest.approx(-force[101:-101] / MASS, rel=1e-4)
+
+
+def test_a_million_impacts_at_once():
+    speeds = np.linspace(0.1, 50.0, 1_000_000)
+    times = impact.contact_time(STEEL, MASS, speeds)
+    assert times.shape == impact.peak_force(STEEL, MASS, speeds).shape == speeds.shape
+    assert times[[0, -1]] == pytest.approx([1.143048864e-4 * v**-0.2 for v in (0.1, 50.0)], rel=1e-9)
+
+
+def test_the_differential_equation_gives_the_closed_form():
+    exact, found = solved(), solved("wanted.tolerance=1e-12", stepper="dop853")
+    assert found.contacts[0].duration == pytest.approx(exact.contacts[0].duration, rel=1e-9)
+    for name in ("peak_force", "greatest_approach", "restitution"):
+        assert getattr(found, name) == pytest.approx(getattr(exact, name), rel=1e-10)
+    assert found.force == pytest.approx(exact.force, abs=1e-9 * exact.peak_force)
+    assert found.values["velocity"] == pytest.approx(exact.values["velocity"], abs=1e-8)
+
+
+@pytest.mark.parametrize(("restitution", "product"), [(0.9, 0.16648), (0.7, 0.63483), (0.5, 1.43275)])
+def test_damping_gives_exactly_the_restitution_asked_for(restitution, product):
+    """chi v (1 + e) = ln[(1 + chi v) / (1 - e chi v)]; usual shortcuts give 0.47 to 0.73 for 0.5."""
+    assert damping_for_restitution(restitution, 20.0) * 20.0 == pytest.approx(product, abs=6e-6)
+    by_quadrature = solved(f"contact.restitution={restitution}")
+    by_equation = solved(f"contact.restitution={restitution}", "wanted.tolerance=1e-12", stepper="dop853")
+    for found in (by_quadrature, by_equation):
+        assert found.restitution == pytest.approx(restitution, rel=1e-9)
+        assert abs(found.energy_closure) < 1e-9
+    assert by_quadrature.contacts[0].duration == pytest.approx(by_equation.contacts[0].duration, rel=1e-9)
+    assert by_quadrature.peak_force == pytest.approx(by_equation.peak_force, rel=1e-8)
+    assert by_quadrature.force == pytest.approx(by_equation.force, abs=1e-6 * by_equation.peak_force)
+
+
+@pytest.mark.parametrize("restitution", [0.9, 0.5])
+def test_steady_damping_keeps_its_restitution_at_every_speed(restitution):
+    """Which the other law does only at one; energy closes with what is left in the contact when the bodies part."""
+    steady = f"contact.restitution={restitution}", "contact.damping_law=steady"
+    for speed in (0.02, 20.0):
+        found = solved(*steady, f"motion.first_velocity={speed}", stepper="dop853")
+        assert found.restitution == pytest.approx(restitution, rel=1e-6)
+        assert abs(found.energy_closure) < 1e-6
+    values = found.values
+    assert values["velocity"][-1, 1] - values["velocity"][-1, 0] == pytest.approx(restitution * 20.0, rel=1e-6)
+    after = found.time > found.contacts[0].duration
+    assert np.all(values["normal_load"][after] == 0.0)
+    assert np.abs(np.diff(values["approach"])).max() < 1.1 * 20.0 * (found.time[1] - found.time[0])  # no jump
+    assert found.force.min() >= 0.0
+    impulse = np.trapezoid(found.force, found.time)
+    assert impulse == pytest.approx(found.contacts[0].impulse, rel=1e-3)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0.1, 5.0), st.floats(-3.0, 3.0), st.floats(0.1, 10.0), st.sampled_from([1.0, 0.8]))
+def test_momentum_is_kept_and_velocities_part_as_restitution_says(heavier, second, speed, restitution):
+    overrides = (
+        f"second.mass={heavier}", f"motion.first_velocity={second + speed}", f"motion.second_velocity={second}",
+        f"contact.restitution={restitution}",
+    )  # fmt: skip
+    found = solved(*overrides)
+    velocity, masses = found.values["velocity"], np.array([0.2258, heavier])
+    momentum = velocity @ masses
+    assert momentum == pytest.approx(momentum[0], abs=1e-9 * np.abs(masses * velocity[0]).sum())
+    assert velocity[-1, 1] - velocity[-1, 0] == pytest.approx(restitution * speed, rel=1e-8)
+
+
+def test_energy_is_kept_through_the_contact():
+    found = solved("wanted.tolerance=1e-11", stepper="dop853")
+    total = found.values["kinetic_energy"] + found.values["elastic_energy"]
+    assert total == pytest.approx(0.5 * MASS * 400.0, rel=1e-8)
+
+
+def test_spheres_a_metre_apart_do_not_pass_through_each_other():
+    """Adaptive integrators step over the contact and report success; free flight here is exact."""
+    diameter = 0.0381
+
+    def right_hand_side(_, y):
+        """Distance of the centres and its rate; the spheres repel where they overlap."""
+        return [y[1], math.copysign(STEEL * max(diameter - abs(y[0]), 0.0) ** 1.5 / MASS, y[0])]
+
+    passed = 0
+    for method in ("RK45", "DOP853", "Radau", "BDF", "LSODA"):
+        for tolerance in (1e-3, 1e-6, 1e-9):
+            blind = solve_ivp(right_hand_side, (0.0, 0.1), [1.0 + diameter, -20.0], method, rtol=tolerance)
+            assert blind.success
+            passed += blind.y[0, -1] < -diameter
+    assert passed >= 12
+    found = solved("motion.gap=1.0")
+    assert found.contacts[0].start == pytest.approx(0.05, rel=1e-12)
+    assert found.contacts[0].duration == pytest.approx(6.278541908e-5, rel=1e-9)
+
+
+def test_a_step_beyond_an_eighth_of_the_contact_is_refused_and_a_coarse_one_is_warned_of():
+    from bearing_twin.run.fidelity import choose
+
+    with pytest.raises(SceneError, match="at least 8 steps; use"):
+        load_scene("two_spheres", ["solver.stepper=rk4", "solver.step=1.0e-5"])
+    with pytest.raises(SceneError, match="at most 100000 steps; use"):  # which would be terabytes
+        load_scene("two_discs", ["solver.stepper=rk4", "solver.step=1.0e-13"])
+    coarse = load_scene("two_spheres", ["solver.stepper=symplectic_euler", "solver.step=6.0e-6"])
+    assert "16 steps a contact" in choose(coarse).warnings[0]
+    assert choose(load_scene("two_spheres", ["solver.stepper=rk4"])).warnings == ()
+
+
+@pytest.mark.parametrize(("stepper", "order"), [("rk4", 2.0), ("symplectic_euler", 1.0)])
+def test_fixed_steps_converge(stepper, order):
+    exact, errors = solved().contacts[0].duration, []
+    for count in (50, 800):
+        step = exact / count
+        errors.append(abs(solved(f"solver.step={step!r}", stepper=stepper).contacts[0].duration / exact - 1.0))
+    assert math.log(errors[0] / errors[1]) / math.log(16.0) > order - 0.1
+
+
+def test_numbers_that_are_not_finite_stop_the_run():
+    """LSODA returns success with NaN; here one sentence says what happened."""
+    blind = solve_ivp(lambda t, y: [y[1], math.nan if t > 5e-5 else 0.0], (0.0, 1e-4), [0.0, 20.0], "LSODA")
+    assert blind.success
+    assert np.isnan(blind.y).any()
+    for method in ("dop853", "rk4"):
+        with pytest.raises(IntegrationError, match="not finite"):
+            collide(Spring(math.nan, NO_LINE, 0.0), MASS, 20.0, method, 1e-9, 1e-6, 6e-5)
+
+
+@pytest.mark.parametrize(
+    ("override", "sentence"),
+    [
+        ("motion.first_velocity=0", "never meet"),
+        ("motion.first_velocity=-3.0", "never meet"),
+        ("motion.second_velocity=20.0", "never meet"),
+        ("first.radius=0", "first.radius = 0 is out of range"),
+        ("first.material.poisson_ratio=0.5", "below 0.5"),
+        ("contact.restitution=0", "above 0"),
+        ("contact.restitution=1.2", "at most 1"),
+        ("motion.gap=-1e-3", "at least 0"),
+        ("solver.stepper=euler", "did you mean symplectic_euler|legal"),
+        ("motion.velocity=3", "is not a key"),
+    ],
+)
+def test_bad_input_gets_a_sentence(override, sentence):
+    with pytest.raises(SceneError, match=sentence):
+        load_scene("two_spheres", [override])
+
+
+REDUCED = 7853.981634
+LAW = line_law("line", 1.0, 2.0, 5e9, 0.3)
+
+
+def solved_discs(*overrides, law="line", stepper="closed_form"):
+    return SolvedImpact(solve_discs, load_scene("two_discs", overrides), law, stepper)
+
+
+@pytest.mark.parametrize(("speed", "time"), [(10.0, 6.4857259957e-3), (100.0, 5.5677528716e-3)])
+def test_contact_times_of_equation_14(speed, time):
+    assert disc_impact.contact_time(LAW, REDUCED, speed) == pytest.approx(time, rel=1e-9)
+    found = solved_discs(f"motion.first_velocity={speed}")
+    assert found.contacts[0].duration == pytest.approx(time, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("radius", "thickness", "modulus", "nu", "speed"), [(1.0, 2.0, 5e9, 0.3, 10.0), (0.2, 0.1, 1e11, 0.25, 1.0)]
+)
+def test_the_closed_form_against_the_motion_followed(radius, thickness, modulus, nu, speed):
+    """Eq. (14) bisected at every step instead of Lambert's function, and no integral of the energy."""
+    mass = 0.5 * 2500.0 * math.pi * radius**2 * thickness
+    law = line_law("line", radius, thickness, modulus, nu)
+    deepest = disc_impact.greatest_approach(law, mass, speed)
+    truth = strike(equation_14(radius, thickness, modulus, nu), mass, speed, float(deepest))
+    assert deepest == pytest.approx(truth.greatest_approach, rel=1e-8)
+    assert disc_impact.contact_time(law, mass, speed) == pytest.approx(truth.duration, rel=1e-8)
+    assert disc_impact.peak_force(law, mass, speed) == pytest.approx(truth.peak_force, rel=1e-8)
+
+
+def test_peaks_of_equation_14():
+    found = solved_discs()
+    assert found.peak_force == pytest.approx(39571863.7, rel=1e-8)
+    assert found.greatest_approach == pytest.approx(2.0993635e-2, rel=1e-7)
+
+
+@pytest.mark.parametrize("law", law_names("line", ()))
+def test_quadrature_has_twelve_digits(law):
+    """Against a finer rule, and against an adaptive one on the same integral in its plain form."""
+    made = line_law(law, 1.0, 2.0, 5e9, 0.3)
+    coarse, fine = (disc_impact.contact_time(made, REDUCED, 10.0, nodes) for nodes in (disc_impact.NODES, 400))
+    assert coarse == pytest.approx(fine, rel=1e-12)
+    energy = 0.5 * REDUCED * 100.0
+
+    def integrand(angle):
+        return 2.0 * REDUCED * 10.0 * math.sin(angle) / line.load_of_energy(made, energy * math.sin(angle) ** 2)
+
+    adaptive, _ = quad(integrand, 0.0, 0.5 * math.pi, epsabs=0.0, epsrel=1e-12, limit=200)
+    assert coarse == pytest.approx(adaptive, rel=1e-10)
+
+
+@pytest.mark.parametrize("law", law_names("line", ()))
+def test_the_differential_equation_gives_the_quadrature(law):
+    exact = solved_discs(law=law)
+    found = solved_discs("wanted.tolerance=1e-12", law=law, stepper="dop853")
+    assert found.contacts[0].duration == pytest.approx(exact.contacts[0].duration, rel=1e-9)
+    for name in ("peak_force", "greatest_approach", "restitution"):
+        assert getattr(found, name) == pytest.approx(getattr(exact, name), rel=1e-9)
+    assert found.force == pytest.approx(exact.force, abs=1e-7 * exact.peak_force)
+    assert abs(found.energy_closure) < 1e-10
+
+
+def test_impulse_is_the_integral_of_the_force():
+    found = solved_discs("run.output_rate=1.0e7")
+    inside = found.time <= found.contacts[0].duration
+    assert np.trapezoid(found.force[inside], found.time[inside]) == pytest.approx(found.contacts[0].impulse, rel=1e-6)
+    assert found.contacts[0].impulse == pytest.approx(2.0 * REDUCED * 10.0, rel=1e-8)
+
+
+def test_many_discs_at_once_and_their_mean():
+    """E ~ gamma(5e9, 1e9), by Gauss quadrature over its quantiles: mean and standard deviation of the contact time."""
+    from scipy.stats import gamma
+
+    points, weights = np.polynomial.legendre.leggauss(400)
+    moduli = gamma(25.0, scale=2e8).ppf(0.5 * (points + 1.0))
+    times = disc_impact.contact_time(line_law("line", 1.0, 2.0, moduli, 0.3), REDUCED, 10.0)
+    mean = 0.5 * np.sum(weights * times)
+    assert mean == pytest.approx(6.5773670e-3, rel=1e-5)
+    assert math.sqrt(0.5 * np.sum(weights * (times - mean) ** 2)) == pytest.approx(6.3424330e-4, rel=2e-3)
+
+
+def test_thick_discs_are_answered_by_johnson_unless_the_scene_pins_the_paper():
+    from bearing_twin.run.fidelity import choose
+
+    assert choose(load_scene("two_discs")).law == "line"
+    assert "johnson costs no more" in choose(load_scene("two_discs")).warnings[0]
+    free = choose(load_scene("two_discs", ["contact.normal=auto", "wanted.outputs=peaks"]))
+    assert (free.law, free.stepper, free.warnings) == ("johnson", "closed_form", ())
+
+
+@pytest.mark.parametrize(("speed", "ratio"), [(10.0, 1.138), (100.0, 1.213)])
+def test_equation_14_is_softer_than_plane_strain_for_thick_discs(speed, ratio):
+    laws = (line_law(name, 1.0, 2.0, 5e9, 0.3) for name in ("line", "johnson"))
+    paper, johnson = (disc_impact.contact_time(law, REDUCED, speed) for law in laws)
+    assert paper / johnson == pytest.approx(ratio, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("override", "sentence"),
+    [
+        ("motion.first_velocity=0", "never meet"),
+        ("disc.thickness=0", "above 0"),
+        ("disc.material.poisson_ratio=0.6", "below 0.5"),
+        ("contact.normal=hertz", "legal: auto, line, johnson"),
+    ],
+)
+def test_bad_input_gets_a_sentence_of_discs(override, sentence):
+    with pytest.raises(SceneError, match=sentence):
+        load_scene("two_discs", [override])
+
+
+pytestmark = pytest.mark.usefixtures("quick_pictures")
+
+
+def test_a_run_that_ends_early_says_so():
+    run = simulate(load_scene("two_spheres", ["run.duration=3.0e-5"]))
+    list(run)
+    assert any("before the contact does" in flag for flag in run.report.flags)
+
+
+@pytest.mark.parametrize(
+    "lossy",
+    [
+        ["contact.restitution=0.7", "contact.damping_law=hunt_crossley", "contact.restitution_speed=0.01"],
+        ["contact.damping=30.0"],
+        ["contact.restitution=0.08", "contact.damping_law=steady"],
+    ],
+)
+def test_a_run_whose_duration_is_left_open_outlasts_a_contact_that_loses_most(lossy):
+    """At 1 m/s; with no loss these spheres part after 0.114 ms."""
+    run = simulate(load_scene("two_spheres", ["motion.first_velocity=1.0", "solver.companion=off", *lossy]))
+    list(run)
+    assert not any("before the contact does" in flag for flag in run.report.flags)
+    assert run.report.figures["restitution"] < 0.1
+    assert run.report.figures["contact_duration_s"] < run.report.simulated_seconds < 3.0e-3
+
+
+def test_overrides_come_before_what_is_left_to_be_chosen():
+    slow = load_scene("two_spheres", ["motion.first_velocity=0.02"])
+    ratio = slow.parameters.run.duration / load_scene("two_spheres").parameters.run.duration
+    assert ratio == pytest.approx(1000.0**0.2, rel=1e-3)
+    assert load_scene("two_spheres", ["run.duration=1.0e-4"]).parameters.run.duration == 1e-4
+
+
+def test_a_force_that_is_assumed_never_reports_success():
+    run = simulate(load_scene("sphere_on_beam", ["solver.stepper=sinusoidal"]))
+    list(run)
+    assert run.report.status == "failed: energy"
+    assert math.isfinite(run.report.figures["peak_stress_pa"])
+
+
+def test_a_picture_that_cannot_be_written_takes_no_figure_along(tmp_path, monkeypatch, capsys):
+    def refuse(*_):
+        raise BearingTwinError("the disk is full")
+
+    monkeypatch.setattr(ShownStream, "write", refuse)
+    assert main(["simulate", "two_spheres", "--plot", str(tmp_path / "a.png"), "--json"]) == BAD_INPUT
+    told, error = capsys.readouterr()
+    assert json.loads(told)["peak_force_n"] > 0.0
+    assert "plot" not in json.loads(told)
+    assert error.strip().endswith("bearing_twin: the disk is full")
+
+
+def logged(run, block, path):
+    """The log of a run that gave out this block."""
+    made = SimpleNamespace(scene=run.scene, choice=run.choice, blocks=lambda: iter([block]), report=run.report)
+    return read_log(write_log(made, path).path)
+
+
+def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, capsys):
+    """A record that was altered by 1 uN, and one that is not there."""
+    run = simulate("two_spheres")
+    whole = joined(list(run.blocks()))
+    rows = whole.records["contact"]
+    altered = rows + 1e-6 * np.array([channel.name == "peak_force" for channel in CONTACT.columns])
+    for name, contacts, deviation in (("same", rows, 0.0), ("altered", altered, 1e-6), ("none", rows[:0], np.inf)):
+        path = tmp_path / f"{name}.mcap"
+        log = logged(run, dataclasses.replace(whole, records=whole.records | {"contact": contacts}), path)
+        assert verify(log).greatest == pytest.approx(deviation, rel=1e-3)
+        assert main(["verify", str(path), "--strict"]) == (DOUBTFUL if deviation else DONE)
+        out, error = capsys.readouterr()
+        assert ("all the same" in out) == (name == "same") != ("where speed or load were commanded" in error)
+        assert ("deviates by up to 1e-06 (records of contact, SI) from" in error) == (name == "altered")
+        assert ("e-06, the greatest of its columns in SI" in out) == (name == "altered")
+        assert ("the log has more or fewer records of contact than a new run" in error) == (name == "none")
+        assert ("deviation of contact  more or fewer records than in a new run" in out) == (name == "none")
+        assert main(["verify", str(path), "--json"]) == DONE
+        found = json.loads(capsys.readouterr().out)
+        assert found.get("records_not_as_many") == (["contact"] if name == "none" else None)
+
+
+def test_what_happens_at_an_output_is_read_with_that_output(tmp_path, monkeypatch):
+    """Also with the last one of a message."""
+    monkeypatch.setattr("bearing_twin.log.stream.LARGEST_BLOCK", 8000)
+    run = simulate("two_spheres")
+    whole = joined(list(run.blocks()))
+    end = next(logged(run, whole, tmp_path / "first.mcap").blocks()).time_ns[-1]
+    rows = whole.records["contact"].copy()
+    rows[:, 0] = 1e-9 * end
+    moved = dataclasses.replace(whole, records={"contact": rows})
+    first, *others = logged(run, moved, tmp_path / "second.mcap").blocks()
+    assert first.time_ns[-1] == end
+    assert np.array_equal(first.records["contact"], rows)
+    assert others
+    assert not any(len(block.records["contact"]) for block in others)
+
+
+RADIUS, MODULUS, RATIO, DENSITY = 0.02, 2.0e11, 0.3, 7800.0
+STEEL_BALLS = {"young_modulus": MODULUS, "poisson_ratio": RATIO, "density": DENSITY}
+COEFFICIENT = 4.0 / 3.0 * MODULUS / (2.0 * (1.0 - RATIO**2)) * math.sqrt(RADIUS)
+MASS_OF_A_BALL = 4.0 / 3.0 * math.pi * RADIUS**3 * DENSITY
+SPEED = 0.5
+SCENES = {
+    "ellipsoid_on_plane": {
+        "body": {"semi_axes": [RADIUS] * 3, "material": STEEL_BALLS},
+        "plane": {"material": STEEL_BALLS},
+        "start": {"height": 1e-4, "velocity": [0.0, 0.0, -SPEED]},
+    },
+    "two_bodies": {
+        "first": {
+            "shape": "sphere",
+            "radius": RADIUS,
+            "position": [0.0, 0.0, RADIUS + 1e-4],
+            "velocity": [0.0, 0.0, -SPEED],
+            "material": STEEL_BALLS,
+        },
+        "second": {"shape": "plane", "material": STEEL_BALLS},
+        "wanted": {"tolerance": 1e-8},
+    },
+}
+DAMPED = {
+    "damping": (1.0, lambda x, rate: COEFFICIENT * x**1.5 * (1.0 + rate)),
+    "viscosity": (2e4, lambda x, rate: COEFFICIENT * x**1.5 + 2e4 * x**0.25 * rate),
+}
+
+
+def deepest(load):
+    """Greatest approach [m] of the sphere, and that at its greatest load."""
+
+    def turns(_, y):
+        return y[1]
+
+    turns.terminal = True
+    found = solve_ivp(
+        lambda _, y: [y[1], -load(max(y[0], 0.0), y[1]) / MASS_OF_A_BALL],
+        (0.0, 1.0),
+        [0.0, SPEED],
+        "DOP853",
+        events=turns,
+        rtol=1e-12,
+        atol=[1e-18, 1e-12],
+        max_step=1e-7,
+    )
+    hardest = max(range(len(found.t)), key=lambda k: load(max(found.y[0, k], 0.0), found.y[1, k]))
+    return found.y[0, -1], found.y[0, hardest]
+
+
+@pytest.mark.parametrize("key", DAMPED)
+@pytest.mark.parametrize("kind", SCENES)
+def test_damping_puts_the_greatest_approach_after_the_greatest_load(kind, key):
+    value, load = DAMPED[key]
+    scene = {
+        "kind": kind,
+        "gravity": [0.0, 0.0, 0.0],
+        "contact": {key: value, "friction_coefficient": 0.0},
+        "run": {"duration": 1e-3},
+    }
+    run = simulate(scene | SCENES[kind])
+    blocks = list(run.blocks())
+    exact, at_load = deepest(load)
+    assert at_load < 0.99 * exact
+    found = run.report.as_dict()
+    assert found["greatest_approach_m"] == pytest.approx(exact, rel=1e-8)
+    assert abs(found["greatest_approach_m"] - exact) < 3.0 * found["greatest_approach_m_error"] + 1e-10 * exact
+    assert max(block.values["approach"].max() for block in blocks) <= exact * (1.0 + 1e-8)
+
+
+def failed(name, *overrides) -> IntegrationError:
+    with pytest.raises(IntegrationError) as caught:
+        for _ in simulate(load_scene(name, overrides)).blocks():
+            pass
+    return caught.value
+
+
+def motion_of(stepper):
+    return Simulation(load_scene("bearing_6203", (f"solver.stepper={stepper}", "solver.companion=off")))._motion
+
+
+@pytest.mark.parametrize("number", [math.nan, 1e200])
+def test_a_state_that_is_no_number_or_too_great_names_its_ball(number):
+    motion = motion_of("rodas4")
+    motion.state[5, VELOCITY] = number
+    with pytest.raises(IntegrationError, match="ball 5 is not finite") as caught:
+        motion.advance(np.array([1e-3]), 1e-3)
+    assert (caught.value.reason, caught.value.body) == ("not finite", "ball 5")
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides", "reason", "body", "contact"),
+    [
+        ("ellipsoid_on_plane", ("start.velocity=[0, 0, -2000]",), "too deep", "body", "plane"),
+        ("two_bodies_groove", ("first.velocity=[0, 0, -2000]",), "", "first", "second"),
+    ],
+)
+def test_bodies_that_bounce_are_named(name, overrides, reason, body, contact):
+    error = failed(name, *overrides)
+    assert error.reason in ((reason,) if reason else ("too deep", "untracked"))
+    assert (error.body, error.contact) == (body, contact)
+    assert math.isfinite(error.seconds)
+
+
+@pytest.mark.parametrize(("stepper", "limit"), [("dop853", "LONGEST"), ("rk4", "MOST_NODES"), ("dop853", "LEAST_STEP")])
+def test_bodies_that_do_not_part_are_named(stepper, limit, monkeypatch):
+    """Where a contact may take a tenth of its time, or ten steps, or where no step is long enough."""
+    monkeypatch.setattr(collision, limit, {"LONGEST": 0.1, "MOST_NODES": 10, "LEAST_STEP": 1e9}[limit])
+    error = failed("two_spheres", "contact.restitution=0.8", f"solver.stepper={stepper}", "motion.gap=1e-3")
+    reason = "not finite" if limit == "LEAST_STEP" else "no end"
+    assert (error.reason, error.body, error.contact) == (reason, "first", "second")
+    assert error.seconds > 0.0
+
+
+def test_a_sphere_that_bounces_on_a_beam_for_ever_is_named(monkeypatch):
+    monkeypatch.setattr("bearing_twin.kinds.beam.impact.GREATEST_CONTACTS", 1)
+    error = failed("sphere_on_beam_drop_50mm")
+    assert (error.reason, error.body, error.contact) == ("no end", "sphere", "beam")
+    assert error.seconds > 0.0
+
+
+SHARES = (0.01, 0.03, 0.06, 0.1, 0.14)  # of the speed of waves
+
+
+def met_at(share, ratio=0.3, thickness=2.0):
+    """Overrides for discs that come with that share of the speed of waves in them."""
+    speed = 2.0 * share * math.sqrt(5e9 / 2500.0)
+    return f"motion.first_velocity={speed}", f"disc.material.poisson_ratio={ratio}", f"disc.thickness={thickness}"
+
+
+def off_elements(share, ratio, thickness, *mesh):
+    """Relative errors of force and contact time by Johnson's law against finite elasticity with a stiff penalty.
+
+    The force by elements is averaged over 2 % of the contact: single elements ring as they touch.
+    """
+    from bearing_twin.kinds.soft_discs.solve import solve as by_elements
+
+    shared = met_at(share, ratio, thickness)
+    line = load_scene("two_discs", [*shared, "contact.normal=auto", "wanted.outputs=peaks"])
+    found = SolvedImpact(solve_discs, line, "johnson", "closed_form")
+    finer = (*mesh, "contact.stiffness_ratio=300")
+    elements = by_elements(load_scene("soft_discs_fast", [*shared, *finer]).parameters, frames=2)
+    force = elements.column("force")
+    lasted = elements.step * np.flatnonzero(force)[-1]
+    width = int(0.02 * lasted / elements.step)
+    peak = np.convolve(force, np.full(width, 1.0 / width), "valid").max()
+    return found.peak_force / peak - 1.0, found.contacts[0].duration / lasted - 1.0
+
+
+def test_the_numbers_that_say_what_line_contact_errs_by_have_their_study():
+    """JOHNSON_ERROR bounds both errors of slow discs; LARGE is the error of the force over the share of the speed."""
+    mesh = "mesh.divisions=24", "mesh.order=3"
+    slow = [abs(off) for share in (0.003, 0.01) for off in off_elements(share, 0.3, 2.0, *mesh)]
+    assert 0.85 * JOHNSON_ERROR < max(slow) <= JOHNSON_ERROR
+    forces, times = zip(*(off_elements(share, 0.3, 2.0, *mesh) for share in SHARES), strict=True)
+    assert forces == pytest.approx((0.034, 0.097, 0.184, 0.296, 0.418), abs=0.005)
+    assert times == pytest.approx((0.031, -0.002, -0.048, -0.094, -0.143), abs=0.005)
+    assert np.median(np.divide(forces, SHARES)) == pytest.approx(LARGE, rel=0.05)

@@ -1,0 +1,575 @@
+"""A shaft on two bearings: statics, frequencies, unbalance, loads over time, an independent integration."""
+
+import itertools
+import json
+import math
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from scipy import linalg
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+from shafts import energy, motion_of, outputs_of, parameters_of
+
+from bearing_twin.command.cli import BAD_INPUT, DONE, main
+from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import EquilibriumSolver, Support, azimuths_of, setting_of
+from bearing_twin.kinds.bearing.ratings import equivalent_load, ratings_of, reference_life
+from bearing_twin.kinds.contract import Output
+from bearing_twin.kinds.shaft import picture
+from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
+from bearing_twin.kinds.shaft.modes import (
+    critical_speeds,
+    matrices_of,
+    modes_at,
+    modes_of,
+    unbalance_response,
+)
+from bearing_twin.kinds.shaft.parameters import SIDES
+from bearing_twin.kinds.shaft.rotor import RATE
+from bearing_twin.kinds.shaft.statics import balance_of, rotor_of
+from bearing_twin.kinds.shaft.topics import longest_arrow, ring_centres, topics, wrenches
+from bearing_twin.run.fidelity import choose
+from bearing_twin.run.passes import simulate
+from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Simulation
+from bearing_twin.sample import joined
+
+STILL = ("gravity=[0,0,0]", "shaft.unbalances=[]")
+LOOSE = (  # two 6203 with clearance, one facing each way, so that the shaft is loaded alike along its axis
+    *(f"{side}.{key}" for side in SIDES for key in ("geometry.radial_clearance=8e-6", "offset=0.0")),
+    "left.place=-0.05",
+    "right.place=0.05",
+)
+
+
+def alone(parameters, side, law="hertz"):
+    """The solver of one bearing by itself, its balls where the shaft has them, without their weight."""
+    scene = bearing_scene(parameters, side)
+    azimuths = azimuths_of(scene.geometry.balls, getattr(parameters, side).ball_angle)
+    return EquilibriumSolver(setting_of(scene, law, parameters.drive.speed), azimuths)
+
+
+def coupling(parameters, side):
+    """From the shaft's coordinates (5,) to those of a ring, without what stands there anyway: (5, 5)."""
+    mounted = getattr(parameters, side)
+    a, s = mounted.place, float(mounted.facing)
+    return np.array([[1, 0, 0, 0, a], [0, 1, 0, -a, 0], [0, 0, s, 0, 0], [0, 0, 0, s, 0], [0, 0, 0, 0, s]], float)
+
+
+def middles(parameters):
+    return {side: np.array([0.0, 0.0, middle_of(getattr(parameters, side)), 0.0, 0.0]) for side in SIDES}
+
+
+def loads_alone(parameters, side, ring):
+    """(loads (5,), stiffness (5, 5)) of one bearing by itself, its ring held at `ring` (5,)."""
+    found = alone(parameters, side).solve(Support((False,) * 5, (0.0,) * 5, tuple(map(float, ring))))
+    return found.loads, found.stiffness
+
+
+def test_a_symmetric_shaft_loads_each_bearing_by_half():
+    """Against each bearing alone, its ring pushed by half the load and held along its axis and in tilt as it stands."""
+    changes = (*STILL, *LOOSE, "shaft.loads=[[0,30,-800,0,0,0]]", "drive.speed=300")
+    parameters = parameters_of(*changes)
+    found = balance_of(parameters, "hertz", 300.0)
+    for side, ring, contacts in zip(SIDES, found.rings, found.contacts, strict=True):
+        support = Support((True, True, False, False, False), (15.0, -400.0, 0.0, 0.0, 0.0), tuple(map(float, ring)))
+        expected = alone(parameters, side).solve(support)
+        assert np.allclose(ring[:2], expected.coordinates[:2], rtol=0.0, atol=1e-9 * abs(ring[1]))
+        assert np.abs(contacts.load - expected.contacts.load).max() <= 1e-9 * contacts.load.max()
+
+
+def test_an_overhung_load_is_shared_by_levers():
+    """Forces of the bearings balance force and moment, and where rings bear no moment of their own they are levers."""
+    parameters = parameters_of(*STILL, *LOOSE, "shaft.loads=[[0.12,0,-300,0,0,0]]", "drive.speed=0")
+    motion = motion_of(*STILL, *LOOSE, "shaft.loads=[[0.12,0,-300,0,0,0]]", "drive.speed=0")
+    out = motion.first_outputs()
+    force, moment = np.array(out["bearing_force"][0]), np.array(out["bearing_moment"][0])
+    assert force[:, 1].sum() == pytest.approx(300.0, rel=1e-9)
+    places = np.array([parameters.left.place, parameters.right.place])
+    # about x: sum of - place F_y + M_x of the bearings, against that of the load
+    assert (-places * force[:, 1] + moment[:, 0]).sum() == pytest.approx(-0.12 * 300.0, rel=1e-9)
+    by_lever = np.array([300.0 * (0.05 - 0.12), 300.0 * (0.12 + 0.05)]) / 0.1
+    # what the rings bear by themselves is off the levers, and nothing else
+    off = moment[:, 0].sum() / 0.1
+    assert force[:, 1] == pytest.approx(by_lever + np.array([-off, off]), rel=1e-9)
+    assert force[:, 1] == pytest.approx(by_lever, rel=0.05)
+
+
+def bearing_stiffness(capsys, parameters, side, ring):
+    """The 5 x 5 stiffness that `bearing_twin bearing` gives for one bearing with its ring held there."""
+    geometry = getattr(parameters, side).geometry
+    words = [f"geometry.{key}={getattr(geometry, key)}" for key in ("radial_clearance", "inner_conformity")]
+    angle = math.degrees(getattr(parameters, side).ball_angle)
+    command = ["bearing", geometry.designation, *(word for one in words for word in ("--set", one))]
+    held = [
+        "--displacement",
+        ",".join(f"{one:.17g}" for one in ring[:3]),
+        "--misalignment",
+        ",".join(f"{one:.17g}" for one in ring[3:]),
+    ]
+    speed = ["--set", f"drive.speed={parameters.drive.speed}", "--ball-angle", str(angle), "--json"]
+    assert main([*command, *held, *speed]) == 0
+    return np.array(json.loads(capsys.readouterr().out)["stiffness"])
+
+
+def test_natural_frequencies_are_those_of_the_bearings_stiffness(capsys):
+    parameters = parameters_of("drive.speed=0", "shaft.unbalances=[]", "contact.relaxation_time=0")
+    found = balance_of(parameters, "hertz", 0.0)
+    stiffness = np.zeros((5, 5))
+    for side, ring in zip(SIDES, found.rings, strict=True):
+        across = coupling(parameters, side)
+        stiffness += across.T @ bearing_stiffness(capsys, parameters, side, ring) @ across
+    mass, inertia = parameters.shaft.mass, parameters.shaft.inertia[0]
+    squares = linalg.eigh(stiffness, np.diag([mass] * 3 + [inertia] * 2), eigvals_only=True)
+    modes, _ = modes_of(parameters, "hertz")
+    assert modes.frequencies == pytest.approx(np.sqrt(squares) / (2.0 * math.pi), rel=1e-6)
+
+
+def test_two_bearings_in_one_place_are_one_for_half_the_shaft():
+    """A free ring on a preloaded bearing, doubled: 192.83, 289.77 and 2150.4 Hz; turning, 178.85 and 207.90 Hz.
+
+    Those are with the mass of the balls, which `tests/test_orders.py` has, and so up to 0.3 % lower.
+    """
+    geometry = "{radial_clearance: -6.0e-6}"
+    pair = (
+        *STILL,
+        *(f"{side}.{key}" for side in SIDES for key in (f"geometry={geometry}", "facing=1", "offset=0.0")),
+        "left.place=-1e-7",
+        "right.place=1e-7",
+        "shaft.mass=1.0",
+        "contact.relaxation_time=0",
+        "drive.speed=0",
+    )
+    single = parameters_of(*pair)
+    push = 2.0 * loads_alone(single, "left", (0.0, 0.0, 10e-6, 0.0, 0.0))[0][2]
+    loaded = (*pair, f"shaft.loads=[[0,0,0,{push:.17g},0,0]]")
+    at_rest, _ = modes_of(parameters_of(*loaded, "shaft.inertia=[2e-4,1e-9]"), "hertz")
+    expected = [192.83, 192.83, 289.77, 2150.4, 2150.4]
+    assert at_rest.frequencies == pytest.approx(expected, rel=3e-3)
+    assert (at_rest.frequencies > expected).all()
+    parameters = parameters_of(*loaded, "shaft.inertia=[2e-4,2e-4]")
+    turning = modes_at(
+        matrices_of(rotor_of(parameters, "hertz"), balance_of(parameters, "hertz", 0.0).stiffness), 183.26
+    )
+    assert turning.frequencies[:2] == pytest.approx([178.85, 207.90], rel=3e-3)
+    assert turning.forward[:2] == pytest.approx([0.0, 1.0], abs=1e-6)
+
+
+@pytest.mark.parametrize("speed", [100.0, 900.0])
+def test_a_small_unbalance_answers_as_linear_theory_says(speed):
+    """From the settled start on: q = Re(u exp(i w t)), by the 5 x 5 receptance with stiffness, damping, gyroscopes."""
+    changes = ("gravity=[0,0,0]", f"drive.speed={speed}", "wanted.tolerance=1e-6")
+    size = 1e-7 * (900.0 / speed) ** 2
+    motion = motion_of(*changes, f"shaft.unbalances=[[0.02,{size},0.7]]")
+    rotor, found = motion.rotor, balance_of(motion.parameters, "hertz", speed)
+    matrices = matrices_of(rotor, found.stiffness)
+    times, out = outputs_of(motion, 4.0 * math.pi / speed, 64)
+    motion_now = np.concatenate([out["position"], out["tilt"]], axis=1) - found.coordinates
+    inertia, k = np.diag(matrices.inertia), found.stiffness
+    push = size * speed**2 * np.exp(0.7j) * np.array([1.0, -1.0j, 0.0, 0.02j, 0.02])
+    answer = np.linalg.solve(
+        k + 1j * speed * (rotor.relaxation_time * k + speed * matrices.gyroscopic) - speed**2 * inertia, push
+    )
+    assert unbalance_response(rotor, matrices, speed) == pytest.approx(answer, rel=1e-9)
+    expected = (answer * np.exp(1j * speed * times)[:, None]).real
+    for part in (slice(0, 2), slice(3, 5)):
+        assert np.abs((motion_now - expected)[:, part]).max() < 1e-3 * np.abs(answer[part]).max()
+
+
+@pytest.mark.parametrize("scene", ["shaft_two_6203", "shaft_angular_pair"])
+@pytest.mark.parametrize("more", [(), ("drive.change={time: 0.01, speed: 100.0}",)])
+def test_the_books_of_the_shaft_balance(scene, more):
+    _, out = outputs_of(motion_of(*more, "wanted.tolerance=1e-6", scene=scene), 0.05, 100)
+    books, gross = energy(out)
+    assert gross > 1e-7
+    assert abs(books[-1] - books[0]) < 1e-6 * gross
+
+
+def tilt_stiffness(parameters):
+    return balance_of(parameters, "hertz", 0.0).stiffness[3, 3]
+
+
+def test_an_o_arrangement_is_stiffer_against_tilt_than_x():
+    """Of angular contacts at the same places and preload, by the distance of the contact lines' ends on the axis."""
+    still = (*STILL, "drive.speed=0", "shaft.loads=[]")
+    o = parameters_of(*still, scene="shaft_angular_pair")
+    x = parameters_of(
+        *still, "left.facing=-1", "right.facing=1", "left.offset=4e-6", "right.offset=-4e-6", scene="shaft_angular_pair"
+    )
+    for each in (o, x):
+        forces = [one.load[:, 0].mean() for one in balance_of(each, "hertz", 0.0).contacts]
+        assert forces == pytest.approx([forces[0]] * 2, rel=1e-9)
+    # by the stiffness of one bearing: its springs act where its contact lines meet the axis, outside or inside
+    ring = balance_of(o, "hertz", 0.0).rings[0]
+    k = loads_alone(o, "left", ring)[1]
+    for each, sign in ((o, 1.0), (x, -1.0)):
+        expected = 2.0 * (k[3, 3] + 0.015**2 * k[1, 1] + sign * 0.015 * abs(k[1, 3] + k[3, 1]))
+        assert tilt_stiffness(each) == pytest.approx(expected, rel=1e-6)
+    assert tilt_stiffness(o) > 100.0 * tilt_stiffness(x)
+
+
+def test_a_mirrored_scene_has_mirrored_answers():
+    """Across the plane z = 0: what lies along z and tilts change their sign, the bearings their places."""
+    loads = "shaft.loads=[[0.03,20,-300,{},{},0.4]]"
+    one = motion_of(loads.format(40, 0.2), f"gravity=[0,-9.8,{2}]", scene="shaft_angular_pair")
+    swapped = ["shaft.loads=[[-0.03,20,-300,-40,-0.2,-0.4]]", "gravity=[0,-9.8,-2]", "shaft.unbalances=[[0.05,1e-5,0]]"]
+    other = motion_of(*swapped, scene="shaft_angular_pair")
+    (_, a), (_, b) = outputs_of(one, 0.01, 50), outputs_of(other, 0.01, 50)
+    # a ball's balance is left at 1e-12 of its loads, of which stiffness keeps the root
+    for name, signs in (("position", (1, 1, -1)), ("tilt", (-1, -1))):
+        assert np.abs(a[name] - b[name] * signs).max() < 1e-8 * np.abs(a[name]).max()
+    assert np.abs(a["left_normal_load"] - b["right_normal_load"]).max() < 1e-8 * a["left_normal_load"].max()
+    assert (
+        np.abs(a["bearing_force"] - b["bearing_force"][:, ::-1] * (1, 1, -1)).max()
+        < 1e-8 * np.abs(a["bearing_force"]).max()
+    )
+
+
+def test_the_error_falls_with_the_fourth_power_of_the_step():
+    """At even steps through a rattling start, against a tolerance of rounding; steps are set by hand."""
+    states = []
+    for halvings in range(4):
+        motion = motion_of("shaft.start=equilibrium")
+        step = 1e-4 / 2**halvings
+        motion._work.scales[:] = 1e30  # every step is accepted
+        for _ in range(2**halvings * 10):
+            motion.clock[2] = step
+            until = motion.clock[1] + 0.5 * step
+            motion.advance(np.zeros(0), until - 1e-9 * motion._now_ns)
+        assert motion.clock[1] == pytest.approx(1e-3, rel=1e-9)
+        states.append(motion.kept[1][:RATE].copy())
+    off = [np.abs(one - two).max() for one, two in itertools.pairwise(states)]
+    orders = [math.log2(a / b) for a, b in itertools.pairwise(off)]
+    assert orders[-1] == pytest.approx(4.0, abs=0.5)
+
+
+def ball_loads(setting, azimuths, ring):
+    """Loads (5,) of the ring on its balls by an own balance: Hertz contacts of two springs in line, SciPy's root."""
+    total = np.zeros(5)
+    reach_i, reach_o = (one.groove_radius - setting.ball_radius for one in (setting.inner, setting.outer))
+    stiff_i, stiff_o = (one.law.given for one in (setting.inner, setting.outer))
+    for azimuth in azimuths:
+        cosine, sine = math.cos(azimuth), math.sin(azimuth)
+        aside, leans = ring[1] * cosine - ring[0] * sine, ring[3] * cosine + ring[4] * sine
+        opening = np.array([
+            setting.inner.locus_radius - setting.outer.locus_radius + ring[0] * cosine + ring[1] * sine
+            - aside**2 / setting.pitch_diameter,
+            ring[2] + setting.arm * (ring[3] * sine - ring[4] * cosine) - aside * leans,
+        ])  # fmt: skip
+        length = np.linalg.norm(opening)
+        squeeze = length - reach_i - reach_o
+        if squeeze <= 0.0:
+            continue
+        # linear springs in line without a load on the ball: it rests on the line of both centres
+        load = squeeze / (1.0 / stiff_i + 1.0 / stiff_o)
+        radial, axial = load * opening / length
+        moment, ahead = setting.arm * axial, -2.0 * aside / setting.pitch_diameter * radial - leans * axial
+        total += [cosine * radial - sine * ahead, sine * radial + cosine * ahead, axial, 0.0, 0.0]
+        total[3:] += [sine * moment - cosine * aside * axial, -cosine * moment - sine * aside * axial]
+    return total
+
+
+def test_the_motion_is_that_of_scipy_with_an_own_balance_of_balls():
+    """Balls without mass between linear contacts rest on the line between the grooves' centres: a closed form."""
+    changes = (
+        *LOOSE, "left.offset=-30e-6", "right.offset=30e-6", "contact.normal=linear", "contact.stiffness=5e7",
+        "shaft.loads=[[0.02,0,-300,50,0,0]]", "shaft.unbalances=[[0.03,2e-4,0.4]]", "wanted.tolerance=1e-8",
+        "contact.relaxation_time=2e-6", "drive.change={time: 0.002, speed: -60.0}", "drive.acceleration=30000",
+    )  # fmt: skip
+    motion = motion_of(*changes)
+    seats = tuple(seat._replace(setting=seat.setting._replace(ball_mass=0.0)) for seat in motion.rotor.seats)
+    motion.rotor = motion.rotor._replace(seats=seats)
+    parameters = motion.parameters
+    inertia = np.array([parameters.shaft.mass] * 3 + [parameters.shaft.inertia[0]] * 2)
+    stays = middles(parameters)
+    speed = parameters.drive.speed
+
+    def turned(t):
+        ramp = min(max(t - 0.002, 0.0), 0.002)
+        angle = speed * t - 15000.0 * ramp**2 - 60.0 * max(t - 0.004, 0.0)
+        return angle, speed - 30000.0 * ramp, -30000.0 if 0.002 < t < 0.004 else 0.0
+
+    def slopes(t, y):
+        angle, now, rising = turned(t)
+        q, v = y[:5], y[5:]
+        force = np.array([0.0, -300.0, 50.0, 0.02 * 300.0, 0.0])
+        force[:3] += parameters.shaft.mass * np.array(parameters.gravity)
+        for place, size, azimuth in parameters.shaft.unbalances:
+            turn = size * np.exp(1j * (angle + azimuth)) * (now**2 - 1j * rising)
+            force += [turn.real, turn.imag, 0.0, -place * turn.imag, place * turn.real]
+        for side, seat in zip(SIDES, motion.rotor.seats, strict=True):
+            across = coupling(parameters, side)
+            ring = across @ (q + 2e-6 * v) + stays[side]
+            azimuths = seat.ratio * angle + 2.0 * math.pi * np.arange(8) / 8.0
+            force -= across.T @ ball_loads(seat.setting, azimuths, ring)
+        polar = parameters.shaft.inertia[1] * now
+        force[3] -= polar * v[4]
+        force[4] += polar * v[3]
+        return np.concatenate([v, force / inertia])
+
+    times = np.array([0.001, 0.002, 0.003, 0.004, 0.006])
+    first = motion.first_outputs()
+    begin = np.concatenate([first[name][0] for name in ("position", "tilt", "velocity", "tilt_rate")])
+    pieces, at = [], 0.0
+    for end in times:  # the speed's change bends the rates: pieces end there
+        step = solve_ivp(slopes, (at, end - 1e-15), begin, "DOP853", rtol=1e-10, atol=1e-14)
+        begin, at = step.y[:, -1], end
+        pieces.append(begin)
+    out = motion.advance(times, times[-1])
+    found = np.concatenate([out["position"], out["tilt"]], axis=1)
+    expected = np.array(pieces)[:, :5]
+    assert np.abs(found - expected).max(axis=0) == pytest.approx(0.0, abs=1e-10)
+    assert np.abs(found - expected).max() < 1e-5 * np.ptp(expected[:, 1])
+
+
+def test_a_critical_speed_is_where_a_forward_whirl_meets_the_shaft():
+    parameters = parameters_of("contact.relaxation_time=0")
+    matrices = matrices_of(rotor_of(parameters, "hertz"), balance_of(parameters, "hertz", 314.159).stiffness)
+    found = critical_speeds(matrices)
+    assert found
+    for speed in found:
+        modes = modes_at(matrices, speed)
+        nearest = np.abs(modes.frequencies * 2.0 * math.pi / speed - 1.0).argmin()
+        assert modes.frequencies[nearest] * 2.0 * math.pi == pytest.approx(speed, rel=1e-6)
+        assert modes.forward[nearest] >= 0.5
+
+
+def test_a_shaft_that_turns_backward_whirls_as_it_turns():
+    parameters = parameters_of()
+    matrices = matrices_of(rotor_of(parameters, "hertz"), balance_of(parameters, "hertz", 314.159).stiffness)
+    ahead, backward = (modes_at(matrices, speed) for speed in (1000.0, -1000.0))
+    assert backward.frequencies == pytest.approx(ahead.frequencies, rel=1e-9)
+    assert backward.forward == pytest.approx(ahead.forward, abs=1e-6)
+    assert ahead.forward.max() > 0.9
+
+
+def test_the_wrench_of_both_bearings_about_the_centre_of_mass_holds_weight_and_loads():
+    place, *load = loads = [0.02, 30.0, -80.0, 10.0, 1.0, -0.5]
+    scene = load_scene("shaft_two_6203", ("shaft.unbalances=[]", f"shaft.loads=[{loads}]"))
+    sample = Simulation(scene).advance(1)[0]
+    whole = wrenches(scene.parameters, sample)[0]
+    weight = np.array([0.0, -9.80665 * scene.parameters.shaft.mass, 0.0])
+    assert whole.force == pytest.approx(-weight - np.array(load[:3]), rel=1e-6, abs=1e-6)
+    moment = np.cross([0.0, 0.0, place], load[:3]) + np.array([*load[3:], 0.0])
+    assert whole.torque == pytest.approx(-moment, rel=1e-6, abs=1e-8)
+
+
+def test_a_disc_whirls_forward_at_no_speed_where_its_polar_inertia_is_greater():
+    """Tilt alone: (I_t - I_p) w^2 = k. Motion along the axis goes round at no speed, however little goes across."""
+    stiffness = np.diag([1e8, 1e8, 1e6, 1e4, 1e4])
+    stiffness[0, 2] = stiffness[2, 0] = 1.0
+    thin = parameters_of("shaft.inertia=[1e-3,2e-3]")  # no body has more about its axis
+    rotor = rotor_of(thin, "hertz")._replace(polar=4e-4)
+    slender = critical_speeds(matrices_of(rotor, stiffness))
+    assert len(slender) == 2
+    assert slender[0] == pytest.approx(math.sqrt(1e4 / 6e-4), rel=1e-9)
+    assert slender[1] == pytest.approx(math.sqrt(1e8 / rotor.mass), rel=1e-9)
+    assert critical_speeds(matrices_of(rotor._replace(polar=1.5e-3), stiffness)) == pytest.approx(slender[1:])
+
+
+@pytest.fixture(scope="module")
+def angular_run():
+    """A short run of the shaft on two angular contact bearings, and all its outputs."""
+    run = simulate(load_scene("shaft_angular_pair", ("run.duration=0.02",)))
+    return run, joined(list(run.blocks()))
+
+
+def test_the_peak_pressure_is_that_of_hertz_at_the_greatest_load_of_either_raceway(angular_run):
+    """Curvatures by the pitch diameter: a ball curves towards the inner raceway and away from the outer one."""
+    run, whole = angular_run
+    for side in SIDES:
+        mounted, load = getattr(run.scene.parameters, side), whole.values[f"{side}_normal_load"]
+        geometry, angle = mounted.geometry, whole.values[f"{side}_contact_angle"]
+        ball, moduli, pressures = geometry.ball_diameter, [], []
+        for race, (ring, sign) in enumerate(
+            ((mounted.materials.inner_ring, 1.0), (mounted.materials.outer_ring, -1.0))
+        ):
+            moduli.append(effective_modulus(mounted.materials.ball, ring))
+            at = np.unravel_index(load[..., race].argmax(), load.shape[:2])
+            across = ball * math.cos(angle[(*at, race)])
+            along = 1.0 / ball + sign * across / ball / (geometry.pitch_diameter - sign * across)
+            groove = 1.0 / ball - 0.5 / (geometry.inner_conformity * ball)
+            pressures.append(ellipse(groove, along, moduli[-1], load[(*at, race)]).peak_pressure)
+        assert abs(pressures[0] / pressures[1] - 1.0) > 0.05
+        assert run.report.figures[f"{side}_peak_pressure_pa"] == pytest.approx(max(pressures), rel=1e-3)
+
+
+def test_lives_are_those_of_the_loads_in_the_second_half_of_the_run(angular_run):
+    run, whole = angular_run
+    late, figures = whole.time_ns >= 0.01e9, run.report.figures
+    assert 0 < np.count_nonzero(~late) < np.count_nonzero(late)
+    for place, side in enumerate(SIDES):
+        scene, loads = bearing_scene(run.scene.parameters, side), whole.values[f"{side}_normal_load"][late]
+        rated, force = ratings_of(scene), whole.values["bearing_force"][late, place]
+        life = reference_life(scene.geometry, rated.dynamic, loads[..., 0], loads[..., 1])
+        assert figures[f"{side}_reference_life_mrev"] == pytest.approx(life, rel=1e-12)
+        radial, axial = np.hypot(force[:, 0], force[:, 1]).mean(), np.abs(force[:, 2]).mean()
+        basic = (rated.dynamic / equivalent_load(scene.geometry, radial, axial)) ** 3
+        assert figures[f"{side}_basic_life_mrev"] == pytest.approx(basic, rel=1e-12)
+        turns_an_hour = 3600.0 * figures["shaft_speed_at_end_rad_s"] / (2.0 * math.pi)
+        for name in ("basic_life", "reference_life"):
+            hours = 1e6 * figures[f"{side}_{name}_mrev"] / turns_an_hour
+            assert figures[f"{side}_{name}_h"] == pytest.approx(hours, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (("right.place=-0.04",), "left.place = -0.04 m and right.place = -0.04 m leave no distance"),
+        (("left.facing=0",), "left.facing = 0 must be 1 or -1"),
+        (("left.facing=2",), "left.facing = 2 is out of range"),
+        (("shaft.inertia=[1e-4,3e-4]",), "belongs to no body"),
+        (("left.geometry.balls=40",), "left.geometry.balls = 40 balls"),
+        (("right.geometry.designation=9999",), "right.geometry.designation"),
+        (("shaft.loads=[[0.0,1.0]]",), r"shaft.loads\[0\].*must be rows of place"),
+        (("shaft.loads=[[0,0,-1e6,0,0,0]]",), "pushes the shaft through the balls.*the greatest in this direction is"),
+        (
+            ("shaft.loads=[[0,0,0,1e6,0,0]]",),
+            "a load of .* pushes the shaft through|tilts the contacts out of the grooves",
+        ),
+        ((*STILL, *LOOSE), "no ball touches both rings, so that nothing holds the shaft along"),
+        (
+            ("drive.speed=60000",),
+            "at 60000 rad/s the balls are thrown outwards so far that nothing holds the shaft along x",
+        ),
+        (("drive={acceleration: 1e6, change: {time: 0.1, speed: 6e4}}",), "at 60183.3 rad/s the balls are thrown"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_sentence(changes, words, capsys):
+    command = ["simulate", "shaft_two_6203", *(word for change in changes for word in ("--set", change))]
+    assert main(command) == BAD_INPUT
+    error = capsys.readouterr().err.strip().splitlines()
+    assert len(error) == 1
+    with pytest.raises(SceneError, match=words):
+        choose(load_scene("shaft_two_6203", changes))
+
+
+AT_REST = ("drive.speed=0", "shaft.unbalances=[]")
+
+
+def coordinates(out):
+    return np.concatenate([out["position"], out["tilt"]], axis=1)
+
+
+def test_a_step_of_load_rings_at_the_natural_frequencies():
+    """Undamped and small: q = sum of modes (1 - cos w t), by the bearings' stiffness and the shaft's inertia."""
+    push = np.array([0.0, -0.04, 0.01, 4e-4, 0.0])
+    step = f"shaft.change={{time: 0.01, load: {push[:3].tolist()}, moment: {push[3:].tolist()}}}"
+    motion = motion_of(*AT_REST, step, "contact.relaxation_time=0", "wanted.tolerance=1e-7")
+    found = balance_of(motion.parameters, "hertz", 0.0)
+    times, out = outputs_of(motion, 0.06, 1200)
+    moved = coordinates(out) - found.coordinates
+    root = np.diag(np.array([motion.rotor.mass] * 3 + [motion.rotor.transverse] * 2) ** -0.5)
+    squares, shapes = np.linalg.eigh(root @ found.stiffness @ root)
+    amplitudes = shapes.T @ root @ push / squares
+    since = np.maximum(times - 0.01, 0.0)[:, None]
+    expected = (amplitudes * (1.0 - np.cos(since * np.sqrt(squares)))) @ shapes.T @ root
+    for k in (1, 2, 3):
+        assert np.abs(moved - expected)[:, k].max() < 0.01 * np.abs(expected[:, k]).max()
+    # told of the scene's last loads, which this step changes by little
+    told = modes_of(motion.parameters, "hertz")[0].frequencies
+    assert told == pytest.approx(np.sqrt(squares) / (2.0 * math.pi), rel=1e-4)
+
+
+def test_after_a_step_the_shaft_rests_in_balance_and_the_load_has_worked_along_its_way():
+    step = "shaft.change={time: 0.01, load: [30, -200, 40], moment: [0.5, -1]}"
+    motion = motion_of(*AT_REST, step, "contact.relaxation_time=1e-4", "shaft.load_place=0.02")
+    before, after = (balance_of(motion.parameters, "hertz", 0.0, time).coordinates for time in (0.0, 1.0))
+    _, out = outputs_of(motion, 0.3, 300)
+    place = coordinates(out)
+    assert np.abs(place[9] - before).max() < 1e-9 * np.abs(before).max()
+    assert place[-1] == pytest.approx(after, rel=1e-6)
+    push = np.array([30.0, -200.0, 40.0, 0.5 + 0.02 * 200.0, -1.0 + 0.02 * 30.0])
+    assert np.concatenate([out["load"][11], out["load_moment"][11]]) == pytest.approx(push)
+    assert not out["load"][10].any()  # that of the part which ends there
+    assert out["load_work"][-1] == pytest.approx(push @ (after - before), rel=1e-5)
+    books, gross = energy(out)
+    assert np.abs(books - books[0]).max() < 1e-5 * gross
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("table=[[0,0,-1,0,0,0],[0,0,-2,0,0,0]]", "time must grow from row to row; 0 s follows 0 s"),
+        ("table=[[0,0,-1,0,0,0],[1,0,null,0,0,0]]", r"table\[1\]: y = None must be a number"),
+        ("table=[[0,0,-1,0,0,0],[1,0,.nan,0,0,0]]", r"table\[1\]: y = nan is not finite; must be a number"),
+        ("table=[[0,0,-1]]", "6 numbers a row, none left out"),
+        ("table=no_such_file.csv", "No such file"),
+        ("load=[0,.nan,0]", r"shaft.load\[1\] = nan is not finite; must be a number"),
+        ("change={time: 0.01, load: [0,-1e6,0]}", "pushes the shaft through the balls.*the greatest in this direction"),
+        ("table=[[0,0,0,0,0,0],[1e-3,0,-1e6,0,0,0]]", "pushes the shaft through the balls.*the greatest in this"),
+    ],
+)
+def test_loads_that_are_none_or_that_nothing_carries_are_refused_in_one_sentence(change, words, capsys):
+    assert main(["simulate", "shaft_two_6203", "--set", f"shaft.{change}"]) == BAD_INPUT
+    told = capsys.readouterr().err.strip().splitlines()  # on a busy machine also that it prepares
+    assert [line.startswith("bearing_twin: ") for line in told if not line.startswith("preparing ")] == [True]
+    with pytest.raises(SceneError, match=words):
+        choose(load_scene("shaft_two_6203", [f"shaft.{change}"]))
+
+
+def test_a_load_in_between_that_nothing_carries_ends_the_run_with_time_load_and_limit():
+    motion = motion_of("shaft.table=[[0,0,0,0,0,0],[0.011,0,0,0,0,0],[0.0111,0,-1e9,0,0,0],[0.012,0,0,0,0,0]]")
+    words = r"^at 0.0110\d* s a load of \(.*, -.*, 0\) N.* pushes the shaft through.*the greatest in this direction is"
+    with pytest.raises(IntegrationError, match=words) as caught:
+        motion.advance(np.arange(1, 30) * 1e-3, 0.029)
+    assert (caught.value.reason, caught.value.body) == ("overload", "shaft")
+
+
+def test_a_change_that_comes_too_late_is_said_once_on_standard_error(capsys):
+    assert main(["simulate", "shaft_step_load", "--duration", "0.005", "--json"]) == DONE
+    told = capsys.readouterr().err
+    assert (
+        told.count("shaft.change.time = 0.02 s is beyond the end of the run at 0.005 s: nothing of that happens") == 1
+    )
+
+
+LOADED = (
+    *("shaft.unbalances=[]", "shaft.load=[50,-400,30]", "shaft.moment=[3,4]", "shaft.loads=[[0.02,0,-20,7,0,0]]"),
+    *("left.ball_angle=0.3", "drive.speed=100", "solver.companion=off"),
+)
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    """A tilted shaft whose bearings push unlike each other: its scene, and its outputs."""
+    scene = load_scene("shaft_two_6203", LOADED)
+    return scene, Simulation(scene).advance(60)
+
+
+def test_markers_stand_on_the_axis_and_forces_come_out_at_the_rings(drawn):
+    scene, block = drawn
+    parameters, sample = scene.parameters, block[59]
+    [row] = [one for one in topics(parameters) if one.name == "markers"]
+    markers = {(one["ns"], one["id"]): one for one in row.fields(Output(parameters, "hertz", sample))["markers"]}
+    centres, force = ring_centres(parameters, sample), sample["bearing_force"]
+    body = markers["shaft", 0]["pose"]
+    axis = Rotation.from_quat(body["orientation"]).apply([0.0, 0.0, 1.0])
+    assert np.abs(sample["tilt"]).min() > 1e-5
+    for there in (body["position"], *centres):  # to first order in the tilt
+        off = there - sample["position"]
+        assert np.abs(np.cross(off, axis)).max() < 1e-3 * np.abs(sample["tilt"]).min() * abs(off[2])
+    begins, ends = np.moveaxis(np.reshape(markers["forces", 0]["points"], (2, 2, 3)), 1, 0)
+    assert ends == pytest.approx(centres, abs=1e-12)
+    longest = np.linalg.norm(force, axis=1).max()
+    assert ends - begins == pytest.approx(longest_arrow(parameters) * force / longest, rel=1e-9)
+    for k, side in enumerate(SIDES):
+        geometry, ring = getattr(parameters, side).geometry, markers["bearings", k]
+        bore, groove = (geometry.pitch_diameter + sign * geometry.ball_diameter for sign in (-1.0, 1.0))
+        assert groove < ring["scale"][0] == ring["scale"][1] < 1.3 * groove
+        assert markers["shaft", 0]["scale"][0] < bore
+
+
+def test_orbits_are_of_the_second_half_about_their_means(drawn):
+    _, block = drawn
+    axis, offset = Figure().add_subplot(), block.values["ring_offset"]
+    picture._draw_orbits(axis, {"time": 1e-9 * block.time_ns, "ring_offset": offset})
+    late = offset[30:, :, :2]
+    factor = np.ptp(axis.lines[0].get_xdata()) / np.ptp(late[:, 0, 0])
+    for k in range(2):
+        shown = np.stack(axis.lines[k].get_data(), axis=-1)
+        assert shown == pytest.approx(factor * (late[:, k] - late[:, k].mean(axis=0)), abs=1e-6 * np.ptp(shown))
