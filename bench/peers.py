@@ -172,7 +172,7 @@ def compared(name, problem):
         if found[0].shape == true[0].shape and np.isfinite(found[0]).all()
     ]
     told, untold = (
-        [measured(problem, true, mu, (f"wanted.tolerance={one:g}", f"solver.companion={how}")) for one in TOLERANCES]
+        [measured(problem, true, mu, (f"wanted.tolerance={one:g}", f"solver.check={how}")) for one in TOLERANCES]
         for how in ("on", "off")
     )
     for row in rows + told + untold:

@@ -110,3 +110,17 @@ def with_spot(bearing, side, centre, ring_speed, position, contact):
         drive_power=contact.drive_power + answer.drive_power,
         dissipation=contact.dissipation + answer.dissipation,
     )
+
+
+def errors(moving, found, exact):
+    """Greatest errors of load, over the greatest, and of friction, over mu N of a contact or mu N R of a ball."""
+    coefficient, radius = moving.parameters.contact.friction_coefficient, moving.bearing.ball_radius
+    greatest = exact.normal_load.max()
+    load = np.abs(found.normal_load - exact.normal_load).max() / greatest
+    force = np.linalg.norm(found.friction_force - exact.friction_force, axis=-1)
+    torque = np.linalg.norm(found.raceway_torque - exact.raceway_torque, axis=-1) / radius
+    friction = max(
+        (force / np.maximum(exact.normal_load, 0.01 * greatest)).max(),
+        (torque / np.maximum(exact.normal_load.sum(axis=-1), 0.01 * greatest)).max(),
+    )
+    return float(load), float(friction) / coefficient

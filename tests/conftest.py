@@ -110,16 +110,6 @@ def quick_pictures(monkeypatch):
     monkeypatch.setattr(RendererAgg, "get_text_width_height_descent", size)
 
 
-@pytest.fixture(scope="module")
-def quick_timings():
-    """What charts time is run once: for tests of what is found, not of how long it took."""
-    from bearing_twin.charts import timing
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(timing, "MOST", 0.0)
-        yield
-
-
 @pytest.fixture
 def made_up_costs(monkeypatch):
     """Costs by which `rodas3` is chosen where bearings are fast, else `rodas4`; equilibria where they are enough."""

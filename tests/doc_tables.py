@@ -3,9 +3,9 @@
 A table stands between `<!-- table: NAME -->` and `<!-- end -->`; TABLES says what each is drawn from.
 """
 
+import csv
 import importlib
 import re
-import shutil
 import sys
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -13,20 +13,9 @@ from pathlib import Path
 
 from failure_rows import FAILURES
 
-from bearing_twin.charts.contest_picture import cheapest
-from bearing_twin.charts.table import DONE, read_table
-from bearing_twin.charts.work_precision import (
-    DEFAULT,
-    LADDERS,
-    PROBLEMS,
-    WANTED,
-    StepperRow,
-    by_the_call,
-    confirmed,
-    shares_of_steps,
-)
-from bearing_twin.command.chart_command import OPTIONS, sentences_in
-from bearing_twin.command.chart_table import CHARTS
+from bearing_twin.charts import CHARTS, chart_of
+from bearing_twin.charts.contest import cheapest
+from bearing_twin.charts.rows import read_table
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import MEASURED
@@ -43,9 +32,6 @@ from bearing_twin.uq.entropy import FACTS, FORMS
 from bearing_twin.uq.sampling import SAMPLERS
 
 ROOT = Path(__file__).resolve().parent.parent
-# Read by `kinds.bearing.measured`, and by `kinds.charted`.
-MEASURED_TABLES = ("steppers.csv", "motions.csv", "dimensions.csv", "bearing_friction.csv")
-CHARTED_TABLES = ("pairs.csv", "beams.csv", "two_bodies.csv", "discs.csv")
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SHIPPED = {name: kind for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")}  # not those of tests
 _PLACE = re.compile(r"(<!-- table: (\w+) -->\n)(.*?)(<!-- end -->)", flags=re.DOTALL)
@@ -137,66 +123,28 @@ def _steppers() -> str:
     return _table(("stepper", "order", "step", "what it treats implicitly", "source"), rows)
 
 
-def rows_of_steppers() -> list[StepperRow]:
-    """The chart of steppers, from the table that stands beside it."""
-    return read_table(ROOT / "docs" / "steppers.csv", StepperRow)
-
-
-def _shares() -> str:
-    """What share of the tolerance a step may err by, by the chart of steppers."""
-    rows = (
-        (PROBLEMS[name], two_digits(worst), two_digits(share))
-        for name, (worst, share) in shares_of_steps(rows_of_steppers(), DEFAULT).items()
-    )
-    return _table((f"`{DEFAULT}`", "greatest error over the tolerance", "share of a step that just keeps it"), rows)
-
-
 def _costs() -> str:
-    """What `make bench` found."""
-    sys.path.append(str(ROOT / "bench"))
-    import measured  # late: where this is a script, only now it is found
-
-    lines = (
-        (
-            row.what,
-            row.how if row.how.startswith("`") or "." not in row.how else f"`bench/{row.how}`",
-            f"{row.found:g} {row.unit}",
-            f"{row.scaled:g}" if row.timed else "",
-            f"{row.better} than {row.goal:g}" + ("" if row.met else ", missed"),
-            f"{row.machine}, {row.contact:g} ns, {row.day}",
-        )
-        for row in measured.kept()
-    )
-    return _table(("what", "by", "measured", f"at {measured.YARDSTICK} ns", "goal", "on"), lines)
+    """The table of `make bench`."""
+    path = ROOT / "docs" / "speed.csv"
+    with path.open(newline="", encoding="utf-8") as stream:
+        rows = [
+            (row["what"], f"{row['found']} {row['unit']}", f"{row['machine']}, {row['day']}")
+            for row in csv.DictReader(stream)
+        ]
+    return _table(("what", "measured", "on"), rows)
 
 
-def _between() -> str:
-    """What `bench/between.py` found."""
-    sys.path.append(str(ROOT / "bench"))
-    import between  # late: where this is a script, only now it is found
-
-    rows = read_table(ROOT / "docs" / "between.csv")
-    lines = ((title, *between.compared(rows, name)) for name, title in between.CHART.problems.items())
-    return _table(("errors within", *(f"{error:g}" for error in between.HELD)), lines)
-
-
-def _confirmed() -> str:
-    return confirmed(rows_of_steppers())[0] + "\n"
-
-
-def _speeds(steppers: tuple[str, ...] = tuple(LADDERS)) -> str:
-    """The reading of the chart of steppers: the motion alone/by the public call."""
-    runs, rows = rows_of_steppers(), []
-    called = by_the_call(runs)
-    measured = {row.method for row in called if row.status == DONE}
-    for problem, title in PROBLEMS.items():
-        cells = []
-        for stepper in steppers:
-            found = [cheapest(runs, problem, stepper, WANTED)]
-            found += [cheapest(called, problem, stepper, WANTED)] if stepper in measured else []
-            cells.append("/".join(two_digits(1.0 / one.seconds) if one else "never" for one in found))
-        rows.append((title, *cells))
-    return _table(("8 balls, 16 contacts", *(f"`{stepper}`" for stepper in steppers)), rows)
+def _speeds(steppers: tuple[str, ...] = ()) -> str:
+    """The reading of the chart of steppers: times real time within an error of 1e-3; empty without its table."""
+    if not (ROOT / "docs" / "steppers.csv").is_file():
+        return ""
+    rows, chart = read_table(ROOT / "docs" / "steppers.csv"), chart_of("steppers")
+    steppers = steppers or tuple(dict.fromkeys(row.method for row in rows))
+    lines = []
+    for problem, title in chart.problems.items():
+        best = (cheapest(rows, problem, stepper, chart.wanted) for stepper in steppers)
+        lines.append((title, *(two_digits(1.0 / one.seconds) if one else "never" for one in best)))
+    return _table(("8 balls, 16 contacts", *(f"`{stepper}`" for stepper in steppers)), lines)
 
 
 def _charts() -> str:
@@ -228,8 +176,10 @@ def _samplers() -> str:
 
 
 def _reading(name: str) -> str:
-    """What a chart says, from the tables that stand beside its picture."""
-    return "".join(f"* {sentence}\n" for sentence in sentences_in(ROOT / "docs", name))
+    """What a chart says, from the table that stands beside its picture; empty where there is none."""
+    if not any((ROOT / "docs").glob(f"{name}*.csv")):
+        return ""
+    return "".join(f"* {sentence}\n" for sentence in chart_of(name).read_again(ROOT / "docs", name))
 
 
 def _failures() -> str:
@@ -301,19 +251,11 @@ TABLES: dict[str, Callable[[], str]] = {
     "taken": _laws_of_kinds,
     "steppers": _steppers,
     "speeds": _speeds,
-    "shares_of_steps": _shares,
-    "references_of_steppers": _confirmed,
     "speeds_in_short": partial(_speeds, ("rodas4", "imex", "rk4", "radau")),
     "charts": _charts,
     "costs": _costs,
-    "between": _between,
     "failures": _failures,
-    **{
-        f"reading_{name}": partial(_reading, name)
-        for name in OPTIONS["read"]
-        # what the chart of steppers says are tables of their own: speeds, shares, references
-        if name != "steppers" and (ROOT / "docs" / f"{name}.csv").exists()
-    },
+    **{f"reading_{name}": partial(_reading, name) for name in CHARTS},
     "quantities": _quantities,
     "distributions": _distributions,
     "knowledge": _knowledge,
@@ -339,10 +281,8 @@ def written(text: str) -> str:
 
 
 def main() -> int:
-    """Writes what differs, and gives the chooser the tables of the charts; returns the number of pages that did."""
+    """Writes what differs; returns the number of pages that did."""
     changed = 0
-    for name in (*MEASURED_TABLES, *CHARTED_TABLES):
-        shutil.copyfile(ROOT / "docs" / name, ROOT / "config" / "measured" / name)
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
         new = WHOLE[page.name]() if page.name in WHOLE else written(text)

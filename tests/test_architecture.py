@@ -89,6 +89,8 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
     "contact/ellipse.py": ("CURVATURE_RATIO_MAX", "how far the ellipse is known; tests go to that end"),
     "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),
     "kinds/bearing/forces/layout.py": ("JACOBIAN_END", "where the rows of the Jacobian end, for tests of it alone"),
+    "kinds/bearing/forces/equations.py": ("raceway_rates", "the raceways' rates alone; goes when these kernels change"),
+    "uq/statistics.py": ("half_widths HalfWidths", "the theory that tests hold the convergence of samples to"),
     "kinds/bearing/forces/rates.py": ("lane_rates", "the rates alone, which tests hold a step's first stage to"),
     "run/doubt.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
     "shapes/implicit.py": ("SURFACES", "all surfaces, for tests of their derivatives"),

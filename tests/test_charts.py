@@ -1,207 +1,242 @@
-"""Pictures and summaries: what goes in comes out, for few balls and many, short runs and long ones."""
+"""Charts: each is made in its quick form, written, read again, and says in the right order who is more accurate."""
 
-from types import SimpleNamespace
+import json
+import math
+from pathlib import Path
 
-import numpy as np
 import pytest
 from PIL import Image
 
-from bearing_twin.charts import bounces, paper1
-from bearing_twin.charts.table import read_table, write_table
-from bearing_twin.errors import BearingTwinError, LogError
-from bearing_twin.kinds.bearing.history import GREATEST_COUNT, LoadHistory
-from bearing_twin.kinds.bearing.picture import BearingPicture
-from bearing_twin.kinds.contract import Facts
-from bearing_twin.pictures import values as kept
-from bearing_twin.pictures.channels import ChannelPicture
-from bearing_twin.run.passes import simulate
-from bearing_twin.run.picture import plot
-from bearing_twin.run.scene import load_scene
-from bearing_twin.sample import Block, Channel, cut, joined
+from bearing_twin import IntegrationError, SceneError
+from bearing_twin.charts import CHARTS, RENAMED, chart_of
+from bearing_twin.charts.contest import Asked, Contest, timed
+from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, read_table
+from bearing_twin.command.cli import main
 
-PNG = b"\x89PNG\r\n\x1a\n"
-QUICK = (640, 400)  # pixels of a picture of 1600 x 1000 that is drawn quickly
-PITCH, BALL = 28.5e-3, 6.746e-3
-
-
-def made_up_block(balls, outputs, first=0, period=1e-3, mean=40.0, swing=60.0):
-    """Loads that go round with the balls; below zero a ball is loose."""
-    time = (first + np.arange(outputs)) * period
-    angle = 2.0 * np.pi * np.arange(balls) / balls + 70.0 * time[:, None]
-    outward = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
-    load = np.maximum(mean - swing * outward[..., 1:2] + np.array([0.0, 2.0]), 0.0)
-    values = {
-        "orbit_angle": angle,
-        "position": 0.5 * PITCH * outward,
-        "point": 0.5 * np.stack([(PITCH - BALL) * outward, (PITCH + BALL) * outward], axis=2),
-        "normal_load": load,
-        "contact_angle": 0.02 * np.ones((outputs, balls, 2)),
-        "inner_ring_speed": np.full(outputs, 183.26),
-        "inner_ring_torque": np.full((outputs, 3), 1e-3),
-        "drive_work": 5.0 * time,
-        "kinetic_energy": 0.0 * time,
-        "elastic_energy": 2.0 * time,
-        "potential_energy": 0.0 * time,
-        "dissipated": 3.0 * time,
-    }
-    channels = tuple(Channel(name, "", value.shape[1:], "") for name, value in values.items())
-    return Block(channels, first, np.round(time * 1e9).astype(np.int64), values)
-
-
-def drawn(path, *blocks):
-    """The picture of a recording without a scene."""
-    picture = BearingPicture(Facts(None, "hertz", ""))
-    for block in blocks:
-        picture.add(block)
-    return picture.write(path)
-
-
-def size_of(png):
-    content = png.read_bytes()
-    assert content.startswith(PNG)
-    return int.from_bytes(content[16:20], "big"), int.from_bytes(content[20:24], "big")
+PART = {  # the problem or sheet that is tried of each
+    "laws": "ellipse",
+    "friction": "b/a = 0.3",
+    "steppers": "settled",
+    "newcomers": "settled",
+    "dimensions": "thrust",
+    "tolerance": "two_spheres",
+    "beams": "slow",
+    "discs": "locking",
+    "bodies": "discs",
+    "stability": "modes",
+    "samplers": "four",
+    "coverage": "gamma",
+    "cost": "settled",
+    "paper1": "contact_frame",
+    "paper2": "4",
+    "paper3": "1",
+}
+PAPERS = ("paper1", "paper2", "paper3")
 
 
 @pytest.fixture(scope="module")
-def loose_run():
-    scene = load_scene("bearing_6203_loose", ["run.duration=0.03"])
-    run = simulate(scene)
-    return run, list(run.blocks())
+def made(tmp_path_factory):
+    """Every chart once, in this process: what `make` gives, by name."""
+    folder, found = tmp_path_factory.mktemp("charts"), {}
+
+    def make(name):
+        if name not in found:
+            found[name] = chart_of(name).make(folder, name, Asked((PART[name],), workers=0, quick=True))
+        return found[name]
+
+    return make
 
 
-def test_a_simulated_run_is_drawn_with_its_scene(loose_run, tmp_path):
-    run, blocks = loose_run
-    source = SimpleNamespace(blocks=lambda: iter(blocks), scene=run.scene, choice=run.choice)
-    path = plot(source, tmp_path / "run.png")
-    assert size_of(path) == (1600, 1000)
-    assert str(tmp_path).encode() not in path.read_bytes()
+@pytest.mark.parametrize("name", CHARTS)
+def test_a_chart_has_a_picture_a_table_and_a_reading(name, made, capsys):
+    found = made(name)
+    assert found.reading
+    assert all(sentence.strip() for sentence in found.reading)
+    folder = Path(found.tables[0]).parent
+    for picture in found.pictures:
+        with Image.open(picture) as image:
+            assert image.width == 1600
+    assert not list(folder.glob(f"{name}*.unfinished"))
+    assert main(["chart", name, "--read", "--out", str(folder), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["reading"] == found.reading
+    if name not in PAPERS:
+        rows = read_table(Path(found.tables[0]))
+        assert {row.status for row in rows} <= {DONE, REFUSED, FAILED, STOPPED}
+        assert any(row.status == DONE for row in rows)
+        assert all(row.reason for row in rows if row.status != DONE)
+        for row in rows:
+            shares = (value for key, value in row.more.items() if "quantile" in key or key in ("mean", "deviation"))
+            assert all(0.0 <= value <= 1.0 for value in shares)
 
 
-@pytest.mark.usefixtures("quick_pictures")
-@pytest.mark.parametrize(("balls", "outputs"), [(1, 1), (9, 300), (32, 300), (200, 2)])
-def test_few_and_many_balls_short_and_long_runs_are_drawn(balls, outputs, tmp_path):
-    assert size_of(drawn(tmp_path / "run.png", made_up_block(balls, outputs))) == QUICK
+def errors(rows, method, **wanted):
+    """Errors of a method, of the rows with these values."""
+    mine = (row for row in rows if row.method == method)
+    return [row.error for row in mine if all(getattr(row, key) == value for key, value in wanted.items())]
 
 
-def test_a_run_of_unknown_kind_is_drawn_channel_by_channel(tmp_path):
-    picture = ChannelPicture(Facts(None, "", ""))
-    picture.add(made_up_block(8, 1500))
-    assert size_of(picture.write(tmp_path / "run.png"))[0] == 1600
+def test_laws_are_ordered_and_hertz_is_right_at_every_shape(made):
+    rows = made("laws").rows
+    assert max(errors(rows, "hertz")) < 1e-9  # the product solves narrow ellipses exactly
+    assert max(errors(rows, "SciPy")) < 1e-13
+    assert max(errors(rows, "hertz_differential")) < 1e-9 < max(errors(rows, "hertz_unprojected"))
+    round_spot = {law: errors(rows, law, across=1.0)[0] for law in ("hertz", "volumetric", "constant")}
+    assert round_spot["hertz"] < round_spot["volumetric"] == pytest.approx(0.00475, rel=0.01)
+    assert round_spot["volumetric"] < round_spot["constant"]
 
 
-@pytest.mark.usefixtures("quick_pictures")
-def test_balls_without_any_load_are_drawn(tmp_path):
-    block = made_up_block(4, 10, mean=0.0, swing=0.0)
-    block.values["normal_load"][:] = 0.0
-    assert size_of(drawn(tmp_path / "run.png", block)) == QUICK
+def test_finer_rules_of_friction_are_more_accurate(made):
+    rows = made("friction").rows
+    worst = [max(errors(rows, name)) for name in ("spot_fine", "spot_medium", "spot", "pade2")]
+    assert worst == sorted(worst)
+    assert max(errors(rows, "SciPy")) < 1e-7
 
 
-def test_the_same_run_gives_the_same_picture(tmp_path):
-    block = made_up_block(8, 100)
-    first, second = (drawn(tmp_path / name, block).read_bytes() for name in ("a.png", "b.png"))
-    assert first == second
+def test_tighter_settings_are_more_accurate(made):
+    for name, method in (
+        ("steppers", "rodas4"),
+        ("beams", "41 modes"),
+        ("bodies", "dop853"),
+        ("discs", "selective integration"),
+    ):
+        rows = [row for row in made(name).rows if row.method == method]
+        found = [row.error for row in rows if row.status == DONE]
+        assert found == sorted(found, reverse=True), name
+    assert all(row.error <= row.setting for row in made("tolerance").rows)
 
 
-def test_no_sample_and_no_place_to_write_are_refused(tmp_path):
-    with pytest.raises(LogError, match="no sample"):
-        drawn(tmp_path / "run.png")
-    with pytest.raises(BearingTwinError, match="cannot be written"):
-        drawn(tmp_path / "none" / "run.png", made_up_block(2, 2))
+def test_full_integration_locks(made):
+    rows = made("discs").rows
+    full, selective = (min(errors(rows, f"{name} integration")) for name in ("full", "selective"))
+    assert full > 3.0 * selective
 
 
-def test_the_envelope_is_bounded_and_loses_no_peak_however_the_run_is_cut():
-    generator = np.random.default_rng(1)
-    whole = made_up_block(2, 30_000)
-    load = whole.values["normal_load"]
-    load[12_345, 1, 0], load[23_456, 0, 1] = 1e4, -5.0
-    one, many = LoadHistory(), LoadHistory()
-    one.add_block(whole)
-    cuts = np.sort(generator.choice(np.arange(1, 30_000), 60, replace=False))
-    for low, high in zip([0, *cuts], [*cuts, 30_000], strict=True):
-        part = {name: value[low:high] for name, value in whole.values.items()}
-        many.add_block(Block(whole.channels, low, whole.time_ns[low:high], part))
-    for history in (one, many):
-        time, low, high = history.envelope()
-        assert len(time) <= GREATEST_COUNT + 1
-        assert np.all(np.diff(time) > 0.0)
-        assert (low <= high).all()
-        assert np.array_equal(high.max(axis=0), load.max(axis=0))
-        assert np.array_equal(low.min(axis=0), load.min(axis=0))
-        assert history.outputs == 30_000
-        at = time[high[:, 1, 0].argmax()]
-        assert 0.0 <= 12.345 - at <= 2.0 * 30.0 / GREATEST_COUNT * 2.0
+def test_a_sinusoidal_force_violates_the_energy_balance(made):
+    (row,) = (row for row in made("beams").rows if row.method == "sinusoidal force")
+    assert row.status == FAILED
+    assert "energy" in row.reason
 
 
-def test_the_latest_part_of_a_run_is_there_in_full():
-    history = LoadHistory()
-    block = made_up_block(3, 5000)
-    history.add_block(block)
-    time, low, high = history.latest(0.5)
-    rows = block.time_ns * 1e-9 >= block.time_ns[-1] * 1e-9 - 0.5
-    assert np.array_equal(high, block.values["normal_load"][rows])
-    assert np.array_equal(low, high)
-    assert time[-1] == pytest.approx(4.999)
-    assert history.latest(10.0) is None
-    assert history.turns == pytest.approx(70.0 * 4.999 / (2.0 * np.pi))
+def test_a_closed_form_confirms_the_reference(made):
+    assert max(errors(made("bodies").rows, "closed form")) < 1e-6
 
 
-@pytest.mark.usefixtures("quick_pictures")
-def test_the_chart_of_bounces_says_which_law_comes_late(tmp_path, monkeypatch):
-    """Paper 1, figures 3 and 4, drawn coarsely; the closed forms are in test_ellipsoid.py."""
-    monkeypatch.setattr(bounces, "RATE", 500.0)
-    monkeypatch.setattr(bounces, "FINE", 1e4)
-    points = bounces.measure()
-    assert {point.case for point in points} == set(bounces.CASES)
-    none, kept, paper = bounces.reading(points)
-    assert none.startswith("no loss: the volumetric law comes late")
-    assert kept.startswith("restitution 0.8 for both: the volumetric law comes late")
-    assert paper.startswith("one d(h) for both (paper 1): Hertz comes late, by 1657, 2408, 3158, 3879 ")
-    later = [point for point in points if point.impact > 1]
-    assert all(point.hertz_delay_s == pytest.approx(point.closed_form_s, rel=2e-3) for point in later)
-    bounces.draw(points, tmp_path / "bounces.png")
-    assert size_of(tmp_path / "bounces.png") == QUICK
-    write_table(points, tmp_path / "bounces.csv")
-    assert len((tmp_path / "bounces.csv").read_text(encoding="utf-8").splitlines()) == 1 + len(points)
+def test_defaults_of_others_are_worse_and_too_long_steps_are_refused(made):
+    rows = made("newcomers").rows
+    product, scipy = (min(errors(rows, name, setting=1e-3)) for name in ("rodas4", "solve_ivp RK45"))
+    assert product < 1e-3 < scipy
+    assert {row.status for row in rows if row.method == "rk4"} >= {REFUSED}
 
 
-def test_a_long_run_of_an_ellipsoid_is_thinned_and_its_greatest_load_kept(monkeypatch):
-    """Evenly, whatever the lengths of its blocks."""
-    monkeypatch.setattr(kept, "GREATEST_ROWS", 300)
-    run, history = simulate(load_scene("ellipsoid_rocking", ["run.duration=0.3"])), kept.ChannelValues()
-    loads, times = [], []
-    for block in cut(joined(list(run.blocks())), 99):
-        history.add(block)
-        loads.append(block.values["normal_load"])
-        times.append(1e-9 * block.time_ns)
-    values = history.arrays()
-    assert len(values["time"]) <= 300
-    assert history.stride == 8
-    assert values["time"] == pytest.approx(np.concatenate(times)[::8], abs=1e-15)
-    assert np.array_equal(values["normal_load"], np.concatenate(loads)[::8])
-    assert history.greatest["normal_load"] == np.concatenate(loads).max()
-    with pytest.raises(LogError, match="no sample"):
-        kept.ChannelValues().arrays()
+def test_equilibria_err_more_at_speed(made):
+    rows = [row for row in made("dimensions").rows if row.method == "equilibrium"]
+    slow, fast = min(rows, key=lambda row: row.across), max(rows, key=lambda row: row.across)
+    assert slow.error < fast.error < 0.1
 
 
-def test_the_sheet_of_paper_1_says_how_near_the_laws_are(tmp_path, monkeypatch):
-    monkeypatch.setattr(paper1, "DURATION", 0.02)
-    monkeypatch.setattr(paper1, "OUTPUTS", 40)
-    monkeypatch.setattr(paper1, "REPEATS", 1)
-    points = paper1.measure()
-    runs = {one.law: one for one in points}
-    assert list(runs) == [paper1.EXACT, *paper1.LAWS]
-    assert runs["hertz_differential"].greatest_load_off < 1e-9 < runs["volumetric"].greatest_load_off < 6e-3
-    assert runs["hertz_differential"].greatest_point_off_m < 1e-12 < runs["volumetric"].greatest_point_off_m < 1e-6
-    point, normal = runs[paper1.EXACT].histories
-    assert np.linalg.norm(normal, axis=1) == pytest.approx(1.0, rel=1e-12)
-    assert np.ptp(np.linalg.norm(point[:, :2], axis=1)) < 1e-6
-    assert len(paper1.reading(points)) == 3
-    monkeypatch.setattr(paper1, "FRAMES", 3)
-    for name in ("POLAR", "ROUND", "SPHERE"):  # balls of a sixteenth of the faces, which are what takes time
-        monkeypatch.setattr(paper1, name, getattr(paper1, name)[..., ::4, ::4])
-    paper1.draw(points, tmp_path / "paper1.png")
-    with Image.open(tmp_path / "paper1.gif") as moving:
-        assert moving.n_frames == 3
-    assert size_of(tmp_path / "paper1.png") == (1600, 1000)
-    write_table(points, tmp_path / "paper1.csv")
-    assert [one.histories for one in read_table(tmp_path / "paper1.csv", paper1.POINT)] == [()] * len(points)
+def test_even_samples_are_better_than_random_ones(made):
+    rows = [row for row in made("samplers").rows if row.setting == 128.0]
+    random, sobol = (errors(rows, name)[0] for name in ("random", "sobol"))
+    assert sobol < 0.3 * random
+
+
+def test_papers_say_what_was_computed_independently(made):
+    """Peaks and contacts of paper 2 and deviations of paper 3 as in independent programs."""
+    falls = " ".join(made("paper2").reading)
+    assert "1062.6, 752.2 N" in falls
+    assert "1043.9 N" in falls
+    assert "1.099e-05" in " ".join(made("paper3").reading)
+
+
+def test_old_names_name_the_chart_of_today(capsys, tmp_path):
+    for old, new in RENAMED.items():
+        assert main(["chart", old, "--out", str(tmp_path)]) == 2
+        assert new in capsys.readouterr().err
+    assert main(["chart", "--list", "--json"]) == 0
+    assert {row["chart"] for row in json.loads(capsys.readouterr().out)["charts"]} == set(CHARTS)
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["laws", "--problem", "elipse"], "ellipse"),
+        (["paper3", "--only", "99"], "99"),
+        (["laws", "--limit", "0"], "above zero"),
+        (["laws", "--workers", "0"], "1 or more"),
+        (["all", "--read"], "one chart"),
+        (["laws", "--read"], "without --read"),
+        (["laws", "--out", "nowhere"], "not a folder"),
+    ],
+)
+def test_words_that_do_not_fit_are_refused(words, says, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["chart", *words]) == 2
+    assert says in capsys.readouterr().err
+
+
+def contest(judge, count=3):
+    """A contest of one problem and so many settings."""
+    return Contest(
+        title="made up",
+        problems={"p": "a problem"},
+        entries=lambda name, quick: (("m", float(one), math.nan) for one in range(count)),
+        judge=judge,
+    )
+
+
+def test_what_does_not_come_out_is_a_row_with_its_reason():
+    def judge(problem, method, setting, across):
+        if setting == 0.0:
+            raise SceneError("too long")
+        if setting == 1.0:
+            raise IntegrationError("at 1 s")
+        return {"error": math.nan if setting == 2.0 else 0.1, "seconds": 1.0, "of my own": 2.0}
+
+    rows = contest(judge, 4).measure("made up", Asked(workers=0))
+    assert [row.status for row in rows] == [REFUSED, FAILED, FAILED, DONE]
+    assert [row.reason for row in rows] == ["too long", "at 1 s", "not finite", ""]
+    assert [row.error for row in rows] == [math.inf, math.inf, math.inf, 0.1]
+    assert rows[3].more == {"of my own": 2.0}
+
+
+def test_a_run_that_goes_on_is_stopped_and_the_others_go_on():
+    def judge(problem, method, setting, across):
+        while setting == 1.0:
+            pass
+        return {"error": 0.5}
+
+    rows = contest(judge).measure("made up", Asked(workers=0, limit=0.2))
+    assert [row.status for row in rows] == [DONE, STOPPED, DONE]
+    assert "0.2 CPU seconds" in rows[1].reason
+
+
+def test_an_interrupted_chart_goes_on_where_it_was(tmp_path):
+    done = []
+
+    def judge(problem, method, setting, across):
+        if setting == 2.0 and len(done) < 3:
+            done.append("interrupted")
+            raise KeyboardInterrupt
+        done.append(setting)
+        return {"error": 0.5}
+
+    kept = tmp_path / "x.unfinished"
+    with pytest.raises(KeyboardInterrupt):
+        contest(judge).measure("made up", Asked(workers=0), kept)
+    with kept.open("a") as stream:
+        stream.write('["torn')
+    rows = contest(judge).measure("made up", Asked(workers=0), kept)
+    assert done == [0.0, 1.0, "interrupted", 2.0]
+    assert [row.status for row in rows] == [DONE] * 3
+    assert not kept.exists()
+
+
+def test_two_processes_find_what_one_finds(tmp_path):
+    found = [chart_of("beams").measure("beams", Asked(("slow",), workers=one, quick=True)) for one in (0, 2)]
+    assert [(row.method, row.error) for row in found[0]] == [(row.method, row.error) for row in found[1]]
+
+
+def test_a_timing_is_of_one_run_over_what_it_did():
+    found, cost = timed(lambda: sum(range(10_000)), 10_000)
+    assert found == 49_995_000
+    assert 0.0 < cost["seconds"] < 1e-5

@@ -4,10 +4,9 @@ import re
 
 import numpy as np
 import pytest
-from bearings import motion
+from bearings import errors, motion
 
 from bearing_twin import load_scene
-from bearing_twin.charts.bearing_cells import errors
 from bearing_twin.kinds.bearing import partners
 from bearing_twin.kinds.bearing.adequacy import mend_of_method
 from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY, TANGENTIAL_VELOCITY

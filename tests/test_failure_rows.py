@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from failure_rows import FAILURES
 
-from bearing_twin.command.chart_table import CHARTS
+from bearing_twin.charts import CHARTS
 from bearing_twin.command.cli import main
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"

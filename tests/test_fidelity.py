@@ -2,19 +2,15 @@
 
 import math
 import re
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from doc_tables import CHARTED_TABLES, MEASURED_TABLES, ROOT
 from made_up_costs import made_up_ladders
 
-from bearing_twin.charts import fidelity, fidelity_trials
-from bearing_twin.charts.fidelity import judge, reading
 from bearing_twin.kinds.bearing import measured
 from bearing_twin.kinds.bearing.friction_choice import chosen_friction
 from bearing_twin.kinds.bearing.measured import FINEST, SPREAD, counted, counts, error_of, ladders, predictions
-from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.motions import COUPLED, MOTIONS, motions_of
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.foretold import KEY
@@ -270,86 +266,3 @@ def test_of_a_ring_with_mass_loads_alone_are_found_by_balls_that_move(words, dim
     assert f"; {dimension}, because" in choice.reason
     assert why in choice.reason
     assert (choice.stepper == "quasi_static") == (dimension == "quasi_static")
-
-
-def test_the_chart_tries_everything_and_reads_itself(monkeypatch):
-    monkeypatch.setattr(fidelity, "WANTED", (1e-2,))
-    monkeypatch.setattr(fidelity_trials, "SETTINGS", (1e-2, 1e-4))
-    monkeypatch.setattr(fidelity_trials, "ENOUGH", 0.0)
-    points = judge("slow", "as chosen", math.nan, 0.0)
-    assert [point.outputs for point in points] == ["history", "loads"]
-    assert all(point.kept and point.best and math.isfinite(point.seconds) for point in points)
-    assert all(point.seconds >= point.best_seconds for point in points)
-    assert all(point.watched_seconds >= max(point.best_watched_seconds, point.seconds) for point in points)
-    assert all(point.told == "done" and 0.0 < point.off < 1.0 for point in points)
-    said = reading(points)
-    assert said[0].startswith("variants that nothing was fitted to: 2 of 2 choices kept what was wanted")
-    assert said[1].startswith("as a user has them, each with its companion, 2 of 2 kept it; the worst, slow at 0.01")
-    assert said[1].endswith("of those that did not 0 call themselves done, of those that did 2")
-    assert said[2].startswith("they cost, over the cheapest that was good enough: ")
-    missed = points[0].but(watched_load_error=0.05), points[1]
-    assert "1 of 2 kept it; the worst, slow at 0.01 for history, erred 5 times that" in reading(missed)[1]
-    assert reading(missed)[1].endswith("of those that did not 1 call themselves done, of those that did 1")
-
-
-def test_a_run_that_its_companion_does_again_is_judged_as_the_user_has_it():
-    """Loads of soft balls err by four times what is wanted where nobody watches, and by a fifth as a user has them."""
-    trials = fidelity_trials.Trials(*fidelity.CASES["soft balls"])
-    model, _ = fidelity._chosen(trials, "loads", 1e-5)
-    assert trials.trial(model).error("loads") > 2e-5
-    assert trials.watched(model, 1e-5, "loads").load_error < 5e-6
-    assert trials.told(1e-5, "loads") == "done"
-
-
-@pytest.mark.parametrize(("horizons", "compared"), [((0.0065, 0.0095), 13), ((None, 0.0095), 19), ((None, None), 40)])
-def test_where_balls_hop_outputs_up_to_the_earliest_horizon_of_their_runs_are_compared(horizons, compared, monkeypatch):
-    told = iter(horizons)
-
-    def run(scene):
-        one = next(told)
-        report = SimpleNamespace(errors={} if one is None else {"horizon_s": one})
-        return SimpleNamespace(blocks=list, report=report)
-
-    monkeypatch.setattr(fidelity_trials, "Run", run)
-    trials = fidelity_trials.Trials("bearing_6203", (), (("history", 1e-3), ("loads", 1e-3)))
-    assert len(trials.exact.normal_load) == compared
-    motion = BearingMotion(trials.scene(1e-3).parameters, trials.as_given("hertz", "rodas4", 1e-3).choice)
-    out = fidelity_trials.advanced(motion)
-    exact = trials.errors_of(out)
-    assert max(exact) < 1e-4
-    out.normal_load[compared:] *= 2.0  # beyond, nothing counts
-    assert trials.errors_of(out) == exact
-    out.normal_load[compared - 1] *= 2.0
-    assert trials.errors_of(out)[0] == pytest.approx(1.0, rel=1e-3)
-
-
-def test_all_laws_dimensions_and_cages_are_tried_and_judged_by_the_scene_as_it_is(monkeypatch):
-    """In a 6203 whose balls roll, equilibria and an even cage give loads, and not the friction of balls with weight."""
-    monkeypatch.setattr(fidelity_trials, "SETTINGS", (1e-2, 1e-4))
-    trials = fidelity_trials.Trials("bearing_6203", ())
-    found = trials.all()
-    assert {one.law for one in found} == {
-        "hertz",
-        "hertz_exact",
-        "volumetric",
-        "constant",
-        "hertz_differential",
-        "hertz_unprojected",
-    }
-    assert {(one.dimension, one.cage) for one in found} >= {
-        ("quasi_static", "even"),
-        ("free", "pockets"),
-        ("prescribed", "none"),
-    }
-    (still,) = (one for model, one in found.items() if (model.law, model.dimension) == ("hertz", "quasi_static"))
-    assert still.load_error < 1e-4 < 1e-3 < still.friction_error < 1e-2
-    soft = [
-        one
-        for model, one in found.items()
-        if (model.law, model.stepper, model.setting) == ("volumetric", "rodas4", 1e-2)
-    ]
-    assert 1e-3 < soft[0].load_error < 5e-3  # what the law is off here
-    caged = [one for model, one in found.items() if (model.dimension, model.cage) == ("prescribed", "even")]
-    assert all(one.load_error < 1e-4 for one in caged)
-    assert trials.enough("history", 1e-9) == []
-    assert all(found[one].load_error <= 1e-4 for one in trials.enough("loads", 1e-4))

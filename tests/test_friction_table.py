@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bearing_twin.charts.friction import POLES, hardest
+from bearing_twin.charts.laws import POLES, hardest
 from bearing_twin.contact.friction import FRICTIONS, friction_factor, friction_number, friction_of
 
 ARGUMENTS = 50.0, 3e-4, 1e-4, 0.02, -0.03, 90.0, 0.1, 1e-4

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bearing_twin import read_log
-from bearing_twin.charts.friction import POLES, hardest
+from bearing_twin.charts.laws import POLES, hardest
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.errors import SceneError, StudyError

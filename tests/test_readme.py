@@ -1,6 +1,5 @@
 """README and docs: examples run, commands are executed, names and links exist, tables are those of the code."""
 
-import importlib
 import re
 import shlex
 import subprocess
@@ -9,8 +8,8 @@ from pathlib import Path
 import pytest
 from doc_tables import PAGES, ROOT, TABLES, names_in, written
 
+from bearing_twin.charts import CHARTS, chart_of
 from bearing_twin.command import cli
-from bearing_twin.command.chart_table import ALL, CHARTS
 from bearing_twin.command.node_command import NODES
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.catalogue import read_entries
@@ -118,7 +117,7 @@ def shortened(words, short=SHORT):
     if command == "bearing" and arguments.sweep:
         return [re.sub(r"^(\w+=[^:]+:[^:]+):\d+$", r"\1:3", word) for word in words], True
     if command == "chart":
-        known = problems_of(arguments.chart) if arguments.problem else ()
+        known = chart_of(arguments.chart).problems if arguments.problem else ()
         assert set(arguments.problem or ()) <= set(known)
         return words, arguments.list
     return words, command not in ("compile", "watch")
@@ -130,13 +129,6 @@ def two_of_the_sweep(study):
         return []
     key, values = study.sweep
     return [f"--set=sweep={{{key}: {[values[0], values[-1]]}}}"]
-
-
-def problems_of(name):
-    module = importlib.import_module(f"bearing_twin.charts.{CHARTS[name].module}")
-    if name == "steppers":
-        return module.PROBLEMS
-    return getattr(module, "CONTESTS", {}).get(name, module).problems
 
 
 @pytest.mark.parametrize("page", sorted({page for page, _ in lines("bearing_twin ")}))
@@ -173,7 +165,7 @@ def test_files_shown_are_read():
 
 def test_charts_and_make_targets_exist():
     named = {shlex.split(line)[2] for _, line in lines("bearing_twin chart")}
-    assert named == {*CHARTS, ALL, "--list"}
+    assert named == {*CHARTS, "all", "--list"}
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for _, line in lines("make "):
         assert re.search(rf"^{line.split()[1]}:", makefile, flags=re.MULTILINE), line

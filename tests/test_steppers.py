@@ -6,7 +6,6 @@ from bearings import TURNED_REST, motion, run
 from scipy.integrate import solve_ivp
 from scipy.linalg import lu_factor, lu_solve
 
-from bearing_twin.charts.work_precision import LADDERS
 from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.stepping.step_limits import stability_limits
@@ -206,4 +205,3 @@ def test_every_method_says_where_it_comes_from_and_can_be_asked_for():
     assert all(len(method.source) > 10 and method.order >= 2 for method in STEPPER_FACTS.values())
     options = next(row.options for row in describe(BearingScene) if row.key == "solver.stepper")
     assert options == ("auto", *STEPPER_FACTS)
-    assert set(LADDERS) == set(STEPPER_FACTS)

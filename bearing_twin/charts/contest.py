@@ -1,50 +1,58 @@
-"""Contests of methods: one format for what came out, one runner with a limit of cost that can be resumed.
+"""The engine of all charts: problems, methods and their settings in; a table, a picture and sentences out.
 
-A chart of contests is a list of `Job`s, each a function of a module in `charts/` with its arguments. The runner calls
-them in processes of their own, two at a time. A contestant that goes on for longer than the limit of CPU seconds is
-stopped by the system, whatever it does, and is told as such. What is finished is kept beside the picture until all is
-done, so that a chart that was interrupted goes on where it was; kept answers of other sources are not used.
+A chart is a table of problems, each a row. Every run is a `Row`: its error against a reference far tighter than what is
+judged, its CPU seconds, or why there is no result. Runs are shared by two processes; one that exceeds the limit of CPU
+seconds is stopped. What is finished is kept beside the picture until all is done, so that an interrupted chart
+continues; kept rows of other sources are not used.
 """
 
 import contextlib
 import dataclasses
-import functools
 import hashlib
-import importlib
 import json
 import math
 import multiprocessing
 import signal
-from collections.abc import Callable, Iterable, Iterator
-from multiprocessing.connection import wait
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.charts.table import DONE, FAILED, REFUSED, STOPPED, Row
+from bearing_twin.charts import chart_of
+from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, Sheet, colour, draw
+from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, Row, read_table, write_table
 from bearing_twin.errors import BearingTwinError, SceneError
+from bearing_twin.pictures.style import STYLE
 from bearing_twin.processors import usable
 from bearing_twin.run.simulation import COMPILING
+from bearing_twin.units import prefixed, two_digits
 
-LIMIT = 20.0  # CPU seconds that a contestant may take, unless a chart says otherwise
-WORKERS = 2
+LIMIT, WORKERS = 60.0, 2  # CPU seconds of a run unless the user says otherwise; processes side by side
+ENOUGH, REPEATS, LONG = 0.15, 3, 3.0  # CPU seconds and repeats of a timing; beyond LONG it is done once more only
+UNSURE = 0.1  # spread of a cost beyond which it is reported
+LEAST, GREATEST = 1e-12, 3.0  # of the axis of errors: smaller ones stand at its start, failures at its end
+MOST = 10  # methods of a common legend
+WANTED_LOOK = {"color": STYLE["soft"], "linewidth": 1.2, "linestyle": ":"}
+
+Entry = tuple[str, str, float, float]  # problem, method, setting, across
 
 
-class Job(NamedTuple):
-    """A function "module:name", the module in `charts/` or a full name, and its arguments: words, numbers, lists."""
+class Asked(NamedTuple):
+    """What is asked of a chart: problems by name (empty: all), progress, processes (0: this one), limit [s], size."""
 
-    function: str
-    arguments: tuple
-
-    @property
-    def key(self) -> str:
-        """What tells it from others."""
-        return json.dumps([self.function, *self.arguments])
+    problems: tuple[str, ...] = ()
+    update: Callable[[float], None] = lambda share: None
+    workers: int = WORKERS
+    limit: float = LIMIT
+    quick: bool = False
 
 
 class Made(NamedTuple):
-    """What a contest gives: sentences that read it, its pictures, its tables, and every run."""
+    """A chart as files, the sentences that read it, and its rows."""
 
     reading: list[str]
     pictures: list[str]
@@ -52,13 +60,170 @@ class Made(NamedTuple):
     rows: list[Row]
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Contest:
+    """A chart of runs.
+
+    `problems`: title by name. `entries(problem, quick)` gives methods with setting and across. `judge(problem, method,
+    setting, across)` gives error, seconds, ... and further columns by name; it raises BearingTwinError where there is
+    no result. `panels(contest, rows)` draws the rows, `read(contest, rows)` says what they show. `wanted` is the error
+    at which costs are compared, `own` are methods of the reference's own family.
+    """
+
+    title: str
+    problems: Mapping[str, str]
+    entries: Callable[[str, bool], Iterable[tuple[str, float, float]]]
+    judge: Callable[[str, str, float, float], dict[str, Any]]
+    command: Callable[[str, str, float, float], str] = lambda *entry: ""
+    panels: Callable[["Contest", list[Row]], list[list[Panel]]] = lambda contest, rows: error_against_cost(
+        contest, rows
+    )
+    read: Callable[["Contest", list[Row]], Iterable[str]] = lambda contest, rows: best_of(contest, rows)
+    error: str = "relative error"
+    cost: str = "CPU time of a run"
+    wanted: float = 1e-3
+    own: tuple[str, ...] = ()
+
+    def run(self, entry: Entry, limit: float = 0.0) -> Row:
+        """One run as a row, whatever comes of it."""
+        row = Row(*entry, command=self.command(*entry))
+        try:
+            with limited(limit), np.errstate(all="ignore"):
+                found = self.judge(*entry)
+        except SceneError as error:
+            return dataclasses.replace(row, status=REFUSED, reason=str(error))
+        except Stopped:
+            return dataclasses.replace(
+                row, status=STOPPED, seconds=limit, reason=f"stopped after {limit:g} CPU seconds"
+            )
+        except (BearingTwinError, ArithmeticError, ValueError) as error:
+            return dataclasses.replace(row, status=FAILED, reason=str(error) or type(error).__name__)
+        own = {name: found.pop(name) for name in ("error", "seconds", "spread", "evaluations") if name in found}
+        given = {name: found.pop(name) for name in ("status", "reason") if name in found}
+        row = dataclasses.replace(row, **own, status=DONE, more=found)
+        if not math.isfinite(row.error):
+            given = {"status": FAILED, "reason": given.get("reason", "not finite")}
+            row = dataclasses.replace(row, error=math.inf)
+        return dataclasses.replace(row, **given)
+
+    def measure(self, name: str, asked: Asked, unfinished: Path | None = None) -> list[Row]:
+        """All runs, problem by problem and method by method; those in the file `unfinished` are not repeated."""
+        names = wanted_of(asked.problems, self.problems)
+        tasks = [(problem, *one) for problem in names for one in self.entries(problem, asked.quick)]
+        kept = Kept(unfinished)
+        waiting = [task for task in tasks if repr(task) not in kept.rows]
+        for task, row in _answers(name, self, waiting, asked):
+            kept.put(repr(task), row)
+            asked.update(len(kept.rows) / len(tasks))
+        kept.drop()
+        return [kept.rows[repr(task)] for task in tasks]
+
+    def sheet(self, rows: list[Row]) -> Sheet:
+        """The picture of rows."""
+        return Sheet(self.title, self.panels(self, rows), "crosses: no result", [], key=len(numbers(rows)) <= MOST)
+
+    def reading(self, rows: list[Row]) -> list[str]:
+        """What the rows show."""
+        return [*self.read(self, rows), *found_again(rows, self.own), *without_result(rows), *unsure(rows)]
+
+    def make(self, folder: Path, name: str, asked: Asked) -> Made:
+        """Runs the chart and writes picture and table."""
+        rows = self.measure(name, asked, folder / f"{name}.unfinished")
+        picture, table = folder / f"{name}.png", folder / f"{name}.csv"
+        write_table(rows, table)
+        draw(self.sheet(rows), picture)
+        return Made(self.reading(rows), [str(picture)], [str(table)], rows)
+
+    def read_again(self, folder: Path, name: str) -> list[str]:
+        """What the table of an earlier run says; raises OSError or ValueError where there is none."""
+        return self.reading(read_table(folder / f"{name}.csv"))
+
+
+def wanted_of(words: Iterable[str], known: Iterable[str]) -> list[str]:
+    """The names asked for, in their order, all for none; raises BearingTwinError for one that is not known."""
+    from bearing_twin.parameters import echo, unknown
+
+    words, known = set(words), list(known)
+    for word in words - set(known):
+        raise BearingTwinError(f"{echo(word)} is not a part of this chart; {unknown(word, known)}")
+    return [name for name in known if not words or name in words]
+
+
+def _answers(name, contest, tasks, asked) -> Iterator[tuple[Entry, Row]]:
+    """Every task with its row, as they come."""
+    if not asked.workers or len(tasks) < 2:
+        yield from ((task, contest.run(task, asked.limit)) for task in tasks)
+        return
+    spawn = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(min(asked.workers, usable()), spawn, signal.signal, (signal.SIGINT, signal.SIG_IGN))
+    try:
+        futures = {pool.submit(_run, name, task, asked.limit): task for task in tasks}
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+    except BrokenProcessPool as error:
+        raise BearingTwinError("a process of the chart was ended by the system; its words stand above") from error
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for child in multiprocessing.active_children():
+            child.kill()
+
+
+def _run(name: str, task: Entry, limit: float) -> Row:
+    return chart_of(name).run(task, limit)
+
+
+class Kept:
+    """Rows that are finished, in a file of lines; without a path they are in memory alone."""
+
+    def __init__(self, path: Path | None):
+        self.path, self.rows = path, {}
+        if path is None:
+            return
+        with contextlib.suppress(OSError, ValueError, TypeError):
+            head, *lines = path.read_text(encoding="utf-8").splitlines()
+            for line in lines if head == sources() else ():
+                key, cells = json.loads(line)
+                self.rows[key] = Row(**cells)
+        if not self.rows:
+            self._write(sources(), "w")
+
+    def put(self, key: str, row: Row) -> None:
+        """Keeps one more."""
+        self.rows[key] = row
+        self._write(json.dumps([key, dataclasses.asdict(row)]), "a")
+
+    def drop(self) -> None:
+        """Forgets the file: all is done."""
+        if self.path is not None:
+            self.path.unlink(missing_ok=True)
+
+    def _write(self, line: str, how: str) -> None:
+        if self.path is None:
+            return
+        try:
+            with self.path.open(how, encoding="utf-8") as stream:
+                stream.write(line + "\n")
+        except OSError as error:
+            raise BearingTwinError(f"{self.path} cannot be written ({error.strerror}); give another folder") from error
+
+
+def sources() -> str:
+    """A digest of the package's text: rows of other sources are not taken for those of these."""
+    package, digest = Path(__file__).resolve().parent.parent, hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+class Stopped(BaseException):
+    """A run has exceeded its limit of CPU seconds."""
+
+
 @contextlib.contextmanager
 def limited(seconds: float) -> Iterator[None]:
-    """Within it this process ends, without a word, once it has taken so many CPU seconds more; 0 = no limit.
+    """Raises Stopped within it after so many CPU seconds of this process, compiling apart; 0 = never.
 
-    What compiling takes does not count. Where it is on, Linux counts the process's time in ticks of 10 ms;
-    `time.thread_time` stays as fine as ever.
-    Where the system has no such clock (Windows), nothing is limited.
+    Where the system has no such clock (Windows) nothing is limited.
     """
     if not hasattr(signal, "setitimer") or not seconds:
         yield
@@ -79,203 +244,151 @@ def limited(seconds: float) -> Iterator[None]:
             if not self.depth:
                 signal.setitimer(signal.ITIMER_PROF, self.left)
 
+    def stop(*_):
+        raise Stopped
+
+    before = signal.signal(signal.SIGPROF, stop)
     signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         with event.install_listener(COMPILING, Pause()):
             yield
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
 
 
-def tried(row: Row, work: Callable[[], dict], limit: float) -> Row:
-    """The row with what `work` gives for its fields, or why it has failed."""
-    try:
-        with limited(limit), np.errstate(all="ignore"):
-            return row.but(status=DONE, **work())
-    except SceneError as error:
-        return row.but(status=REFUSED, reason=str(error))
-    except BearingTwinError as error:
-        return row.but(status=FAILED, reason=str(error))
-    except (ArithmeticError, ValueError) as error:
-        return row.but(status=FAILED, reason=f"{type(error).__name__}: {error}")
+def timed(work: Callable[[], Any], times: float = 1.0) -> tuple[Any, dict[str, float]]:
+    """What `work` gives; its CPU `seconds` over `times`, the median of repeats, and their `spread`.
 
-
-def judged(row: Row, work: Callable[[], dict], limit: float) -> Row:
-    """As `tried`; a row of errors that are not finite has failed, too."""
-    found = tried(row, work, limit)
-    if found.status != DONE:
-        return found
-    errors = found.load_error, 0.0 if math.isnan(found.friction_error) else found.friction_error
-    return found if all(map(math.isfinite, errors)) else found.but(status=FAILED, reason="not finite")
-
-
-@functools.cache
-def sources() -> str:
-    """A digest of the package's own text: answers of other sources are not taken for those of these."""
-    package, digest = Path(__file__).resolve().parent.parent, hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-class Kept:
-    """Answers that are finished, in a file of lines beside the picture; without a path they are in memory alone."""
-
-    def __init__(self, path: Path | None):
-        self.path, self.answers = path, {}
-        if path is None:
-            return
-        with contextlib.suppress(OSError, ValueError):
-            head, *lines = path.read_text(encoding="utf-8").splitlines()
-            if json.loads(head) == sources():
-                for line in lines:
-                    with contextlib.suppress(ValueError):  # the last line of an interrupted run
-                        self.answers.update([json.loads(line)])
-        if not self.answers:
-            self._write(json.dumps(sources()), "w")
-
-    def put(self, key: str, answer) -> None:
-        """Keeps one more."""
-        self.answers[key] = answer
-        self._write(json.dumps([key, answer]), "a")
-
-    def drop(self) -> None:
-        """Forgets the file: all is done."""
-        if self.path is not None:
-            self.path.unlink(missing_ok=True)
-
-    def _write(self, line, how):
-        if self.path is None:
-            return
-        try:
-            with self.path.open(how, encoding="utf-8") as stream:
-                stream.write(line + "\n")
-        except OSError as error:
-            raise BearingTwinError(f"{self.path} cannot be written ({error.strerror}); give another folder") from error
-
-
-class Asked(NamedTuple):
-    """What is asked of a contest: which problems, by how many processes, with which limit of CPU seconds for a run."""
-
-    problems: tuple[str, ...]
-    update: Callable[[float], None]
-    workers: int
-    limit: float
-    kept: Kept
-
-
-def _serve(pipe) -> None:
-    """The other process: answers tasks until its pipe closes. Ctrl-C is for the parent, which ends this one."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    with contextlib.suppress(EOFError):
-        while True:
-            function, arguments = pipe.recv()
-            pipe.send(call(function, arguments))
-
-
-def call(function: str, arguments) -> Any:
-    """The answer to a task, in this process, as plain data."""
-    module, name = function.split(":")
-    module = module if "." in module else f"bearing_twin.charts.{module}"
-    return _plain(getattr(importlib.import_module(module), name)(*arguments))
-
-
-def _plain(answer):
-    if dataclasses.is_dataclass(answer):
-        return list(dataclasses.astuple(answer))
-    return list(map(_plain, answer)) if isinstance(answer, tuple | list) else answer
-
-
-class _Worker:
-    """One process with the task it is at."""
-
-    def __init__(self):
-        context = multiprocessing.get_context("spawn")
-        self.pipe, other = context.Pipe()
-        self.process = context.Process(target=_serve, args=(other,), daemon=True)
-        self.process.start()
-        other.close()
-        self.task: Job | None = None
-
-    def give(self, task: Job) -> None:
-        self.task = task
-        self.pipe.send((task.function, task.arguments))
-
-    def end(self) -> None:
-        self.pipe.close()
-        self.process.kill()
-        self.process.join()
-
-
-def answers_of(
-    tasks: Iterable[Job],
-    kept: Kept,
-    update: Callable[[float], None] = lambda share: None,
-    workers: int = WORKERS,
-) -> list:
-    """The answers to all tasks in their order, None where one was stopped for its cost; raises what a worker meets.
-
-    `workers` processes share the work; none: all is done in this one, without a limit.
+    The first run is not timed: it may import and compile.
     """
-    tasks = list(tasks)
-    waiting = [task for task in reversed(tasks) if task.key not in kept.answers]
-    total = max(len(tasks), 1)
-    if not workers:
-        while waiting:
-            task = waiting.pop()
-            kept.put(task.key, call(*task))
-            update(1.0 - len(waiting) / total)
-        return [kept.answers[task.key] for task in tasks]
-    busy, idle = {}, []
-    try:
-        while waiting or busy:
-            while waiting and len(busy) < workers:
-                worker = idle.pop() if idle else _Worker()
-                busy[worker.pipe] = worker
-                worker.give(waiting.pop())
-            for pipe in wait(list(busy)):
-                worker = busy[pipe]
-                kept.put(worker.task.key, _received(worker))
-                del busy[pipe]
-                if worker.process.is_alive():
-                    idle.append(worker)
-                else:
-                    worker.end()
-                update(1.0 - (len(waiting) + len(busy)) / total)
-    finally:
-        for worker in (*busy.values(), *idle):
-            worker.end()
-    return [kept.answers[task.key] for task in tasks]
+    found = work()
+    spans, count = [_span(work, 1)], 1
+    if spans[0] < ENOUGH:
+        count = math.ceil(0.2 * ENOUGH / max(spans[0], 1e-6))
+        spans = [_span(work, count)]
+    while (len(spans) < REPEATS and count * sum(spans) < LONG) or count * sum(spans) < ENOUGH:
+        spans.append(_span(work, count))
+    low, middle, high = np.quantile(spans, (0.25, 0.5, 0.75)).tolist()
+    spread = (high - low) / middle if len(spans) >= REPEATS and middle > 0.0 else math.nan
+    return found, {"seconds": middle / times, "spread": spread}
 
 
-def _received(worker):
-    """What a worker answers; None where the system has stopped it for its cost."""
-    try:
-        return worker.pipe.recv()
-    except EOFError:
-        worker.process.join()
-        if hasattr(signal, "SIGPROF") and worker.process.exitcode == -signal.SIGPROF:
-            return None
-        raise BearingTwinError(
-            f"a process of the chart ended with {worker.process.exitcode} at {worker.task.key}; its words stand above"
-        ) from None
+def _span(work, count) -> float:
+    start = time.process_time()
+    for _ in range(count):
+        work()
+    return (time.process_time() - start) / count
 
 
-def rows_of(tasks: list[Job], answers: list, blank: Callable[[Job], Row], limit: float = LIMIT) -> list[Row]:
-    """The answers, of a row or of several, as rows of the class that `blank` gives.
-
-    A task that was stopped is that row with the cost it was stopped at.
-    """
-    rows = []
-    for task, answer in zip(tasks, answers, strict=True):
-        row = blank(task)
-        if answer is None:
-            rows.append(row.but(status=STOPPED, seconds=limit, reason=f"stopped after {limit:g} CPU seconds"))
-        else:
-            rows += [type(row)(*one) for one in (answer if isinstance(answer[0], list) else [answer])]
-    return rows
+def numbers(rows: list[Row]) -> dict[str, int]:
+    """A number for every method, by which its colour is the same in all panels."""
+    return {method: number for number, method in enumerate(dict.fromkeys(row.method for row in rows))}
 
 
-def processors() -> int:
-    """How many contests run side by side here."""
-    return min(WORKERS, usable())
+def error_against_cost(contest: Contest, rows: list[Row], columns: int = 3) -> list[list[Panel]]:
+    """A panel a problem: error across, CPU time up, a line a method, a cross at the right edge for each failure."""
+    panels, places, known = [], numbers(rows), [row.error for row in rows if row.status == DONE and row.error > 0.0]
+    least = max(LEAST, min(known, default=LEAST) / 3.0)
+    edge = min(10.0 * max(known, default=1.0), GREATEST)
+    across, up = Axis(contest.error, log=True, limits=(0.5 * least, 2.0 * edge)), Axis(contest.cost, "s", log=True)
+    for name in (name for name in contest.problems if any(row.problem == name for row in rows)):
+        here = [row for row in rows if row.problem == name]
+        costs = [row.seconds for row in here if row.seconds > 0.0] or [1.0]
+        parts = [Line("", [contest.wanted] * 2, [min(costs), max(costs)], WANTED_LOOK, False)]
+        for method in dict.fromkeys(row.method for row in here):
+            number = places[method]
+            mine = sorted((row for row in here if row.method == method), key=lambda row: row.setting)
+            good = [(max(row.error, least), row.seconds) for row in mine if row.status == DONE]
+            look = {**colour(number), "marker": "o", "markersize": 5}
+            parts.append(Line(method, [one[0] for one in good], [one[1] for one in good], look))
+            lost = [
+                row.seconds if row.seconds > 0.0 else min(costs) * 1.3**number for row in mine if row.status != DONE
+            ]
+            look = {**CROSS, "color": colour(number)["color"]}
+            parts.append(Line(f"{method}, no result", [edge] * len(lost), lost, look, False))
+        panels.append(Panel(name, contest.problems[name], across, up, parts))
+    columns = 2 if len(panels) in (2, 4) else columns
+    return [panels[first : first + columns] for first in range(0, len(panels), columns)]
+
+
+def over_across(contest: Contest, rows: list[Row], axis: Axis, columns: Mapping[str, str]) -> list[list[Panel]]:
+    """A row of panels a problem: columns of the rows over `across`, by name with their title, then the CPU time."""
+    lines = []
+    for name in (name for name in contest.problems if any(row.problem == name for row in rows)):
+        mine, line = [row for row in rows if row.problem == name], []
+        for column, title in {**columns, "seconds": contest.cost}.items():
+            up = Axis(title, "s" if column == "seconds" else "1", log=True)
+            parts = []
+            for number, method in enumerate(dict.fromkeys(row.method for row in rows)):
+                good = [
+                    (row.across, _column(row, column)) for row in mine if (row.method, row.status) == (method, DONE)
+                ]
+                good = sorted((x, max(y, LEAST)) for x, y in good if y == y)  # without NaN
+                look = {**colour(number), "marker": "o", "markersize": 5}
+                parts.append(Line(method, [one[0] for one in good], [one[1] for one in good], look))
+                if column != "seconds":
+                    lost = [row.across for row in mine if row.method == method and row.status != DONE]
+                    look = {**CROSS, "color": colour(number)["color"]}
+                    parts.append(Line(f"{method}, no result", lost, [1.0] * len(lost), look, False))
+            line.append(Panel(f"{name}, {column}", contest.problems[name], axis, up, parts))
+        lines.append(line)
+    return lines
+
+
+def _column(row: Row, name: str) -> float:
+    return float(row.more.get(name, math.nan)) if name in row.more else float(getattr(row, name, math.nan))
+
+
+def cheapest(rows: Iterable[Row], problem: str, method: str, wanted: float) -> Row | None:
+    """The cheapest run of a method within the error wanted; None if there is none."""
+    good = [row for row in rows if (row.problem, row.method) == (problem, method) and row.error <= wanted]
+    return min((row for row in good if row.status == DONE), key=lambda row: row.seconds, default=None)
+
+
+def best_of(contest: Contest, rows: list[Row]) -> list[str]:
+    """A sentence a problem: the CPU time at which each method keeps the error wanted, the cheapest first."""
+    sentences = []
+    for name, title in contest.problems.items():
+        mine = list(dict.fromkeys(row.method for row in rows if row.problem == name))
+        found = {method: cheapest(rows, name, method, contest.wanted) for method in mine}
+        good = sorted((method for method in mine if found[method]), key=lambda method: found[method].seconds)
+        never = [method for method in mine if not found[method]]
+        if mine:
+            words = ", ".join(f"{method} {seconds(found[method].seconds)}" for method in good) or "none"
+            text = f"{title}: {contest.cost} at an error of {contest.wanted:g}: {words}"
+            sentences.append(text + (f"; at no setting: {', '.join(never)}." if never else "."))
+    return sentences
+
+
+def seconds(value: float) -> str:
+    """A time in words, two digits."""
+    factor, unit = prefixed(value, "s")
+    return f"{two_digits(factor * value)} {unit}"
+
+
+def found_again(rows: Iterable[Row], own: Iterable[str]) -> list[str]:
+    """A sentence on how near methods other than the reference's `own` come to it: a check of the reference."""
+    nearest: dict[str, tuple[float, str]] = {}
+    for row in rows if own else ():
+        if row.method not in own and row.error < nearest.get(row.problem, (math.inf, ""))[0]:
+            nearest[row.problem] = row.error, row.method
+    words = ", ".join(f"{problem} to {error:.1g} ({method})" for problem, (error, method) in nearest.items())
+    return [f"References found again by other methods: {words}."] if words else []
+
+
+def without_result(rows: Iterable[Row]) -> list[str]:
+    """A sentence on the runs that were refused, failed or were stopped."""
+    lost = [row for row in rows if row.status != DONE]
+    words = ", ".join(dict.fromkeys(f"{row.method} on {row.problem} ({row.status})" for row in lost))
+    return [f"Without a result: {words}."] if lost else []
+
+
+def unsure(rows: Iterable[Row]) -> list[str]:
+    """A sentence on costs whose repeats lie far apart."""
+    wide = [row for row in rows if row.spread > UNSURE]
+    if not wide:
+        return []
+    worst = max(wide, key=lambda row: row.spread)
+    words = f"{worst.method} on {worst.problem} ({worst.spread:.0%})"
+    return [f"Costs whose repeats lie over {UNSURE:.0%} apart: {len(wide)}, the widest {words}."]

@@ -1,78 +1,62 @@
-"""The elastic laws against each other: error of the load over the ellipse's shape, and nanoseconds an evaluation.
+"""Charts of one contact: elastic laws over the shape of the ellipse, friction over a patch that slides and spins.
 
-Error is against exact Hertz; one line a law, a cross along the upper edge where a law fails (more than 10 % off, or no
-number). Laws with states carry them over swings of the shape, each 16 Runge-Kutta steps long. The reference is checked
-by SciPy: Carlson's integrals, and Brent's method on the equation of the ellipse. `setting` is b/a.
+Laws: the load as the contact calculator gives it, which is what every product of a law goes by, against exact Hertz;
+SciPy's integrals check that. Friction: Coulomb's law without smoothing, the hardest case, against
+`reference.spot`, which SciPy's adaptive quadrature checks; each error is the worst of several directions of slip, of
+the force over mu N, of the torque over pure spin's.
 """
 
 import functools
 import math
-from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
-from scipy.optimize import brentq
+from scipy.integrate import dblquad
+from scipy.optimize import brentq, minimize
 from scipy.special import elliprd, elliprf
 
-from bearing_twin.charts.chart import Chart
-from bearing_twin.charts.contest import limited
-from bearing_twin.charts.contest_picture import ring
-from bearing_twin.charts.table import DONE, FAILED, STOPPED, Row
-from bearing_twin.charts.timing import Timing, timed
+from bearing_twin.charts.contest import Contest, cheapest, seconds, timed
+from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, Words, colour
+from bearing_twin.charts.rows import DONE
+from bearing_twin.charts.scenes import Problem, Scenes, load_and_friction, spread, tolerances
 from bearing_twin.compiled import kernel
-from bearing_twin.contact.calculator import COMPARED
-from bearing_twin.contact.differential import Shape, differential_coefficient, follow
-from bearing_twin.contact.elasticity import NO_SHAPE, coefficient_at, coefficient_of, elasticity
+from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
+from bearing_twin.contact.differential import follow
+from bearing_twin.contact.elasticity import NO_SHAPE, coefficient_at, elasticity
 from bearing_twin.contact.ellipse import curvature_ratio, hertz_coefficient
+from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.pictures.style import STYLE, ball_line, frame, heading, save_chart
+from bearing_twin.reference.spot import spot_friction_exact
 
-LEAST = 1e-12  # smaller errors are drawn here
-WORST = 0.1  # an error beyond this is a cross
-FROZEN_AT = 0.1  # b/a at which laws that do not follow the curvatures are exact: a ball in a raceway
-RAILS = np.geomspace(1e-3, 1.0, 49)  # b/a
+SHAPES = spread(1e-3, 1.0, 25)  # b/a
 BEARING = (0.08, 0.18)  # b/a of steel balls in raceways
-SWING, STEPS = 40, 16  # turns and steps a turn of the differential forms
-EVALUATIONS, FEW = 20_000, 100  # FEW: of those in Python
-
-
-SCIPY = "SciPy"  # the second reference
-CONTESTANTS = (*COMPARED, SCIPY)
-PROBLEM = "ellipse"
+FROZEN_AT = 0.1  # b/a at which the laws that do not follow the curvatures are exact
+WRONG = 0.1  # an error beyond this is a cross
+SCIPY = "SciPy"
+TURNS, STEPS = 200, 16  # of the swing of the shape over which laws with states are carried to be timed
+MANY = 20_000  # evaluations of a timing
 
 
 @kernel
-def _evaluate(law, large):
+def _coefficients(law, large):
     total = 0.0
     for k in range(len(large)):
         total += coefficient_at(law, 1.0, large[k], NO_SHAPE)
     return total
 
 
-def _history(ratio, turns):
-    """C = P/Q swinging by a factor e^(1/2) either way about that of b/a = `ratio`, with its rate and step."""
-    count = turns * STEPS
-    middle = -math.log(curvature_ratio(ratio))
-    phase = 2.0 * math.pi * 0.5 / STEPS * np.arange(2 * count + 1)
-    swing = min(0.5, -0.5 * middle)
-    course = np.exp(middle + swing * np.sin(phase))
-    return course, course * swing * 2.0 * math.pi * np.cos(phase), 1.0 / STEPS
-
-
-def _differential_error(ratio, project):
-    """The greatest error in the last of 40 turns."""
-    course, rates, step = _history(ratio, SWING)
-    worst = 0.0
-    for state, c in zip(follow(course, rates, step, project)[-STEPS:], course[::2][-STEPS:], strict=True):
-        error = differential_coefficient(Shape(*state), c, 1.0) / hertz_coefficient(c, 1.0, 1.0) - 1.0
-        worst = error if not abs(error) < abs(worst) else worst
-    return worst
-
-
-def seconds_each(work, count) -> Timing:
-    """CPU time of one of the `count` evaluations in `work`, compiled before."""
-    cost = timed(work)[1]
-    return cost._replace(seconds=cost.seconds / count)
+@functools.cache
+def law_cost(name: str) -> dict[str, float]:
+    """CPU seconds of one evaluation of a law on balls in raceways."""
+    large = np.array([curvature_ratio(ratio) for ratio in np.geomspace(*BEARING, MANY)])
+    if name == SCIPY:
+        return timed(lambda: [by_scipy(1.0, one, 1.0) for one in large[::200]], MANY / 200)[1]
+    if LAWS[name].state is None:
+        law = elasticity(name, 1.0, 1.0)
+        return timed(lambda: _coefficients(law, large), MANY)[1]
+    phase = math.pi / STEPS * np.arange(2 * TURNS * STEPS + 1)
+    course = np.exp(math.log(1.0 / curvature_ratio(0.1)) + 0.5 * np.sin(phase))
+    rates = course * 0.5 * 2.0 * math.pi * np.cos(phase)
+    return timed(lambda: follow(course, rates, 1.0 / STEPS, LAWS[name].state.projects), TURNS * STEPS)[1]
 
 
 def by_scipy(small: float, large: float, modulus: float) -> float:
@@ -87,147 +71,309 @@ def by_scipy(small: float, large: float, modulus: float) -> float:
     return 2.0 * math.pi / 3.0 * modulus * math.sqrt(across / (small * whole)) / whole
 
 
-@functools.cache
-def _place():
-    """The coefficient frozen at FROZEN_AT, and the curvatures at which costs are measured."""
-    frozen = hertz_coefficient(1.0, curvature_ratio(FROZEN_AT), 1.0) * curvature_ratio(FROZEN_AT) ** 0.25
-    return frozen, np.array([curvature_ratio(ratio) for ratio in np.geomspace(*BEARING, EVALUATIONS)])
+def judge_law(problem: str, law: str, setting: float, ratio: float) -> dict:
+    """A law at one shape b/a."""
+    if problem != "ellipse":
+        return RUNS.judge(problem, law, setting, ratio)
+    large = float(curvature_ratio(ratio))
+    if law == SCIPY:
+        error = abs(by_scipy(1.0, large, 1.0) / hertz_coefficient(1.0, large, 1.0) - 1.0)
+    else:
+        error = abs(laws_at(Gap(1.0, large, 0.5 / large), 1.0, 1e-6, FROZEN_AT)[law].error)
+    return {"error": error, **law_cost(law), "evaluations": 1.0, **_wrong(error)}
 
 
-def _cost(name: str) -> Timing:
-    """Seconds an evaluation."""
-    _, large = _place()
-    if name == SCIPY:
-        few = large[:: len(large) // FEW]
-        return seconds_each(lambda: [by_scipy(1.0, one, 1.0) for one in few], len(few))
-    state = LAWS[name].state
-    if state is None:
-        law = elasticity(name, 1.0, 1.0)
-        return seconds_each(lambda: _evaluate(law, large), EVALUATIONS)
-    history = _history(0.1, 200)
-    return seconds_each(lambda: follow(*history, state.projects), 200 * STEPS)
+def _wrong(error: float) -> dict:
+    return {} if error < WRONG else {"status": "failed", "reason": f"more than {WRONG:.0%} wrong"}
 
 
-def _error(name: str, ratio: float) -> float:
-    """The relative error of a law's load at b/a = `ratio`; NaN where it gives none."""
-    if name != SCIPY and LAWS[name].state is not None:
-        return _differential_error(ratio, LAWS[name].state.projects) if ratio < 1.0 else math.nan
-    q = curvature_ratio(ratio)
-    # bodies of equal sqrt(PQ), an approach of 1 m: what such a law does not see is the shape
-    found = by_scipy(1.0, q, 1.0) if name == SCIPY else coefficient_of(name, 1.0, q, 1.0, _place()[0] / q**0.25)
-    return abs(found / hertz_coefficient(1.0, q, 1.0) - 1.0)
-
-
-def judge(name: str, law: str, setting: float, limit: float) -> list[Row]:
-    """A law at every b/a of RAILS; its cost is measured once. `setting` is not used."""
-    rows = []
-    with limited(limit):
-        cost = _cost(law)
-        for ratio in map(float, RAILS):
-            error = abs(float(_error(law, ratio)))
-            good = error < WORST
-            reason = "" if good else "no number" if math.isnan(error) else f"more than {100.0 * WORST:g} % off"
-            rows.append(
-                Row(
-                    name,
-                    law,
-                    ratio,
-                    load_error=error,
-                    **cost._asdict(),
-                    evaluations=1,
-                    status=DONE if good else FAILED,
-                    reason=reason,
-                    command=_command(law, ratio),
-                )
-            )
-    return rows
-
-
-def _command(law: str, ratio: float) -> str:
-    """What puts the laws side by side at that shape; laws with states are carried elsewhere there."""
-    if law == SCIPY or LAWS[law].state is not None:
-        return ""
-    large = f"--curvature-large {curvature_ratio(ratio):.9g}"
-    return f"bearing_twin contact --curvature-small 1 {large} --approach 1e-6 --frozen-at {FROZEN_AT:g}"
-
-
-def worst(rows: list[Row], law: str, low: float, high: float = 1.0) -> float:
-    """The greatest error of a law for b/a in [low, high]; infinite where it gives no number."""
-    errors = [row.load_error for row in rows if row.method == law and low <= row.setting <= high]
-    return max((error if error < math.inf else math.inf for error in errors), default=math.nan)
-
-
-def reading(rows: list[Row]) -> list[str]:
-    """What the chart says, a sentence a law, and one on the reference."""
-    sentences = []
-    for law in dict.fromkeys(row.method for row in rows if row.method != SCIPY and row.status != STOPPED):
-        mine = [row for row in rows if row.method == law]
-        crosses = [row.setting for row in mine if row.status != DONE]
-        near = worst(rows, law, *BEARING)
-        fails = ""
-        if crosses:
-            fails = f"; fails at {len(crosses)} of {len(mine)} shapes, b/a {min(crosses):.2g} to {max(crosses):.2g}"
-        sentences.append(
-            f"{law}: {1e9 * mine[0].seconds:.3g} ns an evaluation, at most {near:.2g} off on a ball in a raceway "
-            f"(b/a {BEARING[0]:g} to {BEARING[1]:g}), {worst(rows, law, 0.1, 0.99):.2g} from 0.1 to 0.99"
-            f"{fails}."
-        )
-    again = [row for row in rows if row.method == SCIPY and row.status == DONE]
-    if again:
-        sentences.append(
-            f"Exact Hertz is found again by SciPy (Carlson's integrals, Brent's method) to "
-            f"{worst(rows, SCIPY, 0.0):.1g} at all {len(again)} shapes, in {1e9 * again[0].seconds:.2g} ns."
-        )
-    return sentences
-
-
-def draw(rows: list[Row], path: Path) -> None:
-    """The chart: error over b/a on the left, error on a raceway against cost on the right."""
-    figure = Figure(figsize=(15, 7.5), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0), sharey=True)
-    named: dict[tuple, int] = {}  # how many names stand at a place, by decades in error and quarters of one in cost
-    for number, law in enumerate(dict.fromkeys(row.method for row in rows)):
-        look = ball_line(number)
-        mine = [row for row in rows if row.method == law]
-        shape = [row.setting for row in mine]
-        error = [max(row.load_error, LEAST) if row.status == DONE else math.nan for row in mine]
-        left.plot(shape, error, **look, linewidth=2.0, label=law)
-        crosses = [row.setting for row in mine if row.status != DONE]
-        left.plot(crosses, [2.0 * 1.8**number] * len(crosses), "x", color=look["color"], markersize=6)
-        near = worst(rows, law, *BEARING)
-        near = 1.0 if math.isnan(near) else max(near, LEAST)
-        cost = 1e9 * mine[0].seconds
-        right.plot(cost, min(near, 1.0), "x" if near > WORST else "o", color=look["color"], markersize=10)
-        ring(
-            right,
-            [row for row in mine if row.status == DONE][:1],
-            lambda _, cost=cost, near=near: (cost, min(near, 1.0)),
-            look["color"],
-        )
-        spot = round(4.0 * math.log10(cost)), round(math.log10(min(near, 1.0)))
-        below = named[spot] = named.get(spot, -1) + 1
-        place = 9, -4 - 16 * below
-        right.annotate(law, (cost, min(near, 1.0)), xytext=place, textcoords="offset points")
-    left.axvspan(*BEARING, color=STYLE["ring"], alpha=0.7, zorder=0.5)
-    left.axhline(1.0, color=STYLE["soft"], linewidth=1.0)
-    left.set(xscale="log", yscale="log", ylim=(0.4 * LEAST, 100.0), xlabel="b/a of the contact ellipse")
-    left.set_ylabel("|error| of the load against exact Hertz (above 1: crosses, failed)")
-    right.set(xscale="log", xlabel="nanoseconds an evaluation, one core")
-    right.margins(x=0.35)
-    heading(left, f"Over the shape (shaded: ball in a raceway; constant, linear: frozen at {FROZEN_AT:g})")
-    heading(right, "On a ball in a raceway, against cost")
-    for axis in (left, right):
-        frame(axis)
-    left.legend(loc="lower left", frameon=False, bbox_to_anchor=(0.0, 0.12))
-    save_chart(figure, "Elastic laws: accuracy against cost", path)
-
-
-CONTESTS = {
-    "laws": Chart(
-        judge=judge,
-        problems={PROBLEM: "an ellipse of every shape"},
-        entries=lambda name: ((law, math.nan) for law in CONTESTANTS),
-        drawn=draw,
-        told=reading,
+def _in_a_run(title: str, key: str, names: tuple[str, ...], true: str, *keys: str) -> Problem:
+    """A choice of the contact inside the run of a 6203."""
+    return Problem(
+        title=title,
+        scene="bearing_6203",
+        keys=("run.duration=0.02", "run.output_rate=2000", *keys),
+        reference=(f"{key}={true}", "wanted.tolerance=1e-8"),
+        methods={name: tolerances(1e-3, 1e-6, keys=(f"{key}={name}",)) for name in names},
+        norm=load_and_friction,
+        channels=("normal_load", "friction_force"),
+        a_second=True,
     )
+
+
+RUNS = Scenes(
+    table={
+        "law in a run": _in_a_run(
+            "laws in the run of a 6203",
+            "contact.normal",
+            ("hertz", "volumetric", "constant", "hertz_differential"),
+            "hertz_exact",
+        ),
+        "friction in a run": _in_a_run(
+            "friction models in the run of a 6203",
+            "contact.friction",
+            tuple(FRICTIONS),
+            "spot_fine",
+            "drive.speed=300",
+        ),
+    }
+)
+
+
+def _law_entries(problem, quick):
+    if problem != "ellipse":
+        return RUNS.entries(problem, quick)
+    shapes = SHAPES[::8] if quick else SHAPES
+    return ((law, math.nan, ratio) for law in (*COMPARED, SCIPY) for ratio in shapes)
+
+
+def _law_panels(contest, rows):
+    """Error over the shape, and on a ball in a raceway against cost; then the laws in a run."""
+    left, right, low = [], [], 1e-12
+    for number, law in enumerate(dict.fromkeys(row.method for row in rows if row.problem == "ellipse")):
+        mine = [row for row in rows if (row.problem, row.method) == ("ellipse", law)]
+        good = [(row.across, max(row.error, low)) for row in mine if row.status == DONE]
+        left.append(Line(law, [one[0] for one in good], [one[1] for one in good], colour(number)))
+        lost = [row.across for row in mine if row.status != DONE]
+        look = {**CROSS, "color": colour(number)["color"], "markersize": 6}
+        left.append(Line(f"{law}, wrong", lost, [2.0 * 1.6**number] * len(lost), look, False))
+        near = max(low, min(1.0, worst(rows, law, *BEARING)))
+        dot = {"color": colour(number)["color"], "marker": "o", "markersize": 9, "linestyle": ""}
+        right.append(Line(law, [mine[0].seconds], [near], dot, False))
+    error = Axis("error of the load against exact Hertz", log=True, limits=(0.3 * low, 100.0))
+    cost = Axis("CPU time of an evaluation", "s", log=True)
+    panels = [
+        Panel(
+            "shape",
+            "Over the shape; constant, linear: exact at b/a 0.1",
+            Axis("b/a of the ellipse", log=True),
+            error,
+            left,
+        ),
+        Panel("cost", "On a ball in a raceway, b/a 0.08 to 0.18", cost, error, right, None),
+    ]
+    return [panels, *_in_runs(contest, rows)]
+
+
+def _in_runs(contest, rows):
+    """Error against cost of the problems that are runs."""
+    from bearing_twin.charts.contest import error_against_cost
+
+    runs = [row for row in rows if row.problem in RUNS.table]
+    return error_against_cost(contest, runs) if runs else []
+
+
+def worst(rows, method: str, low: float, high: float = 1.0) -> float:
+    """The greatest error of a law for b/a in [low, high]."""
+    mine = [row for row in rows if (row.problem, row.method) == ("ellipse", method) and low <= row.across <= high]
+    return max((row.error for row in mine), default=math.nan)
+
+
+def _law_reading(contest, rows):
+    for law in dict.fromkeys(row.method for row in rows if row.problem == "ellipse" and row.method != SCIPY):
+        mine = [row for row in rows if (row.problem, row.method) == ("ellipse", law)]
+        lost = [row.across for row in mine if row.status != DONE]
+        fails = f"; wrong by more than {WRONG:.0%} for b/a {min(lost):.2g} to {max(lost):.2g}" if lost else ""
+        yield (
+            f"{law}: {seconds(mine[0].seconds)} an evaluation, error {worst(rows, law, *BEARING):.2g} on a ball in a "
+            f"raceway, {worst(rows, law, 0.1):.2g} for b/a from 0.1 to 1{fails}."
+        )
+    if any(row.method == SCIPY for row in rows):
+        yield f"Exact Hertz is found again by SciPy (Carlson's integrals, Brent) to {worst(rows, SCIPY, 0.0):.1g}."
+    yield from _runs_reading(contest, rows)
+
+
+def _runs_reading(contest, rows):
+    for name, problem in RUNS.table.items():
+        found = {row.method: cheapest(rows, name, row.method, math.inf) for row in rows if row.problem == name}
+        least = {
+            row.method: min(one.error for one in rows if (one.problem, one.method) == (name, row.method))
+            for row in rows
+            if row.problem == name
+        }
+        words = (f"{method} {least[method]:.1g} ({seconds(one.seconds)})" for method, one in found.items() if one)
+        if found:
+            yield f"{problem.title}: least error, and CPU time of a simulated second: {', '.join(words)}."
+
+
+PATCHES = {"b/a = 1": 1.0, "b/a = 0.3": 0.3, "b/a = 0.1": 0.1}
+SPINS = spread(0.01, 100.0, 25)  # spin times major semi-axis over slip
+DIRECTIONS = np.linspace(0.0, 0.5 * math.pi, 5)
+POLES = (np.linspace(0.03, 1.1, 36), np.linspace(0.0, 0.5 * math.pi, 13))
+"""Poles of the motions among which the greatest error is searched: distance and angle, the patch scaled to a circle."""
+RAYS, NARROW = 250, 25.0  # of the exact solution, good to 1e-12; for b/a < 0.1 NARROW over b/a
+MODELS = {row.name: row.rubbing for row in FRICTIONS.values() if row.over_spot}
+SECOND = 1e-7  # accuracy requested of SciPy
+
+
+def _loop(form):
+    @kernel
+    def evaluate(spins):
+        total = 0.0
+        for k in range(len(spins)):
+            total += form(1.0, 1.0, 0.1, 0.6, 0.8, spins[k], 1.0, 1e-9).torque
+        return total
+
+    return evaluate
+
+
+@functools.cache
+def _friction_cost(name: str) -> dict[str, float]:
+    spins, loop = np.geomspace(0.1, 10.0, 2000), _loop(MODELS[name])
+    return timed(lambda: loop(spins), len(spins))[1]
+
+
+@functools.lru_cache(maxsize=4096)
+def _exact(shape: float, along: float, across: float, spin: float):
+    return spot_friction_exact(1.0, 1.0, shape, along, across, spin, 1.0, rays=max(RAYS, round(NARROW / shape)))
+
+
+def errors(form, shape: float, motions) -> np.ndarray:
+    """Errors (n, 2) of force, over mu N, and torque, over pure spin's, at motions (slip along both axes, spin)."""
+    pure = abs(_exact(shape, 0.0, 0.0, 1.0).torque)
+    exact = [_exact(shape, *motion) for motion in motions]
+    off = np.array([form(1.0, 1.0, shape, *motion, 1.0, 1e-12) for motion in motions]) - exact
+    return np.stack([np.hypot(off[:, 0], off[:, 1]), np.abs(off[:, 2]) / pure], axis=1)
+
+
+def _of_pole(shape: float, distance: float, angle: float) -> tuple[float, float, float]:
+    slip = shape * distance * math.sin(angle), -distance * math.cos(angle)
+    size = math.hypot(*slip)
+    return slip[0] / size, slip[1] / size, 1.0 / size
+
+
+def hardest(form, shape: float, poles=POLES) -> list[tuple[tuple[float, float, float], float]]:
+    """The motions at which a form errs most in force and in torque, with the errors: from a grid of poles downhill."""
+    grid = [(distance, angle) for distance in poles[0] for angle in poles[1]]
+    known = errors(form, shape, [_of_pole(shape, *pole) for pole in grid])
+    found = []
+    for part in (0, 1):
+
+        def miss(pole, part=part):
+            return -errors(form, shape, [_of_pole(shape, *pole)])[0, part]
+
+        ends = []
+        for start in (grid[place] for place in np.argsort(known[:, part])[-2:]):
+            simplex = np.add(start, [(0.0, 0.0), (0.02, 0.0), (0.0, 0.04)])
+            options = {"maxfev": 30, "initial_simplex": simplex}
+            ends.append(minimize(miss, start, method="Nelder-Mead", options=options))
+        best = min(ends, key=lambda end: end.fun)
+        found.append((_of_pole(shape, *best.x), -float(best.fun)))
+    return found
+
+
+def friction_by_scipy(normal_load, major, minor, slip_major, slip_minor, spin, coefficient, _) -> tuple:
+    """Force along both axes [N] and torque [N m] of Coulomb friction over the patch, by `dblquad`, cut at the pole."""
+    scale = -1.5 * coefficient * normal_load / math.pi
+    pole = -slip_minor / (spin * major), slip_major / (spin * minor)
+
+    def at(y, x, part):
+        along, across = slip_major - spin * minor * y, slip_minor + spin * major * x
+        speed, pressure = math.hypot(along, across), math.sqrt(max(1.0 - x * x - y * y, 0.0))
+        moment = major * x * across - minor * y * along
+        return pressure * (along, across, moment)[part] / speed if speed else 0.0
+
+    def edge(x):
+        return math.sqrt(max(1.0 - x * x, 0.0))
+
+    def cut(x):
+        return min(max(pole[1], -edge(x)), edge(x))
+
+    def over(low, high, part):
+        halves = ((lambda x: -edge(x), cut), (cut, edge))
+        return sum(dblquad(at, low, high, *ends, (part,), epsabs=SECOND, epsrel=SECOND)[0] for ends in halves)
+
+    middle = min(max(pole[0], -1.0), 1.0)
+    return tuple(scale * (over(-1.0, middle, part) + over(middle, 1.0, part)) for part in range(3))
+
+
+def judge_friction(problem: str, name: str, setting: float, spin: float) -> dict:
+    """A model at one shape and ratio of spin to slip; without one (NaN) at the motions where it errs most."""
+    if problem not in PATCHES:
+        return RUNS.judge(problem, name, setting, spin)
+    shape = PATCHES[problem]
+    if name == SCIPY:
+        off, cost = errors(friction_by_scipy, shape, [(math.cos(0.7), math.sin(0.7), spin)]), {}
+    elif math.isnan(spin):
+        off, cost = np.array([[error for _, error in hardest(MODELS[name], shape)]]), _friction_cost(name)
+    else:
+        motions = [(math.cos(angle), math.sin(angle), spin) for angle in DIRECTIONS]
+        off, cost = errors(MODELS[name], shape, motions), _friction_cost(name)
+    force, torque = map(float, off.max(axis=0))
+    error = max(force, torque)
+    return {"error": error, **cost, **_wrong(error), "force_error": force, "torque_error": torque}
+
+
+def _friction_entries(problem, quick):
+    if problem not in PATCHES:
+        return RUNS.entries(problem, quick)
+    spins = SPINS[::6] if quick else SPINS
+    found = [(name, math.nan, spin) for name in MODELS for spin in (*spins, math.nan)]
+    return [*found, *((SCIPY, math.nan, spin) for spin in SPINS[:: 12 if quick else 6])]
+
+
+def _friction_panels(contest, rows):
+    lines, up = [], (1e-6, 10.0)
+    across = Axis("spin x major semi-axis / slip", log=True)
+    for key, words in (
+        ("force_error", "error of the force, over mu N"),
+        ("torque_error", "of the torque, over pure spin's"),
+    ):
+        line = []
+        for problem in (name for name in PATCHES if any(row.problem == name for row in rows)):
+            parts = [Line("", [SPINS[0], SPINS[-1]], [WRONG] * 2, {"color": "#71808c", "linewidth": 1.0}, False)]
+            for number, name in enumerate(MODELS):
+                mine = [
+                    row for row in rows if (row.problem, row.method) == (problem, name) and row.across == row.across
+                ]
+                good = [(row.across, max(row.more[key], up[0])) for row in mine if key in row.more]
+                parts.append(Line(name, [one[0] for one in good], [min(one[1], 3.0) for one in good], colour(number)))
+            line.append(Panel(f"{problem}, {key}", problem, across, Axis(words, log=True, limits=up), parts))
+        lines.append(line)
+    return [*lines, *_in_runs(contest, rows)]
+
+
+def _friction_reading(contest, rows):
+    for name in MODELS:
+        mine = [row for row in rows if row.method == name and row.problem in PATCHES]
+        words = []
+        for problem in dict.fromkeys(row.problem for row in mine):
+            found = [row.more for row in mine if row.problem == problem and "force_error" in row.more]
+            force, torque = (
+                max((one[key] for one in found), default=math.inf) for key in ("force_error", "torque_error")
+            )
+            words.append(f"{force:.2g} and {torque:.2g} at {problem}")
+        if mine:
+            cost = seconds(mine[0].seconds)
+            yield f"{name}: {cost} an evaluation; greatest errors of force and torque {', '.join(words)}."
+    again = [row.error for row in rows if row.method == SCIPY and row.status == DONE]
+    if again:
+        yield f"The exact solution is found again by SciPy's dblquad to {max(again):.1g} at {len(again)} motions."
+    yield from _runs_reading(contest, rows)
+
+
+CHARTS = {
+    "laws": Contest(
+        title="Elastic laws: error over the shape of the contact, and cost",
+        problems={"ellipse": "an ellipse of every shape", "law in a run": RUNS.table["law in a run"].title},
+        entries=_law_entries,
+        judge=judge_law,
+        command=lambda *entry: RUNS.command(*entry) if entry[0] in RUNS.table else "",
+        panels=_law_panels,
+        read=_law_reading,
+        error="greatest error of load or friction",
+        cost="CPU time of a simulated second",
+    ),
+    "friction": Contest(
+        title="Friction over a contact patch that slides and spins: error of each model",
+        problems={**{name: name for name in PATCHES}, "friction in a run": RUNS.table["friction in a run"].title},
+        entries=_friction_entries,
+        judge=judge_friction,
+        command=lambda *entry: RUNS.command(*entry) if entry[0] in RUNS.table else "",
+        panels=_friction_panels,
+        read=_friction_reading,
+        error="greatest error of load or friction",
+        cost="CPU time of a simulated second",
+    ),
 }
+__all__ = ["CHARTS", "Words", "hardest"]

@@ -1,59 +1,138 @@
-"""What a newcomer takes against the product: SciPy with its defaults, a fixed step of 0.1 ms, explicit Euler.
+"""What one tries first against the product: SciPy with its defaults, a fixed step of 0.1 ms, explicit Euler.
 
-The equations are the product's, the right-hand side is compiled: what differs is the method and its setting. Seconds
-are CPU seconds per simulated second.
+The equations are the product's, their right-hand side is compiled: what differs is the method and its setting. `rodas4`
+and `rk4` are runs of the product, which refuses steps that are too long.
 """
 
-from bearing_twin.charts.bearing_cells import NAIVE, Case, bearing_row, command_of
-from bearing_twin.charts.contest_picture import Contest
-from bearing_twin.charts.table import DONE, Row
+import itertools
+import math
 
-CASES = {
-    "settled": Case("bearing_6203", (), 1e-3, 10),
-    "sliding": Case("bearing_6203", ("initial.motion=rest", "drive.offset=[0.0,-1e-6,5e-6]"), 5e-5, 20),
-    "lift-off": Case("bearing_6203_loose", (), 1e-3, 10),
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from bearing_twin.charts.bearings import FROM_REST
+from bearing_twin.charts.contest import Contest, best_of, timed
+from bearing_twin.charts.rows import DONE
+from bearing_twin.charts.scenes import Found, Problem, Scenes, load_and_friction, run, steps, tolerances
+from bearing_twin.errors import IntegrationError
+from bearing_twin.kinds.bearing.forces.rates import bearing_rates
+from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.report import Choice
+from bearing_twin.run.scene import load_scene
+
+COARSE, SCIPYS = 1e-4, 1e-3  # s, the step that is often tried first; SciPy's default tolerance
+CHANNELS = ("normal_load", "friction_force")
+
+
+def _problem(title: str, scene: str, period: float, count: int, *keys: str) -> Problem:
+    span = (f"run.duration={period * count:g}", f"run.output_rate={1.0 / period:g}", "run.publish_rate=100")
+    return Problem(
+        title=title,
+        scene=scene,
+        keys=(*keys, *span),
+        reference=("solver.stepper=rodas4", "wanted.tolerance=1e-8"),
+        methods={
+            "rodas4": tolerances(1e-3, 1e-1, 1e-2, 1e-4, 1e-5, 1e-6, keys=("solver.stepper=rodas4",)),
+            "rk4": steps(COARSE, 1e-6, 1e-5, 3e-7, keys=("solver.stepper=rk4",)),
+        },
+        norm=load_and_friction,
+        channels=CHANNELS,
+        a_second=True,
+    )
+
+
+TABLE = {
+    "settled": _problem("settled", "bearing_6203", 1e-3, 10),
+    "sliding": _problem("from rest: sliding, ringing", "bearing_6203", 5e-5, 20, *FROM_REST),
+    "lift-off": _problem("clearance, lift-off", "bearing_6203_loose", 1e-3, 10),
 }
-COARSE = 1e-4  # s, the step that is often tried first
-LADDERS = {
-    "rodas4": (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
-    "rk4": (COARSE, 1e-5, 1e-6, 3e-7),
-    "explicit Euler": (COARSE, 1e-5, 1e-6, 1e-7, 1e-8),
-    "solve_ivp RK45": (1e-3, 1e-6, 1e-9),  # the first is SciPy's default
-    "solve_ivp LSODA": (1e-3, 1e-6, 1e-9),
+PRODUCT = Scenes(table=TABLE)
+NAIVE = {
+    "explicit Euler": (COARSE, 1e-6, 1e-5, 1e-7),
+    "solve_ivp RK45": (SCIPYS, 1e-6, 1e-9),
+    "solve_ivp LSODA": (SCIPYS, 1e-6, 1e-9),
 }
-DEFAULTS = {"rodas4": 1e-3, "rk4": COARSE, **{name: 1e-3 if "solve" in name else COARSE for name in NAIVE}}
-"""What is taken without a thought: the product's default, SciPy's, a step of 0.1 ms."""
 
 
-def judge(name: str, method: str, setting: float, limit: float) -> Row:
+def _naive(problem: Problem, method: str, setting: float) -> Found:
+    """A run as a user writes it: a right-hand side of time and a flat state; Euler's steps or `solve_ivp`."""
+    scene = load_scene(problem.scene, problem.keys)
+    settings = scene.parameters.run
+    times = np.arange(round(settings.duration * settings.output_rate) + 1) / settings.output_rate
+    motion = BearingMotion(scene.parameters, Choice("hertz", "rodas4", 0.0, "", ()))
+    shape, near, rates = motion.state.shape, np.zeros(motion.bearing.balls, np.bool_), np.zeros(motion.state.shape)
+    count = 0
+
+    def right_hand_side(time, flat):
+        nonlocal count
+        count += motion.bearing.balls
+        bearing_rates(motion.bearing, motion.drive, near, time, flat.reshape(shape), rates)
+        return rates.ravel().copy()
+
+    state = motion.state.ravel().copy()
+    if method == "explicit Euler":
+        states = [state]
+        for begin, end in itertools.pairwise(times):
+            many = max(1, round((end - begin) / setting))
+            for step in range(many):
+                state = state + (end - begin) / many * right_hand_side(begin + step * (end - begin) / many, state)
+                if not np.isfinite(state).all():
+                    raise IntegrationError("not finite", "not finite", float(begin), "")
+            states.append(state)
+    else:
+        by = method.partition(" ")[2]
+        found = solve_ivp(right_hand_side, (0.0, times[-1]), state, by, times, rtol=setting, atol=1e-3 * setting)
+        if not found.success:
+            raise IntegrationError(found.message, "failed", float(found.t[-1]), "")
+        states = found.y.T
+    rows = []
+    for one in states:
+        motion.state[:] = one.reshape(shape)
+        rows.append(motion.first_outputs())
+    return Found({name: np.concatenate([row[name] for row in rows]) for name in CHANNELS}, {}, count, scene)
+
+
+def judge(*entry) -> dict:
     """One run."""
-    return bearing_row(Row(name, method, setting, command=_command(name, method, setting)), CASES[name], limit)
+    name, method, setting, _ = entry
+    if method not in NAIVE:
+        return PRODUCT.judge(*entry)
+    problem = TABLE[name]
+    exact = run(problem.scene, (*problem.keys, *problem.reference), CHANNELS)
+    found, cost = timed(lambda: _naive(problem, method, setting), exact.scene.parameters.run.duration)
+    return {**load_and_friction(found, exact), **cost, "evaluations": float(found.evaluations)}
 
 
-def _command(name, method, setting):
-    return "" if method in NAIVE else command_of(CASES[name], method, setting)
+def entries(name: str, quick: bool):
+    """The product's methods and what one tries first, each setting that is tried first at the head."""
+    yield from PRODUCT.entries(name, quick)
+    for method, ladder in NAIVE.items():
+        yield from ((method, one, math.nan) for one in (ladder[:1] if quick else ladder))
 
 
-def _defaults(rows: list[Row]) -> list[str]:
-    """What each method gives as it is first tried."""
-    sentences = []
-    for method, setting in DEFAULTS.items():
-        mine = [row for row in rows if row.method == method and row.setting == setting]
-        words = (f"{row.problem} {row.error:.1g}" if row.status == DONE else f"{row.problem} none" for row in mine)
-        sentences.append(f"{method} as first tried, at {setting:g}: error {', '.join(words)}.")
-    return sentences
+def read(contest, rows):
+    """What each method gives as it is first tried, and what an error wanted costs."""
+    first = {"rodas4": 1e-3, "rk4": COARSE, **{name: ladder[0] for name, ladder in NAIVE.items()}}
+    for method, setting in first.items():
+        mine = [row for row in rows if (row.method, row.setting) == (method, setting)]
+        words = (
+            f"{row.problem} {row.error:.1g}" if row.status == DONE else f"{row.problem} {row.status}" for row in mine
+        )
+        if mine:
+            yield f"{method} as first tried, at {setting:g}: error {', '.join(words)}."
+    yield from best_of(contest, rows)
 
 
-CONTEST = Contest(
-    judge=judge,
-    title="What a newcomer takes, against the product's rodas4",
-    error="greatest error of load or friction",
-    cost="CPU s a simulated s",
-    wanted=1e-3,
-    problems={name: name for name in CASES},
-    entries=lambda name: ((method, setting) for method, ladder in LADDERS.items() for setting in ladder),
-    command=_command,
-    more=_defaults,
-    own=("rodas4",),
-)
-CONTESTS = {"newcomers": CONTEST}
+CHARTS = {
+    "newcomers": Contest(
+        title="What one tries first, against the product's rodas4",
+        problems={name: problem.title for name, problem in TABLE.items()},
+        entries=entries,
+        judge=judge,
+        command=lambda *entry: "" if entry[1] in NAIVE else PRODUCT.command(*entry),
+        read=read,
+        error="greatest error of load or friction",
+        cost="CPU time of a simulated second",
+        own=("rodas4",),
+    )
+}

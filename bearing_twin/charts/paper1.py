@@ -1,228 +1,330 @@
-"""Paper 1's ball bearing: the bearing in space (figure 5), one ball by several elastic laws, and what the laws cost.
+"""Paper 1 (Kosenko, Aleksandrov): contact frame and opposing points, bounces by two laws, the ball bearing, its laws.
 
-Followed are r_P, the contact point of ball 0 with the outer raceway, and n_A, the raceway's normal there, by exact
-Hertz and by each other law; "their coordinates coincide with a very high accuracy" (section 5) becomes a number. The
-paper prints no dimension, speed, damping or friction of its bearing: those of the scene stand for them.
+The paper prints no dimension, speed, damping or friction: those of the scenes stand for them. "Their coordinates
+coincide with a very high accuracy" (section 5) becomes a number. Figure 4 shows one impact and says that Hertz comes
+late; which law does depends on the viscous term, so three are drawn, with their closed forms as lines.
 """
 
+import functools
 import math
-import time
-from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.kinds.bearing.start import bearing_of
-from bearing_twin.numerics.rotation import rotation_matrix
-from bearing_twin.pictures.moving import write_moving
-from bearing_twin.pictures.style import BALL_COLOURS, SIZE, STYLE, frame, heading
-from bearing_twin.pictures.worth import finish
-from bearing_twin.run.fidelity import choose
+from bearing_twin.charts.contest import seconds
+from bearing_twin.charts.laws import law_cost
+from bearing_twin.charts.panels import Axis, Drawing, Line, Panel, Sheet, Words, colour
+from bearing_twin.charts.paper import Figures, Paper
+from bearing_twin.charts.scenes import WITHOUT_CHECK
+from bearing_twin.contact.damping import steady_damping, steady_ratio
+from bearing_twin.contact.elasticity import coefficient_of
+from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass, modulus_of
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE
+from bearing_twin.reference import bounce
+from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 
-SCENE, DURATION, OUTPUTS = "bearing_6203", 0.1, 400
-EXACT, LAWS = "hertz_exact", ("hertz", "hertz_differential", "volumetric", "constant")
-BALL, OUTER = 0, 1
-REPEATS = 3  # of a run, of which the quickest counts
-GROOVE = math.radians(55.0)  # of a groove's meridian that is drawn, either way
-OPEN = (math.radians(-200.0), math.radians(70.0))  # of the rings that is drawn round the axis
-FRAMES = 24
-SECTORS = 8  # of a ball that moves, in two colours by turns, so that one sees it roll
-POLAR, ROUND = np.meshgrid(np.linspace(0.0, math.pi, 17), np.linspace(0.0, 2.0 * math.pi, 33))
-SPHERE = np.array([np.sin(POLAR) * np.cos(ROUND), np.sin(POLAR) * np.sin(ROUND), np.cos(POLAR)])
+TIME = Axis("time", "s")
 
 
-@dataclass(frozen=True)
-class LawRun:
-    """One law: CPU ns a ball's rates, greatest distance from exact Hertz of r_P [m], n_A [rad] and load (relative)."""
-
-    law: str
-    ns_a_ball_rate: float
-    greatest_point_off_m: float
-    greatest_normal_off_rad: float
-    greatest_load_off: float
-    histories: tuple = field(default=(), repr=False)
+def run(scene: str, keys=(), names=("normal_load",)):
+    """(time [s], channels, figures, scene) of a run."""
+    made = simulate(load_scene(scene, [*keys, WITHOUT_CHECK]))
+    blocks = list(made.blocks())
+    values = {name: np.concatenate([block.values[name] for block in blocks]) for name in names}
+    return 1e-9 * np.concatenate([block.time_ns for block in blocks]), values, made.report.figures, made.scene
 
 
-POINT = LawRun
+TWO = (
+    *("first.shape=ellipsoid", "first.semi_axes=[0.03,0.02,0.012]", "first.turn=[0,0.5,0]", "first.velocity=[0,0,0]"),
+    *("first.angular_velocity=[0,0,0]", "second.shape=ellipsoid", "second.semi_axes=[0.025,0.03,0.015]"),
+    *("second.turn=[0,-0.3,0]", "gravity=[0,0,0]", "run.duration=1e-6", "run.output_rate=1e6", "run.publish_rate=1e6"),
+)
+APART = {"figure 1": (0.006, 0.0, 0.034), "figure 2": (0.006, 0.0, 0.0307)}  # m: the first body's centre
 
 
-def _times() -> np.ndarray:
-    return DURATION / OUTPUTS * np.arange(1, OUTPUTS + 1)
+def _outline(centre, axes, turn: float, name: str, place: int) -> Line:
+    """The section y = 0 of an ellipsoid that is turned about y."""
+    angle = np.linspace(0.0, 2.0 * math.pi, 181)
+    x, z = axes[0] * np.cos(angle), axes[2] * np.sin(angle)
+    c, s = math.cos(turn), math.sin(turn)
+    return Line(name, centre[0] + c * x + s * z, centre[2] - s * x + c * z, colour(place))
 
 
-def _run(law: str):
-    """The outputs by a law over DURATION, and the CPU nanoseconds a ball's rates took."""
-    scene = load_scene(SCENE, [f"contact.normal={law}"])
-    moving, least = BearingMotion(scene.parameters, choose(scene)), math.inf
-    moving.advance(np.array([1e-4]), 1e-4)  # compiled or loaded before the clock starts
-    for _ in range(REPEATS):
-        moving.reset()
-        began = time.process_time()
-        out = moving.advance(_times(), DURATION)
-        least = min(least, time.process_time() - began)
-    return out, 1e9 * least / moving.costs()["ball_rates"]
-
-
-def measure() -> list[LawRun]:
-    """Every law against exact Hertz, which comes first."""
-    runs, truth = [], None
-    for law in (EXACT, *LAWS):
-        out, nanoseconds = _run(law)
-        point, normal, load = (np.array(one[:, BALL, OUTER]) for one in (out.point, out.normal, out.normal_load))
-        truth = truth or (point, normal, load)
-        runs.append(
-            LawRun(
-                law=law,
-                ns_a_ball_rate=nanoseconds,
-                greatest_point_off_m=float(np.linalg.norm(point - truth[0], axis=1).max()),
-                greatest_normal_off_rad=float(np.linalg.norm(normal - truth[1], axis=1).max()),
-                greatest_load_off=float(np.abs(load / truth[2] - 1.0).max()),
-                histories=(point, normal),
-            )
+def contact_frame(quick: bool) -> Sheet:
+    """Figures 1 and 2: opposing points of two bodies, and the frame of their contact."""
+    panels, reading = [], []
+    for figure, position in APART.items():
+        place = f"first.position=[{position[0]},{position[1]},{position[2]}]"
+        names = ("contact_point", "normal", "approach", "major_axis")
+        _, values, _, scene = run("two_bodies_ellipsoid", (*TWO, place), names)
+        point, normal, major = (values[name][0][[0, 2]] for name in ("contact_point", "normal", "major_axis"))
+        approach = float(values["approach"][0])
+        ends = [point + 0.5 * approach * sign * normal for sign in (1.0, -1.0)]
+        parts = []
+        for number, (letter, body) in enumerate({"A": scene.parameters.first, "B": scene.parameters.second}.items()):
+            parts.append(_outline(body.position, body.semi_axes, body.turn[1], f"body {letter}", 5 * number))
+            dot = {"color": BALL_COLOURS[5 * number], "marker": "o", "markersize": 9, "linestyle": ""}
+            parts.append(Line(f"opposing point P_{letter}", [ends[number][0]], [ends[number][1]], dot))
+        arrow = 0.012
+        axes = {"γ (normal)": normal, "α (in the tangent plane)": np.array([normal[1], -normal[0]])}
+        for number, (name, one) in enumerate(axes.items()):
+            tip = ends[0] + arrow * one
+            look = {"color": BALL_COLOURS[(2, 3)[number]], "linewidth": 2.5}
+            parts.append(Line(name, [ends[0][0], tip[0]], [ends[0][1], tip[1]], look))
+            parts.append(Words(name[0], tip[0], tip[1]))
+        what = "opposing points of bodies apart" if approach < 0.0 else "frame of a contact, depth enlarged"
+        title = f"Figure {figure[-1]}: {what}"
+        panels.append(Panel(figure, title, Axis("x", "m"), Axis("z", "m"), parts, "lower left", to_scale=True))
+        words = f"a gap of {-1e3 * approach:.3g} mm" if approach < 0.0 else f"an approach of {1e3 * approach:.3g} mm"
+        reading.append(
+            f"{title.partition(':')[0]}: the opposing points lie on one normal of both surfaces, with {words}."
         )
-    return runs
-
-
-def reading(points) -> list[str]:
-    """What the chart says."""
-    runs = {one.law: one for one in points}
-    volumetric, carried = (runs[name] for name in ("volumetric", "hertz_differential"))
-    cost = {name: one.ns_a_ball_rate / runs[EXACT].ns_a_ball_rate for name, one in runs.items()}
-    return [
-        f"volumetric against exact Hertz over {DURATION:g} s: r_P within {volumetric.greatest_point_off_m:.2g} m, n_A "
-        f"within {volumetric.greatest_normal_off_rad:.2g} rad, load within {100 * volumetric.greatest_load_off:.2g} %",
-        f"hertz_differential, its integrals carried: r_P within {carried.greatest_point_off_m:.2g} m, load within "
-        f"{carried.greatest_load_off:.2g}",
-        f"cost of a ball's rates against exact Hertz ({runs[EXACT].ns_a_ball_rate:.0f} ns): hertz_differential "
-        f"{cost['hertz_differential']:.2f}, volumetric {cost['volumetric']:.2f}, constant {cost['constant']:.2f} (the "
-        f"paper: at most 0.5), hertz {cost['hertz']:.2f}",
-    ]
-
-
-def draw(points, path) -> Path:
-    """The bearing in space, also moving in a .gif; r_P and n_A of a ball by exact Hertz, how far laws are off; cost."""
-    figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-    grid = figure.add_gridspec(3, 2, left=0.05, right=0.97, top=0.90, bottom=0.115, hspace=0.42, wspace=0.22)
-    runs = {one.law: one for one in points}
-    _draw_still(figure.add_subplot(grid[:2, 0], projection="3d"))
-    times, (point, normal) = 1e3 * _times(), runs[EXACT].histories
-    first, second, off, cost = (figure.add_subplot(grid[place]) for place in ((0, 1), (1, 1), (2, 1), (2, 0)))
-    for axis, values, names in ((first, 1e3 * point, "r"), (second, normal, "n")):
-        for column, letter in enumerate("xyz"):
-            label = rf"${names}_{{{letter}}}$"
-            axis.plot(times, values[:, column], color=BALL_COLOURS[column], linewidth=1.6, label=label)
-        axis.legend(frameon=False, fontsize=12, ncol=3, loc="lower right", bbox_to_anchor=(1.0, 0.97), borderpad=0)
-        axis.tick_params(labelbottom=False)
-    heading(first, "Contact point of a ball with the outer ring", up="r_P [mm]")
-    heading(second, "Normal of the raceway there", up="n_A")
-    for number, law in enumerate(LAWS):
-        away = np.linalg.norm(runs[law].histories[0] - point, axis=1)
-        off.plot(times, np.maximum(away, 1e-18), color=BALL_COLOURS[number], linewidth=1.3, label=law)
-    off.set_yscale("log")
-    off.legend(frameon=False, fontsize=10, ncol=4, loc="center right", bbox_to_anchor=(1.0, 0.6))
-    heading(off, "r_P by other laws, from that by exact Hertz", "time [ms]", "distance [m]")
-    names = [one.law for one in points]
-    cost.barh(range(len(names)), [one.ns_a_ball_rate for one in points], color=BALL_COLOURS[4])
-    cost.set_yticks(range(len(names)), names)
-    cost.invert_yaxis()
-    heading(cost, "Cost of the laws in this run", "CPU time of one ball's rates [ns]")
-    for axis in (first, second, off, cost):
-        frame(axis)
-        if axis is not cost:
-            axis.margins(x=0.0)
-    cost.grid(False, axis="y")
-    box = cost.get_position()
-    cost.set_position([box.x0 + 0.09, box.y0, box.width - 0.09, box.height])
-    _draw_moving(Path(path).with_suffix(".gif"))
-    return finish(figure, "The ball bearing of Kosenko and Aleksandrov, section 5", _footer(), path, size=17)
-
-
-def _footer() -> str:
-    parameters = load_scene(SCENE).parameters
-    geometry, contact, drive = parameters.geometry, parameters.contact, parameters.drive
-    return ", ".join(
-        (
-            f"{SCENE}: {geometry.balls} balls of {1e3 * geometry.ball_diameter:g} mm",
-            f"pitch {1e3 * geometry.pitch_diameter:g} mm",
-            f"conformities {geometry.inner_conformity:g} and {geometry.outer_conformity:g}",
-            f"inner ring {drive.speed:g} rad/s",
-            f"gravity {math.hypot(*parameters.gravity):g} m/s² along -y",
-            f"friction {contact.friction_coefficient:g} (slip scale {contact.friction_regularisation:g} m/s)",
-            f"relaxation {contact.relaxation_time:g} s",
-        )
+        del major
+    return Sheet(
+        "Paper 1: opposing points of two ellipsoids, and the frame of their contact",
+        [panels],
+        "two_bodies_ellipsoid, section y = 0",
+        reading,
     )
 
 
-def _draw_still(axis) -> None:
-    """The bearing after DURATION into a 3-D axis."""
-    bearing, out = _bearing_at(np.array([DURATION]))
-    _draw_bearing(axis, bearing, out, 0)
-    load, ring = out.normal_load[0, :, OUTER], "loads on the outer ring"
-    heading(axis, f"After {DURATION:g} s, cut open; arrows: {ring}, {load.min():.3g} to {load.max():.3g} N")
+BALL, DURATION, RESTITUTION = "ellipsoid_on_plane", 3.2, 0.8
+PAIR, LAST = ("hertz", "volumetric"), 4
+CASES = {"no loss": 0, "restitution 0.8 for both": 1, "one d(h) for both (paper 1)": 2}
 
 
-def _draw_moving(path) -> Path:
-    """A .gif of the bearing from DURATION on, while each ball moves to the place of the next one."""
-    bearing, out = _bearing_at(np.array([DURATION, 1.001 * DURATION]))
-    angles = np.unwrap(np.arctan2(out.position[:, 0, 1], out.position[:, 0, 0]))
-    orbit = (angles[1] - angles[0]) / (0.001 * DURATION)
-    period = 2.0 * math.pi / (bearing.balls * abs(orbit))
-    times = DURATION + period * np.arange(FRAMES) / FRAMES
-    bearing, out = _bearing_at(times)
-    figure = Figure(figsize=(6.4, 4.6), dpi=72, facecolor="white")
-    axis = figure.add_axes((0.0, 0.04, 1.0, 0.88), projection="3d")
+@functools.cache
+def _ball(law: str) -> tuple[float, float]:
+    """Load coefficient [N/m^1.5] and mass [kg] of the ball."""
+    parameters = load_scene(BALL).parameters
+    curvature = 0.5 / parameters.body.semi_axes[0]
+    return float(coefficient_of(law, curvature, curvature, modulus_of(parameters))), ellipsoid_mass(parameters.body)
 
-    def draw(row):
-        axis.clear()
-        _draw_bearing(axis, bearing, out, row, striped=True)
-        axis.set_box_aspect((1.0, 1.0, 0.35), zoom=1.1)
-        heading(
-            axis, f"{1e3 * (times[row] - DURATION):.2f} of {1e3 * period:.2f} ms: each ball to the next one's place"
+
+def _bounce_keys(case: int, law: str, *more: str) -> tuple[str, ...]:
+    loss = (
+        (),
+        (f"contact.restitution={RESTITUTION}",),
+        (f"contact.viscosity={steady_damping(RESTITUTION, *_ball('hertz'))!r}",),
+    )
+    keys = ("contact.restitution=1.0", f"run.duration={DURATION}", "wanted.tolerance=1e-11")
+    return (*keys, f"contact.normal={law}", *loss[case], *more)
+
+
+def delays(case: int) -> tuple[np.ndarray, np.ndarray]:
+    """Delay [s] of Hertz's impacts after those of the volumetric law, found and in closed form."""
+    instants = [
+        np.array([one["start_s"] for one in run(BALL, _bounce_keys(case, law), ())[2]["contacts"]]) for law in PAIR
+    ]
+    count = min(map(len, instants))
+    parameters = load_scene(BALL).parameters
+    (hertz, mass), (soft, _) = map(_ball, PAIR)
+    ratio = steady_ratio(RESTITUTION) if case else 0.0
+    ratios = ratio, ratio * math.sqrt(hertz / soft) if case == 2 else ratio
+    exact = [
+        bounce.impact_instants(count, parameters.start.height, -parameters.gravity[2], c, mass, z)
+        for c, z in zip((hertz, soft), ratios, strict=True)
+    ]
+    return instants[0][:count] - instants[1][:count], exact[0] - exact[1]
+
+
+def bounces(quick: bool) -> Sheet:
+    """Figures 3 and 4: altitude over time, one impact enlarged, and Hertz's delay impact by impact."""
+    looks = dict(
+        zip(
+            PAIR,
+            (
+                {"color": BALL_COLOURS[5], "linewidth": 3.4},
+                {"color": BALL_COLOURS[0], "linewidth": 1.8, "linestyle": "--"},
+            ),
+            strict=True,
         )
+    )
+    whole, near, parts, reading = [], [], [], []
+    rate, instants = 1000 if quick else 5000, {}
+    for law, look in looks.items():
+        time, values, figures, _ = run(BALL, _bounce_keys(2, law, f"run.output_rate={rate}"), ("position",))
+        whole.append(Line(law, time, values["position"][:, 2], look))
+        instants[law] = figures["contacts"][-2]["start_s"]
+    middle, reach = 0.5 * sum(instants.values()), abs(instants["hertz"] - instants["volumetric"]) + 1e-3
+    for line in whole:
+        law = line.name
+        fine = (f"run.output_rate={2e4 if quick else 1e5:g}", f"run.duration={middle + reach:.9g}")
+        time, values, _, _ = run(BALL, _bounce_keys(2, law, *fine), ("position",))
+        inside = time >= middle - reach
+        near.append(Line(law, time[inside] - middle, values["position"][inside, 2], looks[law]))
+    for name, case in CASES.items():
+        found, exact = delays(case)
+        impacts = np.arange(2, len(found) + 1)
+        late = "Hertz" if found[-1] > 0.0 else "the volumetric law"
+        parts.append(
+            Line(
+                f"{name}: {late} late",
+                impacts,
+                np.abs(found[1:]),
+                {**colour(case), "linestyle": "", "marker": "o", "markersize": 8},
+            )
+        )
+        parts.append(Line("closed form", impacts, np.abs(exact[1:]), colour(case), False))
+        words = ", ".join(f"{1e6 * abs(one):.4g}" for one in found[1:][-LAST:])
+        off = np.abs(found[1:] / exact[1:] - 1.0)[-LAST:].max()
+        reading.append(
+            f"{name}: {late} comes late, by {words} µs in the last impacts; the closed form is within {off:.1%} of it."
+        )
+    up = Axis("altitude of the centre", "m")
+    rows = [
+        [Panel("figure 3", "Figure 3: altitude of the centre, one d(h) for both laws", TIME, up, whole, "upper right")],
+        [
+            Panel(
+                "figure 4",
+                "Figure 4: the second impact from the right",
+                Axis(f"time after {middle:.6g} s", "s"),
+                up,
+                near,
+            ),
+            Panel(
+                "delay",
+                "Delay of the impacts; lines: closed forms",
+                Axis("impact, counted from the first"),
+                Axis("delay", "s", log=True),
+                parts,
+            ),
+        ],
+    ]
+    return Sheet(
+        "Paper 1: a ball of radius 0.1 m bounces by two laws", rows, f"{BALL}, restitution {RESTITUTION:g}", reading
+    )
 
-    return write_moving(figure, path, range(FRAMES), draw)
+
+SCENE, EXACT, LAWS = "bearing_6203", "hertz_exact", ("hertz", "hertz_differential", "volumetric", "constant")
+FOLLOWED, OUTER, SPAN = 0, 1, 0.1  # ball, raceway, s of a run
 
 
-def _bearing_at(times):
-    """The bearing, and its outputs at `times` [s]."""
-    scene = load_scene(SCENE)
-    choice = choose(scene)
-    moving = BearingMotion(scene.parameters, choice)
-    return bearing_of(scene.parameters, choice.law), moving.advance(times, times[-1])
+def bearing(quick: bool) -> Sheet:
+    """Figure 5, contact point and normal of a ball, how far other laws are from exact Hertz, and their cost."""
+    from bearing_twin.charts.contest import timed
+
+    span = 0.02 if quick else SPAN
+    keys = (f"run.duration={span}", "run.output_rate=4000")
+    names = ("point", "normal", "normal_load", "position", "orientation")
+    found, costs = {}, {}
+    for law in (EXACT, *LAWS):
+        found[law], cost = timed(lambda law=law: run(SCENE, (*keys, f"contact.normal={law}"), names))
+        costs[law] = cost["seconds"] / span
+    time, exact, _, scene = found[EXACT]
+    point, normal = (exact[name][:, FOLLOWED, OUTER] for name in ("point", "normal"))
+    off, reading = [], []
+    for place, law in enumerate(LAWS):
+        values = found[law][1]
+        away = np.linalg.norm(values["point"][:, FOLLOWED, OUTER] - point, axis=1)
+        turned = np.linalg.norm(values["normal"][:, FOLLOWED, OUTER] - normal, axis=1).max()
+        load = np.abs(values["normal_load"][:, FOLLOWED, OUTER] / exact["normal_load"][:, FOLLOWED, OUTER] - 1.0).max()
+        off.append(Line(law, time, np.maximum(away, 1e-18), colour(place)))
+        reading.append(
+            f"{law} against exact Hertz over {span:g} s: r_P within {away.max():.2g} m, n_A within {turned:.2g} rad, "
+            f"load within {load:.2g}."
+        )
+    evaluations = {law: law_cost(law)["seconds"] for law in costs}
+    for words, times in (("of an evaluation of the law", evaluations), ("of a simulated second of the bearing", costs)):
+        parts = ", ".join(f"{law} {times[law] / times[EXACT]:.2f}" for law in LAWS)
+        reading.append(f"CPU time {words} over that of exact Hertz ({seconds(times[EXACT])}): {parts}.")
+    reading.append("The paper: the volumetric law is cheaper than Hertz, the constant coefficient at least twice so.")
+
+    def bars(times):
+        return [
+            Line(law, [0.3 * min(times.values()), one], [place] * 2, {**colour(0), "linewidth": 12.0})
+            for place, (law, one) in enumerate(times.items())
+        ]
+
+    def curves(values, letter):
+        return [
+            Line(rf"${letter}_{axis}$", time, values[:, column], colour(column)) for column, axis in enumerate("xyz")
+        ]
+
+    tags, up = tuple(costs), Axis("", limits=(-0.6, len(costs) - 0.4))
+    rows = [
+        [
+            Panel(
+                "figure 5",
+                f"Figure 5: the bearing after {span:g} s, cut open; arrows: normals on the outer raceway",
+                parts=[Drawing(lambda axis: _in_space(axis, scene.parameters, exact))],
+            ),
+            Panel(
+                "point", "Contact point of a ball with the outer raceway", TIME, Axis("r_P", "m"), curves(point, "r")
+            ),
+            Panel("normal", "Normal of the raceway there", TIME, Axis("n_A"), curves(normal, "n")),
+        ],
+        [
+            Panel(
+                "distance",
+                "r_P by other laws, from that by exact Hertz",
+                TIME,
+                Axis("distance", "m", log=True, shown=(1.0, "m")),
+                off,
+            ),
+            Panel(
+                "evaluation",
+                "An evaluation of the law",
+                Axis("CPU time", "s", log=True),
+                up,
+                bars(evaluations),
+                None,
+                names=tags,
+            ),
+            Panel(
+                "run",
+                "A simulated second of the bearing",
+                Axis("CPU time", "s", log=True),
+                up,
+                bars(costs),
+                None,
+                names=tags,
+            ),
+        ],
+    ]
+    return Sheet(
+        "Paper 1: the ball bearing of section 5", rows, f"{SCENE}, {scene.parameters.drive.speed:g} rad/s", reading
+    )
 
 
-def _draw_bearing(axis, bearing, out, row, striped=False):
-    """Grooves cut open, balls that roll, the one that is followed in a colour of its own, loads on the outer ring."""
-    for raceway, middle, colour in ((bearing.outer, 0.0, STYLE["edge"]), (bearing.inner, math.pi, BALL_COLOURS[4])):
-        meridian, turn = np.meshgrid(np.linspace(-GROOVE, GROOVE, 9) + middle, np.linspace(*OPEN, 90))
-        reach = 1e3 * (raceway.locus_radius + raceway.groove_radius * np.cos(meridian))
-        height = 1e3 * raceway.groove_radius * np.sin(meridian)
-        axis.plot_surface(reach * np.cos(turn), reach * np.sin(turn), height, color=colour, alpha=0.45, linewidth=0)
-    for number, centre in enumerate(1e3 * out.position[row]):
-        colour = BALL_COLOURS[1 if number == BALL else 0]
-        turned = np.tensordot(rotation_matrix(out.orientation[row, number]), SPHERE, axes=1)
-        x, y, z = 1e3 * bearing.ball_radius * turned + centre[:, None, None]
-        look = {"facecolors": _stripes(colour), "rstride": 1, "cstride": 1} if striped else {"color": colour}
-        axis.plot_surface(x, y, z, linewidth=0, **look)
-        foot = 1e3 * out.point[row, number, OUTER]
-        axis.quiver(*foot, *(-4.0 * out.normal[row, number, OUTER]), color=BALL_COLOURS[5], linewidth=1.6)
-    axis.set_box_aspect((1.0, 1.0, 0.35), zoom=1.35)
-    axis.set_xlim(-20.0, 20.0)
-    axis.set_ylim(-20.0, 20.0)
-    axis.set_zlim(-7.0, 7.0)
-    axis.view_init(elev=38.0, azim=-60.0)
-    axis.set_xlabel("x [mm]")
-    axis.set_ylabel("y [mm]")
+def _in_space(axis, parameters, values) -> None:
+    """Grooves cut open, balls, and the normals on the outer raceway, in mm."""
+    geometry = parameters.geometry
+    ball, pitch = 0.5e3 * geometry.ball_diameter, 0.5e3 * geometry.pitch_diameter
+    for conformity, middle, tone in (
+        (geometry.outer_conformity, 0.0, STYLE["edge"]),
+        (geometry.inner_conformity, math.pi, BALL_COLOURS[4]),
+    ):
+        groove = 2.0 * conformity * ball
+        meridian, turn = np.meshgrid(
+            np.linspace(-0.95, 0.95, 9) + middle, np.linspace(math.radians(-200.0), math.radians(70.0), 90)
+        )
+        centre = pitch - (groove - ball) * math.cos(middle)
+        reach = centre + groove * np.cos(meridian)
+        axis.plot_surface(
+            reach * np.cos(turn), reach * np.sin(turn), groove * np.sin(meridian), color=tone, alpha=0.45, linewidth=0
+        )
+    polar, around = np.meshgrid(np.linspace(0.0, math.pi, 17), np.linspace(0.0, 2.0 * math.pi, 33))
+    sphere = ball * np.array([np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), np.cos(polar)])
+    for number, centre in enumerate(1e3 * values["position"][-1]):
+        x, y, z = sphere + centre[:, None, None]
+        axis.plot_surface(x, y, z, color=BALL_COLOURS[1 if number == FOLLOWED else 0], linewidth=0)
+        foot = 1e3 * values["point"][-1, number, OUTER]
+        axis.quiver(*foot, *(-4.0 * values["normal"][-1, number, OUTER]), color=BALL_COLOURS[5], linewidth=1.6)
+    axis.set_box_aspect((1.0, 1.0, 0.35), zoom=1.3)
+    axis.set(
+        xlim=(-20.0, 20.0), ylim=(-20.0, 20.0), zlim=(-7.0, 7.0), xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]"
+    )
     axis.set_zticks([-5.0, 0.0, 5.0])
-    axis.set_zlabel("z [mm]")
+    axis.view_init(elev=38.0, azim=-60.0)
 
 
-def _stripes(colour):
-    """Colours of the faces of SPHERE, sectors round its own axis."""
-    light = (np.floor(ROUND * SECTORS / (2.0 * math.pi)).astype(int) % 2).astype(bool)
-    faces = np.full(light.shape, colour, dtype=object)
-    faces[light] = "white"
-    return faces
+CHARTS = {
+    "paper1": Paper(
+        {
+            "contact_frame": Figures((1, 2), contact_frame),
+            "bounces": Figures((3, 4), bounces),
+            "bearing": Figures((5,), bearing),
+        }
+    )
+}

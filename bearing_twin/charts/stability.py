@@ -1,159 +1,167 @@
-"""Maps of where methods fail: error as colour over step and stiffness, tolerance and regularisation.
+"""Maps of where methods fail: the error of what a user runs over two numbers, hatched where the software refuses.
 
-One ball of a 6203, which rolls in balance or, on the maps `sliding` and `tolerance`, starts at rest. A step is judged
-after SPAN: what grows has grown by then. A step fails where load or friction errs by more than FAILS of the greatest
-load, or of mu N; the limit found is the longest step up to which none that was tried does. The predicted limit is
-`step_limits.stability_limits` of the state at the start; the software refuses steps beyond what the same function says
-of a contact at least 1 micrometre deep.
+Steps of fixed-step methods against stiffness, friction and damping; tolerances of adaptive ones against friction;
+modes and steps of a beam, meshes of a soft disc. Every cell is a run of `simulate`.
 """
 
 import math
-from collections.abc import Callable
-from typing import NamedTuple
 
-from bearing_twin.charts.bearing_cells import Case, bearing_row, found_errors, ready, to_start, truth
-from bearing_twin.charts.contest import LIMIT, Asked, Job, answers_of, rows_of
-from bearing_twin.charts.limits import Limit, command_of, longest, spread
-from bearing_twin.charts.model_limits import LIMITED, limit_cell
-from bearing_twin.charts.model_maps import MODELS, model_cell, model_tasks
-from bearing_twin.charts.table import MapRow
-from bearing_twin.errors import BearingTwinError
-from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, fastest_rates, stability_limits
-from bearing_twin.numerics.steppers import STEPPER_FACTS
-from bearing_twin.parameters import echo, unknown
+import numpy as np
 
-SCENE, SPAN = "bearing_6203", 2e-3
-BODIES = ("ball", "inner_ring", "outer_ring")
+from bearing_twin.charts.panels import Axis, Line, Map, Panel
+from bearing_twin.charts.rows import DONE, REFUSED
+from bearing_twin.charts.scenes import (
+    Method,
+    Problem,
+    Scenes,
+    greatest,
+    load_and_friction,
+    root_mean_square,
+    spread,
+    steps,
+    tolerances,
+)
 
-
-class MapAxis(NamedTuple):
-    """The second number of a map: what it is, its unit, its values, and the keys of a scene that it sets."""
-
-    title: str
-    unit: str
-    values: tuple[float, ...]
-    keys: Callable[[float], tuple[str, ...]]
-    always: tuple[str, ...] = ()
-
-
-def _regularised(value: float) -> tuple[str, ...]:
-    return (f"contact.friction_regularisation={value}",)
-
-
+FAILS = 0.1  # error of a run that fails
 FROM_REST = ("initial.motion=rest", "drive.offset=[0.0,-1e-6,5e-6]")
-AXES = {
-    "stiffness": MapAxis(
-        "Young's modulus",
-        "Pa",
-        spread(2e10, 2e12, 9),
-        lambda value: tuple(f"materials.{body}.young_modulus={value}" for body in BODIES),
-    ),
-    "regularisation": MapAxis(
-        "friction regularisation",
-        "m/s",
-        spread(1e-3, 1e-1, 9),
-        _regularised,
-    ),
-    "sliding": MapAxis("friction regularisation", "m/s", spread(1e-3, 1e-1, 9), _regularised, FROM_REST),
-    "damping": MapAxis(
-        "relaxation time",
-        "s",
+ONE_BALL = ("geometry.balls=1", "run.duration=2e-3", "run.output_rate=10000", "run.publish_rate=1000")
+BODIES = ("ball", "inner_ring", "outer_ring")
+STEPS = spread(1e-7, 2e-5, 12)
+FIXED = {name: steps(*STEPS, keys=(f"solver.stepper={name}",)) for name in ("rk4", "imex")}
+ADAPTIVE = {
+    name: tolerances(*spread(1e-1, 1e-6, 6), keys=(f"solver.stepper={name}",))
+    for name in ("rodas4", "rodas3", "dopri5")
+}
+
+
+def _ball(title: str, across, values, *keys: str, methods=None) -> Problem:
+    """One ball of a 6203."""
+    return Problem(
+        title=title,
+        scene="bearing_6203",
+        keys=(*ONE_BALL, *keys),
+        reference=("solver.stepper=rodas4", "wanted.tolerance=1e-8"),
+        methods=FIXED if methods is None else methods,
+        norm=load_and_friction,
+        channels=("normal_load", "friction_force"),
+        across=across,
+        values=values,
+        a_second=True,
+    )
+
+
+def _moduli(value: float) -> tuple[str, ...]:
+    return tuple(f"materials.{body}.young_modulus={value:g}" for body in BODIES)
+
+
+def _slip(value: float) -> tuple[str, ...]:
+    return (f"contact.friction_regularisation={value:g}",)
+
+
+MODES = Method(("solver.stepper=modes", "wanted.tolerance=1e-3"), "solver.steps", (8.0, 12, 16, 24, 48, 96, 192))
+MAPS = {
+    "stiffness": _ball("one ball that rolls: Young's modulus [Pa]", _moduli, spread(2e10, 2e12, 9)),
+    "friction": _ball("one ball that rolls: friction regularisation [m/s]", _slip, spread(1e-3, 1e-1, 9)),
+    "sliding": _ball("one ball from rest: friction regularisation [m/s]", _slip, spread(1e-3, 1e-1, 9), *FROM_REST),
+    "damping": _ball(
+        "one ball that rolls: relaxation time [s]",
+        lambda value: (f"contact.relaxation_time={value:g}",),
         spread(1e-7, 1e-5, 9),
-        lambda value: (f"contact.relaxation_time={value}",),
-        ("contact.friction_coefficient=0.01",),
+        "contact.friction_coefficient=0.01",
+    ),
+    "tolerance": _ball(
+        "one ball from rest: friction regularisation [m/s]", _slip, spread(1e-4, 1e-1, 7), *FROM_REST, methods=ADAPTIVE
+    ),
+    "modes": Problem(
+        title="sphere on a beam: modes",
+        scene="sphere_on_beam_drop_600mm",
+        keys=("beam.theory=euler", "run.duration=3e-4", "run.output_rate=1e6", "run.publish_rate=1e6"),
+        reference=("wanted.tolerance=1e-9",),
+        methods={"modes": MODES},
+        norm=greatest("normal_load"),
+        across=lambda value: (f"solver.modes={value:g}",),
+        values=(5.0, 9, 17, 33, 65, 129, 257),
+    ),
+    "disc": Problem(
+        title="soft disc: 1 - 2 (Poisson's ratio)",
+        scene="soft_discs_mean",
+        keys=("run.output_rate=20000", "run.publish_rate=20000", "run.duration=0.07"),
+        reference=("mesh.divisions=32", "mesh.order=4"),
+        methods={
+            f"{name} integration": Method(
+                ("mesh.order=1", f"mesh.integration={name}", "solver.allow_invalid=on"),
+                "mesh.divisions",
+                (8.0, 12, 16, 24),
+            )
+            for name in ("full", "selective")
+        },
+        norm=root_mean_square("normal_load"),
+        across=lambda value: (f"disc.material.poisson_ratio={0.5 - 0.5 * value:g}",),
+        values=(0.002, 0.01, 0.04, 0.1, 0.4),
     ),
 }
-STEPS = spread(5e-8, 5e-5, 22)
-TOLERANCES = spread(1e-1, 1e-7, 7)
-REGULARISATIONS = spread(1e-4, 1e-1, 7)
-FIXED = tuple(name for name in FIXED_STEP if name in STEPPER_FACTS)
-ADAPTIVE = ("rodas4", "rodas4_landing", "rodas3", "dopri5")
-TOLERANCE = "tolerance"
-MAPS = (*AXES, TOLERANCE, *MODELS, *LIMITED)
+UP = {
+    "wanted.tolerance": Axis("tolerance", log=True),
+    "solver.step": Axis("step", "s", log=True),
+    "solver.steps": Axis("steps a contact", log=True),
+    "mesh.divisions": Axis("divisions", log=True),
+}
 
 
-def case_of(name: str, across: float) -> Case:
-    """The small bearing of a map at its second number."""
-    if name == TOLERANCE:
-        keys = (*FROM_REST, *_regularised(across))
-        return Case(SCENE, ("geometry.balls=1", *keys), 0.05 * SPAN, 10)
-    axis = AXES[name]
-    return Case(SCENE, ("geometry.balls=1", *axis.always, *axis.keys(across)), 0.05 * SPAN, 20)
+def _panels(contest, rows) -> list[list[Panel]]:
+    """A map a problem and method; crosses where a run fails, dots where the software refuses."""
+    lines = []
+    for name, problem in MAPS.items():
+        line = []
+        for method, facts in problem.methods.items():
+            mine = {(row.across, row.setting): row for row in rows if (row.problem, row.method) == (name, method)}
+            if not mine:
+                continue
+            across, settings = (sorted({one[place] for one in mine}) for place in (0, 1))
+            z = np.full((len(settings), len(across)), math.nan)
+            for (x, y), row in mine.items():
+                z[settings.index(y), across.index(x)] = row.error if row.status == DONE else math.nan
+            title, _, unit = problem.title.partition(" [")
+            body, _, number = title.partition(": ")
+            look = {"linestyle": "", "marker": "x", "markersize": 8, "markeredgewidth": 2}
+            failed = [
+                one for one, row in mine.items() if row.status not in (DONE, REFUSED) or FAILS < row.error < math.inf
+            ]
+            refused = [one for one, row in mine.items() if row.status == REFUSED]
+            parts = [Map("error", "1", across, settings, z, "viridis_r", (1e-8, 1.0), 0.0)]
+            parts.append(Line(f"error above {FAILS:g}, or no result", *_xy(failed), {**look, "color": "#7b1e1e"}))
+            look = {**look, "marker": "s", "color": "#5f6f7a", "markersize": 6}
+            parts.append(Line("refused by the software", *_xy(refused), look))
+            x = Axis(number, unit.rstrip("]") or "1", log=True)
+            line.append(Panel(f"{name}, {method}", f"{method}: {body}", x, UP[facts.key], parts, None))
+        if line:
+            lines.append(line)
+    return lines
 
 
-def cell(name: str, method: str, setting: float, across: float, limit: float = LIMIT) -> MapRow:
-    """One cell of a map."""
-    row = MapRow(name, method, setting, across=across, command=command_of(name, method, setting, across))
-    return bearing_row(row, case_of(name, across), limit, enough=0.0)
+def _xy(places) -> tuple[list[float], list[float]]:
+    return [one[0] for one in places], [one[1] for one in places]
 
 
-def limit(name: str, method: str, across: float) -> Limit:
-    """The limits of a fixed-step method at one place of a map."""
-    case = case_of(name, across)
-    motion = ready(case, method, 1e-8)
-    slides = motion.parameters.initial.motion == "rest"
-    predicted = min(stability_limits(fastest_rates(motion.bearing, motion.state, 0.0), method, slides))
-    refused = min(stability_limits(motion.rates, method, slides))
-
-    def error(step):
-        to_start(motion, step)
-        return max(found_errors(motion, case, truth(case)))
-
-    return Limit(method, name, across, predicted, refused, longest(predicted, error))
-
-
-def tasks_of(names=MAPS, every: int = 1, steps=STEPS, limit: float = LIMIT) -> tuple[list[Job], list[Job]]:
-    """The cells and the limits of these maps; with `every` above 1 only every so many-th of the second numbers."""
-    cells, limits = [], []
-    for name in names:
-        if name in MODELS:
-            cells += model_tasks(name, limit)
-            continue
-        if name in LIMITED:
-            facts = LIMITED[name]
-            places = ((name, method, across) for method in facts.methods for across in facts.across[::every])
-            limits += [Job("model_limits:limit", one) for one in places]
-            continue
-        for method in ADAPTIVE if name == TOLERANCE else FIXED:
-            for across in REGULARISATIONS[::every] if name == TOLERANCE else AXES[name].values[::every]:
-                settings = TOLERANCES if name == TOLERANCE else steps
-                cells += [Job("stability:cell", (name, method, one, across, limit)) for one in settings]
-                if name != TOLERANCE:
-                    limits.append(Job("stability:limit", (name, method, across)))
-    return cells, limits
+def _read(contest, rows):
+    for name, problem in MAPS.items():
+        for method in problem.methods:
+            mine = [row for row in rows if (row.problem, row.method) == (name, method)]
+            if not mine:
+                continue
+            refused = sum(row.status == REFUSED for row in mine)
+            done = [row for row in mine if row.status == DONE]
+            bad = sum(row.error > FAILS for row in done) + len(mine) - refused - len(done)
+            worst = max((row.error for row in done), default=math.nan)
+            words = f"{len(mine)} cells, {refused} refused, {bad} fail (error above {FAILS:g}, or none)"
+            if name == "tolerance":
+                kept = sum(row.error <= row.setting for row in done)
+                words += f", {kept} keep their tolerance"
+            yield f"{problem.title.partition(' [')[0]}, {method}: {words}; greatest error {worst:.2g}."
 
 
-def blank(task: Job) -> MapRow:
-    """The row of a cell before it has run."""
-    words = task.arguments[:4]
-    return MapRow(*words[:3], across=words[3], command=command_of(*words))
-
-
-def measure(wanted: Asked, every: int = 1, steps=STEPS) -> tuple[list[MapRow], list[Limit]]:
-    """All cells and all limits of the maps that are wanted."""
-    cells, limits = tasks_of(wanted.problems, every, steps, wanted.limit)
-    answers = answers_of([*limits, *cells], wanted.kept, wanted.update, wanted.workers)
-    rows = rows_of(cells, answers[len(limits) :], blank, wanted.limit)
-    return rows, [Limit(*one) for one in answers[: len(limits)] if one is not None]
-
-
-def one_cell(words: str, limit: float = LIMIT) -> MapRow:
-    """The cell named as in `Row.command`; raises BearingTwinError with what is legal."""
-    parts = words.split()
-    if len(parts) != 4:
-        raise BearingTwinError(f"{echo(words)} is no cell; give four words: map, method, setting, second number")
-    name, method = parts[:2]
-    if name not in MAPS:
-        raise BearingTwinError(f"{echo(name)} is not a map; {unknown(name, MAPS)}")
-    others = {**MODELS, **LIMITED}
-    legal = others[name].methods if name in others else ADAPTIVE if name == TOLERANCE else FIXED
-    if method not in legal:
-        raise BearingTwinError(f"{echo(method)} is not on the map {name}; {unknown(method, legal)}")
-    try:
-        numbers = [float(part) for part in parts[2:]]
-    except ValueError:
-        numbers = [math.nan]
-    if not all(0.0 < number < math.inf for number in numbers):
-        raise BearingTwinError(f"{echo(words)} ends with two numbers above zero: setting and second number")
-    one = model_cell if name in MODELS else limit_cell if name in LIMITED else cell
-    return one(name, method, *numbers, limit)
+CHARTS = {
+    "stability": Scenes(table=MAPS, timed=False).contest(
+        title="Where methods fail, and where the software refuses", panels=_panels, read=_read
+    )
+}

@@ -2,74 +2,67 @@
 
 import argparse
 import dataclasses
-import importlib
+import json
 from pathlib import Path
 
-from bearing_twin.command.chart_table import ALL, CHARTS, made_by
 from bearing_twin.command.outcome import Outcome, quantity
 from bearing_twin.errors import BearingTwinError
 
 HELP = "accuracy against speed of every choice, maps of where methods fail, the figures of papers"
-EXAMPLES = ("bearing_twin chart --list", "bearing_twin chart laws --out charts", "bearing_twin chart steppers")
-
-OPTIONS = {  # option: the charts it goes with
-    "problem": made_by("contest"),
-    "only": made_by("sheets"),
-    "limit": (*made_by("contest"), ALL),
-    "cell": ("stability",),
-    "read": made_by("contest", "told", "points"),
-}
+EXAMPLES = ("bearing_twin chart --list", "bearing_twin chart laws --out charts", "bearing_twin chart steppers --quick")
+ALL = "all"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `chart` to its parser."""
     text = f"its name; --list tells what each shows and how long it takes; {ALL}: every one of them"
-    parser.add_argument("chart", nargs="?", choices=(*CHARTS, ALL), metavar="CHART", help=text)
+    parser.add_argument("chart", nargs="?", metavar="CHART", help=text)
     parser.add_argument("--list", action="store_true", help="what each chart compares, and about how long it takes")
     parser.add_argument("--out", default=".", metavar="FOLDER", help="where the pictures and the tables go")
-    which = f"of {', '.join(OPTIONS['problem'])}: only this problem, or map; may be repeated"
-    parser.add_argument("--problem", action="append", metavar="NAME", help=which)
-    which = "only the sheet of this name, or the one with this figure of the paper; may be repeated"
-    parser.add_argument("--only", action="append", metavar="SHEET", help=f"of {' and '.join(OPTIONS['only'])}: {which}")
-    text = "say what the table in the folder says; nothing is run"
-    parser.add_argument("--read", action="store_true", default=None, help=text)
-    parser.add_argument("--cell", metavar="CELL", help="of stability: one cell of a map, as its table names it")
-    which = "CPU seconds after which a contestant is stopped"
-    parser.add_argument("--limit", type=quantity("s"), metavar="SECONDS", help=f"of contests: {which}; 20 unless given")
-    parser.add_argument("--workers", type=int, metavar="NUMBER", help="of contests: processes side by side; 2 at most")
+    text = "only this problem, or this sheet or figure of a paper; may be repeated"
+    parser.add_argument("--problem", "--only", action="append", metavar="NAME", help=text)
+    parser.add_argument("--quick", action="store_true", help="a small part of each problem, to see what it is like")
+    parser.add_argument("--read", action="store_true", help="say what the table in the folder says; nothing is run")
+    text = "CPU seconds after which a run is stopped; 60 unless given"
+    parser.add_argument("--limit", type=quantity("s"), metavar="SECONDS", help=text)
+    parser.add_argument("--workers", type=int, metavar="NUMBER", help="processes side by side; 2 unless given")
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
-    """Makes one chart; raises BearingTwinError with a sentence for a folder or a word that does not fit."""
+    """Makes one chart, or all; raises BearingTwinError with a sentence for a folder or a word that does not fit."""
+    from bearing_twin.charts import CHARTS
+
     if arguments.list:
         return _list()
     if arguments.chart is None:
         raise BearingTwinError(f"name a chart, or {ALL}; bearing_twin chart --list says which there are")
+    if arguments.chart not in (*CHARTS, ALL):
+        _refuse(arguments.chart)
     folder = Path(arguments.out)
     if not folder.is_dir():
         raise BearingTwinError(f"{folder} is not a folder; make it first, or give another one")
-    for option, names in OPTIONS.items():
-        if getattr(arguments, option) is not None and arguments.chart not in names:
-            raise BearingTwinError(f"--{option} goes with the chart {' or '.join(names)}; leave it out")
     if arguments.limit is not None and not 0.0 < arguments.limit < float("inf"):
         raise BearingTwinError(f"--limit = {arguments.limit:g} s is no limit; give CPU seconds above zero")
-    if arguments.chart == ALL:
-        from bearing_twin.command.all_charts import make_all
-
-        return make_all(folder, arguments.limit)
+    if arguments.workers is not None and arguments.workers < 1:
+        raise BearingTwinError(f"--workers = {arguments.workers} does no work; give 1 or more")
+    if arguments.chart == ALL and (arguments.problem or arguments.read):
+        raise BearingTwinError("--problem and --read go with one chart; name it in the place of all")
     if arguments.read:
         return _read(arguments.chart, folder)
-    row = CHARTS[arguments.chart]
-    chart = importlib.import_module(f"bearing_twin.charts.{row.module}")
-    if row.made == "sheets":
-        return _sheets(chart, arguments, folder)
-    if row.made == "contest":
-        return _contest(chart, arguments, folder)
-    return _chart(chart, row.made, arguments, folder)
+    return _all(arguments, folder) if arguments.chart == ALL else _made(arguments.chart, arguments, folder)
+
+
+def _refuse(word: str) -> None:
+    from bearing_twin.charts import CHARTS, RENAMED
+    from bearing_twin.parameters import echo, unknown
+
+    if word in RENAMED:
+        raise BearingTwinError(f"the chart {word} is gone: {RENAMED[word]} answers its question")
+    raise BearingTwinError(f"{echo(word)} is not a chart; {unknown(word, [*CHARTS, ALL])}")
 
 
 def _list() -> Outcome:
-    """What charts there are, with the time that they take."""
+    from bearing_twin.charts import CHARTS
     from bearing_twin.command.terminal import show_rows
 
     rows = [(name, chart.shows, chart.seconds) for name, chart in CHARTS.items()]
@@ -81,42 +74,16 @@ def _list() -> Outcome:
     return Outcome({"charts": [dict(zip(keys, row, strict=True)) for row in rows]}, [], show)
 
 
-def _chart(chart, made, arguments, folder) -> Outcome:
-    """One picture with its table, of points that are measured."""
-    from bearing_twin.charts.table import columns_of, write_table
-    from bearing_twin.command.terminal import say, show_text
+def _made(name: str, arguments, folder: Path) -> Outcome:
+    """One chart: rows, pictures, tables, and the sentences that read it."""
+    from bearing_twin.charts import chart_of
+    from bearing_twin.charts.contest import LIMIT, WORKERS, Asked
+    from bearing_twin.command.terminal import progress, show_text
 
-    points = list(chart.measure(say=say) if made == "told" else chart.measure())
-    picture, table = folder / f"{arguments.chart}.png", folder / f"{arguments.chart}.csv"
-    chart.draw(points, picture)
-    write_table(points, table)
-    sentences = list(chart.reading(points))
-
-    def show():
-        pictures = [one for one in (picture, picture.with_suffix(".gif")) if one.is_file()]
-        show_text("\n".join([*sentences, *(f"picture: {one}" for one in pictures), f"table:   {table}"]))
-
-    names = columns_of(type(points[0]))
-    rows = [{name: getattr(point, name) for name in names} for point in points]
-    return Outcome({"points": rows, "reading": sentences, "picture": str(picture), "table": str(table)}, [], show)
-
-
-def _contest(chart, arguments, folder) -> Outcome:
-    """A contest: its rows, pictures, tables, and the sentences that read them; or one cell of a map."""
-    from bearing_twin.charts.contest import LIMIT, Asked, processors
-    from bearing_twin.command.terminal import progress, show_result, show_text
-
-    chart = getattr(chart, "CONTESTS", {}).get(arguments.chart, chart)
-    limit = arguments.limit or LIMIT
-    if arguments.cell is not None:
-        row = dataclasses.asdict(chart.one_cell(arguments.cell, limit))
-        return Outcome(row, [], lambda: show_result(row))
-    problems = _problems(arguments.problem, chart.problems)
-    kept = _kept(arguments.chart, folder)
-    with progress(f"chart {arguments.chart}") as update:
-        workers = min(arguments.workers or processors(), processors())
-        made = chart.make(folder, arguments.chart, Asked(tuple(problems), update, workers, limit, kept))
-    kept.drop()
+    with progress(f"chart {name}") as update:
+        workers, limit = arguments.workers or WORKERS, arguments.limit or LIMIT
+        asked = Asked(tuple(arguments.problem or ()), update, workers, limit, arguments.quick)
+        made = chart_of(name).make(folder, name, asked)
 
     def show():
         show_text("\n".join([*made.reading, *(f"picture: {one}" for one in made.pictures)]))
@@ -125,69 +92,34 @@ def _contest(chart, arguments, folder) -> Outcome:
     return Outcome(made._asdict() | {"rows": [dataclasses.asdict(row) for row in made.rows]}, [], show)
 
 
-def sentences_in(folder: Path, name: str) -> list[str]:
-    """What the tables of a chart say that are in the folder.
+def _all(arguments, folder: Path) -> Outcome:
+    """Every chart, one after the other; those that are finished are not repeated after an interruption."""
+    from bearing_twin.charts import CHARTS
+    from bearing_twin.charts.contest import sources
+    from bearing_twin.command.terminal import say, show_text
 
-    Raises OSError where there are none, LookupError, TypeError or ValueError where they are not whole.
-    """
-    from bearing_twin.charts.table import read_table
+    kept, finished = folder / "all.unfinished", {}
+    if kept.is_file():
+        head, *names = kept.read_text(encoding="utf-8").splitlines()
+        finished = dict.fromkeys(names if head == json.dumps(sources()) else ())
+    for name in (name for name in CHARTS if name not in finished):
+        say(f"chart {name}, about {CHARTS[name].seconds:.0f} s")
+        _made(name, arguments, folder)
+        finished[name] = None
+        kept.write_text("\n".join([json.dumps(sources()), *finished]) + "\n", encoding="utf-8")
+    kept.unlink(missing_ok=True)
+    return Outcome({"charts": [*finished]}, [], lambda: show_text("\n".join(finished)))
 
-    chart = importlib.import_module(f"bearing_twin.charts.{CHARTS[name].module}")
-    if CHARTS[name].made == "contest":
-        return getattr(chart, "CONTESTS", {}).get(name, chart).read(folder, name)
-    return list(chart.reading(read_table(folder / f"{name}.csv", chart.POINT)))
 
-
-def _read(name, folder) -> Outcome:
+def _read(name: str, folder: Path) -> Outcome:
     """The sentences of a chart from tables that are there."""
+    from bearing_twin.charts import chart_of
     from bearing_twin.command.terminal import show_text
 
     try:
-        sentences = sentences_in(folder, name)
+        sentences = chart_of(name).read_again(folder, name)
     except (OSError, ValueError, TypeError, LookupError) as error:
         raise BearingTwinError(
-            f"{folder} has no whole tables of the chart {name} ({error}); make them without --read"
+            f"{folder} has no whole table of the chart {name} ({error}); make it without --read"
         ) from error
     return Outcome({"reading": sentences}, [], lambda: show_text("\n".join(sentences)))
-
-
-def _kept(name, folder):
-    """What an interrupted chart had finished, from beside its pictures."""
-    from bearing_twin.charts.contest import Kept
-    from bearing_twin.command.terminal import say
-
-    kept = Kept(folder / f"{name}.unfinished")
-    if kept.answers:
-        say(f"{len(kept.answers)} runs were finished before and are not repeated")
-    return kept
-
-
-def _sheets(chart, arguments, folder) -> Outcome:
-    """Every sheet that is wanted as a picture and a table, with what it says."""
-    from bearing_twin.charts.sheets import Written
-    from bearing_twin.command.terminal import progress, show_text
-
-    sheets, written = chart.SHEETS, []
-    names, kept = sheets.wanted(arguments.only or ()), _kept(arguments.chart, folder)
-    for name in names:
-        before = kept.answers.get(name)
-        if before is None or not all(Path(one).is_file() for one in before[1:3]):
-            with progress(f"sheet {name}") as update:
-                kept.put(name, list(sheets.write(name, folder, update)))
-        written.append(Written(*kept.answers[name]))
-    kept.drop()
-
-    def show():
-        for one in written:
-            show_text("\n".join([*one.reading, f"picture: {one.picture}", f"table:   {one.table}", ""]))
-
-    return Outcome({"sheets": [one._asdict() for one in written]}, [], show)
-
-
-def _problems(wanted, known) -> list[str]:
-    from bearing_twin.parameters import echo, unknown
-
-    for name in wanted or ():
-        if name not in known:
-            raise BearingTwinError(f"{echo(name)} is not a problem; {unknown(name, known)}")
-    return list(wanted or known)

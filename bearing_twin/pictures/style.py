@@ -1,13 +1,10 @@
 """Colours that stay apart for colour-blind eyes (Okabe and Ito), the same in every chart."""
 
 import io
-import platform
-import time
 from pathlib import Path
 
 import numpy as np
 
-from bearing_twin import __version__
 from bearing_twin.paths import write_whole
 from bearing_twin.units import prefixed
 
@@ -79,20 +76,6 @@ def frame(axis) -> None:
     axis.tick_params(length=0, labelsize=11, labelcolor=STYLE["ink"])
     axis.xaxis.label.set(size=12, color=STYLE["ink"])
     axis.yaxis.label.set(size=12, color=STYLE["ink"])
-
-
-def stamp(figure) -> None:
-    """The footer of a chart of measurements: versions, machine and date."""
-    made = f"bearing_twin {__version__}, numpy {np.__version__}, Python {platform.python_version()}"
-    text = f"{made}, {platform.machine()}, {time.strftime('%Y-%m-%d')}"
-    figure.supxlabel(text, fontsize=9, color=STYLE["soft"])
-
-
-def save_chart(figure, title: str, path, size: int = 16) -> Path:
-    """Writes title and footer on a chart of measurements and saves it; raises as `save`."""
-    figure.suptitle(title, fontsize=size, color=STYLE["ink"])
-    stamp(figure)
-    return save(figure, path, dpi=100)
 
 
 def save(figure, path, **options) -> Path:

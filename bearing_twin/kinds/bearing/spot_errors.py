@@ -21,11 +21,6 @@ class RuleError(NamedTuple):
     torque: float
 
 
-def smoothed_name(shape: float) -> str:
-    """How the table names the greatest errors at b/a = `shape`."""
-    return f"b/a = {shape:g}{SMOOTHED}"
-
-
 @functools.cache
 def _measured() -> dict[str, dict[float, np.ndarray]]:
     """By model and b/a: spin times major semi-axis over regularisation, errors of force and torque; (3, n), rising."""

@@ -1,0 +1,182 @@
+"""Contests of scenes: a problem is a scene with overrides, a method is overrides and the key its settings go to.
+
+Every run is what a user runs: `simulate` with these overrides, without a check beside it. Errors are of public channels
+and figures, against the same scene with the overrides of the reference.
+"""
+
+import functools
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bearing_twin.charts.contest import Contest, Entry, timed
+from bearing_twin.errors import BearingTwinError
+from bearing_twin.run.passes import simulate
+from bearing_twin.run.scene import load_scene
+
+WITHOUT_CHECK = "solver.check=none"
+LEAST_LOAD = 0.01  # of the greatest load: lighter contacts count as that where friction is judged
+
+
+class Found(NamedTuple):
+    """What a run gives: channels over time, figures, evaluations of the right-hand side or steps, and its scene."""
+
+    values: dict[str, np.ndarray]
+    figures: dict[str, Any]
+    evaluations: float
+    scene: Any
+
+
+@dataclass(frozen=True)
+class Method:
+    """Overrides that choose a method, the key its settings go to ("" where there is none), and the settings."""
+
+    keys: tuple[str, ...] = ()
+    key: str = ""
+    ladder: tuple[float, ...] = (math.nan,)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem:
+    """A scene with overrides, those of the reference, methods by name, and the norm of errors.
+
+    `across(value)` are overrides by a second number that the reference shares, at `values`. Costs are of a simulated
+    second where `a_second`. `channels` are kept of a run; an empty one keeps none.
+    """
+
+    title: str
+    scene: str
+    keys: tuple[str, ...] = ()
+    reference: tuple[str, ...] = ()
+    methods: Mapping[str, Method]
+    norm: Callable[[Found, Found], dict[str, float]]
+    channels: tuple[str, ...] = ("normal_load",)
+    across: Callable[[float], tuple[str, ...]] = lambda value: ()
+    values: tuple[float, ...] = (math.nan,)
+    a_second: bool = False
+
+
+def greatest(*channels: str) -> Callable[[Found, Found], dict[str, float]]:
+    """Norm: the greatest difference of each channel over its greatest value; the error is the greatest of them."""
+
+    def norm(found, exact):
+        errors = {}
+        for name in channels:
+            one, other = found.values[name], exact.values[name]
+            errors[f"{name}_error"] = float(np.abs(one - other).max() / np.abs(other).max())
+        return {"error": max(errors.values()), **(errors if len(errors) > 1 else {})}
+
+    return norm
+
+
+def root_mean_square(channel: str) -> Callable[[Found, Found], dict[str, float]]:
+    """Norm: the root mean square of a channel's difference over that of the channel."""
+
+    def norm(found, exact):
+        off = found.values[channel] - exact.values[channel]
+        return {"error": float(np.sqrt(np.mean(off**2) / np.mean(exact.values[channel] ** 2)))}
+
+    return norm
+
+
+def load_and_friction(found: Found, exact: Found) -> dict[str, float]:
+    """Norm of a bearing: errors of loads over the greatest load, and of friction forces over mu N of each contact."""
+    load, force = (found.values[name] - exact.values[name] for name in ("normal_load", "friction_force"))
+    true, mu = exact.values["normal_load"], exact.scene.parameters.contact.friction_coefficient
+    limit = mu * np.maximum(true, LEAST_LOAD * true.max())
+    errors = np.abs(load).max() / true.max(), (np.linalg.norm(force, axis=-1) / limit).max() if mu else 0.0
+    return {"error": float(max(errors)), "load_error": float(errors[0]), "friction_error": float(errors[1])}
+
+
+def contacts(found: Found, exact: Found) -> dict[str, float]:
+    """Norm of impacts: the greatest relative error of peak loads; 1 where contacts are missing or spurious."""
+    one, other = (np.array([each["peak_force_n"] for each in run.figures["contacts"]]) for run in (found, exact))
+    if len(one) != len(other):
+        return {"error": 1.0}
+    return {"error": float(np.abs(one - other).max() / other.max())}
+
+
+def run(scene: str, keys: tuple[str, ...], channels: tuple[str, ...]) -> Found:
+    """A whole run, without a check; raises what `simulate` raises, also where the run broke off."""
+    made = simulate(load_scene(scene, (*keys, WITHOUT_CHECK)))
+    blocks = [{name: block.values[name] for name in channels} for block in made.blocks()]
+    report = made.report
+    if report.status.startswith("failed"):
+        raise BearingTwinError(report.status)
+    values = {name: np.concatenate([block[name] for block in blocks]) for name in channels}
+    evaluations = next(
+        (report.costs[key] for key in ("ball_rates", "evaluations", "steps") if report.costs.get(key)), 0
+    )
+    return Found(values, report.figures, float(evaluations), made.scene)
+
+
+@functools.lru_cache(maxsize=4)
+def _reference(scene: str, keys: tuple[str, ...], channels: tuple[str, ...]) -> Found:
+    return run(scene, keys, channels)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenes:
+    """A table of problems as the entries, the judge and the commands of a contest."""
+
+    table: Mapping[str, Problem]
+    timed: bool = True
+
+    def contest(self, **words) -> Contest:
+        """The contest of this table."""
+        titles = {name: problem.title for name, problem in self.table.items()}
+        return Contest(problems=titles, entries=self.entries, judge=self.judge, command=self.command, **words)
+
+    def entries(self, name: str, quick: bool) -> Iterator[tuple[str, float, float]]:
+        """Methods at every setting and second number; `quick`: the loosest two settings, the ends of the numbers."""
+        problem = self.table[name]
+        values = (problem.values[0], problem.values[-1]) if quick and len(problem.values) > 1 else problem.values
+        for method, row in problem.methods.items():
+            ladder = row.ladder[:2] if quick else row.ladder
+            yield from ((method, setting, value) for value in values for setting in ladder)
+
+    def keys(self, name: str, method: str, setting: float, across: float) -> tuple[str, ...]:
+        """The overrides of a run."""
+        problem = self.table[name]
+        row = problem.methods[method]
+        tuned = (f"{row.key}={setting:.9g}",) if row.key else ()
+        return (*problem.keys, *problem.across(across), *row.keys, *tuned)
+
+    def command(self, *entry) -> str:
+        """The command that repeats a run."""
+        words = (f"--set {word}" for word in self.keys(*entry))
+        return " ".join(["bearing_twin simulate", self.table[entry[0]].scene, *words])
+
+    def judge(self, *entry) -> dict[str, Any]:
+        """One run against the reference."""
+        name, _, _, across = entry
+        problem, keys = self.table[name], self.keys(*entry)
+        load_scene(problem.scene, keys)  # a refusal comes before the reference is computed
+        exact = _reference(
+            problem.scene, (*problem.keys, *problem.across(across), *problem.reference), problem.channels
+        )
+        times = exact.scene.parameters.run.duration if problem.a_second else 1.0
+        work = functools.partial(run, problem.scene, keys, problem.channels)
+        found, cost = timed(work, times) if self.timed else (work(), {})
+        return {**problem.norm(found, exact), **cost, "evaluations": found.evaluations}
+
+
+def spread(low: float, high: float, count: int) -> tuple[float, ...]:
+    """So many numbers, evenly spaced by their logarithm, with four digits."""
+    return tuple(float(f"{value:.4g}") for value in np.geomspace(low, high, count))
+
+
+def tolerances(*ladder: float, keys: tuple[str, ...] = ()) -> Method:
+    """A method whose settings are tolerances."""
+    return Method(keys, "wanted.tolerance", ladder)
+
+
+def steps(*ladder: float, keys: tuple[str, ...] = ()) -> Method:
+    """A method whose settings are steps [s]."""
+    return Method(keys, "solver.step", ladder)
+
+
+__all__ = ["Entry", "Method", "Problem", "Scenes", "spread", "steps", "tolerances"]

@@ -1,0 +1,161 @@
+"""Pictures and summaries: what goes in comes out, for few balls and many, short runs and long ones."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.kinds.bearing.history import GREATEST_COUNT, LoadHistory
+from bearing_twin.kinds.bearing.picture import BearingPicture
+from bearing_twin.kinds.contract import Facts
+from bearing_twin.pictures import values as kept
+from bearing_twin.pictures.channels import ChannelPicture
+from bearing_twin.run.passes import simulate
+from bearing_twin.run.picture import plot
+from bearing_twin.run.scene import load_scene
+from bearing_twin.sample import Block, Channel, cut, joined
+
+PNG = b"\x89PNG\r\n\x1a\n"
+QUICK = (640, 400)  # pixels of a picture of 1600 x 1000 that is drawn quickly
+PITCH, BALL = 28.5e-3, 6.746e-3
+
+
+def made_up_block(balls, outputs, first=0, period=1e-3, mean=40.0, swing=60.0):
+    """Loads that go round with the balls; below zero a ball is loose."""
+    time = (first + np.arange(outputs)) * period
+    angle = 2.0 * np.pi * np.arange(balls) / balls + 70.0 * time[:, None]
+    outward = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
+    load = np.maximum(mean - swing * outward[..., 1:2] + np.array([0.0, 2.0]), 0.0)
+    values = {
+        "orbit_angle": angle,
+        "position": 0.5 * PITCH * outward,
+        "point": 0.5 * np.stack([(PITCH - BALL) * outward, (PITCH + BALL) * outward], axis=2),
+        "normal_load": load,
+        "contact_angle": 0.02 * np.ones((outputs, balls, 2)),
+        "inner_ring_speed": np.full(outputs, 183.26),
+        "inner_ring_torque": np.full((outputs, 3), 1e-3),
+        "drive_work": 5.0 * time,
+        "kinetic_energy": 0.0 * time,
+        "elastic_energy": 2.0 * time,
+        "potential_energy": 0.0 * time,
+        "dissipated": 3.0 * time,
+    }
+    channels = tuple(Channel(name, "", value.shape[1:], "") for name, value in values.items())
+    return Block(channels, first, np.round(time * 1e9).astype(np.int64), values)
+
+
+def drawn(path, *blocks):
+    """The picture of a recording without a scene."""
+    picture = BearingPicture(Facts(None, "hertz", ""))
+    for block in blocks:
+        picture.add(block)
+    return picture.write(path)
+
+
+def size_of(png):
+    content = png.read_bytes()
+    assert content.startswith(PNG)
+    return int.from_bytes(content[16:20], "big"), int.from_bytes(content[20:24], "big")
+
+
+@pytest.fixture(scope="module")
+def loose_run():
+    scene = load_scene("bearing_6203_loose", ["run.duration=0.03"])
+    run = simulate(scene)
+    return run, list(run.blocks())
+
+
+def test_a_simulated_run_is_drawn_with_its_scene(loose_run, tmp_path):
+    run, blocks = loose_run
+    source = SimpleNamespace(blocks=lambda: iter(blocks), scene=run.scene, choice=run.choice)
+    path = plot(source, tmp_path / "run.png")
+    assert size_of(path) == (1600, 1000)
+    assert str(tmp_path).encode() not in path.read_bytes()
+
+
+@pytest.mark.usefixtures("quick_pictures")
+@pytest.mark.parametrize(("balls", "outputs"), [(1, 1), (9, 300), (32, 300), (200, 2)])
+def test_few_and_many_balls_short_and_long_runs_are_drawn(balls, outputs, tmp_path):
+    assert size_of(drawn(tmp_path / "run.png", made_up_block(balls, outputs))) == QUICK
+
+
+def test_a_run_of_unknown_kind_is_drawn_channel_by_channel(tmp_path):
+    picture = ChannelPicture(Facts(None, "", ""))
+    picture.add(made_up_block(8, 1500))
+    assert size_of(picture.write(tmp_path / "run.png"))[0] == 1600
+
+
+@pytest.mark.usefixtures("quick_pictures")
+def test_balls_without_any_load_are_drawn(tmp_path):
+    block = made_up_block(4, 10, mean=0.0, swing=0.0)
+    block.values["normal_load"][:] = 0.0
+    assert size_of(drawn(tmp_path / "run.png", block)) == QUICK
+
+
+def test_the_same_run_gives_the_same_picture(tmp_path):
+    block = made_up_block(8, 100)
+    first, second = (drawn(tmp_path / name, block).read_bytes() for name in ("a.png", "b.png"))
+    assert first == second
+
+
+def test_no_sample_and_no_place_to_write_are_refused(tmp_path):
+    with pytest.raises(LogError, match="no sample"):
+        drawn(tmp_path / "run.png")
+    with pytest.raises(BearingTwinError, match="cannot be written"):
+        drawn(tmp_path / "none" / "run.png", made_up_block(2, 2))
+
+
+def test_the_envelope_is_bounded_and_loses_no_peak_however_the_run_is_cut():
+    generator = np.random.default_rng(1)
+    whole = made_up_block(2, 30_000)
+    load = whole.values["normal_load"]
+    load[12_345, 1, 0], load[23_456, 0, 1] = 1e4, -5.0
+    one, many = LoadHistory(), LoadHistory()
+    one.add_block(whole)
+    cuts = np.sort(generator.choice(np.arange(1, 30_000), 60, replace=False))
+    for low, high in zip([0, *cuts], [*cuts, 30_000], strict=True):
+        part = {name: value[low:high] for name, value in whole.values.items()}
+        many.add_block(Block(whole.channels, low, whole.time_ns[low:high], part))
+    for history in (one, many):
+        time, low, high = history.envelope()
+        assert len(time) <= GREATEST_COUNT + 1
+        assert np.all(np.diff(time) > 0.0)
+        assert (low <= high).all()
+        assert np.array_equal(high.max(axis=0), load.max(axis=0))
+        assert np.array_equal(low.min(axis=0), load.min(axis=0))
+        assert history.outputs == 30_000
+        at = time[high[:, 1, 0].argmax()]
+        assert 0.0 <= 12.345 - at <= 2.0 * 30.0 / GREATEST_COUNT * 2.0
+
+
+def test_the_latest_part_of_a_run_is_there_in_full():
+    history = LoadHistory()
+    block = made_up_block(3, 5000)
+    history.add_block(block)
+    time, low, high = history.latest(0.5)
+    rows = block.time_ns * 1e-9 >= block.time_ns[-1] * 1e-9 - 0.5
+    assert np.array_equal(high, block.values["normal_load"][rows])
+    assert np.array_equal(low, high)
+    assert time[-1] == pytest.approx(4.999)
+    assert history.latest(10.0) is None
+    assert history.turns == pytest.approx(70.0 * 4.999 / (2.0 * np.pi))
+
+
+def test_a_long_run_of_an_ellipsoid_is_thinned_and_its_greatest_load_kept(monkeypatch):
+    """Evenly, whatever the lengths of its blocks."""
+    monkeypatch.setattr(kept, "GREATEST_ROWS", 300)
+    run, history = simulate(load_scene("ellipsoid_rocking", ["run.duration=0.3"])), kept.ChannelValues()
+    loads, times = [], []
+    for block in cut(joined(list(run.blocks())), 99):
+        history.add(block)
+        loads.append(block.values["normal_load"])
+        times.append(1e-9 * block.time_ns)
+    values = history.arrays()
+    assert len(values["time"]) <= 300
+    assert history.stride == 8
+    assert values["time"] == pytest.approx(np.concatenate(times)[::8], abs=1e-15)
+    assert np.array_equal(values["normal_load"], np.concatenate(loads)[::8])
+    assert history.greatest["normal_load"] == np.concatenate(loads).max()
+    with pytest.raises(LogError, match="no sample"):
+        kept.ChannelValues().arrays()
