@@ -1,5 +1,6 @@
 """The subcommand `bearing`: keys, the meaning of its options, tables, sweeps, pictures, bad input."""
 
+import csv
 import json
 import math
 import re
@@ -230,3 +231,42 @@ def test_bad_input_is_one_sentence(words, sentence, capsys):
 def test_other_kinds_are_refused(capsys):
     for words in (("--load", "0,0,1"), ("--sweep", "speed=0:100:3"), ("--sweep", "load=1:2:3")):
         assert "scene two_discs is no bearing" in refused(capsys, "bearing", "two_discs", *words)
+
+
+def test_speed_and_clearance_are_options_and_take_units(capsys):
+    plain = answered(
+        capsys, *DOWN, "--set", "drive.speed=314.15926535897933", "--set", "geometry.radial_clearance=2e-5"
+    )
+    given = answered(capsys, *DOWN, "--speed", "3000rpm", "--clearance", "20um")
+    assert given["speed_rad_s"] == pytest.approx(100.0 * math.pi, rel=1e-12)
+    assert given["ring_displacement_m"] == pytest.approx(plain["ring_displacement_m"], rel=1e-9, abs=1e-15)
+    over = answered(capsys, *DOWN, "--sweep", "clearance=0:40um:21")
+    assert over["values"] == pytest.approx([2e-6 * k for k in range(21)], abs=1e-15)
+    assert "by another option" in refused(capsys, *DOWN, "--clearance", "20um", "--sweep", "clearance=0:40um:3")
+
+
+def test_a_result_is_a_table_and_a_sheet(capsys, tmp_path, quick_pictures):
+    found = answered(capsys, *DOWN)
+    assert cli.main([*DOWN, "--csv"]) == cli.DONE
+    rows = dict(csv.reader(capsys.readouterr().out.splitlines()))
+    assert float(rows["ring_displacement_m[1]"]) == found["ring_displacement_m"][1]
+    assert float(rows["fault_frequencies_hz.bpfo"]) == found["fault_frequencies_hz"]["bpfo"]
+    assert cli.main([*DOWN, "--sweep", "load=100:300:3", "--csv"]) == cli.DONE
+    curves = list(csv.DictReader(capsys.readouterr().out.splitlines()))
+    assert [float(row["load"]) for row in curves] == [100.0, 200.0, 300.0]
+    assert [float(row["ring_force_n[1]"]) for row in curves] == pytest.approx([100.0, 200.0, 300.0])
+    sheet = tmp_path / "sheet.html"
+    assert cli.main([*DOWN, "--out", str(sheet)]) == cli.DONE
+    capsys.readouterr()
+    text = sheet.read_text(encoding="utf-8")
+    assert "static safety" in text
+    assert "data:image/png;base64," in text
+    assert "exists" in refused(capsys, *DOWN, "--out", str(sheet))
+    assert sheet.read_text(encoding="utf-8") == text
+
+
+def test_a_speed_that_no_bearing_runs_at_is_doubtful(capsys):
+    """15000 rad/s on a 6203: n d_m is 4.1e6 mm/min."""
+    (flag,) = answered(capsys, "bearing", "6203", "--speed", "15000")["flags"]
+    assert "143239 rpm" in flag
+    assert not answered(capsys, "bearing", "6203", "--speed", "15000rpm")["flags"]

@@ -275,9 +275,7 @@ def test_a_designation_is_found_as_a_number_and_where_it_is_taken_for_a_scene():
         load_scene("bearing_6308")
 
 
-@pytest.mark.parametrize(
-    ("word", "near"), [("6380", "6308"), ("6308-2RS", "6308"), ("7205", "7205B"), ("6199", "6009, 6019 or 6209")]
-)
+@pytest.mark.parametrize(("word", "near"), [("6380", "6308"), ("7205", "7205B"), ("6199", "6009, 6019 or 6209")])
 def test_a_designation_that_is_not_there_is_a_bearing_and_no_scene(word, near):
     with pytest.raises(SceneError) as refused:
         load_scene(word)
@@ -288,3 +286,49 @@ def test_a_designation_that_is_not_there_is_a_bearing_and_no_scene(word, near):
 def test_temperatures_that_may_have_been_meant_in_degrees_are_named():
     choice = choose(load_scene("6308", ["temperatures.inner_ring=60", "rings.inner.load=[0,-1000,0]"]).parameters)
     assert "temperatures.inner_ring = 60 K is -213.15 °C: if °C was meant, write 333.15" in choice.warnings
+
+
+@pytest.mark.parametrize(
+    ("word", "name", "clearance"),
+    [
+        ("6205/C3", "6205", (13e-6, 28e-6)),
+        ("6205-2RSH/C4", "6205", (23e-6, 41e-6)),
+        ("6308-2RS", "6308", (6e-6, 20e-6)),
+        ("6308ZZ", "6308", (6e-6, 20e-6)),
+        ("6005 C2", "6005", (1e-6, 11e-6)),
+        ("6320/C5", "6320", (75e-6, 120e-6)),
+        ("6205-2Z/CN", "6205", (5e-6, 20e-6)),
+    ],
+)
+def test_suffixes_are_read_and_groups_of_clearance_are_those_of_iso_5753(word, name, clearance):
+    geometry, plain = load_scene(word).parameters.geometry, load_scene(name).parameters.geometry
+    assert geometry.radial_clearance == pytest.approx(0.5 * sum(clearance), rel=1e-12)
+    assert (geometry.balls, geometry.ball_diameter, geometry.designation) == (plain.balls, plain.ball_diameter, name)
+    written = parse_scene(f"kind: bearing\ngeometry: {{designation: {word}}}", "a scene").parameters.geometry
+    assert written == geometry
+
+
+@pytest.mark.parametrize(
+    ("word", "kind"),
+    [("22210", "spherical roller"), ("NU205", "cylindrical roller"), ("51105", "thrust ball"), ("HK1612", "needle"),
+     ("30205", "tapered"), ("1205", "self-aligning"), ("NU2205ECP", "cylindrical")],
+)  # fmt: skip
+def test_bearings_of_other_types_are_refused_as_what_they_are(word, kind):
+    with pytest.raises(SceneError, match=f"{kind}.*no deep-groove or angular-contact ball bearing"):
+        load_scene(word)
+
+
+def test_an_angular_contact_bearing_has_no_group_of_clearance():
+    assert load_scene("7205BEP").parameters.geometry == load_scene("7205B").parameters.geometry
+    with pytest.raises(SceneError, match="those of deep groove bearings"):
+        load_scene("7205B/C3")
+
+
+def test_fault_frequencies_have_the_error_of_pitch_circle_and_balls():
+    """The set of the bearing of a known data set, 9 balls of 7.94 mm on 39.04 mm, lies within it."""
+    found = answer_of("6205", load_scene("6205", ["drive.speed=6.283185307179586"]).parameters)
+    ratio = 7.94 / 39.04
+    wanted = {"bpfo": 4.5 * (1.0 - ratio), "bpfi": 4.5 * (1.0 + ratio), "ftf": 0.5 * (1.0 - ratio)}
+    for name, value in wanted.items():
+        off, told = abs(found["fault_frequencies_hz"][name] - value), found["fault_frequencies_hz_error"][name]
+        assert off < told < 0.02 * value

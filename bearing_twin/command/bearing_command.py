@@ -1,18 +1,19 @@
-"""The subcommand `bearing`: one bearing in balance under loads. Imports are late, so that --help is quick."""
+"""The subcommand `bearing`: one bearing in equilibrium under loads. Imports are late, so that --help is quick."""
 
 import argparse
 import math
 
 from bearing_twin.command import catalogue_table
-from bearing_twin.command.outcome import Outcome, add_changes, number, overrides_of, picture_path
+from bearing_twin.command.outcome import Outcome, add_changes, new_path, number, overrides_of, picture_path
 from bearing_twin.errors import SceneError
 
-HELP = "a bearing in balance under load: displacement, loads, stiffness, ratings, life, fault frequencies"
+HELP = "a bearing in equilibrium under load: displacement, loads, stiffness, ratings, life, fault frequencies"
 EXAMPLES = (
     "bearing_twin bearing --list",
     "bearing_twin bearing 6308 --load 0,-3kN,0",
     "bearing_twin bearing bearing_6203 --displacement 0,-1e-5,0 --json",
     "bearing_twin bearing 6308 --load 0,-1,0 --sweep load=100:5000:20 --plot c.png",
+    "bearing_twin bearing 6308/C3 --speed 3000rpm --load 0,-2kN,0 --out sheet.html",
 )
 SHORT_KEYS = {"clearance": "geometry.radial_clearance", "speed": "drive.speed"}
 MOST_VALUES = 10_000
@@ -35,13 +36,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scene",
         nargs="?",
-        help="designation, such as 6308 (see --list), name of a bearing scene or path of a YAML file",
+        help="designation, such as 6308 or 6308-2RS/C3 (see --list), name of a bearing scene or path of a YAML file",
     )
     parser.add_argument("--list", action="store_true", help="list the catalogue, and how each ball set was found")
     parser.add_argument(
         "--catalogue", metavar="FILE", help="add the bearings of this YAML file to the catalogue, for this command"
     )
     add_changes(parser, "change one key of the scene; may be repeated")
+    parser.add_argument("--speed", metavar="W", help="of the inner ring [rad/s, or as 3000rpm]; drive.speed")
+    parser.add_argument(
+        "--clearance", metavar="C", help="radial clearance as made [m, or as 20um]; geometry.radial_clearance"
+    )
     for name, (names, *_) in VECTORS.items():
         parser.add_argument(f"--{name}", metavar=",".join(names), help=WORDS[name])
     parser.add_argument(
@@ -54,9 +59,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--ball-angle", metavar="DEG", help="azimuth of ball 0 from +x (default: on the load line)")
     parser.add_argument(
-        "--sweep", metavar="KEY=FROM:TO:N", help="curves over N values of load [N], clearance, speed or a scene's key"
+        "--sweep",
+        metavar="KEY=FROM:TO:N",
+        help="curves over N values of load, clearance, speed or a scene's key, as clearance=0:40um:21",
     )
     parser.add_argument("--plot", metavar="PNG", help="draw the loads around the bearing, or the curves of --sweep")
+    parser.add_argument("--out", metavar="HTML", help="write a sheet with the result and its picture; a new file")
+    parser.add_argument("--csv", action="store_true", help="print the result as comma-separated values, in SI units")
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
@@ -70,27 +79,41 @@ def run(arguments: argparse.Namespace) -> Outcome:
     if arguments.scene is None:
         raise SceneError("which bearing? give a designation, such as 6308, or a scene; --list lists the designations")
     picture = picture_path(arguments.plot) if arguments.plot else None
+    sheet = _new_sheet(arguments.out) if arguments.out else None
     given = {name: _vector(name, getattr(arguments, name)) for name in VECTORS}
     turned = None if arguments.ball_angle is None else number("--ball-angle", arguments.ball_angle)
     angle = None if turned is None else math.radians(math.fmod(turned, 360.0))
     sweep = _sweep(arguments.sweep) if arguments.sweep else None
 
-    if not sweep and not picture and (found := _row_alone(arguments, given)):
+    if not (sweep or picture or sheet or arguments.csv) and (found := _row_alone(arguments, given)):
         return found
 
     from bearing_twin.command.terminal import said_if_slow
 
     with said_if_slow("solving; the first time on a machine its kernels are compiled"):
         result = _swept(arguments, given, angle, *sweep) if sweep else _solved(arguments, given, angle)
-    if picture:
-        from bearing_twin.kinds.bearing.quasi_static import picture as pictures
-
-        draw = pictures.draw_sweep if sweep else pictures.draw_equilibrium
-        result["plot"] = str(draw(result, picture))
     from bearing_twin.command import bearing_table
 
     show = bearing_table.show_sweep if sweep else bearing_table.show_equilibrium
+    if picture or sheet:
+        from bearing_twin.kinds.bearing.quasi_static import picture as pictures
+
+        draw = pictures.draw_sweep if sweep else pictures.draw_equilibrium
+        if picture:
+            result["plot"] = str(draw(result, picture))
+        if sheet:
+            result["out"] = str(bearing_table.write_sheet(result, show, draw, sheet))
+    if arguments.csv:
+        return Outcome(result, result.get("flags", []), lambda: bearing_table.show_csv(result))
     return Outcome(result, result.get("flags", []), lambda: show(result), True)
+
+
+def _new_sheet(text: str):
+    """The path of a sheet to be; raises BearingTwinError for one that is there."""
+    path = new_path(text, (".html", ".htm"), "sheet")
+    if path.exists():
+        raise SceneError(f"{path} exists; give another name, or remove it first")
+    return path
 
 
 def _vector(name: str, text: str | None) -> list[float | None] | None:
@@ -133,7 +156,8 @@ def _bearing_scene(arguments, overrides=()):
     from bearing_twin.run.scene import load_scene
 
     control = [f"model.control={arguments.control}"] if arguments.control else []
-    scene = load_scene(arguments.scene, [*overrides_of(arguments), *control, *overrides])
+    changed = overrides_of(arguments, **SHORT_KEYS)
+    scene = load_scene(arguments.scene, [*changed, *control, *overrides])
     if scene.kind != "bearing":
         raise SceneError(f"scene {scene.name} is no bearing but a {scene.kind}; give a scene of kind bearing")
     return scene
@@ -160,7 +184,7 @@ def _row_alone(arguments, given) -> Outcome | None:
         return None
 
     result = answer_of(name, parameters)
-    return Outcome(result, [], lambda: catalogue_table.show_row(result), True)
+    return Outcome(result, result["flags"], lambda: catalogue_table.show_row(result), True)
 
 
 def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
@@ -181,6 +205,7 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     head["control_reason"] = equilibrium.control_reason(parameters, found)
     if catalogued := _row(parameters):
         head["catalogue"] = catalogue_answer.row_of(catalogued)
+        head["fault_frequencies_hz_error"] = catalogue_answer.frequency_errors(catalogued, parameters)
     head["speed_rad_s"] = parameters.drive.speed
     told = answer.answer_of(parameters, law, solver, support, found)
     if scene.outside:
@@ -189,23 +214,27 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     return head | told
 
 
-def _sweep(text: str) -> tuple[str, list[float]]:
-    """The key and the values of KEY=FROM:TO:N."""
+def _sweep(text: str) -> tuple[str, str, str, int]:
+    """Key, first and last value as text, and how many, of KEY=FROM:TO:N."""
     from bearing_twin.parameters import echo
 
     key, equals, rest = text.partition("=")
     parts = rest.split(":")
     if not equals or not key.strip() or len(parts) != 3:
         raise SceneError(f"--sweep {echo(text)} must look like load=100:2000:20, a key with first, last and how many")
-    first, last = (number("--sweep", part) for part in parts[:2])
     count = number("--sweep", parts[2])
     if count != int(count) or not 2 <= count <= MOST_VALUES:
         raise SceneError(f"--sweep {echo(text)} must have 2 to {MOST_VALUES} values; give their number after TO:")
-    step = (last - first) / (int(count) - 1)
-    return key.strip(), [first + step * k for k in range(int(count))]
+    return key.strip(), parts[0].strip(), parts[1].strip(), int(count)
 
 
-def _swept(arguments, given, angle, key, values) -> dict:
+def _evenly(first: str, last: str, count: int, unit: str) -> list[float]:
+    """The values of a sweep in SI; those without a unit are in SI."""
+    begin, end = (number("--sweep", text, unit) for text in (first, last))
+    return [begin + (end - begin) / (count - 1) * k for k in range(count)]
+
+
+def _swept(arguments, given, angle, key, first_value, last_value, count) -> dict:
     """Curves over a sweep, with how its axis is shown."""
     from bearing_twin.kinds.bearing.quasi_static.answer import curves_of
     from bearing_twin.run.scene import gives
@@ -217,14 +246,17 @@ def _swept(arguments, given, angle, key, values) -> dict:
         if size == 0.0:
             raise SceneError("--sweep load=... changes the size of a load; give its direction by --load")
         path, unit, axis = key, "N", {"label": "load [N]", "scale": 1.0}
+        values = _evenly(first_value, last_value, count, unit)
 
         def solved(value):
             return _solved(arguments, given, angle, factor=value / size)
     else:
         path = SHORT_KEYS.get(key, key)
-        if gives(arguments.set, path):
-            raise SceneError(f"{path} is given by --set and by --sweep; keep one of them")
-        unit, axis = _axis_of(scene, path, values)
+        if gives(overrides_of(arguments, **SHORT_KEYS), path):
+            raise SceneError(f"{path} is given by --sweep and by another option; keep one of them")
+        unit = _unit_of(scene, path)
+        values = _evenly(first_value, last_value, count, unit)
+        axis = _axis_of(path, unit, values)
 
         def solved(value):
             return _solved(arguments, given, angle, overrides=(f"{path}={value!r}",))
@@ -236,17 +268,22 @@ def _swept(arguments, given, angle, key, values) -> dict:
     return head | {"sweep": path, "values": values, "axis": axis} | curves | {"flags": flags}
 
 
-def _axis_of(scene, path: str, values) -> tuple[str, dict]:
-    """The unit of a scene's key, and how the axis of a sweep over it is shown: words with unit, factor into that."""
+def _unit_of(scene, path: str) -> str:
+    """The unit of a number of a scene; raises SceneError for another key."""
     from bearing_twin.kinds import KINDS
     from bearing_twin.parameters import describe, echo, unknown
-    from bearing_twin.units import UNITS, for_people, labelled
 
     rows = {row.key: row for row in describe(KINDS[scene.kind].parameters) if row.type == "number"}
     if path not in rows:
         raise SceneError(
             f"--sweep {echo(path)} is no number of a {scene.kind}; {unknown(path, ['load', *SHORT_KEYS, *rows])}"
         )
-    unit = rows[path].unit
+    return rows[path].unit
+
+
+def _axis_of(path: str, unit: str, values) -> dict:
+    """How the axis of a sweep over a key is shown: words with unit, and the factor into that."""
+    from bearing_twin.units import UNITS, for_people, labelled
+
     shown, scale = for_people(max(map(abs, values)), UNITS[unit or "1"])
-    return unit, {"label": labelled(path, shown), "scale": scale}
+    return {"label": labelled(path, shown), "scale": scale}

@@ -1,13 +1,21 @@
 """What a person sees of `bearing_twin bearing`: engineering units in lines of at most 80 columns."""
 
+import base64
+import contextlib
+import csv
+import html
+import io
 import math
+import tempfile
 import textwrap
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 from bearing_twin.command import catalogue_table
 from bearing_twin.command.catalogue_table import kilonewtons
 from bearing_twin.command.terminal import show_text
 from bearing_twin.kinds.bearing.ratings import BASE_VISCOSITY, TORQUE_SCATTER, hours_of
-from bearing_twin.units import UNITS
+from bearing_twin.units import UNITS, known_digits, two_digits
 
 NO_PROMISE = "A life is what nine of ten bearings reach by the standard's assumptions; it is no promise."
 STEP = math.radians(0.01)  # of a tilt: its stiffness is told for so much more
@@ -114,11 +122,13 @@ def _lives(result):
         shown = " ± ".join(_rounded(_MOMENT * part * torque) for part in (1.0, TORQUE_SCATTER))
         show_text(f"friction torque        {shown} N mm")
         show_text(f"{'':23}by Palmgren, with grease of {1e6 * BASE_VISCOSITY:g} mm²/s and no seals")
-    frequencies = result["fault_frequencies_hz"]
-    show_text(
-        "fault frequencies [Hz] "
-        + ", ".join(f"{name.replace('_', ' ')} {value:.5g}" for name, value in frequencies.items())
+    frequencies, off = result["fault_frequencies_hz"], result.get("fault_frequencies_hz_error", {})
+    cells = (
+        f"{name.replace('_', ' ')} {known_digits(value, off.get(name), 5)}"
+        + (f" ± {two_digits(off[name])}" if off.get(name) else "")
+        for name, value in frequencies.items()
     )
+    show_text(textwrap.fill(f"fault frequencies [Hz] {', '.join(cells)}", 80, subsequent_indent=" " * 23))
 
 
 def _finite(value):
@@ -155,3 +165,59 @@ def _tiny(value):
     if not math.isfinite(value):
         return "none"
     return "0" if abs(value) < 1e-6 else _short(float(f"{value:.4g}"))
+
+
+def write_sheet(result: dict, show: Callable, draw: Callable, path: Path) -> Path:
+    """Writes a page with the table that `show` prints, the picture of `draw`, and what is doubtful; one new file."""
+    shown = io.StringIO()
+    with contextlib.redirect_stdout(shown):
+        show(result)
+    with tempfile.TemporaryDirectory() as folder:
+        picture = base64.b64encode(Path(draw(result, Path(folder) / "sheet.png")).read_bytes()).decode()
+    title = html.escape(f"Bearing {result['scene']}")
+    doubts = "".join(f"<li>{html.escape(one)}</li>" for one in result.get("flags", []))
+    with path.open("x", encoding="utf-8") as stream:
+        stream.write(
+            f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title></head>'
+            f'<body style="font-family: sans-serif; max-width: 62rem; margin: 2rem auto"><h1>{title}</h1>'
+            f"<pre>{html.escape(shown.getvalue())}</pre>"
+            f"{f'<h2>Doubtful</h2><ul>{doubts}</ul>' if doubts else ''}"
+            f'<img alt="{title}" style="width: 100%" src="data:image/png;base64,{picture}"></body></html>\n'
+        )
+    return path
+
+
+ASIDE = "values", "flags", "refused"  # lists of a sweep that are no curves
+
+
+def show_csv(result: dict) -> None:
+    """Prints a result in SI units: of a sweep a row a value, else a row a number, named by its key in the JSON."""
+    out = io.StringIO()
+    table = csv.writer(out, lineterminator="\n")
+    if "sweep" in result:
+        count = len(result["values"])
+        curves = [key for key, one in result.items() if isinstance(one, list) and len(one) == count]
+        rows = [
+            {name: value for key in curves if key not in ASIDE for name, value in _numbers(key, result[key][place])}
+            for place in range(count)
+        ]
+        names = dict.fromkeys(name for row in rows for name in row)
+        table.writerow([result["sweep"], *names])
+        for value, row in zip(result["values"], rows, strict=True):
+            table.writerow([value, *(row.get(name, "") for name in names)])
+    else:
+        table.writerow(["quantity", "value"])
+        table.writerows(_numbers("", result))
+    show_text(out.getvalue().rstrip("\n"))
+
+
+def _numbers(key: str, value) -> Iterator[tuple[str, object]]:
+    """(name, number or text) of all that a result holds: `ring_displacement_m[1]`, `clearance_m.operating`."""
+    if isinstance(value, dict):
+        for name, one in value.items():
+            yield from _numbers(f"{key}.{name}" if key else name, one)
+    elif isinstance(value, (list, tuple)):
+        for place, one in enumerate(value):
+            yield from _numbers(f"{key}[{place}]", one)
+    elif value is not None:
+        yield key, value

@@ -6,6 +6,7 @@ from collections import Counter
 
 from bearing_twin.command.outcome import Outcome
 from bearing_twin.command.terminal import show_text
+from bearing_twin.units import known_digits, two_digits
 
 
 def listed_catalogue() -> Outcome:
@@ -56,12 +57,15 @@ def show_row(result: dict) -> None:
         "pitch diameter": f"{_millimetres(result['pitch_diameter_m'])} ± "
         f"{_millimetres(result['pitch_diameter_doubt_m'])} mm",
         "groove radius / ball": f"inner {result['inner_conformity']:g}, outer {result['outer_conformity']:g}",
-        "radial clearance": f"{_range(clearance, 1e6)} µm as made; the middle is taken" if clearance else "",
+        "radial clearance": _clearance(clearance) if clearance else "",
         "contact angle": f"{math.degrees(result['contact_angle_rad']):.4g}°" if result["contact_angle_rad"] else "",
-        "dynamic rating C": _rating(result, "dynamic", "ISO 281"),
+        "dynamic rating C": _rating(result, "dynamic", "ISO 281") + "; SKF's are 4 to 6 % above the standard",
         "static rating C0": _rating(result, "static", "ISO 76"),
         "fault frequencies": ", ".join(
-            f"{name.replace('_', ' ')} {value:.5g}" for name, value in result["fault_frequencies_hz"].items()
+            f"{name.replace('_', ' ')} {known_digits(value, off, 5)} ± {two_digits(off)}"
+            for (name, value), off in zip(
+                result["fault_frequencies_hz"].items(), result["fault_frequencies_hz_error"].values(), strict=True
+            )
         )
         + f" Hz at {result['speed_rad_s'] * 30.0 / math.pi:.5g} rpm",
     }
@@ -79,6 +83,12 @@ def summary(row: dict) -> str:
     balls = f"{row['balls']}" + (f" ± {row['balls_doubt']}" if row["balls_doubt"] else "")
     size, doubt = (_millimetres(row[f"ball_diameter{end}_m"]) for end in ("", "_doubt"))
     return f"{row['designation']}: {balls} balls of {size}{f' ± {doubt}' if float(doubt) else ''} mm ({row['found']})"
+
+
+def _clearance(pair) -> str:
+    """Of a row the range as made, of a group or a clearance that was asked for its middle."""
+    shown = _range(pair, 1e6)
+    return f"{shown} µm as made" + ("; the middle is taken" if pair[0] != pair[1] else "")
 
 
 def _millimetres(value) -> str:

@@ -4,6 +4,7 @@ import copy
 import dataclasses
 import functools
 import json
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from os import PathLike
@@ -32,6 +33,7 @@ from bearing_twin.sample import Channel
 from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 from bearing_twin.spelling import MOST_NAMED, MOST_NEAR, is_text, shortened
 
+DESIGNATION = re.compile(r"[A-Za-z]{0,5}\d{2,6}(?![\w./ -]*\.ya?ml)[\w./ -]{0,40}")  # as 6205-2RS/C3
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
 LONGEST_LOGGED = 8_000_000  # characters of a scene in a log
 MOST_LOGGED = 360_000  # commas in one, enough for a table of `tables.MOST_ROWS`: a second to read
@@ -192,7 +194,11 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
 
 def _catalogued(source) -> dict | None:
     """The scene that a name of a kind's catalogue stands for; names of scene files come first."""
-    if not isinstance(source, str) or not source.isalnum() or source in SCENES.names():
+    if (
+        not isinstance(source, str)
+        or not (source.isalnum() or DESIGNATION.fullmatch(source))
+        or source in SCENES.names()
+    ):
         return None
     return next((found[source] for kind in KINDS.values() if source in (found := kind.catalogue())), None)
 

@@ -6,6 +6,7 @@ from files that are added; a later row of a designation takes the place of an ea
 
 import dataclasses
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -47,23 +48,81 @@ class BallRule(NamedTuple):
 
 DEEP_GROOVE, ANGULAR_CONTACT = BallRule(0.29, 0.57, 2, 0.11), BallRule(0.32, 0.90, 1, 0.05)
 PITCH_DOUBT = 0.015  # relative; makers place the pitch circle off the middle between bore and outside by up to this
-# ISO 5753-1, group N of radial clearance of deep groove bearings: up to this bore [m], least and greatest [m]
-NORMAL_CLEARANCE = (
-    (10e-3, 2e-6, 13e-6),
-    (18e-3, 3e-6, 18e-6),
-    (24e-3, 5e-6, 20e-6),
-    (30e-3, 5e-6, 20e-6),
-    (40e-3, 6e-6, 20e-6),
-    (50e-3, 6e-6, 23e-6),
-    (65e-3, 8e-6, 28e-6),
-    (80e-3, 10e-6, 30e-6),
-    (100e-3, 12e-6, 36e-6),
-    (120e-3, 15e-6, 41e-6),
-    (140e-3, 18e-6, 48e-6),
-    (160e-3, 18e-6, 53e-6),
-    (180e-3, 20e-6, 61e-6),
-    (200e-3, 25e-6, 71e-6),
+CLEARANCES = "C2", "CN", "C3", "C4", "C5"  # groups of ISO 5753-1; CN is the normal one
+# ISO 5753-1, deep groove bearings: up to this bore [mm], least and greatest radial clearance [um] of each group
+GROUPS = (
+    (10, (0, 7), (2, 13), (8, 23), (14, 29), (20, 37)),
+    (18, (0, 9), (3, 18), (11, 25), (18, 33), (25, 45)),
+    (24, (0, 10), (5, 20), (13, 28), (20, 36), (28, 48)),
+    (30, (1, 11), (5, 20), (13, 28), (23, 41), (30, 53)),
+    (40, (1, 11), (6, 20), (15, 33), (28, 46), (40, 64)),
+    (50, (1, 11), (6, 23), (18, 36), (30, 51), (45, 73)),
+    (65, (1, 15), (8, 28), (23, 43), (38, 61), (55, 90)),
+    (80, (1, 15), (10, 30), (25, 51), (46, 71), (65, 105)),
+    (100, (1, 18), (12, 36), (30, 58), (53, 84), (75, 120)),
+    (120, (2, 20), (15, 41), (36, 66), (61, 97), (90, 140)),
+    (140, (2, 23), (18, 48), (41, 81), (71, 114), (105, 160)),
+    (160, (2, 23), (18, 53), (46, 91), (81, 130), (120, 180)),
+    (180, (2, 25), (20, 61), (53, 102), (91, 147), (135, 200)),
+    (200, (2, 30), (25, 71), (63, 117), (107, 163), (150, 230)),
 )
+# What makers append to a designation for seals, shields, cages and classes of accuracy, which change no ball set.
+SUFFIX = re.compile(
+    r"2RS[HRL1J]?|2RZ|RS[HRL1]?|RZ|2Z[R]?|ZZ?|DDU?|VV|LL[UBH]|2NSE|NSE|NR?|TN9?|TV[PH]|TNGN?|M[A]?|J|P[456]|BEP?|E[PM]?|"
+    r"ECB[PMJY]|CB[PMJY]|C[02345]|CN|GJN|WT|C78|VA\d+|HT|MT\d+|JEM"
+)
+OTHER_TYPES = {  # by the beginnings of designations (ISO 15, DIN 623-1): what they are
+    "a spherical roller bearing": r"(213|22[2-3]|23[0-2]|23[8-9]|24[0-1])\d\d",
+    "a spherical roller thrust bearing": r"29[2-4]\d\d",
+    "a cylindrical roller bearing": r"(N|NU|NJ|NUP|NN|NNU|NCF|NNCF)\d{3,5}",
+    "a tapered roller bearing": r"(30[23]|31[13]|32[0239]|33[0-2])\d\d",
+    "a needle roller bearing": r"(HK|BK|NK|NKI|NKIS|NA|RNA|NKS)\d+",
+    "a thrust ball bearing": r"5[1-4][1-4]\d\d",
+    "a cylindrical roller thrust bearing": r"8[1-9][1-9]\d\d",
+    "a self-aligning ball bearing": r"(1[0-4]|2[23])\d\d",
+    "a double-row angular-contact ball bearing": r"(3[0238]|33)\d\d",
+    "a double-row deep groove ball bearing": r"4[23]\d\d",
+    "a four-point-contact ball bearing": r"QJ[23]?\d+",
+    "an insert bearing for a housed unit": r"(UC|UCP|UCF|UCFL|SB|YAR)\d+",
+}
+
+
+class Designation(NamedTuple):
+    """A bearing of the catalogue by name, and its group of clearance, "" for the normal one."""
+
+    name: str
+    clearance: str = ""
+
+
+def read_designation(word: str) -> Designation | None:
+    """The bearing that a word such as 6205-2RS/C3 names; None for what is no designation of the catalogue.
+
+    Raises SceneError for bearings of other types, which are not modelled.
+    """
+    text = str(word).strip()
+    if text in entries():
+        return Designation(text)
+    text = text.upper()
+    if len(text) > LONGEST_TEXT or not text.isascii():
+        return None
+    for name in sorted((one for one in entries() if text.startswith(one)), key=len, reverse=True):
+        rest, clearance = text[len(name) :], ""
+        while rest := rest.lstrip("-/ ."):
+            found = SUFFIX.match(rest)
+            if not found:
+                break
+            clearance = found[0] if found[0] in CLEARANCES else clearance
+            rest = rest[found.end() :]
+        if not rest:
+            return Designation(name, "" if clearance == "CN" else clearance)
+    base = re.split(r"[-/ ]", text)[0]
+    for words, pattern in OTHER_TYPES.items():
+        if re.fullmatch(rf"(?:{pattern})[A-Z0-9]{{0,6}}" if not base.isdigit() else pattern, base):
+            raise SceneError(
+                f"{echo(word)} is {words}: no deep-groove or angular-contact ball bearing of one row, which are those "
+                "that are modelled; `bearing_twin bearing --list` has the catalogue"
+            )
+    return None
 
 
 @dataclass(frozen=True)
@@ -133,14 +192,18 @@ def designations() -> tuple[str, ...]:
     return tuple(sorted(entries()))
 
 
-def clearance_of(entry: Entry) -> tuple[float, float]:
-    """Least and greatest radial clearance [m] of a deep groove bearing as made; zeros where no group is known."""
-    if entry.radial_clearance != (0.0, 0.0):
+def clearance_of(entry: Entry, group: str = "") -> tuple[float, float]:
+    """Least and greatest radial clearance [m] of a deep groove bearing as made; zeros where no group is known.
+
+    `group` is one of CLEARANCES, "" for the row's own or the normal one.
+    """
+    if entry.radial_clearance != (0.0, 0.0) and not group:
         return entry.radial_clearance
-    return next(((low, high) for bore, low, high in NORMAL_CLEARANCE if entry.bore <= bore), (0.0, 0.0))
+    place = 1 + CLEARANCES.index(group or "CN")
+    return next((tuple(1e-6 * one for one in row[place]) for row in GROUPS if entry.bore <= 1e-3 * row[0]), (0.0, 0.0))
 
 
-def geometry_of(entry: Entry) -> dict[str, float]:
+def geometry_of(entry: Entry, group: str = "") -> dict[str, float]:
     """The keys of `geometry` of a scene that a row gives; the clearance is the middle of what is made."""
     gap = {"contact_angle": entry.contact_angle} if entry.contact_angle else {}
     return {
@@ -149,7 +212,7 @@ def geometry_of(entry: Entry) -> dict[str, float]:
         "pitch_diameter": entry.pitch_diameter,
         "inner_conformity": entry.inner_conformity,
         "outer_conformity": entry.outer_conformity,
-        **(gap or {"radial_clearance": 0.5 * sum(clearance_of(entry))}),
+        **(gap or {"radial_clearance": 0.5 * sum(clearance_of(entry, group))}),
     }
 
 
@@ -166,12 +229,19 @@ def completed(scene: dict) -> tuple[dict, list[str]]:
     if gaps and {"balls", "ball_diameter", "pitch_diameter", "inner_conformity", "outer_conformity"} <= given.keys():
         return scene, []
     name = str(given["designation"])
-    if name not in entries():
+    try:
+        found = read_designation(name)
+    except SceneError as problem:
+        return scene, [f"geometry.designation: {problem}"]
+    if found is None:
         return scene, [f"geometry.designation = {echo(name)} is not in the catalogue; {unknown(name, designations())}"]
-    row = geometry_of(entries()[name])
+    entry = entries()[found.name]
+    if found.clearance and entry.contact_angle:
+        return scene, [f"geometry.designation = {echo(name)}: clearance groups are those of deep groove bearings"]
+    row = geometry_of(entry, found.clearance)
     if gaps:
         row = {key: value for key, value in row.items() if key not in ("radial_clearance", "contact_angle")}
-    return {**scene, "geometry": {**row, **given}}, []
+    return {**scene, "geometry": {**row, **given, "designation": found.name}}, []
 
 
 def _description(name: str) -> str:
@@ -180,12 +250,28 @@ def _description(name: str) -> str:
     return f"{name}, {sizes} mm, {entry.balls} balls of {1e3 * entry.ball_diameter:g} mm"
 
 
+class _Scenes(dict):
+    """Scenes by designation, also with suffixes of makers, such as 6205-2RS/C3."""
+
+    def __contains__(self, word) -> bool:
+        return super().__contains__(word) or read_designation(word) is not None
+
+    def __missing__(self, word) -> dict:
+        found = read_designation(word)
+        if found is None:
+            raise KeyError(word)
+        clearance = f", clearance {found.clearance}" if found.clearance else ""
+        name = f"{found.name}_{found.clearance}" if found.clearance else found.name
+        return _scene(name, f"{_description(found.name)}{clearance}", str(word))
+
+
+def _scene(name: str, description: str, designation: str) -> dict:
+    return {"kind": "bearing", "name": name, "description": description, "geometry": {"designation": designation}}
+
+
 def scenes() -> Mapping[str, dict]:
     """The plain data of a scene for each designation, with the defaults of everything but its geometry."""
-    return {
-        name: {"kind": "bearing", "name": name, "description": _description(name), "geometry": {"designation": name}}
-        for name in designations()
-    }
+    return _Scenes({name: _scene(name, _description(name), name) for name in designations()})
 
 
 def _contradictions(entry: Entry) -> list[str]:

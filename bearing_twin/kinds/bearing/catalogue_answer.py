@@ -1,8 +1,10 @@
 """What a catalogue tells of a bearing: its row, how sure it is, and the ratings that follow beside those published."""
 
+from dataclasses import replace
+
 from bearing_twin.kinds.bearing import catalogue
 from bearing_twin.kinds.bearing.quasi_static.answer import rolling_frequencies
-from bearing_twin.kinds.bearing.ratings import ratings_of
+from bearing_twin.kinds.bearing.ratings import ratings_of, speed_doubt
 
 
 def row_of(name: str) -> dict:
@@ -31,15 +33,32 @@ def row_of(name: str) -> dict:
     }
 
 
+def frequency_errors(name: str, parameters) -> dict[str, float]:
+    """By how much fault frequencies [Hz] may be wrong, as the row's pitch circle and ball diameter may be."""
+    entry, geometry, speed = catalogue.entries()[name], parameters.geometry, parameters.drive.speed
+    sizes = {"pitch_diameter": catalogue.PITCH_DOUBT * entry.pitch_diameter, "ball_diameter": entry.ball_diameter_doubt}
+    errors = dict.fromkeys(rolling_frequencies(geometry, speed), 0.0)
+    for key, doubt in sizes.items():
+        ends = [replace(geometry, **{key: getattr(geometry, key) + sign * doubt}) for sign in (-1.0, 1.0)]
+        low, high = (rolling_frequencies(one, speed) for one in ends)
+        errors = {word: error + 0.5 * abs(high[word] - low[word]) for word, error in errors.items()}
+    return errors
+
+
 def answer_of(name: str, parameters) -> dict:
     """The row of a designation, and of the scene that uses it the ratings by ISO 281 and ISO 76 and fault frequencies.
 
     Fault frequencies are those of balls that roll without load, at the nominal contact angle.
     """
-    ratings, speed = ratings_of(parameters), parameters.drive.speed
-    return row_of(name) | {
+    ratings, speed, row = ratings_of(parameters), parameters.drive.speed, row_of(name)
+    made, taken = row["radial_clearance_m"], parameters.geometry.radial_clearance
+    if made and abs(taken - 0.5 * sum(made)) > 1e-9:
+        row["radial_clearance_m"] = [taken, taken]
+    return row | {
         "basic_dynamic_rating_n": ratings.dynamic,
         "basic_static_rating_n": ratings.static,
         "speed_rad_s": speed,
         "fault_frequencies_hz": rolling_frequencies(parameters.geometry, speed),
+        "fault_frequencies_hz_error": frequency_errors(name, parameters),
+        "flags": [doubt] if (doubt := speed_doubt(parameters.geometry, speed)) else [],
     }

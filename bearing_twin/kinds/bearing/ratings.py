@@ -15,6 +15,7 @@ from bearing_twin.shapes.surfaces import ball_in_groove
 # ISO 76: pressure and steel of the static rating. With 207 GPa the formula meets the standard's table of f_0 (C_0 over
 # Z D^2 cos a) within its rounding; 206 GPa is 1 % high.
 RATED_PRESSURE, RATED_MODULUS, RATED_POISSON = 4.2e9, 207e9, 0.3
+FASTEST = 2e6  # mm/min; n d_m of spindle bearings with oil and ceramic balls (makers' catalogues)
 LARGEST_PLAIN = 25.4e-3  # m; ISO 281: larger balls grow less
 # ISO 281, single row: Fa / (Z D^2) [N/mm^2] (f0 Fa / C0 is that over cos a), then e and Y of a deep groove or 5 degrees
 # (X = 0.56), of 10 degrees (X = 0.46) and of 15 degrees (X = 0.44)
@@ -170,6 +171,19 @@ def reference_life(geometry, dynamic: float, inner_loads, outer_loads) -> float:
 def hours_of(turns: float, speed: float) -> float:
     """A life of `turns` [1e6] in hours at this speed [rad/s] of the inner ring; infinite at rest."""
     return 1e6 * turns * 2.0 * math.pi / abs(speed) / 3600.0 if speed else math.inf
+
+
+def speed_doubt(geometry, speed: float) -> str | None:
+    """A sentence on a speed [rad/s] that no such bearing runs at, by n d_m [mm/min]; None for others."""
+    rpm = abs(speed) * 30.0 / math.pi
+    product = 1e3 * geometry.pitch_diameter * rpm
+    if product <= FASTEST:
+        return None
+    return (
+        f"{rpm:.6g} rpm is n d_m = {product:.2g} mm/min on a pitch circle of {1e3 * geometry.pitch_diameter:.4g} mm: "
+        f"greased ball bearings run to about 5e5, spindles with oil and ceramic balls to {FASTEST:.1g}; a number "
+        "without a unit is in rad/s"
+    )
 
 
 def lives_of(parameters, ratings: Ratings, force, inner_loads, outer_loads) -> Lives:

@@ -21,7 +21,7 @@ from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
 )
 from bearing_twin.kinds.bearing.quasi_static.equilibrium_motion import LEFT
 from bearing_twin.kinds.bearing.quasi_static.model_error import model_errors
-from bearing_twin.kinds.bearing.ratings import equivalent_loads, lives_of, palmgren_torque, ratings_of
+from bearing_twin.kinds.bearing.ratings import equivalent_loads, lives_of, palmgren_torque, ratings_of, speed_doubt
 from bearing_twin.kinds.bearing.still import centrifugal_share, still_error
 
 NO_TORQUE = "an equilibrium has no friction; catalogue_drive_torque_nm is Palmgren's estimate with grease"
@@ -130,6 +130,7 @@ def flags_of(
     held = contacts.load > 0.0
     slips = np.any(np.abs(contacts.friction)[held] > friction * contacts.load[held])
     return gathered(
+        speed_doubt(geometry, parameters.drive.speed),
         f"nothing holds the ring along {', '.join(loose)}: it may lie elsewhere too" if loose else None,
         pressure_doubt(pressure, limit),
         f"peak pressure {pressure:.3g} Pa is beyond 4.2e+09 Pa: real raceways keep dents"
