@@ -8,9 +8,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutdown
-from launch_ros.actions import Node
+
+try:
+    from launch import LaunchDescription
+    from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction, Shutdown
+    from launch_ros.actions import Node
+except ImportError as error:  # in a checkout a folder has the name of that package
+    raise ModuleNotFoundError("launch files need ROS 2's packages launch and launch_ros; source ROS 2 first") from error
 from launch_ros.parameter_descriptions import ParameterValue
 
 from bearing_twin.kinds import KINDS
