@@ -66,16 +66,17 @@ def modality(sample, seed=0, resamples=RESAMPLES) -> Modality:
     is near LEVEL. Raises StatisticError below LEAST_SAMPLES samples, and where a share above TIED of them is equal, as
     the force is exactly 0 before and after a contact: such a sample has no density.
     """
-    kept = np.sort(np.asarray(sample, float))
+    kept = np.asarray(sample, float)
     kept = kept[np.isfinite(kept)]
     if len(kept) < LEAST_SAMPLES:
         raise StatisticError(f"a number of modes needs {LEAST_SAMPLES} samples at least; there are {len(kept)}")
-    ends = np.flatnonzero(np.diff(kept, append=np.inf))  # of runs of equal values
-    equal = np.diff(ends, prepend=-1)
-    if equal.max() > max(TIED * len(kept), 3.0):
-        value, share = kept[ends[np.argmax(equal)]], 100.0 * equal.max() / len(kept)
+    kept = kept if np.all(kept[1:] >= kept[:-1]) else np.sort(kept)
+    many = max(int(TIED * len(kept)), 3)
+    equal = kept[many:] == kept[:-many]
+    if equal.any():
         raise StatisticError(
-            f"{share:.2g} % of the values are exactly {value:g}, so that there is no density with modes"
+            f"more than {100.0 * TIED:g} % of the values are exactly {kept[np.argmax(equal)]:g}: modes are those of a "
+            "density, and there is none"
         )
     low, high = float(kept[0]), float(kept[-1])
     if high - low <= 1e-14 * max(abs(low), abs(high)):
