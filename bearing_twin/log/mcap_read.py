@@ -45,7 +45,7 @@ LARGEST_MESSAGE = LARGEST_RECORD - (1 << 21)  # bytes, beside what is in its chu
 FREE_BYTES = 1 << 26  # unpacked bytes any file may have; beyond that GREATEST_RATIO holds
 FREE_RECORDS = 200_000  # records any file may have
 RECORDS_PER_BYTE = 4  # of the file, beyond that
-MOST_TOPICS = 10_000  # with messages; a tenth of a second to read
+MOST_TOPICS, MOST_SILENT = 10_000, 1000  # with messages and without: a fifth of a second to read
 LAST_NS = (1 << 64) - 1  # the format counts time by 64 bits
 MOST_PENDING = 1 << 27  # bytes of messages that wait for earlier ones of chunks that overlap in time
 
@@ -211,17 +211,7 @@ class McapReader:
         """
         self._want(wanted, afresh=begin == len(MAGIC))
         used = _USED | {Opcode.ATTACHMENT} if attachments else _USED
-        for offset, opcode, content in self._raw(begin, used, begin == len(MAGIC)):
-            if opcode == Opcode.CHUNK:
-                yield from self._in_chunk(offset, content, by_time=False)
-            elif opcode == Opcode.MESSAGE:
-                yield from self._alone(offset, content)
-            elif opcode == Opcode.METADATA:
-                yield self._parse(offset, Metadata, content)
-            elif opcode == Opcode.ATTACHMENT:
-                yield self._parse(offset, Attachment, content)
-            else:
-                self._learn(offset, opcode, content)
+        return self._items(begin, used, check=begin == len(MAGIC))
 
     def by_time(
         self, wanted: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS + 1
@@ -233,7 +223,6 @@ class McapReader:
         """
         self.contents()
         self._want(wanted)
-        whole = from_ns <= 0 and until_ns > LAST_NS
         rows = np.frombuffer(self._stretches, np.uint64).reshape(-1, 4)
         late = np.maximum.accumulate(rows[:, 1])[:-1] > rows[1:, 0]
         rows = rows[(rows[:, 1] >= max(from_ns, 0)) & (rows[:, 0] <= min(until_ns - 1, LAST_NS))]
@@ -241,13 +230,14 @@ class McapReader:
             numbers = {number for number, topic in self._contents.topics.items() if topic.name in wanted}
             needed = self._chunks_with(numbers)
             rows = rows[[place in needed for place in rows[:, 2].tolist()]]
+        whole = from_ns <= 0 and until_ns > LAST_NS and self._indexed  # else the file was checked when it was scanned
         if late.any():
             if whole:
                 for _ in self._raw(len(MAGIC), (), True):
                     pass
             found = self._merged(rows[np.lexsort((rows[:, 2], rows[:, 0]))])
         elif whole:
-            found = self._checked({*rows[:, 2].tolist()})
+            found = self._items(len(MAGIC), _USED - {Opcode.METADATA}, True, {*rows[:, 2].tolist()}, by_time=True)
         else:
             found = itertools.chain.from_iterable(map(self._stretch, rows.tolist()))
         yield from (one for one in found if from_ns <= one.log_time < until_ns)
@@ -342,8 +332,8 @@ class McapReader:
         for offset, opcode, content in self._raw(len(MAGIC), _USED, True):
             end = offset + _HEAD.size + len(content)
             if opcode == Opcode.CHUNK:
-                data = self._unpacked_chunk(offset, content)
-                rows.extend((*self._walked(offset, data, counts), offset, len(content)))
+                times = self._walked(offset, self._unpacked_chunk(offset, content), counts)
+                rows.extend((*times, offset, len(content)))
             elif opcode == Opcode.MESSAGE:
                 number, _, time_ns, _ = self._lone(offset, content)
                 counts[number] += 1
@@ -360,12 +350,12 @@ class McapReader:
         return Contents(topics, dict(counts), *times, metadata, max(end, self._read_to), self._whole)
 
     def _topics_of(self, counts: dict[int, int]) -> dict[int, StoredTopic]:
-        """The channels by number: all that have messages, and others up to the limit."""
+        """The channels by number: all that have messages, and some of the others."""
         numbers = [number for number, count in counts.items() if count]
         if len(numbers) > MOST_TOPICS:
             what = f"it has messages on {len(numbers)} channels, and {MOST_TOPICS} are read at most"
             raise LogLimit(self.path, self._data_end, what)
-        numbers += itertools.islice((one for one in self._channels if not counts.get(one)), MOST_TOPICS - len(numbers))
+        numbers += itertools.islice((one for one in self._channels if not counts.get(one)), MOST_SILENT)
         return {number: self._described(number) for number in numbers}
 
     def _chunks_with(self, channels: Container[int]) -> set[int]:
@@ -381,13 +371,19 @@ class McapReader:
                     places.add(place)
         return places
 
-    def _checked(self, needed: set[int]) -> Iterator[LoggedMessage]:
-        """The messages of the stretches that begin at `needed` places, in the order of the file, which is checked."""
-        for offset, opcode, content in self._raw(len(MAGIC), _USED, True, needed if self._indexed else None):
+    def _items(
+        self, begin: int, used: Container[int], check: bool, needed: set[int] | None = None, by_time: bool = False
+    ) -> Iterator[LoggedMessage | Metadata | Attachment]:
+        """Content from byte `begin` on, of chunks that of those at `needed` places, each by time where asked for."""
+        for offset, opcode, content in self._raw(begin, used, check, needed):
             if opcode == Opcode.CHUNK:
-                yield from self._in_chunk(offset, content, by_time=True)
+                yield from self._in_chunk(offset, content, by_time)
             elif opcode == Opcode.MESSAGE:
                 yield from self._alone(offset, content)
+            elif opcode in (Opcode.METADATA, Opcode.ATTACHMENT):
+                yield self._parse(offset, Metadata if opcode == Opcode.METADATA else Attachment, content)
+            else:
+                self._learn(offset, opcode, content)
 
     def _merged(self, rows: np.ndarray) -> Iterator[LoggedMessage]:
         """The messages of stretches that overlap in time, by their time; `rows` are in the order of their first."""
@@ -626,10 +622,12 @@ class McapReader:
                 raise LogLimit(self.path, offset, what)
         except (zstandard.ZstdError, RuntimeError, ValueError, EOFError, MemoryError) as error:
             raise DamagedLog(self.path, offset, f"a chunk cannot be unpacked ({error})") from error
-        if len(data) != size:
-            raise DamagedLog(self.path, offset, "a chunk does not have the size it states")
-        if chunk.uncompressed_crc and crc32(data) != chunk.uncompressed_crc:
-            raise DamagedLog(self.path, offset, "a chunk does not have the CRC it was written with")
+        what = "" if len(data) == size else "size it states"
+        if not what and chunk.uncompressed_crc and crc32(data) != chunk.uncompressed_crc:
+            what = "CRC it was written with"
+        if what:
+            del data  # an error holds what its functions hold
+            raise DamagedLog(self.path, offset, f"a chunk does not have the {what}")
         return data
 
 
