@@ -224,6 +224,10 @@ def test_a_file_that_is_written_is_read_to_its_last_whole_chunk(source, tmp_path
     assert "has no end" in err
     with pytest.raises(LogError, match="bearing_twin recover"):
         read_log(path)
+    path.write_bytes(path.read_bytes()[:3000])
+    with pytest.raises(LogError, match="no outputs are in it so far"):
+        read_log(path, allow_gaps=True)
+    growing(path, source)
     log = read_log(path, allow_gaps=True)
     assert bits(log) == bits(BLOCK)[: json.loads(out)["samples"]]
 

@@ -122,6 +122,8 @@ class LogStream:
                 kept[stored.name] = kept_rate(stored.metadata)
             elif stored.ros_type == cdr.STRING:
                 texts.add(stored.name)
+        if not found and self._reader.ends:
+            raise LogError(f"{'; '.join(self._reader.ends)}; no outputs are in it so far")
         self.topic = _chosen(path, {name for name in found if "/records/" not in name}, topic)
         self.kept_rate: float = kept[self.topic]
         self._namespace = self.topic.rpartition("/")[0]
