@@ -6,18 +6,14 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 DIGITS = 18  # of a whole number that is no float
-BESIDE = "settling_evaluations"
-"""What equilibria take that is not foretold, by its name in the costs of a run: how often what acts on a ball was
-evaluated to find how balls move."""
 
 
 class Choice(NamedTuple):
     """Elastic law and stepper of a scene, the law's relative load error there, the reason, and what to watch.
 
-    `setting` is the tolerance that the stepper is given, nan for the wanted one; `predicted` what it did in the most
-    similar motion measured: `motion`, `stepper`, `setting`, `load_error`, `friction_error`, `cost`; None if unknown.
-    `outside` says which model asked for runs outside its range; `friction` is the friction model, where the scene
-    leaves it to be chosen. `finer`: how many times as many steps, modes or divisions as were chosen a second run takes.
+    `setting` is the tolerance that the stepper is given, nan for the requested one. `outside` says which specified
+    model runs outside its range; `friction` is the friction model, where the scene leaves it open. `finer`: how many
+    times as many steps, modes or divisions as were chosen a second run takes.
     """
 
     law: str
@@ -26,7 +22,6 @@ class Choice(NamedTuple):
     reason: str
     warnings: tuple[str, ...]
     setting: float = math.nan
-    predicted: dict[str, float | str] | None = None
     outside: tuple[str, ...] = ()
     friction: str = ""
     finer: float = 1.0
@@ -56,7 +51,7 @@ class Report:
 
     `status` is "done", or says what is doubtful or failed; `figures` are the scene's own, with the SI unit at the end
     of each key; `errors` what is known of theirs: `<figure>_error` in the figure's unit, and the same by source.
-    `predicted` and `outside` are those of the choice; `failure`, of a run that broke off: sentence, reason, time, body
+    `outside` is that of the choice; `failure`, of a run that broke off: sentence, reason, time, body
     and contact.
     """
 
@@ -73,7 +68,6 @@ class Report:
     costs: dict[str, int]
     figures: dict[str, Any]
     errors: dict[str, Any] = field(default_factory=dict)
-    predicted: dict[str, float | str] | None = None
     outside: tuple[str, ...] = ()
     failure: dict[str, Any] | None = None
 
@@ -102,7 +96,6 @@ class Report:
             "real_time_factor": self.real_time_factor,
             "samples": self.samples,
             **({"outside_range": list(self.outside)} if self.outside else {}),
-            "predicted": self.predicted,
             **self.costs,
             **self.figures,
             **self.errors,

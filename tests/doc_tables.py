@@ -22,6 +22,7 @@ from bearing_twin.contact.names import MEASURED
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.ranges import RANGES
+from bearing_twin.kinds.rules import RULES
 from bearing_twin.log import topic_table
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 from bearing_twin.parameters import describe
@@ -87,6 +88,14 @@ def _ranges() -> str:
         for row in RANGES
     )
     return _table(("asked for", "number of the scene", "holds", "because", "beyond"), rows)
+
+
+def _rules() -> str:
+    rows = (
+        (", ".join(f"`{kind}`" for kind in row.kinds), f"`{row.key}`", f"`{row.choice}`", row.when or "else", row.why)
+        for row in RULES
+    )
+    return _table(("kinds", "key", "choice", "when", "because"), rows)
 
 
 def _unsourced() -> str:
@@ -246,6 +255,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "kinds": _kinds,
     "laws": _laws,
     "ranges": _ranges,
+    "rules": _rules,
     "unsourced": _unsourced,
     "frictions": _frictions,
     "taken": _laws_of_kinds,

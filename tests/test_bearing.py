@@ -230,13 +230,23 @@ def test_balls_that_met_and_parted_between_the_ends_of_a_chunk_are_found():
         assert not mark_met(bearing.ball_radius, states[1], states[:0], reach, near)
 
 
-FREE = (NO_GRAVITY, "geometry.radial_clearance=40e-6", "drive.speed=0.0", "drive.offset=[0.0, 0.0, 0.0]")
+FREE = (
+    NO_GRAVITY,
+    "cage.kind=none",
+    "geometry.radial_clearance=40e-6",
+    "drive.speed=0.0",
+    "drive.offset=[0.0, 0.0, 0.0]",
+)
 
 
 def test_balls_that_meet_within_a_chunk_are_found_and_integrated_together():
     """A ball thrown at its neighbour from beyond reach is not run through: speeds are exchanged, energy closes."""
     moving = motion(
-        NO_GRAVITY, "geometry.radial_clearance=20e-6", "contact.friction_coefficient=0.0", "drive.speed=0.0"
+        NO_GRAVITY,
+        "cage.kind=none",
+        "geometry.radial_clearance=20e-6",
+        "contact.friction_coefficient=0.0",
+        "drive.speed=0.0",
     )
     moving.state[0, VELOCITY + 1] = 0.5
     start = stored_energy(moving.first_outputs())[0]

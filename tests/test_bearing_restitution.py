@@ -11,6 +11,7 @@ from bearing_twin.run.scene import load_scene, open_scene, parse_scene
 
 ALONE = (
     "geometry.balls=1",
+    "cage.kind=none",
     "geometry.radial_clearance=4e-5",
     "gravity=[0.0, 0.0, 0.0]",
     "drive.offset=[0.0, 0.0, 0.0]",

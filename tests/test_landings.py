@@ -6,7 +6,13 @@ from bearings import motion
 
 from bearing_twin.kinds.bearing.forces.layout import VELOCITY
 
-STILL = ("geometry.radial_clearance=2e-5", "gravity=[0,0,0]", "drive.speed=0.0", "contact.friction_coefficient=0.0")
+STILL = (
+    "cage.kind=none",
+    "geometry.radial_clearance=2e-5",
+    "gravity=[0,0,0]",
+    "drive.speed=0.0",
+    "contact.friction_coefficient=0.0",
+)
 THROWN, BOUNCED = 0.01, 4e-4  # m/s; s after the touch, when the ball is in flight again
 BOUNCES = 48  # of eight balls each
 

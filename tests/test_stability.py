@@ -87,7 +87,13 @@ def test_landing_on_the_instants_where_contacts_change_gives_the_same_answer():
 
 def test_a_landing_step_ends_at_the_touch():
     """Balls in flight at 1 cm/s towards the outer raceway: one step more for each, which ends where its gap does."""
-    still = ("geometry.radial_clearance=2e-4", "gravity=[0,0,0]", "drive.speed=0.0", "drive.offset=[0,0,0]")
+    still = (
+        "cage.kind=none",
+        "geometry.radial_clearance=2e-4",
+        "gravity=[0,0,0]",
+        "drive.speed=0.0",
+        "drive.offset=[0,0,0]",
+    )
     rejections = {}
     for stepper in ("rodas4", "rodas4_landing"):
         moving = motion(*still, stepper=stepper)
@@ -104,7 +110,11 @@ def test_a_landing_step_ends_at_the_touch():
 def test_a_raceway_cannot_be_stepped_over_from_free_flight(speed):
     """Balls thrown across a clearance of 0.1 mm: flight invites long steps, but behind a groove there is no way out."""
     moving = motion(
-        "geometry.radial_clearance=2e-4", "gravity=[0,0,0]", "drive.speed=0.0", "contact.relaxation_time=0.0"
+        "cage.kind=none",
+        "geometry.radial_clearance=2e-4",
+        "gravity=[0,0,0]",
+        "drive.speed=0.0",
+        "contact.relaxation_time=0.0",
     )
     moving.state[:, VELOCITY] = speed
     moving.steps[:] = 1e-3

@@ -1,4 +1,4 @@
-"""`explain`: what made a run fail, and how it goes on from its last good state at a tighter tolerance."""
+"""`explain`: why models of a scene were chosen; what made a run fail, and how it continues at a tighter tolerance."""
 
 import argparse
 from pathlib import Path
@@ -8,8 +8,9 @@ from bearing_twin.command.outcome import Outcome, new_log, number
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.units import Limits
 
-HELP = "what made a run fail: time, body, contact, last good output; goes on from there at a tighter tolerance"
+HELP = "why a scene gets its models; what made a run fail, which then continues at a tighter tolerance"
 EXAMPLES = (
+    "bearing_twin explain bearing_6203",
     "bearing_twin explain failure_20261122_101500.json",
     "bearing_twin explain failure.json --tolerance 1e-6 --out on.mcap",
 )
@@ -17,7 +18,12 @@ EXAMPLES = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `explain` to its parser."""
-    parser.add_argument("failure", metavar="FILE", help="the file that a failed run left, failure_<date>_<time>.json")
+    parser.add_argument(
+        "failure", metavar="SCENE|FILE", help="a scene, or the file that a failed run left, failure_<date>_<time>.json"
+    )
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="of a scene: change one of its keys"
+    )
     parser.add_argument("--tolerance", metavar="SHARE", help="wanted.tolerance to go on with; a tenth by default")
     parser.add_argument(
         "--until", metavar="SECONDS", help="where to end; by default where the scene ends, or as much after the failure"
@@ -27,9 +33,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
-    """Says what is in the file and goes on; that it fails again is a doubt. Raises BearingTwinError for no failure."""
+    """The reasons for a scene's models; of a failure, its cause, and a run that continues."""
     from bearing_twin.run.failure import read_failure, shortened
 
+    if not arguments.failure.endswith(".json"):
+        return _reasons(arguments)
     failure = read_failure(arguments.failure)
     log = new_log(arguments.out) if arguments.out else None
     given, ends = arguments.tolerance, arguments.until
@@ -50,6 +58,35 @@ def run(arguments: argparse.Namespace) -> Outcome:
         told, doubts, incomplete = _continued(failure, shortened(scene, _end(failure, scene, until)), log)
         result |= told
     return Outcome(result, doubts, lambda: _show(result, failure), problem=incomplete)
+
+
+def _reasons(arguments: argparse.Namespace) -> Outcome:
+    """The rules that applied to a scene, by key, and the warnings of its choice."""
+    from bearing_twin.kinds.rules import answers
+    from bearing_twin.run.fidelity import choose
+    from bearing_twin.run.scene import load_scene
+
+    scene = load_scene(arguments.failure, arguments.set)
+    warnings = choose(scene).warnings
+    rows = [
+        {
+            "key": key,
+            "value": one.value,
+            "why": one.sentence,
+            "when": one.rule.when if one.rule else "the scene specifies it",
+        }
+        for key, one in answers(scene.kind, scene.parameters).items()
+    ]
+
+    def show():
+        from bearing_twin.command.terminal import show_rows
+
+        show_rows(
+            ("key", "value", "because", "rule"),
+            ((one["key"], str(one["value"]), one["why"], one["when"]) for one in rows),
+        )
+
+    return Outcome({"scene": scene.name, "choices": rows, "warnings": list(warnings)}, list(warnings), show)
 
 
 def _end(failure, scene, until: float | None) -> float:

@@ -13,6 +13,7 @@ def _scenes_arguments(parser: argparse.ArgumentParser) -> None:
     lists = parser.add_mutually_exclusive_group()
     lists.add_argument("--keys", action="store_true", help="list every key of a scene: default, unit, limits, meaning")
     lists.add_argument("--figures", action="store_true", help="list every figure of a run: unit, meaning")
+    lists.add_argument("--rules", action="store_true", help="list the rules by which models and methods are chosen")
     lists.add_argument("--schema", action="store_true", help="the JSON Schema of scene and study files, for editors")
 
 
@@ -24,6 +25,8 @@ def _scenes(arguments: argparse.Namespace) -> Outcome:
         return _scene_keys()
     if arguments.figures:
         return _scene_figures()
+    if arguments.rules:
+        return _scene_rules()
     if arguments.schema:
         return _scene_schema()
     header = ("name", "kind", "description")
@@ -49,6 +52,18 @@ def _scene_figures() -> Outcome:
     return listed("figures", header, found)
 
 
+def _scene_rules() -> Outcome:
+    from bearing_twin.kinds.rules import RULES
+
+    header = ("kinds", "key", "choice", "when", "why")
+    found = (
+        {"kinds": ", ".join(row.kinds), "example": list(row.example)}
+        | {name: getattr(row, name) for name in header[1:]}
+        for row in RULES
+    )
+    return listed("rules", header, found)
+
+
 def _scene_schema() -> Outcome:
     from bearing_twin.command.terminal import show_text
     from bearing_twin.report import json_text
@@ -59,10 +74,10 @@ def _scene_schema() -> Outcome:
 
 
 SCENES = Subcommand(
-    "list the scenes, or every key of a scene",
+    "list the scenes, every key of a scene, or the rules by which models are chosen",
     _scenes_arguments,
     _scenes,
-    ("bearing_twin scenes", "bearing_twin scenes --keys", "bearing_twin scenes --figures --json"),
+    ("bearing_twin scenes", "bearing_twin scenes --keys", "bearing_twin scenes --rules"),
 )
 
 

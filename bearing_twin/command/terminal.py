@@ -373,7 +373,6 @@ def _words(seconds: float) -> str:
 def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     """The result without the errors of its figures, which join them in the table, and these; parts stay in --json."""
     from bearing_twin.run.doubt import promise_in_words
-    from bearing_twin.run.foretold import KEY, cost_in_words
 
     errors = {key.removesuffix(ERROR): value for key, value in result.items() if key.endswith(ERROR)}
     errors = {key: value for key, value in errors.items() if key in result}
@@ -382,8 +381,7 @@ def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     known = {output: one for output, one in result.get("wanted_errors", {}).items() if one["error"] is not None}
     wanted = {f"{output} off by": promise_in_words(one) for output, one in known.items()}
     notes = [f"{name}: {sentence}" for name, sentence in result.get("errors_unknown", {}).items()]
-    wanted |= {"took": cost_in_words(result[KEY])} if KEY in result else {}
-    hidden |= {KEY, "wanted_errors", "errors_unknown", "predicted"}  # what was predicted the choice's reason says
+    hidden |= {"wanted_errors", "errors_unknown"}
     rest = {key: value for key, value in result.items() if key not in hidden}
     return rest | wanted | ({"errors not in these": notes} if notes else {}), errors
 

@@ -2,8 +2,6 @@
 
 from bearing_twin.contact.laws import LAWS
 
-HERTZ_FOLLOWS = "hertz, because it is exact to 1e-10 and no law that follows the curvatures is cheaper"
-
 
 def drift(law: str) -> list[str]:
     """A warning of a law that carries a state whose errors add up, or none; names that are no law's have none."""

@@ -47,7 +47,7 @@ class Range(NamedTuple):
     def left(self, model: str, value: float) -> str:
         """The sentence about a model asked for where the fact has this value."""
         return (
-            f"{self.key} = {model} is asked for outside its range: {self.words} is {value:.3g}{with_unit(self.unit)}, "
+            f"{self.key} = {model} is outside its range: {self.words} is {value:.3g}{with_unit(self.unit)}, "
             f"and it holds {self.limits} ({self.why}); {self.instead}"
         )
 
@@ -133,16 +133,28 @@ def facts_at(*places: str) -> dict[str, Callable[[Any], float | None]]:
     return {place.partition(":")[2]: late(place) for place in places}
 
 
+def least_of(key: str, fact: str) -> float:
+    """The least value of a fact down to which models of a key hold."""
+    return next(row.least for row in RANGES if (row.key, row.fact) == (key, fact))
+
+
 def allowed(parameters) -> bool:
     """Whether the scene lets models run outside their ranges."""
     return _at(parameters, "solver.allow_invalid") == ON
 
 
-def left_by(parameters, facts: Mapping[str, Callable[[Any], float | None]]) -> tuple[str, ...]:
-    """One sentence for each range that a model asked for leaves; a fact that is None, or has no value, leaves none."""
+def left_by(
+    parameters, facts: Mapping[str, Callable[[Any], float | None]], only: tuple[str, str] | None = None
+) -> tuple[str, ...]:
+    """One sentence for each range that a model asked for leaves; a fact that is None, or has no value, leaves none.
+
+    With `only`, a key and a model, those of this model that a rule has chosen.
+    """
     found = []
     for row in RANGES:
         model = _at(parameters, row.key)
+        if only is not None:
+            model = only[1] if row.key == only[0] else ""
         if row.fact not in facts or model not in row.models:
             continue
         try:

@@ -68,9 +68,8 @@ def choice_in(record: Mapping[str, str]) -> Choice:
     named = (record.get("law", ""), record.get("stepper", ""), math.nan, record.get("reason", ""))
     try:
         warnings = tuple(map(str, parsed_json(record.get("warnings", "[]"))))
-        predicted = parsed_json(record.get("predicted", "null"))
         setting, friction = float(record.get("setting", "nan")), record.get("friction", "")
-        return Choice(*named, warnings, setting, predicted and dict(predicted), friction=friction)
+        return Choice(*named, warnings, setting, friction=friction)
     except (ValueError, TypeError):
         return Choice(*named, ())
 

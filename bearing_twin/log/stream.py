@@ -198,7 +198,6 @@ def _chosen(choice: Choice) -> dict[str, str | float | list | dict | None]:
         "warnings": list(choice.warnings),
         **({} if math.isnan(choice.setting) else {"setting": choice.setting}),
         **({"friction": choice.friction} if choice.friction else {}),
-        "predicted": choice.predicted,
     }
 
 

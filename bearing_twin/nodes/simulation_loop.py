@@ -8,7 +8,6 @@ from pathlib import Path
 from bearing_twin.errors import BearingTwinError, Interrupted
 from bearing_twin.kinds.contract import Command
 from bearing_twin.nodes.pacing import FASTEST, PacedStream, Pacer, StreamPace, Timed
-from bearing_twin.run.foretold import KEY
 from bearing_twin.spelling import echo
 
 
@@ -402,13 +401,8 @@ def model(simulation) -> dict[str, str]:
 
 
 def worth(report) -> dict[str, float | str]:
-    """What a report says for diagnostics: status, error of each output wanted, horizon, cost over what was foretold.
-
-    Beside an error stands what was foretold of it; the cost is that from the last choice of a model on.
-    """
+    """The status of a report for diagnostics, with the error of each requested output and the horizon."""
     wanted = report.errors.get("wanted_errors", {})
     known = {f"{output}_error": one["error"] for output, one in wanted.items() if one["error"] is not None}
-    known |= {f"{output}_error_predicted": one["predicted"] for output, one in wanted.items() if "predicted" in one}
     until = {"horizon_s": report.errors["horizon_s"]} if "horizon_s" in report.errors else {}
-    took = {"cost_over_predicted": report.errors[KEY]["ratio"]} if KEY in report.errors else {}
-    return {"status": report.status, **known, **until, **took}
+    return {"status": report.status, **known, **until}

@@ -62,7 +62,7 @@ def judged(
                 large.setdefault(figure, source)
     keys["errors_by_source"] = {figure: parts for figure, parts in known.items() if parts}
     promises = errors.promises or _promises(errors, estimate, choice)
-    keys["wanted_errors"] = {one.output: _told(one, choice.predicted or {}) for one in promises}
+    keys["wanted_errors"] = {one.output: _told(one) for one in promises}
     keys["errors_unknown"] = ({METHOD: estimate.note} if estimate.note else {}) | dict(errors.notes)
     horizon = errors.horizon if estimate.horizon is None else estimate.horizon
     if horizon is not None:
@@ -159,10 +159,8 @@ def _said(figure: str, value, error, source: str) -> str:
     return f"{words} {size} ± {two_digits(off)}{with_unit(unit)}, mostly {source.replace('_', ' ')}"
 
 
-def _told(promise: Promise, predicted: Mapping[str, float | str]) -> dict[str, Any]:
+def _told(promise: Promise) -> dict[str, Any]:
     told = {"norm": promise.norm, "error": promise.error, "tolerance": promise.tolerance, "where": promise.where}
-    before = predicted.get(f"{promise.output.removesuffix('s')}_error")
-    told |= {"predicted": before} if isinstance(before, float) else {}  # a log may say anything
     told |= {"model_errors": {one.source: one.error for one in promise.model}} if promise.model else {}
     return told if promise.before is None else told | {"error_up_to_horizon": promise.before}
 

@@ -9,7 +9,6 @@ from bearing_twin.kinds.contract import Figures
 from bearing_twin.kinds.doubt import Doubt
 from bearing_twin.report import Choice, Report
 from bearing_twin.run.doubt import failed, judged
-from bearing_twin.run.foretold import cost_told
 from bearing_twin.run.second_run import Estimate, NoEstimate
 from bearing_twin.sample import Aligned, Block, cut, outputs_at_once
 
@@ -51,14 +50,12 @@ class Gathering:
         scene: str,
         compute_seconds: float = 0.0,
         costs: Mapping[str, int] | None = None,
-        computed: float | None = None,
         last: bool = False,
         failure: dict[str, Any] | None = None,
     ) -> Report:
         """The report so far; raises LogError without an output. After the `last` one nothing more is taken in.
 
-        `costs` are of the outputs up to `computed` [s], by default all that were taken in. `failure` says what broke
-        the run off, which is then failed.
+        `failure` says what broke the run off, which is then failed.
         """
         if not self.outputs:
             raise LogError("there is no sample in it; recover the log from the original, or simulate again")
@@ -73,8 +70,7 @@ class Gathering:
         choice, numbers = self.choice, figures.figures()
         errors = doubt.errors(numbers)
         status = failed(failure) if failure else figures.status()
-        seconds, took = 1e-9 * self._last_ns, costs or {}
-        cost = cost_told(choice.predicted, took, seconds if computed is None else computed)
+        seconds = 1e-9 * self._last_ns
         judgement = judged(errors, estimate, numbers, status, choice)
         return Report(
             scene=scene,
@@ -87,10 +83,9 @@ class Gathering:
             simulated_seconds=seconds,
             compute_seconds=compute_seconds,
             samples=self.outputs,
-            costs=dict(took),
+            costs=dict(costs or {}),
             figures=numbers,
-            errors=judgement.keys | cost,
-            predicted=self.choice.predicted,
+            errors=judgement.keys,
             outside=self.choice.outside,
             failure=failure,
         )

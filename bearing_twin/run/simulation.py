@@ -212,6 +212,4 @@ class Simulation(Commanded):
         share = given / (given + len(self._pending)) if self._pending is not None else 0.0
         costs = self._motion.costs()
         failure = None if self.failure is None else told_of(self.failure)
-        computed = int(self._pending.time_ns[-1]) if self._pending is not None and len(self._pending) else self.time_ns
-        took = share * self._compute_seconds, costs, 1e-9 * computed  # costs are of all that was computed
-        return self._gathering.report(self.scene.name, *took, last, failure)
+        return self._gathering.report(self.scene.name, share * self._compute_seconds, costs, last, failure)

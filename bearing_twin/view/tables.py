@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from bearing_twin.run.doubt import promise_in_words
-from bearing_twin.run.foretold import KEY, cost_in_words
 from bearing_twin.units import greatest_error, known_digits, readable, sentence_for_people, sizes_for_units, two_digits
 
 ERROR = "_error"
@@ -84,7 +83,6 @@ def error_notes(errors: Mapping[str, Any]) -> list[str]:
         for output, one in errors.get("wanted_errors", {}).items()
         if one["error"] is not None
     ]
-    told += [f"took {cost_in_words(errors[KEY])}"] if KEY in errors else []
     told += [f"Not in these errors: {name}: {text}" for name, text in errors.get("errors_unknown", {}).items()]
     return [sentence_for_people(one) for one in told]
 

@@ -41,6 +41,12 @@ def steps_for(parameters: SphereOnBeamScene, stepper: str) -> int:
     return parameters.solver.steps or steps_wanted(wanted.tolerance, stepper, wanted.outputs == "peaks")
 
 
+def steps_of(parameters: SphereOnBeamScene) -> int:
+    """Steps a Hertz contact time of the scene's own method."""
+    stepper = parameters.solver.stepper
+    return steps_for(parameters, "modes" if stepper == "auto" else stepper)
+
+
 def states_held(steps: int, modes: int) -> float:
     """Bytes of the states of all modes at every step of a contact up to twice Hertz's."""
     return 2 * steps * modes * 16.0

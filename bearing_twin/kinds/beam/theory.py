@@ -85,25 +85,16 @@ def trial(parameters: SphereOnBeamScene) -> BothTheories:
     )
 
 
+def needs_shear(parameters: SphereOnBeamScene) -> bool:
+    """Whether anything speaks against Euler's beam in a checked scene."""
+    return bool(trial(parameters).doubts(parameters.wanted.tolerance))
+
+
 def theory_of(parameters: SphereOnBeamScene) -> str:
-    """The beam theory of a checked scene: the one it asks for, or Euler's where nothing speaks against it."""
+    """The beam theory of a checked scene: the one it specifies, or Euler's where nothing speaks against it."""
     if parameters.beam.theory != "auto":
         return parameters.beam.theory
-    return TIMOSHENKO if trial(parameters).doubts(parameters.wanted.tolerance) else EULER
-
-
-def reason_of(parameters: SphereOnBeamScene) -> str:
-    """Why `theory_of` gives what it gives."""
-    if parameters.beam.theory != "auto":
-        return "as the scene asks"
-    found = trial(parameters)
-    doubts = found.doubts(parameters.wanted.tolerance)
-    if doubts:
-        return f"because {'; '.join(doubts)}"
-    return (
-        f"because the one contact lasts {found.duration:.3g} s, {found.across}, and shear changes its peak by "
-        f"{100.0 * abs(found.error):.2g} %"
-    )
+    return TIMOSHENKO if needs_shear(parameters) else EULER
 
 
 def euler_doubt(parameters: SphereOnBeamScene, contacts: int) -> str | None:

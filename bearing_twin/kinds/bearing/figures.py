@@ -21,10 +21,9 @@ from bearing_twin.contact.validity import (
 )
 from bearing_twin.kinds.bearing.adequacy import untouched
 from bearing_twin.kinds.bearing.figure_rows import MEANINGS, missing
-from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.law_error import law_error
 from bearing_twin.kinds.bearing.outputs import ellipses, moduli
-from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen
 from bearing_twin.kinds.bearing.ratings import palmgren_torque, ratings_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.run_up import RunUp

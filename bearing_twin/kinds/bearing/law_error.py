@@ -1,4 +1,4 @@
-"""What is not right in a contact's load: its law against Hertz's, and Hertz's half-spaces against round bodies."""
+"""Model errors of a contact: its law against Hertz's, half-spaces against round bodies, sums over a contact patch."""
 
 import functools
 from collections.abc import Mapping
@@ -8,7 +8,9 @@ import numpy as np
 
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
+from bearing_twin.contact.spot_rules import RULES, SIZES
 from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 
@@ -53,3 +55,25 @@ def spots_off(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, list[f
         for place, side in enumerate(SIDES)
         for values in [figures[f"{key}_{side}{unit}"]]
     }
+
+
+SMOOTHING = 2.5  # tuned: power by which the error of a sum over points falls as spin at the rim becomes slow
+
+
+def rule_error(contact, ratio: float, rim: float) -> float:
+    """Greatest error of friction over contact patches, over its limit, and over the torque of pure spin.
+
+    Parameters
+    ----------
+    contact
+        The section `contact` of a scene.
+    ratio : float
+        b/a of the contact ellipse; errors are those found for 0.1 and above.
+    rim : float
+        Speed by spin [m/s] at the ends of the ellipse: what is slow against the regularisation is smooth, and n points
+        round a ring resolve it. Within a factor of 3 of `bearing_twin chart friction` where the error is above 1e-4.
+    """
+    model = FRICTIONS[contact.friction]
+    spokes = next((row[1] for name, row in SIZES.items() if RULES[name] == model.rule), 0)
+    share = rim / contact.friction_regularisation
+    return model.error / (1.0 + (spokes / share) ** SMOOTHING) if share > 0.0 else 0.0

@@ -18,11 +18,10 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SHAFT_ANGLE,
     SHAFT_SPEED,
 )
-from bearing_twin.kinds.bearing.friction_choice import as_chosen
 from bearing_twin.kinds.bearing.meeting_parts import NEAR, PartBalls, integrate_alone, integrate_in_common
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.overload import check_speed, explained
-from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen
 from bearing_twin.kinds.bearing.partners import RingLoading, border_scales, caged_start, partners_of, settled_start
 from bearing_twin.kinds.bearing.rings import keeps_apart
 from bearing_twin.kinds.bearing.snapshots import MOVING, put_back, snapshot_of

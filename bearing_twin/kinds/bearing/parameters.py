@@ -2,33 +2,17 @@
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
 import dataclasses
+import functools
 import math
 from dataclasses import dataclass
 
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.contact.names import AUTO, POINT, friction_names, numbers_missing
 from bearing_twin.kinds.bearing.catalogue import designations
-from bearing_twin.kinds.bearing.clearance import (
-    Fits,
-    Temperatures,
-    clearance_problems,
-    leaves_raceway,
-    operating_geometry,
-)
+from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
 from bearing_twin.kinds.bearing.drive import Drive, torque_problems
-from bearing_twin.kinds.bearing.rings import (
-    COMMON_STEPS,
-    EVEN,
-    FREE_RING,
-    LOADS,
-    PRESCRIBED,
-    QUASI_STATIC,
-    Cage,
-    Model,
-    Rings,
-    dimension_of,
-    ring_problems,
-)
+from bearing_twin.kinds.bearing.rings import LOADS, QUASI_STATIC, Cage, Model, Rings, dimension_of, ring_problems
+from bearing_twin.kinds.rules import BEARING, pick
 from bearing_twin.kinds.sections import (
     LOOSEST,
     Bounded,
@@ -211,25 +195,25 @@ def rubbing_by(parameters: BearingScene, friction: str) -> BearingScene:
     return dataclasses.replace(parameters, contact=dataclasses.replace(parameters.contact, friction=friction))
 
 
-def cage_of(parameters: BearingScene) -> str:
-    """The kind of cage of a scene: `auto` is even where balls that move have clearance on their way round.
+@functools.lru_cache(64)  # one scene for all who ask: a copy of a run's writers shares it
+def _rubbing(parameters: BearingScene, name: str) -> BearingScene:
+    return rubbing_by(parameters, name)
 
-    Without a cage such balls bunch up, and orbit up to 9 % slower than rolling. Steppers that move each ball by itself
-    have none, nor have equilibria, whose balls are evenly spaced.
-    """
-    if parameters.cage.kind != AUTO:
-        return parameters.cage.kind
-    if parameters.geometry.balls == 1 or parameters.solver.stepper not in COMMON_STEPS:
-        return "none"
-    dimension = dimension_of(parameters)
-    loose = dimension == FREE_RING or (dimension == PRESCRIBED and leaves_raceway(parameters))
-    return EVEN if loose else "none"
+
+def as_chosen(parameters: BearingScene, choice=None) -> BearingScene:
+    """The scene with a friction model in the place of `auto`: that which a choice names, else that of the rules."""
+    if parameters.contact.friction != AUTO:
+        return parameters
+    named = getattr(choice, "friction", "")  # a log may say anything
+    if named not in friction_names():
+        named = pick(BEARING, "contact.friction", parameters).value
+    return _rubbing(parameters, named)
 
 
 def resolve(parameters: BearingScene) -> BearingScene:
     """The parameters of a checked scene; a restitution leaves no relaxation time."""
     contact = dataclasses.replace(parameters.contact, relaxation_time=viscous_terms(parameters.contact)[1])
-    cage = dataclasses.replace(parameters.cage, kind=cage_of(parameters))
+    cage = dataclasses.replace(parameters.cage, kind=pick(BEARING, "cage.kind", parameters, parameters.cage.kind).value)
     return dataclasses.replace(parameters, contact=contact, cage=cage, run=resolved_run(parameters.run))
 
 

@@ -19,7 +19,7 @@ BEARING = Kind(
         f"{HERE}.facts:axis_ratio",
         f"{HERE}.facts:slip_at_start",
         f"{HERE}.facts:ring_shift",
-        f"{HERE}.adequacy:relative_acceleration",
+        f"{HERE}.facts:relative_acceleration",
         f"{HERE}.facts:centrifugal_share",
     ),
     **parts_in(

@@ -1,6 +1,18 @@
-"""Numbers of two discs that ranges of models are about, known before they meet."""
+"""Numbers and conditions of two bodies that meet that rules and ranges of models are about, known before they do."""
 
 from bearing_twin.contact.validity import wave_transit
+from bearing_twin.kinds.impact.derived import is_elastic, is_steady, sphere_law
+
+
+def is_measured(parameters) -> bool:
+    """Whether the coefficient of two spheres is given."""
+    return sphere_law(parameters) == "measured"
+
+
+def spheres_closed(parameters) -> bool:
+    """Whether closed forms give all that is wanted of two spheres."""
+    contact = parameters.contact
+    return is_elastic(contact) or (parameters.wanted.outputs == "peaks" and not is_steady(contact))
 
 
 def thickness_over_radius(parameters) -> float:

@@ -1,13 +1,13 @@
-"""Law and stepper of two bodies that meet: closed forms wherever they say all that is wanted."""
+"""Law and stepper of two bodies that meet, by the rules."""
 
 from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.charted import Charted, in_words, predicted, row_of
 from bearing_twin.kinds.impact.collision import FEW_STEPS
-from bearing_twin.kinds.impact.derived import contact_time_by, is_elastic, is_steady, pair_contact_time, sphere_law
+from bearing_twin.kinds.impact.derived import contact_time_by, pair_contact_time
 from bearing_twin.kinds.impact.facts import speed_share
 from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.law_words import idle_step
+from bearing_twin.kinds.rules import DISCS, SPHERES, answers, sentences
 from bearing_twin.report import Choice
 
 JOHNSON_ERROR = 0.04
@@ -23,79 +23,29 @@ great and the contact time 3, 0, -5, -9 and -14 % off; the force is 2 to 5 % les
 
 
 def choose_spheres(parameters) -> Choice:
-    """Two spheres: closed forms wherever they say all that is wanted."""
-    contact, solver = parameters.contact, parameters.solver
-    law = sphere_law(parameters)
-    if contact.normal != "auto":
-        reasons = [f"{law}, as the scene asks"]
-    else:
-        reasons = ["the measured alpha, as the scene asks" if law == "measured" else "hertz, the law of spheres"]
-    if solver.stepper != "auto":
-        stepper = solver.stepper
-        reasons.append(f"{stepper}, as the scene asks")
-    elif is_steady(contact):
-        stepper = "dop853"
-        reasons.append("dop853, because steady damping has no closed form for times and forces")
-    elif is_elastic(contact):
-        stepper = "closed_form"
-        reasons.append("closed_form, because contact time, peak force and history are exact without any step")
-    elif parameters.wanted.outputs == "peaks":
-        stepper = "closed_form"
-        reasons.append("closed_form, because only contact time and peak force are wanted: a quadrature gives them")
-    else:
-        stepper = "dop853"
-        reasons.append("dop853, because the force history with losses needs the differential equation")
+    """Two spheres: closed forms wherever they give all that is wanted."""
+    found = answers(SPHERES, parameters)
+    law, stepper = found["contact.normal"].value, found["solver.stepper"].value
     exact = sphere_coefficient("hertz", 1.0, 1.0)
     error = 0.0 if LAWS[law].measured else abs(float(sphere_coefficient(law, 1.0, 1.0) / exact) - 1.0)
-    row = _row(parameters, "elastic spheres" if is_elastic(contact) else "spheres, restitution 0.8", stepper, reasons)
-    told = predicted(row, "evaluations", row.evaluations) if row else None
-    return Choice(law, stepper, error, "; ".join(reasons), _step_warnings(parameters, stepper), predicted=told)
-
-
-def _row(parameters, problem: str, stepper: str, reasons: list[str]) -> Charted | None:
-    """The row that speaks for a stepper, chosen or asked for, which joins the reasons; None of fixed steps.
-
-    Those of the table are of its contact's time, and a scene's are of its own.
-    """
-    if stepper in FIXED_STEP:
-        reasons.append("nothing is foretold of it, as rows of fixed steps are of another contact's time")
-        return None
-    wanted = parameters.wanted.tolerance
-    row = row_of("pairs", problem, stepper, wanted)
-    reasons += filter(None, [in_words("pairs", row, wanted)])
-    return row
+    return Choice(law, stepper, error, sentences(found), _step_warnings(parameters, stepper))
 
 
 def choose_discs(parameters) -> Choice:
-    """Two discs: Johnson's law unless another is asked for, by quadrature when only peaks are wanted."""
-    pinned, solver = parameters.contact.normal, parameters.solver
-    law = "johnson" if pinned == "auto" else pinned
+    """Two discs: Johnson's law unless another is specified, by quadrature when only peaks are wanted."""
+    found = answers(DISCS, parameters)
+    law, stepper = found["contact.normal"].value, found["solver.stepper"].value
     error, warnings = off_elements(parameters)
-    if pinned == "auto":
-        told = f"johnson, because discs follow its two-dimensional solution to {100.0 * error:.2g} % here"
-        reasons = [told]
-    else:
-        times = [contact_time_by(parameters, one) for one in (law, "johnson")]
-        apart, reasons = abs(times[0] / times[1] - 1.0), [f"{law}, as the scene asks"]
-        error += apart
-        if apart > JOHNSON_ERROR:
+    if parameters.contact.normal != "auto":
+        apart = contact_time_by(parameters, law) / contact_time_by(parameters, "johnson") - 1.0
+        error += abs(apart)
+        if abs(apart) > JOHNSON_ERROR:
             warnings.append(
-                f"the law {law} gives a contact time {100.0 * (times[0] / times[1] - 1.0):.2g} % from Johnson's, "
+                f"the law {law} gives a contact time {100.0 * apart:.2g} % from Johnson's, "
                 "which thick discs follow; contact.normal: johnson costs no more"
             )
-    if solver.stepper != "auto":
-        stepper = solver.stepper
-        reasons.append(f"{stepper}, as the scene asks")
-    elif parameters.wanted.outputs == "peaks":
-        stepper = "closed_form"
-        reasons.append("closed_form, because contact time and peak force are a quadrature exact to 1e-12")
-    else:
-        stepper = "dop853"
-        reasons.append("dop853, because a force history is wanted")
-    row = _row(parameters, "discs, line contact", stepper, reasons)
-    told = predicted(row, "evaluations", row.evaluations) if row else None
     warnings += _step_warnings(parameters, stepper)
-    return Choice(law, stepper, error, "; ".join(reasons), tuple(warnings), predicted=told)
+    return Choice(law, stepper, error, sentences(found), tuple(warnings))
 
 
 def off_elements(parameters) -> tuple[float, list[str]]:

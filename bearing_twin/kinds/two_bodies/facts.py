@@ -1,7 +1,8 @@
-"""Numbers of two bodies that ranges of models are about, known before they move."""
+"""Numbers and conditions of two bodies that rules and ranges of models are about, known before they move."""
 
 from bearing_twin.contact.ellipse import axis_ratio as ratio_of
-from bearing_twin.kinds.two_bodies.derived import start_contact
+from bearing_twin.kinds.two_bodies.derived import ROWS, start_contact
+from bearing_twin.shapes.opposing import closed_form_known
 
 FLAT = "superellipsoid"  # the only shape that may have flat places
 
@@ -16,3 +17,8 @@ def greatest_exponent(parameters) -> float | None:
     """Of both bodies; None where neither is a superellipsoid."""
     bodies = (parameters.first, parameters.second)
     return max((max(one.exponents) for one in bodies if one.shape == FLAT), default=None)
+
+
+def has_closed_form(parameters) -> bool:
+    """Whether a closed form gives the opposing points of both shapes."""
+    return closed_form_known(*(ROWS[one.shape].surface(one).kind for one in (parameters.first, parameters.second)))

@@ -1,14 +1,14 @@
-"""Law and stepper of two bodies."""
+"""Law, method and contact points of two bodies, by the rules."""
 
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.errors import SceneError
-from bearing_twin.kinds.charted import in_words, row_of
-from bearing_twin.kinds.law_words import HERTZ_FOLLOWS, drift
-from bearing_twin.kinds.two_bodies.derived import start_contact, tracking_of
-from bearing_twin.kinds.two_bodies.parameters import OVERLAP, TRACKINGS
+from bearing_twin.kinds.law_words import drift
+from bearing_twin.kinds.rules import BODIES, answers, sentences
+from bearing_twin.kinds.two_bodies.derived import start_contact
+from bearing_twin.kinds.two_bodies.parameters import OVERLAP
 from bearing_twin.report import Choice
 
 
@@ -28,26 +28,14 @@ def law_error(parameters, law: str) -> float:
 
 
 def choose(parameters) -> Choice:
-    """`hertz`, or `overlap` where a body may be flat; one stepper. A law further off than what is wanted is named."""
-    contact, warnings = parameters.contact, []
-    flat = "superellipsoid" in (parameters.first.shape, parameters.second.shape)
-    law = (OVERLAP if flat else "hertz") if contact.normal == "auto" else contact.normal
-    if contact.normal != "auto":
-        reason = f"{law}, as the scene asks"
-    elif flat:
-        reason = "overlap, because a superellipsoid has places where no contact is an ellipse"
-    else:
-        reason = HERTZ_FOLLOWS
-    error = law_error(parameters, law)
-    if error > parameters.wanted.tolerance and not flat:
+    """Law, method and contact points of two bodies; a law further off than what is wanted is named."""
+    found, contact, warnings = answers(BODIES, parameters), parameters.contact, []
+    law = found["contact.normal"].value
+    error = law_error(law=law, parameters=parameters)
+    if error > parameters.wanted.tolerance and law != OVERLAP:
         warnings.append(
-            f"the law {law} is {100.0 * error:.2g} % off exact Hertz here, more than wanted.tolerance = "
+            f"the law {law} differs by {100.0 * error:.2g} % from exact Hertz here, more than wanted.tolerance = "
             f"{parameters.wanted.tolerance:g}; contact.normal: hertz is exact"
         )
-    warnings += drift(law)
-    warnings += roughness(FRICTIONS[contact.friction])
-    wanted, tracking = parameters.wanted.tolerance, TRACKINGS[tracking_of(parameters)]
-    row = row_of("two_bodies", "ball in a groove", tracking, wanted) if contact.tracking == "auto" else None
-    told = f"; points {tracking}, {in_words('two_bodies', row, wanted)}" if row else ""
-    reason = f"{reason}; dop853, whose steps follow the contact's own time{told}"
-    return Choice(law, "dop853", error, reason, tuple(warnings))
+    warnings += [*drift(law), *roughness(FRICTIONS[contact.friction])]
+    return Choice(law, found["solver.stepper"].value, error, sentences(found), tuple(warnings))

@@ -1,0 +1,327 @@
+"""The rules by which models and methods are chosen: one table for all kinds of scenes.
+
+A key that a scene leaves open (`auto`, 0 or left out) is answered by the first row of that key whose condition holds; a
+value that the scene gives is kept. `bearing_twin scenes --rules` lists the table, `choice_reason` of a run has the
+sentences of the rows that applied, and `bearing_twin chart choice` holds the choices against cheaper and dearer models.
+Nothing is measured, predicted or changed while a scene runs.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from bearing_twin.contact.names import AUTO
+from bearing_twin.kinds.contract import late
+
+BEARING, SHAFT, SPHERES, DISCS = "bearing", "shaft", "two_spheres", "two_discs"
+BEAM, ELLIPSOID, BODIES, SOFT = "sphere_on_beam", "ellipsoid_on_plane", "two_bodies", "soft_discs"
+SETTING = "tolerance of the steps"  # what the stepper is given, by wanted.tolerance
+
+
+def always(parameters) -> bool:
+    """True: the condition of a row that is the last of its key."""
+    return True
+
+
+class Rule(NamedTuple):
+    """A row: in scenes of `kinds`, `key` is `choice` if `when`, since `why`.
+
+    Attributes
+    ----------
+    kinds : tuple of str
+        Kinds of scenes.
+    key : str
+        The key of the scene that is answered, or `SETTING`.
+    choice : str
+        The value, or words for one that is computed.
+    when : str
+        The condition in words; "" where no other row holds.
+    why : str
+        The sentence that a report gives as the reason.
+    holds : callable
+        The condition, a function of the scene's parameters.
+    value : callable or None
+        The value as a function of the parameters, where it is computed.
+    example : tuple of str
+        A shipped scene, and what differs from it, to which the row applies.
+    """
+
+    kinds: tuple[str, ...]
+    key: str
+    choice: str
+    when: str
+    why: str
+    holds: Callable[[Any], bool] = always
+    value: Callable[[Any], Any] | None = None
+    example: tuple[str, ...] = ()
+
+    def sentence(self, value) -> str:
+        """The choice with its reason."""
+        return f"{_named(self.key)}{f'{value:g}' if isinstance(value, float) else value}, {self.why}"
+
+
+class Answer(NamedTuple):
+    """The value of a key, the sentence that says why, and the row; None where the scene itself gives the value."""
+
+    value: Any
+    sentence: str
+    rule: Rule | None
+
+
+NAMED_BY_VALUE = "contact.normal", "model.dimension", "solver.stepper"
+WORDS = {  # of a key in sentences, before its value
+    "contact.friction": "friction",
+    "cage.kind": "cage",
+    "contact.tracking": "contact points",
+    "beam.theory": "beam theory",
+    "mesh.divisions": "divisions",
+    "solver.modes": "highest mode",
+    "solver.steps": "steps a contact",
+}
+RESOLVED = "cage.kind", "mesh.divisions"  # answered when a scene is read: the scene then holds the answer
+
+
+def _in_bearing(name: str) -> Callable:
+    return late(f"bearing_twin.kinds.bearing.facts:{name}")
+
+
+def _looser(tolerance: float) -> Callable[[Any], bool]:
+    return lambda one: one.wanted.tolerance >= tolerance
+
+
+def _times(share: float) -> Callable[[Any], float]:
+    return lambda one: float(f"{min(max(share * one.wanted.tolerance, LEAST_SETTING), GREATEST_SETTING):.3g}")
+
+
+LEAST_SETTING, GREATEST_SETTING = 1e-9, 0.1  # of a step: below, steps are rejected for rounding; above, none was tried
+HERTZ = "because it is exact to 1e-10, and no law that follows the curvatures costs less"
+RODAS4 = "because it is L-stable and of order 4: accuracy alone limits its steps, not the stiffness of the contacts"
+DOP853 = "because it is explicit and of order 8, and its steps follow the contact's own time"
+
+RULES = (
+    # Elastic law
+    Rule(
+        (BODIES,), "contact.normal", "overlap", "a body is a superellipsoid",
+        "because a superellipsoid has flat places, where no contact is an ellipse",
+        lambda one: "superellipsoid" in (one.first.shape, one.second.shape), example=("two_bodies_superellipsoid",),
+    ),
+    Rule(
+        (SPHERES,), "contact.normal", "measured", "contact.measured_alpha is given",
+        "because the scene gives the coefficient that was measured",
+        late("bearing_twin.kinds.impact.facts:is_measured"), example=("two_spheres", "contact.measured_alpha=2e-5"),
+    ),
+    Rule(
+        (DISCS,), "contact.normal", "johnson", "",
+        "because thick, slow discs follow Johnson's line contact to 4 %", example=("two_discs", "contact.normal=auto"),
+    ),
+    Rule((BEARING, SHAFT, SPHERES, ELLIPSOID, BODIES), "contact.normal", "hertz", "", HERTZ, example=("bearing_6203",)),
+    # Dimension and cage of a bearing
+    Rule(
+        (BEARING,), "model.dimension", "free", "a torque turns the shaft and the inner ring follows loads",
+        "because a torque turns the ring under a load: it moves with its mass, in one step with all balls",
+        _in_bearing("turned_under_load"), example=("bearing_6203_run_up", "model.dimension=auto"),
+    ),
+    Rule(
+        (BEARING,), "model.dimension", "free",
+        "the ring follows loads, has mass and a cage, and loads alone are wanted",
+        "because equilibria of a ring with mass err by up to 1.4 % in load at an instant: it moves with its mass",
+        _in_bearing("moves_for_loads"),
+        example=("bearing_6203_rig_400N", "model.dimension=auto", "wanted.outputs=loads"),
+    ),
+    Rule(
+        (BEARING,), "model.dimension", "quasi_static", "the inner ring follows loads or is tilted",
+        "because the inner ring is loaded or tilted: every output is an equilibrium with evenly spaced balls; friction "
+        "torque, skidding and ringing are not in it",
+        _in_bearing("in_equilibrium"), example=("bearing_218_thrust",),
+    ),
+    Rule(
+        (BEARING,), "model.dimension", "prescribed", "",
+        "because the drive holds the inner ring: balls move, and friction torque, slip and losses are computed",
+        example=("bearing_6203",),
+    ),
+    Rule(
+        (BEARING,), "cage.kind", "even", "balls that move leave a raceway on their way round, or the ring has mass",
+        "because balls with clearance bunch up without a cage, and orbit up to 9 % slower than rolling",
+        _in_bearing("wants_cage"), example=("bearing_6203_loose",),
+    ),
+    Rule((BEARING,), "cage.kind", "none", "", "because every ball carries load all its way", example=("bearing_6203",)),
+    # Friction of a bearing
+    Rule(
+        (BEARING,), "contact.friction", "point", "no friction is computed or wanted",
+        "because no friction is computed (equilibria, a coefficient of 0) or wanted (loads alone)",
+        _in_bearing("without_friction"), example=("bearing_6203", "contact.friction=auto", "wanted.outputs=loads"),
+    ),
+    Rule(
+        (BEARING,), "contact.friction", "point", "the inner ring moves with its mass, or is tilted",
+        "because friction over the contact patch is not built for a ring that tilts or moves",
+        _in_bearing("without_patches"), example=("bearing_6203_rig_400N", "contact.friction=auto"),
+    ),
+    Rule(
+        (BEARING,), "contact.friction", "point", "the narrowest contact has b/a below 0.03",
+        "because the error of friction over narrower contact patches is not known",
+        _in_bearing("too_narrow"),
+        example=("bearing_6203", "contact.friction=auto", "geometry.inner_conformity=0.502"),
+    ),
+    Rule(
+        (BEARING,), "contact.friction", "point", "wanted.tolerance is 5 % or more",
+        "because the torque of spin, 3/8 mu N a E, is at most about 5 % of mu N R",
+        _looser(0.05), example=("bearing_6203", "contact.friction=auto", "wanted.tolerance=0.05"),
+    ),
+    Rule(
+        (BEARING,), "contact.friction", "spot", "spin is slow at the rim of the contact patch, or the tolerance is 3 %",
+        "because 6 x 16 points over the contact patch are exact where spin is slow at its rim, and to 3 % elsewhere",
+        _in_bearing("spins_slowly"), example=("bearing_6203", "contact.friction=auto"),
+    ),
+    Rule(
+        (BEARING,), "contact.friction", "spot_medium", "wanted.tolerance is 1 % or more",
+        "because 12 x 32 points over the contact patch err by less than 1 % where spin is fast",
+        _looser(0.01), example=("bearing_6203_fast", "contact.friction=auto", "wanted.tolerance=0.01"),
+    ),
+    Rule(
+        (BEARING,), "contact.friction", "spot_fine", "",
+        "because spin is fast at the rim of the contact patch, and the tolerance asks for 24 x 96 points",
+        example=("bearing_6203_fast", "contact.friction=auto"),
+    ),
+    # Stepper
+    Rule((BEARING, SHAFT), "solver.stepper", "rodas4", "", RODAS4, example=("bearing_6203",)),
+    Rule(
+        (SPHERES,), "solver.stepper", "closed_form", "the contact is elastic, or peaks alone are wanted",
+        "because contact time and peak force follow from a quadrature that is exact to 1e-12",
+        late("bearing_twin.kinds.impact.facts:spheres_closed"), example=("two_spheres",),
+    ),
+    Rule(
+        (DISCS,), "solver.stepper", "closed_form", "peaks alone are wanted",
+        "because contact time and peak force follow from a quadrature that is exact to 1e-12",
+        lambda one: one.wanted.outputs == "peaks", example=("two_discs", "wanted.outputs=peaks"),
+    ),
+    Rule(
+        (SPHERES, DISCS, ELLIPSOID, BODIES), "solver.stepper", "dop853", "", DOP853, example=("ellipsoid_on_plane",),
+    ),
+    Rule(
+        (BEAM,), "solver.stepper", "modes", "",
+        "because cubic forces between steps reach the tolerance in steps that do not follow the highest mode",
+        example=("sphere_on_beam",),
+    ),
+    Rule(
+        (SOFT,), "solver.stepper", "central_differences", "",
+        "because it is explicit and conserves energy, and its steps resolve the waves in the disc",
+        example=("soft_discs_mean",),
+    ),
+    # How a requested tolerance becomes a setting, a mesh, modes and steps
+    Rule(
+        (BEARING,), SETTING, "wanted.tolerance", "balls collide with the pockets of a cage",
+        "because an error grows with every impact on a pocket, so that a smaller one is met for hardly longer",
+        _in_bearing("collides"), _times(1.0), ("bearing_6203_guided_cage",),
+    ),
+    Rule(
+        (BEARING,), SETTING, "wanted.tolerance / 500", "a torque turns the shaft, so that it may be slow",
+        "because balls that carry nothing hop between the raceways while the shaft is slow, and where they land "
+        "depends on every step before",
+        _in_bearing("hops"), _times(0.002), ("bearing_6203_run_up",),
+    ),
+    Rule(
+        (BEARING,), SETTING, "wanted.tolerance / 5", "contacts ring: a sudden change, an unbalance, or little damping",
+        "because contacts ring after a sudden change, and little stops them, so that the errors of many steps add up",
+        _in_bearing("rings"), _times(0.2), ("bearing_6203_sudden",),
+    ),
+    Rule(
+        (BEARING,), SETTING, "20 wanted.tolerance", "every ball rolls from the start under a steady load",
+        "because the error of balls that roll under a steady load is far below what a step may err by",
+        _in_bearing("rolls_steadily"), _times(20.0), ("bearing_6203",),
+    ),
+    Rule(
+        (BEARING,), SETTING, "wanted.tolerance / 2", "",
+        "because the errors of steps add up while loads change round the bearing",
+        value=_times(0.5), example=("bearing_6203_rig_400N",),
+    ),
+    Rule(
+        (SOFT,), "mesh.divisions", "by the order of convergence", "",
+        "because the error of the force falls with the divisions, and grows with the stiffness of the penalty",
+        value=late("bearing_twin.kinds.soft_discs.derived:divisions_of"), example=("soft_discs_mean",),
+    ),
+    Rule(
+        (BEAM,), "beam.theory", "timoshenko", "shear changes the first peak by more than the tolerance, or the sphere "
+        "touches again", "because the contact is short against the time of a shear wave across the beam, or the sphere "
+        "touches more than once",
+        late("bearing_twin.kinds.beam.theory:needs_shear"), example=("sphere_on_beam_drop_50mm", "beam.theory=auto"),
+    ),
+    Rule(
+        (BEAM,), "beam.theory", "euler", "",
+        "because the one contact is long enough for shear to change its peak by less than the tolerance",
+        example=("sphere_on_beam", "beam.theory=auto", "wanted.tolerance=0.05"),
+    ),
+    Rule(
+        (BEAM,), "solver.modes", "by the contact time", "",
+        "because modes whose period is short against the contact answer it as static bending does",
+        value=late("bearing_twin.kinds.beam.fineness:modes_for"), example=("sphere_on_beam",),
+    ),
+    Rule(
+        (BEAM,), "solver.steps", "by the order of the force", "",
+        "because the error falls with the fourth power of the steps, until the onset of the force limits it",
+        value=late("bearing_twin.kinds.beam.fineness:steps_of"), example=("sphere_on_beam",),
+    ),
+    Rule(
+        (BODIES,), "contact.tracking", "closed", "a closed form gives the opposing points of both shapes",
+        "because it is exact and needs no iteration",
+        late("bearing_twin.kinds.two_bodies.facts:has_closed_form"), example=("two_bodies_groove",),
+    ),
+    Rule(
+        (BODIES,), "contact.tracking", "algebraic", "",
+        "because Newton's method finds the opposing points at every step, so that no error accumulates",
+        example=(
+            "two_bodies_ellipsoid", "second.shape=ellipsoid", "second.semi_axes=2cm,2cm,2cm",
+            "second.position=0,0,-2cm",
+        ),
+    ),
+)  # fmt: skip
+"""Every rule, the first that holds deciding; at most 40."""
+
+
+def pick(kind: str, key: str, parameters, given=AUTO) -> Answer:
+    """The answer to one key of a scene.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of the scene.
+    key : str
+        The key, as in `Rule.key`.
+    parameters
+        The parameters of the scene.
+    given
+        What the scene gives for the key; `auto`, 0 and "" leave it open.
+
+    Raises
+    ------
+    SceneError
+        Where a condition needs an equilibrium, and the bearing has none.
+    """
+    if given in (AUTO, 0, "") or key in RESOLVED:
+        for row in RULES:
+            if kind in row.kinds and key == row.key and row.holds(parameters):
+                value = row.choice if row.value is None else row.value(parameters)
+                if given in (AUTO, 0, "", value):
+                    return Answer(value, row.sentence(value), row)
+                break
+    return Answer(given, f"{_named(key)}{given}, as the scene specifies", None)
+
+
+def answers(kind: str, parameters) -> dict[str, Answer]:
+    """The answers to all keys that rules of a kind are about, by key."""
+    keys = dict.fromkeys(row.key for row in RULES if kind in row.kinds)
+    return {key: pick(kind, key, parameters, _at(parameters, key)) for key in keys}
+
+
+def sentences(found: dict[str, Answer]) -> str:
+    """The reasons of answers, as a report has them."""
+    return "; ".join(one.sentence for one in found.values())
+
+
+def _named(key: str) -> str:
+    return "" if key in NAMED_BY_VALUE else f"{WORDS.get(key, key)} "
+
+
+def _at(parameters, key: str):
+    """What the scene gives for a key; `auto` where it has no such key."""
+    for word in key.split("."):
+        parameters = getattr(parameters, word, AUTO)
+    return parameters
