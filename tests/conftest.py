@@ -111,17 +111,6 @@ def quick_pictures(monkeypatch):
 
 
 @pytest.fixture
-def made_up_costs(monkeypatch):
-    """Costs by which `rodas3` is chosen where bearings are fast, else `rodas4`; equilibria where they are enough."""
-    from made_up_costs import made_up_ladders
-
-    ladders = made_up_ladders(rodas4={"fast": 4.0}, rodas3={"fast": 2.0})
-    dimensions = {"quasi_static": 1.0, "prescribed": 2.0}
-    monkeypatch.setattr("bearing_twin.kinds.bearing.measured.ladders", lambda: ladders)
-    monkeypatch.setattr("bearing_twin.kinds.bearing.models.dimension_costs", lambda *rest: dimensions)
-
-
-@pytest.fixture
 def here(monkeypatch, capfd):
     """An executable called in this process, which saves the seconds that another one imports; as a process tells it."""
     from ros import rclpy  # skips where there is no ROS
