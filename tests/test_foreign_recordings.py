@@ -76,7 +76,6 @@ def test_a_recording_without_our_metadata_reports_and_verifies(write, name, tmp_
     assert {key: found[key] for key in run.report.figures} == run.report.figures
     assert found["samples"] == samples
     assert found["law"] == run.choice.law
-    assert found["predicted"] == run.choice.predicted is not None
     assert log.choice[3:] == run.choice[3:] or log.choice.setting != log.choice.setting
     assert said(capsys, "verify", str(tmp_path / name))["greatest_deviation"] == 0.0
 

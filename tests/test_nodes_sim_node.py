@@ -1,6 +1,5 @@
 """sim_node on the wire: topics, rates, losses, commands, diagnostics."""
 
-import json
 import math
 import re
 import threading
@@ -21,7 +20,6 @@ from ros import (
     SetBool,
     Step,
     Stiffness,
-    String,
     Trigger,
     TwistStamped,
     WrenchStamped,
@@ -48,7 +46,6 @@ from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recorder_node import RecorderNode
 from bearing_twin.nodes.sim_node import SimNode
 from bearing_twin.run.passes import simulate
-from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
@@ -261,34 +258,6 @@ def test_the_speed_follows_commands_and_ignores_impossible_ones():
         assert speeds[0] == pytest.approx(SCENE.parameters.drive.speed)
         spin_for(executor, 0.1)
         assert states(lists)[-1].inner_ring_speed == 200.0
-
-
-@pytest.mark.usefixtures("made_up_costs")
-def test_another_model_after_a_command_is_told_on_diagnostics_and_as_the_scene(tmp_path):
-    with ros_executor(threads=2) as executor:
-        node, watcher, lists = paused_node(executor, log=str(tmp_path / "run.mcap"))
-        seen = []
-        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
-        publisher = watcher.create_publisher(Float64, "/bearing/command/speed", 10)
-        spin_until(executor, publisher.get_subscription_count, "discovery of command/speed")
-        assert call(executor, watcher, Step, STEP, Step.Request(duration=0.02)).success
-        publisher.publish(Float64(data=1500.0))
-        spin_until(executor, lambda: node.loop.commands.taken == 1, "the command")
-        assert call(executor, watcher, Step, STEP, Step.Request(duration=0.02)).success
-        spin_until(executor, lambda: len(lists["/bearing/scene"]) == 2, "the scene with its new model")
-        told = [json.loads(deserialize_message(data, String).data) for data in lists["/bearing/scene"]]
-        assert [one["stepper"] for one in told] == ["rodas4", "rodas3"]
-        assert told[0]["scene"] == told[1]["scene"]
-
-        def said():
-            values = {pair.key: pair.value for status in seen[-1:] for pair in status.values}
-            return values.get("stepper") == "rodas3" and "from 0.02 s on rodas3" in values["choice_switch"]
-
-        spin_until(executor, said, "the switch on /diagnostics")
-        assert call(executor, watcher, Trigger, RESET, Trigger.Request()).success
-        assert call(executor, watcher, Step, STEP, Step.Request(duration=0.02)).success
-    assert [read_log(tmp_path / name).choice.stepper for name in ("run.mcap", "run_1.mcap")] == ["rodas4", "rodas4"]
-    assert "in place of" not in report_of(read_log(tmp_path / "run_1.mcap"))[0].choice_reason
 
 
 def test_a_model_outside_its_range_is_marked_where_the_node_allows_it():

@@ -14,6 +14,7 @@ from bearing_twin.kinds.contract import late
 
 BEARING, SHAFT, SPHERES, DISCS = "bearing", "shaft", "two_spheres", "two_discs"
 BEAM, ELLIPSOID, BODIES, SOFT = "sphere_on_beam", "ellipsoid_on_plane", "two_bodies", "soft_discs"
+FACTS = "bearing_twin.kinds.bearing.facts"  # where conditions of a bearing are
 SETTING = "tolerance of the steps"  # what the stepper is given, by wanted.tolerance
 
 
@@ -80,10 +81,6 @@ WORDS = {  # of a key in sentences, before its value
 RESOLVED = "cage.kind", "mesh.divisions"  # answered when a scene is read: the scene then holds the answer
 
 
-def _in_bearing(name: str) -> Callable:
-    return late(f"bearing_twin.kinds.bearing.facts:{name}")
-
-
 def _looser(tolerance: float) -> Callable[[Any], bool]:
     return lambda one: one.wanted.tolerance >= tolerance
 
@@ -118,20 +115,20 @@ RULES = (
     Rule(
         (BEARING,), "model.dimension", "free", "a torque turns the shaft and the inner ring follows loads",
         "because a torque turns the ring under a load: it moves with its mass, in one step with all balls",
-        _in_bearing("turned_under_load"), example=("bearing_6203_run_up", "model.dimension=auto"),
+        late(f"{FACTS}:turned_under_load"), example=("bearing_6203_run_up", "model.dimension=auto"),
     ),
     Rule(
         (BEARING,), "model.dimension", "free",
         "the ring follows loads, has mass and a cage, and loads alone are wanted",
         "because equilibria of a ring with mass err by up to 1.4 % in load at an instant: it moves with its mass",
-        _in_bearing("moves_for_loads"),
+        late(f"{FACTS}:moves_for_loads"),
         example=("bearing_6203_rig_400N", "model.dimension=auto", "wanted.outputs=loads"),
     ),
     Rule(
         (BEARING,), "model.dimension", "quasi_static", "the inner ring follows loads or is tilted",
         "because the inner ring is loaded or tilted: every output is an equilibrium with evenly spaced balls; friction "
         "torque, skidding and ringing are not in it",
-        _in_bearing("in_equilibrium"), example=("bearing_218_thrust",),
+        late(f"{FACTS}:in_equilibrium"), example=("bearing_218_thrust",),
     ),
     Rule(
         (BEARING,), "model.dimension", "prescribed", "",
@@ -141,24 +138,24 @@ RULES = (
     Rule(
         (BEARING,), "cage.kind", "even", "balls that move leave a raceway on their way round, or the ring has mass",
         "because balls with clearance bunch up without a cage, and orbit up to 9 % slower than rolling",
-        _in_bearing("wants_cage"), example=("bearing_6203_loose",),
+        late(f"{FACTS}:wants_cage"), example=("bearing_6203_loose",),
     ),
     Rule((BEARING,), "cage.kind", "none", "", "because every ball carries load all its way", example=("bearing_6203",)),
     # Friction of a bearing
     Rule(
         (BEARING,), "contact.friction", "point", "no friction is computed or wanted",
         "because no friction is computed (equilibria, a coefficient of 0) or wanted (loads alone)",
-        _in_bearing("without_friction"), example=("bearing_6203", "contact.friction=auto", "wanted.outputs=loads"),
+        late(f"{FACTS}:without_friction"), example=("bearing_6203", "contact.friction=auto", "wanted.outputs=loads"),
     ),
     Rule(
         (BEARING,), "contact.friction", "point", "the inner ring moves with its mass, or is tilted",
         "because friction over the contact patch is not built for a ring that tilts or moves",
-        _in_bearing("without_patches"), example=("bearing_6203_rig_400N", "contact.friction=auto"),
+        late(f"{FACTS}:without_patches"), example=("bearing_6203_rig_400N", "contact.friction=auto"),
     ),
     Rule(
         (BEARING,), "contact.friction", "point", "the narrowest contact has b/a below 0.03",
         "because the error of friction over narrower contact patches is not known",
-        _in_bearing("too_narrow"),
+        late(f"{FACTS}:too_narrow"),
         example=("bearing_6203", "contact.friction=auto", "geometry.inner_conformity=0.502"),
     ),
     Rule(
@@ -169,7 +166,7 @@ RULES = (
     Rule(
         (BEARING,), "contact.friction", "spot", "spin is slow at the rim of the contact patch, or the tolerance is 3 %",
         "because 6 x 16 points over the contact patch are exact where spin is slow at its rim, and to 3 % elsewhere",
-        _in_bearing("spins_slowly"), example=("bearing_6203", "contact.friction=auto"),
+        late(f"{FACTS}:spins_slowly"), example=("bearing_6203", "contact.friction=auto"),
     ),
     Rule(
         (BEARING,), "contact.friction", "spot_medium", "wanted.tolerance is 1 % or more",
@@ -210,23 +207,23 @@ RULES = (
     Rule(
         (BEARING,), SETTING, "wanted.tolerance", "balls collide with the pockets of a cage",
         "because an error grows with every impact on a pocket, so that a smaller one is met for hardly longer",
-        _in_bearing("collides"), _times(1.0), ("bearing_6203_guided_cage",),
+        late(f"{FACTS}:collides"), _times(1.0), ("bearing_6203_guided_cage",),
     ),
     Rule(
         (BEARING,), SETTING, "wanted.tolerance / 500", "a torque turns the shaft, so that it may be slow",
         "because balls that carry nothing hop between the raceways while the shaft is slow, and where they land "
         "depends on every step before",
-        _in_bearing("hops"), _times(0.002), ("bearing_6203_run_up",),
+        late(f"{FACTS}:hops"), _times(0.002), ("bearing_6203_run_up",),
     ),
     Rule(
         (BEARING,), SETTING, "wanted.tolerance / 5", "contacts ring: a sudden change, an unbalance, or little damping",
         "because contacts ring after a sudden change, and little stops them, so that the errors of many steps add up",
-        _in_bearing("rings"), _times(0.2), ("bearing_6203_sudden",),
+        late(f"{FACTS}:rings"), _times(0.2), ("bearing_6203_sudden",),
     ),
     Rule(
         (BEARING,), SETTING, "20 wanted.tolerance", "every ball rolls from the start under a steady load",
         "because the error of balls that roll under a steady load is far below what a step may err by",
-        _in_bearing("rolls_steadily"), _times(20.0), ("bearing_6203",),
+        late(f"{FACTS}:rolls_steadily"), _times(20.0), ("bearing_6203",),
     ),
     Rule(
         (BEARING,), SETTING, "wanted.tolerance / 2", "",
