@@ -106,6 +106,8 @@ class Shelf(NamedTuple):
     def read_text(self, path: Path) -> str:
         """The file's text; raises `error` for what cannot be one."""
         try:
+            if path.is_fifo():  # nobody may ever write into it
+                raise self.error(f"{path} is a pipe; give the path of a file")
             with path.open("rb") as stream:
                 content = stream.read(GREATEST_FILE + 1)
         except OSError as error:

@@ -102,16 +102,18 @@ class Halt:
 
     def __init__(self, flag: np.ndarray | None = None):
         self.flag = np.zeros(1, np.uint8) if flag is None else flag
-        self._lock, self._open, self._credit = threading.Lock(), False, LOST
+        self._lock, self._credit = threading.Lock(), LOST
+        self._inside = self._open = False  # whether anything computes that could be interrupted, and that may be
 
     def end(self) -> None:
         """Whatever computes stops soon, now and later."""
         with self._lock:
             self.flag[:] = ENDED
 
-    def interrupt(self) -> None:
-        """What computes within `interruptible` stops soon, if anything does."""
+    def interrupt(self, always: bool = False) -> None:
+        """What computes within `interruptible` stops soon, if anything does; `always`: whatever that costs."""
         with self._lock:
+            self._open = self._open or (always and self._inside)
             if self._open and not self.flag[0]:
                 self.flag[:] = INTERRUPTED
 
@@ -123,7 +125,8 @@ class Halt:
         """
         began = time.perf_counter()
         with self._lock:
-            self._open = self._credit > 0.0 and hasattr(motion, "take_back")
+            self._inside = hasattr(motion, "take_back")
+            self._open = self._inside and self._credit > 0.0
         try:
             yield
         except Stopped as error:
@@ -137,7 +140,7 @@ class Halt:
     def _closed(self, began: float, earned: float) -> bool:
         """Whether there was an interruption; `earned` by each second, once."""
         with self._lock:
-            came, self._open = self._open and self.flag[0] == INTERRUPTED, False
+            came, self._inside, self._open = self._open and self.flag[0] == INTERRUPTED, False, False
             if came:
                 self.flag[:] = 0
             if came or earned > 0.0:

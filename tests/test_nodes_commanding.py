@@ -35,7 +35,7 @@ def test_a_load_acts_from_the_next_output_on_and_is_held_until_the_next():
     assert force[16:116] == pytest.approx(np.tile([0.0, 700.0, -50.0], (100, 1)), abs=1e-6)
     assert force[116:] == pytest.approx(np.tile([0.0, 250.0, 0.0], (50, 1)), abs=1e-6)
     assert down[20] < down[10] < down[120] < 0.0
-    assert (it.loop.commands.taken, it.loop.commands.refused) == (2, 0)
+    assert (it.loop.commands.counts["taken"], it.loop.commands.counts["refused"]) == (2, 0)
     assert it.loop.look()[2]["load_from"] == "command/load"
 
 
@@ -73,9 +73,9 @@ def test_what_cannot_be_obeyed_is_refused_counted_said_and_changes_nothing(case)
     for name in ("inner_ring_force", "position", "normal_load"):
         assert np.array_equal(told.channel(name), left.channel(name)), name
     commands = told.loop.commands
-    assert (commands.taken, commands.refused) == (1, 2)
-    assert commands.doubt().startswith("2 refused, the last: command/load refused")
-    assert commands.doubt() == ""  # said once
+    assert (commands.counts["taken"], commands.counts["refused"]) == (1, 2)
+    assert commands.warning().startswith("2 refused, the last: command/load refused")
+    assert commands.warning() == ""  # said once
     assert told.loop.look()[2]["commands_refused"] == 2
     assert told.loop.look()[2]["last_refusal"].startswith("command/load refused")
 
@@ -121,7 +121,7 @@ def test_a_load_that_no_other_follows_is_stale_on_time_and_the_scenes_own_acts()
     it.run(0.015)
     it.tell("command/load", wrench((0.0, -700.0, 0.0)))
     it.run(0.02)
-    assert it.loop.commands.doubt() == ""
+    assert it.loop.commands.warning() == ""
     it.tell("command/load", wrench((0.0, -600.0, 0.0)))  # in time: held on
     it.run(0.06)
     force = it.channel("inner_ring_force")[:, 1]
@@ -129,14 +129,14 @@ def test_a_load_that_no_other_follows_is_stale_on_time_and_the_scenes_own_acts()
     assert force[36:66] == pytest.approx(600.0)
     assert force[66:] == pytest.approx(400.0)
     for _ in range(2):
-        assert it.loop.commands.doubt() == "command/load is stale, 0.03 s without another: the scene's own load acts"
+        assert it.loop.commands.warning() == "command/load is stale, 0.03 s without another: the scene's own load acts"
     assert it.loop.look()[2]["load_from"] == "the scene"
     it.tell("command/load", wrench((0.0, -450.0, 0.0)))
-    assert it.loop.commands.doubt() == ""
+    assert it.loop.commands.warning() == ""
     it.loop.reset(0)
     it.run(0.08)
     assert it.channel("inner_ring_force")[-80:, 1] == pytest.approx(400.0)
-    assert it.loop.commands.doubt() == ""
+    assert it.loop.commands.warning() == ""
     assert it.loop.look()[2]["load_from"] == "the scene"
 
 
@@ -173,7 +173,7 @@ def test_speeds_come_with_a_stamp_or_without_one():
     ):
         with pytest.raises(BearingTwinError, match="command/speed_stamped refused: .*" + words):
             it.tell("command/speed_stamped", message)
-    assert it.loop.commands.refused == 7
+    assert it.loop.commands.counts["refused"] == 7
     it.run(0.01)
     assert it.channel("inner_ring_speed")[-1] == 150.0
 
@@ -263,6 +263,6 @@ def test_the_weight_of_the_balls_is_in_the_operating_point():
 def test_the_name_of_a_frame_is_anybodys():
     """It stands on /diagnostics and in files of ROS, as long as it came."""
     with pytest.raises(BearingTwinError, match="its frame is") as refused:
-        Commands().check_frame(wrench(frame="x\x1b[2J" * 10_000), "bearing_link")
+        Commands().checked(wrench(frame="x\x1b[2J" * 10_000), "bearing_link")
     assert len(str(refused.value)) < 200
     assert "\x1b" not in str(refused.value)

@@ -8,11 +8,12 @@ import subprocess
 import sys
 
 import pytest
-from ros import executable, heard, plain_node, ros_executor, spin_until
+from ros import executable, heard, plain_node, ros_executor, spin_for, spin_until
 
 from bearing_twin.command.node_command import NODES
 from bearing_twin.log import cdr
 from bearing_twin.log.run_log import read_log
+from bearing_twin.log.sample_block import sample_range
 from bearing_twin.nodes import entry
 from bearing_twin.nodes.node_parameters import checked, files_of_others
 
@@ -51,6 +52,8 @@ def one_sentence(result, *words):
         ("sim_node", "scen:=bearing_6203", ("sim_node: there is no parameter 'scen'; did you mean scene?",)),
         ("sim_node", "scene:=bearing_6204", ("there is no scene 'bearing_6204'", "did you mean 6204, by")),
         ("sim_node", "overrides:=[motion.gap=1]", ("scene bearing_6203.yaml with motion.gap=1",)),
+        ("sim_node", "use_sim_time:=5", ("use_sim_time",)),
+        ("replay_node", "log:=/proc/self/mem", ("cannot be",)),
         ("replay_node", "log:=/nowhere/run.mcap", ("replay_node: there is no log /nowhere/run.mcap",)),
         ("recorder_node", "log:=3", ("recorder_node: parameter log = 3 must be text",)),
         ("uq_node", "log_foldr:=x", ("uq_node: there is no parameter 'log_foldr'; did you mean log_folder?",)),
@@ -59,6 +62,20 @@ def one_sentence(result, *words):
 )
 def test_a_mistake_ends_with_code_2_and_one_sentence(name, parameter, words, here):
     one_sentence(here(name, "--ros-args", "-p", parameter), *words)
+
+
+@pytest.mark.parametrize(
+    ("name", "option"),
+    [
+        ("replay_node", ("-p", "log:={}.mcap")),
+        ("sim_node", ("-p", "scene:={}.yaml")),
+        ("sim_node", ("--params-file", "{}")),
+    ],
+)
+def test_a_pipe_as_a_path_is_not_waited_for(name, option, here, tmp_path):
+    for suffix in ("", ".mcap", ".yaml"):
+        os.mkfifo(tmp_path / f"pipe{suffix}")
+    one_sentence(here(name, "--ros-args", *(word.format(tmp_path / "pipe") for word in option)), "pipe")
 
 
 @pytest.mark.environment
@@ -211,7 +228,9 @@ def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number, quick_s
             spin_until(executor, lambda: heard_here or node.poll() is not None, "outputs")
             node.send_signal(number)
             said = node.communicate(timeout=300)[1]
+        spin_for(executor, 0.5)
     assert node.returncode == 0, said
     samples = [sample.sequence for sample in read_log(path)]
     assert samples == list(range(len(samples)))
     assert len(samples) > 20
+    assert sum(sample_range(data)[1] for data in heard_here) == len(samples)  # all that is logged was published

@@ -286,7 +286,7 @@ def test_a_model_outside_its_range_is_marked_where_the_node_allows_it():
         marks, wrenches, contacts = lists.values()
         assert [one.header.stamp for one in marks] == [one.header.stamp for one in wrenches]
         assert "drive.change.offset" in marks[0].status[0].message
-        assert {one.law for one in contacts} == {f"{node.simulation.chosen.law} (outside_range)"}
+        assert {one.law for one in contacts} == {f"{node.simulation.choice.law} (outside_range)"}
 
 
 def test_a_load_moves_the_ring_and_what_cannot_be_is_counted_on_diagnostics():
@@ -321,7 +321,11 @@ def test_a_load_moves_the_ring_and_what_cannot_be_is_counted_on_diagnostics():
             message = WrenchStamped()
             message.header.frame_id, message.wrench.force.y = frame, down
             load.publish(message)
-        spin_until(executor, lambda: (node.loop.commands.taken, node.loop.commands.refused) == (2, 3), "the commands")
+        spin_until(
+            executor,
+            lambda: (node.loop.commands.counts["taken"], node.loop.commands.counts["refused"]) == (2, 3),
+            "the commands",
+        )
         force, heavy = stepped(0.5)
         assert force == pytest.approx(900.0)
         assert heavy < 1.2 * light < 0.0

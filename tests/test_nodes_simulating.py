@@ -9,7 +9,7 @@ import pytest
 from made_up_run import a_choice, bits, counted_encodings, cut, made_up_block, made_up_scene
 
 from bearing_twin.errors import BearingTwinError, IntegrationError, LogError
-from bearing_twin.kinds.contract import ONCE, PUBLISH
+from bearing_twin.kinds.contract import ONCE, PUBLISH, Command
 from bearing_twin.log.run_log import LogWriter, raw_messages, read_log
 from bearing_twin.log.sample_block import sample_range
 from bearing_twin.log.stream import MessageStream, topics
@@ -201,11 +201,11 @@ def test_a_look_tells_of_the_time_since_the_last_one():
 )
 def test_whoever_looks_after_a_run_is_told_that_it_is_worth_less_than_wanted(status, said):
     loop, _, clock = made_up_loop()
-    assert loop.doubt() == ""
+    assert loop.warning() == ""
     loop.simulation.report = lambda: SimpleNamespace(status=status, errors={})
     drive(loop, clock, 100 * MS)
     assert loop.look()[2]["status"] == status
-    assert loop.doubt() == said
+    assert loop.warning() == said
 
 
 def test_a_little_late_is_no_failure_to_keep_up():
@@ -323,10 +323,10 @@ def test_resets_begin_so_many_logs_and_all_are_counted(tmp_path, monkeypatch):
     loop, delivered, clock = made_up_loop(open_log=logs.begin, duration_ns=60 * MS)
     for run in range(5):
         drive(loop, clock, 33 * MS)
-        assert bool(logs.doubt) is (run > 2)
+        assert bool(logs.warning) is (run > 2)
         loop.reset(clock[0])
     loop.close()
-    assert logs.doubt == "not logged: the node has begun 3 logs; start it again for more"
+    assert logs.warning == "not logged: the node has begun 3 logs; start it again for more"
     files = [tmp_path / name for name in ("run.mcap", "run_1.mcap", "run_2.mcap")]
     assert sorted(tmp_path.iterdir()) == sorted(files)
     assert all(len(list(read_log(file))) > 20 for file in files)
@@ -455,15 +455,30 @@ def test_outputs_that_take_long_are_told_of_while_they_are_computed(factor, slow
     seen, advance = {}, loop.simulation.advance
 
     def long(outputs):
-        for seconds in (1, 60):
-            seen[seconds] = loop.look(clock[0] + seconds * 1_000_000_000)
+        for seconds in (0.3, 60):
+            seen[seconds] = loop.look(clock[0] + round(seconds * 1e9))
         return advance(outputs)
 
     assert not loop.look(clock[0] + 10**12)[0]  # nothing was asked for yet
     loop.simulation.advance = long
     loop.turn(clock[0])
-    assert "have taken" not in seen[1][1]
+    assert "have taken" not in seen[0.3][1]
     assert seen[60][0] is slow
-    assert seen[60][1].endswith(": the next outputs have taken 60 s so far")
+    assert seen[60][1].endswith(": the next outputs have taken 60.0 s so far")
     assert seen[60][2]["lag_s"] == pytest.approx(60.0 if slow else 0.0)
     assert "have taken" not in loop.look(clock[0] + 10**12)[1]
+
+
+def test_a_flood_of_commands_is_carried_out_once_in_a_period():
+    """Of each topic the last legal one; those before are superseded."""
+    loop, _, _ = made_up_loop(command_ns=10 * MS)
+    loop.paced.paused = True
+    speed = Command("command/speed", "std_msgs/msg/Float64", lambda value: ("set_speed", value), "")
+    for k in range(2000):  # in 20 ms
+        loop.commands.offer(speed, math.nan if k % 50 == 0 else float(k))
+        wake_at = loop.turn(START + 10_000 * k)
+        assert wake_at in (None, loop.obeys_at)
+    loop.turn(START + 30 * MS)
+    assert [value for _, value in loop.simulation.speeds] == [999.0, 1999.0]
+    assert loop.commands.counts == {"taken": 2, "refused": 2, "superseded": 1996}
+    assert "NaN" in loop.commands.refusals[-1] or "nan" in loop.commands.refusals[-1]

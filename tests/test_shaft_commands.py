@@ -91,8 +91,8 @@ def test_what_cannot_be_obeyed_is_refused_counted_said_and_changes_nothing(case,
     it.run(0.017)
     for channel in ("position", "shaft_speed", "left_normal_load"):
         assert np.array_equal(it.channel(channel), left_alone.channel(channel)), channel
-    assert (it.loop.commands.taken, it.loop.commands.refused) == (0, 1)
-    assert it.loop.commands.doubt().startswith(f"1 refused, the last: command/{name} refused")
+    assert (it.loop.commands.counts["taken"], it.loop.commands.counts["refused"]) == (0, 1)
+    assert it.loop.commands.warning().startswith(f"1 refused, the last: command/{name} refused")
 
 
 def test_a_shaft_refuses_a_torque_and_a_speed_at_which_nothing_carries_its_load():
@@ -110,7 +110,7 @@ def test_a_stale_load_gives_way_to_the_scenes_own_over_time():
     it.run(0.05)
     assert it.channel("load")[:21, 1] == pytest.approx(-200.0)
     assert it.channel("load")[21:, 1] == pytest.approx(-np.arange(21.0, 51.0))
-    assert it.loop.commands.doubt() == "command/load is stale, 0.02 s without another: the scene's own load acts"
+    assert it.loop.commands.warning() == "command/load is stale, 0.02 s without another: the scene's own load acts"
     it.loop.reset(0)
     it.run(0.01)
     assert it.channel("load")[-11:, 1] == pytest.approx(-np.arange(11.0))

@@ -339,6 +339,8 @@ def log_files(path) -> list[Path]:
     if not path.exists():
         raise LogError(f"there is no log {path}; give the path of an .mcap file or of a bag folder")
     if not path.is_dir():
+        if not path.is_file():
+            raise LogError(f"{path} is a pipe or a device, no log; give the path of an .mcap file or of a bag folder")
         if path.suffix in (".zstd", ".bag"):
             raise _to_convert(path, "a bag of ROS 1" if path.suffix == ".bag" else "a file of a compressed bag")
         return [path]

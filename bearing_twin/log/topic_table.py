@@ -64,9 +64,9 @@ with the same stamp which model it is; only such runs have it. In their logs the
 
 **Commands.** A command acts at most 20 ms of simulated time ahead of what is published: what was computed further ahead
 is computed again; stamps are not looked at. It interrupts the computation under way, which begins again from where it
-had begun, so that it is carried out within some milliseconds. A flood of commands may cost a fifth of the time of
-computing: beyond that a command waits for at most 20 ms of simulated time, and the first after a second without any for
-50 ms, 0.1 s with a shaft, or 0.4 s where neither a ring that moves nor a cage couples the balls. A frame other than
+had begun, so that it is carried out within some milliseconds. Commands are carried out once in a publish period at
+most: of several on a topic the last legal one, the others are counted as superseded. Interruptions may cost a fifth of
+the time of computing; beyond that a command waits for the end of the chunk, 20 ms at most. A frame other than
 that of the table is refused; none at all is taken for it. A load holds until the next one. With `sim_node`'s parameter
 `load_timeout` it is stale after so many seconds of simulated time without another: then the scene's own load acts
 again, and `/diagnostics` warns. What cannot be obeyed, such as a NaN, a load that no ball carries or one on a

@@ -1,7 +1,7 @@
 """What every node of the package does alike: declare its parameters, guard its callbacks, run and end."""
 
-import contextlib
 import functools
+import os
 import signal
 import sys
 import threading
@@ -21,6 +21,7 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
+from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock as ClockMessage
 
@@ -66,7 +67,7 @@ class Outlet:
     """
 
     def __init__(self, node: Node, topics: Iterable[tuple[str, str, Qos]], publish_clock: bool):
-        self._context, self._count = node.context, node.count_publishers
+        self._count = node.count_publishers
         self._publishers, problems, topics = {}, [], list(topics)
         # Each handler of events is one more thing to wait for: thousands take half a second of every turn of a node.
         events = PublisherEventCallbacks(use_default_callbacks=len(topics) <= MANY)
@@ -113,42 +114,31 @@ class Outlet:
     def tick(self, time_ns: int) -> None:
         """Publishes the time, where that is wanted."""
         if self._clock:
-            self._publish(self._clock, ClockMessage(clock=stamp(time_ns)))
+            self._clock.publish(ClockMessage(clock=stamp(time_ns)))
 
     def deliver(self, message: Timed) -> None:
         """Publishes a message, if it has been made."""
         publisher = self._publishers.get(message.topic)
-        if publisher is not None and message.cdr and self._publish(publisher, message.cdr):
+        if publisher is not None and message.cdr:
+            publisher.publish(message.cdr)
             self.published += 1
-
-    def _publish(self, publisher, message) -> bool:
-        """Whether it went out: once a signal has ended ROS under way there is nobody to publish to, and no error."""
-        try:
-            publisher.publish(message)
-        except Exception:
-            if self._context.ok():
-                raise
-            return False
-        return True
 
 
 class TakenAside(CallbackGroup):
-    """Subscriptions that no executor serves."""
+    """Subscriptions that no executor serves: they are taken by `taken`, cheaper than a wake-up for every message."""
 
     def can_execute(self, entity) -> bool:
         """Never."""
         return False
 
-    def beginning_execution(self, entity) -> bool:
-        """Never."""
-        return False
+    beginning_execution = can_execute
 
     def ending_execution(self, entity) -> None:
         """Nothing was executed."""
 
 
 def taken(subscription: Subscription) -> Iterator[tuple[bytes, dict]]:
-    """Every message that waits, as bytes, with what the middleware says of it."""
+    """Every message that waits, as bytes, with its information from the middleware."""
     handle, message = subscription.handle, subscription.msg_type
     with suppress(InvalidHandle), handle:
         while (found := handle.take_message(message, True)) is not None:
@@ -291,7 +281,7 @@ class Executor(MultiThreadedExecutor):
         except Exception as error:
             self.faults += 1
             self._in_a_row += 1
-            if self._in_a_row > MOST_FAULTS or not self.context.ok():
+            if self._in_a_row > MOST_FAULTS:
                 raise
             said = f"a request or message was given up: {type(error).__name__}: {error}"
             node.get_logger().error(said, throttle_duration_sec=TALK)
@@ -308,29 +298,28 @@ def guarded(callback: Callable) -> Callable:
     @functools.wraps(callback)
     def safe(node: Node, *arguments):
         nonlocal next_answer
-        if arguments and hasattr(arguments[-1], "success"):
+        response = arguments[-1] if arguments and hasattr(arguments[-1], "success") else None
+        if response is not None:
             time.sleep(max(0.0, min(ANSWER_PERIOD, next_answer - time.monotonic())))
             next_answer = time.monotonic() + ANSWER_PERIOD
         try:
             return callback(node, *arguments)
+        except BearingTwinError as error:
+            said = str(error)
+            node.get_logger().warning(said, throttle_duration_sec=TALK)
         except Exception as error:
-            if node.context.ok() and isinstance(error, BearingTwinError):
-                node.get_logger().warning(str(error), throttle_duration_sec=TALK)
-            elif node.context.ok():
-                said = f"{callback.__name__}: {type(error).__name__}: {error}"
-                node.get_logger().error(said, throttle_duration_sec=TALK)
-            response = arguments[-1] if arguments else None
-            if hasattr(response, "success"):
-                response.success = False
-                response.message = str(error) or type(error).__name__
-            return response
+            said = f"{type(error).__name__}: {error}"
+            node.get_logger().error(f"{callback.__name__}: {said}", throttle_duration_sec=TALK)
+        if response is not None:
+            response.success, response.message = False, said
+        return response
 
     return safe
 
 
-def acknowledged(publishers: Iterable[Publisher]) -> bool:
-    """Waits until reliable subscribers have everything that was published; False if they take too long."""
-    end = time.monotonic() + ACKNOWLEDGE_TIME
+def acknowledged(publishers: Iterable[Publisher], seconds: float = ACKNOWLEDGE_TIME) -> bool:
+    """Waits until reliable subscribers have everything that was published; False if they take longer."""
+    end = time.monotonic() + seconds
     for publisher in publishers:
         left = max(0.0, end - time.monotonic())
         if not publisher.wait_for_all_acked(Duration(nanoseconds=round(left * 1e9))):
@@ -365,7 +354,7 @@ def _heard(publishers: Collection[Publisher]) -> str:
 
 
 def wake_at_jumps(executor, ended: threading.Event, clock: SteadyTime | None = None) -> None:
-    """Until the end wakes an executor where the clock is put back: a wait of DDS that has begun lasts that longer."""
+    """Wakes an executor where the clock is put back, until the end: a wait of DDS that has begun lasts that longer."""
     clock = clock or SteadyTime()
     while not ended.wait(POLL):
         if clock.look() < 0:
@@ -376,62 +365,67 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
     """Runs a node until it is done, a signal ends it or it fails; returns the exit code: 0, or 2 with one sentence.
 
     A node has `done` (threading.Event), `failure` (exception or None) and `close()`, which loses nothing and may be
-    called twice.
+    called twice. A signal lets the node close while ROS still works, so that all it has logged is published.
     """
-    # rclpy shuts its context down on SIGINT and SIGTERM; without these handlers a KeyboardInterrupt would also strike
-    # anywhere, in the middle of a write to the log too.
-    asked: list[int] = []  # a signal before ROS takes them would be lost
-    signal.signal(signal.SIGINT, lambda number, _: asked.append(number))
-    signal.signal(signal.SIGTERM, lambda number, _: asked.append(number))
-    signal.signal(signal.SIGHUP, lambda *_: rclpy.try_shutdown())
-    node = None
+    asked: list[int] = []
+    node, failure, ended = None, None, threading.Event()
+
+    def noted(number: int, _) -> None:
+        if asked and node is None:  # it waits for something that does not come
+            os._exit(2)
+        asked.append(number)
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, noted)
     words = sys.argv if args is None else args
     try:
-        refuse_no_assignment(words)
-        rclpy.init(args=args)
-        refuse_no_parameters(words)
-    except BearingTwinError as error:
-        print(f"{name}: {error}", file=sys.stderr)
-        return 2
-    except Exception as error:  # ROS arguments that cannot be parsed; of words that it does not know ROS says the list
-        said = f"ROS knows no {error}" if str(error).startswith("[") else error
-        print(f"{name}: {said}; {advice(str(error))}".replace("\n", " "), file=sys.stderr)
-        return 2
-    failure, ended = None, threading.Event()
-    try:
+        _initialised(args, words)
         node = make_node()
         for sentence in files_of_others(words, node.get_fully_qualified_name()):
             node.get_logger().warning(sentence)
         executor = Executor()
         executor.add_node(node)
         threading.Thread(target=wake_at_jumps, args=(executor, ended), name="clock", daemon=True).start()
-        while rclpy.ok() and not node.done.is_set() and not asked:
+        while not node.done.is_set() and not asked:
             executor.turn(node)
     except BearingTwinError as error:
         failure = error
-    except Exception:
-        if rclpy.ok():  # otherwise a signal ended ROS in the middle of a call
+    except OSError as error:
+        failure = BearingTwinError(f"{error.filename or 'a file'} cannot be used ({error.strerror or error})")
+    except Exception as error:
+        if type(error).__module__ != "rclpy.exceptions":
             raise
+        failure = BearingTwinError(f"{error}".replace("\n", " "))
     finally:
         ended.set()
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            signal.signal(number, signal.SIG_IGN)
-        failure_at_end = _end(node)
-    failure = failure or (node.failure if node else None) or failure_at_end
+        at_end = _end(node)
+        failure = failure or at_end
     if failure is not None:
         print(f"{name}: {failure}", file=sys.stderr)
-        return 2
-    return 0
+    return 0 if failure is None else 2
+
+
+def _initialised(args: list[str] | None, words: Sequence[str]) -> None:
+    """Initialises ROS, which leaves signals alone; raises BearingTwinError for words that are no arguments of ROS."""
+    refuse_no_assignment(words)
+    refuse_no_parameters(words)
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # of words that it does not know ROS says the list
+        said = f"ROS knows no {error}" if str(error).startswith("[") else error
+        raise BearingTwinError(f"{said}; {advice(str(error))}".replace("\n", " ")) from error
 
 
 def _end(node: Node | None) -> Exception | None:
+    """Closes the node and ROS; returns why the node failed, if it did."""
     failure = None
     if node is not None:
         try:
             node.close()
         except Exception as error:
             failure = error
-        with contextlib.suppress(Exception):
+        failure = node.failure or failure
+        with suppress(Exception):
             _destroy(node)
     rclpy.try_shutdown()
     return failure

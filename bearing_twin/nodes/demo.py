@@ -197,8 +197,7 @@ def main(args: list[str] | None = None) -> int:
     scene = load_scene(wanted.scene)
     if scene.kind != "bearing":
         raise DemoError(f"scene {scene.name} is no bearing but of kind {scene.kind}: give the name of a bearing scene")
-    folder = Path(wanted.out) / time.strftime("%Y%m%d_%H%M%S")
-    folder.mkdir(parents=True)
+    folder = _own_folder(Path(wanted.out))
     recording = folder / "recording.mcap"
     rclpy.init()
     try:
@@ -209,6 +208,20 @@ def main(args: list[str] | None = None) -> int:
     finally:
         rclpy.try_shutdown()
     return _show_results(scene, wanted.duration, folder, recording, live, replayed)
+
+
+def _own_folder(parent: Path) -> Path:
+    """A new folder named by date and time, with a number where another demonstration has begun in the same second."""
+    parent.mkdir(parents=True, exist_ok=True)
+    name = time.strftime("%Y%m%d_%H%M%S")
+    folder, number = parent / name, 1
+    while True:
+        try:
+            folder.mkdir()
+            return folder
+        except FileExistsError:
+            number += 1
+            folder = parent / f"{name}_{number}"
 
 
 def _keep_to_itself() -> None:

@@ -189,6 +189,8 @@ def refuse_no_assignment(words: Sequence[str]) -> None:
 def refuse_no_parameters(words: Sequence[str]) -> None:
     """Raises BearingTwinError for a file of parameters that names none: ROS passes over it in silence."""
     for option, path in itertools.pairwise(words):
+        if option == "--params-file" and not Path(path).is_file():
+            raise BearingTwinError(f"{path} is no file of parameters; give the path of a YAML file")
         if option == "--params-file" and PARAMETERS not in Path(path).read_text(errors="replace"):
             raise BearingTwinError(f"{path} holds no parameters; begin it with the node's name and {PARAMETERS}:")
 

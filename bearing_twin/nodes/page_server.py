@@ -4,6 +4,7 @@ Commands need a token, which stands in the address behind #, where no server or 
 asks for and the page that sends a command are checked, so that no other page can use this one's place.
 """
 
+import contextlib
 import functools
 import hmac
 import ipaddress
@@ -23,7 +24,8 @@ from bearing_twin.report import parsed_json
 MOST_VIEWERS = 32
 MOST_CONNECTIONS = 64
 LARGEST_COMMAND = 4096  # B
-PATIENCE = 10.0  # s for a request to come in, or for a viewer to take what is sent
+REQUEST_TIME = 10.0  # s for a whole request to come in
+PATIENCE = 10.0  # s for a viewer to take what is sent
 WAITING = 20  # events that a slow viewer may be behind; then the oldest are left out
 ASK_AGAIN = 2  # s after which a browser asks for a page again that was not there yet
 QUIET = 2.0  # s without an event after which a sign of life is sent: a viewer that has left is noticed then
@@ -163,6 +165,20 @@ class _Handler(BaseHTTPRequestHandler):
     def log_message(self, *_):
         """Nothing: a page asks often."""
 
+    def handle(self):
+        """One request; its connection ends if it has not come in after REQUEST_TIME, however slowly it comes."""
+        self._limit = threading.Timer(REQUEST_TIME, self._expire)
+        self._limit.daemon = True
+        self._limit.start()
+        try:
+            super().handle()
+        finally:
+            self._limit.cancel()
+
+    def _expire(self) -> None:
+        with contextlib.suppress(OSError):
+            self.connection.shutdown(socket.SHUT_RDWR)
+
     def do_GET(self):
         """The page, or its events."""
         no_icon = functools.partial(self._send, HTTPStatus.NO_CONTENT, "image/x-icon", b"")
@@ -173,6 +189,8 @@ class _Handler(BaseHTTPRequestHandler):
         self._answer({"/command": self._command})
 
     def _answer(self, places: Mapping[str, Callable[[], None]]) -> None:
+        if self.command == "GET":
+            self._limit.cancel()
         try:
             if not self.server.known(self.headers.get("Host", "")):
                 raise Refused(HTTPStatus.FORBIDDEN, "this name is not served here: use the address that was printed")

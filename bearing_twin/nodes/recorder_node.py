@@ -1,6 +1,5 @@
 """recorder_node: logs topics as they are on the wire, byte for byte, and counts the solver outputs that were lost."""
 
-import sys
 import threading
 import time
 from collections.abc import Iterable
@@ -82,7 +81,7 @@ class RecorderNode(Node):
         self._taker.join()
         if not self.recording.closed:
             self.recording.close()
-            print(f"recorder_node: {self.recording.summary()}", file=sys.stderr)  # a signal has ended ROS and its log
+            self.get_logger().info(self.recording.summary())
         if not self.recording.messages and self.failure is None:
             sentence = f"nothing was recorded: no message of {', '.join(self._topics)} came; start what publishes it"
             self.failure = LogError(sentence)

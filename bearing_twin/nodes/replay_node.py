@@ -100,7 +100,7 @@ class ReplayNode(Node):
         return wake_at
 
     def _ended(self, error: Exception | None) -> None:
-        if error is not None and self.context.ok():
+        if error is not None:
             self.failure = error
             self._heartbeat.say(ERROR, str(error), {})
             self.done.set()

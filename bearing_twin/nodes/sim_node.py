@@ -6,6 +6,7 @@ Compilation, integration, pacing, log and publishing happen in a worker thread; 
 import threading
 import time
 from concurrent.futures import TimeoutError as StillBusy
+from concurrent.futures import wait
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ from bearing_twin.log.run_log import LogWriter, choice_record
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
+    TALK,
     Heartbeat,
     LogWatch,
     Outlet,
@@ -145,7 +147,9 @@ def looked_up(options: dict[str, Any]) -> tuple[dict[str, Any], Scene]:
 
 
 COMMAND_TIMEOUT = 30.0  # s after which a service answers that its command is taken, though not yet carried out
-REFUSALS_APART = 1.0  # s between lines about refused commands; /diagnostics counts all
+INTERRUPT_PERIOD = 0.05  # s between interruptions by an urgent command
+ANSWER_TIME = 0.3  # s after which ~/pause answers
+CLOSE_TIME = 0.25  # s for subscribers to take what is published at the end
 SAY_EVERY = 10  # diagnostics while kernels are compiled, for each line about it
 
 
@@ -156,8 +160,7 @@ class SimNode(Node):
         values, scene = looked_up(options)
         kind = KINDS[scene.kind]
         super().__init__(NAME, namespace=kind.namespace, **options)
-        self.done = threading.Event()
-        self.failure: Exception | None = None
+        self.done, self.failure = threading.Event(), None
         declare(self, PARAMETERS, values)
         if values["log"]:
             refuse_existing(values["log"])
@@ -166,70 +169,82 @@ class SimNode(Node):
         self._log_path, self._logs = values["log"], RunLogs(values["log"], self._open_log)
         safety = safety_of(values)
         self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
-        self._discovery, self._paused_at_start = values["discovery"], values["start_paused"]
         self._halt, self._description = Halt(), {"scene": scene.name}
         # Both are made in the worker's thread: on a new machine it compiles kernels for a minute or more first.
         self.simulation: Simulation | None = None
         self.loop: SimulationLoop | None = None
         self.ready, self._doing = threading.Event(), "compiling"
         self._started, self._looks = time.monotonic(), 0
-        self._warned, self._switch, self._watch = False, "-", LogWatch(self, Path(self._log_path).parent)
+        self._warned, self._watch = False, LogWatch(self, Path(self._log_path).parent)
         self._frame = f"{values['frame_prefix']}{kind.frame}"
+        self._commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
         self._serve(kind)
         own_end_ns = (scene.outputs - 1) * scene.output_period_ns if kind.brief else 0
         duration_ns = round(values["duration"] * 1e9) or own_end_ns
         for late in late_keys(scene, 1e-9 * duration_ns or float("inf")):
             self.get_logger().warning(late)
-        prepare = partial(self._prepare, scene, values, duration_ns)
-        self.worker = Worker(self._turn, prepare, self._ended)
+        self.worker = Worker(self._turn, partial(self._prepare, scene, values, duration_ns), self._ended)
         self.worker.start()
 
     def close(self) -> None:
-        """Ends the simulation and completes the log; may be called twice."""
+        """Ends the simulation, publishes what it has logged, and completes the log; may be called twice."""
         self._halt.end()
         # While kernels are still being compiled nothing has been computed, so there is nothing to wait for.
         if self.worker.stop(timeout=COMMAND_TIMEOUT if self.ready.is_set() else 0.0) and self.loop is not None:
             self.loop.close()
+            acknowledged(self._outlet.publishers, CLOSE_TIME)
+
+    # Wiring
 
     def _serve(self, kind: Kind) -> None:
         services, steps, others = (MutuallyExclusiveCallbackGroup() for _ in range(3))
         steady = Clock(clock_type=ClockType.STEADY_TIME)  # time of the simulation must not drive its own timers
-        self.create_service(SetBool, "~/pause", self._on_pause, qos_profile=SERVICE, callback_group=services)
-        self.create_service(Trigger, "~/reset", self._on_reset, qos_profile=SERVICE, callback_group=services)
-        self.create_service(Step, "~/step", self._on_step, qos_profile=SERVICE, callback_group=steps)
+        offered = [
+            (SetBool, "~/pause", self._on_pause, services),
+            (Trigger, "~/reset", self._on_reset, services),
+            (Step, "~/step", self._on_step, steps),
+        ]
         if kind.operating_point is not None:
-            answer = self._on_stiffness
-            self.create_service(Stiffness, "~/stiffness", answer, qos_profile=SERVICE, callback_group=services)
-        profile = qos_profile(Qos())
+            offered.append((Stiffness, "~/stiffness", self._on_stiffness, steps))
+        for ros_type, name, answer, group in offered:
+            self.create_service(ros_type, name, answer, qos_profile=SERVICE, callback_group=group)
         for command in kind.commands():
-            obey, ros_type = partial(self._on_command, command), interface(command.ros_type, "msg")
-            self.create_subscription(ros_type, command.name, obey, profile, callback_group=others)
+            take, ros_type = partial(self._on_command, command), interface(command.ros_type, "msg")
+            self.create_subscription(ros_type, command.name, take, qos_profile(Qos()), callback_group=others)
         self._heartbeat = Heartbeat(self, "simulation", self._outlet)
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=others, clock=steady)
         if self._outlet.has_clock:
             self.create_timer(CLOCK_PERIOD, self._on_clock, callback_group=others, clock=steady)
         self.add_post_set_parameters_callback(self._on_parameters)
 
-    # In the worker's thread
-
     def _open_log(self, path: Path) -> LogWriter:
         self.get_logger().info(f"log: {path}{THINNED if self._safety.kept_rate else ''}")
         # The choice of the start: a log is opened before the run that it is for begins again.
         return LogWriter(path, self.simulation.scene, choice_record(self.simulation.choice), safety=self._safety)
+
+    # In the worker's thread
 
     def _prepare(self, scene: Scene, values: dict, duration_ns: int) -> None:
         self.get_logger().info("loading the kernels of this scene; they are compiled once on a machine")
         self.simulation = run = Simulation(scene, self._halt)
         run.warm_up()
         self._doing = "waiting for subscribers"
-        wait_for_subscribers(self._outlet.publishers, self._discovery, self.get_logger().info)
+        wait_for_subscribers(self._outlet.publishers, values["discovery"], self.get_logger().info)
         if self.worker.stopping:
             return
-        make_stream = partial(MessageStream, scene, choice=run.choice, frame_prefix=values["frame_prefix"])
-        commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
-        timing = values["real_time_factor"], duration_ns, self._logs.begin, round(values["repeat"] * 1e9)
-        loop = SimulationLoop(run, make_stream, self._outlet.deliver, *timing, self._outlet.listened_to, commands)
-        loop.paced.tick, loop.paced.paused = self._outlet.tick, self._paused_at_start
+        loop = SimulationLoop(
+            run,
+            partial(MessageStream, scene, choice=run.choice, frame_prefix=values["frame_prefix"]),
+            self._outlet.deliver,
+            values["real_time_factor"],
+            duration_ns,
+            self._logs.begin,
+            round(values["repeat"] * 1e9),
+            self._outlet.listened_to,
+            self._commands,
+            round(1e9 / scene.parameters.run.publish_rate),
+        )
+        loop.paced.tick, loop.paced.paused = self._outlet.tick, values["start_paused"]
         loop.tells_time = self._outlet.has_clock
         self.loop, self._doing = loop, "computing"
         self.ready.set()
@@ -240,6 +255,8 @@ class SimNode(Node):
 
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
+        while self._commands.refusals:
+            self.get_logger().warning(self._commands.refusals.popleft(), throttle_duration_sec=TALK)
         if self.loop.over and not self.done.is_set():
             acknowledged(self._outlet.publishers)
             self._report()
@@ -248,98 +265,100 @@ class SimNode(Node):
         return wake_at
 
     def _ended(self, error: Exception | None) -> None:
-        if error is not None and not isinstance(error, Stopped) and self.context.ok():
+        if error is not None and not isinstance(error, Stopped):
             if left := isinstance(error, IntegrationError) and write_failure(error, Path(self._log_path).parent):
                 error = BearingTwinError(f"{error}; look into it: bearing_twin explain {left}")
             self.failure = error
             self._publish_status(ERROR, str(error), {})
             self.done.set()
 
-    # Callbacks
+    # Commands
 
-    def _post(self, command: str, *arguments):
-        """Has the worker call this method of the loop, which may not be there yet, soon; returns the future."""
+    @guarded
+    def _on_command(self, command, message):
+        self._commands.offer(command, message)
+        self.worker.wake()
+        if self.loop is not None and time.monotonic_ns() >= self.loop.obeys_at:
+            self._halt.interrupt()
+
+    def _asked(self, command: str, *arguments, seconds: float = COMMAND_TIMEOUT, urgent: bool = False):
+        """The answer of this method of the loop, called in the worker's thread; raises StillBusy after `seconds`.
+
+        What is `urgent` interrupts the computation under way, whatever that has cost.
+        """
         future = self.worker.post(lambda now: getattr(self.loop, command)(now, *arguments))
-        self._halt.interrupt()
-        return future
-
-    def _taken(self) -> str:
-        """Why a command is not yet carried out; it will be."""
-        if self.ready.is_set():
-            return "taken: it is carried out when the computation under way is done"
-        return f"taken: it is carried out when the kernels are compiled ({self._seconds():.0f} s so far)"
-
-    def _command(self, command: str, *arguments) -> str:
-        future = self._post(command, *arguments)
-        try:
-            if self.ready.is_set():
-                return future.result(timeout=COMMAND_TIMEOUT)
-        except StillBusy:
-            pass
+        end = time.monotonic() + (seconds if self.ready.is_set() else 0.0)
+        while not future.done() and (left := end - time.monotonic()) > 0.0:
+            if urgent:
+                self._halt.interrupt(always=True)
+            wait([future], timeout=min(left, INTERRUPT_PERIOD))
+        if future.done():
+            return future.result()
         future.add_done_callback(self._say_failure)
-        return self._taken()
+        raise StillBusy(future)
 
     def _say_failure(self, future) -> None:
-        error = future.exception()
-        if error is not None and self.context.ok():
+        if not future.cancelled() and (error := future.exception()) is not None:
             self.get_logger().error(f"a command that was taken could not be carried out: {error}")
+
+    def _busy(self) -> str:
+        """What the worker is doing, and for how long."""
+        if self.ready.is_set():
+            return "the computation under way is done"
+        return f"the kernels are compiled ({self._seconds():.0f} s so far)"
 
     @guarded
     def _on_pause(self, request, response):
-        response.message = self._command("pause", request.data)
+        if request.data and self.loop is not None:
+            self.loop.paced.paused = True  # at once: a chunk that is being computed is not published
+        try:
+            response.message = self._asked("pause", request.data, seconds=ANSWER_TIME)
+        except StillBusy:
+            held = request.data and self.loop is not None
+            later = f"taken: it is carried out when {self._busy()}"
+            response.message = f"paused at {self._time_ns * 1e-9:.6f} s" if held else later
         response.success = True
         return response
 
     @guarded
     def _on_reset(self, request, response):
-        response.message = "; ".join(filter(None, (self._command("reset"), self._logs.doubt)))
+        try:
+            answer = self._asked("reset", urgent=True)
+        except StillBusy:
+            answer = f"taken: it is carried out when {self._busy()}"
+        response.message = "; ".join(filter(None, (answer, self._logs.warning)))
         response.success = True
         return response
 
     @guarded
     def _on_step(self, request, response):
         response.time_ns = self._time_ns
-        future = self._post("step", request.duration)
-        try:
-            response.message = future.result(timeout=COMMAND_TIMEOUT)
-        except StillBusy:
-            # A step answers with the time it ended at, so it is not left for later unless it is under way.
-            if future.cancel():
-                raise BearingTwinError(
-                    f"the node is still {self._doing} ({self._seconds():.0f} s so far) and has not stepped; ask "
-                    "again when /diagnostics says paused"
-                ) from None
-            response.message = self._taken()
-        response.time_ns = self._time_ns
-        response.success = True
+        response.message = self._unless_busy("step", request.duration)
+        response.time_ns, response.success = self._time_ns, True
         return response
 
     @guarded
     def _on_stiffness(self, request, response):
-        future = self._post("operating_point")
+        return fill_stiffness(response, *self._unless_busy("operating_point", urgent=True), self._frame)
+
+    def _unless_busy(self, command: str, *arguments, urgent: bool = False):
+        """The answer of a command that is not left for later; raises BearingTwinError where the worker is busy."""
         try:
-            sample, point = future.result(timeout=COMMAND_TIMEOUT if self.ready.is_set() else 0.0)
-        except StillBusy:
-            future.cancel()
-            raise BearingTwinError(f"the node is still {self._doing} ({self._seconds():.0f} s so far)") from None
-        return fill_stiffness(response, sample, point, self._frame)
-
-    @guarded
-    def _on_command(self, command, message):
-        self._post("obey", command, message).add_done_callback(self._say_refusal)
-
-    def _say_refusal(self, future) -> None:
-        error = future.exception()
-        if isinstance(error, BearingTwinError) and self.context.ok():
-            self.get_logger().warning(str(error), throttle_duration_sec=REFUSALS_APART)
-        elif error is not None:
-            self._say_failure(future)
+            return self._asked(command, *arguments, urgent=urgent)
+        except StillBusy as busy:
+            busy.args[0].cancel()
+            raise BearingTwinError(
+                f"the node is still {self._doing} ({self._seconds():.0f} s so far); ask again when /diagnostics "
+                "says that it runs or is paused"
+            ) from None
 
     @guarded
     def _on_parameters(self, parameters):
         for parameter in parameters:
             if parameter.name == "real_time_factor":
-                self._post("set_factor", parameter.value)
+                self.worker.post(lambda now, pace=parameter.value: self.loop.set_factor(now, pace))
+
+    # Reports
 
     @guarded
     def _on_clock(self):
@@ -361,33 +380,23 @@ class SimNode(Node):
 
     def _report(self) -> None:
         if self.loop is None:
-            self._report_start()
+            self._publish_status(OK, self._doing, {"elapsed_s": self._seconds()})
+            self._looks += 1
+            if self._looks % SAY_EVERY == 0:
+                self.get_logger().info(f"{self._doing}: {self._seconds():.0f} s so far")
             return
         slow, message, numbers = self.loop.look(time.monotonic_ns())
         if slow and not self._warned:
             self._warned = True
             self.get_logger().warning(f"{message}; see /diagnostics, or lower real_time_factor or run.output_rate")
-        if numbers["choice_switch"] != self._switch:
-            self._switch = numbers["choice_switch"]
-            self.get_logger().info(f"model: {self._switch if self._switch != '-' else 'that of the start again'}")
         listeners = min(publisher.get_subscription_count() for publisher in self._outlet.publishers)
         counts = {"messages": self._outlet.published, "least_subscribers": listeners, "logs": self._logs.count}
-        doubt = "; ".join(filter(None, (self.loop.doubt(), self._logs.doubt)))
-        message = f"{message}; {doubt}" if doubt else message
-        level, (log_level, log_says, room) = (
-            WARN if slow or doubt else OK,
-            self._watch.look(self._logs if self._logs.count else None),
-        )
+        warning = "; ".join(filter(None, (self.loop.warning(), self._logs.warning)))
+        level, message = WARN if slow or warning else OK, "; ".join(filter(None, (message, warning)))
+        log_level, log_says, room = self._watch.look(self._logs if self._logs.count else None)
         if log_says:
             level, message = log_level, log_says
         self._publish_status(level, message, numbers | counts | room)
-
-    def _report_start(self) -> None:
-        """Diagnostics, and now and then a line, while there is no simulation yet."""
-        self._publish_status(OK, self._doing, {"elapsed_s": self._seconds()})
-        self._looks += 1
-        if self._looks % SAY_EVERY == 0:
-            self.get_logger().info(f"{self._doing}: {self._seconds():.0f} s so far")
 
     def _publish_status(self, level: bytes, message: str, values: dict) -> None:
         self._heartbeat.say(level, message, values | self._description)
@@ -395,4 +404,4 @@ class SimNode(Node):
 
 def main(args: list[str] | None = None) -> int:
     """The executable: exit code 0 when done, 2 with one sentence for anything it cannot use."""
-    return run("sim_node", SimNode, args)
+    return run(NAME, SimNode, args)

@@ -1,8 +1,9 @@
-"""A simulation as a paced stream of messages that takes commands: what sim_node thinks, without ROS or clocks."""
+"""A simulation as a paced stream of messages that takes commands: what sim_node computes, without ROS or clocks."""
 
 import math
+import threading
+from collections import Counter, deque
 from collections.abc import Callable, Container
-from contextlib import contextmanager
 from pathlib import Path
 
 from bearing_twin.errors import BearingTwinError, Interrupted
@@ -10,42 +11,76 @@ from bearing_twin.kinds.contract import Command
 from bearing_twin.nodes.pacing import FASTEST, PacedStream, Pacer, StreamPace, Timed
 from bearing_twin.spelling import echo
 
+CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
+LONGEST_STEP = 10.0  # s
+SILENCE_NS = 10_000_000  # between reports of progress where nobody listens: each wakes the worker
+SHORTFALL = 0.95  # of the requested pace, below which the loop warns
+LONG_NS = 500_000_000  # of computing one batch, from which on the loop warns that nothing comes meanwhile
+JUDGED_NS = 1_000_000_000  # of simulated time between reports of the run's errors
+GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
+MOST_LOGS = 1000  # of one node; each takes 0.1 MB at least
+WAITING = 8  # commands of one topic, of which the last legal one is carried out
+
 
 class Commands:
-    """Counts of commands, and the time at which a load becomes stale; `load_timeout_ns` 0 = never.
+    """Commands that wait, their counts, and the time at which a load becomes stale; `load_timeout_ns` 0 = never.
 
     A load holds until the next. One that is not followed by another within the timeout, in simulated time from the
-    output it began after, is stale: the scene's own load acts again, and that is said until a new load comes.
+    output it began after, is stale: the scene's own load acts again, and a warning stands until a new load comes.
     """
 
     def __init__(self, load_timeout_ns: int = 0, frame_prefix: str = ""):
-        self.taken = self.refused = 0
+        self.counts = Counter(taken=0, refused=0, superseded=0)
+        self.refusals: deque[str] = deque(maxlen=WAITING)  # to be logged
+        self._waiting: dict[Command, deque] = {}
+        self._lock = threading.Lock()
         self._timeout, self._prefix = load_timeout_ns, frame_prefix
-        self._last, self._told = "", 0
+        self._last, self._reported = "", 0
         self.forget_load()
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a command is to be carried out."""
+        return bool(self._waiting)
+
+    def offer(self, command: Command, message) -> None:
+        """Lets a message of the topic `command` wait; from any thread."""
+        with self._lock:
+            queue = self._waiting.setdefault(command, deque(maxlen=WAITING))
+            self.counts["superseded"] += len(queue) == WAITING
+            queue.append(message)
+
+    def carry_out(self, obey: Callable[[Command, object], None]) -> None:
+        """Of what waits on each topic carries out the last that `obey` does not refuse; those before are superseded."""
+        with self._lock:
+            waiting, self._waiting = self._waiting, {}
+        for command, queue in waiting.items():
+            while queue:
+                try:
+                    obey(command, queue.pop())
+                except Exception as error:
+                    self.refusals.append(str(error) if isinstance(error, BearingTwinError) else repr(error))
+                else:
+                    break
+            self.counts["superseded"] += len(queue)
+
+    def checked(self, message, frame: str) -> None:
+        """Raises BearingTwinError unless a message with a header is in `frame`, or names no frame at all."""
+        given = message.header.frame_id if hasattr(message, "header") else ""
+        if given and given != f"{self._prefix}{frame}":
+            raise BearingTwinError(f"its frame is {echo(given)}, but it is taken in {self._prefix}{frame} alone")
+
+    def refuse(self, name: str, error: BearingTwinError) -> BearingTwinError:
+        """Counts a refused command on the topic `name`; returns the error to raise."""
+        self.counts["refused"] += 1
+        self._last = f"{name} refused: {error}"
+        return BearingTwinError(self._last)
 
     def forget_load(self) -> None:
         """The scene's own load acts, as at the start."""
         self._stale_at: int | None = None
         self._source = "the scene"
         self.load_is_stale = False
-
-    @contextmanager
-    def counted(self, name: str):
-        """Counts what happens within as a command on the topic `name`, taken or, by BearingTwinError, refused."""
-        try:
-            yield
-        except BearingTwinError as error:
-            self.refused += 1
-            self._last = f"{name} refused: {error}"
-            raise BearingTwinError(self._last) from error
-        self.taken += 1
-
-    def check_frame(self, message, frame: str) -> None:
-        """Raises BearingTwinError unless a message with a header is in `frame`, or names no frame at all."""
-        given = message.header.frame_id if hasattr(message, "header") else ""
-        if given and given != f"{self._prefix}{frame}":
-            raise BearingTwinError(f"its frame is {echo(given)}, but it is taken in {self._prefix}{frame} alone")
 
     def note_load(self, time_ns: int) -> None:
         """A load acts from the output after `time_ns` on."""
@@ -63,31 +98,26 @@ class Commands:
         self.forget_load()
         self.load_is_stale = True
 
-    def doubt(self) -> str:
-        """What to warn of: a stale load, and refusals since this was asked last; "" if nothing."""
-        new, self._told = self.refused - self._told, self.refused
-        words = [
-            f"command/load is stale, {self._timeout * 1e-9:g} s without another: the scene's own load acts"
-            if self.load_is_stale
-            else "",
-            f"{new} refused, the last: {self._last}" if new else "",
-        ]
-        return "; ".join(word for word in words if word)
+    def warning(self) -> str:
+        """A stale load, and refusals since the last call; "" if nothing."""
+        refused = self.counts["refused"]
+        new, self._reported = refused - self._reported, refused
+        stale = f"command/load is stale, {self._timeout * 1e-9:g} s without another: the scene's own load acts"
+        return "; ".join(
+            ([stale] if self.load_is_stale else []) + ([f"{new} refused, the last: {self._last}"] if new else [])
+        )
 
     def numbers(self) -> dict[str, object]:
         """For diagnostics."""
-        return {"commands_taken": self.taken, "commands_refused": self.refused, "last_refusal": self._last or "-"} | {
-            "load_from": self._source
-        }
-
-
-MOST_LOGS = 1000  # of one node; each takes 0.1 MB at least
+        counts = {f"commands_{key}": count for key, count in self.counts.items()}
+        return {**counts, "last_refusal": self._last or "-", "load_from": self._source}
 
 
 class RunLogs:
     """Opens the logs of runs 0, 1, 2 ... beside `path` (empty: none), and says how much room all take.
 
-    `open_log(path)` gives a log with `problem`, `dropped` and `bytes`.
+    `open_log(path)` gives a log with `problem`, `dropped` and `bytes`. A reset begins another, and anybody can ask for
+    it, so that there are MOST_LOGS.
     """
 
     def __init__(self, path: str, open_log: Callable[[Path], object]):
@@ -95,14 +125,14 @@ class RunLogs:
         self._newest: list = []  # the last two: a log is opened before the one before is completed
         self._bytes_before = self._dropped_before = 0
         self.count = 0
-        self.doubt = ""  # why the run is not logged
+        self.warning = ""  # why the run is not logged
 
     def begin(self, run: int):
         """The log of a run, None where there are too many already; raises LogError, and is then as it was."""
         if not self._path:
             return None
         if self.count >= MOST_LOGS:
-            self.doubt = f"not logged: the node has begun {self.count} logs; start it again for more"
+            self.warning = f"not logged: the node has begun {self.count} logs; start it again for more"
             return None
         log = self._open(log_path(self._path, run))
         for gone in self._newest[:-1]:
@@ -134,15 +164,6 @@ def log_path(path: str | Path, run: int) -> Path:
     return path if run == 0 else path.with_name(f"{path.stem}_{run}{path.suffix}")
 
 
-CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
-LONGEST_STEP = 10.0  # s
-SILENCE_NS = 10_000_000  # between words on how far the stream has come, where nobody listens: each wakes the worker
-SHORTFALL = 0.95  # of the wanted pace, below which the loop says so
-LONG_NS = 2_000_000_000  # of computing one batch, from which on the loop says that nothing comes meanwhile
-JUDGED_NS = 1_000_000_000  # of simulated time between looks at what the run is worth
-GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
-
-
 class SimulationLoop:
     """Computes ahead by a chunk and delivers each message when it is due; every method runs in the worker's thread.
 
@@ -150,7 +171,8 @@ class SimulationLoop:
     `open_log(run)` gives the log writer of run 0, 1 ... (a reset starts a new run) or None. `duration_ns` 0 = endless.
     A run that has ended begins again `repeat_ns` of wall time after it began, or at once where it took longer; below 0
     it waits for a reset. A repeat sends the same messages again, so it is not logged. `wanted()` gives the names of the
-    topics that somebody listens to (None: all). `commands` keeps the account of what was commanded.
+    topics that somebody listens to (None: all). Commands that wait in `commands` are carried out at most once in
+    `command_ns` of wall time, however many come.
     """
 
     def __init__(
@@ -164,15 +186,13 @@ class SimulationLoop:
         repeat_ns: int = 0,
         wanted: Callable[[], Container[str]] | None = None,
         commands: Commands | None = None,
+        command_ns: int = 0,
     ):
         self.simulation = simulation
         self.runs = 0
-        self.commands = commands or Commands()
-        self._make_stream = make_stream
-        self._open_log = open_log
-        self._wanted = wanted
-        self._stream = make_stream()
-        self._log = open_log(0)
+        self.commands, self._command_ns, self.obeys_at = commands or Commands(), command_ns, 0
+        self._make_stream, self._open_log, self._wanted = make_stream, open_log, wanted
+        self._stream, self._log = make_stream(), open_log(0)
         self._chunk = max(1, min(CHUNK_NS // simulation.output_period_ns, simulation.chunk_outputs))
         self._total = duration_ns // simulation.output_period_ns + 1 if duration_ns else None
         self._done = self._flushed = False
@@ -180,9 +200,9 @@ class SimulationLoop:
         self._began: int | None = None
         self._computing: int | None = None  # since when the turn under way
         self._earlier = StreamPace(0, 0, 0, 0)
-        self._worth: dict[str, float | str] = {}
+        self._errors: dict[str, float | str] = {}
         self._judge_at = 0
-        self.tells_time = False  # whether somebody is told every instant, also where no message is due
+        self.tells_time = False  # whether every instant is published as time, also where no message is due
         self._silent_until = 0
         self.paced = PacedStream(self._next_batch, deliver, Pacer(factor))
 
@@ -198,6 +218,13 @@ class SimulationLoop:
 
     def turn(self, now: int) -> int | None:
         """Does what is due at `now`; returns the wall time of the next turn, None when only a command can go on."""
+        self._obey_waiting(now)
+        wake_at = self._run_on(now)
+        if not self.commands.waiting:
+            return wake_at
+        return self.obeys_at if wake_at is None else min(wake_at, self.obeys_at)
+
+    def _run_on(self, now: int) -> int | None:
         if self._began is None and not self.paced.paused:
             self._began = now
         self._computing = now
@@ -216,8 +243,13 @@ class SimulationLoop:
         self._begin_again(None)
         return now
 
+    def _obey_waiting(self, now: int, early: bool = False) -> None:
+        if self.commands.waiting and (early or now >= self.obeys_at):
+            self.obeys_at = now + self._command_ns
+            self.commands.carry_out(lambda command, message: self.obey(now, command, message))
+
     def look(self, now: int = 0) -> tuple[bool, str, dict[str, float | str]]:
-        """Whether it cannot keep up, what it does, and its numbers since the last look; from any thread.
+        """Whether it cannot keep up, its state, and its numbers since the last look; from any thread.
 
         `now` tells how long the outputs that are computed meanwhile have taken so far.
         """
@@ -231,8 +263,8 @@ class SimulationLoop:
         elif self.paced.finished and not self.over:
             slow, message = False, "waiting for the next begin"
         elif held:
-            slow, word = (True, "cannot keep up") if wanted else (False, "as fast as possible")
-            message = f"{word}: the next outputs have taken {1e-9 * held:.0f} s so far"
+            slow, word = (True, "slower than real time") if wanted else (False, "as fast as possible")
+            message = f"{word}: the next outputs have taken {1e-9 * held:.1f} s so far"
         elif slow:
             message = f"cannot keep up: {factor:.3g} of {wanted:g} times real time"
         else:
@@ -247,18 +279,18 @@ class SimulationLoop:
             "runs": self.runs + 1,
             **self.commands.numbers(),
             **model(self.simulation),
-            **self._worth,
+            **self._errors,
         }
         return slow, message, numbers
 
-    def doubt(self) -> str:
-        """What whoever looks after the run should know of: that it is not worth what is wanted, and its commands."""
-        status, said = str(self._worth.get("status", "")), ""
+    def warning(self) -> str:
+        """A model outside its range or a doubtful run, and what `commands` warns of; "" if nothing."""
+        status, said = str(self._errors.get("status", "")), ""
         if self.simulation.choice.outside:  # also before the run is judged
             said = "a model runs outside its range"
         elif status.startswith(("doubtful", "failed")):
             said = f"the run is {status}"
-        return "; ".join(filter(None, (said, self.commands.doubt())))
+        return "; ".join(filter(None, (said, self.commands.warning())))
 
     def pause(self, now: int, paused: bool) -> str:
         """Holds time or lets it go on; pausing twice is as good as once."""
@@ -271,10 +303,13 @@ class SimulationLoop:
 
     def obey(self, now: int, command: Command, message) -> None:
         """Carries out a message of the topic `command`; raises BearingTwinError, counted, where it is refused."""
-        with self.commands.counted(command.name):
-            self.commands.check_frame(message, command.frame)
+        try:
+            self.commands.checked(message, command.frame)
             order, *arguments = command.order(message)
             getattr(self, order)(now, *arguments)
+        except BearingTwinError as error:
+            raise self.commands.refuse(command.name, error) from error
+        self.commands.counts["taken"] += 1
 
     def set_load(self, now: int, force, torque) -> None:
         """New load on the inner ring [N], [N m]; raises BearingTwinError where it cannot be carried."""
@@ -283,6 +318,7 @@ class SimulationLoop:
 
     def operating_point(self, now: int):
         """The last output computed, and the ring's loads and stiffness there; raises BearingTwinError."""
+        self._obey_waiting(now, early=True)
         return self.simulation.operating_point()
 
     def set_speed(self, now: int, speed: float) -> None:
@@ -317,6 +353,7 @@ class SimulationLoop:
             raise BearingTwinError(f"duration = {seconds} s must be above 0 and at most {LONGEST_STEP:g} s")
         if not self.paced.paused:
             raise BearingTwinError("the simulation is running: pause it before you step it")
+        self._obey_waiting(now, early=True)
         period = self.simulation.output_period_ns
         wanted = period * math.ceil((self.time_ns + max(1, round(seconds * 1e9))) / period)
         while self.simulation.time_ns < wanted and not self._done:
@@ -365,7 +402,7 @@ class SimulationLoop:
             return []
         if run.time_ns >= self._judge_at:
             self._judge_at = run.time_ns + JUDGED_NS
-            self._worth = worth(run.report())
+            self._errors = errors_of(run.report())
         self._done = self._total is not None and self.simulation.sequence + 1 >= self._total
         # A log takes every topic; without one, nothing is made that nobody listens to.
         wanted = None if self._wanted is None or self._log is not None else self._wanted()
@@ -393,14 +430,14 @@ def check_speed(speed: float) -> None:
 
 
 def model(simulation) -> dict[str, str]:
-    """What a simulation says of the model in use, for diagnostics: which, why, and what to watch."""
+    """The model in use, for diagnostics: its names, the reason, warnings."""
     choice = simulation.choice
     words = {"law": choice.law, "stepper": choice.stepper, "choice_reason": choice.reason}
     words["outside_range"] = "; ".join(simulation.choice.outside) or "-"
     return words | {"choice_warnings": "; ".join(choice.warnings) or "-"}
 
 
-def worth(report) -> dict[str, float | str]:
+def errors_of(report) -> dict[str, float | str]:
     """The status of a report for diagnostics, with the error of each requested output and the horizon."""
     wanted = report.errors.get("wanted_errors", {})
     known = {f"{output}_error": one["error"] for output, one in wanted.items() if one["error"] is not None}

@@ -116,9 +116,7 @@ class UqNode(Node):
 
     def _answered(self, answer: GoalAnswer) -> None:
         text = f"{answer.state}: {answer.message}" + (f"; log: {answer.log}" if answer.log else "")
-        if not self.context.ok():  # a signal has ended ROS, which logs no more
-            print(f"uq_node: {text}", file=sys.stderr)
-        elif answer.problem:
+        if answer.problem:
             self.get_logger().warning(text, throttle_duration_sec=TALK)  # anybody can send goals that fail
         else:
             self.get_logger().info(text)
@@ -126,15 +124,14 @@ class UqNode(Node):
             self._to_ros(self._result.publish, String(data=answer.summary))
 
     def _to_ros(self, call: Callable, *arguments) -> None:
-        """Calls into ROS: once a signal has ended it there is nobody to tell; another mistake must not end a study."""
+        """Calls into ROS, whose errors must not end a study."""
         try:
             call(*arguments)
         except Exception as error:
-            if self.context.ok():
-                self.get_logger().error(f"{type(error).__name__}: {error}")
+            self.get_logger().error(f"{type(error).__name__}: {error}")
 
     def _ended(self, error: Exception | None) -> None:
-        if error is not None and self.context.ok():
+        if error is not None:
             self.failure = error
             self.done.set()
 
