@@ -29,7 +29,6 @@ from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     support_of,
     weighed_solver,
 )
-from bearing_twin.kinds.energy import STORED
 from bearing_twin.numerics.rotation import quaternion_product, turned
 from bearing_twin.numerics.statuses import STOPPED
 from bearing_twin.report import Choice
@@ -37,7 +36,7 @@ from bearing_twin.stopping import SIGNALLED
 
 MOVING = (
     "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored",
-    "_gross", "_worked", "_lost",
+    "_gross",
 )  # fmt: skip
 SAME = 1e-9  # relative: instants nearer than this are one
 LEFT = 1e-12  # of the loads, or of their moments: sums of forces that are less are what the solution leaves of nothing
@@ -272,36 +271,8 @@ class QuasiStaticMotion:
         self.solved = 0
         self._changed = False
         self._stored = self._first_stored = None
-        self._gross = self._worked = self._lost = 0.0  # the last two: of balls that moved by themselves before
+        self._gross = 0.0
         self._before = None
-        self._keep()
-
-    @property
-    def changed(self) -> bool:
-        """Whether the scene's change of the drive has come, or there is none."""
-        return self._changed or not self.parameters.drive.change.time
-
-    def go_on_from(self, here, goal_speed: float, elapsed: float, changed: bool) -> None:
-        """Goes on at `elapsed` [s] from the outputs `here` of moving balls, which are spaced evenly from now on.
-
-        What that does to their energy is work of the drive. `changed`: the scene's change of the drive has come, or
-        there is none.
-        """
-        balls = self.parameters.geometry.balls
-        first = float((here.orbit_angle[0] - azimuths_of(balls, 0.0)).mean())
-        half = -0.5 * azimuths_of(balls, first)
-        back = np.stack([0.0 * half, 0.0 * half, np.sin(half), np.cos(half)], axis=1)
-        for own, turn, now in zip(self.state.attitude, back, here.orientation[0], strict=True):
-            own[:] = quaternion_product(tuple(turn), tuple(now))
-        self.state.cage[0] = first
-        self.goal_speed, self.elapsed = goal_speed, elapsed
-        self.speed, self.angle = float(here.inner_ring_speed[0]), float(here.inner_ring_angle[0])
-        self._changed = changed and self.parameters.drive.change.time > 0.0
-        self.first_outputs()
-        stored = sum(float(getattr(here, name)[0]) for name in STORED)
-        gained = self._stored - stored
-        self._gross, self._lost = float(here.gross_work[0]) + abs(gained), float(here.dissipated[0])
-        self._worked = float(here.drive_work[0]) + gained
         self._keep()
 
     def _keep(self) -> None:
@@ -431,8 +402,7 @@ class QuasiStaticMotion:
         stored = out.kinetic_energy + out.elastic_energy + out.potential_energy
         if self._stored is None:
             self._stored = self._first_stored = stored[0]
-        out.drive_work[:] = self._worked + stored - self._first_stored
-        out.dissipated[:] = self._lost
+        out.drive_work[:] = stored - self._first_stored
         gross = np.abs(np.diff(stored, prepend=self._stored)).cumsum()
         out.gross_work[:] = self._gross + gross
         self._gross, self._stored = float(out.gross_work[-1]), stored[-1]
