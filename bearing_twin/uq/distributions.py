@@ -398,13 +398,10 @@ DISTRIBUTIONS = {
 
 # Quantiles from a table, for samplers that take a million of a distribution that looks for each by iteration.
 #
-# Between nodes even in t = log(u/(1 - u)) stands a cubic with the slopes of the distribution. What is tabulated is
-# the
-# logarithm of a positive value, or log(s/(1 - s)) of the share s between two bounds: both are nearly straight far
-# out.
+# Between nodes even in t = log(u/(1 - u)) stands a cubic with the slopes of the distribution. What is tabulated is the
+# logarithm of a positive value, or log(s/(1 - s)) of the share s between two bounds: both are nearly straight far out.
 # The table knows its greatest error, halfway between nodes; where it would be above MOST, as of distributions that
-# reach
-# down to what doubles cannot hold, quantiles stay the distribution's own.
+# reach down to what doubles cannot hold, quantiles stay the distribution's own.
 
 MOST = 1e-11  # error, of a positive value relative to it, of one between bounds relative to their distance
 NODES, FARTHEST = 8192, 38.0  # over |t| <= FARTHEST: as far out as doubles reach

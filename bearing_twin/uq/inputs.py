@@ -158,8 +158,7 @@ def _replaced(holder, words, value):
 # Uncertain inputs: any numeric value of a scene as a distribution, by its parameters or by what is known of it.
 #
 # In a study an input is a number (no doubt), `{distribution: gamma, mean: .., std: ..}` with a name of DISTRIBUTIONS
-# and
-# one of its forms, or `{know: {positive: true, mean: .., mean_log: ..}}`, see `knowledge`. All values are SI.
+# and one of its forms, or `{know: {positive: true, mean: .., mean_log: ..}}`, see `knowledge`. All values are SI.
 
 LEAST_UNIT, GREATEST_UNIT = 2.0**-54, 1.0 - 2.0**-53  # inside which unit coordinates are kept
 

@@ -30,7 +30,7 @@ COARSE = np.arange(-6.0, 6.5)  # scores at which runs are made to find an expone
 LIGHT = 0.1  # exponent
 FAITHFUL = 1e-4  # relative; how well a quantile gives its probability back
 FALLING = 0.9  # an exponent that falls by more when ln u doubles tends to 0
-ORDERS = {"mean": 1, "std": 2, "skewness": 3, "kurtosis": 4}
+ORDERS = {"mean": 1, "std": 2, "skewness": 3}
 
 
 class Tails(NamedTuple):
@@ -123,10 +123,8 @@ def _exponent(depth, values):
 
 # One uncertain input X and a monotone quantity y = g(X): its distribution by change of variable, without sampling.
 #
-# Paper 3, eqs. (6) to (10): with psi the inverse of g, P(y < m) = P(X < psi(m)) where g rises, and the density of y
-# is
-# f(psi(y)) |psi'(y)|. The inverse is found by regula falsi in the normal score of X, g' by differences of fourth
-# order.
+# Paper 3, eqs. (6) to (10): with psi the inverse of g, P(y < m) = P(X < psi(m)) where g rises, and the density of y is
+# f(psi(y)) |psi'(y)|. The inverse is found by regula falsi in the normal score of X, g' by differences of fourth order.
 
 NOISE = 1e-9  # of the range of y; a step back below it is rounding
 DIFFERENCE = 1e-3  # step of the derivative, in distances to the nearer end of the support or deviations
@@ -139,8 +137,7 @@ COUNTED_SCORE = 8.0  # beyond it 6e-16 of the probability is left, less than rou
 class Derived:
     """The distribution of y = g(X), made by `derive`; y in the unit of the quantity.
 
-    `mean`, `std`, `skewness` and `kurtosis` (3 for a normal one) raise StatisticError with the reason where
-    they do not exist.
+    `mean`, `std` and `skewness` raise StatisticError with the reason where they do not exist.
     """
 
     source: Input
@@ -183,11 +180,6 @@ class Derived:
     def skewness(self) -> float:
         refuse_missing_moment(self.source, self.found, "skewness")
         return self._moment(3, self.mean) / self.std**3
-
-    @cached_property
-    def kurtosis(self) -> float:
-        refuse_missing_moment(self.source, self.found, "kurtosis")
-        return self._moment(4, self.mean) / self.std**4
 
     def _moment(self, order, center):
         """E[(y - center)^order] by the trapezoidal rule in the normal score, which converges exponentially here.
@@ -276,12 +268,9 @@ def _until_it_turns(found: Tails, sign: float, noise: float) -> Tails:
 #
 # Section 6 of paper 3: with one stochastic parameter a numerical function of it is enough, and 10 to 50 runs suffice.
 # The function is a polynomial in the normal score of the input, from runs at Chebyshev's points, straight beyond the
-# last
-# of them. Its degree is that of which each run is best foretold by the others (least leave-one-out error), so that
-# noise
-# of runs is not followed; this error is told. Runs are doubled, the old ones kept, until it is below TOLERANCE. Kinks
-# and
-# jumps spoil it, and the error says so.
+# last of them. Its degree is that of which each run is best foretold by the others (least leave-one-out error), so that
+# noise of runs is not followed; this error is told. Runs are doubled, the old ones kept, until it is below TOLERANCE.
+# Kinks and jumps spoil it, and the error says so.
 
 REACHES = (4.0, 3.0)  # normal scores of the last points; the next where a run fails at the first
 LADDER = (9, 17, 33)  # runs
@@ -368,12 +357,12 @@ def _score(source, x):
     return np.where(below < 0.5, ndtri(below), -ndtri(above))
 
 
-# Polynomial chaos: D. Xiu and G. E. Karniadakis, The Wiener-Askey polynomial chaos, SIAM J. Sci. Comput. 24 (2002),
-# by chaospy (J. Feinberg and H. P. Langtangen, J. Comput. Sci. 11, 2015). Uniform and truncated exponential inputs take
-# a uniform germ and Legendre polynomials, all others their normal score and Hermite polynomials; with a copula all
-# germs are normal. Coefficients are projections by the tensor Gauss rule of degree + 1 points a germ, up to a total
-# degree; mean, deviation and Sobol indices are sums over them. The error is measured at points that had no part in the
-# fit. It falls exponentially with the degree for smooth quantities; kinks and jumps spoil that.
+# Polynomial chaos: D. Xiu and G. E. Karniadakis, The Wiener-Askey polynomial chaos, SIAM J. Sci. Comput. 24 (2002), by
+# chaospy (J. Feinberg and H. P. Langtangen, J. Comput. Sci. 11, 2015). Uniform and truncated exponential inputs take a
+# uniform germ and Legendre polynomials, all others their normal score and Hermite polynomials; with a copula all germs
+# are normal. Coefficients are projections by the tensor Gauss rule of degree + 1 points a germ, up to a total degree;
+# mean, deviation and Sobol indices are sums over them. The error is measured at points that had no part in the fit. It
+# falls exponentially with the degree for smooth quantities; kinks and jumps spoil that.
 
 MOST_INPUTS = 4
 GREATEST_DEGREE = 12

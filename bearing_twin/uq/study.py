@@ -160,10 +160,8 @@ class Study:
 
 # When an ensemble is large enough: the 95 % interval of a named statistic, looked at in batches, twice in a row.
 #
-# Looking often and stopping at the first narrow interval favours lucky looks: the interval at such a moment covers
-# less
-# than 95 %. Against that (1) there is a least number of samples before the first look, (2) looks are spaced by a
-# batch,
+# Looking often and stopping at the first narrow interval favours lucky looks: the interval at such a moment covers less
+# than 95 %. Against that (1) there is a least number of samples before the first look, (2) looks are spaced by a batch,
 # later by a fifth of the samples so far, and (3) the interval must be narrow at two looks in a row. The looks are at
 # the same numbers of samples whatever the number of workers, and whether a study was continued or not.
 #

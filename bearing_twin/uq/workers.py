@@ -170,15 +170,12 @@ def _dask_client(address: str):
 #
 # On Linux one process is started, which loads what a realisation needs and forks the workers: a second one costs some
 # hundredths of a second, not the imports and kernels of the first. Where this process has no thread but the one, the
-# started process is a fork of it, which spares the imports too; else it is started afresh (spawn), for a fork lacks
-# the
+# started process is a fork of it, which spares the imports too; else it is started afresh (spawn), for a fork lacks the
 # threads that may hold a lock. Elsewhere each worker is started afresh.
 #
-# All end when asked, killed even while they integrate, and by themselves when this process dies. A pipe for each
-# worker
+# All end when asked, killed even while they integrate, and by themselves when this process dies. A pipe for each worker
 # ends with it, also in the middle of an answer. Those of ProcessPoolExecutor share one, and it waits for the rest
-# without
-# end (Python 3.10 to 3.13); an interpreter that ends waits for all that its workers were asked.
+# without end (Python 3.10 to 3.13); an interpreter that ends waits for all that its workers were asked.
 
 FORKS = sys.platform == "linux"  # elsewhere a fork may lack what libraries of the system have begun
 AHEAD = 2  # messages for each worker: one that it is at, one that waits
