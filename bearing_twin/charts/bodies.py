@@ -4,7 +4,6 @@ from bearing_twin.charts.scenes import (
     Method,
     Problem,
     Scenes,
-    contacts,
     greatest,
     root_mean_square,
     steps,
@@ -148,4 +147,3 @@ CHARTS = {
         wanted=5e-3,
     ),
 }
-__all__ = ["CHARTS", "contacts"]

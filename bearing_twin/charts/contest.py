@@ -14,7 +14,7 @@ import math
 import multiprocessing
 import signal
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -286,9 +286,10 @@ def numbers(rows: list[Row]) -> dict[str, int]:
     return {method: number for number, method in enumerate(dict.fromkeys(row.method for row in rows))}
 
 
-def error_against_cost(contest: Contest, rows: list[Row], columns: int = 3) -> list[list[Panel]]:
-    """A panel a problem: error across, CPU time up, a line a method, a cross at the right edge for each failure."""
-    panels, places, known = [], numbers(rows), [row.error for row in rows if row.status == DONE and row.error > 0.0]
+def error_against_cost(contest: Contest, rows: list[Row], only: Container[str] = ()) -> list[list[Panel]]:
+    """A panel a problem, or of `only` some: error across, CPU time up, crosses at the right edge for failures."""
+    places, rows = numbers(rows), [row for row in rows if not only or row.problem in only]
+    panels, known = [], [row.error for row in rows if row.status == DONE and row.error > 0.0]
     least = max(LEAST, min(known, default=LEAST) / 3.0)
     edge = min(10.0 * max(known, default=1.0), GREATEST)
     across, up = Axis(contest.error, log=True, limits=(0.5 * least, 2.0 * edge)), Axis(contest.cost, "s", log=True)
@@ -308,7 +309,7 @@ def error_against_cost(contest: Contest, rows: list[Row], columns: int = 3) -> l
             look = {**CROSS, "color": colour(number)["color"]}
             parts.append(Line(f"{method}, no result", [edge] * len(lost), lost, look, False))
         panels.append(Panel(name, contest.problems[name], across, up, parts))
-    columns = 2 if len(panels) in (2, 4) else columns
+    columns = 2 if len(panels) in (2, 4) else 3
     return [panels[first : first + columns] for first in range(0, len(panels), columns)]
 
 

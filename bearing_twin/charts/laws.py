@@ -14,8 +14,8 @@ from scipy.integrate import dblquad
 from scipy.optimize import brentq, minimize
 from scipy.special import elliprd, elliprf
 
-from bearing_twin.charts.contest import Contest, cheapest, seconds, timed
-from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, Words, colour
+from bearing_twin.charts.contest import Contest, cheapest, error_against_cost, seconds, timed
+from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, colour
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import Problem, Scenes, load_and_friction, spread, tolerances
 from bearing_twin.compiled import kernel
@@ -29,7 +29,7 @@ from bearing_twin.reference.spot import spot_friction_exact
 
 SHAPES = spread(1e-3, 1.0, 25)  # b/a
 BEARING = (0.08, 0.18)  # b/a of steel balls in raceways
-FROZEN_AT = 0.1  # b/a at which the laws that do not follow the curvatures are exact
+FROZEN_AT = 0.1  # b/a at which `constant` is exact
 WRONG = 0.1  # an error beyond this is a cross
 SCIPY = "SciPy"
 TURNS, STEPS = 200, 16  # of the swing of the shape over which laws with states are carried to be timed
@@ -145,22 +145,14 @@ def _law_panels(contest, rows):
     panels = [
         Panel(
             "shape",
-            "Over the shape; constant, linear: exact at b/a 0.1",
+            "Over the shape; constant: exact at b/a 0.1",
             Axis("b/a of the ellipse", log=True),
             error,
             left,
         ),
         Panel("cost", "On a ball in a raceway, b/a 0.08 to 0.18", cost, error, right, None),
     ]
-    return [panels, *_in_runs(contest, rows)]
-
-
-def _in_runs(contest, rows):
-    """Error against cost of the problems that are runs."""
-    from bearing_twin.charts.contest import error_against_cost
-
-    runs = [row for row in rows if row.problem in RUNS.table]
-    return error_against_cost(contest, runs) if runs else []
+    return [panels, *error_against_cost(contest, rows, RUNS.table)]
 
 
 def worst(rows, method: str, low: float, high: float = 1.0) -> float:
@@ -330,7 +322,7 @@ def _friction_panels(contest, rows):
                 parts.append(Line(name, [one[0] for one in good], [min(one[1], 3.0) for one in good], colour(number)))
             line.append(Panel(f"{problem}, {key}", problem, across, Axis(words, log=True, limits=up), parts))
         lines.append(line)
-    return [*lines, *_in_runs(contest, rows)]
+    return [*lines, *error_against_cost(contest, rows, RUNS.table)]
 
 
 def _friction_reading(contest, rows):
@@ -376,4 +368,3 @@ CHARTS = {
         cost="CPU time of a simulated second",
     ),
 }
-__all__ = ["CHARTS", "Words", "hardest"]

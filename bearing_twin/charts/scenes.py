@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.charts.contest import Contest, Entry, timed
+from bearing_twin.charts.contest import Contest, timed
 from bearing_twin.errors import BearingTwinError
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
@@ -177,6 +177,3 @@ def tolerances(*ladder: float, keys: tuple[str, ...] = ()) -> Method:
 def steps(*ladder: float, keys: tuple[str, ...] = ()) -> Method:
     """A method whose settings are steps [s]."""
     return Method(keys, "solver.step", ladder)
-
-
-__all__ = ["Entry", "Method", "Problem", "Scenes", "spread", "steps", "tolerances"]

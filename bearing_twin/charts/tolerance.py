@@ -14,7 +14,6 @@ from bearing_twin.charts.contest import LEAST, Contest, timed
 from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, colour, dashed
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import contacts, greatest, load_and_friction, root_mean_square, run
-from bearing_twin.errors import BearingTwinError
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, scene_names
 
@@ -135,4 +134,3 @@ CHARTS = {
         read=read,
     )
 }
-__all__ = ["CHARTS", "BearingTwinError"]
