@@ -186,7 +186,7 @@ def _samplers() -> str:
 
 def _reading(name: str) -> str:
     """What a chart says, from the table that stands beside its picture; empty where there is none."""
-    if not any((ROOT / "docs").glob(f"{name}*.csv")):
+    if not [*(ROOT / "docs").glob(f"{name}.csv"), *(ROOT / "docs").glob(f"{name}_*.txt")]:
         return ""
     return "".join(f"* {sentence}\n" for sentence in chart_of(name).read_again(ROOT / "docs", name))
 

@@ -89,7 +89,6 @@ def test_finer_rules_of_friction_are_more_accurate(made):
     rows = made("friction").rows
     worst = [max(errors(rows, name)) for name in ("spot_fine", "spot_medium", "spot", "pade2")]
     assert worst == sorted(worst)
-    assert max(errors(rows, "SciPy")) < 1e-7
 
 
 def test_tighter_settings_are_more_accurate(made):

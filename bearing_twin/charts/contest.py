@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.charts import chart_of
-from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, Sheet, colour, draw
+from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, curve, draw
 from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, Row, read_table, write_table
 from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.pictures.style import STYLE
@@ -301,13 +301,9 @@ def error_against_cost(contest: Contest, rows: list[Row], only: Container[str] =
             number = places[method]
             mine = sorted((row for row in here if row.method == method), key=lambda row: row.setting)
             good = [(max(row.error, least), row.seconds) for row in mine if row.status == DONE]
-            look = {**colour(number), "marker": "o", "markersize": 5}
-            parts.append(Line(method, [one[0] for one in good], [one[1] for one in good], look))
-            lost = [
-                row.seconds if row.seconds > 0.0 else min(costs) * 1.3**number for row in mine if row.status != DONE
-            ]
-            look = {**CROSS, "color": colour(number)["color"]}
-            parts.append(Line(f"{method}, no result", [edge] * len(lost), lost, look, False))
+            high = min(costs) * 1.3**number
+            lost = [(edge, row.seconds if row.seconds > 0.0 else high) for row in mine if row.status != DONE]
+            parts += curve(method, good, number, lost)
         panels.append(Panel(name, contest.problems[name], across, up, parts))
     columns = 2 if len(panels) in (2, 4) else 3
     return [panels[first : first + columns] for first in range(0, len(panels), columns)]
@@ -326,12 +322,8 @@ def over_across(contest: Contest, rows: list[Row], axis: Axis, columns: Mapping[
                     (row.across, _column(row, column)) for row in mine if (row.method, row.status) == (method, DONE)
                 ]
                 good = sorted((x, max(y, LEAST)) for x, y in good if y == y)  # without NaN
-                look = {**colour(number), "marker": "o", "markersize": 5}
-                parts.append(Line(method, [one[0] for one in good], [one[1] for one in good], look))
-                if column != "seconds":
-                    lost = [row.across for row in mine if row.method == method and row.status != DONE]
-                    look = {**CROSS, "color": colour(number)["color"]}
-                    parts.append(Line(f"{method}, no result", lost, [1.0] * len(lost), look, False))
+                lost = [(row.across, 1.0) for row in mine if row.method == method and row.status != DONE]
+                parts += curve(method, good, number, lost if column != "seconds" else ())
             line.append(Panel(f"{name}, {column}", contest.problems[name], axis, up, parts))
         lines.append(line)
     return lines

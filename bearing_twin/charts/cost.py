@@ -4,7 +4,7 @@ import tempfile
 from pathlib import Path
 
 from bearing_twin.charts.contest import Contest, seconds, timed
-from bearing_twin.charts.panels import Axis, Line, Panel, colour
+from bearing_twin.charts.panels import Axis, Panel, bars_of
 from bearing_twin.charts.scenes import WITHOUT_CHECK
 from bearing_twin.log.run_log import write_log
 from bearing_twin.run.passes import simulate
@@ -33,7 +33,6 @@ def _log(run) -> None:
         write_log(run, Path(folder) / "run.mcap")
 
 
-BAR = {"linewidth": 14.0, "solid_capstyle": "butt"}
 STAGES = {
     "outputs as blocks": (_blocks, (WITHOUT_CHECK,)),
     "the same with a check": (_blocks, ()),
@@ -56,17 +55,9 @@ def _keys(share: float) -> tuple[str, ...]:
 
 def panels(contest, rows) -> list[list[Panel]]:
     """A panel a run: a bar a stage."""
-    found = []
+    axis, found = Axis("CPU time of a simulated second", "s"), []
     for name in dict.fromkeys(row.problem for row in rows):
-        mine = [row for row in rows if row.problem == name]
-        parts = [
-            Line(row.method, [0.0, row.seconds], [place] * 2, {**BAR, "color": colour(0)["color"]}, False)
-            for place, row in enumerate(mine)
-        ]
-        across = Axis("CPU time of a simulated second", "s", limits=(0.0, None))
-        names = tuple(row.method for row in mine)
-        up = Axis("", limits=(-0.6, len(names) - 0.4))
-        found.append(Panel(name, RUNS[name][0], across, up, parts, None, names=names))
+        found.append(bars_of(name, RUNS[name][0], axis, {r.method: r.seconds for r in rows if r.problem == name}))
     return [found]
 
 

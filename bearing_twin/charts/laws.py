@@ -2,7 +2,7 @@
 
 Laws: the load as the contact calculator gives it, which is what every product of a law goes by, against exact Hertz;
 SciPy's integrals check that. Friction: Coulomb's law without smoothing, the hardest case, against
-`reference.spot`, which SciPy's adaptive quadrature checks; each error is the worst of several directions of slip, of
+`reference.spot`; each error is the worst of several directions of slip, of
 the force over mu N, of the torque over pure spin's.
 """
 
@@ -10,12 +10,11 @@ import functools
 import math
 
 import numpy as np
-from scipy.integrate import dblquad
 from scipy.optimize import brentq, minimize
 from scipy.special import elliprd, elliprf
 
 from bearing_twin.charts.contest import Contest, cheapest, error_against_cost, seconds, timed
-from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, colour
+from bearing_twin.charts.panels import Axis, Line, Panel, colour, curve
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import Problem, Scenes, load_and_friction, spread, tolerances
 from bearing_twin.compiled import kernel
@@ -133,10 +132,8 @@ def _law_panels(contest, rows):
     for number, law in enumerate(dict.fromkeys(row.method for row in rows if row.problem == "ellipse")):
         mine = [row for row in rows if (row.problem, row.method) == ("ellipse", law)]
         good = [(row.across, max(row.error, low)) for row in mine if row.status == DONE]
-        left.append(Line(law, [one[0] for one in good], [one[1] for one in good], colour(number)))
-        lost = [row.across for row in mine if row.status != DONE]
-        look = {**CROSS, "color": colour(number)["color"], "markersize": 6}
-        left.append(Line(f"{law}, wrong", lost, [2.0 * 1.6**number] * len(lost), look, False))
+        lost = [(row.across, 2.0 * 1.6**number) for row in mine if row.status != DONE]
+        left += curve(law, good, number, lost, "")
         near = max(low, min(1.0, worst(rows, law, *BEARING)))
         dot = {"color": colour(number)["color"], "marker": "o", "markersize": 9, "linestyle": ""}
         right.append(Line(law, [mine[0].seconds], [near], dot, False))
@@ -195,7 +192,6 @@ POLES = (np.linspace(0.03, 1.1, 36), np.linspace(0.0, 0.5 * math.pi, 13))
 """Poles of the motions among which the greatest error is searched: distance and angle, the patch scaled to a circle."""
 RAYS, NARROW = 250, 25.0  # of the exact solution, good to 1e-12; for b/a < 0.1 NARROW over b/a
 MODELS = {row.name: row.rubbing for row in FRICTIONS.values() if row.over_spot}
-SECOND = 1e-7  # accuracy requested of SciPy
 
 
 def _loop(form):
@@ -254,39 +250,12 @@ def hardest(form, shape: float, poles=POLES) -> list[tuple[tuple[float, float, f
     return found
 
 
-def friction_by_scipy(normal_load, major, minor, slip_major, slip_minor, spin, coefficient, _) -> tuple:
-    """Force along both axes [N] and torque [N m] of Coulomb friction over the patch, by `dblquad`, cut at the pole."""
-    scale = -1.5 * coefficient * normal_load / math.pi
-    pole = -slip_minor / (spin * major), slip_major / (spin * minor)
-
-    def at(y, x, part):
-        along, across = slip_major - spin * minor * y, slip_minor + spin * major * x
-        speed, pressure = math.hypot(along, across), math.sqrt(max(1.0 - x * x - y * y, 0.0))
-        moment = major * x * across - minor * y * along
-        return pressure * (along, across, moment)[part] / speed if speed else 0.0
-
-    def edge(x):
-        return math.sqrt(max(1.0 - x * x, 0.0))
-
-    def cut(x):
-        return min(max(pole[1], -edge(x)), edge(x))
-
-    def over(low, high, part):
-        halves = ((lambda x: -edge(x), cut), (cut, edge))
-        return sum(dblquad(at, low, high, *ends, (part,), epsabs=SECOND, epsrel=SECOND)[0] for ends in halves)
-
-    middle = min(max(pole[0], -1.0), 1.0)
-    return tuple(scale * (over(-1.0, middle, part) + over(middle, 1.0, part)) for part in range(3))
-
-
 def judge_friction(problem: str, name: str, setting: float, spin: float) -> dict:
     """A model at one shape and ratio of spin to slip; without one (NaN) at the motions where it errs most."""
     if problem not in PATCHES:
         return RUNS.judge(problem, name, setting, spin)
     shape = PATCHES[problem]
-    if name == SCIPY:
-        off, cost = errors(friction_by_scipy, shape, [(math.cos(0.7), math.sin(0.7), spin)]), {}
-    elif math.isnan(spin):
+    if math.isnan(spin):
         off, cost = np.array([[error for _, error in hardest(MODELS[name], shape)]]), _friction_cost(name)
     else:
         motions = [(math.cos(angle), math.sin(angle), spin) for angle in DIRECTIONS]
@@ -299,9 +268,8 @@ def judge_friction(problem: str, name: str, setting: float, spin: float) -> dict
 def _friction_entries(problem, quick):
     if problem not in PATCHES:
         return RUNS.entries(problem, quick)
-    spins = SPINS[::6] if quick else SPINS
-    found = [(name, math.nan, spin) for name in MODELS for spin in (*spins, math.nan)]
-    return [*found, *((SCIPY, math.nan, spin) for spin in SPINS[:: 12 if quick else 6])]
+    spins = SPINS[::6] if quick else (*SPINS, math.nan)
+    return [(name, math.nan, spin) for name in MODELS for spin in spins]
 
 
 def _friction_panels(contest, rows):
@@ -338,9 +306,6 @@ def _friction_reading(contest, rows):
         if mine:
             cost = seconds(mine[0].seconds)
             yield f"{name}: {cost} an evaluation; greatest errors of force and torque {', '.join(words)}."
-    again = [row.error for row in rows if row.method == SCIPY and row.status == DONE]
-    if again:
-        yield f"The exact solution is found again by SciPy's dblquad to {max(again):.1g} at {len(again)} motions."
     yield from _runs_reading(contest, rows)
 
 

@@ -124,6 +124,26 @@ def colour(place: int) -> dict:
     return {**ball_line(place), "linewidth": 2.0}
 
 
+def curve(name: str, points, number: int, lost=(), marker: str = "o") -> list[Line]:
+    """A method in its colour: a line through points (x, y), crosses at those without a result."""
+    look = colour(number)
+    parts = [
+        Line(name, [one[0] for one in points], [one[1] for one in points], look | {"marker": marker, "markersize": 5})
+    ]
+    if lost:
+        cross = {**CROSS, "color": look["color"]}
+        parts.append(Line(f"{name}, no result", [one[0] for one in lost], [one[1] for one in lost], cross, False))
+    return parts
+
+
+def bars_of(key: str, title: str, axis: Axis, values: dict[str, float]) -> Panel:
+    """A bar a name, from 0."""
+    look = {"color": colour(0)["color"], "linewidth": 14.0, "solid_capstyle": "butt"}
+    parts = [Line(name, [0.0, one], [place] * 2, look, False) for place, (name, one) in enumerate(values.items())]
+    up = Axis("", limits=(-0.6, len(values) - 0.4))
+    return Panel(key, title, axis._replace(limits=(0.0, None)), up, parts, None, names=tuple(values))
+
+
 def dashed() -> dict:
     """The look of what is compared with."""
     return {"color": STYLE["ink"], "linewidth": 2.0, "linestyle": "--"}

@@ -189,7 +189,7 @@ def _statistics_panels(t, kept, mean_run, inputs, numbers, titles) -> list[list[
         [
             Panel(titles[0], titles[0], TIME, FORCE, band),
             Panel("quantiles", "Quantiles at each instant", TIME, FORCE, quantiles),
-            Panel("correlation", "Correlation of the force with the inputs", TIME, correlation, lines, "lower left"),
+            Panel("correlation", "Correlation of the force with the inputs", TIME, correlation, lines),
         ],
         [
             Panel(titles[1], titles[1], TIME, FORCE, [cloud]),
@@ -206,7 +206,7 @@ def _run_at(scene, keys=()) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _spheres_at(value: float) -> tuple[np.ndarray, np.ndarray]:
-    keys = ("contact.normal=measured", f"contact.measured_alpha={value!r}", "run.duration=1e-4", "run.output_rate=4e6")
+    keys = ("contact.normal=measured", f"contact.measured_alpha={value!r}", "run.duration=1e-4", "run.output_rate=2e7")
     return _run_at("two_spheres", keys)
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from bearing_twin.charts.contest import LEAST, Contest, timed
-from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, colour, dashed
+from bearing_twin.charts.panels import Axis, Line, Panel, curve, dashed
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import contacts, greatest, load_and_friction, root_mean_square, run
 from bearing_twin.run.passes import simulate
@@ -84,11 +84,8 @@ def panels(contest, rows) -> list[list[Panel]]:
         mine = [row for row in rows if row.problem == kind]
         for number, name in enumerate(dict.fromkeys(row.method for row in mine)):
             good = [(row.setting, max(row.error, LEAST)) for row in mine if (row.method, row.status) == (name, DONE)]
-            look = {**colour(number), "marker": "o", "markersize": 5}
-            parts.append(Line(name, [one[0] for one in good], [one[1] for one in good], look))
-            lost = [row.setting for row in mine if row.method == name and row.status != DONE]
-            look = {**CROSS, "color": colour(number)["color"]}
-            parts.append(Line(f"{name}, no result", lost, [1.0] * len(lost), look, False))
+            lost = [(row.setting, 1.0) for row in mine if row.method == name and row.status != DONE]
+            parts += curve(name, good, number, lost)
         up = Axis("error found", log=True, limits=(LEAST, 10.0))
         found.append(
             Panel(kind, kind.replace("_", " "), Axis("tolerance requested", log=True), up, parts, "lower right")

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import stats
 
 from bearing_twin.charts.contest import LEAST, Contest, timed
-from bearing_twin.charts.panels import Axis, Band, Line, Panel, colour
+from bearing_twin.charts.panels import Axis, Band, Line, Panel, colour, curve, shade
 from bearing_twin.charts.rows import DONE
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import parse_study
@@ -120,19 +120,8 @@ def sampler_panels(contest, rows):
                     [max(row.more[f"{statistic}_{one}"], LEAST) for row in mine] for one in ("low", "error", "high")
                 )
                 if method in SAMPLERS:
-                    parts.append(
-                        Band(
-                            f"{method}, middle half",
-                            x,
-                            low,
-                            high,
-                            {"color": colour(number)["color"], "alpha": 0.18},
-                            False,
-                        )
-                    )
-                parts.append(
-                    Line(method.replace("_", " "), x, middle, {**colour(number), "marker": "o", "markersize": 5})
-                )
+                    parts.append(Band(f"{method}, middle half", x, low, high, shade(number), False))
+                parts += curve(method.replace("_", " "), [*zip(x, middle, strict=True)], number)
             across = Axis(along, "s" if along == "CPU time" else "1", log=True)
             title = f"{contest.problems[problem]}: {statistic}"
             line.append(
