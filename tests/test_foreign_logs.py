@@ -14,6 +14,7 @@ import zlib
 
 import numpy as np
 import pytest
+import yaml
 from made_up_run import bits, made_up_block, made_up_run, made_up_scene
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Message, Schema
@@ -265,7 +266,19 @@ def one_file(path, messages):
     path.with_suffix(".db3").write_bytes(held)
 
 
+def in_files(path, messages):
+    """In forty files, message by message in turn, so that all overlap in time but for their ends."""
+    bag(path, messages[:1], StoragePlugin.MCAP)
+    names = [f"part_{k}.mcap" for k in range(40)]
+    for k, name in enumerate(names):
+        by_mcap(path / name, messages[k::40])
+    described = yaml.safe_load((path / "metadata.yaml").read_text())
+    described["rosbag2_bagfile_information"]["relative_file_paths"] = names
+    (path / "metadata.yaml").write_text(yaml.safe_dump(described))
+
+
 BAGS = {
+    "MCAP in forty files": (in_files, "run"),
     "sqlite3": (bag, "run"),
     "sqlite3, shuffled": (lambda path, messages: bag(path, shuffled(messages)), "run"),
     "sqlite3 without metadata.yaml": (without_description, "run"),

@@ -4,7 +4,7 @@ import functools
 import heapq
 import re
 from collections.abc import Container, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path, PurePath
 from textwrap import indent
 from typing import NamedTuple
@@ -234,16 +234,34 @@ class LogReader:
     def messages(
         self, wanted: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS + 1
     ) -> Iterator[LoggedMessage]:
-        """Messages of the `wanted` topics (None: of all) by log time; raises DamagedLog and LogLimit, also part way."""
-        together: list[tuple[int, Path]] = []  # files whose times overlap, with their first
-        reached = 0
-        for (first, last), file in sorted(zip(self._spans, self._files, strict=True), key=lambda one: one[0]):
-            if together and first >= reached:
-                yield from self._merged([one for _, one in together], wanted, from_ns, until_ns)
-                together = []
-            together.append((first, file))
-            reached = max(reached, last)
-        yield from self._merged([one for _, one in together], wanted, from_ns, until_ns)
+        """Messages of the `wanted` topics (None: of all) by log time; raises DamagedLog and LogLimit, also part way.
+
+        A file is open from its first message on to its last.
+        """
+        order = sorted(range(len(self._files)), key=self._spans.__getitem__, reverse=True)
+        heap: list[tuple[int, int, LoggedMessage, Iterator[LoggedMessage]]] = []
+        while order or heap:
+            while order and (not heap or self._spans[order[-1]][0] <= heap[0][0]):
+                number = order.pop()
+                stream = self._of(self._files[number], wanted, from_ns, until_ns)
+                if len(self._files) == 1:
+                    yield from stream
+                elif (first := next(stream, None)) is not None:
+                    heapq.heappush(heap, (first.log_time, number, first, stream))
+            if heap:
+                _, number, message, stream = heap[0]
+                yield message
+                following = next(stream, None)
+                if following is None:
+                    heapq.heappop(heap)
+                else:
+                    heapq.heapreplace(heap, (following.log_time, number, following, stream))
+
+    @staticmethod
+    def _of(file: Path, *limits) -> Iterator[LoggedMessage]:
+        """The messages of one file by time."""
+        with reader_of(file) as reader:
+            yield from reader.by_time(*limits)
 
     def in_file_order(self, wanted: Container[str] | None = None) -> Iterator[LoggedMessage]:
         """`messages` in the order in which they were written."""
@@ -252,12 +270,6 @@ class LogReader:
                 for item in reader.content(wanted):
                     if isinstance(item, LoggedMessage):
                         yield item
-
-    @staticmethod
-    def _merged(files: list[Path], *limits) -> Iterator[LoggedMessage]:
-        with ExitStack() as stack:
-            streams = [stack.enter_context(reader_of(file)).by_time(*limits) for file in files]
-            yield from streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda one: one.log_time)
 
 
 class SqliteReader:

@@ -186,11 +186,6 @@ class McapReader:
         return self._contents
 
     @property
-    def summary_chunks(self) -> array:
-        """Where the chunks begin by the summary, once `contents` has read it."""
-        return self._starts
-
-    @property
     def end(self) -> int:
         """The byte behind the last whole record that was read."""
         return self._read_to
