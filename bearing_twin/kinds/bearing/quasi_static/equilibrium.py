@@ -722,9 +722,9 @@ def outer_control(parameters, contacts: Contacts) -> bool:
 
 
 def control_named(setting: Setting) -> str:
-    """The name of the raceway control with these shares of the gyroscopic moment."""
+    """The name of the raceway control with these shares of the gyroscopic moment; "none" where no raceway takes any."""
     shares = setting.share_inner, setting.share_outer
-    return next(name for name, its in CONTROLS.items() if its == shares and name != AUTO)
+    return next((name for name, its in CONTROLS.items() if its == shares and name != AUTO), "none")
 
 
 def controlled(parameters, solver: EquilibriumSolver, support: Support) -> Equilibrium:
