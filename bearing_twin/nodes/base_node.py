@@ -153,7 +153,7 @@ SOME = 3  # topics that are named of those without a subscriber
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
 POLL = 0.1  # s: how soon the main thread sees that a node is done
 NAMESAKE = "another node has this name in this namespace, so their topics mix: give one of them another"
-ANSWER_PERIOD = 0.003  # s between answers of one service: whoever calls it from many clients keeps ten answers
+ANSWER_PERIOD = 0.01  # s between answers of one service: whoever calls it from many clients keeps ten answers
 TALK = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
 MOST_FAULTS = 1000  # after each other: a node that can do nothing but fail ends
 
