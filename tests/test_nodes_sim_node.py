@@ -16,6 +16,7 @@ from ros import (
     DiagnosticArray,
     DiagnosticStatus,
     Float64,
+    Parameter,
     PoseStamped,
     SetBool,
     Step,
@@ -494,3 +495,22 @@ def test_the_log_is_whole_when_the_node_is_closed_in_the_middle(tmp_path):
         spin_until(executor, lambda: any(room <= {pair.key for pair in s.values} for s in seen), "room for the log")
     samples = [sample.sequence for sample in read_log(path)]
     assert samples == list(range(node.simulation.sequence + 1))
+
+
+def test_a_law_is_switched_by_a_parameter_of_the_running_node(tmp_path):
+    with ros_executor(threads=2) as executor:
+        node = started(executor, SimNode, log=str(tmp_path / "run.mcap"))
+        watcher, laws = plain_node(executor), []
+        contacts = lambda message: laws.append(message.law)  # noqa: E731
+        watcher.create_subscription(Contacts, "/bearing/contacts", contacts, 10)
+        spin_until(executor, lambda: len(laws) > 3, "contacts")
+        for overrides, reason in ((["contact.normal=hertzz"], "did you mean hertz"), (["geometry.balls=7"], "topics")):
+            [result] = node.set_parameters([Parameter("overrides", value=overrides)])
+            assert not result.successful
+            assert reason in result.reason
+        [result] = node.set_parameters([Parameter("overrides", value=["contact.normal=volumetric"])])
+        assert result.successful
+        spin_until(executor, lambda: laws[-1] == "volumetric", "the other law")
+        assert (node.failure, node.loop.runs) == (None, 1)
+        node.close()
+    assert [read_log(tmp_path / name).choice.law for name in ("run.mcap", "run_1.mcap")] == [laws[0], "volumetric"]

@@ -73,6 +73,10 @@ again, and `/diagnostics` warns. What cannot be obeyed, such as a NaN, a load th
 coordinate that is held, changes nothing: it is counted and said on `/diagnostics`, and the last good command stays in
 force. `~/reset` brings the scene's own speed and load back.
 
+**Another law or friction** in a running `sim_node`: set its parameter `overrides`, as `ros2 param set /bearing/sim_node
+overrides "['contact.normal=volumetric']"`. The run begins again at 0 with it, and so does the log, as after `~/reset`;
+what makes no scene, or one with other topics, is refused.
+
 **Services** of `sim_node`, below its own name: `~/pause` (`std_srvs/SetBool`), `~/reset` (`std_srvs/Trigger`), `~/step`
 (`bearing_twin_msgs/Step`), and with bearings `~/stiffness` (`bearing_twin_msgs/Stiffness`): where the inner ring stands
 at the last output, what loads it, and its stiffness there, 5 × 5, with the balls in balance.

@@ -5,12 +5,14 @@ Compilation, integration, pacing, log and publishing happen in a worker thread; 
 
 import threading
 import time
+from collections.abc import Callable
 from concurrent.futures import TimeoutError as StillBusy
 from concurrent.futures import wait
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -67,7 +69,12 @@ PARAMETERS = (
         "scene to run: a name, a designation such as 6308, or the path of a YAML file",
         digits=True,
     ),
-    NodeParameter("overrides", [], "changes to the scene, such as contact.normal=volumetric"),
+    NodeParameter(
+        "overrides",
+        [],
+        "changes to the scene, such as contact.normal=volumetric; set while it runs, the run begins again with them",
+        read_only=False,
+    ),
     NodeParameter(
         "duration",
         0.0,
@@ -138,12 +145,17 @@ def looked_up(options: dict[str, Any]) -> tuple[dict[str, Any], Scene]:
             found = values
         if "scene" in given or own != namespace:
             break
-    allowed = [f"solver.{ALLOW_INVALID}=on"] if found[ALLOW_INVALID] else []
-    scene = load_scene(found["scene"], [*filter(None, found["overrides"]), *allowed])
+    return found, scene_of(found)
+
+
+def scene_of(values: dict[str, Any]) -> Scene:
+    """The scene that these values of parameters ask for; raises BearingTwinError."""
+    allowed = [f"solver.{ALLOW_INVALID}=on"] if values[ALLOW_INVALID] else []
+    scene = load_scene(values["scene"], [*filter(None, values["overrides"]), *allowed])
     if scene.allows_invalid and not allowed:
         raise SceneError(f"scene {scene.name} has solver.{ALLOW_INVALID}: on, {NOT_ALLOWED}")
     refuse_outside(scene)
-    return found, scene
+    return scene
 
 
 COMMAND_TIMEOUT = 30.0  # s after which a service answers that its command is taken, though not yet carried out
@@ -166,6 +178,7 @@ class SimNode(Node):
             refuse_existing(values["log"])
         outgoing = ((topic.name, topic.ros_type, topic.qos) for topic in topics(scene))
         self._outlet = Outlet(self, outgoing, values["publish_clock"])
+        self._values, self._scene = values, scene
         self._log_path, self._logs = values["log"], RunLogs(values["log"], self._open_log)
         safety = safety_of(values)
         self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
@@ -215,6 +228,7 @@ class SimNode(Node):
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=others, clock=steady)
         if self._outlet.has_clock:
             self.create_timer(CLOCK_PERIOD, self._on_clock, callback_group=others, clock=steady)
+        self.add_on_set_parameters_callback(self._on_overrides)
         self.add_post_set_parameters_callback(self._on_parameters)
 
     def _open_log(self, path: Path) -> LogWriter:
@@ -234,7 +248,7 @@ class SimNode(Node):
             return
         loop = SimulationLoop(
             run,
-            partial(MessageStream, scene, choice=run.choice, frame_prefix=values["frame_prefix"]),
+            self._stream_of(run),
             self._outlet.deliver,
             values["real_time_factor"],
             duration_ns,
@@ -252,6 +266,16 @@ class SimNode(Node):
         self.get_logger().info(said)
         for warned in run.choice.warnings:
             self.get_logger().warning(warned)
+
+    def _stream_of(self, run: Simulation) -> Callable[[], MessageStream]:
+        return partial(MessageStream, run.scene, choice=run.choice, frame_prefix=self._values["frame_prefix"])
+
+    def _change(self, now: int, scene: Scene) -> None:
+        """The run begins again as `scene`."""
+        run = Simulation(scene, self._halt)
+        run.warm_up()
+        self.simulation = run
+        self.get_logger().info(f"{scene.name} by {run.choice.law}: {self.loop.change(now, run, self._stream_of(run))}")
 
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
@@ -352,9 +376,25 @@ class SimNode(Node):
                 "says that it runs or is paused"
             ) from None
 
+    def _on_overrides(self, parameters) -> SetParametersResult:
+        """Refuses overrides that make no scene, or one with other topics."""
+        for parameter in parameters:
+            if parameter.name == "overrides":
+                try:
+                    scene = scene_of(self._values | {"overrides": list(parameter.value or ())})
+                except BearingTwinError as error:
+                    return SetParametersResult(successful=False, reason=str(error))
+                if [one.full_name for one in topics(scene)] != [one.full_name for one in topics(self._scene)]:
+                    return SetParametersResult(successful=False, reason="that changes the topics: start another node")
+        return SetParametersResult(successful=True)
+
     @guarded
     def _on_parameters(self, parameters):
         for parameter in parameters:
+            if parameter.name == "overrides":
+                scene = scene_of(self._values | {"overrides": list(parameter.value or ())})
+                self.worker.post(self._change, scene).add_done_callback(self._say_failure)
+                self._halt.interrupt(always=True)
             if parameter.name == "real_time_factor":
                 self.worker.post(lambda now, pace=parameter.value: self.loop.set_factor(now, pace))
 

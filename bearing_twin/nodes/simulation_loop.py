@@ -188,13 +188,11 @@ class SimulationLoop:
         commands: Commands | None = None,
         command_ns: int = 0,
     ):
-        self.simulation = simulation
-        self.runs = 0
+        self.runs, self._duration_ns = 0, duration_ns
+        self._take(simulation)
         self.commands, self._command_ns, self.obeys_at = commands or Commands(), command_ns, 0
         self._make_stream, self._open_log, self._wanted = make_stream, open_log, wanted
         self._stream, self._log = make_stream(), open_log(0)
-        self._chunk = max(1, min(CHUNK_NS // simulation.output_period_ns, simulation.chunk_outputs))
-        self._total = duration_ns // simulation.output_period_ns + 1 if duration_ns else None
         self._done = self._flushed = False
         self._repeat = repeat_ns
         self._began: int | None = None
@@ -336,6 +334,19 @@ class SimulationLoop:
         self.close()
         self._begin_again(log)
         return f"run {self.runs} starts at 0 s"
+
+    def change(self, now: int, simulation, make_stream: Callable) -> str:
+        """Begins again with another simulation of the same topics; the log is completed, the run gets a new one."""
+        self.close()
+        self._take(simulation)
+        self._make_stream = make_stream
+        self._begin_again(self._open_log(self.runs + 1))
+        return f"run {self.runs} starts at 0 s"
+
+    def _take(self, simulation) -> None:
+        self.simulation, period = simulation, simulation.output_period_ns
+        self._chunk = max(1, min(CHUNK_NS // period, simulation.chunk_outputs))
+        self._total = self._duration_ns // period + 1 if self._duration_ns else None
 
     def _begin_again(self, log) -> None:
         self.runs += 1
