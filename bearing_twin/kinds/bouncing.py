@@ -5,7 +5,6 @@ module that also names the entries of its clock, beside those of `numerics.adapt
 with COUNTED.
 """
 
-import functools
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -16,19 +15,16 @@ from bearing_twin.contact.damping import damping_for_restitution, steady_ratio
 from bearing_twin.contact.friction import FRICTIONS, friction_number
 from bearing_twin.contact.materials import Material, compliance
 from bearing_twin.errors import IntegrationError, Stopped
-from bearing_twin.kinds.second_run import SHORT, WithSecondRun, is_watched
 from bearing_twin.numerics.adaptive import CURSOR, STEP, TIME
 from bearing_twin.numerics.statuses import FULL, OK, STOPPED, WORDS
-from bearing_twin.report import Choice
 from bearing_twin.stopping import SIGNALLED
 
 FLOOR = 1e-4  # of the shortest contact: lift-offs and touches shorter than that are passed
 RECORDS = 256  # completed in one call of the kernel
 COUNTED = ("steps", "rejections", "evaluations", "touches")
 COUNTS = len(COUNTED)
-FINER, FINEST, COARSEST = 0.1, 1e-12, 1e-10
-"""Tolerance of the second motion over the first one's, the least there is, and the greatest at which the tolerance, and
-not the contact's own time, sets its steps."""
+FINEST, COARSEST = 1e-12, 1e-10
+"""The least tolerance of a step, and the greatest at which the tolerance, and not the contact's own time, sets it."""
 
 
 def contact_numbers(contact, first: Material, second: Material) -> dict[str, float]:
@@ -51,17 +47,6 @@ def contact_numbers(contact, first: Material, second: Material) -> dict[str, flo
         "rubbing": friction_number(contact.friction),
         "over_spot": FRICTIONS[contact.friction].over_spot,
     }
-
-
-def motion_of(motion, parameters, choice: Choice, channels, figures, watch, wanted_errors, short=SHORT):
-    """A `motion` of the scene, with a finer one beside it unless the scene wants none; see `WithSecondRun`."""
-    own = motion(parameters, choice)
-    if not is_watched(parameters):
-        return own
-    finer = motion(parameters, choice._replace(stepper="dop853"))
-    finer.plan = finer.plan._replace(tolerance=max(min(FINER * own.plan.tolerance, COARSEST), FINEST))
-    writer = functools.partial(figures, parameters, choice)
-    return WithSecondRun((own, finer), channels(parameters), writer, watch, wanted_errors, parameters, short)
 
 
 class BouncingMotion:

@@ -108,6 +108,49 @@ class Doubt(Protocol):
         """The errors of these figures so far."""
 
 
+class ModelDoubt:
+    """The model errors of a kind, by its law, its friction model and what it leaves out; a kind gives those it has."""
+
+    in_stretches = False
+    outputs: tuple[str, ...] = ()
+
+    def __init__(self, parameters, choice: Choice):
+        self.parameters, self.choice = parameters, choice
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+
+    def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """Errors of the elastic law by figure."""
+        return {}
+
+    def law_of(self, output: str) -> tuple[float, str]:
+        """Error of the elastic law in a requested output, in its norm, and what would reduce it."""
+        return 0.0, ""
+
+    def friction(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """Errors of the friction model by figure."""
+        return {}
+
+    def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """Errors of what the model leaves out by figure."""
+        return {}
+
+    def notes(self) -> dict[str, str]:
+        """Sentences on what is not in the errors, by source and by what is left out."""
+        return {}
+
+    def errors(self, figures: Mapping[str, Any]) -> Errors:
+        """The model errors of these figures."""
+        found: dict[str, dict[str, Any]] = {}
+        by_source = {LAW: self.law(figures), FRICTION_MODEL: self.friction(figures), LEFT_OUT: self.left_out(figures)}
+        for source, errors in by_source.items():
+            for key, error in errors.items():
+                found.setdefault(key, {})[source] = error
+        outputs = {name: (ModelError(LAW, *self.law_of(name)),) for name in self.outputs}
+        return Errors(found, outputs=outputs, notes=self.notes(), mends={LAW: HERTZ_MENDS})
+
+
 class NothingKnown:
     """The doubt of a kind that estimates no error."""
 

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 SECOND_RUN, NO_CHECK = "second_run", "none"
 TOLERANCE = 0.1  # of the second run over that of the run (`python bench/second_run.py --factors` compares 3 to 10)
+COARSER = 0.8
+"""Divisions, modes and steps of the second run of a mesh or a series over those of the run: 0.5 to 0.6 of its work. Errors
+of a mesh fall as divisions^-1.5 to -2.8, those of a series as the power -1 to -6 of modes and steps."""
 SMALLER = "set a tenth of wanted.tolerance"
 
 
@@ -33,6 +36,15 @@ def with_tolerance(parameters, choice: Choice, least: float) -> tuple[Any, Choic
     share = TOLERANCE if TOLERANCE * given >= least * (1.0 - 1e-9) else 1.0 / TOLERANCE
     wanted = dataclasses.replace(parameters.wanted, tolerance=share * parameters.wanted.tolerance)
     return dataclasses.replace(parameters, wanted=wanted), choice._replace(setting=share * choice.setting)
+
+
+def finer_setting(own: float, least: float, most: float = math.inf) -> float:
+    """Tolerance of a step of the second run: `TOLERANCE` of its own, `most` at most; larger where that is too little.
+
+    Above `most` something else than the tolerance sets the steps.
+    """
+    finer = min(TOLERANCE * own, most)
+    return finer if finer >= least * (1.0 - 1e-9) else own / TOLERANCE
 
 
 class Comparison:

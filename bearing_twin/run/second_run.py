@@ -17,11 +17,12 @@ from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.refinement import SECOND_RUN, Comparison, is_checked
 from bearing_twin.report import Choice
-from bearing_twin.sample import Block, Channel, Columns, Table, layout_of, side_by_side
+from bearing_twin.sample import Block, Channel, Columns, Layout, Table, layout_of, side_by_side
 from bearing_twin.units import symbol_of
 
 OFTEN = 1.02  # times the time of the last row, when figures are compared again
 LATE = 0.1  # share of the outputs that lie beyond a horizon at least: a single impact is none
+SEVERAL = 4  # outputs or contacts at least that lie beyond one
 ROUNDING = 1e-12  # of a figure: no difference is said to be smaller
 UNKNOWN = -1.0  # in a row: there is none
 HEAD = (
@@ -120,7 +121,8 @@ class Differences:
     def horizon(self) -> float:
         """The horizon [s], UNKNOWN where there is none."""
         later = self.count - self.at_least
-        return self.turned if self.sum > self.least and later > LATE * self.count else UNKNOWN
+        beyond = self.sum > self.least and later > max(LATE * self.count, SEVERAL)
+        return self.turned if beyond else UNKNOWN
 
     def error(self, name: str) -> float:
         """The greatest difference of an output, over its greatest size."""
@@ -140,8 +142,9 @@ class CheckedMotion:
     def __init__(self, kind: Kind, parameters, choice: Choice, channels: tuple[Channel, ...]):
         self._kind, self._parameters, self._choice = kind, parameters, choice
         self._motion = kind.motion(parameters, choice)
-        self._second = kind.motion(*kind.refined(parameters, choice))
-        self._layout = layout_of(channels)
+        refined = kind.refined(parameters, choice)
+        self._second = kind.motion(*refined)
+        self._layouts = layout_of(channels), layout_of(tuple(kind.channels(refined[0])))  # meshes may differ
         self.longest_chunk = getattr(self._motion, "longest_chunk", None)
         if hasattr(self._motion, "snapshot"):
             self.snapshot, self.resume = self._motion.snapshot, self._resume
@@ -206,8 +209,12 @@ class CheckedMotion:
         """The outputs at the present instant."""
         values = self._motion.first_outputs()
         self._records = self._motion.take_records()
-        second = self._second.first_outputs(), self._second.take_records()
-        self._compare(np.array([self._now_ns]), (values, self._records), second)
+        try:
+            second = self._second.first_outputs(), self._second.take_records()
+        except IntegrationError as error:
+            self._broken = str(error)
+        else:
+            self._compare(np.array([self._now_ns]), (values, self._records), second)
         return values
 
     def advance(self, times: np.ndarray, duration: float):
@@ -249,13 +256,8 @@ class CheckedMotion:
             vars(self).update(self._before)
             self._blocks = None
 
-    def _block(self, times_ns: np.ndarray, values, records) -> Block:
-        own = isinstance(values, Columns)
-        numbers = values.numbers if own else side_by_side(self._layout, values, len(times_ns))
-        return Block(self._layout.channels, 0, times_ns, numbers, records)
-
     def _compare(self, times_ns: np.ndarray, *both) -> None:
-        self._blocks = [self._block(times_ns, *one) for one in both]
+        self._blocks = [_block(layout, times_ns, *one) for layout, one in zip(self._layouts, both, strict=True)]
         self._differences.add(1e-9 * times_ns, self._comparison.differences(*self._blocks))
         self._compared = until = 1e-9 * float(times_ns[-1])
         run = self._parameters.run
@@ -302,6 +304,11 @@ class CheckedMotion:
         second = self._second.costs()
         steps = {f"second_run_{name}": count for name, count in second.items() if name.endswith("steps")}
         return self._motion.costs() | steps
+
+
+def _block(layout: Layout, times_ns: np.ndarray, values, records) -> Block:
+    numbers = values.numbers if isinstance(values, Columns) else side_by_side(layout, values, len(times_ns))
+    return Block(layout.channels, 0, times_ns, numbers, records)
 
 
 class _Beside:

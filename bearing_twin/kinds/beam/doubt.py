@@ -1,8 +1,9 @@
-"""What the figures of a sphere on a beam are worth: by more modes and steps, and by the other theory of beams."""
+"""Model errors of a sphere on a beam, by the other theory of beams; its second run, of fewer modes and steps."""
 
+import dataclasses
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,21 +11,19 @@ import numpy as np
 from bearing_twin.contact.elastic import HERTZIAN, approaches_of_loads
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import spot_radius
-from bearing_twin.kinds.beam.derived import touch_speed
-from bearing_twin.kinds.beam.figures import FIGURES, OF_BEAM, WATCH
+from bearing_twin.kinds.beam.derived import resolve, touch_speed
+from bearing_twin.kinds.beam.figures import FIGURES, OF_BEAM
+from bearing_twin.kinds.beam.fineness import modes_for, steps_for
 from bearing_twin.kinds.beam.impact import BeamImpact
 from bearing_twin.kinds.beam.parameters import EULER
 from bearing_twin.kinds.beam.theory import theory_of, thrown_by_both, trial
-from bearing_twin.kinds.beam.watched import Top, WatchedPoints
-from bearing_twin.kinds.doubt import LAW, METHOD
-from bearing_twin.kinds.impact.doubt import INSTANTS, relative
-from bearing_twin.kinds.second_run import SecondRunDoubt, difference, is_watched, row_of
+from bearing_twin.kinds.beam.watched import WatchedPoints
+from bearing_twin.kinds.doubt import LAW, ModelDoubt
+from bearing_twin.kinds.impact.doubt import ImpactComparison
+from bearing_twin.kinds.refinement import COARSER, SMALLER, is_checked
+from bearing_twin.report import Choice
 
-FINER = 1.5  # modes and steps of the companion over those of the run
-ORDERS = {(True, True): 4.0, (True, False): 2.5, (False, True): 3.0, (False, False): 1.0}
-"""By tail in the contact or not, and Euler's beam or not: the power of the modes that errors fall by, at least."""
-LEFT = {of: FINER**-order for of, order in ORDERS.items()}
-"""Of the same: what of the run's error the companion still has (`tests/test_impact_doubt.py`)."""
+INSTANTS = 400  # of a contact, at which forces are compared
 
 
 def force_at(found: BeamImpact, times: np.ndarray) -> np.ndarray:
@@ -49,12 +48,6 @@ def figures_of(parameters, found: BeamImpact) -> dict[str, float]:
     }
 
 
-def _over_difference(parameters, found: BeamImpact) -> float:
-    """The error of a motion over its difference from a companion: what that has of the error is added."""
-    tail, bends = parameters.solver.static_tail == "contact", math.isinf(found.beam.shear_rigidity)
-    return 1.0 / (1.0 - LEFT[tail, bends])
-
-
 def _history_apart(found: BeamImpact, exact: BeamImpact) -> float:
     """By how much forces of two motions differ in contacts of the second, over its greatest; 0 without a contact."""
     times = [np.linspace(one.start, one.start + one.duration, INSTANTS) for one in exact.contacts]
@@ -62,31 +55,27 @@ def _history_apart(found: BeamImpact, exact: BeamImpact) -> float:
     return float(max(apart, default=0.0)) / exact.peak_force if exact.peak_force else 0.0
 
 
-def wanted_errors(parameters, found: BeamImpact, finer: BeamImpact) -> dict[str, float]:
-    """The errors of outputs that may be wanted, each in its norm, by a motion that is FINER."""
-    own, exact = figures_of(parameters, found), figures_of(parameters, finer)
-    peaks = max(relative(own[key], exact[key]) for key in ("peak_force_n", "contact_duration_s"))
-    history = _history_apart(found, finer) if finer.peak_force else peaks
-    scale = _over_difference(parameters, found)
-    return {"peaks": scale * peaks, "forces": scale * history}
+def refined(parameters, choice: Choice):
+    """Parameters and choice of the second run: fewer modes and steps; by modes where the first is another method."""
+    parameters = resolve(parameters)
+    if choice.stepper != "modes":
+        return parameters, choice._replace(stepper="modes")
+    modes, steps = modes_for(parameters), steps_for(parameters, choice.stepper)
+    fewer = [max(1, math.floor(COARSER * one)) for one in (modes, steps)]
+    solver = dataclasses.replace(parameters.solver, modes=fewer[0], steps=fewer[1])
+    return dataclasses.replace(parameters, solver=solver), choice
 
 
-def companion_row(parameters, found: BeamImpact, finer: BeamImpact | None, tops: Sequence[Top]) -> np.ndarray:
-    """The record of a motion that is FINER (None: there is none) beside a run's.
+class BeamComparison(ImpactComparison):
+    """As of two bodies on a line."""
 
-    `tops` are the run's greatest deflection and stress, or none.
-    """
-    if finer is None:
-        return WATCH.no_row()
-    own, exact = figures_of(parameters, found), figures_of(parameters, finer)
-    scale = _over_difference(parameters, found)
-    errors = {key: difference(own[key], exact[key]) * (1.0 if key == "contact_count" else scale) for key in own}
-    errors |= dict.fromkeys(OF_BEAM, math.nan)
-    watch = WatchedPoints(parameters, finer) if tops else None
-    for column, (key, top) in enumerate(zip(OF_BEAM, tops, strict=False)):
-        errors[key] = scale * difference(top.value, watch.top_near(column, top.point, top.times))
-    last = found.contacts[-1].start + found.contacts[-1].duration if found.contacts else 0.0
-    return row_of(WATCH, last, True, len(finer.lengths), wanted_errors(parameters, found, finer), errors)
+    @property
+    def smaller(self) -> str:
+        if self.choice.stepper == "sinusoidal":
+            return "set solver.stepper: modes, which solves for the force"
+        if self.parameters.solver.modes or self.parameters.solver.steps:
+            return "leave solver.modes and solver.steps out, or raise them"
+        return SMALLER
 
 
 @functools.lru_cache(maxsize=64)
@@ -105,7 +94,7 @@ def shear_makes(parameters) -> dict[str, float]:
     thrown = thrown_by_both(parameters)
     both = [figures_of(parameters, found) for found in thrown]
     keys = ["contact_count", "restitution", "sphere_velocity_after_m_s", "impulse_ns"]
-    if parameters.wanted.outputs == "history" and is_watched(parameters):
+    if parameters.wanted.outputs == "history" and is_checked(parameters):
         keys.extend(OF_BEAM)
         for figures, found in zip(both, thrown, strict=True):
             tops = WatchedPoints(parameters, found).greatest()
@@ -113,19 +102,10 @@ def shear_makes(parameters) -> dict[str, float]:
     return {key: abs(both[0][key] - both[1][key]) for key in keys}
 
 
-class BeamDoubt(SecondRunDoubt):
-    """By a second motion; Euler's beam against Timoshenko's."""
+class BeamDoubt(ModelDoubt):
+    """Euler's beam against Timoshenko's."""
 
-    watch = WATCH
-    errorless = (*SecondRunDoubt.errorless, "highest_mode", "gravity_m_s2")
-
-    @property
-    def mend(self) -> str:
-        if self.choice.stepper == "sinusoidal":
-            return "set solver.stepper: modes, which solves for the force"
-        if self.parameters.solver.modes or self.parameters.solver.steps:
-            return "leave solver.modes and solver.steps out, or raise them"
-        return "set a tenth of wanted.tolerance"
+    outputs = ("peaks", "forces")
 
     def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Of Euler's beam against Timoshenko's; that of Timoshenko's is not known."""
@@ -155,8 +135,6 @@ class BeamDoubt(SecondRunDoubt):
 
     def notes(self) -> dict[str, str]:
         found = {"vibration": "waves in the sphere, and across the beam's width and height, are not computed"}
-        if self.row is None and is_watched(self.parameters):
-            found[METHOD] = "no second computation has been compared: its modes and steps would not fit the memory"
         if theory_of(self.parameters) != EULER:
             found[LAW] = "Timoshenko's beam holds for waves down to a height or two; its error is not known"
         elif trial(self.parameters).contacts > 1:

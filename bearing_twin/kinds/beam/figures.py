@@ -11,9 +11,8 @@ from bearing_twin.kinds.beam.derived import thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.fineness import modes_for
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
 from bearing_twin.kinds.beam.theory import euler_doubt
-from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, OUTPUTS, ImpactFigures
+from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, ImpactFigures
 from bearing_twin.kinds.impact.figures import MEANINGS as IMPACT_MEANINGS
-from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Channel, Table
 
@@ -49,12 +48,11 @@ FIGURES = (
     *("peak_force_n", "contact_duration_s", "greatest_approach_m", "contact_count", "restitution"),
     *("sphere_velocity_after_m_s", "impulse_ns", *OF_BEAM),
 )
-WATCH = Watch(FIGURES, OUTPUTS)
 
 
 def tables(parameters) -> tuple[Table, ...]:
     """What a sphere on a beam records."""
-    return tables_with(WATCH, MEANINGS, parameters, CONTACT, EXTREMES)
+    return CONTACT, EXTREMES
 
 
 class BeamFigures(ImpactFigures):

@@ -1,16 +1,18 @@
-"""What the figures of an ellipsoid on a plane, and of two bodies, are worth."""
+"""Model errors of an ellipsoid on a plane, and of two bodies; how their second runs are compared."""
 
 import heapq
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import numpy as np
+
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.waves import bar_speed, restitution_lost_on_half_space
-from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LAW
+from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LAW, ModelDoubt
 from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass
-from bearing_twin.kinds.ellipsoid.figures import WATCH, EllipsoidFigures
-from bearing_twin.kinds.second_run import SecondRunDoubt
+from bearing_twin.kinds.ellipsoid.figures import EllipsoidFigures
+from bearing_twin.kinds.refinement import Comparison
 from bearing_twin.sample import Block
 
 
@@ -24,22 +26,32 @@ def paired(own: list, true: list, size: Callable) -> list[tuple]:
     return [*zip(*kept, strict=True), *((own[k], None) for k in least[0]), *((None, true[k]) for k in least[1])]
 
 
-def wanted_errors(figures: EllipsoidFigures, finer: EllipsoidFigures) -> dict[str, float]:
-    """The error of WANTED: contacts in their order; one that the other motion does not have counts whole."""
-    worst, both = 0.0, paired(figures.bounces(), finer.bounces(), lambda one: one.peak_load)
-    for size in (lambda one: one.peak_load if one else 0.0, lambda one: (one.impulse or 0.0) if one else 0.0):
-        sizes = [(size(one), size(exact)) for one, exact in both]
-        most = max((exact for _, exact in sizes), default=0.0)
-        if most > 0.0:
-            worst = max(worst, max(abs(value - exact) for value, exact in sizes) / most)
-    return {"contacts": float(worst)}
+class ContactComparison(Comparison):
+    """Peak load and impulse of contacts in their order, over the greatest; one that a run lacks counts whole."""
+
+    exact = (*Comparison.exact, "contacts", "greatest_energy_gain", "quaternion_drift", "tracking_error_m")
+
+    def __init__(self, parameters, choice):
+        super().__init__(parameters, choice)
+        self.outputs = {"contacts": "in peak load or impulse, over the greatest"}
+
+    def events(self, own, second) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Of all contacts so far."""
+        both = paired(own.bounces(), second.bounces(), lambda one: one.peak_load)
+        both.sort(key=lambda pair: (pair[0] or pair[1]).start)
+        times, apart = np.array([(one or other).start for one, other in both]), np.zeros(len(both))
+        for size in (lambda one: one.peak_load if one else 0.0, lambda one: (one.impulse or 0.0) if one else 0.0):
+            sizes = np.array([[size(one), size(other)] for one, other in both]).reshape(-1, 2)
+            most = sizes.max(initial=0.0)
+            if most > 0.0:
+                apart = np.maximum(apart, np.abs(sizes[:, 0] - sizes[:, 1]) / most)
+        return {"contacts": (times, apart, np.ones(len(both)))}
 
 
-class EllipsoidDoubt(SecondRunDoubt):
-    """By a second motion; the law against exact Hertz where each contact was hardest."""
+class EllipsoidDoubt(ModelDoubt):
+    """The law against exact Hertz where each contact was hardest."""
 
-    watch = WATCH
-    errorless = (*SecondRunDoubt.errorless, "greatest_energy_gain", "quaternion_drift", "tracking_error_m")
+    outputs = ("contacts",)
     figures_type = EllipsoidFigures
     shallow = 1.5  # power of a load that is no law's
     rubbed = ("velocity_change_x_m_s", "velocity_change_y_m_s", "angular_momentum_change_vertical_nms")

@@ -12,7 +12,6 @@ from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, w
 from bearing_twin.kinds.ellipsoid.derived import modulus_of
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
 from bearing_twin.kinds.energy import adds_up
-from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.report import Choice
 from bearing_twin.sample import Block, Channel, Table
 
@@ -66,15 +65,9 @@ CONTACT = Table(
 )
 
 
-NOT_WATCHED = ("contacts", "energy_closure", "greatest_energy_gain", "quaternion_drift")
-WANTED = {"contacts": "in peak load or impulse, over the greatest"}
-STEADY = ("peak_force_n", "contact_count")
-WATCH = Watch(tuple(key for key in MEANINGS if key not in NOT_WATCHED), WANTED, STEADY)
-
-
 def tables(parameters) -> tuple[Table, ...]:
     """What an ellipsoid on a plane records."""
-    return tables_with(WATCH, MEANINGS, parameters, TOUCH, CONTACT)
+    return TOUCH, CONTACT
 
 
 class Bounce(NamedTuple):

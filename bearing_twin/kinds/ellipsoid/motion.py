@@ -7,7 +7,7 @@ import numpy as np
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bouncing import FINEST, FLOOR, BouncingMotion, contact_numbers, motion_of
+from bearing_twin.kinds.bouncing import COARSEST, FINEST, FLOOR, BouncingMotion, contact_numbers
 from bearing_twin.kinds.ellipsoid import chunk
 from bearing_twin.kinds.ellipsoid.derived import (
     ellipsoid_mass,
@@ -18,12 +18,11 @@ from bearing_twin.kinds.ellipsoid.derived import (
     start_gap,
     start_orientation,
 )
-from bearing_twin.kinds.ellipsoid.doubt import wanted_errors
 from bearing_twin.kinds.ellipsoid.equations import COLUMNS, Ellipsoid, begin_shape, pose_of
-from bearing_twin.kinds.ellipsoid.figures import WATCH, EllipsoidFigures
-from bearing_twin.kinds.ellipsoid.outputs import channels, outputs_of
+from bearing_twin.kinds.ellipsoid.outputs import outputs_of
 from bearing_twin.kinds.ellipsoid.parameters import BODY, PLANE, EllipsoidOnPlaneScene
 from bearing_twin.kinds.ellipsoid.steps import EllipsoidPlan, EllipsoidWork
+from bearing_twin.kinds.refinement import finer_setting
 from bearing_twin.numerics.dop853 import DOP853
 from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP
 from bearing_twin.numerics.steppers import RK4
@@ -54,30 +53,32 @@ def ellipsoid_of(parameters: EllipsoidOnPlaneScene, law: str) -> Ellipsoid:
     )
 
 
-def setting_of(parameters) -> float:
+def setting_of(parameters, choice: Choice) -> float:
     """The tolerance of a step: errors of bounces add up, and grow where a body tumbles."""
-    return max(SETTING * float(parameters.wanted.tolerance), FINEST)
+    chosen = SETTING * float(parameters.wanted.tolerance) if math.isnan(choice.setting) else choice.setting
+    return max(chosen, FINEST)
 
 
-def plan_of(parameters: EllipsoidOnPlaneScene, stepper: str) -> EllipsoidPlan:
+def refined(parameters, choice: Choice) -> tuple[EllipsoidOnPlaneScene, Choice]:
+    """Parameters and choice of the second run, of order 8 whatever the first is."""
+    setting = finer_setting(setting_of(parameters, choice), FINEST, COARSEST)
+    return parameters, choice._replace(stepper="dop853", setting=setting)
+
+
+def plan_of(parameters: EllipsoidOnPlaneScene, choice: Choice) -> EllipsoidPlan:
     """How a scene is stepped."""
-    axes, shortest = parameters.body.semi_axes, shortest_contact(parameters)
+    stepper, axes, shortest = choice.stepper, parameters.body.semi_axes, shortest_contact(parameters)
     low, high = float(min(axes)), float(max(axes))
     chosen = min(shortest / 64.0, 0.5 * longest_creep_step(parameters))
     fixed = (parameters.solver.step or chosen) if stepper == "rk4" else 0.0
     return EllipsoidPlan(
         method=RK4 if stepper == "rk4" else DOP853,
-        tolerance=setting_of(parameters),
+        tolerance=setting_of(parameters, choice),
         fixed=float(fixed),
         spread=high * high / low - low * low / high,
         lean=(high * high - low * low) / (2.0 * low),
         floor=FLOOR * shortest,
     )
-
-
-def motion(parameters: EllipsoidOnPlaneScene, choice: Choice):
-    """The ellipsoid in motion, with a finer one beside it unless the scene wants none."""
-    return motion_of(EllipsoidMotion, parameters, choice, channels, EllipsoidFigures, WATCH, wanted_errors)
 
 
 class EllipsoidMotion(BouncingMotion):
@@ -87,7 +88,7 @@ class EllipsoidMotion(BouncingMotion):
 
     def __init__(self, parameters: EllipsoidOnPlaneScene, choice: Choice):
         self.parameters = parameters
-        super().__init__(ellipsoid_of(parameters, choice.law), plan_of(parameters, choice.stepper), FAILURES)
+        super().__init__(ellipsoid_of(parameters, choice.law), plan_of(parameters, choice), FAILURES)
 
     def start(self) -> np.ndarray:
         """The state (COLUMNS,) at the start."""

@@ -23,6 +23,9 @@ ELLIPSOID_ON_PLANE = Kind(
     **parts_in(
         HERE,
         check="derived:check_ellipsoid",
+        motion="motion:EllipsoidMotion",
+        refined="motion:refined",
+        comparison="doubt:ContactComparison",
         figures="figures:EllipsoidFigures",
         doubt="doubt:EllipsoidDoubt",
         picture="picture:EllipsoidPicture",

@@ -1,5 +1,6 @@
-"""What the figures of two spheres and of two discs are worth: by the differential equation, far more exactly."""
+"""Model errors of two spheres and of two discs, and their second run: by the differential equation."""
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -11,18 +12,17 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import spot_radius
 from bearing_twin.contact.waves import bar_speed, restitution_lost_between_spheres
-from bearing_twin.kinds.doubt import HERTZ_MENDS, LAW
-from bearing_twin.kinds.impact.collision import Collision, collide
-from bearing_twin.kinds.impact.derived import contact_time_by
-from bearing_twin.kinds.impact.figures import FIGURES, OUTPUTS, WATCH
+from bearing_twin.kinds.doubt import HERTZ_MENDS, LAW, ModelDoubt
+from bearing_twin.kinds.impact.derived import contact_time_by, hunt_crossley_damping
+from bearing_twin.kinds.impact.figures import FIGURES
 from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.impact.models import off_elements
-from bearing_twin.kinds.impact.spring import spring_loads
-from bearing_twin.kinds.second_run import SecondRunDoubt, difference, row_of
+from bearing_twin.kinds.impact.pair import SETTING
+from bearing_twin.kinds.refinement import Comparison, finer_setting
+from bearing_twin.report import Choice
+from bearing_twin.sample import Block
 
-FINER, COARSEST, FINEST = 1e-2, 1e-9, 1e-13  # tolerance of the second solution over the first one's; at most, at least
-ROUNDED = 1e-11  # relative error of a closed form
-INSTANTS = 400  # of a contact, at which forces are compared
+COARSEST, FINEST = 1e-9, 1e-13  # of the tolerance of a step of a second run, at most and at least
 
 
 def relative(value: float, finer: float) -> float:
@@ -30,49 +30,50 @@ def relative(value: float, finer: float) -> float:
     return abs(value - finer) / abs(finer) if finer else (math.inf if value else 0.0)
 
 
-def companion_row(end, spring, reduced_mass, speed, expected, tolerance, contact, deepest, restitution, history):
-    """The record of a second solution, beside the first one's contact, greatest approach, restitution and history.
-
-    `end` [s] of the contact is the record's time.
-    """
-    finer = max(min(FINER * tolerance, COARSEST), FINEST)
-    found: Collision = collide(spring, reduced_mass, speed, "dop853", finer, 0.0, expected)
-    exact = found.contact
-    times = np.linspace(0.0, exact.duration, INSTANTS)
-    forces = []
-    for one, last in ((history, contact.duration), (found.history, exact.duration)):
-        motion = (np.ascontiguousarray(part, float) for part in one(np.minimum(times, last)))
-        forces.append(spring_loads(spring, *motion))
-    peaks = max(relative(contact.peak_force, exact.peak_force), relative(contact.duration, exact.duration))
-    wanted = {"peaks": peaks, "forces": float(np.abs(np.subtract(*forces)).max()) / exact.peak_force}
-    pairs = (
-        (contact.peak_force, exact.peak_force),
-        (contact.duration, exact.duration),
-        (deepest, found.greatest_approach),
-        (restitution, found.leaving_speed / speed),
-        (contact.impulse, exact.impulse),
-    )
-    errors = {key: difference(*pair) for key, pair in zip(FIGURES, pairs, strict=True)}
-    return row_of(WATCH, end, True, found.steps, wanted, errors)
+def refined(parameters, choice: Choice):
+    """Parameters and choice of the second run, by the equation of motion; None of elastic spheres in closed form."""
+    contact = parameters.contact
+    spheres = choice.stepper == "closed_form" and hasattr(parameters, "first")
+    if spheres and hunt_crossley_damping(contact, parameters.motion.speed) == 0.0:
+        return None
+    setting = finer_setting(SETTING * parameters.wanted.tolerance, FINEST, COARSEST)
+    wanted = dataclasses.replace(parameters.wanted, tolerance=setting / SETTING)
+    return dataclasses.replace(parameters, wanted=wanted), choice._replace(stepper="dop853")
 
 
-def row_of_exact(end: float, contact, deepest: float, restitution: float) -> np.ndarray:
-    """The record of a closed form, which is exact but for rounding."""
-    values = contact.peak_force, contact.duration, deepest, restitution, contact.impulse
-    errors = {key: ROUNDED * abs(value) for key, value in zip(FIGURES, values, strict=True)}
-    return row_of(WATCH, end, True, 0, dict.fromkeys(OUTPUTS, ROUNDED), errors)
+class ImpactComparison(Comparison):
+    """Peak force and contact time by their shares; the force at all outputs over the greatest."""
 
+    exact = (*Comparison.exact, "contacts", "impact_speed_m_s", "highest_mode", "gravity_m_s2")
 
-class PairDoubt(SecondRunDoubt):
-    """By a second solution."""
-
-    watch = WATCH
+    def __init__(self, parameters, choice):
+        super().__init__(parameters, choice)
+        self.outputs = {"peaks": "of peak force or contact time"}
+        if parameters.wanted.outputs != "peaks":
+            self.outputs["forces"] = "over the greatest"
 
     @property
-    def mend(self) -> str:
+    def smaller(self) -> str:
         if self.choice.stepper in FIXED_STEP:
             return "halve solver.step, or set solver.stepper: dop853"
         return "set solver.stepper: dop853, or a tenth of wanted.tolerance"
+
+    def differences(self, own: Block, second: Block) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Of the force."""
+        force = own["normal_load"]
+        return {"forces": (np.abs(force - second["normal_load"]), force)} if "forces" in self.outputs else {}
+
+    def events(self, own, second) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Of peak force and contact time."""
+        figures, exact = own.figures(), second.figures()
+        apart = max(relative(figures[key], exact[key]) for key in ("peak_force_n", "contact_duration_s"))
+        return {"peaks": (np.zeros(1), np.array([apart]), np.ones(1))}
+
+
+class PairDoubt(ModelDoubt):
+    """The model errors of two bodies on a line."""
+
+    outputs = ("peaks", "forces")
 
     def scaled(self, figures: Mapping[str, Any], share: float) -> dict[str, float]:
         """Errors of figures that go with the load's coefficient, by this share."""

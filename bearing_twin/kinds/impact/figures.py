@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from bearing_twin.kinds.energy import adds_up
-from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.sample import Block, Channel, Table
 
 CONTACT = Table(
@@ -34,14 +33,12 @@ MEANINGS = {
     "impact_speed_m_s": "relative speed at the first touch",
 }
 FIGURES = ("peak_force_n", "contact_duration_s", "greatest_approach_m", "restitution", "impulse_ns")
-OUTPUTS = {"peaks": "of peak force or contact time", "forces": "over the greatest"}
-WATCH = Watch(FIGURES, OUTPUTS)
 START, DURATION, PEAK_FORCE, IMPULSE, DEEPEST, LEAVING, GAINED = range(1, 8)
 
 
 def tables(parameters) -> tuple[Table, ...]:
     """What two bodies record."""
-    return tables_with(WATCH, MEANINGS, parameters, CONTACT)
+    return (CONTACT,)
 
 
 def contact_rows(contacts, deepest, leaving: float, gained: float) -> np.ndarray:

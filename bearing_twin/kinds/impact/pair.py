@@ -4,11 +4,9 @@ import numpy as np
 
 from bearing_twin.kinds.impact.collision import ContactPeriod, collide
 from bearing_twin.kinds.impact.derived import resolve
-from bearing_twin.kinds.impact.doubt import companion_row, row_of_exact
 from bearing_twin.kinds.impact.figures import contact_rows
 from bearing_twin.kinds.impact.impact import Impact
 from bearing_twin.kinds.impact.spring import Spring, spring_energies, spring_loads
-from bearing_twin.kinds.second_run import COMPANION, is_watched
 from bearing_twin.sample import Channel
 
 SETTING = 0.03  # tolerance of a step over that of forces and times (`tests/test_impact_doubt.py`)
@@ -27,10 +25,10 @@ def channels(parameters) -> tuple[Channel, ...]:
     return CHANNELS
 
 
-def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed, exact: bool = False) -> Impact:
+def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed) -> Impact:
     """The impact of two bodies; `closed` = (ContactPeriod, greatest approach, restitution, closure, history) or None.
 
-    `history(times)` from the first touch gives approach [m] and its rate [m/s]. What is `exact` needs no companion.
+    `history(times)` from the first touch gives approach [m] and its rate [m/s].
     """
     parameters = resolve(parameters)
     motion = parameters.motion
@@ -69,10 +67,6 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed, e
     placed = ContactPeriod(touch, *contact[1:])
     gained = closure * 0.5 * reduced * motion.speed**2
     records = {"contact": contact_rows((placed,), (deepest,), leaving, gained)}
-    if is_watched(parameters):
-        given, end = (contact, deepest, restitution), placed.start + duration
-        how = spring, reduced, motion.speed, expected, setting
-        records[COMPANION] = row_of_exact(end, *given) if exact else companion_row(end, *how, *given, history)
     return Impact(at, parameters.run, records, costs)
 
 

@@ -20,7 +20,14 @@ def _pair(name: str, help: str, parameters: type, moved: dict[str, str], *facts:
         upgraded=upgraded,
         frame=f"{name}_link",
         facts=facts_at(*facts),
-        **parts_in(HERE, channels="pair:channels", picture="picture:PairPicture", **parts),
+        **parts_in(
+            HERE,
+            channels="pair:channels",
+            refined="doubt:refined",
+            comparison="doubt:ImpactComparison",
+            picture="picture:PairPicture",
+            **parts,
+        ),
     )
 
 

@@ -57,8 +57,7 @@ def solve(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "close
     closed = None
     if stepper == "closed_form":
         closed = _closed((coefficient, reduced, speed), power, damping, restitution)
-    exact = closed is not None and damping == 0.0
-    return pair_impact(parameters, spring, (first, second), stepper, pair_contact_time(parameters), closed, exact)
+    return pair_impact(parameters, spring, (first, second), stepper, pair_contact_time(parameters), closed)
 
 
 def motion(parameters: TwoSpheresScene, choice: Choice) -> ImpactMotion:

@@ -1,4 +1,4 @@
-"""What the figures of a shaft on two bearings are worth: by a second, finer motion, and by what balance leaves out."""
+"""The model errors of a shaft on two bearings, and how its second run is made and compared."""
 
 import math
 from collections.abc import Mapping
@@ -8,11 +8,12 @@ import numpy as np
 
 from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.still import still_error
-from bearing_twin.kinds.doubt import HERTZ_MENDS, LEFT_OUT, Errors
-from bearing_twin.kinds.second_run import SecondRunDoubt
+from bearing_twin.kinds.doubt import HERTZ_MENDS, LEFT_OUT, Errors, ModelDoubt
+from bearing_twin.kinds.refinement import Comparison, with_tolerance
 from bearing_twin.kinds.shaft.derived import speeds_of
-from bearing_twin.kinds.shaft.figures import LIVES, WATCH, WORKS
+from bearing_twin.kinds.shaft.figures import LIVES
 from bearing_twin.kinds.shaft.models import law_error, shares_of
+from bearing_twin.kinds.shaft.motion import FINEST, SETTING
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.statics import rotor_of
 from bearing_twin.kinds.shaft.worth import ShaftErrors, moved_by, wide_of
@@ -25,11 +26,33 @@ LIGHT = 1.0 / 6.0  # of balls' mass over the shaft's, by which modes are too hig
 RANGES = "displacement_range_m", "tilt_range_rad", *(f"{side}_force_range_n" for side in SIDES)
 
 
-class ShaftDoubt(SecondRunDoubt):
-    """By a second motion; the law against exact Hertz; equilibria against balls that move."""
+def refined(parameters, choice):
+    """Parameters and choice of the second run: a fraction of the tolerance, and twice the least steps a turn."""
+    parameters, choice = with_tolerance(parameters, choice, FINEST / SETTING)
+    return parameters, choice._replace(finer=2.0 * choice.finer)
 
-    watch = WATCH
-    errorless = (*SecondRunDoubt.errorless, "shaft_speed_at_end_rad_s", *(f"{name}_j" for name in WORKS))
+
+class ShaftComparison(Comparison):
+    """Loads of all balls over the greatest."""
+
+    exact = (*Comparison.exact, "shaft_speed_at_end_rad_s", "forward_shares", *MODES)
+
+    def __init__(self, parameters, choice):
+        super().__init__(parameters, choice)
+        self.outputs = {"ball_loads": "of any contact at any output, over the greatest load"}
+
+    def differences(self, own: Block, second: Block) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Of the loads of both bearings."""
+        names = [f"{side}_normal_load" for side in SIDES]
+        apart = [np.abs(own[name] - second[name]).max(axis=(1, 2)) for name in names]
+        sizes = [own[name].max(axis=(1, 2)) for name in names]
+        return {"ball_loads": (np.maximum(*apart), np.maximum(*sizes))}
+
+
+class ShaftDoubt(ModelDoubt):
+    """The law against exact Hertz; equilibria against balls that move."""
+
+    outputs = ("ball_loads",)
 
     def __init__(self, parameters, choice):
         super().__init__(parameters, choice)
@@ -41,7 +64,7 @@ class ShaftDoubt(SecondRunDoubt):
         self._fastest = max(self._fastest, float(np.abs(block.values["shaft_speed"]).max(initial=0.0)))
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:
-        """As of every second computation, of vectors for each number; lives in hours err as those in turns do."""
+        """Of vectors for each number; lives in hours err as those in turns do."""
         errors = super().errors(figures)
         for key in errors.figures.keys() & figures.keys():
             of, value = errors.figures[key], figures[key]

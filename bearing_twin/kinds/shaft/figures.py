@@ -1,6 +1,5 @@
 """The figures of a shaft on two bearings: a function of its outputs alone."""
 
-import copy
 import math
 from typing import Any
 
@@ -13,12 +12,11 @@ from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import curvatures_
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import setting_of
 from bearing_twin.kinds.bearing.ratings import hours_of, lives_of, ratings_of
 from bearing_twin.kinds.energy import adds_up
-from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.kinds.shaft.derived import bearing_scene
 from bearing_twin.kinds.shaft.modes import modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
 from bearing_twin.report import Choice
-from bearing_twin.sample import Block, Table
+from bearing_twin.sample import Block
 
 HALF = "over the second half of the run"
 LATE = f"mean {HALF}"
@@ -54,30 +52,9 @@ MEANINGS = {
     "dissipated_j": "in viscous contacts since the start, at the end",
 }
 LIVES = "basic_life", "reference_life"
-WATCHED = ("greatest_ball_load_n", "peak_pressure_pa", *(f"{life}_mrev" for life in LIVES))
-OF_MOTION = (  # means and ranges of the shaft's places, and of what bearings push it by
-    *("displacement_m", "displacement_range_m", "tilt_rad", "tilt_range_rad"),
-    *(f"{side}_{key}" for side in SIDES for key in ("force_n", "force_range_n")),
-)
 WORKS = ("load_work", "bearing_work", "cage_work", "dissipated")
-WATCH = Watch(
-    (*(f"{side}_{key}" for side in SIDES for key in WATCHED), *OF_MOTION),
-    {"ball_loads": "of any contact at any output, over the greatest load"},
-)
 ROWS = {"position": 3, "tilt": 2, "bearing_force": 6}  # channels whose mean and range are figures, and their widths
 POWERS = 3.0, 10.0 / 3.0  # of ISO/TS 16281: of a load on the inner and on the outer raceway
-
-
-def tables(parameters: ShaftScene) -> tuple[Table, ...]:
-    """What a shaft records."""
-    return tables_with(WATCH, MEANINGS, parameters)
-
-
-def wanted_errors(figures: "ShaftFigures", finer: "ShaftFigures") -> dict[str, float]:
-    """The error of every ball's load at the last outputs, or that at earlier ones where it was greater."""
-    off = float(np.abs(figures.latest - finer.latest).max())
-    figures.off = max(figures.off, off / max(one.load.max() for one in finer.bearings.values()))
-    return {"ball_loads": figures.off}
 
 
 class _Late:
@@ -118,12 +95,6 @@ class _OfBearing:
         self.spots: tuple = ()  # once they are asked for
         self.late = _Late(4)  # radial and axial force, mean powers of the loads on inner and outer raceway
 
-    def copy(self) -> "_OfBearing":
-        """The same so far, which goes its own way."""
-        found = copy.copy(self)
-        found.load, found.angle, found.late = self.load.copy(), self.angle.copy(), copy.copy(self.late)
-        return found
-
     def add(self, load, angle, force, late) -> None:
         """Takes loads and angles (n, balls, 2), forces (n, 3) in."""
         flat = load.reshape(-1, 2)
@@ -146,7 +117,6 @@ class ShaftFigures:
         self._settings = {side: setting_of(scene, choice.law, 0.0) for side, scene in self._scenes.items()}
         self._modes: tuple = ()
         self.bearings = {side: _OfBearing() for side in SIDES}
-        self.latest, self.off = np.zeros(0), 0.0
         self._late = _Late(sum(ROWS.values()))
         self._first: dict[str, float] = {}
         self._last: dict[str, float] = {}
@@ -160,18 +130,10 @@ class ShaftFigures:
         loads = [values[f"{side}_normal_load"] for side in SIDES]
         for k, (side, load) in enumerate(zip(SIDES, loads, strict=True)):
             self.bearings[side].add(load, values[f"{side}_contact_angle"], values["bearing_force"][:, k], late)
-        self.latest = np.concatenate([load.ravel() for load in loads])
         names = ("shaft_speed", "kinetic_energy", "potential_energy", "elastic_energy", *WORKS, "gross_work")
         self._last = {name: float(values[name][-1]) for name in names}
         if not self._first:
             self._first = {name: float(values[name][0]) for name in names}
-
-    def copy(self) -> "ShaftFigures":
-        """The same so far, which goes its own way."""
-        found = copy.copy(self)
-        found.bearings = {side: one.copy() for side, one in self.bearings.items()}
-        found._late = copy.copy(self._late)
-        return found
 
     @property
     def energy_closure(self) -> float:

@@ -1,23 +1,19 @@
 """A shaft on two bearings as a run: made from the scene, moved on, and what was found."""
 
-import functools
 import math
 
 import numpy as np
 
 from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing.loading import Loading
-from bearing_twin.kinds.second_run import is_watched
 from bearing_twin.kinds.shaft import march
 from bearing_twin.kinds.shaft.course import ShaftCourse, add_unbalances
-from bearing_twin.kinds.shaft.figures import WATCH, ShaftFigures, wanted_errors
 from bearing_twin.kinds.shaft.modes import matrices_of, stiffest_mode, unbalance_response
 from bearing_twin.kinds.shaft.operating import explained
 from bearing_twin.kinds.shaft.outputs import channels, contacts_of
 from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene
 from bearing_twin.kinds.shaft.rotor import BEARING_WORK, LOAD_WORK, MOVING, RATE, STATE, new_balls, new_moment
 from bearing_twin.kinds.shaft.statics import balance_of, lever_of, longest_of, rotor_of
-from bearing_twin.kinds.shaft.watched import WatchedShaft
 from bearing_twin.numerics.rosenbrock_step import rosenbrock_work
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, WORDS
 from bearing_twin.numerics.steppers import RODAS4
@@ -26,8 +22,7 @@ from bearing_twin.sample import Columns, layout_of
 from bearing_twin.stopping import SIGNALLED
 
 SETTING = 0.01  # tolerance of a step over that of a ball's load
-FINER, FINEST = 0.1, 1e-11  # tolerance of the second motion over the first one's, and the least there is
-CLOSER = 2.0  # times the steps a turn that the first motion takes at least
+FINEST = 1e-11  # least tolerance of a step
 FIRST, LEAST = 0.1, 1e-9  # of the stiffest mode's period over 2 pi: first step, least one
 FAILURES = {
     NOT_FINITE: "the motion is not finite any more; lower speed and loads",
@@ -41,24 +36,12 @@ POWER = 1.5  # of a contact's load over its approach, nearly, whatever its law
 SNAPPED = ("clock", "kept")  # arrays that a motion goes on from
 
 
-def motion(parameters: ShaftScene, choice: Choice):
-    """The shaft in motion, with a finer motion of it beside unless the scene wants none."""
-    own = ShaftMotion(parameters, choice)
-    if not is_watched(parameters):
-        return own
-    finer = ShaftMotion(parameters, choice, FINER)
-    writer = functools.partial(ShaftFigures, parameters, choice)
-    both = WatchedShaft((own, finer), channels(parameters), writer, WATCH, wanted_errors, parameters)
-    both.longest_chunk = own.longest_chunk
-    return both
-
-
 class ShaftMotion:
     """The shaft in motion: `advance` integrates to the end of a chunk and returns its outputs."""
 
-    longest_chunk = 0.1  # s: what a second motion finds is compared once a chunk
+    longest_chunk = 0.1  # s: what a second run finds is compared once a chunk
 
-    def __init__(self, parameters: ShaftScene, choice: Choice, share: float = 1.0):
+    def __init__(self, parameters: ShaftScene, choice: Choice):
         self.parameters, self._law, self.stop = parameters, choice.law, SIGNALLED
         begin = balance_of(parameters, choice.law, float(parameters.drive.speed))
         self.rotor = rotor_of(parameters, choice.law, begin.ratios)
@@ -71,9 +54,9 @@ class ShaftMotion:
         place, steady = self._begin[:RATE] + self.rotor.whirl[0], self.rotor.steady
         self._begin[LOAD_WORK], self._begin[BEARING_WORK] = -steady @ place, -(steady + self.rotor.weight) @ place
         self._fastest = stiffest_mode(matrices)
-        self._closer = 1.0 if share == 1.0 else CLOSER
+        self._closer = choice.finer
         squeeze = max(float(one.approach.sum(axis=1).max()) for one in begin.contacts)
-        setting = max(SETTING * share * parameters.wanted.tolerance, FINEST)
+        setting = max(SETTING * parameters.wanted.tolerance, FINEST)
         place = setting * squeeze / POWER  # [m], changes the greatest load by this share of it
         lever = lever_of(self.rotor)
         self._scales = place * np.array([1.0, 1.0, 1.0, 1.0 / lever, 1.0 / lever])
@@ -180,18 +163,6 @@ class ShaftMotion:
         """Goes on by another course from now on: what of the step kept lies beyond is dropped."""
         march.begin_again(self.clock, self.kept, self.seconds, self._shown[-1])
         self._follow(course)
-
-    def changes(self, duration: float) -> bool:
-        """Whether speed or load begin to change otherwise within `duration` [s] from now."""
-        return self.course.changes(self.seconds, self.seconds + duration)
-
-    def go_on_from(self, other: "ShaftMotion") -> None:
-        """Goes on where another motion of the same scene is, as it is told; its costs stay its own."""
-        for own, given in zip(self._arrays(), other._arrays(), strict=True):
-            if own is not self.counts:
-                own[...] = given
-        self._now_ns = other._now_ns
-        self._told(other.course)
 
     @property
     def seconds(self) -> float:

@@ -14,7 +14,10 @@ SHAFT = Kind(
     frame="shaft_link",
     **parts_in(
         HERE,
-        motion="motion:motion",
+        motion="motion:ShaftMotion",
+        records="",
+        refined="doubt:refined",
+        comparison="doubt:ShaftComparison",
         completed="derived:completed",
         place_of="outputs:place_of",
         figures="figures:ShaftFigures",

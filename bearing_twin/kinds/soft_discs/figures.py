@@ -3,8 +3,6 @@
 from typing import Any
 
 from bearing_twin.kinds.energy import adds_up
-from bearing_twin.kinds.impact.figures import OUTPUTS as IMPACT_OUTPUTS
-from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.report import Choice
@@ -57,13 +55,11 @@ FIGURES = (
     *("peak_force_n", "peak_time_s", "contact_duration_s", "impulse_ns", "restitution"),
     *("greatest_penetration_m", "least_stretch", "touches"),
 )
-OUTPUTS = IMPACT_OUTPUTS | {"forces": "root mean square over the contact, over that of the force"}
-WATCH = Watch(FIGURES, OUTPUTS)
 
 
 def tables(parameters: SoftDiscsScene) -> tuple[Table, ...]:
     """What soft discs record."""
-    return tables_with(WATCH, MEANINGS, parameters, IMPACT)
+    return (IMPACT,)
 
 
 class SoftDiscFigures:

@@ -8,9 +8,7 @@ energies are those of both; heights are above the place of first touch in the fr
 import numpy as np
 
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
-from bearing_twin.kinds.second_run import COMPANION, is_watched
 from bearing_twin.kinds.soft_discs.derived import nodes_of, resolve, wall_speed
-from bearing_twin.kinds.soft_discs.doubt import companion_row
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.kinds.soft_discs.solve import GREATEST_FRAMES, Solved, solve
 from bearing_twin.report import Choice
@@ -77,8 +75,6 @@ def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") 
         float(np.abs(found.column("balance")).max()), float(figures["touches"]), float(found.ended),
     ]  # fmt: skip
     records = {"impact": np.array([known])}
-    if is_watched(parameters):
-        records[COMPANION] = companion_row(parameters, found, figures, lambda one: figures_of(one, speed))
     radius, other = parameters.disc.radius, parameters.other.radius
     both = parameters.against == "other_disc"
 

@@ -24,6 +24,8 @@ SOFT_DISCS = Kind(
     **parts_in(
         HERE,
         channels="motion:channels",
+        refined="doubt:refined",
+        comparison="doubt:SoftDiscComparison",
         figures="figures:SoftDiscFigures",
         doubt="doubt:SoftDiscDoubt",
         picture="picture:SoftDiscPicture",

@@ -1,16 +1,19 @@
-"""What the figures of two bodies are worth: as of an ellipsoid on a plane."""
+"""Model errors of two bodies: as of an ellipsoid on a plane."""
 
 from collections.abc import Mapping
 from typing import Any
 
-from bearing_twin.kinds.ellipsoid.doubt import EllipsoidDoubt
-from bearing_twin.kinds.two_bodies.figures import WATCH, TwoBodiesFigures
+from bearing_twin.kinds.ellipsoid.doubt import ContactComparison, EllipsoidDoubt
+from bearing_twin.kinds.two_bodies.figures import TwoBodiesFigures
+
+
+class TwoBodiesComparison(ContactComparison):
+    """As of an ellipsoid on a plane."""
 
 
 class TwoBodiesDoubt(EllipsoidDoubt):
-    """By a second motion; the law against exact Hertz where each contact was hardest."""
+    """The law against exact Hertz where each contact was hardest."""
 
-    watch = WATCH
     figures_type = TwoBodiesFigures
     rubbed = ()  # normal loads change the velocities, too
 

@@ -9,9 +9,8 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import wave_transit
 from bearing_twin.kinds.ellipsoid.figures import CONTACT as ELLIPSOID_CONTACT
-from bearing_twin.kinds.ellipsoid.figures import DEEPEST, NOT_WATCHED, STEADY, TOUCH, WANTED, Bounce, EllipsoidFigures
+from bearing_twin.kinds.ellipsoid.figures import DEEPEST, TOUCH, Bounce, EllipsoidFigures
 from bearing_twin.kinds.ellipsoid.figures import MEANINGS as OF_ELLIPSOID
-from bearing_twin.kinds.second_run import Watch, tables_with
 from bearing_twin.kinds.two_bodies.derived import ROWS, modulus_of, reach_of
 from bearing_twin.kinds.two_bodies.outputs import SPENT
 from bearing_twin.kinds.two_bodies.parameters import OVERLAP
@@ -44,12 +43,9 @@ MEANINGS = {key: text for key, text in OF_ELLIPSOID.items() if key not in LEFT_O
 }
 
 
-WATCH = Watch(tuple(key for key in MEANINGS if key not in (*NOT_WATCHED, "tracking_error_m")), WANTED, STEADY)
-
-
 def tables(parameters) -> tuple[Table, ...]:
     """What two bodies record."""
-    return tables_with(WATCH, MEANINGS, parameters, TOUCH, CONTACT)
+    return TOUCH, CONTACT
 
 
 class TwoBodiesFigures(EllipsoidFigures):

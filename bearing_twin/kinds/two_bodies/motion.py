@@ -1,12 +1,14 @@
 """Two bodies as a run: made from the scene, moved on, and what was found."""
 
+import math
+
 import numpy as np
 
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bouncing import FINER, FINEST, FLOOR, BouncingMotion, contact_numbers, motion_of
-from bearing_twin.kinds.ellipsoid.doubt import wanted_errors
+from bearing_twin.kinds.bouncing import COARSEST, FINEST, FLOOR, BouncingMotion, contact_numbers
+from bearing_twin.kinds.refinement import TOLERANCE, finer_setting
 from bearing_twin.kinds.two_bodies import march, steps
 from bearing_twin.kinds.two_bodies.derived import (
     modulus_of,
@@ -17,8 +19,7 @@ from bearing_twin.kinds.two_bodies.derived import (
     start_unknowns,
     tracking_of,
 )
-from bearing_twin.kinds.two_bodies.figures import WATCH, TwoBodiesFigures
-from bearing_twin.kinds.two_bodies.outputs import channels, outputs_of
+from bearing_twin.kinds.two_bodies.outputs import outputs_of
 from bearing_twin.kinds.two_bodies.pair import BODY, COLUMNS, QUATERNION, UNKNOWNS, VELOCITY, Pair
 from bearing_twin.kinds.two_bodies.parameters import FIRST, OVERLAP, SECOND, TwoBodiesScene
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
@@ -75,9 +76,16 @@ def start_state(parameters: TwoBodiesScene, pair: Pair) -> np.ndarray:
     return state
 
 
-def motion(parameters: TwoBodiesScene, choice: Choice):
-    """Two bodies in motion, with a finer motion of them beside it unless the scene wants none."""
-    return motion_of(TwoBodiesMotion, parameters, choice, channels, TwoBodiesFigures, WATCH, wanted_errors)
+def setting_of(parameters: TwoBodiesScene, choice: Choice) -> float:
+    """The tolerance of a step."""
+    wanted = float(parameters.wanted.tolerance)
+    chosen = min(SETTING * wanted, max(OF_SQUARE * wanted**2, FINEST / TOLERANCE))
+    return max(chosen if math.isnan(choice.setting) else choice.setting, FINEST)
+
+
+def refined(parameters: TwoBodiesScene, choice: Choice) -> tuple[TwoBodiesScene, Choice]:
+    """Parameters and choice of the second run."""
+    return parameters, choice._replace(setting=finer_setting(setting_of(parameters, choice), FINEST, COARSEST))
 
 
 class TwoBodiesMotion(BouncingMotion):
@@ -88,9 +96,7 @@ class TwoBodiesMotion(BouncingMotion):
     def __init__(self, parameters: TwoBodiesScene, choice: Choice):
         pair = pair_of(parameters, choice.law)
         self._start = start_state(parameters, pair)
-        wanted = float(parameters.wanted.tolerance)
-        setting = max(min(SETTING * wanted, max(OF_SQUARE * wanted**2, FINEST / FINER)), FINEST)
-        plan = steps.PairPlan(setting, FLOOR * shortest_contact(parameters))
+        plan = steps.PairPlan(setting_of(parameters, choice), FLOOR * shortest_contact(parameters))
         super().__init__(pair, plan, FAILURES_OF_OVERLAP if pair.over_lens else FAILURES)
 
     def reset(self) -> None:

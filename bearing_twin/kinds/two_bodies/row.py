@@ -19,6 +19,12 @@ TWO_BODIES = Kind(
         f"{HERE}.facts:greatest_exponent",
     ),
     **parts_in(
-        HERE, figures="figures:TwoBodiesFigures", doubt="doubt:TwoBodiesDoubt", picture="picture:TwoBodiesPicture"
+        HERE,
+        motion="motion:TwoBodiesMotion",
+        refined="motion:refined",
+        comparison="doubt:TwoBodiesComparison",
+        figures="figures:TwoBodiesFigures",
+        doubt="doubt:TwoBodiesDoubt",
+        picture="picture:TwoBodiesPicture",
     ),
 )
