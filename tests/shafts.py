@@ -12,8 +12,9 @@ def parameters_of(*changes, scene="shaft_two_6203"):
 
 
 def motion_of(*changes, scene="shaft_two_6203", share=1.0):
-    loaded = load_scene(scene, (*changes, "solver.companion=off"))
-    return ShaftMotion(loaded.parameters, choose(loaded), share)
+    loaded = load_scene(scene, (*changes, "solver.check=none"))
+    tolerance = f"wanted.tolerance={share * loaded.parameters.wanted.tolerance}"
+    return ShaftMotion(load_scene(loaded.resolved(), (tolerance,)).parameters, choose(loaded))
 
 
 def outputs_of(motion, duration, count):

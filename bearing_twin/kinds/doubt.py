@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from bearing_twin.units import two_digits
-
 if TYPE_CHECKING:
     from bearing_twin.report import Choice
     from bearing_twin.sample import Block
@@ -23,19 +21,10 @@ model leaves out, one sentence each, with a number where one can be computed."""
 
 
 LARGE = 0.1  # of a figure: a greater error is marked, and is outside what a model is for
-CHAOTIC = 1e3  # an error that grows so many times, beyond what is wanted, is the motion's own
 LATER = (
     "beyond the run's horizon errors grow by the motion itself; a tenth of wanted.tolerance moves that instant on, and "
     "no tolerance mends what follows"
 )
-
-
-def horizon(grown: float, since: str, kept: float) -> str:
-    """The note on a run whose errors have grown so many times since then, and were as wanted up to `kept` [s]."""
-    return (
-        f"errors have grown {two_digits(grown)} times since {since}: beyond {kept:.4g} s the motion depends on what "
-        "nobody can give exactly, and only statistics of many runs hold"
-    )
 
 
 class ModelError(NamedTuple):

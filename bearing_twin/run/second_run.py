@@ -283,7 +283,8 @@ class CheckedMotion:
         if self._row is None:
             return
         streams = self._differences, self._of_events
-        horizon = next((one.horizon for one in streams if one.horizon != UNKNOWN), UNKNOWN)
+        found = [one.horizon for one in streams if self._comparison.grows and one.horizon != UNKNOWN]
+        horizon = found[0] if found else UNKNOWN
         row = [until, self._compared, horizon]
         for name in self._comparison.outputs:
             found = next((one for one in streams if name in one.worst), None)

@@ -44,6 +44,7 @@ def refined(parameters, choice: Choice):
 class ImpactComparison(Comparison):
     """Peak force and contact time by their shares; the force at all outputs over the greatest."""
 
+    grows = False
     exact = (*Comparison.exact, "contacts", "impact_speed_m_s", "highest_mode", "gravity_m_s2")
 
     def __init__(self, parameters, choice):
