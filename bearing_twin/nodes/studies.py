@@ -208,7 +208,7 @@ def refuse_unwritable(folder: Path) -> None:
     """Raises LogError where no log can be put into `folder`, or where that cannot be made."""
     there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
     if not there.is_dir():
-        raise LogError(f"log_folder {folder} leads through a file; give a folder, or nothing for no logs")
+        raise LogError(f"log_folder {folder} is a file, or leads through one; give a folder, or nothing for no logs")
     try:
         with tempfile.TemporaryFile(dir=there):
             pass
@@ -220,7 +220,9 @@ def refuse_unwritable(folder: Path) -> None:
 
 def without_log(error: LogError | OSError) -> str:
     """The sentence about a study whose log could not be made or written."""
-    return f"there is no log of it, because {error}"
+    system = isinstance(error, OSError)
+    reason = f"{error.filename or 'its file'} cannot be written ({error.strerror})" if system else error
+    return f"there is no log of it, because {reason}"
 
 
 def free_path(folder: Path, study: str, date: str) -> Path:
