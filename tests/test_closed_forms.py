@@ -125,7 +125,7 @@ def test_shares_of_the_variance_of_a_product_of_lognormals(tmp_path):
         "  first.radius: {distribution: lognormal, mean_log: -3.96, std_log: 0.3, also: [second.radius]}\n"
         "  motion.first_velocity: {distribution: lognormal, mean_log: 2.3, std_log: 0.5}\n"
         "  first.mass: {distribution: lognormal, mean_log: -1.49, std_log: 0.3, also: [second.mass]}\n"
-        "quantities: [contact_duration]\nsamples: 512\nsampler: sobol\nsensitivity: 4096\ncompanions: 0\n"
+        "quantities: [contact_duration]\nsamples: 512\nsampler: sobol\nsensitivity: 4096\nchecks: 0\n"
     )
     found = run_study(load_study(tmp_path / "study.yaml")).as_dict()["quantities"]["contact_duration"]["sobol"]
     spreads = {"first.radius": 0.2 * 0.3, "motion.first_velocity": 0.2 * 0.5, "first.mass": 0.4 * 0.3}

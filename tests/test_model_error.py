@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from bearing_twin import load_study, run_study
+from bearing_twin.errors import StudyError
 from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.kinds.doubt import LAW, METHOD
 from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.uq.inputs import quantities_of
-from bearing_twin.uq.realisations import RealisationWorth, empty, errors_of, only_what_is_wanted, task_of
-from bearing_twin.uq.run import _doubted, _gathered, _large, chosen, model_errors
+from bearing_twin.uq.realisations import RealisationErrors, empty, errors_of, only_what_is_wanted, task_of
+from bearing_twin.uq.run import _doubted, _gathered, _large, chosen
 from bearing_twin.uq.study import parse_study
 from bearing_twin.uq.summary import told_of_model
 from bearing_twin.uq.workers import Ensemble
@@ -66,27 +67,27 @@ LOOSE = {
 }
 
 
-def test_no_companion_goes_with_a_realisation_of_a_bearing_that_no_one_asks():
+def test_a_realisation_has_no_second_run_unless_it_is_checked():
     task = task_of(parse_study(LOOSE, "study"))
-    asked = [only_what_is_wanted(one)["solver"]["check"] for one in (task, task._replace(watched=True))]
+    asked = [only_what_is_wanted(one)["solver"]["check"] for one in (task, task._replace(checked=True))]
     assert asked == ["none", "second_run"]
 
 
-def test_what_companions_alone_doubt_is_told_with_their_number():
+def test_warnings_of_checked_realisations_alone_have_their_number():
     task = task_of(parse_study(LOOSE, "study"))
     found = empty(task, 3)._replace(
         doubts={0: ("loads off by 0.2", "pressure 5 GPa"), 2: ("loads off by 0.3",)},
-        worth=dict.fromkeys(range(3), RealisationWorth({}, {})),
+        errors=dict.fromkeys(range(3), RealisationErrors({}, {})),
     )
-    assert list(_doubted(found, ["pressure 6 GPa"])) == ["2 of 3 realisations with a companion: loads off by 0.2"]
+    assert list(_doubted(found, ["pressure 6 GPa"])) == ["2 of 3 checked realisations: loads off by 0.2"]
 
 
 def test_the_greatest_error_by_each_source_stands_for_all_and_their_sum_for_the_model():
     study = parse_study(SPHERES, "study")
     each = [{METHOD: 3.0, LAW: 0.1}, {METHOD: 1.0, LAW: 0.4}, {METHOD: 2.0, LAW: 0.3}]
-    worth = {row: RealisationWorth(dict.fromkeys(study.quantities, errors), {}) for row, errors in enumerate(each)}
-    found = empty(task_of(study), len(each))._replace(worth=worth)
-    of, told = _gathered(study, found, found.quantities, "")
+    of_rows = {row: RealisationErrors(dict.fromkeys(study.quantities, errors), {}) for row, errors in enumerate(each)}
+    found = empty(task_of(study), len(each))._replace(errors=of_rows)
+    of, told = _gathered(study, found)
     assert told["realisations"] == 3
     for one in of.values():
         assert one == {"error": pytest.approx(3.4), "errors_by_source": {METHOD: 3.0, LAW: 0.4}}
@@ -101,21 +102,22 @@ def test_the_error_of_a_law_is_what_another_law_gives():
     assert other["error"] == pytest.approx(sum(other["errors_by_source"].values()))
 
 
-def test_a_sample_that_differs_from_what_a_companion_goes_with_is_off_by_that_as_well():
-    study = parse_study(SPHERES, "study of spheres")
+def test_a_checked_realisation_is_the_one_of_the_sample():
+    study = parse_study({**LOOSE, "quantities": ["greatest_ball_load"]}, "study of a bearing")
     task, at = task_of(study), study.joint.values(np.full((1, 1), 0.5))
     with Ensemble(task, 1, "processes", lambda: False) as ensemble:
-        sample = ensemble.evaluate(at).quantities
-        exact, off = (model_errors(study, task, ensemble, at, share * sample).of for share in (1.0, 1.001))
-    for name, value in zip(study.quantities, sample[0], strict=True):
-        before, after = (one[name]["errors_by_source"]["method"] for one in (exact, off))
-        assert after - before == pytest.approx(1e-3 * value, rel=1e-6)
+        alone, checked = (ensemble.evaluate(at, task=task._replace(checked=one)) for one in (False, True))
+    assert alone.quantities.tobytes() == checked.quantities.tobytes()
+    assert checked.errors[0].of["greatest_ball_load"]["method"] > 0.0
 
 
-def test_without_companions_the_errors_are_not_known_and_that_is_said():
-    result = run_study(parse_study({**SPHERES, "companions": 0}, "study"))
+def test_without_checks_the_errors_are_not_known_and_that_is_said():
+    result = run_study(parse_study({**SPHERES, "companions": 0}, "study"))  # the name of earlier versions
+    assert result.study.settings.checks == 0
+    with pytest.raises(StudyError, match="another name of checks"):
+        parse_study({**SPHERES, "companions": 0, "checks": 2}, "study")
     assert result.summary["quantities"]["peak_force"]["error"] is None
-    assert "companions: 0" in result.summary["companions"]["errors_unknown"]["method"]
+    assert "checks: 0" in result.summary["companions"]["errors_unknown"]["method"]
     assert not [one for one in told_of_model(result.summary) if "\u00b1" in one]
 
 

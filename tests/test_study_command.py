@@ -162,14 +162,14 @@ def test_polynomial_chaos_and_sobol_indices_agree(capsys, quick_workers):
 def test_a_study_says_which_of_its_intervals_hold_too_little(sampler, samples, capsys):
     """A lognormal contact time, as that of `bearing_twin chart coverage`: std and skewness are held in 15 to 92 %."""
     wide = "inputs.contact.measured_alpha={distribution: lognormal, mean_log: -9.1, std_log: 1.0}"
-    words = [*QUICK, "--set", wide, "--set", f"sampler={sampler}", "--samples", samples, "--set", "companions=0"]
+    words = [*QUICK, "--set", wide, "--set", f"sampler={sampler}", "--samples", samples, "--set", "checks=0"]
     found = asked(capsys, *words)["quantities"]["contact_duration"]
     assert {"std", "skewness"} <= set(found["unsafe"]) <= {"mean", "std", "skewness"}
     main(["study", *map(str, words)])
     out = " ".join(capsys.readouterr().out.split())
     *first, last = found["unsafe"]
     assert f"contact_duration: the intervals of {', '.join(first)} and {last} are unsafe: few samples far out" in out
-    calm = asked(capsys, *QUICK, "--set", f"sampler={sampler}", "--samples", samples, "--set", "companions=0")
+    calm = asked(capsys, *QUICK, "--set", f"sampler={sampler}", "--samples", samples, "--set", "checks=0")
     assert "mean" not in calm["quantities"]["contact_duration"]["unsafe"]
 
 
@@ -215,7 +215,7 @@ def test_numbers_below_a_panel_stand_apart_and_what_is_not_drawn_is_named(tmp_pa
     monkeypatch.setattr(picture, "finish", lambda figure, title, footer, path, **_: drawn.append((figure, footer)))
     speeds = {"motion.first_velocity": {"distribution": "uniform", "low": 5.0, "high": 15.0}}
     names = ["peak_force", "contact_duration", "greatest_approach", "impulse", "restitution"]
-    mapping = {"scene": "two_spheres", "inputs": speeds, "quantities": names, "modality": "no", "companions": 0}
+    mapping = {"scene": "two_spheres", "inputs": speeds, "quantities": names, "modality": "no", "checks": 0}
     plot_study(run_study(parse_study({**mapping, "method": "ensemble", "samples": 8}, "few")), tmp_path / "few.png")
     ((figure, footer),) = drawn
     assert footer.endswith("not drawn: restitution")
@@ -244,7 +244,7 @@ def drawn(tmp_path, monkeypatch):
 
 def spheres(*overrides):
     """A quick study of the spheres that samples."""
-    quick = ("sweep=", "histories=[]", "modality=no", "companions=0", "method=ensemble")
+    quick = ("sweep=", "histories=[]", "modality=no", "checks=0", "method=ensemble")
     return run_study(load_study(QUICK[0], [*quick, *overrides]))
 
 
@@ -334,7 +334,7 @@ def test_a_time_limit_is_told_first_and_is_what_to_raise(capsys, monkeypatch):
     monkeypatch.setattr("bearing_twin.uq.workers.CLOSED_CHUNK", 3)
     evaluate = ensemble.realise
     monkeypatch.setattr(ensemble, "realise", lambda task, values: [evaluate(task, values), time.sleep(0.3)][0])
-    assert main(["study", *QUICK, "--set", "time_limit=0.2", "--set", "companions=0"]) == DONE
+    assert main(["study", *QUICK, "--set", "time_limit=0.2", "--set", "checks=0"]) == DONE
     lines = " ".join(capsys.readouterr().out.split())
     assert lines.startswith("ended early: its time_limit of 200 ms was reached with 3 samples; raise time_limit")
     assert lines.count("the std needs 4 samples at least, not 3; raise time_limit") == 1
@@ -354,7 +354,7 @@ def test_why_a_statistic_is_refused_is_told_once_for_all_that_share_the_reason(c
     ]
 
 
-SWEPT = ["samples=50", "modality=no", "companions=0", "histories=[]"]
+SWEPT = ["samples=50", "modality=no", "checks=0", "histories=[]"]
 
 
 def test_the_table_says_where_in_its_sweep_it_is_and_has_the_sweep(capsys):

@@ -68,7 +68,7 @@ def test_weights_are_those_of_the_values():
     assert one.cdf([0.5, 1.0, 2.0, 4.9, 5.0]) == pytest.approx([0.0, 0.25, 0.75, 0.75, 1.0])
 
 
-BALLS = {"scene": "two_spheres", "quantities": ["contact_duration", "peak_force"], "samples": 64, "companions": 0}
+BALLS = {"scene": "two_spheres", "quantities": ["contact_duration", "peak_force"], "samples": 64, "checks": 0}
 RADIUS = "first.radius"
 
 
@@ -135,7 +135,7 @@ BAD = {
     "a parameter SciPy lacks": ({RADIUS: {"distribution": "scipy.norm", "mean": 1}}, "legal: loc, scale"),
     "a shape that lacks": ({RADIUS: {"distribution": "scipy.gamma", "scale": 1}}, "needs a"),
     "a shape out of range": ({RADIUS: {"distribution": "scipy.gamma", "a": -1, "scale": 1}}, "input first.radius"),
-    "no mean at all": ({RADIUS: {"distribution": "scipy.cauchy"}}, "input first.radius"),
+    "no mean at all": ({RADIUS: {"distribution": "scipy.cauchy"}}, "no finite mean"),
     "a frozen table": ({RADIUS: stats.rv_histogram(([1.0, 2.0], [0.1, 0.2, 0.3])).freeze()}, "give others as a table"),
     "parameters in lists": ({RADIUS: stats.gamma([1.0, 2.0])}, "single numbers"),
 }  # fmt: skip

@@ -168,7 +168,7 @@ def test_a_power_of_a_gamma_variable_has_the_moments_that_it_has(shape, power):
             assert found.has_moment(order) == (order * power > -shape), (order, found)
 
 
-BALLS = {"scene": "two_spheres", "quantities": ["contact_duration"], "samples": 64, "companions": 0, "modality": "no"}
+BALLS = {"scene": "two_spheres", "quantities": ["contact_duration"], "samples": 64, "checks": 0, "modality": "no"}
 WIDE = {"motion.first_velocity": {"distribution": "gamma", "mean": 20.0, "std": 60.0}}
 
 

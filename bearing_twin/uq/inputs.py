@@ -272,6 +272,8 @@ def read_input(key: str, mapping) -> Input:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             build = DISTRIBUTIONS[name].build if name in DISTRIBUTIONS else partial(of_scipy, name.removeprefix(SCIPY))
             one = Input(key, name, parameters, build(**parameters), stated)
+            if name.startswith(SCIPY) and not np.isfinite([one.mean, one.std]).all():
+                raise ValueError(f"{name} with these parameters has no finite mean and deviation; give another one")
             if not np.isfinite([one.mean, one.std]).all():
                 raise FloatingPointError
         return one

@@ -93,8 +93,8 @@ class Task(NamedTuple):
     """What a worker must know of a study: small and plain, so that it can be sent to any process.
 
     `instants` of the histories run from 0 to `duration` [s], `points` of them. `home` is the module that registers the
-    scene's kind, imported where the kind is not known. `watched`: a companion goes with each realisation, as the scene
-    says.
+    scene's kind, imported where the kind is not known. `checked`: a second run goes with each realisation, as the
+    scene says.
     """
 
     scene: dict
@@ -105,7 +105,7 @@ class Task(NamedTuple):
     duration: float
     closed: bool
     home: str = ""
-    watched: bool = False
+    checked: bool = False
 
     @property
     def instants(self) -> np.ndarray:
@@ -118,10 +118,10 @@ class Task(NamedTuple):
         return max(1, round(1e9 * self.duration / max(self.points - 1, 1)))
 
 
-class RealisationWorth(NamedTuple):
-    """What a companion says of a realisation: errors by quantity and source, what is `unknown` by source."""
+class RealisationErrors(NamedTuple):
+    """Errors of a checked realisation: `of` quantities by source, and the reasons of those `unknown` by source."""
 
-    errors: dict[str, dict[str, float]]
+    of: dict[str, dict[str, float]]
     unknown: dict[str, str]
 
 
@@ -129,14 +129,14 @@ class Realised(NamedTuple):
     """Of n realisations: `quantities` (n, q), `histories` (n, h, points), both NaN where it failed.
 
     `failures` maps the row of a failed realisation to the reason, `doubts` others to what is doubtful about them,
-    `worth` those of a watched task to what they are worth.
+    `errors` those of a checked task to their errors.
     """
 
     quantities: np.ndarray
     histories: np.ndarray
     failures: dict[int, str]
     doubts: dict[int, tuple[str, ...]]
-    worth: dict[int, RealisationWorth]
+    errors: dict[int, RealisationErrors]
 
 
 def realise(task: Task, values: np.ndarray) -> Realised:
@@ -152,11 +152,11 @@ def without_numbers(sentence: str) -> str:
 
 def joined(parts: list[Realised], task: Task) -> Realised:
     """Consecutive realisations as one."""
-    failures, doubts, worth, first = {}, {}, {}, 0
+    failures, doubts, errors, first = {}, {}, {}, 0
     for part in parts:
         failures |= {first + row: reason for row, reason in part.failures.items()}
         doubts |= {first + row: sentences for row, sentences in part.doubts.items()}
-        worth |= {first + row: one for row, one in part.worth.items()}
+        errors |= {first + row: one for row, one in part.errors.items()}
         first += len(part.quantities)
     if not parts:
         return empty(task, 0)
@@ -165,7 +165,7 @@ def joined(parts: list[Realised], task: Task) -> Realised:
         np.concatenate([part.histories for part in parts]),
         failures,
         doubts,
-        worth,
+        errors,
     )
 
 
@@ -242,10 +242,10 @@ def _by_simulation(task, values):
             found.quantities[row], found.histories[row] = numbers, histories
             if report.flags:
                 found.doubts[row] = tuple(report.flags)
-            if task.watched:
+            if task.checked:
                 by_source = report.errors["errors_by_source"]
                 errors = {name: errors_of(known[name], report.figures, by_source) for name in task.quantities}
-                found.worth[row] = RealisationWorth(errors, report.errors["errors_unknown"])
+                found.errors[row] = RealisationErrors(errors, report.errors["errors_unknown"])
     return found
 
 
@@ -272,10 +272,10 @@ def _reader_of(task: Task) -> Reader:
 def only_what_is_wanted(task: Task) -> dict:
     """The scene with outputs at the histories' instants, or without any where figures alone are wanted.
 
-    There is no second run: what it finds in a few realisations stands for all (`model_error`).
+    There is no second run: errors of a few checked realisations stand for all (`run.model_errors`).
     """
     run, solver = dict(task.scene["run"]), task.scene.get("solver", {})
-    if "check" in solver and not task.watched:
+    if "check" in solver and not task.checked:
         task = task._replace(scene={**task.scene, "solver": {**solver, "check": NO_CHECK}})
     if task.histories:
         rate = 1e9 / task.step_ns

@@ -241,21 +241,22 @@ def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
     return result
 
 
-# Errors of the model are kept apart from those of sampling. They come from a few realisations that a second run goes
-# with: those in which the quantities are least, greatest and in the middle, the watched quantity first; without a
+# Errors of the model are kept apart from those of sampling. They come from a few realisations that are checked by a
+# second run: those in which the quantities are least, greatest and in the middle, the watched quantity first; without a
 # sample those at the medians of the inputs and at their ends. The greatest error of each source stands for all, and the
 # sum of the sources for the model.
 
 OF_INPUTS = 0.5, 0.05, 0.95  # where realisations lie without a sample: this quantile of all inputs at once
 SAMPLED = "where quantities are in the middle, least and greatest"
+NOT_CHECKED = "the study ended before a realisation was checked by a second run"
 GIVEN = "at the medians of the inputs, and at 5 and 95 % of all of them"
 
 
 class ModelErrors(NamedTuple):
-    """`of` maps quantities to `error` and `errors_by_source`; `companions` says how they were found."""
+    """`of` maps quantities to `error` and `errors_by_source`; `checks` says how they were found."""
 
     of: dict[str, dict[str, Any]]
-    companions: dict[str, Any]
+    checks: dict[str, Any]
     notes: list[str]
 
     def for_quantity(self, name: str) -> dict[str, Any]:
@@ -264,7 +265,7 @@ class ModelErrors(NamedTuple):
 
 
 def no_model_errors(because: str) -> ModelErrors:
-    """Nothing is known, which is said."""
+    """Errors that are not known, with the reason."""
     return ModelErrors({}, {"realisations": 0, "failed": 0, "where": "", "errors_unknown": {METHOD: because}}, [])
 
 
@@ -288,66 +289,53 @@ def chosen(quantities: np.ndarray, first: int, count: int) -> list[int]:
 def model_errors(
     study: Study, task: Task, ensemble: Ensemble, values: np.ndarray, quantities: np.ndarray, doubts: Iterable[str] = ()
 ) -> ModelErrors:
-    """Errors of the study's quantities, beside its sample `values` (n, d) and `quantities` (n, q), or without one.
+    """Errors of the study's quantities, by its sample `values` (n, d) and `quantities` (n, q), or without one.
 
-    `doubts` of the sample are known; what a companion doubts beside them is in the notes.
+    `doubts` are the warnings of the sample; those of checked realisations alone are in the notes.
     """
-    count = study.settings.companions
+    count = study.settings.checks
     if not count:
-        return no_model_errors("companions: 0, so nothing is known of the error of the model")
+        return no_model_errors("checks: 0, so the error of the model is not known")
     rows = chosen(quantities, study.quantities.index(study.stop_quantity), count)
-    if rows:
-        where = SAMPLED
-        at, own = values[rows], quantities[rows]
-    else:
-        at = study.joint.values(np.repeat(np.array(OF_INPUTS)[:, None], study.joint.dimension, axis=1)[:count])
-        own, where = ensemble.evaluate(at).quantities, GIVEN
-    found = ensemble.evaluate(at, task=task._replace(closed=False, watched=True))
-    if len(found.quantities) < len(at) or len(own) < len(at):
-        return no_model_errors("the study ended before a companion had gone with a realisation")
-    of, told = _gathered(study, found, own, where)
-    return ModelErrors(of, told, [*_large(study, of, own), *_doubted(found, doubts)])
+    ends = np.repeat(np.array(OF_INPUTS)[:, None], study.joint.dimension, axis=1)[:count]
+    at, where = (values[rows], SAMPLED) if rows else (study.joint.values(ends), GIVEN)
+    found = ensemble.evaluate(at, task=task._replace(closed=False, checked=True))
+    if len(found.quantities) < len(at):
+        return no_model_errors(NOT_CHECKED)
+    of, checks = _gathered(study, found)
+    return ModelErrors(of, checks | {"where": where}, [*_large(study, of, found.quantities), *_doubted(found, doubts)])
 
 
-def _gathered(study: Study, found: Realised, own: np.ndarray, where: str) -> tuple[dict, dict]:
-    """The greatest error by source; realisations that differ from those with a companion err by that as well."""
+def _gathered(study: Study, found: Realised) -> tuple[dict, dict]:
+    """The greatest error by source of each quantity, and what is not known."""
     of, unknown = {}, {}
-    for one in found.worth.values():
+    for one in found.errors.values():
         unknown.update(one.unknown)
-    for column, name in enumerate(study.quantities):
+    for name in study.quantities:
         parts: dict[str, float] = {}
-        for row, one in found.worth.items():
-            aside = abs(float(own[row, column] - found.quantities[row, column]))
-            for source, error in one.errors[name].items():
-                error += aside if source == METHOD and math.isfinite(aside) else 0.0
+        for one in found.errors.values():
+            for source, error in one.of[name].items():
                 parts[source] = max(parts.get(source, 0.0), error)
         known = {source: error for source, error in parts.items() if math.isfinite(error)}
         of[name] = {"error": math.fsum(known.values()) if known else None, "errors_by_source": known}
         if len(known) < len(parts):
-            unknown[name] = "a figure that it is read off may be off by anything"
-    told = {
-        "realisations": len(found.worth),
-        "failed": len(found.failures),
-        "where": where,
-        "errors_unknown": unknown,
-    }
-    return of, told
+            unknown[name] = "a figure that it is read off has no bound of its error"
+    return of, {"realisations": len(found.errors), "failed": len(found.failures), "errors_unknown": unknown}
 
 
 def _doubted(found: Realised, doubts: Iterable[str]) -> Iterator[str]:
-    """A sentence for each kind of doubt that companions alone have, with how many realisations it is of."""
+    """A sentence for each kind of warning of checked realisations alone, with their number."""
     known, tally = set(map(without_numbers, doubts)), Tally()
     bits = tally.bits(len(found.quantities), found.doubts)
     for place, sentence in enumerate(tally.sentences):
         if without_numbers(sentence) not in known:
-            many = int(np.sum(bits >> place & 1))
-            yield f"{many} of {len(found.worth)} realisations with a companion: {sentence}"
+            yield f"{int(np.sum(bits >> place & 1))} of {len(found.errors)} checked realisations: {sentence}"
 
 
-def _large(study: Study, of: Mapping[str, dict], own: np.ndarray):
+def _large(study: Study, of: Mapping[str, dict], quantities: np.ndarray) -> Iterator[str]:
     """A sentence for each quantity whose error is over a tenth of it."""
     for column, name in enumerate(study.quantities):
-        error, known = of[name]["error"], own[np.isfinite(own[:, column]), column]  # none of those that failed
+        error, known = of[name]["error"], quantities[np.isfinite(quantities[:, column]), column]
         if error is not None and len(known) and exceeds(known.tolist(), error):
             parts, unit = of[name]["errors_by_source"], with_unit(quantity_of(study.kind, name).unit)
             yield (
@@ -420,7 +408,7 @@ def run_study(
         return asked() or time.monotonic() - began > limit
 
     drawn = Drawn(study, task, _part(tell, 0, parts, began), ends, began, keep)
-    model = no_model_errors("the study ended before a companion had gone with a realisation")
+    model = no_model_errors(NOT_CHECKED)
     at_mean, expanded, sources, missing = empty(task, 0), {}, {}, {}
     if task.closed:
         missing = {name: missing_moments(study, task, name) for name in sampled}

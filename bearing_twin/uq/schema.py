@@ -16,7 +16,7 @@ from bearing_twin.units import NO_LIMITS, Limits, with_unit
 from bearing_twin.uq.distributions import DISTRIBUTIONS, LIMITS, LISTS, SCIPY
 from bearing_twin.uq.entropy import FORMS
 from bearing_twin.uq.inputs import numeric_keys
-from bearing_twin.uq.study import GREATEST_SWEEP, Settings
+from bearing_twin.uq.study import GREATEST_SWEEP, OTHER_NAMES, Settings
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 WORDS_OF_LIMITS = {
@@ -95,6 +95,8 @@ def study_schema() -> dict[str, Any]:
             "where realisations run", type="string", pattern="^(processes$|dask://)", default="processes"
         ),
     } | found["properties"]
+    for other, first in OTHER_NAMES.items():
+        found["properties"][other] = found["properties"][first] | {"description": f"another name of {first}"}
     found["required"] = ["scene", "inputs", "quantities"]
     names = {kind: [head["name"] for head in SCENES.heads() if head["kind"] == kind] for kind in KINDS}
     return found | {"allOf": [_of_kind(kind, names[kind]) for kind in KINDS]}
@@ -209,8 +211,11 @@ def scene_schema(kind: str) -> dict:
         places = [found["properties"].get(word, {}).get("properties", {}) for word in (section, home)]
         if places[0] and name in places[1]:
             places[0][key] = places[1][name] | {"description": f"another name of {first}"}
-            given = {section: {"required": [key]}, home: {"required": [name]}}
-            twice.append({"not": {"properties": given, "required": [section, home]}})
+            given: dict[str, list[str]] = {}
+            for word, inner in ((section, key), (home, name)):
+                given.setdefault(word, []).append(inner)
+            both = {word: {"required": inner} for word, inner in given.items()}
+            twice.append({"not": {"properties": both, "required": [*given]}})
     return found | ({"allOf": twice} if twice else {})
 
 

@@ -70,10 +70,10 @@ class Settings:
     sensitivity: int = quantity(
         0, "1", "rows of (inputs + 2) further samples for Sobol indices; 0 = none", at_least=0, at_most=50_000
     )
-    companions: int = quantity(
+    checks: int = quantity(
         5,
         "1",
-        "realisations that tell the error of the model; 0 = none, and then it is not known",
+        "realisations that a second run checks, for the error of the model; 0 = none",
         at_least=0,
         at_most=1000,
     )
@@ -363,6 +363,7 @@ FREE_KEYS = (
     "executor",
 )  # fmt: skip
 GREATEST_SWEEP = 1000
+OTHER_NAMES = {"companions": "checks"}  # keys of earlier versions
 
 
 def study_names() -> list[str]:
@@ -393,7 +394,14 @@ def parse_study(text_or_mapping: str | Mapping, origin: str, overrides: Iterable
         for word in ("inputs", "sweep"):
             if isinstance(mapping.get(word), Mapping):
                 mapping[word] = _by_first_names(word, mapping[word])
-        for_scene, for_study = _sorted_overrides(mapping, listed_overrides(overrides))
+        for other, first in OTHER_NAMES.items():
+            if other in mapping and first in mapping:
+                raise StudyError(f"{other} is another name of {first}, which is given too; keep one of them")
+            if other in mapping:
+                mapping[first] = mapping.pop(other)
+        parts = (one.partition("=") for one in listed_overrides(overrides))
+        listed = ["".join((OTHER_NAMES.get(key.strip(), key), *rest)) for key, *rest in parts]
+        for_scene, for_study = _sorted_overrides(mapping, listed)
         scene, scene_origin = _open(mapping, for_scene)
         for override in for_study:
             _apply(mapping, scene["kind"], override)

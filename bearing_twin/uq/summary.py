@@ -224,7 +224,7 @@ def _summary(result: StudyResult, missing, task, without_sampling, drawn, beside
         "quantities": quantities,
         "seed": settings.seed,
         "sampler": settings.sampler,
-        "companions": model.companions,
+        "companions": model.checks,
         "stopped_because": drawn.because,
         "convergence": _convergence(drawn.rule, drawn.path),
         "histories": {
