@@ -45,7 +45,7 @@ def test_what_a_scene_fixes_is_kept_and_what_it_leaves_open_is_explained(name, c
     scene = load_scene(name)
     for key, one in answers(scene.kind, scene.parameters).items():
         assert (told[key]["value"], told[key]["why"]) == (one.value, one.sentence)
-        assert (one.rule is None) == one.sentence.endswith("as the scene specifies")
+        assert (one.rule is None) == one.sentence.endswith("as given")
         if key in RESOLVED:
             assert answers(scene.kind, load_scene(scene.resolved()).parameters)[key].value == one.value
 

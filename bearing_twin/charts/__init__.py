@@ -25,6 +25,7 @@ CHARTS = {
     "newcomers": Listed("newcomers", "what one tries first (SciPy's defaults, Euler, 0.1 ms) against the product", 60),
     "dimensions": Listed("bearings", "equilibria against moving balls, over speed: loads, contact angles, cost", 200),
     "tolerance": Listed("tolerance", "error found against tolerance requested, in every shipped scene", 900),
+    "choice": Listed("choice", "what the rules choose in every shipped scene, against all other models", 600),
     "beams": Listed("bodies", "a sphere on a beam: modes, Volterra's equation, a sinusoidal force", 60),
     "discs": Listed("bodies", "a soft disc on a wall: meshes, formulations, steps, locking", 200),
     "bodies": Listed(

@@ -299,7 +299,7 @@ def pick(kind: str, key: str, parameters, given=AUTO) -> Answer:
                 if given in (AUTO, 0, "", value):
                     return Answer(value, row.sentence(value), row)
                 break
-    return Answer(given, f"{_named(key)}{given}, as the scene specifies", None)
+    return Answer(given, f"{_named(key)}{given}, as given", None)
 
 
 def answers(kind: str, parameters) -> dict[str, Answer]:
