@@ -20,6 +20,7 @@ PART = {  # the problem or sheet that is tried of each
     "newcomers": "settled",
     "dimensions": "thrust",
     "tolerance": "two_spheres",
+    "choice": "two_spheres at 5 %",
     "beams": "slow",
     "discs": "locking",
     "bodies": "discs",
