@@ -17,7 +17,7 @@ import pytest
 import yaml
 from made_up_run import bits, made_up_block, made_up_run, made_up_scene
 from mcap.data_stream import RecordBuilder
-from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Message, Schema
+from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, Header, Message, Schema, Statistics
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, IndexType, Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
@@ -333,6 +333,20 @@ def of_records(*records):
     return magic + builder.end() + magic
 
 
+def of_summary(*records):
+    """A file whose summary has these records, and statistics that go with them."""
+    builder, magic = RecordBuilder(), b"\x89MCAP0\r\n"
+    for record in (Header("ros2", ""), DataEnd(0)):
+        record.write(builder)
+    data = builder.end()
+    covered = len(magic) + len(data)
+    chunks = sum(isinstance(one, ChunkIndex) for one in records)
+    statistics = Statistics(0, 0, {}, chunks, 0, 0, 0, 0, 0)
+    for record in (*records, statistics, Footer(covered, 0, 0)):
+        record.write(builder)
+    return magic + data + builder.end() + magic
+
+
 def inside(*records):
     builder = RecordBuilder()
     for record in records:
@@ -386,6 +400,14 @@ def test_what_means_ill_is_refused_for_what_it_is_and_soon(what, tmp_path, capsy
     assert said in str(error.value)
 
 
+def test_an_index_that_points_far_outside_is_damage(tmp_path):
+    """Of two chunks that overlap in time, so that they are looked up by their places."""
+    far = ChunkIndex(0, 1 << 63, "", 0, 9, 0, {}, 0, 0)
+    (tmp_path / "x.mcap").write_bytes(of_summary(far, far))
+    with pytest.raises(LogError, match="the index points outside the file"):
+        list(raw_messages(tmp_path / "x.mcap"))
+
+
 def hostile_bag(path, statements):
     path.mkdir()
     with sqlite3.connect(path / "run.db3") as database:
@@ -412,6 +434,9 @@ HOSTILE_BAGS = {
     "times before the start": SCHEMA_OF_BAGS + """
         CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp, data);
         INSERT INTO messages VALUES(1, 1, -5, x'00010000');""",
+    "times of a hundred digits": SCHEMA_OF_BAGS + f"""
+        CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp, data);
+        INSERT INTO messages VALUES(1, 1, '{"9" * 100}', x'00010000');""",
 }  # fmt: skip
 
 
@@ -420,7 +445,8 @@ def test_a_database_that_means_ill_is_refused_soon(what, tmp_path, capsys):
     hostile_bag(tmp_path / "bag", HOSTILE_BAGS[what])
 
     def work():
-        assert main(["report", str(tmp_path / "bag")]) == BAD_INPUT
+        for words in (["report"], ["recover", str(tmp_path / "out.mcap")]):
+            assert main([words[0], str(tmp_path / "bag"), *words[1:]]) == BAD_INPUT
 
     cost = in_a_process(work)
     assert cost.well

@@ -26,6 +26,7 @@ from bearing_twin.spelling import echo, shortened
 SUFFIX, SQLITE = ".mcap", ".db3"
 STORAGES = "mcap", "sqlite3"
 DESCRIBED = "storage_identifier", "compression_mode", "compression_format"
+LAST_SQL_NS = 2**63 - 1  # of sqlite3
 MOST_NAMED = 3  # channels that a sentence names
 LARGEST_BAG_FILE = 2_000_000  # bytes of metadata.yaml, a second to read
 
@@ -307,10 +308,12 @@ class SqliteReader:
             if wanted is None or (one.topic in wanted and not self._topics[one.id].foreign)
         ]
         with self._said():
-            for connection, time_ns, data in (
-                self._bag.messages(asked, from_ns, min(until_ns, 2**63 - 1)) if asked else ()
+            for connection, given, data in (
+                self._bag.messages(asked, from_ns, min(until_ns, LAST_SQL_NS)) if asked else ()
             ):
-                yield LoggedMessage(self._topics[connection.id], int(time_ns), int(time_ns), bytes(data))
+                if not 0 <= (time_ns := int(given)) <= LAST_SQL_NS:
+                    raise ValueError(f"a message at {time_ns} ns")
+                yield LoggedMessage(self._topics[connection.id], time_ns, time_ns, bytes(data))
 
     def content(self, wanted: Container[str] | None = None, *_) -> Iterator[LoggedMessage]:
         """All messages of these topics."""

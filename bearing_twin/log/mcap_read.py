@@ -312,8 +312,6 @@ class McapReader:
         return self._raw(start, used | {Opcode.METADATA_INDEX, Opcode.ATTACHMENT_INDEX}, False)
 
     def _metadata_at(self, offset: int) -> Metadata:
-        if not len(MAGIC) <= offset < self._data_end:
-            raise DamagedLog(self.path, offset, "the index points outside the file")
         _, opcode, content = next(self._raw(offset, _USED, False), (0, 0, b""))
         if opcode != Opcode.METADATA:
             raise DamagedLog(self.path, offset, "the index points to something else than metadata")
@@ -420,7 +418,9 @@ class McapReader:
         With `check` (from the start) the checksum of the data is compared. Of chunks those at `needed` places alone are
         given out (None: all).
         """
-        in_data, seek = position < self._data_end, 0
+        if position > self._size:
+            raise DamagedLog(self.path, self._size, "the index points outside the file")
+        in_data, seek = position < self._data_end, False
         crc = self._first_crc() if check else None
         self._stream.seek(position)
         while position < self._size:
