@@ -16,7 +16,7 @@ from bearing_twin.units import inverse, labelled
 
 WIDTH, ROW = 16.0, 4.4  # inches: of a picture, of a row of panels
 FEW_DECADES = 300.0  # of an axis that spans less, 2 and 5 are labelled too
-KEY_COLUMNS = 5  # of a legend below all panels
+KEY_WIDTH = 170  # letters of a line of the legend below all panels
 CROSS = {"marker": "x", "markersize": 9, "markeredgewidth": 2.5, "linestyle": ""}
 
 
@@ -157,7 +157,9 @@ def shade(place: int = 0) -> dict:
 def draw(sheet: Sheet, path: Path) -> Path:
     """Writes the picture; raises BearingTwinError where that is impossible."""
     lines = len(sheet.rows)
-    lines_of_key = -(-len(_names(sheet)) // KEY_COLUMNS) if sheet.key else 0
+    names = _names(sheet)
+    columns = max(1, min(len(names), int(KEY_WIDTH / (7 + max(map(len, names), default=0)))))
+    lines_of_key = -(-len(names) // columns) if sheet.key else 0
     tall = ROW * lines + 0.9 + 0.3 * lines_of_key
     figure = Figure(figsize=(WIDTH, tall), dpi=100, facecolor="white", layout="constrained")
     foot = (0.35 + 0.3 * lines_of_key) / tall
@@ -177,7 +179,7 @@ def draw(sheet: Sheet, path: Path) -> Path:
             if not space and panel.legend and not sheet.key and axis.get_legend_handles_labels()[1]:
                 axis.legend(frameon=False, fontsize=10.5, loc=panel.legend)
     if sheet.key and keys:
-        place = {"loc": "lower center", "bbox_to_anchor": (0.5, 0.22 / tall), "ncols": min(len(keys), KEY_COLUMNS)}
+        place = {"loc": "lower center", "bbox_to_anchor": (0.5, 0.22 / tall), "ncols": columns}
         figure.legend(keys.values(), keys, fontsize=12, frameon=False, **place)
     return save(figure, path)
 

@@ -169,7 +169,8 @@ def bounces(quick: bool) -> Sheet:
         words = ", ".join(f"{1e6 * abs(one):.4g}" for one in found[1:][-LAST:])
         off = np.abs(found[1:] / exact[1:] - 1.0)[-LAST:].max()
         reading.append(
-            f"{name}: {late} comes late, by {words} µs in the last impacts; the closed form is within {100.0 * off:.1g} % of it."
+            f"{name}: {late} comes late, by {words} µs in the last impacts; the closed form is within "
+            f"{100.0 * off:.1g} % of it."
         )
     up = Axis("altitude of the centre", "m")
     rows = [

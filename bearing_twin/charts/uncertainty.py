@@ -203,7 +203,7 @@ def coverage_panels(contest, rows):
                     (row.setting, row.more[statistic]) for row in good if (row.method, row.problem) == (method, problem)
                 )
                 look = {**colour(number), "linestyle": dashes, "marker": "o", "markersize": 5, "clip_on": False}
-                words = f"{method.replace('_', ' ')}, {contest.problems[problem]}"
+                words = f"{method.replace('_', ' ')}, {problem}"
                 parts.append(Line(words, [one[0] for one in mine], [one[1] for one in mine], look))
         up = Axis("share of studies that hold the truth", limits=(0.1 * int(10.0 * least), 1.0))
         panels.append(Panel(statistic, statistic, Axis("samples", log=True), up, parts))
