@@ -46,7 +46,7 @@ RENAMED = {
     "two_bodies": "bodies",
     "bearing_laws": "laws",
     "bearing_friction": "friction",
-    "fidelity": "tolerance",
+    "fidelity": "choice",
     "drawn": "tolerance",
     "motions": "steppers",
     "quantiles": "samplers",

@@ -8,7 +8,7 @@ from bearing_twin.charts.scenes import Problem, Scenes, load_and_friction, sprea
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 
 FROM_REST = ("initial.motion=rest", "drive.offset=[0.0,-1e-6,5e-6]")
-LADDER, FINER = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6), (1e-1, 1e-3, 1e-5)
+LADDER, FINER, SCIPYS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6), (1e-1, 1e-3, 1e-5), (1e-3,)
 STEPS = (4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)
 
 
@@ -17,7 +17,7 @@ def methods() -> dict:
     found = {}
     for name, facts in STEPPER_FACTS.items():
         keys = (f"solver.stepper={name}",)
-        ladder = LADDER if name in ROSENBROCK else FINER
+        ladder = LADDER if name in ROSENBROCK else SCIPYS if "SciPy" in facts.source else FINER
         found[name] = tolerances(*ladder, keys=keys) if facts.adaptive else steps(*STEPS, keys=keys)
     return found
 
@@ -40,7 +40,7 @@ def moving(title: str, scene: str, period: float, count: int, *keys: str) -> Pro
 MOVING = {
     "settled": moving("settled, outputs every 1 ms", "bearing_6203", 1e-3, 100),
     "sliding": moving("from rest: sliding, ringing", "bearing_6203", 5e-5, 40, *FROM_REST),
-    "lift-off": moving("clearance, lift-off", "bearing_6203_loose", 1e-3, 20),
+    "lift-off": moving("clearance, lift-off", "bearing_6203_loose", 1e-3, 20, "cage.kind=none"),
     "sticking": moving(
         "friction regularised at 0.1 mm/s", "bearing_6203", 1e-3, 10, "contact.friction_regularisation=1e-4"
     ),

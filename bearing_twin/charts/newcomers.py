@@ -4,13 +4,14 @@ The equations are the product's, their right-hand side is compiled: what differs
 and `rk4` are runs of the product, which refuses steps that are too long.
 """
 
+import dataclasses
 import itertools
 import math
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from bearing_twin.charts.bearings import FROM_REST
+from bearing_twin.charts.bearings import MOVING
 from bearing_twin.charts.contest import Contest, best_of, timed
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import Found, Problem, Scenes, load_and_friction, run, steps, tolerances
@@ -24,27 +25,15 @@ COARSE, SCIPYS = 1e-4, 1e-3  # s, the step that is often tried first; SciPy's de
 CHANNELS = ("normal_load", "friction_force")
 
 
-def _problem(title: str, scene: str, period: float, count: int, *keys: str) -> Problem:
-    span = (f"run.duration={period * count:g}", f"run.output_rate={1.0 / period:g}", "run.publish_rate=100")
-    return Problem(
-        title=title,
-        scene=scene,
-        keys=(*keys, *span),
-        reference=("solver.stepper=rodas4", "wanted.tolerance=1e-8"),
+TABLE = {
+    name: dataclasses.replace(
+        MOVING[name],
         methods={
             "rodas4": tolerances(1e-3, 1e-1, 1e-2, 1e-4, 1e-5, 1e-6, keys=("solver.stepper=rodas4",)),
             "rk4": steps(COARSE, 1e-6, 1e-5, 3e-7, keys=("solver.stepper=rk4",)),
         },
-        norm=load_and_friction,
-        channels=CHANNELS,
-        a_second=True,
     )
-
-
-TABLE = {
-    "settled": _problem("settled", "bearing_6203", 1e-3, 10),
-    "sliding": _problem("from rest: sliding, ringing", "bearing_6203", 5e-5, 20, *FROM_REST),
-    "lift-off": _problem("clearance, lift-off", "bearing_6203_loose", 1e-3, 10),
+    for name in ("settled", "sliding", "lift-off")
 }
 PRODUCT = Scenes(table=TABLE)
 NAIVE = {

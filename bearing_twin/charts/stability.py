@@ -22,7 +22,7 @@ from bearing_twin.charts.scenes import (
     tolerances,
 )
 
-FAILS = 0.1  # error of a run that fails
+FAILS, COLUMNS = 0.1, 3  # error of a run that fails; maps side by side
 FROM_REST = ("initial.motion=rest", "drive.offset=[0.0,-1e-6,5e-6]")
 ONE_BALL = ("geometry.balls=1", "run.duration=2e-3", "run.output_rate=10000", "run.publish_rate=1000")
 BODIES = ("ball", "inner_ring", "outer_ring")
@@ -110,9 +110,8 @@ UP = {
 
 def _panels(contest, rows) -> list[list[Panel]]:
     """A map a problem and method; crosses where a run fails, dots where the software refuses."""
-    lines = []
+    found = []
     for name, problem in MAPS.items():
-        line = []
         for method, facts in problem.methods.items():
             mine = {(row.across, row.setting): row for row in rows if (row.problem, row.method) == (name, method)}
             if not mine:
@@ -133,10 +132,8 @@ def _panels(contest, rows) -> list[list[Panel]]:
             look = {**look, "marker": "s", "color": "#5f6f7a", "markersize": 6}
             parts.append(Line("refused by the software", *_xy(refused), look))
             x = Axis(number, unit.rstrip("]") or "1", log=True)
-            line.append(Panel(f"{name}, {method}", f"{method}: {body}", x, UP[facts.key], parts, None))
-        if line:
-            lines.append(line)
-    return lines
+            found.append(Panel(f"{name}, {method}", f"{method}: {body}", x, UP[facts.key], parts, None))
+    return [found[first : first + COLUMNS] for first in range(0, len(found), COLUMNS)]
 
 
 def _xy(places) -> tuple[list[float], list[float]]:
