@@ -33,6 +33,7 @@ from bearing_twin.uq.entropy import FACTS, FORMS
 from bearing_twin.uq.sampling import SAMPLERS
 
 ROOT = Path(__file__).resolve().parent.parent
+CHARTED = ROOT / "docs" / "charts"  # tables and pictures of charts
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SHIPPED = {name: kind for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")}  # not those of tests
 _PLACE = re.compile(r"(<!-- table: (\w+) -->\n)(.*?)(<!-- end -->)", flags=re.DOTALL)
@@ -145,9 +146,9 @@ def _costs() -> str:
 
 def _speeds(steppers: tuple[str, ...] = ()) -> str:
     """The reading of the chart of steppers: times real time within an error of 1e-3; empty without its table."""
-    if not (ROOT / "docs" / "steppers.csv").is_file():
+    if not (CHARTED / "steppers.csv").is_file():
         return ""
-    rows, chart = read_table(ROOT / "docs" / "steppers.csv"), chart_of("steppers")
+    rows, chart = read_table(CHARTED / "steppers.csv"), chart_of("steppers")
     steppers = steppers or tuple(dict.fromkeys(row.method for row in rows))
     lines = []
     for problem, title in chart.problems.items():
@@ -186,9 +187,9 @@ def _samplers() -> str:
 
 def _reading(name: str) -> str:
     """What a chart says, from the table that stands beside its picture; empty where there is none."""
-    if not [*(ROOT / "docs").glob(f"{name}.csv"), *(ROOT / "docs").glob(f"{name}_*.txt")]:
+    if not [*CHARTED.glob(f"{name}.csv"), *CHARTED.glob(f"{name}_*.txt")]:
         return ""
-    return "".join(f"* {sentence}\n" for sentence in chart_of(name).read_again(ROOT / "docs", name))
+    return "".join(f"* {sentence}\n" for sentence in chart_of(name).read_again(CHARTED, name))
 
 
 def _failures() -> str:

@@ -135,7 +135,7 @@ def two_of_the_sweep(study):
 def test_commands_work(page, tmp_path, monkeypatch, capsys, quick_workers):
     """In the order of the page, in one folder: a log that one line writes is there for the next."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "docs").mkdir()
+    (tmp_path / "docs" / "charts").mkdir(parents=True)
     mine = [line for one, line in lines(("bearing_twin ", "head ")) if one == page]
     short = TO_CUT if any(line.startswith("head") for line in mine) else SHORT
     for line in mine:

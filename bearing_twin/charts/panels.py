@@ -17,6 +17,7 @@ from bearing_twin.units import inverse, labelled
 WIDTH, ROW = 16.0, 4.4  # inches: of a picture, of a row of panels
 FEW_DECADES = 300.0  # of an axis that spans less, 2 and 5 are labelled too
 KEY_WIDTH = 170  # letters of a line of the legend below all panels
+MANY = 8  # entries of a legend of one column
 CROSS = {"marker": "x", "markersize": 9, "markeredgewidth": 2.5, "linestyle": ""}
 
 
@@ -176,8 +177,10 @@ def draw(sheet: Sheet, path: Path) -> Path:
             axis = box.add_subplot(1, len(row), column + 1, **space)
             _draw_panel(box, axis, panel)
             keys |= dict(zip(*reversed(axis.get_legend_handles_labels()), strict=True))
-            if not space and panel.legend and not sheet.key and axis.get_legend_handles_labels()[1]:
-                axis.legend(frameon=False, fontsize=10.5, loc=panel.legend)
+            entries = len(axis.get_legend_handles_labels()[1])
+            if not space and panel.legend and not sheet.key and entries:
+                small = {"fontsize": 8, "ncols": 2} if entries > MANY else {"fontsize": 10.5}
+                axis.legend(frameon=False, loc=panel.legend, **small)
     if sheet.key and keys:
         place = {"loc": "lower center", "bbox_to_anchor": (0.5, 0.22 / tall), "ncols": columns}
         figure.legend(keys.values(), keys, fontsize=12, frameon=False, **place)

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from bearing_twin.charts.contest import LEAST, Contest, numbers, timed
+from bearing_twin.charts.contest import Contest, numbers, timed
 from bearing_twin.charts.panels import Axis, Line, Panel, curve, dashed
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import contacts, greatest, load_and_friction, root_mean_square, run
@@ -18,11 +18,13 @@ from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, scene_names
 
 TOLERANCES, MESHES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5), (1e-1, 3e-2, 1e-2)  # of soft discs, whose reference is a mesh
+FLOOR = 1e-9  # smaller errors are drawn here
 LONGEST = {"bearing": 0.1, "shaft": 0.1, "ellipsoid_on_plane": 0.5, "two_bodies": 0.1}  # s of a run
 NORMS = {  # by kind: the norm that a tolerance means there, and the channels it needs
     "bearing": (load_and_friction, ("normal_load", "friction_force")),
     "shaft": (greatest("left_normal_load", "right_normal_load"), ("left_normal_load", "right_normal_load")),
     "ellipsoid_on_plane": (contacts, ()),
+    "two_bodies": (contacts, ()),
     "soft_discs": (root_mean_square("normal_load"), ("normal_load",)),
 }
 EXACT = {"soft_discs": "mesh.divisions=96", "bearing": "wanted.tolerance=1e-8", "shaft": "wanted.tolerance=1e-8"}
@@ -84,10 +86,10 @@ def panels(contest, rows) -> list[list[Panel]]:
         parts = [Line("error = tolerance", ends, ends, dashed(), False)]
         mine = [row for row in rows if row.problem == kind]
         for name in dict.fromkeys(row.method for row in mine):
-            good = [(row.setting, max(row.error, LEAST)) for row in mine if (row.method, row.status) == (name, DONE)]
+            good = [(row.setting, max(row.error, FLOOR)) for row in mine if (row.method, row.status) == (name, DONE)]
             lost = [(row.setting, 1.0) for row in mine if row.method == name and row.status != DONE]
             parts += curve(name, good, places[name], lost)
-        up = Axis("error found", log=True, limits=(LEAST, 10.0))
+        up = Axis("error found", log=True, limits=(FLOOR, 10.0))
         found.append(
             Panel(kind, kind.replace("_", " "), Axis("tolerance requested", log=True), up, parts, "lower right")
         )
