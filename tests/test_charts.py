@@ -17,7 +17,7 @@ PART = {  # the problem or sheet that is tried of each
     "laws": "ellipse",
     "friction": "b/a = 0.3",
     "steppers": "settled",
-    "newcomers": "settled",
+    "newcomers": "sliding",
     "dimensions": "thrust",
     "tolerance": "two_spheres",
     "choice": "two_spheres at 5 %",

@@ -90,9 +90,7 @@ def panels(contest, rows) -> list[list[Panel]]:
             lost = [(row.setting, 1.0) for row in mine if row.method == name and row.status != DONE]
             parts += curve(name, good, places[name], lost)
         up = Axis("error found", log=True, limits=(FLOOR, 10.0))
-        found.append(
-            Panel(kind, kind.replace("_", " "), Axis("tolerance requested", log=True), up, parts, "lower right")
-        )
+        found.append(Panel(kind, kind.replace("_", " "), Axis("tolerance requested", log=True), up, parts, "best"))
     return [found[first : first + 2] for first in range(0, len(found), 2)]
 
 

@@ -206,7 +206,8 @@ def coverage_panels(contest, rows):
                 words = f"{method.replace('_', ' ')}, {problem}"
                 parts.append(Line(words, [one[0] for one in mine], [one[1] for one in mine], look))
         up = Axis("share of studies that hold the truth", limits=(0.1 * int(10.0 * least), 1.0))
-        panels.append(Panel(statistic, statistic, Axis("samples", log=True), up, parts))
+        across = Axis("samples", log=True, limits=(0.7 * ends[0], 1.4 * ends[1]))
+        panels.append(Panel(statistic, statistic, across, up, parts))
     return [panels[:3], panels[3:]]
 
 
