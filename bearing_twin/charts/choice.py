@@ -22,7 +22,7 @@ from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene
 
 CHOICE, LOOSE, LESS = "choice", 0.05, 0.5
-DURATIONS = {"bearing": 0.1, "shaft": 0.05, "ellipsoid_on_plane": 0.3, "two_bodies": 0.05}  # s of a run at most
+DURATIONS = {"bearing": 0.1, "shaft": 0.05, "ellipsoid_on_plane": 0.6, "two_bodies": 0.05}  # s of a run at most
 CHAOTIC = {"bearing_6203_guided_cage": 0.005}  # s: later no two settings agree
 SHARES = (100.0, 30.0, 10.0, 3.0, 1.0 / 3.0, 0.1)  # of the chosen setting
 LAWS = ("hertz_exact", "volumetric", "constant")

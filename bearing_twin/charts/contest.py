@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.charts import chart_of
-from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, curve, draw
+from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, curve, draw, labels
 from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, Row, read_table, write_table
 from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.pictures.style import STYLE
@@ -35,7 +35,7 @@ LIMIT, WORKERS = 60.0, 2  # CPU seconds of a run unless the user says otherwise;
 ENOUGH, REPEATS, LONG = 0.15, 3, 3.0  # CPU seconds and repeats of a timing; beyond LONG it is done once more only
 UNSURE = 0.1  # spread of a cost beyond which it is reported
 LEAST, GREATEST = 1e-12, 3.0  # of the axis of errors: smaller ones stand at its start, failures at its end
-MOST = 10  # methods of a common legend
+MOST = 10  # entries of a common legend
 WANTED_LOOK = {"color": STYLE["soft"], "linewidth": 1.2, "linestyle": ":"}
 
 Entry = tuple[str, str, float, float]  # problem, method, setting, across
@@ -120,7 +120,9 @@ class Contest:
 
     def sheet(self, rows: list[Row]) -> Sheet:
         """The picture of rows."""
-        return Sheet(self.title, self.panels(self, rows), "crosses: no result", [], key=len(numbers(rows)) <= MOST)
+        sheet = Sheet(self.title, self.panels(self, rows), "crosses: no result", [])
+        sheet.key = len(labels(sheet)) <= MOST
+        return sheet
 
     def reading(self, rows: list[Row]) -> list[str]:
         """What the rows show."""

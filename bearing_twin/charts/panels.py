@@ -158,7 +158,7 @@ def shade(place: int = 0) -> dict:
 def draw(sheet: Sheet, path: Path) -> Path:
     """Writes the picture; raises BearingTwinError where that is impossible."""
     lines = len(sheet.rows)
-    names = _names(sheet)
+    names = labels(sheet)
     columns = max(1, min(len(names), int(KEY_WIDTH / (7 + max(map(len, names), default=0)))))
     lines_of_key = -(-len(names) // columns) if sheet.key else 0
     tall = ROW * lines + 0.9 + 0.3 * lines_of_key
@@ -187,7 +187,8 @@ def draw(sheet: Sheet, path: Path) -> Path:
     return save(figure, path)
 
 
-def _names(sheet: Sheet) -> set[str]:
+def labels(sheet: Sheet) -> set[str]:
+    """The entries of the legends of a sheet."""
     parts = (part for row in sheet.rows for panel in row for part in panel.parts)
     return {part.name for part in parts if getattr(part, "label", False)}
 

@@ -94,8 +94,8 @@ def load_and_friction(found: Found, exact: Found) -> dict[str, float]:
 def contacts(found: Found, exact: Found) -> dict[str, float]:
     """Norm of impacts: the greatest relative error of peak loads; 1 where contacts are missing or spurious."""
     one, other = (np.array([each["peak_force_n"] for each in run.figures["contacts"]]) for run in (found, exact))
-    if len(one) != len(other):
-        return {"error": 1.0}
+    if len(one) != len(other) or not len(one):
+        return {"error": float(len(one) != len(other))}
     return {"error": float(np.abs(one - other).max() / other.max())}
 
 
