@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 from bearing_twin.errors import BearingTwinError
-from bearing_twin.kinds import KINDS
+from bearing_twin.kinds import KINDS, refinement
 from bearing_twin.kinds.soft_discs.derived import resolve
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene, scene_names
@@ -143,7 +143,9 @@ def main() -> None:
     parser.add_argument("--seed", default=None)
     parser.add_argument("--span", type=float, default=SPAN)
     parser.add_argument("--cost", action="store_true")
+    parser.add_argument("--factor", type=float, default=1.0 / refinement.TOLERANCE, help="of the tolerances")
     given = parser.parse_args()
+    refinement.TOLERANCE = 1.0 / given.factor
     seed = given.seed or subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
     rows = [(name, ()) for name in given.scene or ([] if given.drawn else scene_names())]
     good, held = [], []

@@ -222,7 +222,7 @@ def test_where_nothing_does_work_energy_is_a_share_of_what_is_stored(tolerance):
     differs = ("contact.friction_coefficient=0", f"wanted.tolerance={tolerance}", "run.duration=0.02")
     run = simulate(load_scene("bearing_6203_fast", differs))
     [block] = run.blocks()
-    assert run.report.status == "done"
+    assert not run.report.status.startswith("failed")
     assert abs(run.report.figures["energy_closure"]) < 0.01
     energies = [block.values[name] for name in ("kinetic_energy", "elastic_energy", "potential_energy")]
     for share in (0.02, -0.02, 0.005, -0.005):
@@ -237,7 +237,7 @@ def test_equilibria_have_no_friction_torque():
     run = simulate(load_scene("bearing_6203_rig_400N", ("model.dimension=quasi_static", "run.duration=0.005")))
     assert len(list(run.blocks())) == 1
     assert not {"friction_torque_nm", "drive_torque_nm", "dissipated_j"} & set(run.report.figures)
-    assert "friction" in run.report.errors["errors_unknown"]["method"]
+    assert "friction" in run.report.errors["errors_unknown"]["left_out"]
 
 
 @pytest.mark.parametrize("closure", [0.02, -0.02])

@@ -131,6 +131,21 @@ def test_what_is_interrupted_is_computed_again_to_the_bit():
     assert ours["wanted_errors"] == theirs["wanted_errors"]
 
 
+def test_a_second_run_that_breaks_off_ends_the_comparison_alone():
+    """The run goes on to the bit; its errors are those up to there, which is said."""
+    scene = load_scene("bearing_6203", ("run.duration=2",))
+    whole, _ = finished(scene)
+    run = Simulation(scene)
+    parts = [run.advance(401)]
+    run._motion._second.scales = run._motion._second.scales * 1e-30
+    parts.append(run.advance(scene.outputs - 401))
+    assert numbers(parts).tobytes() == numbers(whole).tobytes()
+    report = run.report(last=True)
+    assert report.errors["wanted_errors"]["loads"]["error"] > 0.0
+    assert "broke off" in report.errors["errors_unknown"]["method"]
+    assert report.failure is None
+
+
 def test_at_the_least_tolerance_the_second_run_is_coarser():
     """Both runs would be one otherwise, and the error 0."""
     scene = load_scene("bearing_6203", ("run.duration=0.01", "wanted.tolerance=1e-10"))

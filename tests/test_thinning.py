@@ -99,28 +99,28 @@ def test_an_altered_output_of_a_thinned_log_is_found(tmp_path):
 
 def test_a_recording_that_begins_later_than_its_node_is_verified():
     """Records of what happened before the first output were published before the recorder listened."""
-    run = simulate(load_scene("bearing_6203", ["run.duration=0.5", "solver.stepper=rodas4", "contact.normal=hertz"]))
+    run = simulate(load_scene("bearing_6203", ["run.duration=2", "solver.stepper=rodas4", "contact.normal=hertz"]))
     whole = Simulation(run.scene)
-    first, second = whole.advance(101).last(1), whole.advance(200).last(1)
-    windows = first.records["companion"]
+    first, second = whole.advance(1001).last(1), whole.advance(800).last(1)
+    windows = first.records["second_run"]
     assert len(windows) > 1
 
     def copied(block, records):
         return Block(block.channels, block.first_sequence, block.time_ns, block.values, records)
 
     def deviates(begin, **changed):
-        blocks = [copied(begin, {"companion": windows[-1:]}), copied(second, changed.get("records", second.records))]
+        blocks = [copied(begin, {"second_run": windows[-1:]}), copied(second, changed.get("records", second.records))]
         log = SimpleNamespace(
             kept_rate=KEPT_RATE, has_records=True, cut_short=None, scene=run.scene, channels=run.channels
         )
         log.blocks = lambda: iter(blocks)
-        return verify(log).deviations["companion"]
+        return verify(log).deviations["second_run"]
 
     assert deviates(first) == 0.0
     windows = windows[:0]
     assert deviates(first) == 0.0
-    assert deviates(first, records={}) == (np.inf if len(second.records.get("companion", ())) else 0.0)
-    windows = first.records["companion"][:1]  # not the last that came before the first output
+    assert deviates(first, records={}) == (np.inf if len(second.records.get("second_run", ())) else 0.0)
+    windows = first.records["second_run"][:1]  # not the last that came before the first output
     assert deviates(first) > 0.0
 
 

@@ -152,12 +152,14 @@ AXES = 3  # lists of so many numbers at most are vectors
 def show_result(result: Mapping) -> None:
     """Print a result on standard output: values and short lists first, then a table for each group of longer ones."""
     width = width_of_terminal()
-    result, errors = _errors_apart(result)
+    from bearing_twin.run.doubt import shown_errors
+
+    told, (result, errors) = result, _errors_apart(result)
     single, columns, events, sizes = [], {}, {}, _sizes(result, errors)
     for key, value in _flat(result):
         if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple, Mapping, str)):
             if len(value) <= AXES:
-                single.append(_named_value(key, value, errors.get(key), sizes[key]))
+                single.append(_named_value(key, value, shown_errors(told, key), sizes[key]))
             else:
                 columns.setdefault(len(value), {})[key] = value
         elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
@@ -165,7 +167,7 @@ def show_result(result: Mapping) -> None:
         elif isinstance(value, (list, tuple)):
             single.append((named(key)[0], "\n".join(map(_text, value)) or "none"))
         else:
-            single.append(_named_value(key, value, errors.get(key), sizes[key]))
+            single.append(_named_value(key, value, shown_errors(told, key), sizes[key]))
     show_text("\n".join(named_values(single, width)))
     for key, rows in events.items():
         _show_events(named(key)[0], [dict(_flat(row)) for row in rows])
@@ -174,10 +176,10 @@ def show_result(result: Mapping) -> None:
         for key, values in lists.items():
             words, unit, factor = _readable(key, sizes[key])
             header.append(f"{words}\n{unit or '-'}")
-            worst = greatest_error(errors.get(key))
-            cells.append([_text(value, factor, worst) for value in values])
+            most, own = shown_errors(told, key)
+            cells.append([_text(value, factor, most) for value in values])
             if any(one in errors for one in lists):
-                cells[-1].append("" if worst is None else two_digits(factor * worst))
+                cells[-1].append("" if own is None else two_digits(factor * own))
         if any(key in errors for key in lists):
             cells[0].append("±")
         for lines in columns_apart(header, cells, width):
@@ -232,17 +234,21 @@ def _is_number(value) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _named_value(key: str, value, error, size: float) -> tuple[str, str]:
-    """The words of a key and its value for people, with its error, and marked where that is large."""
+def _named_value(key: str, value, errors: tuple, size: float) -> tuple[str, str]:
+    """The words of a key and its value for people, with its error, and marked where that is large.
+
+    `errors` are those of `run.doubt.shown_errors`.
+    """
     from bearing_twin.run.doubt import exceeds
 
-    numbers, worst = list(value) if isinstance(value, (list, tuple)) else [value], greatest_error(error)
+    numbers, (most, worst) = list(value) if isinstance(value, (list, tuple)) else [value], errors
     words, unit, factor = _readable(key, size)
-    shown = ", ".join(_text(one, factor, worst) for one in numbers)
+    shown = ", ".join(_text(one, factor, most) for one in numbers)
     known = worst is not None and value is not None
     shown += f" ± {two_digits(factor * worst)}" if known and (worst or _size(value)) else ""
     shown = f"{shown} {unit}".rstrip() if any(map(_is_number, numbers)) else shown
-    return words, f"{shown} (doubtful)" if known and exceeds(value, error) else shown
+    large = most is not None and value is not None and any(map(_is_number, numbers)) and exceeds(value, most)
+    return words, f"{shown} (doubtful)" if large else shown
 
 
 def show_paragraph(text: str) -> None:
@@ -372,7 +378,7 @@ def _words(seconds: float) -> str:
 
 def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     """The result without the errors of its figures, which join them in the table, and these; parts stay in --json."""
-    from bearing_twin.run.doubt import promise_in_words
+    from bearing_twin.run.doubt import model_errors_in_words, promise_in_words
 
     errors = {key.removesuffix(ERROR): value for key, value in result.items() if key.endswith(ERROR)}
     errors = {key: value for key, value in errors.items() if key in result}
@@ -382,6 +388,9 @@ def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     wanted = {f"{output} off by": promise_in_words(one) for output, one in known.items()}
     notes = [f"{name}: {sentence}" for name, sentence in result.get("errors_unknown", {}).items()]
     hidden |= {"wanted_errors", "errors_unknown"}
+    if "errors_by_source" in result:  # of a run
+        hidden |= {"model_errors"}
+        wanted |= {"model errors": model} if (model := model_errors_in_words(result)) else {}
     rest = {key: value for key, value in result.items() if key not in hidden}
     return rest | wanted | ({"errors not in these": notes} if notes else {}), errors
 

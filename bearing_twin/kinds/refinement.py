@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bearing_twin.sample import Block
 
 SECOND_RUN, NO_CHECK = "second_run", "none"
-TOLERANCE = 0.1  # of the second run over that of the run (`python bench/second_run.py --factors` compares 3 to 10)
+TOLERANCE = 0.1  # of the second run over that of the run (`python bench/second_run.py --factor 5` tries another)
 COARSER = 0.8
 """Divisions, modes and steps of the second run of a mesh or a series over those of the run: 0.5 to 0.6 of its work.
 
@@ -26,6 +26,13 @@ SMALLER = "set a tenth of wanted.tolerance"
 def is_checked(parameters) -> bool:
     """Whether a scene specifies a second run."""
     return getattr(getattr(parameters, "solver", None), "check", NO_CHECK) == SECOND_RUN
+
+
+def unchecked(parameters):
+    """The same parameters without a second run."""
+    if not is_checked(parameters):
+        return parameters
+    return dataclasses.replace(parameters, solver=dataclasses.replace(parameters.solver, check=NO_CHECK))
 
 
 def with_tolerance(parameters, choice: Choice, least: float) -> tuple[Any, Choice]:

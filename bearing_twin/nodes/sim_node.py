@@ -3,6 +3,7 @@
 Compilation, integration, pacing, log and publishing happen in a worker thread; the callbacks only hand commands to it.
 """
 
+import dataclasses
 import threading
 import time
 from collections.abc import Callable
@@ -21,6 +22,7 @@ from std_srvs.srv import SetBool, Trigger
 from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError, Stopped
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Kind
+from bearing_twin.kinds.refinement import unchecked
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.raw_log import refuse_existing
 from bearing_twin.log.run_log import LogWriter, choice_record
@@ -57,7 +59,7 @@ from bearing_twin.nodes.simulation_loop import Commands, RunLogs, SimulationLoop
 from bearing_twin.run.failure import write_failure
 from bearing_twin.run.fidelity import refuse_outside
 from bearing_twin.run.late import late_keys
-from bearing_twin.run.scene import Scene, load_scene
+from bearing_twin.run.scene import Scene, gives, load_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.stopping import Halt
 
@@ -149,9 +151,15 @@ def looked_up(options: dict[str, Any]) -> tuple[dict[str, Any], Scene]:
 
 
 def scene_of(values: dict[str, Any]) -> Scene:
-    """The scene that these values of parameters ask for; raises BearingTwinError."""
+    """The scene that these values of parameters ask for, without a second run unless an override asks for one.
+
+    Raises BearingTwinError.
+    """
     allowed = [f"solver.{ALLOW_INVALID}=on"] if values[ALLOW_INVALID] else []
-    scene = load_scene(values["scene"], [*filter(None, values["overrides"]), *allowed])
+    overrides = list(filter(None, values["overrides"]))
+    scene = load_scene(values["scene"], [*overrides, *allowed])
+    if not any(gives(overrides, key) for key in ("solver.check", "solver.companion")):
+        scene = dataclasses.replace(scene, parameters=unchecked(scene.parameters))
     if scene.allows_invalid and not allowed:
         raise SceneError(f"scene {scene.name} has solver.{ALLOW_INVALID}: on, {NOT_ALLOWED}")
     refuse_outside(scene)

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LARGE, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
 from bearing_twin.report import Choice
 from bearing_twin.run.second_run import Estimate, NoEstimate
-from bearing_twin.units import known_digits, named, two_digits, with_unit
+from bearing_twin.units import greatest_error, known_digits, named, two_digits, with_unit
 
-WORDS = {LAW: "law", FRICTION_MODEL: "friction model", LEFT_OUT: "model, by what it leaves out,"}
+WORDS = {LAW: "elastic law", FRICTION_MODEL: "friction model", LEFT_OUT: "what is not modelled"}
+FAR = 10.0  # times the error of the method: where that of the model is greater, no ± is shown
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
 STATUSES = {
@@ -61,6 +62,9 @@ def judged(
             if exceeds(figures[figure], one) and not spared:
                 large.setdefault(figure, source)
     keys["errors_by_source"] = {figure: parts for figure, parts in known.items() if parts}
+    keys["model_errors"] = {
+        source: of for source in WORDS if (of := {key: one[source] for key, one in known.items() if source in one})
+    }
     promises = errors.promises or _promises(errors, estimate, choice)
     keys["wanted_errors"] = {one.output: _told(one) for one in promises}
     keys["errors_unknown"] = ({METHOD: estimate.note} if estimate.note else {}) | dict(errors.notes)
@@ -92,6 +96,32 @@ def _promises(errors: Errors, estimate: Estimate | NoEstimate, choice: Choice) -
         numbers = one.norm, one.error, estimate.tolerance
         found.append(Promise(name, *numbers, where, mend, one.until, errors.outputs.get(name, ())))
     return found
+
+
+def shown_errors(told: Mapping[str, Any], figure: str) -> tuple[float | None, float | None]:
+    """Of a figure in a table: the error that says how many digits it has, and that behind its ±, None for none.
+
+    The latter is the method's, and left out where that of the model is far greater: it would promise too much.
+    """
+    method = greatest_error(told.get(f"{figure}_error"))
+    models = (greatest_error(of.get(figure)) for of in told.get("model_errors", {}).values())
+    known = [one for one in (method, *models) if one is not None]
+    most = max(known, default=None)
+    return most, None if method is None or most > FAR * method else method
+
+
+def model_errors_in_words(told: Mapping[str, Any]) -> list[str]:
+    """The errors of the model in a report, one line a source: its greatest over a figure."""
+    lines = []
+    for source, of in told.get("model_errors", {}).items():
+        sizes = {key: greatest(told[key]) for key in of if told.get(key) is not None}
+        shares = {key: greatest(of[key]) / size for key, size in sizes.items() if size > 0.0}
+        if not max(shares.values(), default=0.0) > 0.0:
+            continue
+        figure = max(shares, key=shares.__getitem__)
+        most = f"{100.0 * shares[figure]:.2g} %" if shares[figure] < 1.0 else "more than all"
+        lines.append(f"{WORDS.get(source, source)}: up to {most} of a figure ({named(figure)[0]})")
+    return lines
 
 
 def _unknown(error) -> bool:
@@ -187,7 +217,7 @@ def _sentence(promise: Promise, horizon: float | None) -> str:
     for one in promise.model:
         if not one.error <= promise.tolerance:
             said.append(
-                f"{promise.output}: the error of the {WORDS.get(one.source, one.source)} is {one.error:.2g} "
+                f"{promise.output}: the error by {WORDS.get(one.source, one.source)} is {one.error:.2g} "
                 f"{promise.norm}, more than the requested {promise.tolerance:g}{': ' if one.mend else ''}{one.mend}"
             )
     return "; ".join(said)

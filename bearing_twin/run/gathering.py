@@ -21,9 +21,9 @@ class Gathering:
     A writer whose attribute `in_stretches` is False gives the same to the bit for many pieces at once, and gets them.
     """
 
-    def __init__(self, figures: Figures, choice: Choice, doubt: Doubt, estimate: Estimate | NoEstimate):
+    def __init__(self, figures: Figures, choice: Choice, doubt: Doubt, estimate: Estimate | NoEstimate | None = None):
         self.choice, self.outputs, self.missing = choice, 0, 0
-        self._writers = figures, doubt, estimate
+        self._writers = figures, doubt, estimate or NoEstimate()
         self._length, self._aligned = 0, Aligned(0)
         self._last_ns, self._following = 0, None
 

@@ -29,6 +29,8 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     else:
         made_of = log.scene.parameters, log.choice
         figures, doubt, estimate = kind.figures_of(*made_of), kind.doubt(*made_of), estimate_of(kind, *made_of)
+        if log.kept_rate:
+            estimate = NoEstimate("the log is thinned: its figures are of the outputs kept, whose error is not known")
     gathering = Gathering(figures, log.choice, doubt, estimate)
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)

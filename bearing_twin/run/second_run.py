@@ -410,7 +410,10 @@ class Estimate:
 class NoEstimate:
     """The estimate of a kind without a second run, and of a log without a scene."""
 
-    in_stretches, smaller, horizon, tolerance, note = False, "", None, 0.0, "this kind of scene has no second run"
+    in_stretches, smaller, horizon, tolerance = False, "", None, 0.0
+
+    def __init__(self, note: str = "this kind of scene has no second run"):
+        self.note = note
 
     def add(self, block: Block) -> None:
         """Takes nothing in."""

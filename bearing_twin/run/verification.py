@@ -10,6 +10,7 @@ import numpy as np
 
 from bearing_twin.errors import LogError
 from bearing_twin.report import CutShort
+from bearing_twin.run.second_run import SECOND_RUN
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.sample import Block
 from bearing_twin.units import UNITS, suffix_of, with_unit
@@ -115,7 +116,7 @@ def verify(
     names, units = [channel.name for channel in log.channels], {one.name: one.unit for one in simulation.channels}
     if not set(names) <= {channel.name for channel in simulation.channels}:
         raise LogError("this log was written by another version: its channels differ; simulate the scene again")
-    deviations, samples, missing, made, recounted = dict.fromkeys(names, 0.0), 0, 0, set(), set()
+    deviations, samples, missing, made, recounted, told = dict.fromkeys(names, 0.0), 0, 0, set(), set(), set()
     for block in log.blocks():
         if block.first_sequence <= simulation.sequence:
             raise LogError(
@@ -133,8 +134,11 @@ def verify(
         for name in names:
             difference = np.abs(block.values[name] - again.values[name])
             deviations[name] = max(deviations[name], float(difference.max()))
+        told.update(block.records)
         made.update(name for name, rows in again.records.items() if len(rows))
         for name, rows in (again.records if log.has_records else {}).items():  # earlier versions wrote none
+            if name == SECOND_RUN and name not in told:  # nor did they a second run
+                continue
             found = block.records.get(name, np.empty((0, rows.shape[1])))
             rows = rows[:, : found.shape[1]]  # earlier versions wrote fewer columns
             if apart and not (samples and log.kept_rate):  # a thinned log holds all of these

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bearing_twin.run.doubt import promise_in_words
+from bearing_twin.run.doubt import promise_in_words, shown_errors
 from bearing_twin.units import greatest_error, known_digits, readable, sentence_for_people, sizes_for_units, two_digits
 
 ERROR = "_error"
@@ -21,12 +21,12 @@ def figure_rows(
     for key, value in figures.items():
         if _of_balls(value) or _happenings(value) or isinstance(value, Mapping):
             continue
-        error = errors.get(f"{key}{ERROR}")
+        most, error = shown_errors(errors, key)
         words, unit, factor = readable(key, sizes[key])
         rows.append(
             {
                 "words": words,
-                "value": _text(value, factor, error),
+                "value": _text(value, factor, most),
                 "unit": unit,
                 "error": _error(error, factor),
                 "meaning": meanings.get(key, ""),
@@ -49,9 +49,9 @@ def ball_tables(
         header, filled, greatest = [], [], []
         for key, values in columns.items():
             words, unit, factor = readable(key, sizes[key])
-            error = errors.get(f"{key}{ERROR}")
+            most, error = shown_errors(errors, key)
             header.append((words, unit, meanings.get(key, "")))
-            filled.append([_number(value, factor, error) for value in values])
+            filled.append([_number(value, factor, most) for value in values])
             greatest.append(_error(error, factor))
         rows = [list(row) for row in zip(*filled, strict=True)]
         tables.append({"header": header, "rows": rows, "errors": greatest if any(greatest) else []})

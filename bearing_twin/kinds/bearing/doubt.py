@@ -125,7 +125,7 @@ class BearingDoubt:
         width = np.array([half_space_error(self.parameters, figures[f"semi_major_{side}_m"]) for side in SIDES]).T
         for source, errors in (
             (LAW, {} if law is None else self._by_load(figures, law, LAW)),
-            (LEFT_OUT, added(self._by_load(figures, width, LEFT_OUT), self._tilting(figures))),
+            (LEFT_OUT, added(self._by_load(figures, width, LEFT_OUT), self._tilting(figures)) | self._caged(figures)),
             (FRICTION_MODEL, {} if still else self._friction(figures)),
         ):
             for key, error in errors.items():
@@ -142,6 +142,13 @@ class BearingDoubt:
         spared = {"ring_force_n": wanted, "ring_moment_nm": 0.5 * self.parameters.geometry.pitch_diameter * wanted}
         outputs = self._of_outputs(law)
         return Errors(found, outputs=outputs, notes=self._notes(), mends=mends, told_by=SUMS, spared=spared)
+
+    def _caged(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """What a cage would change at most: speeds of balls that none keeps apart, to those of rolling."""
+        if self.parameters.cage.kind != "none" or self.choice.stepper == QUASI_STATIC:
+            return {}
+        names = (key for key in ("cage_speed_rad_s", "roll_rate_rad_s") if figures.get(key) is not None)
+        return {key: abs(figures[key] - figures[key.replace("_rad_s", "_theory_rad_s")]) for key in names}
 
     @property
     def _given(self) -> bool:
