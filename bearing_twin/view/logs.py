@@ -70,5 +70,5 @@ def _left_out(path, stream) -> list[str]:
     return sorted(
         f"{name} ({ros_type})"
         for name, ros_type in found.items()
-        if name not in OF_ROS and name.rpartition("/")[2] not in known
+        if name not in OF_ROS and "/records/" not in name and name.rpartition("/")[2] not in known
     )
