@@ -179,7 +179,7 @@ def panels(contest: Contest, rows: list[Row]) -> list[list[Panel]]:
 
 def _line_of_panels(rows: list[Row], names: list[str], loose: bool) -> list[Panel]:
     words = "at 5 %" if loose else "at their own tolerance"
-    short = tuple(name.partition(" at ")[0] for name in names)
+    short = tuple(name.partition(" at ")[0].removeprefix("bearing_").replace("_", " ") for name in names)
     seconds = {row.problem: row.seconds for row in rows if row.method == CHOICE and row.status == DONE}
     groups = {"choice": [], "others that keep the tolerance": [], "others that do not": []}
     for row in rows:

@@ -9,12 +9,14 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import AUTO
 from bearing_twin.kinds.bearing import row
 from bearing_twin.kinds.bearing.adequacy import of_falling_balls, of_held_ring, of_temperatures
+from bearing_twin.kinds.bearing.facts import axis_ratio, rim_speed, without_friction
+from bearing_twin.kinds.bearing.law_error import rule_error
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.kinds.law_words import drift, idle_step
 from bearing_twin.kinds.ranges import left_by
-from bearing_twin.kinds.rules import BEARING, SETTING, answers, sentences
+from bearing_twin.kinds.rules import BEARING, SETTING, answers, pick, sentences
 from bearing_twin.report import Choice
 
 
@@ -27,6 +29,20 @@ def law_error(law: str, parameters) -> float:
         exact = hertz_coefficient(small, large, 1.0)
         worst = max(worst, abs(coefficient_of(law, small, large, 1.0, exact) / exact - 1.0))
     return worst
+
+
+def _coarse_points(parameters, friction: str) -> list[str]:
+    """A warning of a rule of points over the contact patch that a scene fixes, and that its spin is too fast for."""
+    if parameters.contact.friction == AUTO or not FRICTIONS[friction].over_spot or without_friction(parameters):
+        return []
+    error = rule_error(parameters.contact, axis_ratio(parameters), rim_speed(parameters))
+    if error <= parameters.wanted.tolerance:
+        return []
+    enough = pick(BEARING, "contact.friction", parameters).value
+    return [
+        f"contact.friction = {friction} errs by up to {error:.2g} of mu N where balls spin as fast as here, more than "
+        f"wanted.tolerance = {parameters.wanted.tolerance:g}; auto takes {enough}"
+    ]
 
 
 def choose(parameters) -> Choice:
@@ -52,7 +68,7 @@ def choose(parameters) -> Choice:
     if dimension == PRESCRIBED:
         warnings += of_held_ring(parameters)
     warnings += [*idle_step(parameters.solver.step, stepper, FIXED_STEP), *roughness(FRICTIONS[friction])]
-    warnings += of_falling_balls(parameters, law)
+    warnings += [*_coarse_points(parameters, friction), *of_falling_balls(parameters, law)]
     named = friction if parameters.contact.friction == AUTO else ""
     setting = found[SETTING].value if parameters.solver.stepper == AUTO else math.nan
     if parameters.solver.stepper != AUTO:
