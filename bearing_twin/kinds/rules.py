@@ -187,7 +187,7 @@ RULES = (
     ),
     Rule(
         (DISCS,), "solver.stepper", "closed_form", "peaks alone are wanted, or the tolerance is 1e-6 or more",
-        "because contact time and peak force follow from a quadrature that is exact to 1e-12, the force over time to 1e-7",
+        "because contact time and peak force follow from a quadrature exact to 1e-12, and the force over time to 1e-7",
         lambda one: one.wanted.outputs == "peaks" or one.wanted.tolerance >= 1e-6,
         example=("two_discs", "wanted.outputs=peaks"),
     ),
