@@ -159,6 +159,20 @@ def test_turning_everything_turns_the_answer():
     assert rotation.apply(first.raceway_force.reshape(-1, 3)) == pytest.approx(turned_force.reshape(-1, 3), abs=1e-4)
 
 
+def test_a_ball_that_touches_nothing_flies_straight_and_keeps_its_spin():
+    """In the frame that turns with it: centrifugal, Coriolis and gyroscopic terms cancel what its turning makes."""
+    moving = motion(NO_GRAVITY, "drive.offset=[0, 0, 0]", "cage.kind=none", scene="bearing_6203_loose")
+    state, times = moving.state, 1e-5 * np.arange(1, 11)
+    state[:, AXIS_DISTANCE] = 0.5 * moving.parameters.geometry.pitch_diameter
+    state[:, VELOCITY : VELOCITY + 3], state[:, SPIN : SPIN + 3] = (1e-3, 0.5, 2e-3), (100.0, 200.0, 300.0)
+    first = moving.first_outputs()
+    out = moving.advance(times, times[-1])
+    assert not np.any(out.normal_load)
+    straight = first.position + times[:, None, None] * first.velocity
+    assert out.position == pytest.approx(straight, abs=1e-12)
+    assert out.angular_velocity == pytest.approx(np.broadcast_to(first.angular_velocity, out.position.shape), rel=1e-9)
+
+
 def test_reversing_the_drive_mirrors_the_motion():
     _, forwards = run(NO_GRAVITY, "initial.motion=rest", count=10)
     _, backwards = run(NO_GRAVITY, "initial.motion=rest", "drive.speed=-183.26", count=10)

@@ -335,6 +335,8 @@ CALM = {
         "motion.first_velocity=1e-4",
         "disc.material.young_modulus=2e11",
         "disc.material.yield_strength=1e12",
+        "contact.normal=auto",
+        "wanted.tolerance=0.1",
     ),
     "sphere_on_beam": ("beam.theory=auto",),
 }
