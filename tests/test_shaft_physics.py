@@ -132,7 +132,7 @@ def test_natural_frequencies_are_those_of_the_bearings_stiffness(capsys):
 def test_two_bearings_in_one_place_are_one_for_half_the_shaft():
     """A free ring on a preloaded bearing, doubled: 192.83, 289.77 and 2150.4 Hz; turning, 178.85 and 207.90 Hz.
 
-    Those are with the mass of the balls, which `tests/test_orders.py` has, and so up to 0.3 % lower.
+    Those are with the mass of the balls, which `tests/test_methods.py` has, and so up to 0.3 % lower.
     """
     geometry = "{radial_clearance: -6.0e-6}"
     pair = (

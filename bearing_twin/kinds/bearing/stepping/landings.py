@@ -16,7 +16,7 @@ from bearing_twin.numerics.lanes import END, ERROR, LANES, RIGHT, START, STEP, g
 from bearing_twin.numerics.lean import lean_kernel
 
 # Of what a contact that begins or ends does to a ball's speed: a step errs by no less. From 0.1 to 0.5 landings err by
-# 3 to 4 times what a step may, and steps are as many (`tests/test_landings.py`).
+# 3 to 4 times what a step may, and steps are as many (`tests/test_bearing_physics.py`).
 CHANCE = 0.1
 BEGIN, FINISH, LEAST = rows(RIGHT, 1, 1)  # approaches at the outer raceway: nothing is to be solved any more
 

@@ -1,4 +1,4 @@
-"""Friction over a contact ellipse: by itself, and in a bearing."""
+"""Friction: its table in one loop, over a contact ellipse by itself, and in a bearing."""
 
 import math
 
@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from scipy.integrate import dblquad
 from scipy.special import ellipe
 
+from bearing_twin.charts.laws import POLES, hardest
 from bearing_twin.contact.ellipse import (
     curvature_ratio,
     ellipse,
@@ -27,8 +28,11 @@ from bearing_twin.contact.ellipse import (
 from bearing_twin.contact.friction import (
     COARSE_ERROR,
     FINE_ERROR,
+    FRICTIONS,
     MEDIUM_ERROR,
     friction_factor,
+    friction_number,
+    friction_of,
     spot_friction,
     spot_friction_fine,
     spot_friction_medium,
@@ -41,6 +45,35 @@ from bearing_twin.kinds.bearing.forces.equations import ball_position, single_co
 from bearing_twin.kinds.bearing.forces.layout import MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.numerics.steppers import STEPPER_FACTS
+
+ARGUMENTS = 50.0, 3e-4, 1e-4, 0.02, -0.03, 90.0, 0.1, 1e-4
+
+
+@pytest.mark.parametrize("name", FRICTIONS)
+def test_one_entry_gives_each_models_own_answer(name):
+    assert tuple(friction_of(friction_number(name), *ARGUMENTS)) == tuple(FRICTIONS[name].rubbing(*ARGUMENTS))
+
+
+@pytest.mark.parametrize("name", FRICTIONS)
+def test_without_load_and_size_there_is_nothing(name):
+    """A ball out of contact stands in the lanes like any other."""
+    found = friction_of(friction_number(name), 0.0, 0.0, 0.0, 0.02, -0.03, 90.0, 0.1, 1e-4)
+    assert tuple(abs(part) for part in found) == (0.0, 0.0, 0.0)
+
+
+def test_at_a_point_friction_opposes_the_slip_and_nothing_drills():
+    found = friction_of(friction_number("point"), *ARGUMENTS)
+    factor = friction_factor(50.0, 0.02, -0.03, 0.0, 0.1, 1e-4)
+    assert tuple(found) == pytest.approx((-0.02 * factor, 0.03 * factor, 0.0), rel=1e-15)
+
+
+@pytest.mark.parametrize("name", [name for name, row in FRICTIONS.items() if row.over_spot])
+def test_the_error_a_row_tells_is_the_greatest_there_is(name):
+    """Looked for among all motions, without smoothing, at b/a = 0.1: not too low, and not much too high."""
+    row = FRICTIONS[name]
+    worst = max(error for _, error in hardest(row.rubbing, 0.1, (np.linspace(0.1, 1.0, 10), POLES[1][::3])))
+    assert 0.85 * row.error < worst <= row.error
+
 
 LOAD, MAJOR, MU = 200.0, 1e-3, 0.1
 FORMS = [
