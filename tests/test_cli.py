@@ -305,7 +305,9 @@ def test_a_key_that_is_given_two_values_is_refused(words, key, capsys):
 
 def test_a_key_is_swept_or_set(capsys):
     words = ("bearing", "6203", "--load", "0,-500,0", "--sweep", "speed=100:200:2", "--set", "drive.speed=100")
-    assert "drive.speed is given by --set and by --sweep" in refused(capsys, *words)
+    said = refused(capsys, *words)
+    assert "drive.speed" in said
+    assert "--sweep" in said
 
 
 def test_a_result_of_every_sort_of_value_is_shown(capsys):
