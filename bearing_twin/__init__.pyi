@@ -18,8 +18,8 @@ from bearing_twin.run.scene import load_scene as load_scene
 from bearing_twin.run.scene import parse_scene as parse_scene
 from bearing_twin.run.scene import scene_names as scene_names
 from bearing_twin.uq.run import run_study as run_study
-from bearing_twin.uq.study_file import load_study as load_study
-from bearing_twin.uq.study_file import parse_study as parse_study
-from bearing_twin.uq.study_file import study_names as study_names
+from bearing_twin.uq.study import load_study as load_study
+from bearing_twin.uq.study import parse_study as parse_study
+from bearing_twin.uq.study import study_names as study_names
 
 __version__: str

@@ -18,7 +18,8 @@ from bearing_twin.run.scene import KINDS
 from bearing_twin.uq.study import Settings
 
 FILES = (".mcap", ".png", ".nc", ".html")  # ends of names that are no keys
-OF_OTHERS = {"--ros-args", "--from-paths", "--layout", "--datafile"}  # options of nodes, of rosdep and of PlotJuggler
+OF_OTHERS = {"--ros-args", "--from-paths", "--layout", "--datafile", "--src", "--dst", "--dst-storage"}
+# options of nodes, of rosdep, of PlotJuggler and of rosbags-convert
 NO_ADVICE = {
     "sqrt",
     "exp",
