@@ -26,7 +26,7 @@ CELLS = {  # scene, what holds for all, tolerances, what counts as true
         (1e-3, 1e-6),
         ("wanted.tolerance=1e-12",),
     ),
-    "discs": ("two_discs", (), (1e-2, 1e-5), ("wanted.tolerance=1e-12",)),
+    "discs": ("two_discs", ("solver.stepper=dop853",), (1e-2, 1e-5), ("wanted.tolerance=1e-12",)),
     "beam": (DROP, (), (1e-2, 1e-3, 1e-4), ("wanted.tolerance=1e-8",)),
     "beam, peaks": (
         "sphere_on_beam",
