@@ -178,9 +178,10 @@ docs: $(STAMPS)/package $(STAMPS)/docs
 	@.ci/stage $(LOGS)/docs.txt 20 "building the docs" .venv/bin/python -m sphinx -W --keep-going -b html docs build/docs
 	@echo "file://$(CURDIR)/build/docs/index.html"
 
-# Another style: where the summary stands (D213), its mood (D401), and symbols as first words (D402, D403).
+# Another style: where the summary stands (D213), its mood (D401), symbols as first words (D402, D403), and NumPy's
+# sections, which end without a blank line and name the parameters that need words (D413, D417).
 LINTED := bearing_twin launch tests bench docs setup.py .ci
-ANOTHER_STYLE := D213 D401 D402 D403
+ANOTHER_STYLE := D213 D401 D402 D403 D413 D417
 lint: $(TOOLS)
 	@.venv/bin/ruff check .
 	@.venv/bin/ruff format --check .

@@ -110,9 +110,10 @@ def test_equivalent_loads_of_forty_degrees():
     assert ratings.static_load(geometry, 1000.0, 4000.0) == pytest.approx(500.0 + 0.26 * 4000.0, rel=1e-6)
 
 
-@pytest.mark.parametrize(("degrees", "radial", "static"), [(5.0, (0.56, 1.71), (0.5, 0.52)),
-                                                          (10.0, (0.46, 1.52), (0.5, 0.5)),
-                                                          (15.0, (0.44, 1.30), (0.5, 0.46))])  # fmt: skip
+@pytest.mark.parametrize(
+    ("degrees", "radial", "static"),
+    [(5.0, (0.56, 1.71), (0.5, 0.52)), (10.0, (0.46, 1.52), (0.5, 0.5)), (15.0, (0.44, 1.30), (0.5, 0.46))],
+)
 def test_factors_of_small_contact_angles_are_those_of_the_standards(degrees, radial, static):
     """ISO 281, table 3, row F_a/(Z D^2) = 0.689 N/mm^2, and ISO 76."""
     geometry = Geometry(balls=10, ball_diameter=10e-3, pitch_diameter=60e-3, contact_angle=math.radians(degrees))

@@ -227,10 +227,10 @@ def _sizes(result: Mapping, errors: Mapping) -> dict[str, float]:
 def _size(values) -> float:
     """The greatest magnitude of a value or of the numbers in a list; 0 where there is none."""
     several = values if isinstance(values, (list, tuple)) else [values]
-    return float(max((abs(one) for one in several if _is_number(one)), default=0.0))
+    return float(max((abs(one) for one in several if _is_finite_number(one)), default=0.0))
 
 
-def _is_number(value) -> bool:
+def _is_finite_number(value) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
@@ -246,8 +246,8 @@ def _named_value(key: str, value, errors: tuple, size: float) -> tuple[str, str]
     shown = ", ".join(_text(one, factor, most) for one in numbers)
     known = worst is not None and value is not None
     shown += f" ± {two_digits(factor * worst)}" if known and (worst or _size(value)) else ""
-    shown = f"{shown} {unit}".rstrip() if any(map(_is_number, numbers)) else shown
-    large = most is not None and value is not None and any(map(_is_number, numbers)) and exceeds(value, most)
+    shown = f"{shown} {unit}".rstrip() if any(map(_is_finite_number, numbers)) else shown
+    large = most is not None and value is not None and any(map(_is_finite_number, numbers)) and exceeds(value, most)
     return words, f"{shown} (doubtful)" if large else shown
 
 

@@ -283,8 +283,8 @@ def pick(kind: str, key: str, parameters, given=AUTO) -> Answer:
         Kind of the scene.
     key : str
         The key, as in `Rule.key`.
-    parameters
-        The parameters of the scene.
+    parameters : object
+        The parameters of the scene, of its kind's own type.
     given
         What the scene gives for the key; `auto`, 0 and "" leave it open.
 

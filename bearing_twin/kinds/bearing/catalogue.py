@@ -68,7 +68,8 @@ GROUPS = (
 )
 # What makers append to a designation for seals, shields, cages and classes of accuracy, which change no ball set.
 SUFFIX = re.compile(
-    r"2RS[HRL1J]?|2RZ|RS[HRL1]?|RZ|2Z[R]?|ZZ?|DDU?|VV|LL[UBH]|2NSE|NSE|NR?|TN9?|TV[PH]|TNGN?|M[A]?|J|P[456]|BEP?|E[PM]?|"
+    r"2RS[HRL1J]?|2RZ|RS[HRL1]?|RZ|2Z[R]?|ZZ?|DDU?|VV|LL[UBH]|2NSE|NSE|NR?|TN9?|TV[PH]|TNGN?|M[A]?|J|P[456]|"
+    r"BEP?|E[PM]?|"
     r"ECB[PMJY]|CB[PMJY]|C[02345]|CN|GJN|WT|C78|VA\d+|HT|MT\d+|JEM"
 )
 OTHER_TYPES = {  # by the beginnings of designations (ISO 15, DIN 623-1): what they are
