@@ -419,7 +419,10 @@ SCHEMA_OF_BAGS = """
 CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT, offered_qos_profiles TEXT);
 INSERT INTO topics VALUES(1, '/bearing/samples', 'bearing_twin_msgs/msg/SampleBlock', 'cdr', '');
 """
-ENDLESS = "CREATE VIEW messages(id, topic_id, timestamp, data) AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) SELECT x, 1, 1, x FROM n;"
+ENDLESS = """
+CREATE VIEW messages(id, topic_id, timestamp, data) AS
+WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) SELECT x, 1, 1, x FROM n;
+"""
 HOSTILE_BAGS = {
     "no tables": "",
     "a view without end": SCHEMA_OF_BAGS + ENDLESS,
