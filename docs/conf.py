@@ -14,7 +14,7 @@ author = "bearing_twin developers"
 version = release = bearing_twin.__version__
 copyright = "2026, bearing_twin developers, Apache-2.0"
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx_copybutton"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
 exclude_patterns = ["*.csv"]
 myst_heading_anchors = 4
 myst_links_external_new_tab = False
