@@ -233,4 +233,7 @@ def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number, quick_s
     samples = [sample.sequence for sample in read_log(path)]
     assert samples == list(range(len(samples)))
     assert len(samples) > 20
-    assert sum(sample_range(data)[1] for data in heard_here) == len(samples)  # all that is logged was published
+    ranges = [sample_range(data)[:2] for data in heard_here]
+    # All that is logged was published, from when the subscriber was found.
+    assert [first for first, _ in ranges[1:]] == [first + count for first, count in ranges[:-1]]
+    assert sum(ranges[-1]) == len(samples)
