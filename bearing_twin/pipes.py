@@ -71,7 +71,9 @@ def to_standard_output() -> Iterator[None]:
     except BrokenPipeError:
         raise
     except OSError as error:
-        error.filename = error.filename or "standard output"
+        if not error.filename:
+            error.filename = "standard output"
+            os.dup2(os.open(os.devnull, os.O_WRONLY), PRINTED[0])  # what is still buffered finds no room either
         raise
 
 
