@@ -128,7 +128,8 @@ def test_thousands_of_bounces_keep_the_energy(law, contacts):
     assert report.figures["contact_count"] >= contacts
     assert len(report.figures["contacts"]) == 200
     assert abs(energy(values) / energy(values)[0] - 1.0).max() < 1e-8 * contacts  # of 1e-3 wanted; found: 3e-9 each
-    assert report.status == "done"
+    # Hertz is exact for these bodies, and the volumetric law is 0.2 % from it, which a report says.
+    assert report.status == {"hertz": "done", "volumetric": "doubtful: contacts"}[law]
 
 
 def test_a_tumbling_body_keeps_its_energy_through_hundreds_of_bounces():
