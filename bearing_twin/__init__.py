@@ -22,13 +22,13 @@ _HOMES = {
     "write_log": "bearing_twin.log.run_log",
     "export_log": "bearing_twin.log.export",
     "recover": "bearing_twin.log.recover",
-    "BearingTwinError": "bearing_twin.errors",
-    "SceneError": "bearing_twin.errors",
-    "StudyError": "bearing_twin.errors",
-    "StatisticError": "bearing_twin.errors",
-    "LogError": "bearing_twin.errors",
-    "IntegrationError": "bearing_twin.errors",
-    "MissingInterfacesError": "bearing_twin.errors",
+    "BearingTwinError": "bearing_twin.base.errors",
+    "SceneError": "bearing_twin.base.errors",
+    "StudyError": "bearing_twin.base.errors",
+    "StatisticError": "bearing_twin.base.errors",
+    "LogError": "bearing_twin.base.errors",
+    "IntegrationError": "bearing_twin.base.errors",
+    "MissingInterfacesError": "bearing_twin.base.errors",
 }
 
 __all__ = [*_HOMES]

@@ -29,7 +29,7 @@ from numba.core.serialize import dumps
 from numba.core.types import Callable
 
 from bearing_twin import code_linking
-from bearing_twin.paths import put_whole
+from bearing_twin.base.paths import put_whole
 from bearing_twin.source_state import note_imported, state_of
 
 FORMAT = 4  # of the files

@@ -13,14 +13,14 @@ import time
 
 import numpy as np
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.sample import joined
 from bearing_twin.kinds import KINDS, refinement
 from bearing_twin.kinds.soft_discs.derived import resolve
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import load_scene, scene_names
 from bearing_twin.run.second_run import Differences, difference, has_second_run
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.sample import joined
 
 SPAN, KNOWABLE, TIMES = 0.05, 1e-8, 3
 DRAWN_FROM = ("bearing_6203", "bearing_6203_loose", "bearing_6203_tilted", "bearing_6205", "bearing_6203_rig_400N")

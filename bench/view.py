@@ -13,7 +13,7 @@ import time
 from datetime import date
 from pathlib import Path
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.view.film import browser_page
 
 PLAYED = 5_000  # ms

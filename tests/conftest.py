@@ -14,7 +14,7 @@ import starts
 from domains import own_domain
 from hypothesis import settings
 
-from bearing_twin.processors import one_processor
+from bearing_twin.base.process import one_processor
 
 one_processor()
 gc.disable()  # until all tests are collected: what modules hold is no garbage
@@ -115,13 +115,13 @@ def here(monkeypatch, capfd):
     """An executable called in this process, which saves the seconds that another one imports; as a process tells it."""
     from ros import rclpy  # skips where there is no ROS
 
-    from bearing_twin import pipes
+    from bearing_twin.base import process
     from bearing_twin.nodes import entry
 
     kept, environment = [signal.getsignal(number) for number in SIGNALS], dict(os.environ)
 
-    monkeypatch.setattr(pipes, "leave", lambda code: None)  # which would end the tests, too
-    monkeypatch.setattr(pipes, "prepare", lambda: None)  # streams are those of the tests
+    monkeypatch.setattr(process, "leave", lambda code: None)  # which would end the tests, too
+    monkeypatch.setattr(process, "prepare", lambda: None)  # streams are those of the tests
 
     def call(name, *arguments):
         monkeypatch.setattr(sys, "argv", [name, *arguments])

@@ -13,21 +13,21 @@ from pathlib import Path
 
 from failure_rows import FAILURES
 
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.parameters import describe
+from bearing_twin.base.units import named, two_digits, with_unit
+from bearing_twin.base.yaml_files import SCENES, STUDIES
 from bearing_twin.charts import CHARTS, chart_of
 from bearing_twin.charts.contest import cheapest
 from bearing_twin.charts.rows import read_table
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import MEASURED
-from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.ranges import RANGES
 from bearing_twin.kinds.rules import RULES
 from bearing_twin.log import topic_table
 from bearing_twin.numerics.steppers import STEPPER_FACTS
-from bearing_twin.parameters import describe
-from bearing_twin.shelf import SCENES, STUDIES
-from bearing_twin.units import named, two_digits, with_unit
 from bearing_twin.uq.distributions import DISTRIBUTIONS
 from bearing_twin.uq.entropy import FACTS, FORMS
 from bearing_twin.uq.sampling import SAMPLERS

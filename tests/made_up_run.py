@@ -5,11 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Block
 from bearing_twin.log import stream
 from bearing_twin.log.encoding import Encoder
-from bearing_twin.report import Choice
 from bearing_twin.run.scene import Scene, load_scene
-from bearing_twin.sample import Block
 
 
 def a_choice(law: str = "hertz", stepper: str = "rodas4") -> Choice:

@@ -11,28 +11,7 @@ from sources import PACKAGE, ROOT, nodes_of, package_trees, tree_of
 import bearing_twin
 
 # A module may import from its own room and from those above it in this list, never from those below.
-GROUND = (
-    "errors",
-    "paths",
-    "signals",
-    "stopping",
-    "source_state",
-    "vectors",
-    "code_linking",
-    "code_cache",
-    "compiled",
-    "extras",
-    "spelling",
-    "units",
-    "parameters",
-    "permission",
-    "pipes",
-    "processors",
-    "report",
-    "sample",
-    "shelf",
-    "tables",
-)
+GROUND = ("base", "source_state", "vectors", "code_linking", "code_cache", "compiled")
 ROOMS = (
     *GROUND,
     "numerics",

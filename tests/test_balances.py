@@ -10,6 +10,7 @@ from made_up_run import a_choice
 from scipy.integrate import simpson
 from scipy.spatial.transform import Rotation
 
+from bearing_twin.base.sample import Sample
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.kinds import KINDS
@@ -22,7 +23,6 @@ from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.sample import Sample
 from bearing_twin.shapes.implicit import sphere, torus
 from bearing_twin.shapes.tracking import body as body_of
 from bearing_twin.shapes.tracking import contact_of, find_opposing

@@ -12,7 +12,8 @@ from runs import reported
 from scipy.integrate import quad, solve_ivp
 from solved_impact import SolvedImpact
 
-from bearing_twin.errors import IntegrationError, SceneError, Stopped
+from bearing_twin.base.errors import IntegrationError, SceneError, Stopped
+from bearing_twin.base.stopping import SIGNALLED, Halt
 from bearing_twin.kinds.beam import modes as beams
 from bearing_twin.kinds.beam.derived import beam_of, thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.free_flight import gap_and_rate, next_touch
@@ -35,7 +36,6 @@ from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.stopping import SIGNALLED, Halt
 
 CLASSICAL = rectangular_beam(0.1535, 0.01, 0.01, 2.158e11, 7960.0)
 

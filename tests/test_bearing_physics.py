@@ -9,11 +9,11 @@ from reference.rolling import rolling_rates
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.damping import damping_number, restitution_of
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.forces.equations import mark_met, meeting, pair_contact, single_contact, static_force
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,

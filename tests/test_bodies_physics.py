@@ -9,13 +9,14 @@ from made_up_run import a_choice
 from reference.ellipsoid import contact_delay, rocking_rate
 from scipy.spatial.transform import Rotation
 
+from bearing_twin.base.errors import IntegrationError, SceneError
+from bearing_twin.base.sample import joined
 from bearing_twin.contact import hertz_impact
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.damping import damping_number, restitution_of, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.contact.names import law_names
-from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.ellipsoid.equations import begin_shape, pose_of, touch_of
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
 from bearing_twin.kinds.ellipsoid.parameters import GIVES
@@ -25,7 +26,6 @@ from bearing_twin.numerics.rotation import quaternion_from_vector, quaternion_pr
 from bearing_twin.reference import bounce
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.sample import joined
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
 

@@ -11,6 +11,7 @@ from reference.half_space import load_across
 from scipy.integrate import quad
 from scipy.special import ellipe
 
+from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.command.cli import main
 from bearing_twin.command.contact_command import add_arguments, run
 from bearing_twin.contact import validity
@@ -31,7 +32,6 @@ from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material, eff
 from bearing_twin.contact.stress import axis_stresses, greatest_shear
 from bearing_twin.contact.validity import FELT, FEWEST_TRANSITS, gap_error, wave_transit
 from bearing_twin.contact.waves import bar_speed, restitution_lost_on_half_space
-from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene

@@ -9,8 +9,8 @@ from statistics import median
 import pytest
 from published_ratings import SOLD_BALLS
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.command import cli
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing import catalogue
 from bearing_twin.kinds.bearing.catalogue_answer import answer_of, row_of
 from bearing_twin.kinds.bearing.models import choose

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from made_up_run import a_choice, cut, made_up_block, made_up_scene
 
+from bearing_twin.base.sample import Columns
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.loads import contacts as contacts_of
 from bearing_twin.kinds.bearing.loads import origins, wrenches
@@ -17,7 +18,6 @@ from bearing_twin.log.sample_block import block_of
 from bearing_twin.log.stream import LARGEST_BLOCK, MessageStream, topics
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.sample import Columns
 
 
 def stream_of(scene, blocks, **options):

@@ -9,11 +9,11 @@ import time
 
 import pytest
 
+from bearing_twin.base.parameters import describe
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.outcome import Outcome
 from bearing_twin.command.terminal import show_result
-from bearing_twin.parameters import describe
 from bearing_twin.run.scene import KINDS, load_scene, scene_names
 
 COMMAND = [sys.executable, "-m", "bearing_twin"]

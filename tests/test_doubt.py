@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from runs import reported
 
+from bearing_twin.base.report import Choice
 from bearing_twin.command.terminal import show_result
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, Errors, ModelError
-from bearing_twin.report import Choice
 from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, exceeds, judged
 from bearing_twin.run.second_run import OutputError
 

@@ -21,7 +21,7 @@ from scipy import stats
 from starts import STEM
 
 import bearing_twin.uq.realisations
-from bearing_twin.errors import BearingTwinError, LogError, StatisticError, StudyError
+from bearing_twin.base.errors import BearingTwinError, LogError, StatisticError, StudyError
 from bearing_twin.log import cdr
 from bearing_twin.log.run_log import content_digest, raw_messages
 from bearing_twin.log.study_log import REALISATIONS_TOPIC, SAMPLES_TOPIC, read_study, write_study

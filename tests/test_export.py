@@ -12,12 +12,12 @@ import pytest
 from made_up_run import made_up_run
 
 from bearing_twin import export_log, load_scene, read_log, read_study, simulate, write_log
+from bearing_twin.base.errors import BearingTwinError, LogError
+from bearing_twin.base.sample import Channel, joined
 from bearing_twin.command import cli, export_command
-from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.export import CHANNELS, FORMATS, groups_of
 from bearing_twin.run.axes import axes_of
-from bearing_twin.sample import Channel, joined
 
 ENDINGS = {"csv": ".csv", "parquet": ".parquet"}
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from forks import forked
 
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
-from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds.bearing import motion as bearing_motion
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
 
+from bearing_twin.base.sample import Block, joined
+from bearing_twin.base.units import suffix_of
 from bearing_twin.command.cli import DONE, DOUBTFUL, main
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.kinds import KINDS
@@ -20,8 +22,6 @@ from bearing_twin.log.run_log import write_log
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.sample import Block, joined
-from bearing_twin.units import suffix_of
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
 

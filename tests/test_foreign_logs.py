@@ -24,8 +24,8 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as BagWriter
 from torture_rows import in_a_process
 
+from bearing_twin.base.errors import LogError
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
-from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.run_log import read_log, recover, write_log

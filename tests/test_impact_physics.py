@@ -14,6 +14,8 @@ from scipy.integrate import quad, solve_ivp
 from solved_impact import SolvedImpact
 
 from bearing_twin import simulate
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
+from bearing_twin.base.sample import joined
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.command.logged import ShownStream
 from bearing_twin.contact import hertz_impact as impact
@@ -21,7 +23,6 @@ from bearing_twin.contact import line
 from bearing_twin.contact.damping import damping_for_restitution
 from bearing_twin.contact.laws import line_law
 from bearing_twin.contact.names import law_names
-from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds.bearing.forces.layout import VELOCITY
 from bearing_twin.kinds.impact import collision
 from bearing_twin.kinds.impact import disc_closed_form as disc_impact
@@ -35,7 +36,6 @@ from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.run.verification import verify
-from bearing_twin.sample import joined
 
 MASS = 0.1129  # reduced, of the two spheres of paper 3
 STEEL = 4.0 / 3.0 * 2.1e11 / (2.0 * 0.91) * math.sqrt(0.01905 / 2.0)

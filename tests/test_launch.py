@@ -8,13 +8,13 @@ import pytest
 from doc_tables import PAGES
 from ros import rclpy
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.paths import share_path
 from bearing_twin.nodes.node_parameters import SHARED, arguments_of, checked, stay_on_this_host, truth, values_given
 from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
 from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
 from bearing_twin.nodes.sim_node import PARAMETERS as SIMULATION
 from bearing_twin.nodes.uq_node import PARAMETERS as STUDIES
-from bearing_twin.paths import share_path
 
 assert rclpy
 TABLES = {"simulate": SIMULATION, "replay": REPLAY, "study": STUDIES}

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 from scipy.special import beta, ellipe, ellipkm1, lambertw
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.contact import line
 from bearing_twin.contact.damping import (
     damped_load,
@@ -59,7 +60,6 @@ from bearing_twin.contact.friction import friction_factor
 from bearing_twin.contact.laws import LAWS, Place, line_law
 from bearing_twin.contact.materials import MATERIALS, Material, effective_modulus
 from bearing_twin.contact.names import law_names
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.forces.along_groove import (
     TERMS,
     axes_along,

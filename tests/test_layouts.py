@@ -15,6 +15,8 @@ import yaml
 from made_up_run import made_up_block, made_up_run, made_up_scene
 from rosbags.interfaces import Nodetype
 
+from bearing_twin.base.paths import share_path
+from bearing_twin.base.yaml_files import SCENES
 from bearing_twin.command.cli import main
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import MARKERS, PUBLISH
@@ -23,11 +25,9 @@ from bearing_twin.log.layouts import LAYOUTS, log_span, panels, panels_of_study,
 from bearing_twin.log.run_log import write_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.log.study_log import write_study
-from bearing_twin.paths import share_path
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.shelf import SCENES
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
 

@@ -15,7 +15,7 @@ from bearing_twin import (
     simulate,
     write_log,
 )
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
 
 SCENE = ("bearing_6203", ["run.duration=0.9"])  # three chunks
 

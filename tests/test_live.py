@@ -9,7 +9,7 @@ import pytest
 from by_rosbags import message_class, serialise
 from made_up_run import a_choice, made_up_block, made_up_scene
 
-from bearing_twin.errors import BearingTwinError, LogError, SceneError
+from bearing_twin.base.errors import BearingTwinError, LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.sample_block import samples_message
 from bearing_twin.log.stream import scene_text

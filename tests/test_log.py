@@ -21,8 +21,9 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 
+from bearing_twin.base.errors import IntegrationError, LogError
+from bearing_twin.base.sample import Block, joined
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
-from bearing_twin.errors import IntegrationError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter, Safety
@@ -32,7 +33,6 @@ from bearing_twin.run.passes import simulate
 from bearing_twin.run.report_of import report_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.verification import verify
-from bearing_twin.sample import Block, joined
 from bearing_twin.view.logs import document_of_log
 
 SCENE = made_up_scene()

@@ -22,8 +22,9 @@ from mcap.reader import make_reader
 from mcap.records import Chunk, Header
 from mcap.writer import CompressionType, Writer
 
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.sample import Channel
 from bearing_twin.command.cli import BAD_INPUT, main
-from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import McapReader
@@ -36,7 +37,6 @@ from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.replay_loop import logged_topics
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.sample import Channel
 
 SCENE = made_up_scene(balls=1)
 BLOCK = made_up_block(SCENE, 400)

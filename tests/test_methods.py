@@ -12,9 +12,10 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import lu_factor, lu_solve
 from scipy.spatial.transform import Rotation
 
+from bearing_twin.base.errors import IntegrationError, SceneError
+from bearing_twin.base.parameters import describe
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.names import law_names
-from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.forces.equations import RingDrive
 from bearing_twin.kinds.bearing.forces.jacobian import rates_and_jacobian
 from bearing_twin.kinds.bearing.forces.layout import (
@@ -59,7 +60,6 @@ from bearing_twin.numerics.steppers import (
     STEPPER_FACTS,
     rosenbrock_dense,
 )
-from bearing_twin.parameters import describe
 
 
 def errors_against(reference, out):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bearing_twin import load_study, run_study
-from bearing_twin.errors import StudyError
+from bearing_twin.base.errors import StudyError
 from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.kinds.doubt import LAW, METHOD
 from bearing_twin.log.study_log import read_study, write_study

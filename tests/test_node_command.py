@@ -9,9 +9,9 @@ import time
 
 import pytest
 
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.command import cli, node_command
 from bearing_twin.command.node_command import NODES, Traffic, words_of
-from bearing_twin.errors import BearingTwinError
 
 
 def test_rate_and_sizes_are_those_of_the_window():

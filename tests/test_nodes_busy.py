@@ -8,9 +8,9 @@ from collections import Counter
 import pytest
 from ros import DiagnosticArray, SetBool, call, executable, plain_node, ros_executor, spin_for, spin_until
 
+from bearing_twin.base.paths import share_path
 from bearing_twin.log.run_log import raw_messages
 from bearing_twin.nodes.entry import OF_THE_FOLDER, PROFILES, repair_soon
-from bearing_twin.paths import share_path
 
 RATE, DURATION = 1000, 4.0  # messages of a topic a second, s
 HELD_UP = (0.5, *[0.1] * 10)  # s, each after as long at work; a publisher keeps four seconds of messages

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from commanded import obeying, twist, wrench
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.kinds.bearing.quasi_static import equilibrium
 from bearing_twin.nodes.simulation_loop import Commands
 from bearing_twin.run.scene import load_scene

@@ -33,8 +33,8 @@ from ros import (
     started,
 )
 
+from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.command.cli import DOUBTFUL, main
-from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import McapReader

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.nodes import page_server
 from bearing_twin.nodes.page_server import Feed, PageServer
 

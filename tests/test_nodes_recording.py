@@ -11,8 +11,8 @@ from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
 from mcap.writer import Writer
 from runs import receive
 
+from bearing_twin.base.errors import LogError
 from bearing_twin.command.cli import DOUBTFUL, main
-from bearing_twin.errors import LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, offered_qos

@@ -37,7 +37,7 @@ from ros import (
     started,
 )
 
-from bearing_twin.errors import SceneError
+from bearing_twin.base.errors import SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.topics import POSE, WRENCH
 from bearing_twin.log.run_log import content_digest, read_log, write_log

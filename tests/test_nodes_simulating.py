@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 from made_up_run import a_choice, bits, counted_encodings, cut, made_up_block, made_up_scene
 
-from bearing_twin.errors import BearingTwinError, IntegrationError, LogError
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, LogError
 from bearing_twin.kinds.contract import ONCE, PUBLISH, Command
 from bearing_twin.log.run_log import LogWriter, raw_messages, read_log
 from bearing_twin.log.sample_block import sample_range

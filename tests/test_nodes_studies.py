@@ -8,8 +8,8 @@ import threading
 
 import pytest
 
+from bearing_twin.base.errors import LogError, StudyError
 from bearing_twin.command.cli import main
-from bearing_twin.errors import LogError, StudyError
 from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.nodes.studies import (
     ABORTED,

@@ -26,13 +26,13 @@ from ros import (
     started,
 )
 
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.paths import share_path
 from bearing_twin.command.cli import main
-from bearing_twin.errors import BearingTwinError
 from bearing_twin.log.study_log import read_study
 from bearing_twin.nodes.node_parameters import ParameterError, checked
 from bearing_twin.nodes.studies import QUEUE
 from bearing_twin.nodes.uq_node import LATCHED, PARAMETERS, UqNode
-from bearing_twin.paths import share_path
 
 pytestmark = pytest.mark.usefixtures("quick_diagnostics")
 

@@ -25,7 +25,7 @@ from ros import (
     started,
 )
 
-from bearing_twin.errors import BearingTwinError, SceneError
+from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import LATCHED, MessageStream
 from bearing_twin.nodes import watch_node

@@ -6,12 +6,9 @@ from dataclasses import FrozenInstanceError, make_dataclass
 
 import pytest
 
-from bearing_twin.errors import SceneError
-from bearing_twin.kinds import KINDS
-from bearing_twin.parameters import choice, describe, plain, quantity, read_strict, section
-from bearing_twin.pictures.style import scaled
-from bearing_twin.run.scene import load_scene, scene_names
-from bearing_twin.units import (
+from bearing_twin.base.errors import SceneError
+from bearing_twin.base.parameters import choice, describe, plain, quantity, read_strict, section
+from bearing_twin.base.units import (
     PREFIXES,
     UNITS,
     Limits,
@@ -23,6 +20,9 @@ from bearing_twin.units import (
     suffix_of,
     with_unit,
 )
+from bearing_twin.kinds import KINDS
+from bearing_twin.pictures.style import scaled
+from bearing_twin.run.scene import load_scene, scene_names
 from bearing_twin.uq.study import Settings
 
 Wheel = make_dataclass(

@@ -5,8 +5,8 @@ import os
 import pytest
 from forks import forked
 
-from bearing_twin.errors import BearingTwinError
-from bearing_twin.paths import file_name, write_whole
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.paths import file_name, write_whole
 
 
 def test_a_file_that_cannot_be_written_whole_leaves_what_was_there(tmp_path):

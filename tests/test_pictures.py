@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.base.errors import BearingTwinError, LogError
+from bearing_twin.base.sample import Block, Channel, cut, joined
 from bearing_twin.kinds.bearing.history import GREATEST_COUNT, LoadHistory
 from bearing_twin.kinds.bearing.picture import BearingPicture
 from bearing_twin.kinds.contract import Facts
@@ -14,7 +15,6 @@ from bearing_twin.pictures.channels import ChannelPicture
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.picture import plot
 from bearing_twin.run.scene import load_scene
-from bearing_twin.sample import Block, Channel, cut, joined
 
 PNG = b"\x89PNG\r\n\x1a\n"
 QUICK = (640, 400)  # pixels of a picture of 1600 x 1000 that is drawn quickly

@@ -36,7 +36,7 @@ def test_a_reader_that_leaves_is_no_error(what, both, tmp_path, quick_starts):
 
 def test_another_pipe_that_breaks_is_an_error():
     code = (
-        "from bearing_twin.pipes import while_read\n"
+        "from bearing_twin.base.process import while_read\n"
         "def broken():\n    raise BrokenPipeError('a socket')\n"
         "while_read(broken)"
     )

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq, minimize, root
 
+from bearing_twin.base.errors import SceneError
+from bearing_twin.base.report import Choice
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static import equilibrium
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import Support
-from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
 
 NO_TILT = (True, True, True, False, False)

@@ -7,8 +7,8 @@ import pytest
 from bearings import motion
 from made_up_run import a_choice
 
+from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
-from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.adequacy import cage_needed
 from bearing_twin.kinds.bearing.motion import bearing_motion

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from bearing_twin import read_log
+from bearing_twin.base.errors import SceneError, StudyError
 from bearing_twin.charts.laws import POLES, hardest
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.contact.friction import FRICTIONS
-from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.ranges import FASTEST_CHANGE, RANGES
 from bearing_twin.log.cdr import deserialise

@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.ellipse import ellipse
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing import ratings
 from bearing_twin.kinds.bearing.clearance import clearance_of, operating_geometry
 from bearing_twin.kinds.bearing.parameters import Geometry

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from doc_tables import PAGES, ROOT, TABLES, names_in, written
 
+from bearing_twin.base.yaml_files import SCENES
 from bearing_twin.charts import CHARTS, chart_of
 from bearing_twin.command import cli
 from bearing_twin.command.node_command import NODES
@@ -15,7 +16,6 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.catalogue import read_entries
 from bearing_twin.log.stream import topics
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
-from bearing_twin.shelf import SCENES
 from bearing_twin.uq.study import load_study, parse_study, study_names
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")

@@ -8,7 +8,8 @@ import pytest
 from bearings import motion, stored_energy
 from ring_systems import AXIAL_PRELOAD, CASES, FREE, disturbed
 
-from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.base.errors import IntegrationError, SceneError
+from bearing_twin.base.paths import only_below
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
@@ -26,7 +27,6 @@ from bearing_twin.kinds.bearing.quasi_static.equilibrium import solver_of, suppo
 from bearing_twin.kinds.bearing.rings import land_radius
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream, topics
-from bearing_twin.permission import only_below
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation

@@ -5,10 +5,10 @@ import json
 import pytest
 
 from bearing_twin import load_scene
+from bearing_twin.base.parameters import describe
 from bearing_twin.command.cli import main
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.rules import RESOLVED, RULES, SETTING, answers
-from bearing_twin.parameters import describe
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import scene_names
 

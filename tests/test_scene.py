@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 import yaml
 
+from bearing_twin.base.errors import SceneError, StudyError
+from bearing_twin.base.parameters import describe
+from bearing_twin.base.paths import share_path
+from bearing_twin.base.yaml_files import GREATEST_FILE
 from bearing_twin.contact.materials import MATERIALS
-from bearing_twin.errors import SceneError, StudyError
 from bearing_twin.kinds.sections import RunSettings, resolved_run
-from bearing_twin.parameters import describe
-from bearing_twin.paths import share_path
 from bearing_twin.run.late import late_keys
 from bearing_twin.run.scene import KINDS, load_scene, open_scene, parse_scene, read_scene, scene_names
-from bearing_twin.shelf import GREATEST_FILE
 from bearing_twin.uq.inputs import value_at
 from bearing_twin.uq.study import load_study
 

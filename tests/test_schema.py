@@ -8,12 +8,12 @@ import jsonschema
 import pytest
 import toy_kind  # noqa: F401 - a kind the schema must know as any other
 
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.parameters import NUMBER, describe
+from bearing_twin.base.yaml_files import SCENES, STUDIES
 from bearing_twin.command.cli import DONE, main
-from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
-from bearing_twin.parameters import NUMBER, describe
 from bearing_twin.run.scene import parse_scene, scene_names
-from bearing_twin.shelf import SCENES, STUDIES
 from bearing_twin.uq.distributions import DISTRIBUTIONS
 from bearing_twin.uq.entropy import FORMS
 from bearing_twin.uq.schema import schema

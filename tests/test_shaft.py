@@ -5,7 +5,7 @@ import pytest
 from bearings import motion, stored_energy
 from scipy.integrate import solve_ivp
 
-from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds.bearing.forces.equations import RingDrive, single_contact
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,

@@ -9,7 +9,7 @@ import pytest
 from commanded import obeying, twist, wrench
 from shafts import motion_of
 
-from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.base.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.contract import Output
 from bearing_twin.kinds.shaft.course import ShaftCourse

@@ -12,10 +12,11 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from shafts import energy, motion_of, outputs_of, parameters_of
 
+from bearing_twin.base.errors import IntegrationError, SceneError
+from bearing_twin.base.sample import joined
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import EquilibriumSolver, Support, azimuths_of, setting_of
 from bearing_twin.kinds.bearing.ratings import equivalent_load, ratings_of, reference_life
 from bearing_twin.kinds.contract import Output
@@ -36,7 +37,6 @@ from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.sample import joined
 
 STILL = ("gravity=[0,0,0]", "shaft.unbalances=[]")
 LOOSE = (  # two 6203 with clearance, one facing each way, so that the shaft is loaded alike along its axis

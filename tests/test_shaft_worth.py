@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bearing_twin.base.report import Choice
 from bearing_twin.kinds.bearing.still import still_error
 from bearing_twin.kinds.shaft.doubt import ShaftDoubt
 from bearing_twin.kinds.shaft.figures import MEANINGS
@@ -13,7 +14,6 @@ from bearing_twin.kinds.shaft.models import shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.statics import balance_of
 from bearing_twin.kinds.shaft.worth import Wide, moved_by, responses, wide_of
-from bearing_twin.report import Choice
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 

@@ -11,8 +11,8 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipe
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.elasticity import coefficient_of
-from bearing_twin.errors import SceneError
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
 from bearing_twin.shapes.implicit import SURFACES, ellipsoid, level, plane, sphere, superquadric, torus
 from bearing_twin.shapes.lens import lens

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from runs import reported
 
-from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.kinds.soft_discs.derived import disc_mass, of_other
 from bearing_twin.kinds.soft_discs.elements import ORDERS
 from bearing_twin.kinds.soft_discs.march import inner_forces

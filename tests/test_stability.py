@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bearings import TURNED_REST, motion, run, stored_energy
 
-from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.kinds.bearing.forces.layout import MOTION, VELOCITY
 from bearing_twin.kinds.bearing.stepping.step_limits import stable_step
 

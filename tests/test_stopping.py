@@ -11,14 +11,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from bearing_twin.errors import Interrupted, Stopped
+from bearing_twin.base.errors import Interrupted, Stopped
+from bearing_twin.base.stopping import LOST, SIGNALLED, Halt, heeding_signals
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_write import IndexFile, McapWriter
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.run_log import raw_messages, read_log
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.stopping import LOST, SIGNALLED, Halt, heeding_signals
 
 ENDLESS = ("solver.stepper=rk4", "solver.step=1e-11")  # a day for the first chunk
 PATIENCE = 300.0  # s: what does not end at all fails

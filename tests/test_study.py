@@ -7,7 +7,7 @@ import math
 import pytest
 import yaml
 
-from bearing_twin.errors import BearingTwinError, SceneError, StudyError
+from bearing_twin.base.errors import BearingTwinError, SceneError, StudyError
 from bearing_twin.kinds import KINDS
 from bearing_twin.run.gathering import BLOCK_OUTPUTS
 from bearing_twin.run.passes import simulate
@@ -234,7 +234,7 @@ def test_every_number_of_a_scene_can_be_put_and_replaced(kind):
 
 
 def _plain(parameters):
-    from bearing_twin.parameters import plain
+    from bearing_twin.base.parameters import plain
 
     return plain(parameters)
 

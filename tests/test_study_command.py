@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from disks import full_after
 
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.sample import Channel
 from bearing_twin.command import study_command
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
-from bearing_twin.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.sample_block import Gathered, samples_message
 from bearing_twin.log.study_log import StudyLog, read_study
-from bearing_twin.sample import Channel
 from bearing_twin.uq import picture
 from bearing_twin.uq import workers as ensemble
 from bearing_twin.uq.picture import path_of, plot_study

@@ -8,8 +8,9 @@ import pytest
 from made_up_run import a_choice, bits, made_up_block, made_up_scene
 from runs import receive
 
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.sample import Block, joined
 from bearing_twin.command.cli import DONE, DOUBTFUL, main
-from bearing_twin.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.raw_log import KEPT_RATE, RawLogWriter, Safety, Thinning
@@ -21,7 +22,6 @@ from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.run.verification import verify
-from bearing_twin.sample import Block, joined
 
 SCENE = made_up_scene(balls=2)
 BLOCK = made_up_block(SCENE, 1000)

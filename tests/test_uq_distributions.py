@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import integrate, stats
 
 from bearing_twin import load_study, parse_study, read_study, run_study, write_study
-from bearing_twin.errors import BearingTwinError, StudyError
+from bearing_twin.base.errors import BearingTwinError, StudyError
 from bearing_twin.uq.inputs import read_input
 
 GAMMA = stats.gamma(4.0, scale=0.5)

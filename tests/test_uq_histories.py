@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from bearing_twin.base.errors import StatisticError
 from bearing_twin.contact import hertz_impact as impact
-from bearing_twin.errors import StatisticError
 from bearing_twin.uq.histories import Histories, narrowing
 from bearing_twin.uq.inputs import read_input
 from bearing_twin.uq.sampling import UnitPoints

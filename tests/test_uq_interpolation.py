@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bearing_twin.errors import StudyError
+from bearing_twin.base.errors import StudyError
 from bearing_twin.uq.inputs import read_input
 from bearing_twin.uq.propagation import LADDER, interpolate, through
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from bearing_twin.errors import StatisticError
+from bearing_twin.base.errors import StatisticError
 from bearing_twin.uq.modality import CLEAR, RESAMPLES, critical_bandwidth, modality, mode_numbers, mode_places
 from bearing_twin.uq.statistics import binned, silverman_bandwidth, smoothed
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bearing_twin.errors import StatisticError
+from bearing_twin.base.errors import StatisticError
 from bearing_twin.uq.histories import FEWEST, narrowing
 
 TIMES = np.linspace(0.0, 1.0, 201)

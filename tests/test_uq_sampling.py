@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from quantiles import from_table
 
-from bearing_twin.errors import StudyError
+from bearing_twin.base.errors import StudyError
 from bearing_twin.uq.inputs import read_input
 from bearing_twin.uq.sampling import BLOCK, GREATEST_SEED, REPLICATES, SAMPLERS, UnitPoints, rounded
 

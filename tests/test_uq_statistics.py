@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bearing_twin.errors import StatisticError
+from bearing_twin.base.errors import StatisticError
 from bearing_twin.uq.inputs import read_input
 from bearing_twin.uq.propagation import derive
 from bearing_twin.uq.sampling import REPLICATES, UnitPoints

@@ -12,17 +12,17 @@ import pytest
 import toy_kind  # noqa: F401  (a kind without a view of its own)
 from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
 
+from bearing_twin.base.errors import BearingTwinError, LogError
+from bearing_twin.base.report import json_text
+from bearing_twin.base.sample import Block, Channel
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
-from bearing_twin.errors import BearingTwinError, LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.views import View, plain_view
 from bearing_twin.log.run_log import LogWriter, write_log
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.report import json_text
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
-from bearing_twin.sample import Block, Channel
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
 from bearing_twin.view import film, frames

@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 from test_view import HOSTILE, SHORT
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.log.run_log import write_log
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene

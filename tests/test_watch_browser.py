@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.log.sample_block import samples_message
 from bearing_twin.log.stream import scene_text
 from bearing_twin.nodes.page_server import Feed, PageServer

@@ -15,7 +15,7 @@ import pytest
 import toy_kind  # noqa: F401 - a kind that workers know by the name of its module alone
 from test_ensemble import LONG_RUN, LOSSY, ROOT, alive, children, run, wait_for
 
-from bearing_twin.errors import StudyError
+from bearing_twin.base.errors import StudyError
 from bearing_twin.kinds import KINDS
 from bearing_twin.run.scene import open_scene
 from bearing_twin.uq import workers

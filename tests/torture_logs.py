@@ -21,7 +21,7 @@ from mcap.records import Channel, Chunk, Header, Schema
 from mcap.writer import Writer
 from torture_rows import Found, Row, fork, in_a_process, megabytes, part_of, until
 
-from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_write import MAGIC

@@ -15,7 +15,7 @@ from ros import ActionClient, DiagnosticArray, Float64, GoalStatus, RunStudy, Se
 from scipy.stats import theilslopes
 from torture_rows import Found, Row, memory_of, part_of, until
 
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import RECORDING_RECORD
 from bearing_twin.log.run_log import raw_messages, read_log, recover

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bearing_twin.base.parameters import quantity, section
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Channel
 from bearing_twin.kinds import register
 from bearing_twin.kinds.contract import Kind
-from bearing_twin.parameters import quantity, section
-from bearing_twin.report import Choice
-from bearing_twin.sample import Channel
 
 
 @dataclass(frozen=True)

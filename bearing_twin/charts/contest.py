@@ -22,14 +22,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bearing_twin.base.errors import BearingTwinError, SceneError
+from bearing_twin.base.process import usable
+from bearing_twin.base.units import prefixed, two_digits
 from bearing_twin.charts import chart_of
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, curve, draw, labels
 from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, Row, read_table, write_table
-from bearing_twin.errors import BearingTwinError, SceneError
 from bearing_twin.pictures.style import STYLE
-from bearing_twin.processors import usable
 from bearing_twin.run.simulation import COMPILING
-from bearing_twin.units import prefixed, two_digits
 
 LIMIT, WORKERS = 60.0, 2  # CPU seconds of a run unless the user says otherwise; processes side by side
 ENOUGH, REPEATS, LONG = 0.15, 3, 3.0  # CPU seconds and repeats of a timing; beyond LONG it is done once more only
@@ -143,7 +143,7 @@ class Contest:
 
 def wanted_of(words: Iterable[str], known: Iterable[str]) -> list[str]:
     """The names asked for, in their order, all for none; raises BearingTwinError for one that is not known."""
-    from bearing_twin.parameters import echo, unknown
+    from bearing_twin.base.parameters import echo, unknown
 
     words, known = set(words), list(known)
     for word in words - set(known):

@@ -11,14 +11,14 @@ import math
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from bearing_twin.base.errors import IntegrationError
+from bearing_twin.base.report import Choice
 from bearing_twin.charts.bearings import MOVING
 from bearing_twin.charts.contest import Contest, best_of, timed
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import Found, Problem, Scenes, load_and_friction, run, steps, tolerances
-from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.report import Choice
 from bearing_twin.run.scene import load_scene
 
 COARSE, SCIPYS = 1e-4, 1e-3  # s, the step that is often tried first; SciPy's default tolerance

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.charts.contest import Asked, Made, sources, wanted_of
 from bearing_twin.charts.panels import Sheet, draw, write_curves
-from bearing_twin.errors import BearingTwinError
 
 
 class Figures(NamedTuple):

@@ -12,9 +12,9 @@ import numpy as np
 from scipy import stats
 from scipy.interpolate import PchipInterpolator
 
+from bearing_twin.base.errors import StatisticError
 from bearing_twin.charts.panels import Axis, Band, Bars, Line, Map, Panel, Sheet, colour, dashed, shade
 from bearing_twin.charts.paper import Figures, Paper
-from bearing_twin.errors import StatisticError
 from bearing_twin.pictures.style import STYLE
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene

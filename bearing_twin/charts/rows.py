@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from bearing_twin import __version__
-from bearing_twin.paths import drafted
+from bearing_twin.base.paths import drafted
 
 DONE, REFUSED, FAILED, STOPPED = "done", "refused", "failed", "stopped"
 MADE = "made"  # the last column: software with its commit, libraries, processor, day

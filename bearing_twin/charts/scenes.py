@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.charts.contest import Contest, timed
-from bearing_twin.errors import BearingTwinError
 from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
 

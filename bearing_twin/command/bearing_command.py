@@ -3,9 +3,9 @@
 import argparse
 import math
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.command import catalogue_table
 from bearing_twin.command.outcome import Outcome, add_changes, new_path, number, overrides_of, picture_path
-from bearing_twin.errors import SceneError
 
 HELP = "a bearing in equilibrium under load: displacement, loads, stiffness, ratings, life, fault frequencies"
 EXAMPLES = (
@@ -118,7 +118,7 @@ def _new_sheet(text: str):
 
 def _vector(name: str, text: str | None) -> list[float | None] | None:
     """The numbers of an option, None for a `-`; None where it is not given."""
-    from bearing_twin.parameters import echo
+    from bearing_twin.base.parameters import echo
 
     if text is None:
         return None
@@ -216,7 +216,7 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
 
 def _sweep(text: str) -> tuple[str, str, str, int]:
     """Key, first and last value as text, and how many, of KEY=FROM:TO:N."""
-    from bearing_twin.parameters import echo
+    from bearing_twin.base.parameters import echo
 
     key, equals, rest = text.partition("=")
     parts = rest.split(":")
@@ -236,9 +236,9 @@ def _evenly(first: str, last: str, count: int, unit: str) -> list[float]:
 
 def _swept(arguments, given, angle, key, first_value, last_value, count) -> dict:
     """Curves over a sweep, with how its axis is shown."""
+    from bearing_twin.base.units import with_unit
     from bearing_twin.kinds.bearing.quasi_static.answer import curves_of
     from bearing_twin.run.scene import gives
-    from bearing_twin.units import with_unit
 
     scene = _bearing_scene(arguments)
     if key == "load":
@@ -270,8 +270,8 @@ def _swept(arguments, given, angle, key, first_value, last_value, count) -> dict
 
 def _unit_of(scene, path: str) -> str:
     """The unit of a number of a scene; raises SceneError for another key."""
+    from bearing_twin.base.parameters import describe, echo, unknown
     from bearing_twin.kinds import KINDS
-    from bearing_twin.parameters import describe, echo, unknown
 
     rows = {row.key: row for row in describe(KINDS[scene.kind].parameters) if row.type == "number"}
     if path not in rows:
@@ -283,7 +283,7 @@ def _unit_of(scene, path: str) -> str:
 
 def _axis_of(path: str, unit: str, values) -> dict:
     """How the axis of a sweep over a key is shown: words with unit, and the factor into that."""
-    from bearing_twin.units import UNITS, for_people, labelled
+    from bearing_twin.base.units import UNITS, for_people, labelled
 
     shown, scale = for_people(max(map(abs, values)), UNITS[unit or "1"])
     return {"label": labelled(path, shown), "scale": scale}

@@ -11,11 +11,11 @@ import textwrap
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from bearing_twin.base.units import UNITS, known_digits, two_digits
 from bearing_twin.command import catalogue_table
 from bearing_twin.command.catalogue_table import kilonewtons
 from bearing_twin.command.terminal import show_text
 from bearing_twin.kinds.bearing.ratings import BASE_VISCOSITY, TORQUE_SCATTER, hours_of
-from bearing_twin.units import UNITS, known_digits, two_digits
 
 NO_PROMISE = "A life is what nine of ten bearings reach by the standard's assumptions; it is no promise."
 STEP = math.radians(0.01)  # of a tilt: its stiffness is told for so much more

@@ -4,16 +4,16 @@ import math
 import textwrap
 from collections import Counter
 
+from bearing_twin.base.units import known_digits, two_digits
 from bearing_twin.command.outcome import Outcome
 from bearing_twin.command.terminal import show_text
-from bearing_twin.units import known_digits, two_digits
 
 
 def listed_catalogue() -> Outcome:
     """Every designation with its row, and what the ways are in which ball sets were found."""
+    from bearing_twin.base.paths import own_folder
     from bearing_twin.kinds.bearing.catalogue import FOUND, designations
     from bearing_twin.kinds.bearing.catalogue_answer import row_of
-    from bearing_twin.paths import own_folder
 
     rows = [row_of(name) for name in designations()]
     result = {"bearings": rows, "found": FOUND, "own_folder": str(own_folder("bearings"))}
@@ -21,8 +21,8 @@ def listed_catalogue() -> Outcome:
 
 
 def _list(rows) -> None:
+    from bearing_twin.base.paths import own_folder
     from bearing_twin.kinds.bearing.catalogue import FOUND
-    from bearing_twin.paths import own_folder
 
     show_text(f"{'':<10}{'bore':>6}{'outside':>8}{'width':>6}  {'balls':<7}{'of':>8}{'± ':>7}{'C [kN]':>10}  found")
     show_text(f"{'':<10}{'[mm]':>6}{'[mm]':>8}{'[mm]':>6}{'':>9}{'[mm]':>8}{'[mm] ':>7}{'published':>10}")

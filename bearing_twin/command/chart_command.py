@@ -5,8 +5,8 @@ import dataclasses
 import json
 from pathlib import Path
 
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.command.outcome import Outcome, quantity
-from bearing_twin.errors import BearingTwinError
 
 HELP = "accuracy against speed of every choice, maps of where methods fail, the figures of papers"
 EXAMPLES = ("bearing_twin chart --list", "bearing_twin chart laws --out charts", "bearing_twin chart steppers --quick")
@@ -53,8 +53,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
 
 def _refuse(word: str) -> None:
+    from bearing_twin.base.parameters import echo, unknown
     from bearing_twin.charts import CHARTS, RENAMED
-    from bearing_twin.parameters import echo, unknown
 
     if word in RENAMED:
         raise BearingTwinError(f"the chart {word} is gone: {RENAMED[word]} answers its question")

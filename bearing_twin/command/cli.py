@@ -16,11 +16,10 @@ import textwrap
 from typing import NoReturn
 
 from bearing_twin import __version__
-from bearing_twin.errors import BearingTwinError, missing_package
-from bearing_twin.pipes import leave, prepare, to_standard_output, while_read
-from bearing_twin.processors import one_processor, seldom_collecting
-from bearing_twin.signals import ended_by_signals, signal_of
-from bearing_twin.spelling import echo, harmless, unknown
+from bearing_twin.base.errors import BearingTwinError, missing_package
+from bearing_twin.base.messages import echo, harmless, unknown
+from bearing_twin.base.process import leave, one_processor, prepare, seldom_collecting, to_standard_output, while_read
+from bearing_twin.base.signals import ended_by_signals, signal_of
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
 DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
@@ -132,7 +131,7 @@ def _main(argv) -> int:
             if outcome.result is None:
                 pass  # it was printed as it came
             elif arguments.json:
-                from bearing_twin.report import json_text
+                from bearing_twin.base.report import json_text
 
                 sys.stdout.write(json_text(outcome.result) + "\n")
             else:
@@ -148,8 +147,8 @@ def _main(argv) -> int:
 
 
 def _show(outcome, si: bool) -> None:
+    from bearing_twin.base.report import plain_json
     from bearing_twin.command.terminal import show_result
-    from bearing_twin.report import plain_json
 
     if outcome.show and not (si and outcome.engineering):
         outcome.show()

@@ -5,6 +5,8 @@ import math
 import shutil
 from pathlib import Path
 
+from bearing_twin.base.errors import BearingTwinError, LogError
+from bearing_twin.base.units import Limits
 from bearing_twin.command import (
     bearing_command,
     chart_command,
@@ -29,8 +31,6 @@ from bearing_twin.command.outcome import (
     picture_path,
     quantity,
 )
-from bearing_twin.errors import BearingTwinError, LogError
-from bearing_twin.units import Limits
 
 
 def _of(module) -> Subcommand:

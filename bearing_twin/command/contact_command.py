@@ -3,8 +3,8 @@
 import argparse
 import math
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.command.outcome import Outcome, picture_path, quantity
-from bearing_twin.errors import SceneError
 
 HELP = "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side"
 EXAMPLES = (
@@ -181,8 +181,8 @@ def _raceway(name, race):
 
 def _materials(arguments, bodies):
     """The two materials: the scene's or steel, or those named, with moduli and ratios given replaced."""
+    from bearing_twin.base.parameters import echo, plain, read_strict, unknown
     from bearing_twin.contact.materials import MATERIALS, Material
-    from bearing_twin.parameters import echo, plain, read_strict, unknown
 
     bodies = bodies or (MATERIALS["steel"],) * 2
     if arguments.material:

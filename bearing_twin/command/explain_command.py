@@ -3,10 +3,10 @@
 import argparse
 from pathlib import Path
 
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.units import Limits
 from bearing_twin.command.logged import ShownStream, ended
 from bearing_twin.command.outcome import Outcome, new_log, number
-from bearing_twin.errors import BearingTwinError
-from bearing_twin.units import Limits
 
 HELP = "why a scene gets its models; what made a run fail, which then continues at a tighter tolerance"
 EXAMPLES = (

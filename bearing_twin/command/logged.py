@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from bearing_twin.errors import IntegrationError, LogError
+from bearing_twin.base.errors import IntegrationError, LogError
 
 
 class ShownStream:

@@ -16,12 +16,12 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.messages import ROS_ARGS, unknown
+from bearing_twin.base.parameters import echo
+from bearing_twin.base.report import json_text
+from bearing_twin.base.units import Limits
 from bearing_twin.command.outcome import ALLOW_INVALID, Outcome, Subcommand, listed, number, overrides_of
-from bearing_twin.errors import BearingTwinError
-from bearing_twin.parameters import echo
-from bearing_twin.report import json_text
-from bearing_twin.spelling import ROS_ARGS, unknown
-from bearing_twin.units import Limits
 
 NODES = ("sim_node", "recorder_node", "replay_node", "uq_node", "watch_node")
 SHORT_LIST = 128  # numbers of an array that are shown

@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-from bearing_twin.errors import BearingTwinError, IntegrationError
-from bearing_twin.parameters import echo, read_number
-from bearing_twin.units import NO_LIMITS, Limits
+from bearing_twin.base.errors import BearingTwinError, IntegrationError
+from bearing_twin.base.parameters import echo, read_number
+from bearing_twin.base.units import NO_LIMITS, Limits
 
 
 class Outcome(NamedTuple):

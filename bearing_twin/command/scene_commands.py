@@ -19,7 +19,7 @@ def _scenes_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _scenes(arguments: argparse.Namespace) -> Outcome:
     """The list that is asked for."""
-    from bearing_twin.shelf import SCENES
+    from bearing_twin.base.yaml_files import SCENES
 
     if arguments.keys:
         return _scene_keys()
@@ -34,8 +34,8 @@ def _scenes(arguments: argparse.Namespace) -> Outcome:
 
 
 def _scene_keys() -> Outcome:
+    from bearing_twin.base.parameters import describe
     from bearing_twin.kinds import KINDS
-    from bearing_twin.parameters import describe
 
     rows = [(kind, row) for kind, entry in KINDS.items() for row in describe(entry.parameters)]
     names = ("key", "type", "default", "unit", "limits", "help")
@@ -43,8 +43,8 @@ def _scene_keys() -> Outcome:
 
 
 def _scene_figures() -> Outcome:
+    from bearing_twin.base.units import named
     from bearing_twin.kinds import KINDS
-    from bearing_twin.units import named
 
     rows = [(kind, key, meaning) for kind, entry in KINDS.items() for key, meaning in entry.meanings_of().items()]
     header = ("kind", "figure", "unit", "meaning")
@@ -65,8 +65,8 @@ def _scene_rules() -> Outcome:
 
 
 def _scene_schema() -> Outcome:
+    from bearing_twin.base.report import json_text
     from bearing_twin.command.terminal import show_text
-    from bearing_twin.report import json_text
     from bearing_twin.uq.schema import schema
 
     found = schema()
@@ -89,7 +89,7 @@ def _topics_arguments(parser) -> None:
 
 def _topics(arguments) -> Outcome:
     """The table, as text, JSON or Markdown; raises SceneError."""
-    from bearing_twin.errors import BearingTwinError
+    from bearing_twin.base.errors import BearingTwinError
     from bearing_twin.kinds import KINDS
     from bearing_twin.log import topic_table
     from bearing_twin.run.scene import load_scene
@@ -175,8 +175,8 @@ def _completion_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _completion(arguments: argparse.Namespace) -> Outcome:
     """The shell's code; raises BearingTwinError where the package argcomplete is missing."""
+    from bearing_twin.base.errors import wanted
     from bearing_twin.command.terminal import show_text
-    from bearing_twin.extras import wanted
 
     code = wanted("argcomplete", "completion").shellcode(["bearing_twin"], shell=arguments.shell)
     return Outcome({"shell": arguments.shell, "code": code}, [], lambda: show_text(code))
@@ -186,7 +186,7 @@ def complete(parser: argparse.ArgumentParser) -> None:
     """Answers a shell that asks for completions, and ends the program; returns where none asks."""
     if COMPLETING not in os.environ:
         return
-    from bearing_twin.extras import wanted
+    from bearing_twin.base.errors import wanted
 
     _teach(parser)
     wanted("argcomplete", "completion").autocomplete(parser)
@@ -204,8 +204,8 @@ def _teach(parser: argparse.ArgumentParser) -> None:
 
 def _scene_words(prefix, **_) -> list[str]:
     """Scenes and designations, or files where a path was begun."""
+    from bearing_twin.base.yaml_files import SCENES
     from bearing_twin.kinds import KINDS
-    from bearing_twin.shelf import SCENES
 
     names = [*SCENES.names(), *(name for kind in KINDS.values() for name in kind.catalogue())]
     return names if "/" not in prefix else _files(prefix)
@@ -218,7 +218,7 @@ def _bearings(prefix, **_) -> list[str]:
 
 
 def _studies(prefix, **_) -> list[str]:
-    from bearing_twin.shelf import STUDIES
+    from bearing_twin.base.yaml_files import STUDIES
 
     return STUDIES.names() if "/" not in prefix else _files(prefix)
 
@@ -238,7 +238,7 @@ def _parameters(prefix, parsed_args=None, **_) -> list[str]:
     """Parameters of the node that is to start, as its parameter file has them: to read it needs no ROS."""
     import yaml
 
-    from bearing_twin.paths import share_path
+    from bearing_twin.base.paths import share_path
 
     content = yaml.safe_load(share_path("config", f"{parsed_args.executable}.yaml").read_text(encoding="utf-8"))
     (of_node,) = content.values()
@@ -247,8 +247,8 @@ def _parameters(prefix, parsed_args=None, **_) -> list[str]:
 
 def _keys(prefix, **_) -> list[str]:
     """Keys of scenes with an equals sign, or the legal words of one."""
+    from bearing_twin.base.parameters import describe
     from bearing_twin.kinds import KINDS
-    from bearing_twin.parameters import describe
 
     rows = {row.key: row for kind in KINDS.values() for row in describe(kind.parameters)}
     key, equals, _ = prefix.partition("=")

@@ -5,9 +5,9 @@ import contextlib
 import signal
 import threading
 
+from bearing_twin.base.errors import LogError, StudyError
+from bearing_twin.base.report import json_text
 from bearing_twin.command.outcome import Outcome, add_changes, new_log, overrides_of, picture_path
-from bearing_twin.errors import LogError, StudyError
-from bearing_twin.report import json_text
 
 HELP = "what is uncertain about a scene: distributions in, quantiles with intervals out"
 EXAMPLES = (
@@ -120,9 +120,9 @@ def _interrupted_by_ctrl_c(event):
 
 
 def _listed() -> Outcome:
+    from bearing_twin.base.yaml_files import STUDIES
     from bearing_twin.command.terminal import show_rows, show_text
     from bearing_twin.kinds import KINDS
-    from bearing_twin.shelf import STUDIES
 
     rows = [{name: head[name] for name in ("name", "scene", "description")} for head in STUDIES.heads()]
     quantities = [
@@ -244,7 +244,7 @@ def _modes(found) -> str:
 
 def _interval(value, interval, factor: float = 1.0) -> str:
     """A number and its interval, to the second digit of what the interval leaves open."""
-    from bearing_twin.units import known_digits
+    from bearing_twin.base.units import known_digits
 
     if value is None:
         return "-"

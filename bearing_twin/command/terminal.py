@@ -12,8 +12,8 @@ from contextvars import ContextVar
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
-from bearing_twin.spelling import harmless
-from bearing_twin.units import (
+from bearing_twin.base.messages import harmless
+from bearing_twin.base.units import (
     greatest_error,
     known_digits,
     named,
@@ -139,7 +139,7 @@ def _is_number(cell: str) -> bool:
 
 
 if TYPE_CHECKING:  # a list of scenes needs no arrays
-    from bearing_twin.sample import Block
+    from bearing_twin.base.sample import Block
 
 FIRST_LOOK, LONG = 0.3, 30.0  # seconds after which a pace is known, and from which on a work is announced
 SLOW, PLAIN_PERIOD = 1.0, 5.0  # seconds without a sign of life before one is given; between those without a terminal

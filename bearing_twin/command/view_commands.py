@@ -4,11 +4,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, wanted
+from bearing_twin.base.parameters import echo, unknown
+from bearing_twin.base.paths import file_name
 from bearing_twin.command.outcome import Outcome, Subcommand, add_changes, failure_kept, new_path, overrides_of
-from bearing_twin.errors import BearingTwinError, IntegrationError
-from bearing_twin.extras import wanted
-from bearing_twin.parameters import echo, unknown
-from bearing_twin.paths import file_name
 
 LONGEST = 10.0  # simulated seconds of a scene that is run for its page
 
@@ -68,7 +67,7 @@ def _view(arguments: argparse.Namespace) -> Outcome:
 
 def _sort(arguments) -> str:
     """Whether a log, a scene or a study is meant: by its suffix, its name, or what stands in the file."""
-    from bearing_twin.shelf import SCENES, STUDIES, SUFFIXES
+    from bearing_twin.base.yaml_files import SCENES, STUDIES, SUFFIXES
 
     text = arguments.what
     path = Path(text)

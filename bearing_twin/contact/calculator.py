@@ -7,6 +7,7 @@ the contact under 1 N gives all inverses in closed form.
 import math
 from typing import NamedTuple
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.contact import validity
 from bearing_twin.contact.differential import coefficient_from_circle
 from bearing_twin.contact.elastic import HERTZIAN, approach_of_load, elastic, greatest_approach
@@ -17,7 +18,6 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import YIELD_ONSET, Material, effective_modulus
 from bearing_twin.contact.names import law_names
 from bearing_twin.contact.stress import greatest_shear
-from bearing_twin.errors import SceneError
 from bearing_twin.shapes.surfaces import ball_in_groove
 
 COMPARED = law_names("point", ("curvatures", "frozen", "stiffness", "state"))

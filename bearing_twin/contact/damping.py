@@ -11,9 +11,9 @@ Two laws, both with d(h) -> 0 as h -> 0 (paper 1, section 5), for the elastic lo
 import math
 from typing import NamedTuple
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.compiled import inlined
 from bearing_twin.contact.elastic import HERTZIAN
-from bearing_twin.errors import SceneError
 
 SERIES_BELOW = 0.05  # chi v: the logarithms cancel to its square, so their series is summed instead
 

@@ -6,7 +6,7 @@ they lie within what makers print, whose moduli differ by some per cent.
 
 from dataclasses import dataclass
 
-from bearing_twin.parameters import quantity
+from bearing_twin.base.parameters import quantity
 
 SHEETS = "no source: steel's is within what makers print, rubber's is paper 3's"
 

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from bearing_twin.base.errors import IntegrationError, Stopped
+from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.contact.damping import damping_for_restitution, steady_ratio
 from bearing_twin.contact.friction import FRICTIONS, friction_number
 from bearing_twin.contact.materials import Material, compliance
-from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.numerics.adaptive import CURSOR, STEP, TIME
 from bearing_twin.numerics.statuses import FULL, OK, STOPPED, WORDS
-from bearing_twin.stopping import SIGNALLED
 
 FLOOR = 1e-4  # of the shortest contact: lift-offs and touches shorter than that are passed
 RECORDS = 256  # completed in one call of the kernel

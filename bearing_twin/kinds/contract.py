@@ -12,16 +12,16 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from bearing_twin.base.report import Choice
+from bearing_twin.base.units import suffix_of
 from bearing_twin.kinds.doubt import Doubt, NothingKnown
 from bearing_twin.kinds.plain_figures import PlainFigures
 from bearing_twin.kinds.refinement import Comparison
-from bearing_twin.report import Choice
-from bearing_twin.units import suffix_of
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from bearing_twin.sample import Block, Channel, Sample, Table
+    from bearing_twin.base.sample import Block, Channel, Sample, Table
 
 PUBLISH, SAMPLES, MARKERS, ONCE = "publish", "samples", "markers", "once"
 """How often a topic is given out: at the scene's publish rate, every output in blocks, at 20 Hz, or at the start."""

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 if TYPE_CHECKING:
-    from bearing_twin.report import Choice
-    from bearing_twin.sample import Block
+    from bearing_twin.base.report import Choice
+    from bearing_twin.base.sample import Block
 
 HERTZ_MENDS = "contact.normal: hertz is exact at no more cost"
 METHOD, LAW, FRICTION_MODEL, LEFT_OUT = "method", "law", "friction_model", "left_out"

@@ -6,11 +6,11 @@ import math
 from collections.abc import Container
 from typing import TYPE_CHECKING, Any
 
-from bearing_twin.units import suffix_of
+from bearing_twin.base.units import suffix_of
 
 if TYPE_CHECKING:
-    from bearing_twin.report import Choice
-    from bearing_twin.sample import Block, Channel
+    from bearing_twin.base.report import Choice
+    from bearing_twin.base.sample import Block, Channel
 
 
 class PlainFigures:

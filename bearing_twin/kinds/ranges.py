@@ -9,11 +9,11 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from bearing_twin.base.errors import SceneError
+from bearing_twin.base.units import with_unit
 from bearing_twin.contact.validity import LAW_TOLERANCE
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.contract import late
 from bearing_twin.kinds.doubt import LARGE
-from bearing_twin.units import with_unit
 
 ON = "on"  # of solver.allow_invalid
 OUTSIDE = "outside_range"  # the mark on all that such a run gives out: channel, topic, key

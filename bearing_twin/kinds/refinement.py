@@ -7,12 +7,12 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from bearing_twin.report import Choice
+from bearing_twin.base.report import Choice
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from bearing_twin.sample import Block
+    from bearing_twin.base.sample import Block
 
 SECOND_RUN, NO_CHECK = "second_run", "none"
 TOLERANCE = 0.1  # of the second run over that of the run (`python bench/second_run.py --factor 5` tries another)

@@ -9,10 +9,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from bearing_twin.base.errors import SceneError
+from bearing_twin.base.parameters import choice, quantity, read_number
 from bearing_twin.contact.names import friction_names, law_names
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.refinement import NO_CHECK, SECOND_RUN
-from bearing_twin.parameters import choice, quantity, read_number
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 GREATEST_OUTPUT_COUNT = 1e9

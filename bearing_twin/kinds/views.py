@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from itertools import islice, product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from bearing_twin.sample import Channel
+from bearing_twin.base.sample import Channel
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from bearing_twin.sample import Sample
+    from bearing_twin.base.sample import Sample
 
 STEEL, DARK, BRASS, GLASS = "steel", "dark", "brass", "glass"
 BLUE, ORANGE, GREEN, RED = "blue", "orange", "green", "red"

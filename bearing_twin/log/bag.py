@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import yaml
 
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.messages import echo, shortened
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_read import (
     LARGEST_MESSAGE,
@@ -21,7 +22,6 @@ from bearing_twin.log.mcap_read import (
     McapReader,
     StoredTopic,
 )
-from bearing_twin.spelling import echo, shortened
 
 SUFFIX, SQLITE = ".mcap", ".db3"
 STORAGES = "mcap", "sqlite3"

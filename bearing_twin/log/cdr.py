@@ -11,8 +11,8 @@ from pathlib import Path
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from bearing_twin.errors import LogError
-from bearing_twin.paths import share_path
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.paths import share_path
 
 OWN_PACKAGE = "bearing_twin_msgs"
 

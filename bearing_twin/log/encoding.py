@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
 from bearing_twin.log import cdr
 
 BASE, NAME, ARRAY, SEQUENCE = 1, 2, 3, 4  # kinds of fields, as the definitions number them

@@ -17,16 +17,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import LogError
-from bearing_twin.extras import wanted
+from bearing_twin.base.errors import LogError, wanted
+from bearing_twin.base.messages import echo, unknown
+from bearing_twin.base.paths import file_name, put_whole
+from bearing_twin.base.report import CutShort
 from bearing_twin.log.bag import path_of
 from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
-from bearing_twin.paths import file_name, put_whole
-from bearing_twin.report import CutShort
 from bearing_twin.run.axes import ChannelAxis, axes_of
 from bearing_twin.run.dataset import dataset_of, source_of, tables_of
-from bearing_twin.spelling import echo, unknown
 from bearing_twin.uq.result import columns_of, meanings_of, units_of
 
 OUTPUTS, SAMPLES, CHANNELS = "outputs", "realisations", "channels.csv"

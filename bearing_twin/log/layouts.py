@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import yaml
 
-from bearing_twin.errors import BearingTwinError, LogError
-from bearing_twin.extras import install
+from bearing_twin.base.errors import BearingTwinError, LogError, install
+from bearing_twin.base.paths import write_whole
+from bearing_twin.base.units import labelled
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.log import cdr
@@ -18,9 +19,7 @@ from bearing_twin.log.bag import LogReader, log_files
 from bearing_twin.log.run_log import LogStream
 from bearing_twin.log.stream import Channelled, topics
 from bearing_twin.log.study_log import INPUT, REALISATIONS_TOPIC, first_realisation
-from bearing_twin.paths import write_whole
 from bearing_twin.run.scene import Scene
-from bearing_twin.units import labelled
 
 ENERGIES = ("kinetic_energy", "elastic_energy", "potential_energy", "drive_work", "dissipated")
 RACEWAYS = ("inner", "outer")

@@ -37,7 +37,7 @@ from mcap.records import (
     Statistics,
 )
 
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
 from bearing_twin.log.mcap_write import GREATEST_RATIO, MAGIC, crc32
 
 LARGEST_RECORD = 1 << 26  # bytes, packed or unpacked; writers make chunks of a few megabytes

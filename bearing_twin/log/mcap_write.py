@@ -34,7 +34,7 @@ from mcap.records import (
     Statistics,
 )
 
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
 
 try:  # four to five times as fast as zlib, on which a log would wait
     from zlib_ng.zlib_ng import crc32

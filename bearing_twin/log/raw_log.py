@@ -18,7 +18,9 @@ import numpy as np
 from mcap.records import Attachment, Metadata
 
 import bearing_twin
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.paths import put_whole
+from bearing_twin.base.signals import Unbroken
 from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import SUFFIX, LoggedTopic, Qos, Span, bag_information, offered_qos, path_of, qos_text
@@ -26,8 +28,6 @@ from bearing_twin.log.encoding import encoded
 from bearing_twin.log.mcap_read import StoredTopic
 from bearing_twin.log.mcap_write import Bundle, McapWriter, refused
 from bearing_twin.log.stream import SLOW_RATE
-from bearing_twin.paths import put_whole
-from bearing_twin.signals import Unbroken
 
 KEPT_RATE = 5.0  # 1/s: an hour of a bearing of eight balls takes 0.3 GB then, and 15 GB whole
 KEPT_KEY = "kept_rate_hz"  # of a topic in a log, beside what rosbag2 says of it

@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 from mcap.records import Attachment, Metadata
 
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.messages import harmless
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, log_files, reader_of
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, LogLimit, McapReader
 from bearing_twin.log.mcap_write import MAGIC
 from bearing_twin.log.raw_log import BAG_RECORD, RawLogWriter
-from bearing_twin.spelling import harmless
 
 RECOVERY_RECORD = "bearing_twin_recovered"
 

@@ -19,8 +19,11 @@ import numpy as np
 from mcap.records import Metadata
 
 import bearing_twin
+from bearing_twin.base.errors import LogError, SceneError
+from bearing_twin.base.messages import echo
+from bearing_twin.base.report import DIGITS, Choice, CutShort, parsed_json
+from bearing_twin.base.sample import Block, Channel, Sample, between
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.errors import LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, log_files, path_of, raw_messages, reader_of
 from bearing_twin.log.mcap_read import LoggedMessage
@@ -39,14 +42,11 @@ from bearing_twin.log.raw_log import (
 from bearing_twin.log.recover import Recovered, advised, recover
 from bearing_twin.log.sample_block import Restart, block_of, channels_of, check_block, refuse_misfits, sample_range
 from bearing_twin.log.stream import Channelled, Consecutive, MessageStream, choice_record, topics
-from bearing_twin.report import DIGITS, Choice, CutShort, parsed_json
 from bearing_twin.run.dataset import dataset_of
 from bearing_twin.run.failure import told_in
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.passes import Run
 from bearing_twin.run.scene import Scene, read_logged
-from bearing_twin.sample import Block, Channel, Sample, between
-from bearing_twin.spelling import echo
 
 
 def count_in(text: str | None) -> int | None:

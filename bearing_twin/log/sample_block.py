@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.sample import Block, Channel
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.encoding import Encoder, stamps_of
 from bearing_twin.run.scene import Scene, parse_scene
-from bearing_twin.sample import Block, Channel
 
 
 def samples_message(

@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin import __version__
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Block, Columns, Sample, Table
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, Output, Topic
 from bearing_twin.kinds.ranges import OUTSIDE
@@ -22,10 +24,8 @@ from bearing_twin.log.bag import DEEPEST, Qos
 from bearing_twin.log.encoding import Encoder, encoded, stamps_of
 from bearing_twin.log.mcap_write import HEAD, Bundle, alone, heads_of
 from bearing_twin.log.sample_block import samples_pieces
-from bearing_twin.report import Choice
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.second_run import tables_of
-from bearing_twin.sample import Block, Columns, Sample, Table
 
 
 class Consecutive:

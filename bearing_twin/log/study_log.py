@@ -15,7 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.messages import shortened
+from bearing_twin.base.report import parsed_json
+from bearing_twin.base.sample import Channel
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.encoding import Encoder, encoded
@@ -23,9 +26,6 @@ from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
 from bearing_twin.log.recover import logged, records_in
 from bearing_twin.log.sample_block import Gathered, check_block, samples_message
 from bearing_twin.log.stream import LARGEST_BLOCK
-from bearing_twin.report import parsed_json
-from bearing_twin.sample import Channel
-from bearing_twin.spelling import shortened
 from bearing_twin.uq.inputs import numeric_keys
 from bearing_twin.uq.result import StudyResult, quantity_units
 from bearing_twin.uq.study import Study, parse_study

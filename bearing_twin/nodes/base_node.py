@@ -25,7 +25,8 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.messages import echo, harmless
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.cdr import DIAGNOSTICS
 from bearing_twin.nodes.messages import (
@@ -52,7 +53,6 @@ from bearing_twin.nodes.node_parameters import (
 )
 from bearing_twin.nodes.pacing import Timed
 from bearing_twin.nodes.recording import Room, SteadyTime, in_an_hour, warning
-from bearing_twin.spelling import echo, harmless
 
 CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
 MANY = 500  # topics: what DDS and ROS do for each of so many delays the end of a node and its turns

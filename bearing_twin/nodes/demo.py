@@ -23,7 +23,7 @@ from rich.markup import escape
 from rich.table import Table
 from std_srvs.srv import SetBool
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos

@@ -14,27 +14,26 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from bearing_twin.errors import BearingTwinError
-from bearing_twin.paths import share_path
-from bearing_twin.spelling import ROS_ARGS
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.messages import ROS_ARGS
+from bearing_twin.base.paths import share_path
 
 
 def _run(name: str) -> int:
     """Runs an executable; returns the exit code."""
     for number in (signal.SIGINT, signal.SIGTERM):  # until the node takes them over, there is nothing to lose
         signal.signal(number, lambda *_: os._exit(0))
-    from bearing_twin import pipes
+    from bearing_twin.base import process
 
-    pipes.prepare()
-    return pipes.while_read(lambda: _said(name))
+    process.prepare()
+    return process.while_read(lambda: _said(name))
 
 
 def _said(name: str) -> int:
     """The exit code of a node, with one sentence where it cannot run."""
-    from bearing_twin.errors import BearingTwinError, missing_package
+    from bearing_twin.base.errors import BearingTwinError, missing_package
+    from bearing_twin.base.process import leave, one_processor
     from bearing_twin.nodes.entry import repair_soon
-    from bearing_twin.pipes import leave
-    from bearing_twin.processors import one_processor
 
     one_processor()
     try:

@@ -19,11 +19,11 @@ from rclpy.parameter_client import AsyncParameterClient
 from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.messages import name_of_peer
+from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.messages import RunStudy, filled, interface, plain, qos_profile, rclpy, suited
-from bearing_twin.parameters import echo, unknown
-from bearing_twin.spelling import name_of_peer
 
 QUIET, LONGEST = 1.5, 3.0  # s without a change after which a list is complete on a free machine; most times that
 TURN, DEPTH = 0.05, 100  # s of one turn of the executor; messages that may wait

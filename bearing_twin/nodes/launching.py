@@ -17,6 +17,8 @@ except ImportError as error:  # in a checkout a folder has the name of that pack
     raise ModuleNotFoundError("launch files need ROS 2's packages launch and launch_ros; source ROS 2 first") from error
 from launch_ros.parameter_descriptions import ParameterValue
 
+from bearing_twin.base.messages import ROS_ARGS
+from bearing_twin.base.paths import share_path
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.layouts import Panels, foxglove, panels, panels_of_log, rviz
 from bearing_twin.log.run_log import read_log
@@ -35,9 +37,7 @@ from bearing_twin.nodes.recording import FRAMES
 from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
 from bearing_twin.nodes.sim_node import PARAMETERS as SIMULATION
 from bearing_twin.nodes.uq_node import PARAMETERS as STUDIES
-from bearing_twin.paths import share_path
 from bearing_twin.run.scene import load_scene
-from bearing_twin.spelling import ROS_ARGS
 
 DISCOVERY = 5.0  # s that a simulation or a replay waits for its recorder
 BRIDGE_PORT = 8765

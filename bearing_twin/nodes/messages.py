@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.errors import BearingTwinError, MissingInterfacesError
+from bearing_twin.base.errors import BearingTwinError, MissingInterfacesError
+from bearing_twin.base.messages import echo, harmless, unknown
+from bearing_twin.base.parameters import read_number
 from bearing_twin.log.bag import Qos
-from bearing_twin.parameters import read_number
-from bearing_twin.spelling import echo, harmless, unknown
 
 try:
     import rclpy

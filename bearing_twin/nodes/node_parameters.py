@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.messages import ROS_ARGS, echo, harmless
+from bearing_twin.base.parameters import unknown
+from bearing_twin.base.units import in_si, labelled, with_unit
 from bearing_twin.log.raw_log import KEPT_RATE, Safety
-from bearing_twin.parameters import unknown
-from bearing_twin.spelling import ROS_ARGS, echo, harmless
-from bearing_twin.units import in_si, labelled, with_unit
 
 ALLOW_INVALID = "allow_invalid"
 NOT_ALLOWED = f"which the node's parameter {ALLOW_INVALID} = false forbids; leave it out, or start the node with true"

@@ -18,8 +18,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, Protocol
 from urllib.parse import urlsplit
 
-from bearing_twin.errors import BearingTwinError
-from bearing_twin.report import parsed_json
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.report import parsed_json
 
 MOST_VIEWERS = 32
 MOST_CONNECTIONS = 64

@@ -10,7 +10,8 @@ from rclpy.node import Node
 from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
 
-from bearing_twin.errors import BearingTwinError, LogError
+from bearing_twin.base.errors import BearingTwinError, LogError
+from bearing_twin.base.messages import name_of_peer
 from bearing_twin.log import cdr
 from bearing_twin.nodes.base_node import TALK, Heartbeat, LogWatch, TakenAside, declare, guarded, run, taken
 from bearing_twin.nodes.graph import is_topic
@@ -26,7 +27,6 @@ from bearing_twin.nodes.recording import (
     definition_prefixes,
     lost_in_words,
 )
-from bearing_twin.spelling import name_of_peer
 
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file (or bag folder, without .mcap) to write; empty = recording_<date>_<time>.mcap"),

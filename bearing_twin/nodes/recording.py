@@ -10,7 +10,7 @@ from fnmatch import fnmatchcase
 from itertools import repeat
 from pathlib import Path
 
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos

@@ -6,7 +6,7 @@ from collections.abc import Callable, Container, Iterable, Iterator
 from itertools import islice
 from typing import NamedTuple
 
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, Qos, offered_qos, raw_messages
 from bearing_twin.log.mcap_read import LoggedMessage, StoredTopic

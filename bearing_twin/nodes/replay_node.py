@@ -9,7 +9,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import SetBool
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
     Heartbeat,

@@ -19,7 +19,8 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
-from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError, Stopped
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError, Stopped
+from bearing_twin.base.stopping import Halt
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.refinement import unchecked
@@ -61,7 +62,6 @@ from bearing_twin.run.fidelity import refuse_outside
 from bearing_twin.run.late import late_keys
 from bearing_twin.run.scene import Scene, gives, load_scene
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.stopping import Halt
 
 NAME = "sim_node"
 PARAMETERS = (

@@ -6,10 +6,10 @@ from collections import Counter, deque
 from collections.abc import Callable, Container
 from pathlib import Path
 
-from bearing_twin.errors import BearingTwinError, Interrupted
+from bearing_twin.base.errors import BearingTwinError, Interrupted
+from bearing_twin.base.messages import echo
 from bearing_twin.kinds.contract import Command
 from bearing_twin.nodes.pacing import FASTEST, PacedStream, Pacer, StreamPace, Timed
-from bearing_twin.spelling import echo
 
 CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
 LONGEST_STEP = 10.0  # s

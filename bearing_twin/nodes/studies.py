@@ -17,15 +17,14 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from bearing_twin.errors import BearingTwinError, LogError, StudyError
+from bearing_twin.base.errors import BearingTwinError, LogError, StudyError
+from bearing_twin.base.parameters import echo
+from bearing_twin.base.paths import file_name, only_below
+from bearing_twin.base.process import usable
+from bearing_twin.base.report import json_text
 from bearing_twin.kinds.ranges import ON
 from bearing_twin.log.study_log import INPUT, QUANTITY, StudyLog
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NOT_ALLOWED
-from bearing_twin.parameters import echo
-from bearing_twin.paths import file_name
-from bearing_twin.permission import only_below
-from bearing_twin.processors import usable
-from bearing_twin.report import json_text
 from bearing_twin.run.scene import refuse_another
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.run import Progress, memory_needed, refuse_too_large, run_study

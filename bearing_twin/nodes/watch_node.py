@@ -22,7 +22,10 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.messages import harmless
+from bearing_twin.base.parameters import echo, unknown
+from bearing_twin.base.units import UNITS, for_people
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
@@ -32,9 +35,6 @@ from bearing_twin.nodes.messages import interface, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.page_server import Feed, PageServer, Refused
 from bearing_twin.nodes.simulation_loop import check_speed
-from bearing_twin.parameters import echo, unknown
-from bearing_twin.spelling import harmless
-from bearing_twin.units import UNITS, for_people
 from bearing_twin.view.live import Again, LiveRun
 from bearing_twin.view.live_page import live_page
 

@@ -1,10 +1,10 @@
 """The picture of a run whose kind has none of its own: every channel of one number over time."""
 
+from bearing_twin.base.sample import Block
+from bearing_twin.base.units import with_unit
 from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import BALL_COLOURS, frame, heading, scaled
 from bearing_twin.pictures.values import scaled_time
-from bearing_twin.sample import Block
-from bearing_twin.units import with_unit
 
 WIDTH, ROW, MARGINS, COLUMNS = 16.0, 2.6, 2.2, 2
 MOST_PANELS = 16

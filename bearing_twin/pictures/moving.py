@@ -5,7 +5,7 @@ from pathlib import Path
 
 from matplotlib.animation import PillowWriter
 
-from bearing_twin.paths import written_whole
+from bearing_twin.base.paths import written_whole
 
 FRAMES_A_SECOND = 20
 

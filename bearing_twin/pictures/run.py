@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from bearing_twin.base.sample import Block, Table
 from bearing_twin.pictures.style import SIZE
 from bearing_twin.pictures.values import ChannelValues, footer
 from bearing_twin.pictures.worth import finish
-from bearing_twin.sample import Block, Table
 
 
 class RunPicture(ABC):

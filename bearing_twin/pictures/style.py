@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bearing_twin.paths import write_whole
-from bearing_twin.units import prefixed
+from bearing_twin.base.paths import write_whole
+from bearing_twin.base.units import prefixed
 
 STYLE = {"ink": "#22303c", "soft": "#71808c", "panel": "#eef1f4", "ring": "#cfd6dc", "edge": "#8a97a3"}
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 from bearing_twin import __version__
-from bearing_twin.errors import LogError
-from bearing_twin.sample import Block
-from bearing_twin.units import prefixed
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.sample import Block
+from bearing_twin.base.units import prefixed
 
 GREATEST_ROWS = 100_000  # outputs kept; of longer runs every second, fourth ... is
 

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
+from bearing_twin.base.sample import Channel
 from bearing_twin.kinds import KINDS
-from bearing_twin.sample import Channel
 
 LABELS = {
     "axis": ("x", "y", "z"),

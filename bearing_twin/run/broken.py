@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import IntegrationError
+from bearing_twin.base.errors import IntegrationError
+from bearing_twin.base.sample import Block
 from bearing_twin.run.failure import SAME
-from bearing_twin.sample import Block
 
 
 class Broken(NamedTuple):

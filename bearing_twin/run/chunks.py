@@ -1,7 +1,7 @@
 """How far a simulation computes in one go."""
 
+from bearing_twin.base.sample import outputs_at_once
 from bearing_twin.run.scene import Scene
-from bearing_twin.sample import outputs_at_once
 
 CHUNK_OUTPUTS = 400  # integrate at most so many outputs in one go, so that memory stays small ...
 CHUNK_NS = 50_000_000  # ... and so much simulated time, for which commands wait, or `longest_chunk`

@@ -1,8 +1,8 @@
 """What a simulation is told while it runs, and asked where it stands: checked by its kind, then obeyed."""
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.sample import Sample
 from bearing_twin.kinds.contract import OperatingPoint
-from bearing_twin.sample import Sample
 
 
 class Commanded:

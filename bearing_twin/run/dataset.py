@@ -5,7 +5,7 @@ import json
 import numpy as np
 
 import bearing_twin
-from bearing_twin.extras import wanted
+from bearing_twin.base.errors import wanted
 from bearing_twin.kinds import KINDS
 from bearing_twin.run.axes import axes_of
 from bearing_twin.run.second_run import tables_of as kind_tables

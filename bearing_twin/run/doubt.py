@@ -5,10 +5,10 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from bearing_twin.base.report import Choice
+from bearing_twin.base.units import greatest_error, known_digits, named, two_digits, with_unit
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LARGE, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
-from bearing_twin.report import Choice
 from bearing_twin.run.second_run import Estimate, NoEstimate
-from bearing_twin.units import greatest_error, known_digits, named, two_digits, with_unit
 
 WORDS = {LAW: "elastic law", FRICTION_MODEL: "friction model", LEFT_OUT: "what is not modelled"}
 FAR = 10.0  # times the error of the method: where that of the model is greater, no ± is shown

@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import bearing_twin
-from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
+from bearing_twin.base.report import json_text, parsed_json
+from bearing_twin.base.sample import Channel, Sample
 from bearing_twin.kinds import KINDS
-from bearing_twin.report import json_text, parsed_json
 from bearing_twin.run.fidelity import choose
 from bearing_twin.run.scene import Scene, parse_scene, read_logged
-from bearing_twin.sample import Channel, Sample
 
 FORMAT = "bearing_twin failure 1"
 LARGEST_FILE = 20_000_000  # bytes

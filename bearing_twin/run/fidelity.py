@@ -1,8 +1,8 @@
 """The cheapest adequate model for a scene, and why: each kind weighs its own laws and methods in its `models`."""
 
-from bearing_twin.errors import SceneError
+from bearing_twin.base.errors import SceneError
+from bearing_twin.base.report import Choice
 from bearing_twin.kinds import KINDS
-from bearing_twin.report import Choice
 from bearing_twin.run.scene import Scene
 
 

@@ -4,13 +4,13 @@ import copy
 from collections.abc import Mapping
 from typing import Any
 
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.report import Choice, Report
+from bearing_twin.base.sample import Aligned, Block, cut, outputs_at_once
 from bearing_twin.kinds.contract import Figures
 from bearing_twin.kinds.doubt import Doubt
-from bearing_twin.report import Choice, Report
 from bearing_twin.run.doubt import failed, judged
 from bearing_twin.run.second_run import Estimate, NoEstimate
-from bearing_twin.sample import Aligned, Block, cut, outputs_at_once
 
 BLOCK_OUTPUTS = 50  # outputs at most in the blocks that figures are made of
 

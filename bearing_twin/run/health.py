@@ -9,12 +9,12 @@ from functools import lru_cache
 
 import numpy as np
 
+from bearing_twin.base.errors import IntegrationError
+from bearing_twin.base.sample import Block, Channel, layout_of
+from bearing_twin.base.units import UNITS
 from bearing_twin.compiled import kernel
-from bearing_twin.errors import IntegrationError
 from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.energy import STORED
-from bearing_twin.sample import Block, Channel, layout_of
-from bearing_twin.units import UNITS
 
 UNIT_NORM = 1e-6  # of a quaternion's length, from 1
 BOUNDED = ("m", "m/s", "rad/s")

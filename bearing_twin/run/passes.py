@@ -4,14 +4,14 @@ from collections.abc import Callable, Iterator, Mapping
 from os import PathLike
 from typing import Any
 
-from bearing_twin.errors import BearingTwinError, IntegrationError, SceneError
-from bearing_twin.report import Choice, Report
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
+from bearing_twin.base.messages import no_progress
+from bearing_twin.base.report import Choice, Report
+from bearing_twin.base.sample import Block, Sample
 from bearing_twin.run.dataset import dataset_of
 from bearing_twin.run.failure import Failure
 from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.sample import Block, Sample
-from bearing_twin.spelling import no_progress
 
 
 class Run:

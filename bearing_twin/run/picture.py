@@ -3,12 +3,12 @@
 import math
 from pathlib import Path
 
+from bearing_twin.base.report import Report
+from bearing_twin.base.units import known_digits, readable, two_digits, with_unit
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts, Picture
 from bearing_twin.pictures.worth import JudgedFigure
-from bearing_twin.report import Report
 from bearing_twin.run.doubt import greatest
-from bearing_twin.units import known_digits, readable, two_digits, with_unit
 
 MOST = 30  # rows in a picture
 

@@ -3,14 +3,14 @@
 import math
 from collections.abc import Iterable
 
+from bearing_twin.base.report import Report
+from bearing_twin.base.sample import Block
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.doubt import NothingKnown
 from bearing_twin.kinds.plain_figures import PlainFigures
-from bearing_twin.report import Report
 from bearing_twin.run.failure import told_in
 from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.second_run import NoEstimate, estimate_of
-from bearing_twin.sample import Block
 
 
 def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:

@@ -13,11 +13,9 @@ from typing import Any
 
 import yaml
 
-from bearing_twin.errors import BearingTwinError, SceneError
-from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.ranges import OUTSIDE, allowed, left_by
-from bearing_twin.kinds.sections import ALIASES, FORMER_VALUES, damped_twice, not_here
-from bearing_twin.parameters import (
+from bearing_twin.base.errors import BearingTwinError, SceneError
+from bearing_twin.base.messages import MOST_NAMED, MOST_NEAR, is_text, shortened
+from bearing_twin.base.parameters import (
     describe,
     echo,
     names_at,
@@ -28,15 +26,17 @@ from bearing_twin.parameters import (
     stands_for_section,
     unknown,
 )
-from bearing_twin.report import parsed_json
-from bearing_twin.sample import Channel
-from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
-from bearing_twin.spelling import MOST_NAMED, MOST_NEAR, is_text, shortened
+from bearing_twin.base.report import parsed_json
+from bearing_twin.base.sample import Channel
+from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.ranges import OUTSIDE, allowed, left_by
+from bearing_twin.kinds.sections import ALIASES, FORMER_VALUES, damped_twice, not_here
 
 DESIGNATION = re.compile(r"[A-Za-z]{0,5}\d{2,6}(?![\w./ -]*\.ya?ml)[\w./ -]{0,40}")  # as 6205-2RS/C3
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
 LONGEST_LOGGED = 8_000_000  # characters of a scene in a log
-MOST_LOGGED = 360_000  # commas in one, enough for a table of `tables.MOST_ROWS`: a second to read
+MOST_LOGGED = 360_000  # commas in one, enough for a table of `parameters.MOST_ROWS`: a second to read
 SWITCHED = {"true": "on", "false": "off"}  # other words for these, as YAML has them
 MARK = Channel(OUTSIDE, "1", (), "1: a model asked for is outside its range; see solver.allow_invalid")
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # Python's own takes longer than 0.3 s of a settled bearing

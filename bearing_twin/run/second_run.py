@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import IntegrationError
+from bearing_twin.base.errors import IntegrationError
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Block, Channel, Columns, Layout, Table, layout_of, side_by_side
+from bearing_twin.base.units import symbol_of
 from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.refinement import SECOND_RUN, Comparison, is_checked
-from bearing_twin.report import Choice
-from bearing_twin.sample import Block, Channel, Columns, Layout, Table, layout_of, side_by_side
-from bearing_twin.units import symbol_of
 
 OFTEN = 1.02  # times the time of the last row, when figures are compared again
 LATE = 0.1  # share of the outputs that lie beyond a horizon at least: a single impact is none

@@ -6,9 +6,11 @@ from functools import partial
 import numpy as np
 from numba.core import event
 
-from bearing_twin.errors import BearingTwinError, IntegrationError, Interrupted, SceneError
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, Interrupted, SceneError
+from bearing_twin.base.report import Report
+from bearing_twin.base.sample import Block, Columns, joined, layout_of, side_by_side
+from bearing_twin.base.stopping import SIGNALLED, Halt, heeding_signals
 from bearing_twin.kinds import KINDS
-from bearing_twin.report import Report
 from bearing_twin.run.broken import Broken, state_of, up_to_break
 from bearing_twin.run.chunks import CHUNK_NS, COMMANDING_NS, chunk_end, chunk_outputs
 from bearing_twin.run.commanded import Commanded
@@ -18,8 +20,6 @@ from bearing_twin.run.gathering import Gathering
 from bearing_twin.run.health import Health, worst_contact
 from bearing_twin.run.scene import Scene
 from bearing_twin.run.second_run import CheckedMotion, estimate_of, has_second_run
-from bearing_twin.sample import Block, Columns, joined, layout_of, side_by_side
-from bearing_twin.stopping import SIGNALLED, Halt, heeding_signals
 
 COMPILING = "numba:compiler_lock"  # held while a kernel is compiled or loaded
 

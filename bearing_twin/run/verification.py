@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bearing_twin.errors import LogError
-from bearing_twin.report import CutShort
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.report import CutShort
+from bearing_twin.base.sample import Block
+from bearing_twin.base.units import UNITS, suffix_of, with_unit
 from bearing_twin.run.second_run import SECOND_RUN
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.sample import Block
-from bearing_twin.units import UNITS, suffix_of, with_unit
 
 
 @dataclass(frozen=True)

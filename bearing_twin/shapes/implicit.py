@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.compiled import kernel
-from bearing_twin.errors import SceneError
 
 PLANE, SPHERE, ELLIPSOID, TORUS, SUPERQUADRIC = range(5)
 SURFACES = {"plane": PLANE, "sphere": SPHERE, "ellipsoid": ELLIPSOID, "torus": TORUS, "superquadric": SUPERQUADRIC}

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.compiled import kernel
-from bearing_twin.errors import SceneError
 from bearing_twin.shapes.implicit import Surface, level
 
 LAMBDA, MU = 6, 7

@@ -14,9 +14,9 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 from scipy.special import expit, logit, ndtr
 
-from bearing_twin.errors import StatisticError
-from bearing_twin.parameters import echo, unknown
-from bearing_twin.units import Limits
+from bearing_twin.base.errors import StatisticError
+from bearing_twin.base.parameters import echo, unknown
+from bearing_twin.base.units import Limits
 from bearing_twin.uq.entropy import FARTHEST_CUT
 
 GREATEST_TILT = 500.0  # of `truncated_exponential`; a mean nearer to a bound than 1/500 of the range is refused

@@ -24,8 +24,8 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import digamma, erfcx
 
-from bearing_twin.errors import StudyError
-from bearing_twin.parameters import echo, unknown
+from bearing_twin.base.errors import StudyError
+from bearing_twin.base.parameters import echo, unknown
 
 FACTS = ("positive", "low", "high", "mean", "std", "mean_log", "std_log")
 PLENTY = 9.0  # deviations between mean and bound beyond which the bound cuts nothing off

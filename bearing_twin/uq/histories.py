@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import StatisticError
-from bearing_twin.stopping import look
+from bearing_twin.base.errors import StatisticError
+from bearing_twin.base.stopping import look
 from bearing_twin.uq.modality import modality
 from bearing_twin.uq.statistics import binned, silverman_bandwidth, smoothed
 

@@ -15,13 +15,13 @@ import numpy as np
 from scipy import stats
 from scipy.special import ndtr, ndtri
 
-from bearing_twin.errors import SceneError, StudyError
+from bearing_twin.base.errors import SceneError, StudyError
+from bearing_twin.base.parameters import Parameter, describe, echo, read_number, unknown
+from bearing_twin.base.units import NO_LIMITS, Limits
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Quantity
 from bearing_twin.kinds.sections import ALIASES
-from bearing_twin.parameters import Parameter, describe, echo, read_number, unknown
 from bearing_twin.run.scene import Scene, checked, parse_scene, read_scene
-from bearing_twin.units import NO_LIMITS, Limits
 from bearing_twin.uq.distributions import (
     DISTRIBUTIONS,
     LIMITS,

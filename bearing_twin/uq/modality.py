@@ -26,8 +26,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from bearing_twin.errors import StatisticError
-from bearing_twin.stopping import look
+from bearing_twin.base.errors import StatisticError
+from bearing_twin.base.stopping import look
 from bearing_twin.uq.statistics import BINS_PER_BANDWIDTH, binned, smoothed
 
 BINS = 4096

@@ -18,8 +18,7 @@ from numpy.polynomial.chebyshev import chebvander
 from scipy.integrate import trapezoid
 from scipy.special import log_ndtr, ndtr, ndtri
 
-from bearing_twin.errors import StatisticError, StudyError
-from bearing_twin.extras import wanted
+from bearing_twin.base.errors import StatisticError, StudyError, wanted
 from bearing_twin.uq.inputs import Input, Joint
 from bearing_twin.uq.sampling import UnitPoints
 

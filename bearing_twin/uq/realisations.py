@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import BearingTwinError, StatisticError, StudyError
+from bearing_twin.base.errors import BearingTwinError, StatisticError, StudyError
+from bearing_twin.base.parameters import describe
 from bearing_twin.kinds import KINDS, kind_of
 from bearing_twin.kinds.contract import Quantity
 from bearing_twin.kinds.refinement import NO_CHECK
-from bearing_twin.parameters import describe
 from bearing_twin.run.doubt import FAILED
 from bearing_twin.run.fidelity import choose, refuse_outside
 from bearing_twin.run.passes import simulate

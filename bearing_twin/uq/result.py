@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.errors import StudyError
-from bearing_twin.extras import wanted
-from bearing_twin.units import labelled, unit_for_people, with_unit
+from bearing_twin.base.errors import StudyError, wanted
+from bearing_twin.base.units import labelled, unit_for_people, with_unit
 from bearing_twin.uq.inputs import numeric_keys, quantity_of, value_at
 from bearing_twin.uq.realisations import median_inputs, without_numbers
 from bearing_twin.uq.study import Study

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import StatisticError, Stopped, StudyError
+from bearing_twin.base.errors import StatisticError, Stopped, StudyError
+from bearing_twin.base.messages import no_progress
+from bearing_twin.base.stopping import heeding, look
+from bearing_twin.base.units import with_unit
 from bearing_twin.kinds.doubt import METHOD
 from bearing_twin.run.doubt import LARGE, exceeds
-from bearing_twin.spelling import no_progress
-from bearing_twin.stopping import heeding, look
-from bearing_twin.units import with_unit
 from bearing_twin.uq.distributions import numbers_kept
 from bearing_twin.uq.histories import COLUMNS, RESAMPLES, ROWS
 from bearing_twin.uq.inputs import quantity_of

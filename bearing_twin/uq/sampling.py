@@ -20,10 +20,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import qmc
 
-from bearing_twin.errors import StudyError
-from bearing_twin.parameters import echo, read_number, unknown
-from bearing_twin.stopping import look
-from bearing_twin.units import Limits
+from bearing_twin.base.errors import StudyError
+from bearing_twin.base.parameters import echo, read_number, unknown
+from bearing_twin.base.stopping import look
+from bearing_twin.base.units import Limits
 from bearing_twin.uq.inputs import GREATEST_UNIT, LEAST_UNIT
 
 BLOCK = 1024  # points of `random` that share a seed

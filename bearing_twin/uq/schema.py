@@ -8,11 +8,11 @@ import math
 import re
 from typing import Any
 
+from bearing_twin.base.parameters import LONGEST_NUMBER, NUMBER, Parameter, describe
+from bearing_twin.base.units import NO_LIMITS, Limits, with_unit
+from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.sections import ALIASES
-from bearing_twin.parameters import LONGEST_NUMBER, NUMBER, Parameter, describe
-from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
-from bearing_twin.units import NO_LIMITS, Limits, with_unit
 from bearing_twin.uq.distributions import DISTRIBUTIONS, LIMITS, LISTS, SCIPY
 from bearing_twin.uq.entropy import FORMS
 from bearing_twin.uq.inputs import numeric_keys

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy import fft, stats
 
-from bearing_twin.errors import StatisticError, StudyError
-from bearing_twin.parameters import echo, unknown
-from bearing_twin.stopping import look
+from bearing_twin.base.errors import StatisticError, StudyError
+from bearing_twin.base.parameters import echo, unknown
+from bearing_twin.base.stopping import look
 from bearing_twin.uq.inputs import Joint
 
 PIECE = 2**13  # numbers

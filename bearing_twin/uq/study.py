@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats.distributions import rv_frozen
 
-from bearing_twin.errors import SceneError, StudyError
-from bearing_twin.parameters import choice, echo, plain, quantity, read, read_number, section, unknown
+from bearing_twin.base.errors import SceneError, StudyError
+from bearing_twin.base.messages import is_text
+from bearing_twin.base.parameters import choice, echo, plain, quantity, read, read_number, section, unknown
+from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
 from bearing_twin.run.scene import Scene, listed_overrides, open_scene, parse_scene
-from bearing_twin.shelf import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
-from bearing_twin.spelling import is_text
 from bearing_twin.uq.distributions import as_mapping
 from bearing_twin.uq.inputs import (
     Input,

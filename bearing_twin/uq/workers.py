@@ -22,9 +22,9 @@ from multiprocessing.connection import Connection, wait
 
 import numpy as np
 
-from bearing_twin.errors import StudyError
+from bearing_twin.base.errors import StudyError
+from bearing_twin.base.process import usable
 from bearing_twin.kinds import KINDS
-from bearing_twin.processors import usable
 from bearing_twin.uq.realisations import Realised, Task, joined, load, realise
 
 LOOK = 0.05  # s between looks at `cancelled`

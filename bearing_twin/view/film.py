@@ -12,9 +12,8 @@ import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from bearing_twin.errors import BearingTwinError
-from bearing_twin.extras import wanted
-from bearing_twin.paths import written_whole
+from bearing_twin.base.errors import BearingTwinError, wanted
+from bearing_twin.base.paths import written_whole
 
 WIDTH, HEIGHT = 832, 624  # films want multiples of 16
 SECONDS, RATE = 6.0, 12.5  # of a film at most, and its images a second

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.sample import Block
 from bearing_twin.kinds.views import View
-from bearing_twin.sample import Block
 
 GREATEST_NUMBERS = 2_600_000  # of all series together: 5.2 MB as whole numbers of two bytes, 7 MB as text
 LEAST_FRAMES = 100

@@ -9,13 +9,13 @@ import math
 
 import numpy as np
 
-from bearing_twin.errors import LogError, SceneError
+from bearing_twin.base.errors import LogError, SceneError
+from bearing_twin.base.report import Choice, parsed_json
+from bearing_twin.base.sample import Channel, Sample
 from bearing_twin.kinds.views import View
 from bearing_twin.log import cdr
 from bearing_twin.log.sample_block import block_of, channels_of, check_block
-from bearing_twin.report import Choice, parsed_json
 from bearing_twin.run.scene import Scene, read_logged
-from bearing_twin.sample import Channel, Sample
 from bearing_twin.view.run_page import view_of
 
 LARGEST_SCENE = 1 << 20  # characters

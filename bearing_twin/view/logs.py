@@ -4,7 +4,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
 from bearing_twin.log.bag import LogReader
 from bearing_twin.log.mcap_read import DamagedLog
 from bearing_twin.log.run_log import read_log, recover

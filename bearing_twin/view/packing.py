@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.sample import Channel
-from bearing_twin.units import PREFIXES, UNITS
+from bearing_twin.base.sample import Channel
+from bearing_twin.base.units import PREFIXES, UNITS
 
 STEPS = 65534  # between the least and the greatest value; 65535 stands for no number
 MISSING = 65535

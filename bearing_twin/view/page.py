@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from bearing_twin import __version__
-from bearing_twin.paths import write_whole
-from bearing_twin.report import json_text
+from bearing_twin.base.paths import write_whole
+from bearing_twin.base.report import json_text
 
 SCRIPTS = (
     *("libraries/three.min.js", "libraries/uPlot.iife.min.js"),

@@ -3,16 +3,16 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from bearing_twin.errors import IntegrationError
+from bearing_twin.base.errors import IntegrationError
+from bearing_twin.base.report import Report
+from bearing_twin.base.units import sentence_for_people
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.views import View, plain_view
 from bearing_twin.pictures.style import BALL_COLOURS
-from bearing_twin.report import Report
 from bearing_twin.run.doubt import DONE, DOUBTFUL
 from bearing_twin.run.passes import Run
 from bearing_twin.run.report_of import report_of
-from bearing_twin.units import sentence_for_people
 from bearing_twin.view.frames import Frames, passed_on
 from bearing_twin.view.packing import packed, prefixes
 from bearing_twin.view.tables import ball_tables, error_notes, figure_rows, happening_tables

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.pictures.style import BALL_COLOURS
-from bearing_twin.units import (
+from bearing_twin.base.units import (
     inverse,
     known_digits,
     labelled,
@@ -16,6 +15,7 @@ from bearing_twin.units import (
     two_digits,
     unit_for_people,
 )
+from bearing_twin.pictures.style import BALL_COLOURS
 from bearing_twin.uq.picture import FAR, ORDERS, exact_of, path_of, shares_of, unit_of
 from bearing_twin.uq.result import StudyResult, SweepInWords, refusals, sweep_of
 from bearing_twin.uq.statistics import histogram, natural_density

@@ -4,8 +4,15 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from bearing_twin.base.units import (
+    greatest_error,
+    known_digits,
+    readable,
+    sentence_for_people,
+    sizes_for_units,
+    two_digits,
+)
 from bearing_twin.run.doubt import promise_in_words, shown_errors
-from bearing_twin.units import greatest_error, known_digits, readable, sentence_for_people, sizes_for_units, two_digits
 
 ERROR = "_error"
 AXES = 3  # lists of so many numbers at most are vectors

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import SceneError
+from bearing_twin.base.errors import SceneError
 
 CELLS = 48  # of the first grid across the window; lobes smaller than a cell are not seen
 CLOSER = 2  # grids laid closer round the spot after that

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bearing_twin.base.report import Choice
 from bearing_twin.contact.elastic import HERTZIAN, approaches_of_loads
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import spot_radius
@@ -21,7 +22,6 @@ from bearing_twin.kinds.beam.watched import WatchedPoints
 from bearing_twin.kinds.doubt import LAW, ModelDoubt
 from bearing_twin.kinds.impact.doubt import ImpactComparison
 from bearing_twin.kinds.refinement import COARSER, SMALLER, is_checked
-from bearing_twin.report import Choice
 
 INSTANTS = 400  # of a contact, at which forces are compared
 

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, spot_radius, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.beam.derived import thrown_sphere, touch_speed
@@ -13,8 +15,6 @@ from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
 from bearing_twin.kinds.beam.theory import euler_doubt
 from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, ImpactFigures
 from bearing_twin.kinds.impact.figures import MEANINGS as IMPACT_MEANINGS
-from bearing_twin.report import Choice
-from bearing_twin.sample import Block, Channel, Table
 
 MEANINGS = IMPACT_MEANINGS | {
     "restitution": "speed of the sphere away from the beam over its speed before, at the end",

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bearing_twin.base.errors import IntegrationError, Stopped
+from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.contact.hertz_impact import contact_time
-from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.beam import contact as beam_contact
 from bearing_twin.kinds.beam import volterra
 from bearing_twin.kinds.beam.contact import ThrownSphere
@@ -15,7 +16,6 @@ from bearing_twin.kinds.beam.modes import TERMS, Beam, BeamModes, beam_energy, c
 from bearing_twin.kinds.beam.parameters import BEAM, BODY
 from bearing_twin.kinds.impact.collision import ContactPeriod
 from bearing_twin.numerics.statuses import FULL, NO_END, NOT_FINITE, STALLED, TIME_UP, WORDS
-from bearing_twin.stopping import SIGNALLED
 
 FIRST_STEP = 1e-4  # of the regular contact: the force's start as time^1.5 is resolved from there
 FEWEST_MODES, MOST_MODES = 5, 4000

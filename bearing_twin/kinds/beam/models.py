@@ -1,13 +1,13 @@
 """Theory, method, modes and steps of a sphere on a beam, by the rules, and what a user should know of what is fixed."""
 
-from bearing_twin.errors import SceneError
+from bearing_twin.base.errors import SceneError
+from bearing_twin.base.report import Choice
 from bearing_twin.kinds.beam.fineness import modes_wanted, states_held
 from bearing_twin.kinds.beam.impact import MOST_BYTES, MOST_MODES
 from bearing_twin.kinds.beam.parameters import TIMOSHENKO
 from bearing_twin.kinds.beam.watched import PEAK_SAMPLES
 from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.kinds.rules import BEAM, answers, sentences
-from bearing_twin.report import Choice
 
 VOLTERRA_STEPS = 500
 """Steps a contact below which the linear pieces of the Volterra equation are coarse."""

@@ -17,6 +17,9 @@ import math
 
 import numpy as np
 
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Channel
+from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.contact.elastic import HERTZIAN, approaches_of_loads, energies_at
 from bearing_twin.kinds.beam.derived import beam_of, resolve, thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.fineness import modes_for, steps_for
@@ -27,9 +30,6 @@ from bearing_twin.kinds.beam.theory import theory_of
 from bearing_twin.kinds.beam.watched import WatchedPoints
 from bearing_twin.kinds.impact.figures import contact_rows
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
-from bearing_twin.report import Choice
-from bearing_twin.sample import Channel
-from bearing_twin.stopping import SIGNALLED
 
 
 def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:

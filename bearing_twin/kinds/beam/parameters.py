@@ -3,10 +3,10 @@
 
 from dataclasses import dataclass
 
+from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.kinds.impact.parameters import Sphere
 from bearing_twin.kinds.sections import LOOSEST, UNVERIFIED, Checked, RunSettings, WantedImpact
-from bearing_twin.parameters import choice, quantity, section
 
 BEAM_METHODS = ("modes", "volterra", "sinusoidal")
 EULER, TIMOSHENKO = BEAM_THEORIES = ("euler", "timoshenko")

@@ -8,12 +8,12 @@ is off; whatever follows a second touch depends on waves that Euler's beam has t
 import functools
 from typing import NamedTuple
 
+from bearing_twin.base.stopping import heeding_signals
 from bearing_twin.contact.validity import wave_transit
 from bearing_twin.kinds.beam.derived import beam_of, resolve, thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.impact import MOST_MODES, BeamImpact, hertz_contact_time, highest_mode, throw
 from bearing_twin.kinds.beam.modes import modes_of
 from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, EULER, TIMOSHENKO, SphereOnBeamScene
-from bearing_twin.stopping import heeding_signals
 
 FINEST_TRIAL = 1e-4  # tolerance: what matters more is seen, and what matters less costs more than it tells
 SHARE = 0.1  # of the tolerance, that a trial may be off

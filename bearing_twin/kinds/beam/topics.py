@@ -6,6 +6,7 @@ the other support and z against the blow.
 
 import numpy as np
 
+from bearing_twin.base.sample import Sample, Wrench
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.beam.parameters import BEAM, BODY, SphereOnBeamScene
@@ -14,7 +15,6 @@ from bearing_twin.kinds.contract import PUBLISH, Output, Topic
 from bearing_twin.kinds.markers import BLUE, GREEN, LINE_STRIP, SPHERE, STEEL, TEXT, marker
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
 from bearing_twin.kinds.urdf import LinkShape, box, sphere
-from bearing_twin.sample import Sample, Wrench
 
 FRAME = SPHERE_ON_BEAM.frame
 STILL = (0.0, 0.0, 0.0)

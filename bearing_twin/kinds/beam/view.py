@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from bearing_twin.base.sample import Channel
 from bearing_twin.kinds.views import DARK, ORANGE, Arrows, Bar, Enlarged, Look, Solid, View, curves, picked
-from bearing_twin.sample import Channel
 
 REACH, ARROW = 0.06, 0.22  # of the span: greatest drawn deflection, longest arrow
 TAKEN = (

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from bearing_twin import tables
-from bearing_twin.parameters import quantity
+from bearing_twin.base.parameters import number_table, quantity
 
 LOAD_COLUMNS = (("time", "s"), ("x", "N"), ("y", "N"), ("z", "N"), ("about x", "N m"), ("about y", "N m"))
 
@@ -29,6 +28,6 @@ def steady_moment(body: str):
 
 def load_table():
     """The key `table`: rows of LOAD_COLUMNS, or the name of a CSV file of them."""
-    return tables.table(
+    return number_table(
         LOAD_COLUMNS, "loads over time, added to load and moment; straight between rows, then as the last"
     )

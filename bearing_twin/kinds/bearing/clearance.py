@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from bearing_twin.base.parameters import quantity, section
 from bearing_twin.contact.materials import MATERIALS, Material
-from bearing_twin.parameters import quantity, section
 
 ROOM = 293.15  # K
 SAME = 1e-9  # relative: a clearance that is already the one of the contact angle

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Block
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.adequacy import mend_of_method, told_of_equilibria
@@ -23,8 +25,6 @@ from bearing_twin.kinds.bearing.summing import STRETCH
 from bearing_twin.kinds.bearing.tilt_error import Tilted, added
 from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LAW, LEFT_OUT, Errors, ModelError
 from bearing_twin.kinds.refinement import Comparison, with_tolerance
-from bearing_twin.report import Choice
-from bearing_twin.sample import Block
 
 LEAST_LOAD = 0.01  # of the greatest load: a contact that carries less has no friction limit worth a relative error
 TILTING = "ring_moment_nm", "misalignment_rad"

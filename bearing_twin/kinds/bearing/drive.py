@@ -3,8 +3,7 @@
 
 from dataclasses import dataclass, replace
 
-from bearing_twin import tables
-from bearing_twin.parameters import choice, quantity, section
+from bearing_twin.base.parameters import choice, number_table, quantity, section
 
 SPEED, TORQUE = "speed", "torque"  # drive.kind
 TORQUE_COLUMNS = (("time", "s"), ("torque", "N m"))
@@ -40,7 +39,7 @@ class Drive:
     tilt: tuple[float, float] = quantity((0.0, 0.0), "rad", "misalignment of the inner ring about x and y")
     change: Change = section(Change)
     torque: float = quantity(0.0, "N m", "on the inner ring about +z, by drive.kind: torque; loads give none")
-    torque_table: tuple = tables.table(
+    torque_table: tuple = number_table(
         TORQUE_COLUMNS, "torque over time, added to drive.torque; straight between rows, then as the last"
     )
     inertia: float = quantity(

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Block
 from bearing_twin.contact.elastic import approaches_of_loads, elastic
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
@@ -30,8 +32,6 @@ from bearing_twin.kinds.bearing.run_up import RunUp
 from bearing_twin.kinds.bearing.speeds import off_rolling, speed_figures
 from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING_COLUMNS, Sums, centre_figures, columns_of, mean_torque
 from bearing_twin.kinds.energy import STORED, adds_up
-from bearing_twin.report import Choice
-from bearing_twin.sample import Block
 
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit

@@ -4,7 +4,7 @@ from collections import deque
 
 import numpy as np
 
-from bearing_twin.sample import Block, Sample
+from bearing_twin.base.sample import Block, Sample
 
 GREATEST_COUNT = 4096  # bins of an envelope: more than a picture has columns
 RECENT_VALUES = 2_000_000  # numbers kept of the latest outputs, 16 MB

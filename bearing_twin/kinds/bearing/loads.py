@@ -5,12 +5,12 @@ A sample may hold many outputs: one row each in front of all its arrays, and of 
 
 import numpy as np
 
+from bearing_twin.base.sample import Sample, Wrench
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.topics import NUMBERS
-from bearing_twin.sample import Sample, Wrench
 
 RINGS = ("inner_ring", "outer_ring")
 

@@ -2,6 +2,7 @@
 
 import math
 
+from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
@@ -17,7 +18,6 @@ from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.kinds.law_words import drift, idle_step
 from bearing_twin.kinds.ranges import left_by
 from bearing_twin.kinds.rules import BEARING, SETTING, answers, pick, sentences
-from bearing_twin.report import Choice
 
 
 def law_error(law: str, parameters) -> float:

@@ -7,7 +7,9 @@ from operator import attrgetter
 
 import numpy as np
 
-from bearing_twin.errors import IntegrationError, SceneError
+from bearing_twin.base.errors import IntegrationError, SceneError
+from bearing_twin.base.report import Choice
+from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
 from bearing_twin.kinds.bearing.forces.equations import RingDrive, time_apart
 from bearing_twin.kinds.bearing.forces.layout import (
@@ -32,8 +34,6 @@ from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, Rates, f
 from bearing_twin.kinds.bearing.stepping.steps import Results
 from bearing_twin.kinds.contract import late
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
-from bearing_twin.report import Choice
-from bearing_twin.stopping import SIGNALLED
 
 FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's acceleration changes
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone

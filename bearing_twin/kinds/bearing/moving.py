@@ -1,10 +1,10 @@
 """What moves a bearing, by the model that was chosen."""
 
+from bearing_twin.base.report import Choice
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.quasi_static.equilibrium_motion import QuasiStaticMotion
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC
-from bearing_twin.report import Choice
 
 
 def moving_by(parameters: BearingScene, choice: Choice):

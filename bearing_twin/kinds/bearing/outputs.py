@@ -5,6 +5,7 @@ from collections import namedtuple
 
 import numpy as np
 
+from bearing_twin.base.sample import Block, Channel, Columns, Layout, Sample, layout_of
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
@@ -13,7 +14,6 @@ from bearing_twin.kinds.bearing.output_border import write_border
 from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS, SHARED_WIDTHS
 from bearing_twin.kinds.bearing.output_rows import RowPlaces, write_rows
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.sample import Block, Channel, Columns, Layout, Sample, layout_of
 
 IN_PLANE = ("in_plane",)  # axes: x and y
 ALIKE = 1e-3  # sines of angles by different ways differ by less

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.base.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.forces.layout import CAGE, SHAFT_SPEED
 from bearing_twin.kinds.bearing.quasi_static.operating import OVERLOAD, check_load
 from bearing_twin.kinds.bearing.stepping.border import Partners, outside_load

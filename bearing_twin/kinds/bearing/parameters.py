@@ -6,6 +6,7 @@ import functools
 import math
 from dataclasses import dataclass
 
+from bearing_twin.base.parameters import choice, quantity, section, text
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.contact.names import AUTO, POINT, friction_names, numbers_missing
 from bearing_twin.kinds.bearing.catalogue import designations
@@ -29,7 +30,6 @@ from bearing_twin.kinds.sections import (
     resolved_run,
 )
 from bearing_twin.numerics.names import stepper_names
-from bearing_twin.parameters import choice, quantity, section, text
 
 GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
 STEADY_REFUSED = {"steady": "is nothing a bearing's kernel knows; legal: hunt_crossley, with contact.restitution_speed"}

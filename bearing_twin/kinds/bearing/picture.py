@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Annulus, Circle, FancyArrowPatch
 
 from bearing_twin import __version__
-from bearing_twin.errors import LogError
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.sample import Block, Sample
 from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.kinds.bearing.history import LoadHistory
 from bearing_twin.kinds.bearing.outputs import contact_details
@@ -30,7 +31,6 @@ from bearing_twin.pictures.style import (
     scaled,
 )
 from bearing_twin.pictures.worth import finish
-from bearing_twin.sample import Block, Sample
 
 FLAT = 0.6  # where the lowest load exceeds this part of the highest, the axis need not show zero
 GREATEST_TURNS = 8  # of the balls round the bearing: more waves than this become a solid block

@@ -4,11 +4,11 @@
 import math
 from dataclasses import dataclass
 
+from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.names import AUTO, POINT
 from bearing_twin.kinds.bearing.acting import LoadChange, load_table, steady_load, steady_moment
 from bearing_twin.kinds.bearing.controls import ALIASES, CONTROLS
 from bearing_twin.kinds.bearing.drive import TORQUE
-from bearing_twin.parameters import choice, quantity, section
 
 COORDINATES = ("x", "y", "z", "theta_x", "theta_y")
 FREE = {  # rings.inner.free: which of the coordinates follow the loads

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from bearing_twin.base.sample import Block
 from bearing_twin.kinds.bearing.drive import TORQUE
-from bearing_twin.sample import Block
 
 DONE = 0.99  # of the change of speed over the run
 APART = 1e-3  # relative: changes nearer than this to the one kept last are not kept

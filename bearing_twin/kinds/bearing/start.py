@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, friction_number
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.forces.along_groove import axes_along
 from bearing_twin.kinds.bearing.forces.cage import Pockets

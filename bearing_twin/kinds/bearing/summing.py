@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.base.sample import Block, Layout
 from bearing_twin.compiled import kernel
-from bearing_twin.sample import Block, Layout
 
 STRETCH = 50  # outputs, by their numbers: sums over the second half of a run begin at the end of such a stretch
 STANDING = 1e-12  # of the speed that friction is smoothed over: what slides more slowly stands

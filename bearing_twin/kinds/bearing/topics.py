@@ -5,6 +5,7 @@ They take many outputs at once, with one row an output in front of every array.
 
 import numpy as np
 
+from bearing_twin.base.sample import Sample
 from bearing_twin.kinds.bearing.loads import RINGS, contacts, origins, ring_attitude, wrenches
 from bearing_twin.kinds.bearing.markers import markers, solids
 from bearing_twin.kinds.bearing.outputs import contact_details
@@ -21,7 +22,6 @@ from bearing_twin.kinds.topics import (
     load_command,
     turning_commands,
 )
-from bearing_twin.sample import Sample
 
 FRAME = BEARING.frame
 STATE_ARRAYS = ("orbit_angle", "position", "velocity", "orientation", "angular_velocity", "roll_rate")

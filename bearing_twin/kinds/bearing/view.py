@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from bearing_twin.base.sample import Channel
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, dimension_of, moving_centre
@@ -30,7 +31,6 @@ from bearing_twin.kinds.views import (
     curves,
     picked,
 )
-from bearing_twin.sample import Channel
 
 REACH = 0.12  # ball radii: how far the greatest deviation is drawn
 ARROW, RING_ARROW = 0.8, 0.55  # longest arrow of a ball's load in ball diameters, of the ring's in radii of its bore

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from bearing_twin.base.sample import Block
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.waves import bar_speed, restitution_lost_on_half_space
@@ -13,7 +14,6 @@ from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LAW, ModelDoub
 from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass
 from bearing_twin.kinds.ellipsoid.figures import EllipsoidFigures
 from bearing_twin.kinds.refinement import Comparison
-from bearing_twin.sample import Block
 
 
 def paired(own: list, true: list, size: Callable) -> list[tuple]:

@@ -5,6 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import yield_pressure
@@ -12,8 +14,6 @@ from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, w
 from bearing_twin.kinds.ellipsoid.derived import modulus_of
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
 from bearing_twin.kinds.energy import adds_up
-from bearing_twin.report import Choice
-from bearing_twin.sample import Block, Channel, Table
 
 LISTED = 200  # contacts named one by one in a report
 NOTABLE = 0.01  # of the greatest load: lighter touches say nothing about waves in the body

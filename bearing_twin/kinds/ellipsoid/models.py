@@ -1,11 +1,11 @@
 """Law and stepper of an ellipsoid on a plane, by the rules; a law is judged over the whole surface."""
 
+from bearing_twin.base.report import Choice
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.kinds.ellipsoid.derived import law_error_over, shortest_contact
 from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.kinds.law_words import drift, idle_step
 from bearing_twin.kinds.rules import ELLIPSOID, answers, sentences
-from bearing_twin.report import Choice
 
 RATIONAL = 1e-9  # no law is called wrong that is as near to exact Hertz as the rational form of hertz
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
@@ -26,7 +27,6 @@ from bearing_twin.kinds.refinement import finer_setting
 from bearing_twin.numerics.dop853 import DOP853
 from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP
 from bearing_twin.numerics.steppers import RK4
-from bearing_twin.report import Choice
 from bearing_twin.shapes.surfaces import ellipsoid_reach
 
 SETTING = 1e-3  # tolerance of a step over that of contacts (`tests/test_impact_doubt.py`)

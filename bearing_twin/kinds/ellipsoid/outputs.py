@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
+from bearing_twin.base.sample import Channel, Columns, layout_of
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.kinds.ellipsoid.equations import COLUMNS, RUBBED, VISCOUS, Ellipsoid, pose_of, touch_of
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
 from bearing_twin.numerics.rotation import dot
-from bearing_twin.sample import Channel, Columns, layout_of
 
 CHANNELS = (
     Channel("position", "m", (3,), "of the centre, fixed axes, z up from the plane"),

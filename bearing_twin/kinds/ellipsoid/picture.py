@@ -7,13 +7,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from bearing_twin.base.units import prefixed
 from bearing_twin.kinds.ellipsoid.figures import CONTACT
 from bearing_twin.kinds.ellipsoid.view import LOST, STORED
 from bearing_twin.numerics.rotation import rotation_matrix, rotation_rows
 from bearing_twin.pictures.peaks import draw_peaks
 from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
-from bearing_twin.units import prefixed
 
 OUTLINES = 9  # of the body along its path
 BESIDE, FEW = 1.4, 1e2  # room below and above the loads, as a factor; greatest over least that has numbers between

@@ -5,6 +5,7 @@ The frame of the scene lies in the plane, z up; the frame of the plane is the sa
 
 import numpy as np
 
+from bearing_twin.base.sample import Sample, Wrench
 from bearing_twin.kinds.contract import MARKERS, Output, Topic
 from bearing_twin.kinds.ellipsoid.parameters import BODY, PLANE, EllipsoidOnPlaneScene
 from bearing_twin.kinds.ellipsoid.row import ELLIPSOID_ON_PLANE
@@ -12,7 +13,6 @@ from bearing_twin.kinds.markers import BLUE, CUBE, GLASS, LINE_LIST, SPHERE, STE
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed, pose_topic
 from bearing_twin.kinds.urdf import LinkShape, box, sphere
 from bearing_twin.numerics.rotation import rotation_matrix
-from bearing_twin.sample import Sample, Wrench
 
 FRAME = ELLIPSOID_ON_PLANE.frame
 NUMBERS = ("approach", "normal_load", "semi_major", "semi_minor", "peak_pressure", "drilling_torque")

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from bearing_twin.base.sample import Channel, Sample
 from bearing_twin.kinds.views import (
     GLASS,
     ORANGE,
@@ -18,7 +19,6 @@ from bearing_twin.kinds.views import (
     curves,
     picked,
 )
-from bearing_twin.sample import Channel, Sample
 
 ARROW, SPOT = 1.6, 0.35  # longest arrow, greatest drawn semi-axis of a contact; in sizes of the body
 TAKEN = (

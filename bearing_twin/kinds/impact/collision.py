@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from bearing_twin.base.errors import IntegrationError, Stopped
+from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.compiled import inlined, kernel, template
 from bearing_twin.contact.damping import steady_held_load
-from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.impact.parameters import FIRST, SECOND
 from bearing_twin.kinds.impact.spring import Spring, rates, spring_elastic, spring_loads
@@ -36,7 +37,6 @@ from bearing_twin.numerics.statuses import (
     WORDS,
 )
 from bearing_twin.numerics.steppers import RK4
-from bearing_twin.stopping import SIGNALLED
 
 FEWEST_STEPS, FEW_STEPS = 8, 16  # of a fixed-step method in the shortest contact: refused below, warned below
 MOST_STEPS = 100_000  # of it in a contact: refused above, as rounding is all that more of them add

@@ -16,6 +16,7 @@ from functools import partial
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from bearing_twin.base.report import Choice
 from bearing_twin.contact.line import approach_of, load_of_energy
 from bearing_twin.contact.line import energy as energy_of
 from bearing_twin.contact.materials import yield_pressure
@@ -29,7 +30,6 @@ from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.impact.pair import pair_impact
 from bearing_twin.kinds.impact.parameters import TwoDiscsScene
 from bearing_twin.kinds.impact.spring import Spring
-from bearing_twin.report import Choice
 
 PIECES = 400  # of the history by quadrature
 

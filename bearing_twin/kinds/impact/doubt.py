@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Block
 from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
@@ -19,8 +21,6 @@ from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.impact.models import off_elements
 from bearing_twin.kinds.impact.pair import SETTING
 from bearing_twin.kinds.refinement import Comparison, finer_setting
-from bearing_twin.report import Choice
-from bearing_twin.sample import Block
 
 COARSEST, FINEST = 1e-9, 1e-13  # of the tolerance of a step of a second run, at most and at least
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.kinds.energy import adds_up
-from bearing_twin.sample import Block, Channel, Table
 
 CONTACT = Table(
     "contact",

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.sample import between
+from bearing_twin.base.sample import between
 
 
 @dataclass(frozen=True, eq=False)

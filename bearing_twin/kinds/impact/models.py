@@ -1,5 +1,6 @@
 """Law and stepper of two bodies that meet, by the rules."""
 
+from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.impact.collision import FEW_STEPS
@@ -8,7 +9,6 @@ from bearing_twin.kinds.impact.facts import speed_share
 from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.law_words import idle_step
 from bearing_twin.kinds.rules import DISCS, SPHERES, answers, sentences
-from bearing_twin.report import Choice
 
 JOHNSON_ERROR = 0.04
 """Of force and contact time of slow discs by Johnson in plane strain (`tests/test_impact_physics.py`)."""

@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from bearing_twin.base.sample import Channel
 from bearing_twin.kinds.impact.collision import ContactPeriod, collide
 from bearing_twin.kinds.impact.derived import resolve
 from bearing_twin.kinds.impact.figures import contact_rows
 from bearing_twin.kinds.impact.impact import Impact
 from bearing_twin.kinds.impact.spring import Spring, spring_energies, spring_loads
-from bearing_twin.sample import Channel
 
 SETTING = 0.03  # tolerance of a step over that of forces and times (`tests/test_impact_doubt.py`)
 CHANNELS = (

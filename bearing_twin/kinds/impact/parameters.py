@@ -3,6 +3,7 @@
 
 from dataclasses import dataclass
 
+from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.contact.names import law_names
 from bearing_twin.kinds.impact.methods import FIXED_STEP
@@ -17,7 +18,6 @@ from bearing_twin.kinds.sections import (
     WantedImpact,
     point_laws,
 )
-from bearing_twin.parameters import choice, quantity, section
 
 SPHERES_GIVE = ("curvatures", "stiffness", "alpha")  # what a law may need between spheres
 PAIR_STEPPERS = ("closed_form", "dop853", *FIXED_STEP)

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from bearing_twin.base.units import prefixed
 from bearing_twin.kinds.impact.collision import peak_of
 from bearing_twin.kinds.impact.figures import CONTACT
 from bearing_twin.kinds.impact.view import ENERGIES
@@ -10,7 +11,6 @@ from bearing_twin.pictures.peaks import draw_peaks
 from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, marker_of, scaled
 from bearing_twin.pictures.values import scaled_time
-from bearing_twin.units import prefixed
 
 MISSED = 10  # outputs in a contact: fewer may pass its peak by
 NONE = np.empty((3, 0))

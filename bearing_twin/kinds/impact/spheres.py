@@ -17,6 +17,7 @@ from functools import partial
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from bearing_twin.base.report import Choice
 from bearing_twin.contact import hertz_impact as closed_forms
 from bearing_twin.contact.damping import restitution_of, steady_damping
 from bearing_twin.contact.elastic import HERTZIAN, elastic
@@ -39,7 +40,6 @@ from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.impact.pair import pair_impact
 from bearing_twin.kinds.impact.parameters import TwoSpheresScene
 from bearing_twin.kinds.impact.spring import NO_LINE, Spring
-from bearing_twin.report import Choice
 
 
 def solve(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "closed_form") -> Impact:

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from bearing_twin.base.sample import Sample, Wrench
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
@@ -17,7 +18,6 @@ from bearing_twin.kinds.impact.row import TWO_DISCS, TWO_SPHERES
 from bearing_twin.kinds.markers import BLUE, CYLINDER, GREEN, ORANGE, SPHERE, TEXT, marker
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
 from bearing_twin.kinds.urdf import LinkShape, cylinder, sphere
-from bearing_twin.sample import Sample, Wrench
 
 STILL = (0.0, 0.0, 0.0)
 

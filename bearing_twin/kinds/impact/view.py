@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from bearing_twin.base.sample import Channel
 from bearing_twin.kinds.impact.parameters import TwoDiscsScene
 from bearing_twin.kinds.impact.topics import radii
 from bearing_twin.kinds.views import BLUE, ORANGE, Arrows, Enlarged, Look, Solid, View, curves, picked
-from bearing_twin.sample import Channel
 
 REACH, ARROW, ABOVE = 0.3, 0.9, 1.25  # radii of the smaller body: displacement, longest arrow, height of the arrows
 TAKEN = ("approach", "normal_load", "displacement", "velocity", "kinetic_energy", "elastic_energy")

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.errors import SceneError
+from bearing_twin.base.errors import SceneError
+from bearing_twin.base.sample import Block
 from bearing_twin.kinds.bearing.still import still_error
 from bearing_twin.kinds.doubt import HERTZ_MENDS, LEFT_OUT, Errors, ModelDoubt
 from bearing_twin.kinds.refinement import Comparison, with_tolerance
@@ -17,7 +18,6 @@ from bearing_twin.kinds.shaft.motion import FINEST, SETTING
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.statics import rotor_of
 from bearing_twin.kinds.shaft.worth import ShaftErrors, moved_by, wide_of
-from bearing_twin.sample import Block
 
 LOADS = {"greatest_ball_load_n": 1.0, "peak_pressure_pa": 1.0 / 3.0}  # figures that go with this power of a load
 LIFE = 3.0  # a life goes with the load to the power -3

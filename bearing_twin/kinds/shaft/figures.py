@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Block
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
@@ -15,8 +17,6 @@ from bearing_twin.kinds.energy import adds_up
 from bearing_twin.kinds.shaft.derived import bearing_scene
 from bearing_twin.kinds.shaft.modes import modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
-from bearing_twin.report import Choice
-from bearing_twin.sample import Block
 
 HALF = "over the second half of the run"
 LATE = f"mean {HALF}"

@@ -4,7 +4,10 @@ import math
 
 import numpy as np
 
-from bearing_twin.errors import IntegrationError, Stopped
+from bearing_twin.base.errors import IntegrationError, Stopped
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Columns, layout_of
+from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.shaft import march
 from bearing_twin.kinds.shaft.course import ShaftCourse, add_unbalances
@@ -17,9 +20,6 @@ from bearing_twin.kinds.shaft.statics import balance_of, lever_of, longest_of, r
 from bearing_twin.numerics.rosenbrock_step import rosenbrock_work
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, WORDS
 from bearing_twin.numerics.steppers import RODAS4
-from bearing_twin.report import Choice
-from bearing_twin.sample import Columns, layout_of
-from bearing_twin.stopping import SIGNALLED
 
 SETTING = 0.01  # tolerance of a step over that of a ball's load
 FINEST = 1e-11  # least tolerance of a step

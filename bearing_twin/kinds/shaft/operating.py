@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bearing_twin.errors import BearingTwinError, IntegrationError
+from bearing_twin.base.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.drive import SPEED
 from bearing_twin.kinds.bearing.quasi_static.operating import OVERLOAD, PLACES, check_goal, commanded_loads, tried_at
 from bearing_twin.kinds.shaft.course import about_centre, constant_loads, loads_of

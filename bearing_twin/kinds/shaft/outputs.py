@@ -2,6 +2,7 @@
 
 import functools
 
+from bearing_twin.base.sample import Channel
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import IDLE, Contacts, empty_contacts, write_contacts
@@ -17,7 +18,6 @@ from bearing_twin.kinds.shaft.rotor import (
     ring_at,
     shaft_loads,
 )
-from bearing_twin.sample import Channel
 
 BEARING, ABOUT, RACE = "bearing", "about", "race"  # axes: left, right; x, y; inner, outer
 LOAD, HEAD, REST = 30, 35, 8  # where the load stands; numbers before and after those of the balls

@@ -3,7 +3,7 @@
 
 from dataclasses import dataclass
 
-from bearing_twin import tables
+from bearing_twin.base.parameters import choice, number_table, quantity, section
 from bearing_twin.kinds.bearing.acting import LoadChange, load_table, steady_load, steady_moment
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures
 from bearing_twin.kinds.bearing.drive import SpeedChange
@@ -18,7 +18,6 @@ from bearing_twin.kinds.sections import (
     free_fall,
     point_laws,
 )
-from bearing_twin.parameters import choice, quantity, section
 
 SIDES = ("left", "right")
 SETTLED, EQUILIBRIUM = "settled", "equilibrium"
@@ -39,8 +38,8 @@ class RigidShaft:
     load_place: float = quantity(0.0, "m", "along z: where load, change, table and a commanded load act")
     change: LoadChange = section(LoadChange)
     table: tuple = load_table()
-    loads: tuple = tables.table(LOADS, "further, constant loads: where, force and moment", over_time=False)
-    unbalances: tuple = tables.table(
+    loads: tuple = number_table(LOADS, "further, constant loads: where, force and moment", over_time=False)
+    unbalances: tuple = number_table(
         UNBALANCES, "where, mass times its distance from the axis, its azimuth when the run starts", over_time=False
     )
     start: str = choice(

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import Contacts, contacts_at, limits_used, shared
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     COORDINATES,

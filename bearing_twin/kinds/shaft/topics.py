@@ -5,6 +5,7 @@ They take many outputs at once, with one row an output in front of every array.
 
 import numpy as np
 
+from bearing_twin.base.sample import Sample, Wrench
 from bearing_twin.kinds.bearing.loads import ring_attitude
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
 from bearing_twin.kinds.markers import BLUE, CYLINDER, GLASS, LINE_LIST, RED, STEEL, marker
@@ -12,7 +13,6 @@ from bearing_twin.kinds.shaft.parameters import SIDES, Mounted, ShaftScene
 from bearing_twin.kinds.shaft.row import SHAFT
 from bearing_twin.kinds.topics import MARKER_ARRAY, POSE, body_topics, load_command, turning_commands
 from bearing_twin.kinds.urdf import LinkShape, cylinder
-from bearing_twin.sample import Sample, Wrench
 
 FRAME = SHAFT.frame
 BODY = "shaft"

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from bearing_twin.base.sample import Channel
 from bearing_twin.kinds.shaft.course import constant_loads
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.topics import longest_arrow, ring_centres, ring_sizes, sizes
@@ -22,7 +23,6 @@ from bearing_twin.kinds.views import (
     curves,
     picked,
 )
-from bearing_twin.sample import Channel
 
 REACH = 0.15  # of the shaft's radius: greatest drawn displacement
 TAKEN = (

@@ -5,13 +5,13 @@ import math
 
 import numpy as np
 
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Block
 from bearing_twin.kinds.doubt import LAW, ModelDoubt
 from bearing_twin.kinds.impact.doubt import ImpactComparison
 from bearing_twin.kinds.refinement import COARSER
 from bearing_twin.kinds.soft_discs.derived import resolve
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
-from bearing_twin.report import Choice
-from bearing_twin.sample import Block
 
 
 def second_divisions(divisions: int, order: int) -> int:

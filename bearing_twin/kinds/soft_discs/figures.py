@@ -2,11 +2,11 @@
 
 from typing import Any
 
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.kinds.energy import adds_up
 from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
-from bearing_twin.report import Choice
-from bearing_twin.sample import Block, Channel, Table
 
 SOFT = 3.0**-0.5  # stretch at which St. Venant-Kirchhoff has no stiffness left in compression
 SMALL = 0.05  # strain up to which small strains are a model

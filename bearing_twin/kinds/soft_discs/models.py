@@ -1,9 +1,9 @@
 """The mesh of soft discs, by the rules, and what a user should know of one that is fixed."""
 
+from bearing_twin.base.report import Choice
 from bearing_twin.kinds.rules import SOFT, answers, sentences
 from bearing_twin.kinds.soft_discs.derived import predicted_error, predicted_seconds
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
-from bearing_twin.report import Choice
 
 LONG = 60.0  # s
 

@@ -7,12 +7,12 @@ energies are those of both; heights are above the place of first touch in the fr
 
 import numpy as np
 
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Channel
 from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
 from bearing_twin.kinds.soft_discs.derived import nodes_of, resolve, wall_speed
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.kinds.soft_discs.solve import GREATEST_FRAMES, Solved, solve
-from bearing_twin.report import Choice
-from bearing_twin.sample import Channel
 
 NODES = ("node", "in_plane")  # axes of a shape
 

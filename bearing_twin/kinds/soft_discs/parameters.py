@@ -3,9 +3,9 @@
 
 from dataclasses import dataclass
 
+from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.materials import Material
 from bearing_twin.kinds.sections import LOOSEST, Checked, RunSettings, WantedImpact
-from bearing_twin.parameters import choice, quantity, section
 
 RUBBER = Material(1.0e5, 0.25, 960.0, 0.0)
 GREATEST_DIVISIONS = 512

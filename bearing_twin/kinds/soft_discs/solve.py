@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from bearing_twin.errors import IntegrationError
+from bearing_twin.base.errors import IntegrationError
 from bearing_twin.kinds.soft_discs.derived import (
     bodies_of,
     capped_ratio,

@@ -8,6 +8,7 @@ import functools
 
 import numpy as np
 
+from bearing_twin.base.sample import Sample, Wrench
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
 from bearing_twin.kinds.markers import BLUE, GLASS, GREEN, LINE_STRIP, ORANGE, STEEL, TEXT, marker
 from bearing_twin.kinds.soft_discs.derived import resolve
@@ -17,7 +18,6 @@ from bearing_twin.kinds.soft_discs.row import SOFT_DISCS
 from bearing_twin.kinds.soft_discs.solve import bodies_in_units
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
 from bearing_twin.kinds.urdf import LinkShape, cylinder
-from bearing_twin.sample import Sample, Wrench
 
 FRAME = SOFT_DISCS.frame
 STILL = (0.0, 0.0, 0.0)

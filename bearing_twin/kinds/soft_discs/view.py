@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from bearing_twin.base.sample import Channel
 from bearing_twin.kinds.soft_discs.derived import bodies_of
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, edges_of, triangles_of
 from bearing_twin.kinds.views import DARK, Look, MovingMesh, Solid, View, curves, picked
-from bearing_twin.sample import Channel
 
 TAKEN = (
     *("normal_load", "position", "velocity", "penetration", "least_stretch", "kinetic_energy", "elastic_energy"),

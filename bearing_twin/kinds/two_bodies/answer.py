@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.two_bodies.derived import (
     DEEPEST,
     modulus_of,

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.names import numbers_missing
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.sections import check_damping, check_run, resolved_run
 from bearing_twin.kinds.two_bodies.pair import ALGEBRAIC, CLOSED, DIFFERENTIAL, Rigid, approach_of
 from bearing_twin.kinds.two_bodies.parameters import FREE, HELD, OVERLAP, Shaped, TwoBodiesScene

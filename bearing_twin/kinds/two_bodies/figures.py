@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import wave_transit
@@ -14,7 +15,6 @@ from bearing_twin.kinds.ellipsoid.figures import MEANINGS as OF_ELLIPSOID
 from bearing_twin.kinds.two_bodies.derived import ROWS, modulus_of, reach_of
 from bearing_twin.kinds.two_bodies.outputs import SPENT
 from bearing_twin.kinds.two_bodies.parameters import OVERLAP
-from bearing_twin.sample import Block, Channel, Table
 
 CONTACT = Table(
     "contact",

@@ -1,15 +1,15 @@
 """Law, method and contact points of two bodies, by the rules."""
 
+from bearing_twin.base.errors import SceneError
+from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.law_words import drift
 from bearing_twin.kinds.rules import BODIES, answers, sentences
 from bearing_twin.kinds.two_bodies.derived import start_contact
 from bearing_twin.kinds.two_bodies.parameters import OVERLAP
-from bearing_twin.report import Choice
 
 
 def law_error(parameters, law: str) -> float:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
@@ -24,7 +25,6 @@ from bearing_twin.kinds.two_bodies.pair import BODY, COLUMNS, QUATERNION, UNKNOW
 from bearing_twin.kinds.two_bodies.parameters import FIRST, OVERLAP, SECOND, TwoBodiesScene
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
 from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP, WORDS
-from bearing_twin.report import Choice
 
 # Tolerance of a step over that of contacts, and over its square: where a load begins or ends, which no polynomial
 # follows, errors go with the root of a step's tolerance (`tests/test_impact_doubt.py`).

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bearing_twin.base.sample import Channel, Columns, layout_of
 from bearing_twin.compiled import kernel
 from bearing_twin.kinds.two_bodies.pair import (
     BODY,
@@ -19,7 +20,6 @@ from bearing_twin.kinds.two_bodies.pair import (
 )
 from bearing_twin.kinds.two_bodies.parameters import TwoBodiesScene
 from bearing_twin.kinds.two_bodies.steps import touch_now
-from bearing_twin.sample import Channel, Columns, layout_of
 
 
 def _of_body(prefix: str, which: str) -> tuple[Channel, ...]:

@@ -3,6 +3,7 @@
 
 from dataclasses import dataclass
 
+from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.materials import MATERIALS, Material
 from bearing_twin.kinds.sections import (
     Checked,
@@ -16,7 +17,6 @@ from bearing_twin.kinds.sections import (
     peak_and_impulse,
     point_laws,
 )
-from bearing_twin.parameters import choice, quantity, section
 
 GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
 SHAPES = ("plane", "sphere", "ellipsoid", "superellipsoid", "groove")

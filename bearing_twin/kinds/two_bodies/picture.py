@@ -5,13 +5,13 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
+from bearing_twin.base.units import prefixed
 from bearing_twin.kinds.ellipsoid.picture import BouncingPicture
 from bearing_twin.kinds.two_bodies.derived import ROWS
 from bearing_twin.numerics.rotation import rotation_matrix
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
 from bearing_twin.shapes.implicit import level
 from bearing_twin.shapes.opposing import CONVEX, support
-from bearing_twin.units import prefixed
 
 OUTLINES, SIDES = 9, 96  # of a body along its path; sides of an outline
 GRID = 160  # points across the section of a body that is drawn by it

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from bearing_twin.base.sample import Sample, Wrench
 from bearing_twin.kinds.contract import MARKERS, Output, Topic
 from bearing_twin.kinds.markers import BLUE, CUBE, GLASS, LINE_LIST, SPHERE, STEEL, contact_markers, marker
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed, pose_topic
@@ -9,7 +10,6 @@ from bearing_twin.kinds.two_bodies.parameters import FIRST, SECOND, Shaped, TwoB
 from bearing_twin.kinds.two_bodies.row import TWO_BODIES
 from bearing_twin.kinds.two_bodies.wire import lines_of
 from bearing_twin.kinds.urdf import LinkShape, sphere
-from bearing_twin.sample import Sample, Wrench
 
 FRAME = TWO_BODIES.frame
 NUMBERS = ("approach", "normal_load", "semi_major", "semi_minor", "peak_pressure", "drilling_torque", "spin_rate")

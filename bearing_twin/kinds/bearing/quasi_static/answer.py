@@ -5,9 +5,9 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.clearance import clearance_of
 from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
 from bearing_twin.kinds.bearing.forces.drilling import SIDES

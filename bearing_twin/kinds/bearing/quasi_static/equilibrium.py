@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.compiled import inlined, kernel, template
 from bearing_twin.contact.ellipse import elliptic_b_d
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.names import AUTO, POINT
-from bearing_twin.errors import SceneError
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.controls import CONTROLS, OUTER, SHARED
 from bearing_twin.kinds.bearing.outputs import ellipses

@@ -5,8 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bearing_twin.base.errors import IntegrationError, Stopped
+from bearing_twin.base.report import Choice
+from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing.outputs import Outputs, channels
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import (
@@ -31,8 +33,6 @@ from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
 )
 from bearing_twin.numerics.rotation import quaternion_product, turned
 from bearing_twin.numerics.statuses import STOPPED
-from bearing_twin.report import Choice
-from bearing_twin.stopping import SIGNALLED
 
 MOVING = (
     "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored",

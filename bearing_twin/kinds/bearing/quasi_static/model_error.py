@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import SceneError
+from bearing_twin.base.errors import SceneError
 from bearing_twin.kinds.bearing.drive import with_speeds
 from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error

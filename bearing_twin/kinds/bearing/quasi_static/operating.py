@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from bearing_twin.errors import BearingTwinError, SceneError
+from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.kinds.bearing.drive import SPEED, TORQUE
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     Support,

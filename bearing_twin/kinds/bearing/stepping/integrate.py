@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import IntegrationError, Stopped
+from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.forces.layout import BORDER
 from bearing_twin.kinds.bearing.forces.pairs import add_stored

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bearing_twin.errors import Stopped
+from bearing_twin.base.errors import Stopped
 from bearing_twin.kinds.bearing.forces.layout import MOTION
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.stepping.steps import relative_spin

@@ -12,11 +12,10 @@ from typing import Any, ClassVar, NamedTuple
 
 import yaml
 
-from bearing_twin.errors import SceneError, StudyError
-from bearing_twin.parameters import echo
-from bearing_twin.paths import own_folder, share_path
-from bearing_twin.permission import ROOM
-from bearing_twin.spelling import did_you_mean, nearest, unknown
+from bearing_twin.base.errors import SceneError, StudyError
+from bearing_twin.base.messages import did_you_mean, nearest, unknown
+from bearing_twin.base.parameters import echo
+from bearing_twin.base.paths import ROOM, own_folder, share_path
 
 GREATEST_FILE = 128_000  # bytes
 LONGEST_KEPT = 10_000  # characters of a text whose data are kept

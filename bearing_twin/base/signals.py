@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
 
 AGAIN = 0.01  # s until a signal that was dropped, or came while a module was imported, is sent again
 LONGEST_IMPORT = 0.25  # s for which it may be put off

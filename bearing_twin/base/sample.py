@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.errors import ChannelError
-from bearing_twin.spelling import echo, unknown
+from bearing_twin.base.errors import ChannelError
+from bearing_twin.base.messages import echo, unknown
 
 AT_ONCE = 32 << 20  # bytes of outputs
 

@@ -1,6 +1,8 @@
-"""Errors a user can cause; each message is one sentence that says what to do."""
+"""Errors a user can cause, one sentence each that says what to do; packages that only some users need."""
 
+import importlib
 import sys
+from types import ModuleType
 
 
 class BearingTwinError(Exception):
@@ -66,3 +68,28 @@ def missing_package(error: ModuleNotFoundError) -> str:
         f"run `{sys.executable} -m pip install {name}`; "
         "in a ROS workspace `rosdep install --from-paths src` or requirements/workspace.txt bring all that is needed"
     )
+
+
+EXTRAS = {  # extra of the package: what it is for
+    "chaos": "polynomial chaos expansions",
+    "completion": "completions of commands by the shell",
+    "dask": "studies on a cluster",
+    "export": "tables and data sets for pandas, xarray and what reads CSV, Parquet and NetCDF",
+    "view": "films",
+}
+
+
+def install(extra: str) -> str:
+    """What installs an extra: the package is on no index, where its name alone would bring nothing, or another's."""
+    return f"pip install '.[{extra}]' (in the checkout)"
+
+
+def wanted(module: str, extra: str) -> ModuleType:
+    """The module of an optional package; raises BearingTwinError that says which extra brings it."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        package = module.partition(".")[0].replace("_", "-")
+        raise BearingTwinError(
+            f"{EXTRAS[extra]} need the package {package}; install it with: {install(extra)}"
+        ) from error

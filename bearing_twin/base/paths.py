@@ -1,14 +1,15 @@
-"""Where files that are not Python live, in a checkout or installed, and how files are written: whole or not at all."""
+"""Shared files of the package, files written whole or not at all, and files that may be read for somebody else."""
 
 import contextlib
 import functools
 import os
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextvars import ContextVar
 from pathlib import Path
 
-from bearing_twin.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError
 
 LONGEST_NAME = 60  # letters of a file's name, of four bytes each at most: systems take 255 with what follows
 
@@ -31,7 +32,7 @@ def share_path(*parts: str) -> Path:
 @functools.cache
 def _roots(module: str) -> list[Path]:
     """Where shared files may lie; kept, for links of all folders above are followed, and every scene asks for it."""
-    package = Path(module).resolve().parent
+    package = Path(module).resolve().parent.parent
     return [package.parent, *(folder / "share" / "bearing_twin" for folder in package.parents)]
 
 
@@ -91,3 +92,22 @@ def drafted(path: Path, mode: int = 0o666) -> Iterator[Path]:
     except BaseException:
         draft.unlink(missing_ok=True)
         raise
+
+
+# Folders in which files may be read now, and what they are called; None = wherever the user may read.
+ROOM: ContextVar[tuple[tuple[Path, ...], str] | None] = ContextVar("room", default=None)
+
+
+@contextlib.contextmanager
+def only_below(folders: Iterable, called: str) -> Iterator[None]:
+    """Within it, files other than those of the package are read only if they lie below one of these folders.
+
+    They must be regular files named *.yaml or *.yml; a relative path counts from each of the folders. What is refused
+    is refused in the same words whether it exists or not: who asks may be anybody on the network. `called` is what
+    the folders are called in these words.
+    """
+    token = ROOM.set((tuple(Path(os.path.realpath(folder)) for folder in folders), called))
+    try:
+        yield
+    finally:
+        ROOM.reset(token)

@@ -17,8 +17,8 @@ from contextvars import ContextVar
 
 import numpy as np
 
-from bearing_twin.errors import Interrupted, Stopped
-from bearing_twin.signals import PUT_OFF, RAISED
+from bearing_twin.base.errors import Interrupted, Stopped
+from bearing_twin.base.signals import PUT_OFF, RAISED
 
 INTERRUPTED, ENDED = 255, 254  # no numbers of signals
 MAP_FIXED = 0x10  # of Linux, where `_FILE` is; Python does not name it
