@@ -37,6 +37,7 @@ from bearing_twin.nodes.uq_node import LATCHED, PARAMETERS, UqNode
 pytestmark = pytest.mark.usefixtures("quick_diagnostics")
 
 ACTION = "/bearing/run_study"
+RESEND = 20.0  # s
 QUICK = {"study": "spheres_alpha_4e-5", "overrides": ["sweep=", "histories=[]", "modality=no"], "samples": 500}
 # One realisation of it goes on for minutes in a worker process, unless it is ended.
 LONG = {"study": "bearing_6203_tolerances", "overrides": ["run.duration=20000.0", "workers=1"]}
@@ -57,11 +58,23 @@ def client_of(executor):
 
 
 def sent(executor, client, feedback=None, **goal):
-    """The handle of a goal that has been accepted or refused."""
+    """The handle of a goal that has been accepted or refused.
+
+    A server may answer before its writer has discovered the reader of a new client, and DDS drops that answer: what is
+    not answered for RESEND seconds is sent again.
+    """
     heard = None if feedback is None else lambda message: feedback.append((time.monotonic(), message.feedback))
-    future = client.send_goal_async(RunStudy.Goal(**goal), feedback_callback=heard)
-    spin_until(executor, future.done, "answer to the goal")
-    return future.result()
+    futures, resend_at = [], 0.0
+
+    def answered():
+        nonlocal resend_at
+        if time.monotonic() > resend_at:
+            futures.append(client.send_goal_async(RunStudy.Goal(**goal), feedback_callback=heard))
+            resend_at = time.monotonic() + RESEND
+        return any(one.done() for one in futures)
+
+    spin_until(executor, answered, "answer to the goal")
+    return next(one.result() for one in futures if one.done())
 
 
 def outcome(executor, handle):
