@@ -1,31 +1,29 @@
-"""Studies on request without ROS: their queue, their answers, what they may use, their logs."""
+"""Studies on request without ROS: their answers, what they may use, their logs."""
 
 import json
 import math
 import os
 import re
 import threading
+from itertools import pairwise
 
 import pytest
 
-from bearing_twin.base.errors import LogError, StudyError
+from bearing_twin.base.errors import BearingTwinError, LogError, StudyError
 from bearing_twin.command.cli import main
 from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.nodes.studies import (
     ABORTED,
     CANCELLED,
-    LONGEST_END_NS,
+    FEEDBACK_PERIOD,
     LONGEST_OVERRIDE,
-    LONGEST_READ_NS,
-    LONGEST_SILENCE_NS,
+    LONGEST_SILENCE,
     LONGEST_TEXT,
-    PROGRESS_PERIOD_NS,
-    QUEUE,
     SUCCEEDED,
     Goal,
-    Request,
     Studies,
     StudyLimits,
+    aborted,
     feedback_of,
     free_path,
     log_bytes,
@@ -42,21 +40,14 @@ method: change_of_variable
 """
 
 
-def asked(studies, goal=QUICK, **options):
-    """A request that waits and has been read."""
-    request = Request(goal, **options)
-    studies.add(request)
-    studies.read(0, request)
-    return request
-
-
 def answered(studies, goal=QUICK, **options):
-    """The answer to a goal, once everything that waits has run."""
-    request = asked(studies, goal, **options)
-    while studies.turn(0) is not None:
-        pass
-    assert request.finished.is_set()
-    return request.answer
+    """The answer to a goal, as uq_node gives it."""
+    try:
+        answer = studies.run(goal, studies.read(goal), **options)
+    except BearingTwinError as error:
+        answer = aborted(error)
+    studies.note(answer)
+    return answer
 
 
 def figures(studies):
@@ -122,79 +113,20 @@ def test_a_goal_names_a_study_or_a_file_or_is_one(tmp_path):
         (QUICK._replace(overrides=("memory=1e15",), samples=5_000_000), "more than the node's parameter memory"),
     ],
 )
-def test_what_makes_no_study_is_aborted_before_its_turn_and_the_next_runs(goal, sentence):
-    begun, studies = [], Studies(limits=StudyLimits(memory=1e8), run=lambda *_: pytest.fail("it ran"))
-    request = asked(studies, goal, begin=lambda: begun.append(goal))
-    assert begun == [goal]
-    assert request.answer.state == ABORTED
-    assert sentence in request.answer.message
-    assert request.answer.summary == ""
-    assert studies.turn(0) is None
-    doing, problem, values = studies.status()
-    assert (doing, problem, values["waiting"], values[ABORTED]) == ("idle", request.answer.message, 0, 1)
+def test_what_makes_no_study_is_refused_when_it_is_read(goal, sentence):
+    answer = answered(Studies(limits=StudyLimits(memory=1e8), run_study=lambda *_: pytest.fail("it ran")), goal)
+    assert (answer.state, answer.summary) == (ABORTED, "")
+    assert sentence in answer.message == answer.problem
 
 
 def test_no_study_starts_more_workers_than_the_node_allows():
     used = []
-    studies = Studies(limits=StudyLimits(workers=3), run=lambda study, *_: used.append(study.settings.workers) or 1 / 0)
+    studies = Studies(
+        limits=StudyLimits(workers=3), run_study=lambda study, *_: used.append(study.settings.workers) or 1 / 0
+    )
     for workers in (0, 2, 512):
         answered(studies, QUICK._replace(overrides=(f"workers={workers}",)))
     assert used == [3, 2, 3]
-
-
-def test_one_runs_four_wait_and_more_are_refused():
-    order, requests = [], []
-
-    def run(study, progress, cancelled):
-        if not order:  # while the first runs, four find room and the fifth does not
-            for seed in range(2, 2 + QUEUE):
-                assert studies.refusal() == ""
-                requests.append(asked(studies, QUICK._replace(seed=seed)))
-            assert "there is no room" in studies.refusal()
-            late = asked(studies)
-            assert (late.answer.state, "there is no room" in late.answer.message) == (ABORTED, True)
-            assert (figures(studies)["waiting"], figures(studies)["refused"]) == (QUEUE, 1)
-            assert studies.status()[0] == "running spheres_alpha_4e-5"
-        order.append(study.settings.seed)
-        return run_study(study, progress, cancelled)
-
-    studies = Studies(run=run)
-    assert answered(studies, QUICK._replace(seed=1)).state == SUCCEEDED
-    assert order == [1, 2, 3, 4, 5]
-    assert [request.answer.state for request in requests] == [SUCCEEDED] * QUEUE
-    assert studies.status()[:2] == ("idle", "")
-    assert (figures(studies)[SUCCEEDED], figures(studies)["waiting"]) == (5, 0)
-    assert "there is no room" in figures(studies)["last_error"]
-    assert studies.refusal() == ""
-
-
-def test_the_first_to_ask_runs_first_even_if_it_is_read_late():
-    studies, done = Studies(), []
-    first, second = (Request(QUICK._replace(seed=seed), begin=lambda seed=seed: done.append(seed)) for seed in (1, 2))
-    studies.add(first)
-    studies.add(second)
-    studies.read(0, second)
-    assert studies.turn(0) is None
-    studies.read(0, first)
-    while studies.turn(0) is not None:
-        pass
-    assert done == [1, 2]
-
-
-def test_a_waiting_study_that_is_called_off_never_runs():
-    studies, called_off = Studies(run=lambda *_: pytest.fail("it ran")), threading.Event()
-    one, other = asked(studies, called_off=called_off.is_set), asked(studies)
-    studies.look(0)
-    assert not one.finished.is_set()
-    called_off.set()
-    studies.look(0)
-    assert (one.answer.state, one.answer.message) == (CANCELLED, "cancelled while it waited")
-    assert not other.finished.is_set()
-    last = asked(studies, called_off=lambda: True)  # not noticed before its turn
-    studies.close()
-    assert (other.answer.state, last.answer.state) == (ABORTED, ABORTED)
-    assert studies.turn(0) is None
-    assert "ending" in studies.refusal()
 
 
 def test_a_running_study_that_is_called_off_keeps_what_is_done(tmp_path):
@@ -203,7 +135,7 @@ def test_a_running_study_that_is_called_off_keeps_what_is_done(tmp_path):
     answer = answered(
         studies,
         QUICK._replace(samples=100_000, overrides=(*QUICK.overrides, "batch=500", "stop.minimum=500")),
-        called_off=called_off.is_set,
+        cancelled=called_off.is_set,
         tell=lambda progress, quantity: called_off.set(),
     )
     assert (answer.state, answer.stopped_because) == (CANCELLED, "cancelled")
@@ -218,71 +150,10 @@ def test_the_end_of_the_node_ends_a_study_with_its_log(tmp_path):
     answer = answered(
         studies,
         QUICK._replace(samples=100_000, overrides=(*QUICK.overrides, "batch=500", "stop.minimum=500")),
-        tell=lambda progress, quantity: studies.close(),
+        tell=lambda progress, quantity: setattr(studies, "closing", True),
     )
     assert (answer.state, answer.stopped_because) == (ABORTED, "the node was ended")
     assert len(read_study(answer.log).values) == json.loads(answer.summary)["samples"] > 0
-
-
-def test_whoever_waits_for_a_study_that_does_not_end_is_answered():
-    def run(study, progress, cancelled):
-        studies.close()
-        studies.abandon()
-        assert request.answer.state == ABORTED
-        return run_study(study, progress, cancelled)
-
-    studies = Studies(run=run)
-    request = asked(studies)
-    studies.turn(0)
-    assert "did not wait" in request.answer.message
-    assert figures(studies)[ABORTED] == 1
-
-
-def test_a_study_that_was_called_off_and_takes_long_to_end_is_answered_before(tmp_path):
-    called_off, begun = threading.Event(), []
-
-    def run(study, progress, cancelled, keep):
-        called_off.set()
-        studies.look(0)
-        assert request.answer is None
-        studies.look(LONGEST_END_NS)
-        begun.append(studies.status()[0])
-        called_off.clear()  # as ROS does with what has ended
-        assert cancelled()
-        return run_study(study, progress, cancelled, keep=keep)
-
-    studies = Studies(str(tmp_path), run=run)
-    request = asked(studies, called_off=called_off.is_set)
-    studies.turn(0)
-    assert (request.answer.state, request.answer.summary) == (CANCELLED, "")
-    assert str(tmp_path) in request.answer.message
-    assert begun == ["running spheres_alpha_4e-5"]  # it still is
-    assert (studies.status()[0], figures(studies)[CANCELLED]) == ("idle", 1)
-
-
-def test_a_goal_that_is_not_read_in_time_is_answered_and_a_silent_study_is_told_of():
-    now, said = [0], []
-
-    def run(study, progress, cancelled):
-        progress(Progress(1, 2, 0.0, 0.0, 0.0))
-        for seconds in (LONGEST_SILENCE_NS, 1):
-            now[0] += seconds
-            said.append(studies.status()[1])
-        progress(Progress(2, 2, 0.0, 0.0, 0.0))
-        said.append(studies.status()[1])
-        return run_study(study, progress, cancelled)
-
-    studies = Studies(run=run, clock=lambda: now[0])
-    stuck = Request(QUICK)
-    studies.add(stuck)
-    now[0] = LONGEST_READ_NS
-    studies.look(now[0])
-    assert not stuck.finished.is_set()
-    studies.look(now[0] + 1)
-    assert (stuck.answer.state, "could not be read within 30 s" in stuck.answer.message) == (ABORTED, True)
-    studies.read(0, stuck)  # too late, and harmless
-    assert answered(studies).state == SUCCEEDED
-    assert [bool("has made no progress for 60 s" in one) for one in said] == [False, True, False]
 
 
 @pytest.mark.parametrize(
@@ -295,14 +166,14 @@ def test_whatever_happens_in_a_study_the_next_is_served(error, sentence):
             raise error
         return run_study(study, progress, cancelled)
 
-    told = []
-    studies = Studies(run=run, ended=lambda answer: told.append(answer.state))
+    studies = Studies(run_study=run)
     answer = answered(studies, QUICK._replace(seed=13))
     assert (answer.state, answer.message, answer.stopped_because) == (ABORTED, sentence, f"failed: {sentence}")
     assert studies.status()[1] == sentence
     assert answered(studies).state == SUCCEEDED
     assert studies.status()[1] == ""
-    assert told == [ABORTED, SUCCEEDED]
+    assert (figures(studies)[ABORTED], figures(studies)[SUCCEEDED]) == (1, 1)
+    assert sentence in figures(studies)["last_error"]
 
 
 def test_a_result_whose_log_cannot_be_written_says_so(tmp_path):
@@ -328,7 +199,8 @@ def test_a_result_whose_log_cannot_be_written_says_so(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("folder", "sentence"), [(__file__, "is a file"), ("/proc/none/logs", "cannot be made or written (No such file")]
+    ("folder", "sentence"),
+    [(__file__, "made or written (Not a directory"), ("/proc/none/logs", "made or written (No such file")],
 )
 def test_a_folder_that_takes_no_log_is_refused_at_the_start(folder, sentence):
     with pytest.raises(LogError, match=re.escape(sentence)):
@@ -341,41 +213,26 @@ def test_a_folder_for_logs_is_made_when_there_is_a_log(tmp_path):
     assert answered(studies).log.startswith(str(tmp_path / "some" / "logs"))
 
 
-def test_progress_is_told_ten_times_a_second_at_most():
-    now, told = [0], []
+def test_feedback_comes_ten_times_a_second_at_most_and_silence_is_reported():
+    now, told, problems = [0.0], [], []
 
     def run(study, progress, cancelled):
         for done in range(100):
             progress(Progress(done, 500, 1.0, 0.1, 5.0))
-            now[0] += PROGRESS_PERIOD_NS // 10
+            now[0] += 0.1 * FEEDBACK_PERIOD
         assert (figures(studies)["done"], figures(studies)["total"]) == (99, 500)
-        studies.look(now[0] - 1)  # too early
-        assert told[-1] == (90, "std of contact_duration")
-        studies.look(now[0])
-        studies.look(now[0] + PROGRESS_PERIOD_NS)  # nothing new
-        assert told[-2:] == [(90, "std of contact_duration"), (99, "mean of contact_duration")]
+        for seconds in (LONGEST_SILENCE - 1.0, 2.0):
+            now[0] += seconds
+            problems.append(studies.status()[1])
         return run_study(study)
 
-    studies = Studies(run=run, clock=lambda: now[0])
-    answered(studies, tell=lambda progress, quantity: told.append((progress.done, quantity)))
-    assert told == [(done, "std of contact_duration") for done in (*range(0, 100, 10), 99)]
-
-
-def test_a_study_begins_without_the_progress_of_the_one_before():
-    begun_with, told = [], []
-
-    def run(study, progress, cancelled):
-        begun_with.append(figures(studies)["done"])
-        studies.look(10 * PROGRESS_PERIOD_NS)
-        for done in (30, 50):
-            progress(Progress(done, 500, 1.0, 0.1, 5.0))
-        return run_study(study)
-
-    studies = Studies(run=run, clock=lambda: 0)
-    for _ in range(2):
-        answered(studies, tell=lambda progress, quantity: told.append(progress.done))
-    assert begun_with == [0, 0]
-    assert told == [30, 30]  # 50 comes too soon after
+    studies = Studies(run_study=run, clock=lambda: now[0])
+    for _ in range(2):  # the second begins without the progress of the first
+        answered(studies, tell=lambda progress, quantity: told.append((progress.done, quantity)))
+    assert len(told) == 20
+    assert told[0] == told[10] == (0, "std of contact_duration")
+    assert all(later[0] - earlier[0] >= 10 for earlier, later in pairwise(told[:10]))
+    assert [bool("has made no progress for" in one) for one in problems] == [False, True] * 2
 
 
 def test_a_log_has_a_name_of_its_own_inside_the_folder(tmp_path):
@@ -434,14 +291,14 @@ def test_a_study_ends_at_the_nodes_time_limit_and_is_logged(tmp_path):
     now = [0]
 
     def run(study, tell, cancelled, keep=None):
-        now[0] += int(6e9)
+        now[0] += 6.0
         return run_study(study, tell, cancelled)
 
-    studies = Studies(str(tmp_path), run=run, clock=lambda: now[0], limits=StudyLimits(time_limit=5.0))
+    studies = Studies(str(tmp_path), run_study=run, clock=lambda: now[0], limits=StudyLimits(time_limit=5.0))
     answer = answered(studies)
     assert answer.state == ABORTED
     assert "time_limit = 5 s was reached" in answer.message
-    assert answered(Studies(run=run, clock=lambda: now[0], limits=StudyLimits(time_limit=7.0))).state == SUCCEEDED
+    assert answered(Studies(run_study=run, clock=lambda: now[0], limits=StudyLimits(time_limit=7.0))).state == SUCCEEDED
 
 
 def test_a_goal_carries_a_time_limit_of_its_own(tmp_path):
@@ -468,7 +325,7 @@ def test_what_is_done_of_a_study_outlives_what_ends_it(tmp_path, broken_off, log
             run_study(study, tell, cancelled, keep=keep)
         raise RuntimeError("the worker is gone")
 
-    answer = answered(Studies(str(tmp_path), run=run))
+    answer = answered(Studies(str(tmp_path), run_study=run))
     assert (answer.state, "the worker is gone" in answer.message) == (ABORTED, True)
     found = list(tmp_path.iterdir())
     assert [len(read_study(path, unfinished=True).status) for path in found] == [QUICK.samples] * logs
@@ -477,7 +334,8 @@ def test_what_is_done_of_a_study_outlives_what_ends_it(tmp_path, broken_off, log
 def test_a_named_executor_is_allowed():
     used = []
     studies = Studies(
-        run=lambda study, *_: used.append(study.executor) or 1 / 0, limits=StudyLimits(executors=["dask://here:1"])
+        run_study=lambda study, *_: used.append(study.executor) or 1 / 0,
+        limits=StudyLimits(executors=["dask://here:1"]),
     )
     answered(studies, QUICK._replace(overrides=("executor=dask://here:1",)))
     assert used == ["dask://here:1"]

@@ -31,8 +31,7 @@ from bearing_twin.base.paths import share_path
 from bearing_twin.command.cli import main
 from bearing_twin.log.study_log import read_study
 from bearing_twin.nodes.node_parameters import ParameterError, checked
-from bearing_twin.nodes.studies import QUEUE
-from bearing_twin.nodes.uq_node import LATCHED, PARAMETERS, UqNode
+from bearing_twin.nodes.uq_node import LATCHED, PARAMETERS, QUEUE, UqNode
 
 pytestmark = pytest.mark.usefixtures("quick_diagnostics")
 
@@ -277,7 +276,7 @@ def test_the_action_and_its_topics_are_where_they_should_be():
     [
         ({"log_foldr": "x"}, ParameterError, "did you mean log_folder?"),
         ({"workers": -1}, ParameterError, "workers = -1 must lie between 0 and 512"),
-        ({"log_folder": __file__}, BearingTwinError, "is a file"),
+        ({"log_folder": __file__}, BearingTwinError, "cannot be made or written (Not a directory)"),
         ({"log_folder": "/proc/none"}, BearingTwinError, "log_folder /proc/none cannot be made"),
     ],
 )

@@ -1,18 +1,12 @@
-"""Studies on request, one at a time behind a short queue: what uq_node thinks, without ROS and without a thread.
-
-A request waits from the moment it is accepted. It is read (`read`), runs in its turn (`turn`), and gets an answer in
-any case: of its study, of what makes it no study, or that it was called off. Reading and running take as long as they
-take, each in a thread of its own; everything else returns at once and may be called from any thread.
-"""
+"""Studies that uq_node is asked for, without ROS: reading a goal, running its study with a log, and the answer."""
 
 import contextlib
 import dataclasses
 import itertools
 import math
 import tempfile
-import threading
 import time
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -26,17 +20,19 @@ from bearing_twin.kinds.ranges import ON
 from bearing_twin.log.study_log import INPUT, QUANTITY, StudyLog
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NOT_ALLOWED
 from bearing_twin.run.scene import refuse_another
-from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.run import Progress, memory_needed, refuse_too_large, run_study
 from bearing_twin.uq.study import Study, load_study, parse_study, rule_of, study_names
 
-LONGEST_TEXT = 60_000  # characters of a study in a goal: under a second to read, whatever is in it
+LONGEST_TEXT = 60_000  # characters of a study in a goal: read in less than a second, whatever it says
 MOST_OVERRIDES, LONGEST_OVERRIDE = 1000, 10_000
 SUCCEEDED, ABORTED, CANCELLED = "succeeded", "aborted", "cancelled"
+FEEDBACK_PERIOD = 0.1  # s
+LONGEST_SILENCE = 60.0  # s without progress of the running study, after which the node warns
+MESSAGE, DESCRIBED = 80, 40  # bytes: of the message of a realisation in a log; of a number in it, beside its name
 
 
 class Goal(NamedTuple):
-    """What was asked: name, path or YAML text of a study, and changes; `samples` and `seed` 0 = as the study says."""
+    """A request: name, path or YAML text of a study, and overrides; `samples` and `seed` 0 = those of the study."""
 
     study: str
     overrides: tuple[str, ...] = ()
@@ -45,9 +41,9 @@ class Goal(NamedTuple):
 
 
 class GoalAnswer(NamedTuple):
-    """How a request ended (SUCCEEDED, ABORTED or CANCELLED), the sentence about it, and what there is of a result.
+    """How a goal ended (SUCCEEDED, ABORTED or CANCELLED), a sentence about it, and the result as far as there is one.
 
-    `problem` is what whoever looks after the node should know of, empty where all is well.
+    `problem` is what the operator of the node should know, empty where nothing is wrong.
     """
 
     state: str
@@ -58,67 +54,34 @@ class GoalAnswer(NamedTuple):
     problem: str = ""
 
 
-class Request:
-    """A goal on its way; its `answer` is there once `finished` is set.
-
-    `called_off()` tells whether whoever asked has cancelled it. `begin()` is called once, when it starts to run, or
-    else when it has got its answer without. `tell(progress, statistic)` is called while it runs, ten times a second at
-    most; see `feedback_of`.
-    """
-
-    def __init__(
-        self,
-        goal: Goal,
-        called_off: Callable[[], bool] = lambda: False,
-        begin: Callable[[], None] = lambda: None,
-        tell: Callable[[Progress, str], None] = lambda progress, statistic: None,
-    ):
-        self.goal, self.called_off, self.tell = goal, called_off, tell
-        self.study: Study | None = None
-        self.answer: GoalAnswer | None = None
-        self.since_ns = 0  # monotonic time at which it began to wait
-        self.finished = threading.Event()
-        self._begin, self._begun = begin, False
-
-    def begin(self) -> None:
-        """Says that its turn has come; the second time nothing."""
-        if not self._begun:
-            self._begun = True
-            self._begin()
+def aborted(error: Exception) -> GoalAnswer:
+    """The answer to a goal that an error ended."""
+    reason = str(error) if isinstance(error, BearingTwinError) else f"{type(error).__name__}: {error}"
+    return GoalAnswer(ABORTED, reason, stopped_because=f"failed: {reason}", problem=reason)
 
 
 def feedback_of(goal: Goal, study: Study, progress: Progress) -> tuple[Progress, str]:
-    """(progress as feedback, name of the watched statistic): in samples as the goal asked for them, without NaN.
+    """Progress as feedback and the name of the observed statistic: in requested samples, without NaN.
 
-    A study with a sweep, with an expansion or with shares of variance does another number of runs than samples were
-    asked for: `done` is then the same share of the samples as is done of the runs. Before the first look at the samples
-    the name is empty, and estimate and half width are 0; a half width that cannot be told is infinite.
+    A study with a sweep, with an expansion or with sensitivity indices does another number of runs than the requested
+    samples: `done` is then the same share of the samples as of the runs. Before the first statistic is known the name
+    is empty, and estimate and half width are 0; an unknown half width is infinite.
     """
     total = goal.samples or study.settings.samples
     done = progress.done if progress.total == total else int(total * progress.done / max(progress.total, 1))
     counted = progress._replace(done=min(done, total), total=total)
     if not math.isfinite(progress.estimate):
         return counted._replace(estimate=0.0, half_width=0.0), ""
-    known = not math.isnan(progress.half_width)
-    name = " at ".join(filter(None, (_watched(study), progress.at)))
-    return counted._replace(half_width=progress.half_width if known else math.inf), name
-
-
-def _watched(study: Study) -> str:
-    return rule_of(study.settings.stop, study.stop_quantity).watched
+    observed = rule_of(study.settings.stop, study.stop_quantity).watched
+    half_width = math.inf if math.isnan(progress.half_width) else progress.half_width
+    return counted._replace(half_width=half_width), " at ".join(filter(None, (observed, progress.at)))
 
 
 def study_of(goal: Goal, folders: Iterable[str] = ()) -> Study:
-    """The study a goal asks for: text with several lines or in braces is YAML, all else a name or a path.
+    """The study of a goal: text with several lines or in braces is YAML, all else a name or a path.
 
-    Files, also those that a study names, are read only below `folders`. Raises BearingTwinError with a sentence for
-    what makes none.
+    Files, including those that a study names, are read only below `folders`. Raises BearingTwinError.
     """
-    with only_below(folders, "the folders of the node's parameter study_folders"):
-        return _study_of(goal)
-
-
-def _study_of(goal: Goal) -> Study:
     if len(goal.study) > LONGEST_TEXT:
         raise StudyError(f"the study has {len(goal.study)} characters, more than {LONGEST_TEXT}; put it into a file")
     if len(goal.overrides) > MOST_OVERRIDES or any(len(one) > LONGEST_OVERRIDE for one in goal.overrides):
@@ -129,14 +92,12 @@ def _study_of(goal: Goal) -> Study:
         refuse_another(key, value, overrides)
     overrides += [f"{key}={value}" for key, value in given.items()]
     text = goal.study.strip()
-    if not text:
-        raise StudyError(f"which study? give a name, a path or YAML; legal: {', '.join(study_names())}")
-    if "\n" in text or text.startswith("{"):
-        return parse_study(goal.study, "study goal", overrides)
-    return load_study(text, overrides)
-
-
-MESSAGE, DESCRIBED = 80, 40  # bytes: of a realisation's message in a log; of a number in it, beside its name
+    with only_below(folders, "the folders of the node's parameter study_folders"):
+        if not text:
+            raise StudyError(f"which study? give a name, a path or YAML; legal: {', '.join(study_names())}")
+        if "\n" in text or text.startswith("{"):
+            return parse_study(goal.study, "study goal", overrides)
+        return load_study(text, overrides)
 
 
 class StudyLimits(NamedTuple):
@@ -204,10 +165,8 @@ def log_bytes(study: Study) -> float:
 
 
 def refuse_unwritable(folder: Path) -> None:
-    """Raises LogError where no log can be put into `folder`, or where that cannot be made."""
+    """Raises LogError where `folder` cannot be made, or takes no file."""
     there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
-    if not there.is_dir():
-        raise LogError(f"log_folder {folder} is a file, or leads through one; give a folder, or nothing for no logs")
     try:
         with tempfile.TemporaryFile(dir=there):
             pass
@@ -225,265 +184,139 @@ def without_log(error: LogError | OSError) -> str:
 
 
 def free_path(folder: Path, study: str, date: str) -> Path:
-    """Where to log a study: `<study>_<date>.mcap`, with a number where that is taken."""
+    """Path of a new log in `folder`: `<study>_<date>.mcap`, with a number where that exists."""
     stem = f"{file_name(study)}_{date}"
-    names = (
-        f"{stem}{suffix}.mcap" for suffix in itertools.chain([""], (f"_{number}" for number in itertools.count(2)))
-    )
-    return next(folder / name for name in names if not (folder / name).exists())
-
-
-QUEUE = 4  # studies that may wait for the one that runs
-PROGRESS_PERIOD_NS = 100_000_000
-LONGEST_READ_NS = 30_000_000_000  # after which a goal that is still not read is answered
-LONGEST_END_NS = 250_000_000  # after a cancel, until whoever asked is answered, whatever the study still does
-LONGEST_SILENCE_NS = 60_000_000_000  # without progress of the study that runs, after which the node says so
+    paths = (folder / f"{stem}{f'_{number}' if number > 1 else ''}.mcap" for number in itertools.count(1))
+    return next(path for path in paths if not path.exists())
 
 
 class Studies:
-    """The studies that were asked for; at most one runs and QUEUE wait.
+    """Runs the studies of goals one after the other, in the thread that calls `run`.
 
     `log_folder` gets a log of every study, empty = none. `limits` bound what a study may use, whatever it says itself;
-    `folders` are those in which files may be read for a goal. `ended(answer)` is told of every answer. `run` and
-    `open_log` are those of the library; `clock` gives monotonic time [ns].
+    `folders` are those in which files may be read for a goal. `run_study` and `open_log` are those of the library,
+    `clock` gives monotonic time [s].
     """
 
     def __init__(
         self,
         log_folder: str = "",
         limits: StudyLimits = StudyLimits(),  # noqa: B008 - it cannot change
-        ended: Callable[[GoalAnswer], None] = lambda answer: None,
         folders: Iterable[str] = (),
-        run: Callable = run_study,
+        run_study: Callable = run_study,
         open_log: Callable = StudyLog,
-        clock: Callable[[], int] = time.monotonic_ns,
+        clock: Callable[[], float] = time.monotonic,
     ):
         if log_folder:
             refuse_unwritable(Path(log_folder))
         self._log_folder, self._limits, self._folders = log_folder, limits, tuple(folders)
-        self._ended, self._do, self._open_log, self._clock = ended, run, open_log, clock
-        self._lock = threading.RLock()
-        self._waiting: deque[Request] = deque()
-        self._running: Request | None = None
-        self._progress: Progress | None = None
-        self._told: Progress | None = None
-        self._next_word = self._moved = 0  # monotonic time [ns]
-        self._called_off: int | None = None  # when the study that runs was first seen to be called off [ns]
-        self._path = ""  # of its log
-        self._closing = False
+        self._run_study, self._open_log, self._clock = run_study, open_log, clock
+        self._running, self._progress, self._moved = "", None, 0.0
+        self.closing = False  # ends the running study, with a log of its samples
         self._counts = Counter()
-        self._problem = self._last_problem = ""  # of the last request, and of the last that had one
+        self._problem = self._last_problem = ""  # of the last goal, and of the last goal that had one
 
-    def refusal(self) -> str:
-        """Why no further request can be taken now, or nothing; a refusal is counted."""
-        with self._lock:
-            reason = self._no_room()
-            if reason:
-                self._counts["refused"] += 1
-                self._problem = self._last_problem = reason
-            return reason
+    def read(self, goal: Goal) -> Study:
+        """The study of a goal within the limits of the node; raises BearingTwinError."""
+        return self._limits.bounded(study_of(goal, self._folders))
 
-    def add(self, request: Request) -> None:
-        """Lets a request wait; it is aborted where there has come to be no room."""
-        with self._lock:
-            reason = self._no_room()
-            request.since_ns = self._clock()
-            if not reason:
-                self._waiting.append(request)
-        if reason:
-            self._abort(request, reason)
+    def run(
+        self,
+        goal: Goal,
+        study: Study,
+        cancelled: Callable[[], bool] = lambda: False,
+        tell: Callable[[Progress, str], None] = lambda progress, statistic: None,
+    ) -> GoalAnswer:
+        """The answer to a goal, once its study has ended; `tell` takes feedback, ten times a second at most."""
+        self._running, self._progress, self._moved = study.name, None, self._clock()
+        ends_at = self._moved + (self._limits.time_limit or math.inf)
+        tell_at = -math.inf
 
-    def read(self, now: int, request: Request) -> None:
-        """Makes a study of a waiting request's goal, or aborts it with the reason."""
-        try:
-            request.study = self._limits.bounded(study_of(request.goal, self._folders))
-        except Exception as error:
-            for one in self._taken(lambda waiting: waiting is request):
-                self._abort(one, _sentence(error))
-
-    def turn(self, now: int) -> int | None:
-        """Runs the first of those that wait, if it has been read; returns when to be called again, None = when told."""
-        with self._lock:
-            if not self._waiting or self._waiting[0].study is None:
-                return None
-            request = self._running = self._waiting.popleft()
-            self._progress = self._told = None
-            self._next_word, self._moved = 0, self._clock()
-            self._called_off, self._path = None, ""
-        if request.called_off():
-            self._cancel(request)
-        else:
-            self._finish(request, self._run(request))
-        return now
-
-    def look(self, now: int) -> None:
-        """Tells of progress that had to wait; answers requests called off, or not read in time; call it at 10 Hz."""
-        self._tell(now)
-        self._let_go(now)
-        for request in self._taken(lambda one: one.study is None and now - one.since_ns > LONGEST_READ_NS):
-            self._abort(request, f"the goal could not be read within {LONGEST_READ_NS * 1e-9:.0f} s")
-        for request in self._taken(lambda request: request.called_off()):
-            self._cancel(request)
-
-    def _let_go(self, now: int) -> None:
-        """Answers a study that was called off and takes long to end, as one with millions of samples; it still ends."""
-        with self._lock:
-            request = self._running
-            if request is None or not request.called_off():
-                return
-            self._called_off = now if self._called_off is None else self._called_off
-            if now - self._called_off < LONGEST_END_NS:
-                return
-        done = "the study is still putting away what is done" + (f" in {self._path}" if self._path else "")
-        self._reply(request, GoalAnswer(CANCELLED, f"cancelled; {done}", stopped_because=CANCELLED))
-
-    def close(self) -> None:
-        """Ends the study that runs within half a second, besides its statistics and log; aborts those that wait."""
-        self._closing = True
-        for request in self._taken(lambda request: True):
-            self._abort(request, "the node was ended before the study could run")
-
-    def abandon(self) -> None:
-        """Answers the study that still runs, for whoever waits; nothing where it has ended."""
-        with self._lock:
-            request = self._running
-        if request is not None:
-            self._abort(request, "the node was ended and did not wait for the study")
-
-    def status(self) -> tuple[str, str, dict]:
-        """(what it does, what went wrong with the last request or nothing, figures) for diagnostics."""
-        with self._lock:
-            running, progress = self._running, self._progress
-            silent = self._clock() - self._moved if running else 0
-            study = running.study.name if running is not None and running.study is not None else ""
-            values = {
-                "study": study,
-                "done": progress.done if progress else 0,
-                "total": progress.total if progress else 0,
-                "seconds_left": float(progress.seconds_left) if progress else 0.0,
-                "seconds_without_progress": silent * 1e-9,
-                "waiting": len(self._waiting),
-                "queue": QUEUE,
-                **{key: self._counts[key] for key in (SUCCEEDED, ABORTED, CANCELLED, "refused")},
-                "last_error": self._last_problem,
-            }
-            stuck = (
-                f"study {study} has made no progress for {silent * 1e-9:.0f} s; cancel it, or wait for its time_limit"
-            )
-            problem = stuck if silent > LONGEST_SILENCE_NS else self._problem
-            return f"running {study}" if running else "idle", problem, values
-
-    def _taken(self, which: Callable[[Request], bool]) -> list[Request]:
-        """Those that wait and are meant, which then wait no more: whoever takes a request answers it."""
-        with self._lock:
-            taken = [request for request in self._waiting if which(request)]
-            self._waiting = deque(request for request in self._waiting if request not in taken)
-        return taken
-
-    def _no_room(self) -> str:
-        if self._closing:
-            return "the node is ending and takes no more studies"
-        if len(self._waiting) + (self._running is not None) > QUEUE:
-            return f"a study runs and {QUEUE} wait for it, so there is no room: ask again when one has ended"
-        return ""
-
-    def _run(self, request: Request) -> GoalAnswer:
-        def tell(progress: Progress) -> None:
+        def update(progress: Progress) -> None:
+            nonlocal tell_at
             self._progress, self._moved = progress, self._clock()
-            self._tell(self._clock())
-
-        seconds = self._limits.time_limit
-        limit = self._clock() + round(seconds * 1e9) if seconds else math.inf
+            if self._moved >= tell_at:
+                tell_at = self._moved + FEEDBACK_PERIOD
+                tell(*feedback_of(goal, study, progress))
 
         def ends() -> bool:
-            # Once it has its answer, ROS holds a cancelled request for ended and no longer for called off.
-            return self._closing or request.answer is not None or request.called_off() or self._clock() > limit
+            return self.closing or cancelled() or self._clock() > ends_at
 
-        result, (log, path, no_log) = None, self._new_log(request.study)
-        self._path = path
+        result, (log, path, no_log) = None, self._new_log(study)
         try:
             with contextlib.ExitStack() as stack:
-                request.begin()
                 keep = {"keep": stack.enter_context(log).add} if log else {}
-                result = self._do(request.study, tell, ends, **keep)
+                result = self._run_study(study, update, ends, **keep)
                 if log:
                     log.finish(result)
         except Exception as error:  # whatever it is, the next study is served
             if result is None or not isinstance(error, (LogError, OSError)):
                 _drop_empty(log, path)
-                reason = _sentence(error)
-                return GoalAnswer(ABORTED, reason, stopped_because=f"failed: {reason}", problem=reason)
+                return aborted(error)
             path, no_log = "", without_log(error)
-        return self._answer(request, result, self._clock() > limit, (log, path, no_log))
-
-    def _tell(self, now: int) -> None:
-        """Progress to whoever asked for the study, unless it is known or was told of too short a time ago."""
-        with self._lock:
-            request, progress = self._running, self._progress
-            if request is None or request.answer or progress is self._told or now < self._next_word:
-                return
-            self._told, self._next_word = progress, now + PROGRESS_PERIOD_NS
-        request.tell(*feedback_of(request.goal, request.study, progress))
-
-    def _answer(self, request: Request, result: StudyResult, late: bool, logged: tuple) -> GoalAnswer:
+        finally:
+            self._running = ""
         summary = result.as_dict()
-        because = summary["stopped_because"]
-        state = SUCCEEDED
-        if request.answer is not None or request.called_off():
+        state, because = SUCCEEDED, summary["stopped_because"]
+        if cancelled():
             state, because = CANCELLED, CANCELLED
-        elif self._closing:
+        elif self.closing:
             state, because = ABORTED, "the node was ended"
-        elif late and because == CANCELLED:
+        elif self._clock() > ends_at and because == CANCELLED:
             state, because = ABORTED, f"the node's parameter time_limit = {self._limits.time_limit:g} s was reached"
         elif because.startswith("failed"):
             state = ABORTED
-        writer, log, no_log = logged
-        if state != SUCCEEDED:
-            log = _drop_empty(writer, log)
+        path = path if state == SUCCEEDED else _drop_empty(log, path)
         failed = sum(summary["failed"].values())
         message = f"{summary['samples']} samples, {failed} failed, {summary['seconds']:.3g} s; {because}"
         if no_log:
             message += f"; {no_log}"
-            summary["notes"] = [*summary["notes"], no_log]  # whoever asked reads the summary, few the message
+            summary["notes"] = [*summary["notes"], no_log]  # clients read the summary rather than the message
         problem = message if state == ABORTED else no_log
-        return GoalAnswer(state, message, json_text(summary | ({"log": log} if log else {})), log, because, problem)
+        summary |= {"log": path} if path else {}
+        return GoalAnswer(state, message, json_text(summary), path, because, problem)
+
+    def note(self, answer: GoalAnswer) -> None:
+        """Counts an answer that was given."""
+        self._counts[answer.state] += 1
+        self._problem = answer.problem
+        self._last_problem = answer.problem or self._last_problem
+
+    def note_refusal(self, reason: str) -> None:
+        """Counts a goal that was not accepted."""
+        self._counts["refused"] += 1
+        self._problem = self._last_problem = reason
+
+    def status(self) -> tuple[str, str, dict]:
+        """Current activity, problem of the last goal ("" if none), and numbers, for diagnostics."""
+        study, progress = self._running, self._progress if self._running else None
+        silence = self._clock() - self._moved if study else 0.0
+        problem = self._problem
+        if silence > LONGEST_SILENCE:
+            problem = f"study {study} has made no progress for {silence:.0f} s; cancel it, or wait for its time_limit"
+        values = {
+            "study": study,
+            "done": progress.done if progress else 0,
+            "total": progress.total if progress else 0,
+            "seconds_left": float(progress.seconds_left) if progress else 0.0,
+            "seconds_without_progress": silence,
+            **{key: self._counts[key] for key in (SUCCEEDED, ABORTED, CANCELLED, "refused")},
+            "last_error": self._last_problem,
+        }
+        return f"running {study}" if study else "idle", problem, values
 
     def _new_log(self, study: Study) -> tuple[StudyLog | None, str, str]:
-        """(log, its path, why there is none): filled as the study goes, so that what is done outlives the node."""
+        """Log, its absolute path, and why there is none; it is filled as the study goes, and so outlives a crash."""
         if not self._log_folder:
             return None, "", ""
+        folder = Path(self._log_folder).resolve()
         try:
-            Path(self._log_folder).mkdir(parents=True, exist_ok=True)
-            self._limits.refuse_full(Path(self._log_folder), study)
-            path = free_path(Path(self._log_folder).resolve(), study.name, time.strftime("%Y%m%d_%H%M%S"))
+            folder.mkdir(parents=True, exist_ok=True)
+            self._limits.refuse_full(folder, study)
+            path = free_path(folder, study.name, time.strftime("%Y%m%d_%H%M%S"))
             return self._open_log(study, path), str(path), ""
         except (BearingTwinError, OSError) as error:
             return None, "", without_log(error)
-
-    def _finish(self, request: Request, answer: GoalAnswer) -> None:
-        with self._lock:
-            if request is self._running:
-                self._running = None
-        self._reply(request, answer)
-
-    def _reply(self, request: Request, answer: GoalAnswer) -> None:
-        """Gives a request its answer, once."""
-        with self._lock:
-            if request.answer is not None:
-                return
-            self._counts[answer.state] += 1
-            self._problem = answer.problem
-            self._last_problem = answer.problem or self._last_problem
-            request.answer = answer
-        self._ended(answer)
-        request.finished.set()
-        request.begin()
-
-    def _abort(self, request: Request, reason: str) -> None:
-        self._finish(request, GoalAnswer(ABORTED, reason, problem=reason))
-
-    def _cancel(self, request: Request) -> None:
-        self._finish(request, GoalAnswer(CANCELLED, "cancelled while it waited", stopped_because=CANCELLED))
 
 
 def _drop_empty(log: StudyLog | None, path: str) -> str:
@@ -492,7 +325,3 @@ def _drop_empty(log: StudyLog | None, path: str) -> str:
         return path
     Path(path).unlink(missing_ok=True)
     return ""
-
-
-def _sentence(error: Exception) -> str:
-    return str(error) if isinstance(error, BearingTwinError) else f"{type(error).__name__}: {error}"

@@ -1,13 +1,8 @@
-"""uq_node: studies on request, by the action `run_study`; one at a time, a few wait.
-
-Goals are read in one thread and run in another, which starts worker processes where a study needs them. The callbacks
-only pass goals on; the one that executes a goal waits for its answer.
-"""
+"""uq_node: runs studies on request, by the action `run_study`: one at a time, while a few goals wait."""
 
 import sys
 import threading
-import time
-from collections.abc import Callable
+from collections import deque
 from functools import partial
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -19,11 +14,11 @@ from std_msgs.msg import String
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.study_log import NAMESPACE
 from bearing_twin.nodes.base_node import TALK, Heartbeat, declare, guarded, run
-from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, SERVICE, WARN, RunStudy, qos_profile
+from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, OK, SERVICE, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NodeParameter
-from bearing_twin.nodes.pacing import Worker
-from bearing_twin.nodes.studies import CANCELLED, SUCCEEDED, Goal, GoalAnswer, Request, Studies, StudyLimits
+from bearing_twin.nodes.studies import CANCELLED, SUCCEEDED, Goal, GoalAnswer, Studies, StudyLimits, aborted
 from bearing_twin.uq.run import Progress
+from bearing_twin.uq.study import Study
 
 PARAMETERS = (
     NodeParameter("log_folder", "studies", "where every study is logged with all its samples (MCAP); empty = nowhere"),
@@ -42,27 +37,37 @@ PARAMETERS = (
         ALLOW_INVALID, False, "whether a study may let models that it asks for run outside their ranges, marked"
     ),
 )
-LOOK_PERIOD = 0.1  # s between looks for progress, and for waiting goals that have been cancelled
-RESULT_TIMEOUT = 30  # s for which a result can be asked for again
+QUEUE = 4  # goals that may wait while a study runs
+LOOK_PERIOD = 0.1  # s between looks for waiting goals that were cancelled
+RESULT_TIMEOUT = 30  # s for which a result can be requested again
 LATCHED = Qos(depth=1, durability="transient_local")
-SWITCH = 0.0005  # s for which a study may keep Python to itself while a callback waits; 5 ms add up in answering one
-CLOSE_TIMEOUT = 30.0  # s, for the statistics and the log of a study that is ended
+SWITCH = 0.0005  # s for which a study may hold the interpreter while a callback waits; the default of 5 ms adds up
+CANCELLED_EARLY = GoalAnswer(CANCELLED, "cancelled while it waited", stopped_because=CANCELLED)
+CANCELLED_LATE = GoalAnswer(CANCELLED, "cancelled; the study still ends its statistics", stopped_because=CANCELLED)
+CANCEL_PERIOD, CANCEL_TIMEOUT = 0.02, 0.25  # s between looks for a cancel; until it is answered, ended or not
+CLOSE_TIMEOUT = 30.0  # s for the statistics and the log of a study that is ended
 
 
 class UqNode(Node):
-    """Serves the action run_study; see PARAMETERS. Raises BearingTwinError for parameters it cannot use."""
+    """Serves the action run_study; see PARAMETERS. Raises BearingTwinError for parameters it cannot use.
+
+    A goal is read when it is accepted and waits in a queue; its study runs in a thread of its own, for which one thread
+    of the executor waits, while the other serves goals, cancels and timers.
+    """
 
     def __init__(self, **options):
         super().__init__("uq_node", namespace=NAMESPACE, **options)
         self.done, self.failure = threading.Event(), None
         values = declare(self, PARAMETERS)
         limits = StudyLimits(**{name: values[name] for name in StudyLimits._fields})
-        folders = [one for one in values["study_folders"] if one]
-        self.studies = Studies(values["log_folder"], limits, self._answered, folders)
-        self._requests: dict[bytes, Request] = {}
+        self.studies = Studies(values["log_folder"], limits, [one for one in values["study_folders"] if one])
+        self._lock, self._idle = threading.Lock(), threading.Event()
+        self._idle.set()
+        self._waiting: deque = deque()  # handles of goals
+        self._unanswered = 0  # accepted goals
+        self._read: dict[bytes, tuple[Goal, Study] | GoalAnswer] = {}  # what the goals are, by their ids
         self._result = self.create_publisher(String, "study_result", qos_profile(LATCHED))
         self._heartbeat = Heartbeat(self, "studies")
-        # Reentrant: one callback waits for the study that runs while others take goals and cancels.
         group, steady = ReentrantCallbackGroup(), Clock(clock_type=ClockType.STEADY_TIME)
         self._server = ActionServer(
             self,
@@ -80,28 +85,90 @@ class UqNode(Node):
         )
         self.create_timer(LOOK_PERIOD, self._on_look, callback_group=group, clock=steady)
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=group, clock=steady)
-        self._reader = Worker(lambda now: None, ended=self._ended)
-        self.worker = Worker(self.studies.turn, ended=self._ended)
-        self._reader.start()
-        self.worker.start()
         self.get_logger().info("ready for goals of the action run_study")
 
     def close(self) -> None:
-        """Ends the study that runs, with a log of its samples so far, and all that wait; may be called twice."""
-        self.studies.close()
-        self.worker.stop(timeout=CLOSE_TIMEOUT)
-        self._reader.stop(timeout=1.0)
-        self.studies.abandon()
+        """Ends the running study, with a log of its samples so far; may be called twice."""
+        self.studies.closing = True
+        self._idle.wait(CLOSE_TIMEOUT)
 
     def destroy_node(self) -> None:
         self._server.destroy()
         super().destroy_node()
 
-    # In the threads that read and run
+    # The queue
 
-    def _read(self, now: int, request: Request) -> None:
-        self.studies.read(now, request)
-        self.worker.wake()
+    def _begin_next(self) -> None:
+        """Executes the first goal that waits, where no study runs and that goal has been read."""
+        with self._lock:
+            ready = self._waiting and bytes(self._waiting[0].goal_id.uuid) in self._read
+            if not ready or not self._idle.is_set() or self.studies.closing:
+                return
+            self._idle.clear()
+            first = self._waiting.popleft()
+        self._execute(first)
+
+    def _answer_early(self, goal_handle, answer: GoalAnswer) -> None:
+        """Takes a goal out of the queue and has it executed with this answer."""
+        with self._lock:
+            if goal_handle not in self._waiting:  # its turn has come meanwhile
+                return
+            self._waiting.remove(goal_handle)
+            self._read[bytes(goal_handle.goal_id.uuid)] = answer
+        self._execute(goal_handle)
+        self._begin_next()
+
+    def _execute(self, goal_handle) -> None:
+        try:
+            goal_handle.execute()
+        except Exception:  # a cancel changed the state of the goal meanwhile: it is executed as cancelled
+            goal_handle.execute()
+
+    # Callbacks
+
+    def _on_goal(self, goal) -> GoalResponse:
+        with self._lock:
+            if self._unanswered <= QUEUE:
+                self._unanswered += 1
+                return GoalResponse.ACCEPT
+        reason = f"a study runs and {QUEUE} wait for it, so there is no room: ask again when one has ended"
+        self.studies.note_refusal(reason)
+        self.get_logger().warning(f"goal refused: {reason}", throttle_duration_sec=TALK)
+        return GoalResponse.REJECT
+
+    def _on_accepted(self, goal_handle) -> None:
+        asked, key = goal_handle.request, bytes(goal_handle.goal_id.uuid)
+        goal = Goal(asked.study, tuple(asked.overrides), asked.samples, asked.seed)
+        with self._lock:
+            self._waiting.append(goal_handle)
+        try:
+            self._read[key] = goal, self.studies.read(goal)
+        except Exception as error:
+            self._answer_early(goal_handle, aborted(error))
+        else:
+            self._begin_next()
+
+    def _on_execute(self, goal_handle) -> RunStudy.Result:
+        found = self._read.pop(bytes(goal_handle.goal_id.uuid))
+        if isinstance(found, GoalAnswer):
+            return self._answered(goal_handle, found)
+        cancelled, answers = threading.Event(), []
+
+        def run_study():
+            try:
+                answers.append(self.studies.run(*found, cancelled.is_set, partial(self._tell, goal_handle)))
+            finally:
+                self._idle.set()
+                self._begin_next()
+
+        study = threading.Thread(target=run_study, name="study", daemon=True)
+        study.start()
+        while study.is_alive() and not cancelled.is_set():
+            study.join(CANCEL_PERIOD)
+            if goal_handle.is_cancel_requested:
+                cancelled.set()
+                study.join(CANCEL_TIMEOUT)
+        return self._answered(goal_handle, answers[0] if answers else CANCELLED_LATE)
 
     def _tell(self, goal_handle, progress: Progress, statistic: str) -> None:
         feedback = RunStudy.Feedback(
@@ -112,55 +179,24 @@ class UqNode(Node):
             half_width=float(progress.half_width),
             seconds_left=float(progress.seconds_left),
         )
-        self._to_ros(goal_handle.publish_feedback, feedback)
+        goal_handle.publish_feedback(feedback)
 
-    def _answered(self, answer: GoalAnswer) -> None:
+    def _answered(self, goal_handle, answer: GoalAnswer) -> RunStudy.Result:
+        with self._lock:
+            self._unanswered -= 1
+        self.studies.note(answer)
         text = f"{answer.state}: {answer.message}" + (f"; log: {answer.log}" if answer.log else "")
         if answer.problem:
             self.get_logger().warning(text, throttle_duration_sec=TALK)  # anybody can send goals that fail
         else:
             self.get_logger().info(text)
         if answer.state == SUCCEEDED:
-            self._to_ros(self._result.publish, String(data=answer.summary))
-
-    def _to_ros(self, call: Callable, *arguments) -> None:
-        """Calls into ROS, whose errors must not end a study."""
-        try:
-            call(*arguments)
-        except Exception as error:
-            self.get_logger().error(f"{type(error).__name__}: {error}")
-
-    def _ended(self, error: Exception | None) -> None:
-        if error is not None:
-            self.failure = error
-            self.done.set()
-
-    # Callbacks
-
-    def _on_goal(self, goal) -> GoalResponse:
-        reason = self.studies.refusal()
-        if reason:
-            self.get_logger().warning(f"goal refused: {reason}", throttle_duration_sec=TALK)
-        return GoalResponse.REJECT if reason else GoalResponse.ACCEPT
-
-    def _on_accepted(self, goal_handle) -> None:
-        asked = goal_handle.request
-        request = Request(
-            Goal(asked.study, tuple(asked.overrides), asked.samples, asked.seed),
-            called_off=lambda: goal_handle.is_cancel_requested,
-            begin=partial(self._to_ros, goal_handle.execute),
-            tell=partial(self._tell, goal_handle),
-        )
-        self._requests[bytes(goal_handle.goal_id.uuid)] = request
-        self.studies.add(request)
-        self._reader.post(self._read, request)
-
-    def _on_execute(self, goal_handle) -> RunStudy.Result:
-        request = self._requests.pop(bytes(goal_handle.goal_id.uuid))
-        request.finished.wait()
-        answer = request.answer
-        ends = {SUCCEEDED: goal_handle.succeed, CANCELLED: goal_handle.canceled}
-        self._to_ros(ends.get(answer.state, goal_handle.abort))
+            goal_handle.succeed()
+            self._result.publish(String(data=answer.summary))
+        elif answer.state == CANCELLED:
+            goal_handle.canceled()
+        else:
+            goal_handle.abort()
         return RunStudy.Result(
             success=answer.state == SUCCEEDED,
             message=answer.message,
@@ -171,15 +207,15 @@ class UqNode(Node):
 
     @guarded
     def _on_look(self):
-        self.studies.look(time.monotonic_ns())
+        for goal_handle in list(self._waiting):
+            if goal_handle.is_cancel_requested and bytes(goal_handle.goal_id.uuid) in self._read:
+                self._answer_early(goal_handle, CANCELLED_EARLY)
 
     @guarded
     def _on_diagnostics(self):
         doing, problem, values = self.studies.status()
-        level, message = (WARN, problem) if problem else (OK, doing)
-        if self.failure is not None:
-            level, message = ERROR, str(self.failure)
-        self._heartbeat.say(level, message, {"doing": doing} | values)
+        values |= {"doing": doing, "waiting": len(self._waiting), "queue": QUEUE}
+        self._heartbeat.say(WARN if problem else OK, problem or doing, values)
 
 
 def main(args: list[str] | None = None) -> int:
