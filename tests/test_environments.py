@@ -84,9 +84,8 @@ def test_what_is_compiled_before_an_end_is_kept(tmp_path, number):
         node.kill()
         node.wait()
     kept = compiled_files(tmp_path)
-    words = [sys.executable, "-m", "bearing_twin", "compile", "bearing_6203", "--json"]
-    again = json.loads(subprocess.run(words, env=there, cwd=ROOT, stdout=subprocess.PIPE, check=True).stdout)
-    assert again["scenes"][0]["functions"] > 0
+    words = [sys.executable, "-m", "bearing_twin", "compile", "bearing_6203"]
+    subprocess.run(words, env=there, cwd=ROOT, stdout=subprocess.PIPE, check=True)
     whole = compiled_files(tmp_path)
     assert {path: whole[path] for path in kept} == kept
     assert len(whole) > len(kept)

@@ -194,9 +194,8 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument("--out", default="demo", help="folder for logs and pictures (default: %(default)s)")
     wanted = parser.parse_args(args)
     _keep_to_itself()
-    scene = load_scene(
-        wanted.scene, ["solver.check=none"]
-    )  # as the nodes run it: topics of a second run have no publisher
+    # As nodes run it: the topics of a second run would have no publisher.
+    scene = load_scene(wanted.scene, ["solver.check=none"])
     if scene.kind != "bearing":
         raise DemoError(f"scene {scene.name} is no bearing but of kind {scene.kind}: give the name of a bearing scene")
     folder = _own_folder(Path(wanted.out))
