@@ -11,7 +11,7 @@ _HOMES = {
     "load_scene": "bearing_twin.run.scene",
     "parse_scene": "bearing_twin.run.scene",
     "scene_names": "bearing_twin.run.scene",
-    "simulate": "bearing_twin.run.passes",
+    "simulate": "bearing_twin.run.simulation",
     "load_study": "bearing_twin.uq.study",
     "parse_study": "bearing_twin.uq.study",
     "study_names": "bearing_twin.uq.study",

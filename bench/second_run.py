@@ -17,8 +17,7 @@ from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.sample import joined
 from bearing_twin.kinds import KINDS, refinement
 from bearing_twin.kinds.soft_discs.derived import resolve
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.scene import load_scene, scene_names
+from bearing_twin.run.scene import choose, load_scene, scene_names
 from bearing_twin.run.second_run import Differences, difference, has_second_run
 from bearing_twin.run.simulation import Simulation
 

@@ -1,7 +1,7 @@
 """Whole runs for tests: their reports; single messages into recordings."""
 
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 
 def reported(scene, *overrides):

@@ -3,8 +3,7 @@
 import numpy as np
 
 from bearing_twin.kinds.shaft.motion import ShaftMotion
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.scene import load_scene
+from bearing_twin.run.scene import choose, load_scene
 
 
 def parameters_of(*changes, scene="shaft_two_6203"):

@@ -18,7 +18,7 @@ import tempfile
 from pathlib import Path
 
 IMPORTED = (
-    "bearing_twin.command.cli", "bearing_twin.command.study_command", "bearing_twin.run.passes",
+    "bearing_twin.command.cli", "bearing_twin.command.study_command", "bearing_twin.run.simulation",
     "bearing_twin.uq.run", "bearing_twin.log.run_log", "bearing_twin.kinds.bearing.motion",
     "bearing_twin.kinds.impact.spheres",
 )  # fmt: skip
@@ -126,8 +126,8 @@ def _become(request: dict, streams: list[int]) -> None:
 def _import_all() -> None:
     for name in (*IMPORTED, *(WITH_ROS if all(map(importlib.util.find_spec, ROS)) else ())):
         importlib.import_module(name)
-    from bearing_twin.run.passes import simulate
     from bearing_twin.run.scene import load_scene
+    from bearing_twin.run.simulation import simulate
 
     simulate(load_scene("bearing_6203", ["run.duration=1e-4"]))  # which loads its kernels
     gc.freeze()

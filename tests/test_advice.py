@@ -13,8 +13,8 @@ from sources import PACKAGE, nodes_of, package_trees
 import bearing_twin
 from bearing_twin.base.parameters import describe
 from bearing_twin.command.cli import _parsers
-from bearing_twin.run.passes import Run
 from bearing_twin.run.scene import KINDS
+from bearing_twin.run.simulation import Run
 from bearing_twin.uq.study import Settings
 
 FILES = (".mcap", ".png", ".nc", ".html")  # ends of names that are no keys

@@ -71,7 +71,7 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
     "kinds/bearing/forces/equations.py": ("raceway_rates", "the raceways' rates alone; goes when these kernels change"),
     "uq/statistics.py": ("half_widths HalfWidths", "the theory that tests hold the convergence of samples to"),
     "kinds/bearing/forces/rates.py": ("lane_rates", "the rates alone, which tests hold a step's first stage to"),
-    "run/doubt.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
+    "run/report.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
     "shapes/implicit.py": ("SURFACES", "all surfaces, for tests of their derivatives"),
     "log/cdr.py": ("JOINT_STATE", "one of the names of types; kinds name theirs in topics.py"),
     "log/run_log.py": ("content_digest", "how anyone compares two logs; tests hold the promise of equal ones to it"),
@@ -302,9 +302,9 @@ def test_there_is_one_version():
 
 
 def test_public_names_of_the_package_are_what_they_say():
-    import bearing_twin.run.passes
+    import bearing_twin.run.simulation
 
-    assert bearing_twin.simulate is bearing_twin.run.passes.simulate
+    assert bearing_twin.simulate is bearing_twin.run.simulation.simulate
     for name in dir(bearing_twin):
         assert getattr(bearing_twin, name)
     with pytest.raises(AttributeError, match="no attribute 'simulat'"):

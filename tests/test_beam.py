@@ -32,10 +32,8 @@ from bearing_twin.kinds.beam.modes import (
 )
 from bearing_twin.kinds.beam.motion import solve
 from bearing_twin.reference.struck_beam import strike
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.passes import simulate
-from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.scene import choose, load_scene
+from bearing_twin.run.simulation import Simulation, simulate
 
 CLASSICAL = rectangular_beam(0.1535, 0.01, 0.01, 2.158e11, 7960.0)
 

@@ -27,10 +27,8 @@ from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.kinds.bearing.speeds import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
 from bearing_twin.numerics.rotation import about_z
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.passes import simulate
-from bearing_twin.run.scene import load_scene, open_scene, parse_scene
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.scene import choose, load_scene, open_scene, parse_scene
+from bearing_twin.run.simulation import Simulation, simulate
 
 NO_GRAVITY = "gravity=[0.0, 0.0, 0.0]"
 

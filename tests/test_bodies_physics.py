@@ -24,8 +24,8 @@ from bearing_twin.kinds.two_bodies.derived import rigid_of
 from bearing_twin.kinds.two_bodies.parameters import Shaped
 from bearing_twin.numerics.rotation import quaternion_from_vector, quaternion_product
 from bearing_twin.reference import bounce
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.run.simulation import simulate
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
 

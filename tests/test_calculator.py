@@ -33,8 +33,8 @@ from bearing_twin.contact.stress import axis_stresses, greatest_shear
 from bearing_twin.contact.validity import FELT, FEWEST_TRANSITS, gap_error, wave_transit
 from bearing_twin.contact.waves import bar_speed, restitution_lost_on_half_space
 from bearing_twin.kinds.bearing.start import nominal_curvatures
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 STEEL = Material(2.1e11, 0.3, 7850.0)
 MODULUS = effective_modulus(STEEL, STEEL)

@@ -6,10 +6,9 @@ import pytest
 from bearing_twin.command import terminal
 from bearing_twin.command.cli import DONE, main
 from bearing_twin.log.run_log import write_log
-from bearing_twin.run import cost
-from bearing_twin.run.cost import cost_of
-from bearing_twin.run.passes import simulate
+from bearing_twin.run import simulation as cost
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import cost_of, simulate
 
 
 @pytest.mark.parametrize("balls", [8, 3])

@@ -10,7 +10,7 @@ from runs import reported
 from bearing_twin.base.report import Choice
 from bearing_twin.command.terminal import show_result
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, Errors, ModelError
-from bearing_twin.run.doubt import DOUBTFUL, FAILED, STATUSES, exceeds, judged
+from bearing_twin.run.report import DOUBTFUL, FAILED, STATUSES, exceeds, judged
 from bearing_twin.run.second_run import OutputError
 
 FIGURES = {"torque_nm": 2.0, "load_n": [100.0, 50.0, 0.0], "speed_rad_s": 7.0, "none_j": None}

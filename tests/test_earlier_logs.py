@@ -8,8 +8,8 @@ import pytest
 from bearing_twin import read_log
 from bearing_twin.command import cli
 from bearing_twin.kinds import KINDS
-from bearing_twin.run.report_of import report_of
-from bearing_twin.run.verification import verify
+from bearing_twin.run.report import report_of
+from bearing_twin.run.verify import verify
 
 LOGS = sorted((Path(__file__).parent / "earlier").glob("*.mcap"))
 RECORDED_TODAY = [path for path in LOGS if path.stem != "bearing_6203"]  # whose kinds make figures of records

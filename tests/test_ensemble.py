@@ -672,7 +672,7 @@ def test_a_study_without_samples_comes_back_from_its_log(tmp_path):
 
 def test_a_log_of_something_else_is_no_study(tmp_path):
     from bearing_twin.log.run_log import write_log
-    from bearing_twin.run.passes import simulate
+    from bearing_twin.run.simulation import simulate
 
     path = tmp_path / "run.mcap"
     write_log(simulate("two_spheres"), path)

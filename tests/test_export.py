@@ -17,7 +17,7 @@ from bearing_twin.base.sample import Channel, joined
 from bearing_twin.command import cli, export_command
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.export import CHANNELS, FORMATS, groups_of
-from bearing_twin.run.axes import axes_of
+from bearing_twin.run.dataset import axes_of
 
 ENDINGS = {"csv": ".csv", "parquet": ".parquet"}
 

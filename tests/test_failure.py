@@ -15,9 +15,8 @@ from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
 from bearing_twin.log.run_log import read_log
 from bearing_twin.run.failure import Failure, read_failure, write_failure
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.simulation import Simulation, simulate
 
 PINNED = ("run.duration=0.4", "solver.stepper=rodas4", "contact.normal=hertz")
 BALLS = load_scene("bearing_6203", PINNED)

@@ -19,9 +19,9 @@ from bearing_twin.kinds.bearing.figures import BearingFigures
 from bearing_twin.kinds.impact.figures import GAINED
 from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.log.run_log import write_log
-from bearing_twin.run.gathering import Gathering
-from bearing_twin.run.passes import simulate
+from bearing_twin.run.report import Gathering
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
 

@@ -15,9 +15,8 @@ from bearing_twin.log import cdr
 from bearing_twin.log.encoding import encoded
 from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.simulation import Simulation, simulate
 
 SCENE = load_scene("bearing_6203", ["run.duration=0.06"])
 ARRIVAL = 1_790_000_000_000_000_000  # ns, when a recorder heard the first message

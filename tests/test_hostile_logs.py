@@ -19,8 +19,8 @@ from bearing_twin.command.cli import main
 from bearing_twin.log import cdr
 from bearing_twin.log.run_log import write_log
 from bearing_twin.log.study_log import read_study, write_study
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
 from bearing_twin.uq.summary import check_summary

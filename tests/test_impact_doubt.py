@@ -10,8 +10,8 @@ from bearing_twin.kinds.ellipsoid import motion as ellipsoid
 from bearing_twin.kinds.impact import pair
 from bearing_twin.kinds.soft_discs.doubt import second_divisions
 from bearing_twin.kinds.two_bodies import motion as two_bodies
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 ALONE = "solver.check=none"
 KNOWABLE = 1e-8  # relative true errors below this are not compared: the reference is no better

@@ -35,7 +35,7 @@ from bearing_twin.kinds.impact.spring import NO_LINE, Spring
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.run.verification import verify
+from bearing_twin.run.verify import verify
 
 MASS = 0.1129  # reduced, of the two spheres of paper 3
 STEEL = 4.0 / 3.0 * 2.1e11 / (2.0 * 0.91) * math.sqrt(0.01905 / 2.0)
@@ -208,7 +208,7 @@ def test_spheres_a_metre_apart_do_not_pass_through_each_other():
 
 
 def test_a_step_beyond_an_eighth_of_the_contact_is_refused_and_a_coarse_one_is_warned_of():
-    from bearing_twin.run.fidelity import choose
+    from bearing_twin.run.scene import choose
 
     with pytest.raises(SceneError, match="at least 8 steps; use"):
         load_scene("two_spheres", ["solver.stepper=rk4", "solver.step=1.0e-5"])
@@ -339,7 +339,7 @@ def test_many_discs_at_once_and_their_mean():
 
 
 def test_thick_discs_are_answered_by_johnson_unless_the_scene_pins_the_paper():
-    from bearing_twin.run.fidelity import choose
+    from bearing_twin.run.scene import choose
 
     assert choose(load_scene("two_discs")).law == "line"
     assert "johnson costs no more" in choose(load_scene("two_discs")).warnings[0]

@@ -13,7 +13,7 @@ from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.run_log import raw_messages
 from bearing_twin.nodes.replay_loop import ReplayLoop
-from bearing_twin.run.verification import verify
+from bearing_twin.run.verify import verify
 
 # A short scene in which a contact begins, its channel of loads, and what a study of it varies and asks for.
 Case = namedtuple("Case", "scene overrides loads uncertain quantity begins", defaults=(True,))

@@ -25,9 +25,8 @@ from bearing_twin.log.layouts import LAYOUTS, log_span, panels, panels_of_study,
 from bearing_twin.log.run_log import write_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.log.study_log import write_study
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
 

@@ -29,10 +29,10 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter, Safety
 from bearing_twin.log.run_log import LogWriter, content_digest, raw_messages, read_log, write_log
 from bearing_twin.log.stream import Consecutive, MessageStream, topics
-from bearing_twin.run.passes import simulate
-from bearing_twin.run.report_of import report_of
+from bearing_twin.run.report import report_of
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.verification import verify
+from bearing_twin.run.simulation import simulate
+from bearing_twin.run.verify import verify
 from bearing_twin.view.logs import document_of_log
 
 SCENE = made_up_scene()

@@ -35,8 +35,8 @@ from bearing_twin.log.run_log import LogWriter, raw_messages, read_log, recover,
 from bearing_twin.log.sample_block import samples_message
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.replay_loop import logged_topics
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 SCENE = made_up_scene(balls=1)
 BLOCK = made_up_block(SCENE, 400)

@@ -11,8 +11,8 @@ from forks import forked
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.log.run_log import LogWriter, choice_record, read_log, recover, write_log
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.run.passes import Run, simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import Run, simulate
 
 LONG = ("bearing_6203", "--set", "run.output_rate=4000", "--duration", "0.3")  # a log of 5 MB
 SMALL = 3_000_000  # bytes

@@ -26,10 +26,10 @@ from bearing_twin.log.stream import topics
 from bearing_twin.nodes.recorder_node import RecorderNode
 from bearing_twin.nodes.replay_node import ReplayNode
 from bearing_twin.nodes.sim_node import SimNode
-from bearing_twin.run.passes import simulate
-from bearing_twin.run.report_of import report_of
+from bearing_twin.run.report import report_of
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.verification import verify
+from bearing_twin.run.simulation import simulate
+from bearing_twin.run.verify import verify
 
 # A scene a kind, short, and a pace at which a wire can follow.
 PLAYED = {

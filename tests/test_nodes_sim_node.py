@@ -46,9 +46,8 @@ from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.recorder_node import RecorderNode
 from bearing_twin.nodes.sim_node import SimNode
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.simulation import Simulation, simulate
 
 pytestmark = pytest.mark.usefixtures("quick_diagnostics")
 

@@ -10,11 +10,11 @@ from bearing_twin.base.sample import Block, Channel, cut, joined
 from bearing_twin.kinds.bearing.history import GREATEST_COUNT, LoadHistory
 from bearing_twin.kinds.bearing.picture import BearingPicture
 from bearing_twin.kinds.contract import Facts
-from bearing_twin.pictures import values as kept
-from bearing_twin.pictures.channels import ChannelPicture
-from bearing_twin.run.passes import simulate
-from bearing_twin.run.picture import plot
+from bearing_twin.pictures import run as kept
+from bearing_twin.pictures.run import ChannelPicture
+from bearing_twin.run.report import plot
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 PNG = b"\x89PNG\r\n\x1a\n"
 QUICK = (640, 400)  # pixels of a picture of 1600 x 1000 that is drawn quickly

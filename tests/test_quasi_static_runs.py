@@ -14,11 +14,9 @@ from bearing_twin.kinds.bearing.adequacy import cage_needed
 from bearing_twin.kinds.bearing.motion import bearing_motion
 from bearing_twin.kinds.bearing.quasi_static import equilibrium
 from bearing_twin.log.run_log import read_log, write_log
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.passes import simulate
-from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.run.simulation import Simulation
-from bearing_twin.run.verification import verify
+from bearing_twin.run.scene import choose, load_scene, parse_scene
+from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.verify import verify
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import parse_study
 

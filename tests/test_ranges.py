@@ -16,9 +16,8 @@ from bearing_twin.kinds.ranges import FASTEST_CHANGE, RANGES
 from bearing_twin.log.cdr import deserialise
 from bearing_twin.log.run_log import raw_messages, recover, write_log
 from bearing_twin.nodes.studies import Goal, StudyLimits, study_of
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.passes import simulate
-from bearing_twin.run.scene import load_scene, parse_scene, scene_names
+from bearing_twin.run.scene import choose, load_scene, parse_scene, scene_names
+from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study, study_names
 

@@ -27,9 +27,8 @@ from bearing_twin.kinds.bearing.quasi_static.equilibrium import solver_of, suppo
 from bearing_twin.kinds.bearing.rings import land_radius
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream, topics
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.simulation import Simulation, simulate
 
 RIG = "bearing_6203_rig_1000N"
 ROLLING = 0.5 * 157.0796 * (1.0 - 6.75 / 28.55)

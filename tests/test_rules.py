@@ -9,8 +9,7 @@ from bearing_twin.base.parameters import describe
 from bearing_twin.command.cli import main
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.rules import RESOLVED, RULES, SETTING, answers
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.scene import scene_names
+from bearing_twin.run.scene import choose, scene_names
 
 
 @pytest.mark.parametrize("row", RULES, ids=lambda row: f"{row.kinds[0]} {row.key} {row.choice}")

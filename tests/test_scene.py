@@ -18,8 +18,7 @@ from bearing_twin.base.paths import share_path
 from bearing_twin.base.yaml_files import GREATEST_FILE
 from bearing_twin.contact.materials import MATERIALS
 from bearing_twin.kinds.sections import RunSettings, resolved_run
-from bearing_twin.run.late import late_keys
-from bearing_twin.run.scene import KINDS, load_scene, open_scene, parse_scene, read_scene, scene_names
+from bearing_twin.run.scene import KINDS, late_keys, load_scene, open_scene, parse_scene, read_scene, scene_names
 from bearing_twin.uq.inputs import value_at
 from bearing_twin.uq.study import load_study
 

@@ -10,11 +10,9 @@ from bearing_twin.base.errors import Interrupted
 from bearing_twin.base.stopping import Halt
 from bearing_twin.command import cli
 from bearing_twin.kinds import KINDS
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.passes import simulate
-from bearing_twin.run.scene import load_scene
+from bearing_twin.run.scene import choose, load_scene
 from bearing_twin.run.second_run import SECOND_RUN, Differences
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.simulation import Simulation, simulate
 
 SCENES = {
     "bearing_6203": ("run.duration=0.03",),

@@ -20,9 +20,8 @@ from bearing_twin.kinds.bearing.forces.layout import (
 from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.speeds import cage_speed, roll_rate
 from bearing_twin.numerics.rotation import about_z
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.simulation import Simulation, simulate
 
 TORQUE = ("drive.kind=torque", "drive.inertia=1.0e-5")
 FROM_REST = (*TORQUE, "drive.torque=0.01", "drive.speed=0", "initial.motion=rest")

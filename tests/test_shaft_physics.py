@@ -33,10 +33,8 @@ from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.rotor import RATE
 from bearing_twin.kinds.shaft.statics import balance_of, rotor_of
 from bearing_twin.kinds.shaft.topics import longest_arrow, ring_centres, topics, wrenches
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.passes import simulate
-from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.scene import choose, load_scene
+from bearing_twin.run.simulation import Simulation, simulate
 
 STILL = ("gravity=[0,0,0]", "shaft.unbalances=[]")
 LOOSE = (  # two 6203 with clearance, one facing each way, so that the shaft is loaded alike along its axis

@@ -14,8 +14,8 @@ from bearing_twin.kinds.shaft.models import shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.kinds.shaft.statics import balance_of
 from bearing_twin.kinds.shaft.worth import Wide, moved_by, responses, wide_of
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 
 def of_material(parameters, factor):

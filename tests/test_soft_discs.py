@@ -11,8 +11,7 @@ from bearing_twin.kinds.soft_discs.march import inner_forces
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.solve import bodies_in_units, solve, stable_step
 from bearing_twin.kinds.soft_discs.strain_energy import energy_density
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.scene import load_scene
+from bearing_twin.run.scene import choose, load_scene
 
 FORMULATIONS = ("stvk", "neo_hookean", "linear")
 COARSE = ("mesh.divisions=16", "mesh.order=1")

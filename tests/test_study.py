@@ -9,9 +9,9 @@ import yaml
 
 from bearing_twin.base.errors import BearingTwinError, SceneError, StudyError
 from bearing_twin.kinds import KINDS
-from bearing_twin.run.gathering import BLOCK_OUTPUTS
-from bearing_twin.run.passes import simulate
+from bearing_twin.run.report import BLOCK_OUTPUTS
 from bearing_twin.run.scene import load_scene, open_scene, parse_scene, scene_names
+from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.inputs import Reader, numeric_keys, put, quantities_of, replaced, value_at
 from bearing_twin.uq.realisations import has_closed_form, without_numbers
 from bearing_twin.uq.result import Tally

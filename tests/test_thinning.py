@@ -18,10 +18,9 @@ from bearing_twin.log.run_log import LogWriter, choice_record, raw_messages, rea
 from bearing_twin.log.sample_block import samples_message
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.recording import Recording
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation
-from bearing_twin.run.verification import verify
+from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.verify import verify
 
 SCENE = made_up_scene(balls=2)
 BLOCK = made_up_block(SCENE, 1000)

@@ -11,8 +11,8 @@ from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import topics
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import parse_study
 

@@ -13,7 +13,7 @@ import pytest
 import bearing_twin
 from bearing_twin import BearingTwinError, read_log, simulate, write_log
 from bearing_twin.log.run_log import LogStream
-from bearing_twin.run.passes import Run
+from bearing_twin.run.simulation import Run
 from bearing_twin.uq.result import StudyResult
 
 PACKAGE = Path(bearing_twin.__file__).parent

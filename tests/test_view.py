@@ -21,8 +21,8 @@ from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.views import View, plain_view
 from bearing_twin.log.run_log import LogWriter, write_log
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
+from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
 from bearing_twin.view import film, frames

@@ -17,8 +17,8 @@ from test_view import HOSTILE, SHORT
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.log.run_log import write_log
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
 from bearing_twin.view.film import DRAWN, browser_page

@@ -13,9 +13,8 @@ from bearing_twin.base.yaml_files import SCENES, STUDIES
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter, checked, safety_of
 from bearing_twin.nodes.simulation_loop import check_speed
 from bearing_twin.nodes.studies import Goal, study_of
-from bearing_twin.run.cost import cost_of
 from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.simulation import Simulation, cost_of
 from bearing_twin.uq.run import refuse_too_large
 from bearing_twin.uq.study import load_study, parse_study
 

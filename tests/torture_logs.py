@@ -28,9 +28,9 @@ from bearing_twin.log.mcap_write import MAGIC
 from bearing_twin.log.raw_log import KEPT_RATE, SCENE_RECORD, RawLogWriter, Safety
 from bearing_twin.log.run_log import LogWriter, choice_record, raw_messages, read_log, recover, write_log
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.run.passes import simulate
-from bearing_twin.run.report_of import report_of
+from bearing_twin.run.report import report_of
 from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.study import parse_study
 
 MAX_LOSS, ALLOWED = 0.1, 0.15  # s: of the log, and with 50 ms for the flush itself

@@ -18,8 +18,7 @@ from bearing_twin.charts.tolerance import EXACT, _norm, scenes
 from bearing_twin.kinds import rules
 from bearing_twin.kinds.rules import SETTING, answers
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.scene import load_scene
+from bearing_twin.run.scene import choose, load_scene
 
 CHOICE, LOOSE, LESS = "choice", 0.05, 0.5
 DURATIONS = {"bearing": 0.1, "shaft": 0.05, "ellipsoid_on_plane": 0.6, "two_bodies": 0.05}  # s of a run at most

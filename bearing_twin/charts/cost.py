@@ -7,8 +7,8 @@ from bearing_twin.charts.contest import Contest, seconds, timed
 from bearing_twin.charts.panels import Axis, Panel, bars_of
 from bearing_twin.charts.scenes import WITHOUT_CHECK
 from bearing_twin.log.run_log import write_log
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 SPAN, RATE = 1.0, 1000  # s of a run, outputs a second
 RUNS = {  # title, scene, share of SPAN

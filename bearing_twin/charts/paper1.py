@@ -20,8 +20,8 @@ from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass, modulus_of
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.reference import bounce
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 TIME = Axis("time", "s")
 

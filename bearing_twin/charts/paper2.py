@@ -16,8 +16,8 @@ from bearing_twin.charts.paper import Figures, Paper
 from bearing_twin.kinds.beam.derived import beam_of
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.reference.struck_beam import strike
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 HEIGHTS = {50: (2, 4), 600: (3, 5)}  # mm: the paper's figures of bodies and of curves
 LOOKS = {"euler": "--", "timoshenko": "-"}

@@ -16,8 +16,8 @@ from bearing_twin.base.errors import StatisticError
 from bearing_twin.charts.panels import Axis, Band, Bars, Line, Map, Panel, Sheet, colour, dashed, shade
 from bearing_twin.charts.paper import Figures, Paper
 from bearing_twin.pictures.style import STYLE
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.modality import modality
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study

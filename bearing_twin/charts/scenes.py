@@ -14,8 +14,8 @@ import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.charts.contest import Contest, timed
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 WITHOUT_CHECK = "solver.check=none"
 LEAST_LOAD = 0.01  # of the greatest load: lighter contacts count as that where friction is judged

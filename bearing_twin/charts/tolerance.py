@@ -14,8 +14,8 @@ from bearing_twin.charts.contest import Contest, numbers, timed
 from bearing_twin.charts.panels import Axis, Line, Panel, curve, dashed
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import contacts, greatest, load_and_friction, root_mean_square, run
-from bearing_twin.run.passes import simulate
 from bearing_twin.run.scene import load_scene, scene_names
+from bearing_twin.run.simulation import simulate
 
 TOLERANCES, MESHES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5), (1e-1, 3e-2, 1e-2)  # of soft discs, whose reference is a mesh
 FLOOR = 1e-9  # smaller errors are drawn here

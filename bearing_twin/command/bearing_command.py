@@ -191,7 +191,7 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     """One equilibrium; `factor` multiplies the loads."""
     from bearing_twin.kinds.bearing import catalogue_answer
     from bearing_twin.kinds.bearing.quasi_static import answer, equilibrium
-    from bearing_twin.run.fidelity import choose
+    from bearing_twin.run.scene import choose
 
     scene = _bearing_scene(arguments, overrides)
     parameters, law = scene.parameters, choose(scene).law

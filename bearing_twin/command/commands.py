@@ -68,9 +68,8 @@ def _simulate(arguments) -> Outcome:
     picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
 
     from bearing_twin.command.terminal import progress, said_if_slow, say, told
-    from bearing_twin.run.cost import cost_of
-    from bearing_twin.run.late import late_keys
-    from bearing_twin.run.passes import simulate
+    from bearing_twin.run.scene import late_keys
+    from bearing_twin.run.simulation import cost_of, simulate
 
     large = cost_of(scene).sentence(bool(log), shutil.disk_usage(log.parent).free if log else math.inf)
     if large:
@@ -117,7 +116,7 @@ def _verify(arguments) -> Outcome:
     from bearing_twin.command.terminal import progress, show_result
     from bearing_twin.log.run_log import read_log
     from bearing_twin.log.study_log import is_study
-    from bearing_twin.run.verification import verify
+    from bearing_twin.run.verify import verify
 
     if is_study(arguments.log):
         raise LogError("that is the log of a study, and runs alone are verified; report and study --resume read it")
@@ -154,7 +153,7 @@ def _report(arguments) -> Outcome:
     from bearing_twin.command.terminal import with_progress
     from bearing_twin.log.run_log import read_log
     from bearing_twin.log.study_log import STUDY_RECORD
-    from bearing_twin.run.report_of import report_of
+    from bearing_twin.run.report import report_of
 
     picture = picture_path(arguments.plot) if arguments.plot else None
     stream = read_log(arguments.log, allow_gaps=True, topic=arguments.topic, last_run=True)

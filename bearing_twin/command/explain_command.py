@@ -63,8 +63,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
 def _reasons(arguments: argparse.Namespace) -> Outcome:
     """The rules that applied to a scene, by key, and the warnings of its choice."""
     from bearing_twin.kinds.rules import answers
-    from bearing_twin.run.fidelity import choose
-    from bearing_twin.run.scene import load_scene
+    from bearing_twin.run.scene import choose, load_scene
 
     scene = load_scene(arguments.failure, arguments.set)
     warnings = choose(scene).warnings
@@ -105,7 +104,7 @@ def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
     """What came of it, doubts, and why the log is incomplete."""
     from bearing_twin.command.terminal import progress
     from bearing_twin.run.failure import write_failure
-    from bearing_twin.run.passes import simulate
+    from bearing_twin.run.simulation import simulate
 
     again = ""
     with progress(f"going on with {scene.name}") as update:

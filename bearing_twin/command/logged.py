@@ -13,7 +13,7 @@ class ShownStream:
         self._stream, self._blocks = stream, None
         self._picture = None
         if wanted:
-            from bearing_twin.run.picture import picture_of
+            from bearing_twin.run.report import picture_of
 
             self._picture = picture_of(stream)
 
@@ -34,10 +34,10 @@ class ShownStream:
     def write(self, path, report) -> str:
         """Draws the picture of what has gone past."""
         from bearing_twin.command.terminal import said_if_slow
-        from bearing_twin.run.picture import worth_of
+        from bearing_twin.run.report import figure_errors
 
         with said_if_slow(f"drawing {path}"):
-            return str(self._picture.write(path, worth_of(report)))
+            return str(self._picture.write(path, figure_errors(report)))
 
 
 class Ended(NamedTuple):

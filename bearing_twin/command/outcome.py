@@ -35,7 +35,7 @@ class Subcommand(NamedTuple):
 
 def doubts_of(result) -> list[str]:
     """What is doubtful about a run, by its report as plain data."""
-    from bearing_twin.run.doubt import FAILED
+    from bearing_twin.run.report import FAILED
 
     status = str(result.get("status", "done"))
     doubts = [str(flag) for flag in result.get("flags", ())]

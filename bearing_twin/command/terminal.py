@@ -152,7 +152,7 @@ AXES = 3  # lists of so many numbers at most are vectors
 def show_result(result: Mapping) -> None:
     """Print a result on standard output: values and short lists first, then a table for each group of longer ones."""
     width = width_of_terminal()
-    from bearing_twin.run.doubt import shown_errors
+    from bearing_twin.run.report import shown_errors
 
     told, (result, errors) = result, _errors_apart(result)
     single, columns, events, sizes = [], {}, {}, _sizes(result, errors)
@@ -239,7 +239,7 @@ def _named_value(key: str, value, errors: tuple, size: float) -> tuple[str, str]
 
     `errors` are those of `run.doubt.shown_errors`.
     """
-    from bearing_twin.run.doubt import exceeds
+    from bearing_twin.run.report import exceeds
 
     numbers, (most, worst) = list(value) if isinstance(value, (list, tuple)) else [value], errors
     words, unit, factor = _readable(key, size)
@@ -378,7 +378,7 @@ def _words(seconds: float) -> str:
 
 def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     """The result without the errors of its figures, which join them in the table, and these; parts stay in --json."""
-    from bearing_twin.run.doubt import model_errors_in_words, promise_in_words
+    from bearing_twin.run.report import model_errors_in_words, promise_in_words
 
     errors = {key.removesuffix(ERROR): value for key, value in result.items() if key.endswith(ERROR)}
     errors = {key: value for key, value in errors.items() if key in result}

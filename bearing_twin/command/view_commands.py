@@ -105,8 +105,8 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
     scene = load_scene(arguments.what, overrides)
     own = scene.parameters.run.duration
     from bearing_twin.command.terminal import progress, said_if_slow, say, told
-    from bearing_twin.run.late import late_keys
-    from bearing_twin.run.passes import simulate
+    from bearing_twin.run.scene import late_keys
+    from bearing_twin.run.simulation import simulate
     from bearing_twin.view.run_page import document_of_run
 
     if own > LONGEST and not gives(overrides, "run.duration"):

@@ -85,8 +85,8 @@ class Picture(Protocol):
     def add(self, block: Block) -> None:
         """Takes a block in."""
 
-    def write(self, path, worth=()) -> Any:
-        """Draws what was taken in, and `pictures.worth` of figures; returns the path. Raises BearingTwinError."""
+    def write(self, path, errors=()) -> Any:
+        """Draws what was taken in, and the `errors` of figures; returns the path. Raises BearingTwinError."""
 
 
 class Topic(NamedTuple):
@@ -258,7 +258,7 @@ class Kind:
     operating_point: Callable[[Any, str, Sample], OperatingPoint] | None = None
     frame: str = "world"
     topics: Callable[[Any], tuple[Topic, ...]] = nothing
-    picture: Callable[[Facts], Picture] = field(default=late("bearing_twin.pictures.channels:ChannelPicture"))
+    picture: Callable[[Facts], Picture] = field(default=late("bearing_twin.pictures.run:ChannelPicture"))
     animated: bool = False
     view: Callable[..., Any] = field(default=late("bearing_twin.kinds.views:plain_view"))
     moved: Mapping[str, str] = field(default_factory=dict)

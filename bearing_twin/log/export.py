@@ -24,8 +24,7 @@ from bearing_twin.base.report import CutShort
 from bearing_twin.log.bag import path_of
 from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
-from bearing_twin.run.axes import ChannelAxis, axes_of
-from bearing_twin.run.dataset import dataset_of, source_of, tables_of
+from bearing_twin.run.dataset import ChannelAxis, axes_of, dataset_of, source_of, tables_of
 from bearing_twin.uq.result import columns_of, meanings_of, units_of
 
 OUTPUTS, SAMPLES, CHANNELS = "outputs", "realisations", "channels.csv"

@@ -44,9 +44,8 @@ from bearing_twin.log.sample_block import Restart, block_of, channels_of, check_
 from bearing_twin.log.stream import Channelled, Consecutive, MessageStream, choice_record, topics
 from bearing_twin.run.dataset import dataset_of
 from bearing_twin.run.failure import told_in
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.passes import Run
-from bearing_twin.run.scene import Scene, read_logged
+from bearing_twin.run.scene import Scene, choose, read_logged
+from bearing_twin.run.simulation import Run
 
 
 def count_in(text: str | None) -> int | None:

@@ -24,7 +24,7 @@ from bearing_twin.log.bag import DEEPEST, Qos
 from bearing_twin.log.encoding import Encoder, encoded, stamps_of
 from bearing_twin.log.mcap_write import HEAD, Bundle, alone, heads_of
 from bearing_twin.log.sample_block import samples_pieces
-from bearing_twin.run.fidelity import choose
+from bearing_twin.run.scene import choose
 from bearing_twin.run.second_run import tables_of
 
 

@@ -58,9 +58,7 @@ from bearing_twin.nodes.node_parameters import ALLOW_INVALID, LOG_SAFETY, NOT_AL
 from bearing_twin.nodes.pacing import FASTEST, SLOWEST, Worker
 from bearing_twin.nodes.simulation_loop import Commands, RunLogs, SimulationLoop
 from bearing_twin.run.failure import write_failure
-from bearing_twin.run.fidelity import refuse_outside
-from bearing_twin.run.late import late_keys
-from bearing_twin.run.scene import Scene, gives, load_scene
+from bearing_twin.run.scene import Scene, gives, late_keys, load_scene, refuse_outside
 from bearing_twin.run.simulation import Simulation
 
 NAME = "sim_node"

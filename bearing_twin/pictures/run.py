@@ -1,4 +1,4 @@
-"""The picture of a run of any length: its blocks taken in, its panels drawn by the kind, its title and foot."""
+"""The picture of a run of any length: its outputs thinned, its panels drawn by the kind, its title and foot."""
 
 from abc import ABC, abstractmethod
 from pathlib import Path
@@ -6,10 +6,64 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from bearing_twin import __version__
+from bearing_twin.base.errors import LogError
 from bearing_twin.base.sample import Block, Table
-from bearing_twin.pictures.style import SIZE
-from bearing_twin.pictures.values import ChannelValues, footer
-from bearing_twin.pictures.worth import finish
+from bearing_twin.base.units import prefixed, with_unit
+from bearing_twin.pictures.panels import finish
+from bearing_twin.pictures.style import BALL_COLOURS, SIZE, frame, heading, scaled
+
+GREATEST_ROWS = 100_000  # outputs kept; of longer runs every second, fourth ... is
+
+
+class ChannelValues:
+    """Takes blocks in and gives arrays back; `stride` tells how much was thinned, `greatest` what was seen of each."""
+
+    def __init__(self):
+        self.stride, self.outputs = 1, 0
+        self.greatest: dict[str, float] = {}
+        self._rows = 0
+        self._time: list[np.ndarray] = []
+        self._values: list[dict[str, np.ndarray]] = []
+
+    def add(self, block: Block) -> None:
+        self.outputs += len(block)
+        for name, values in block.values.items():
+            if values.ndim == 1:
+                self.greatest[name] = max(self.greatest.get(name, -np.inf), float(values.max(initial=-np.inf)))
+        keep = slice(-block.first_sequence % self.stride, None, self.stride)
+        self._time.append(1e-9 * block.time_ns[keep])
+        self._values.append({name: values[keep] for name, values in block.values.items()})
+        self._rows += len(self._time[-1])
+        if self._rows > GREATEST_ROWS:
+            whole = self.arrays()
+            self.stride *= 2
+            self._time = [whole.pop("time")[::2]]
+            self._values = [{name: values[::2] for name, values in whole.items()}]
+            self._rows = len(self._time[0])
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Time [s] as "time", and every channel by name, of the outputs kept; raises LogError without a sample."""
+        if not self._rows:
+            raise LogError("there is no sample to draw; recover the log from the original, or simulate again")
+        values = {name: np.concatenate([part[name] for part in self._values]) for name in self._values[0]}
+        return {"time": np.concatenate(self._time), **values}
+
+
+def footer(facts, values: ChannelValues) -> str:
+    """What stands below the picture of a run: scene, outputs, law and stepper, version."""
+    thinned = f", every {values.stride}th" if values.stride > 1 else ""
+    words = [f"{values.outputs} output{'s' * (values.outputs != 1)}{thinned}"]
+    words += [f"{name}: {text}" for name, text in (("law", facts.law), ("stepper", facts.stepper)) if text]
+    if facts.scene is not None:
+        words.insert(0, facts.scene.name)
+    return f"{', '.join(words)}; bearing_twin {__version__}"
+
+
+def scaled_time(time: np.ndarray) -> tuple[np.ndarray, float, str]:
+    """Times in a readable unit, the factor from seconds, and the unit."""
+    scale, unit = prefixed(float(time[-1]), "s")
+    return scale * time, scale, unit
 
 
 class RunPicture(ABC):
@@ -40,10 +94,46 @@ class RunPicture(ABC):
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
         """Fills the figure with panels."""
 
-    def write(self, path, worth=()) -> Path:
+    def write(self, path, errors=()) -> Path:
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
         values, scene = self._values.arrays(), self._facts.scene
         figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
         self.draw(figure, values)
         title = scene.description or scene.name if scene is not None else "Recorded run"
-        return finish(figure, title, footer(self._facts, self._values), path, size=17, worth=worth)
+        return finish(figure, title, footer(self._facts, self._values), path, size=17, errors=errors)
+
+
+WIDTH, ROW, MARGINS, COLUMNS = 16.0, 2.6, 2.2, 2
+MOST_PANELS = 16
+
+
+class ChannelPicture(RunPicture):
+    """One panel a channel, in the channels' order, the first 16 of them."""
+
+    _channels = ()
+
+    def add(self, block: Block) -> None:
+        self._channels = block.channels
+        super().add(block)
+
+    def draw(self, figure, values) -> None:
+        time, _, unit = scaled_time(values["time"])
+        shown = [channel for channel in self._channels if channel.shape == ()][:MOST_PANELS]
+        rows = max(1, -(-len(shown) // COLUMNS))
+        tall = ROW * rows + MARGINS
+        figure.set_size_inches(WIDTH, tall)
+        edges = {"left": 0.07, "right": 0.98, "top": 1.0 - 1.4 / tall, "bottom": 1.0 / tall}
+        axes = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True, gridspec_kw={**edges, "hspace": 0.4})
+        for place, axis in enumerate(axes.ravel()):
+            if place >= len(shown):
+                axis.set_axis_off()
+                continue
+            channel = shown[place]
+            factor, prefixed = scaled(values[channel.name], channel.unit)
+            frame(axis)
+            line = factor * values[channel.name]
+            axis.plot(time, line, color=BALL_COLOURS[place % len(BALL_COLOURS)], linewidth=1.6)
+            axis.margins(x=0.0)
+            heading(axis, f"{channel.name.replace('_', ' ')}: {channel.meaning}"[:90], up=with_unit(prefixed).lstrip())
+        for axis in axes[-1]:
+            axis.set_xlabel(f"time [{unit}]")

@@ -1,11 +1,12 @@
-"""Colours that stay apart for colour-blind eyes (Okabe and Ito), the same in every chart."""
+"""Style of all charts, with colours that colour-blind eyes distinguish (Okabe and Ito); files of pictures and films."""
 
 import io
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
 
-from bearing_twin.base.paths import write_whole
+from bearing_twin.base.paths import write_whole, written_whole
 from bearing_twin.base.units import prefixed
 
 STYLE = {"ink": "#22303c", "soft": "#71808c", "panel": "#eef1f4", "ring": "#cfd6dc", "edge": "#8a97a3"}
@@ -83,3 +84,18 @@ def save(figure, path, **options) -> Path:
     drawn = io.BytesIO()
     figure.savefig(drawn, format="png", **options)
     return write_whole(path, drawn.getvalue())
+
+
+FRAMES_A_SECOND = 20
+
+
+def write_moving(figure, path, frames: Iterable, draw: Callable) -> Path:
+    """Writes one picture a frame, `draw(frame)` filling the figure, whole or not at all; raises as `written_whole`."""
+    from matplotlib.animation import PillowWriter
+
+    writer = PillowWriter(fps=FRAMES_A_SECOND)
+    with written_whole(path) as draft, writer.saving(figure, str(draft), dpi=figure.dpi):
+        for frame in frames:
+            draw(frame)
+            writer.grab_frame()
+    return Path(path)

@@ -1,9 +1,9 @@
-"""Runs that failed, as files: what failed, when and where, the last good output, and the state to go on from."""
+"""Runs that failed: where, the last good output, the state to go on from, and the file that keeps them."""
 
 import dataclasses
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,10 +12,9 @@ import numpy as np
 import bearing_twin
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.base.report import json_text, parsed_json
-from bearing_twin.base.sample import Channel, Sample
+from bearing_twin.base.sample import Block, Channel, Sample
 from bearing_twin.kinds import KINDS
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.scene import Scene, parse_scene, read_logged
+from bearing_twin.run.scene import Scene, choose, parse_scene, read_logged
 
 FORMAT = "bearing_twin failure 1"
 LARGEST_FILE = 20_000_000  # bytes
@@ -207,3 +206,38 @@ def _axis(channel: Channel, index: tuple[int, ...]) -> tuple[str, ...]:
     """The letter of the component of a vector or quaternion; nothing for a number."""
     width = channel.shape[-1] if channel.shape else 0
     return ("xyzw"[index[-1]],) if width in (3, 4) else ()
+
+
+class Broken(NamedTuple):
+    """Why nothing comes behind some outputs; the number of the output to go on after, and the motion's state there."""
+
+    error: IntegrationError
+    sequence: int
+    state: Any
+
+
+def state_of(motion):
+    """The state of a motion as plain data, None of one that has none."""
+    return motion.snapshot() if hasattr(motion, "snapshot") else None
+
+
+def up_to_break(
+    motion, made: Callable[[np.ndarray], Block], first: int, times: np.ndarray, now: float, begun: Broken, block
+) -> tuple[Block | None, Broken]:
+    """The outputs before the error of a chunk from number `first` on, at `times` (n,) [s] from `now` [s].
+
+    `block` has them all where it is one of them that no motion can have; else they are `made` anew, up to the error or
+    earlier, from where the motion begins again. None where there is none, or the motion cannot go back.
+    """
+    times = times[now + times < begun.error.seconds * (1.0 - SAME)]
+    if block is not None:
+        return block.part(0, len(times)), begun
+    while len(times) and hasattr(motion, "take_back"):
+        motion.take_back()
+        try:
+            block = made(times)
+        except IntegrationError:  # earlier than it said
+            times = times[: len(times) // 2]
+        else:
+            return block, Broken(begun.error, first + len(times) - 1, state_of(motion))
+    return None, begun

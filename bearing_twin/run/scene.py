@@ -1,11 +1,11 @@
-"""Scenes: one strict SI YAML file each, read into frozen dataclasses, and back into a resolved dump."""
+"""Scenes: one strict SI YAML file each, read into frozen dataclasses, and back into a resolved dump; their models."""
 
 import copy
 import dataclasses
 import functools
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -26,7 +26,7 @@ from bearing_twin.base.parameters import (
     stands_for_section,
     unknown,
 )
-from bearing_twin.base.report import parsed_json
+from bearing_twin.base.report import Choice, parsed_json
 from bearing_twin.base.sample import Channel
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 from bearing_twin.kinds import KINDS
@@ -303,3 +303,43 @@ def _apply(parameters: type, mapping: dict, override: str) -> None:
     value = SCENES.load(text, f"override {echo(override)}")
     former = FORMER_VALUES.get(".".join(words), {})
     mapping[words[-1]] = former.get(value, value) if isinstance(value, (str, bool)) else value
+
+
+def choose(scene: Scene) -> Choice:
+    """Law and stepper for a scene; raises SceneError where a bearing has no start, or a model leaves its range."""
+    refuse_outside(scene)
+    return KINDS[scene.kind].choose(scene.parameters)._replace(outside=scene.outside)
+
+
+def refuse_outside(scene: Scene) -> None:
+    """Raises SceneError where a model that is asked for leaves its range, and the scene does not allow that."""
+    if scene.outside and not scene.allows_invalid:
+        told = "; ".join(scene.outside)
+        raise SceneError(
+            f"scene {scene.name}: {told}, or let it run all the same by --allow-invalid (solver.allow_invalid: on), "
+            "which marks every output"
+        )
+
+
+def late_keys(scene: Scene, until: float) -> list[str]:
+    """One sentence for each key of the scene with a time that a run of `until` [s] never comes to.
+
+    Rows of a table count where the run ends before the row in front of them: between two it is straight.
+    """
+    return [
+        f"{key} is beyond the end of the run at {until:g} s: nothing of that happens"
+        for key in _beyond(scene.parameters, until, "")
+    ]
+
+
+def _beyond(section, until: float, path: str) -> Iterator[str]:
+    for item in dataclasses.fields(section):
+        value, key = getattr(section, item.name), f"{path}{item.name}"
+        if dataclasses.is_dataclass(value):
+            if item.name == "change" and value.time > until:
+                yield f"{key}.time = {value.time:g} s"
+            yield from _beyond(value, until, f"{key}.")
+        elif item.metadata.get("columns", ())[:1] == (("time", "s"),):
+            times = [row[0] for row in value]
+            if late := sum(time >= until for time in times[:-1]):
+                yield f"what {key} says after {times[-1 - late]:g} s"

@@ -1,30 +1,85 @@
-"""A scene in motion, advanced as far as somebody asks."""
+"""A scene in motion, advanced as far as somebody asks, and a run of it from start to end."""
 
 import time
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+from os import PathLike
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba.core import event
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, Interrupted, SceneError
-from bearing_twin.base.report import Report
-from bearing_twin.base.sample import Block, Columns, joined, layout_of, side_by_side
+from bearing_twin.base.messages import no_progress
+from bearing_twin.base.report import Choice, Report
+from bearing_twin.base.sample import Block, Columns, Sample, joined, layout_of, outputs_at_once, side_by_side
 from bearing_twin.base.stopping import SIGNALLED, Halt, heeding_signals
 from bearing_twin.kinds import KINDS
-from bearing_twin.run.broken import Broken, state_of, up_to_break
-from bearing_twin.run.chunks import CHUNK_NS, COMMANDING_NS, chunk_end, chunk_outputs
-from bearing_twin.run.commanded import Commanded
-from bearing_twin.run.failure import Failure, placed, told_of
-from bearing_twin.run.fidelity import choose
-from bearing_twin.run.gathering import Gathering
+from bearing_twin.kinds.contract import OperatingPoint
+from bearing_twin.run.dataset import dataset_of
+from bearing_twin.run.failure import Broken, Failure, placed, state_of, told_of, up_to_break
 from bearing_twin.run.health import Health, worst_contact
-from bearing_twin.run.scene import Scene
+from bearing_twin.run.report import Gathering
+from bearing_twin.run.scene import Scene, choose, load_scene
 from bearing_twin.run.second_run import CheckedMotion, estimate_of, has_second_run
+
+CHUNK_OUTPUTS = 400  # integrate at most so many outputs in one go, so that memory stays small ...
+CHUNK_NS = 50_000_000  # ... and so much simulated time, for which commands wait, or `longest_chunk`
+COMMANDED_NS, COMMANDING_NS = 20_000_000, 1_000_000_000  # in one go after a command, for so long
+
+
+def chunk_outputs(scene: Scene, longest_ns: int) -> int:
+    """Outputs that are computed in one go, of at most so much simulated time."""
+    return max(1, min(CHUNK_OUTPUTS, outputs_at_once(scene.channels), longest_ns // scene.output_period_ns))
+
+
+def chunk_end(scene: Scene, first: int, chunk: int, commanded: bool) -> int:
+    """Number of the output before which the chunk ends that begins with `first`: a multiple of `chunk` outputs.
+
+    It is shorter where something was `commanded` of late.
+    """
+    if commanded:
+        chunk = min(chunk, chunk_outputs(scene, COMMANDED_NS))
+    until = first - first % chunk + chunk
+    if first < scene.outputs < until:
+        until = scene.outputs  # what lies beyond the end of the scene is seldom asked for
+    return until
+
+
+LARGE = 1e9  # bytes of log or memory from which on a run is announced
+COPIES = 4  # of a chunk of outputs: as computed, cut, encoded, packed
+PACKED = 0.8  # size of a log's samples on disk as a share of their numbers, measured with bearing_6203
+MESSAGES = 1.1  # size of a log with its other topics over its samples alone
+
+
+class Cost(NamedTuple):
+    """Outputs of a run, bytes of a log of all of them, and bytes of memory beyond those of any run."""
+
+    outputs: int
+    log_bytes: float
+    memory_bytes: float
+
+    def sentence(self, with_log: bool, free_bytes: float) -> str:
+        """What is large about it, with the room there is on the disk; empty where nothing is."""
+        large = []
+        if with_log and self.log_bytes > min(LARGE, free_bytes):
+            large.append(f"a log of about {self.log_bytes:.2g} B where {free_bytes:.2g} B are free")
+        if self.memory_bytes > LARGE:
+            large.append(f"about {self.memory_bytes:.2g} B of memory")
+        return f"{self.outputs} outputs, {' and '.join(large)}" if large else ""
+
+
+def cost_of(scene: Scene) -> Cost:
+    """What the scene's run will take, from its channels and their rate."""
+    row = 8.0 * sum(channel.width for channel in scene.channels)
+    together = min(CHUNK_OUTPUTS, scene.outputs)
+    return Cost(scene.outputs, scene.outputs * row * PACKED * MESSAGES, COPIES * together * row)
+
 
 COMPILING = "numba:compiler_lock"  # held while a kernel is compiled or loaded
 
 
-class Simulation(Commanded):
+class Simulation:
     """A scene in motion, advanced as far as somebody asks; the numbers do not depend on how it is cut.
 
     Integration runs in compiled code that releases the GIL, in chunks that end before sequence numbers divisible by
@@ -148,6 +203,45 @@ class Simulation(Commanded):
         self._gathering.add(block)
         return block
 
+    def set_speed(self, speed: float) -> None:
+        """New goal [rad/s] for the speed of inner ring or shaft, approached at the drive's acceleration from now on.
+
+        Raises BearingTwinError, and changes nothing, where the load is not carried at this speed, or a torque turns it.
+        """
+        if self.kind.check_drive is not None:
+            self.kind.check_drive(self.scene.parameters, self.choice.law, "speed", float(speed), self._load)
+        self._to_last_output()
+        self._motion.goal_speed = float(speed)
+
+    def set_torque(self, torque: float) -> None:
+        """New torque [N m] on the inner ring about +z; raises BearingTwinError where the speed is prescribed."""
+        self._refuse_without(self.kind.check_drive, "torque")
+        self.kind.check_drive(self.scene.parameters, self.choice.law, "torque", float(torque), self._load)
+        self._to_last_output()
+        self._motion.set_torque(float(torque))
+
+    def set_load(self, force, moment) -> None:
+        """New force (3,) [N] and moment (2,) or (3,) [N m] on the inner ring or the shaft, from now on.
+
+        None for both: the scene's own. Raises BearingTwinError, and changes nothing, for what the scene cannot carry.
+        """
+        if force is not None:
+            self._refuse_without(self.kind.check_load, "load")
+            self.kind.check_load(self.scene.parameters, self.choice.law, self._motion.goal_speed, force, moment)
+        self._to_last_output()
+        self._load = force, moment
+        self._motion.set_load(force, moment)
+
+    def operating_point(self) -> tuple[Sample, OperatingPoint]:
+        """The last output given out, or the first, with loads and stiffness there; raises BearingTwinError."""
+        self._refuse_without(self.kind.operating_point, "stiffness")
+        sample = (self._begun() if self._given is None else self._given)[-1]
+        return sample, self.kind.operating_point(self.scene.parameters, self.choice.law, sample)
+
+    def _refuse_without(self, part, word: str) -> None:
+        if part is None:
+            raise BearingTwinError(f"a scene of the kind {self.kind.name} has no {word}; a bearing has")
+
     def _begun(self) -> Block:
         """The outputs computed and not given out; the first of a run are those at its start."""
         if self._pending is None:
@@ -213,3 +307,82 @@ class Simulation(Commanded):
         costs = self._motion.costs()
         failure = None if self.failure is None else told_of(self.failure)
         return self._gathering.report(self.scene.name, share * self._compute_seconds, costs, last, failure)
+
+
+class Run:
+    """A pass through a scene from start to end; iterate it for `Sample`s or its `blocks()`, then read `report`.
+
+    With a `failure` it goes on from the last good state of that run.
+    """
+
+    def __init__(self, scene: Scene, progress: Callable[[float], None] | None = None, failure: Failure | None = None):
+        self.scene, self.simulation = scene, Simulation(scene)
+        self.channels = self.simulation.channels
+        self._progress, self._failure, self._passes = progress, failure, 0
+
+    @property
+    def choice(self) -> Choice:
+        """Law and stepper in use, and why."""
+        return self.simulation.choice
+
+    @property
+    def report(self) -> Report:
+        """The report on what has been iterated so far; raises BearingTwinError before the first output."""
+        return self.simulation.report()
+
+    @property
+    def failure(self) -> IntegrationError | None:
+        """What broke the run off, if anything did."""
+        return self.simulation.failure
+
+    @property
+    def outputs(self) -> int:
+        """Number of outputs of the whole run, the one at time zero included."""
+        return self.scene.outputs
+
+    def blocks(self) -> Iterator[Block]:
+        """The run in blocks of up to 400 outputs, whole chunks of the integration, from the start or the failure.
+
+        A pass that is gone on with after another has begun raises BearingTwinError.
+        """
+        self._passes += 1
+        number = self._passes
+        if self._failure is None:
+            self.simulation.reset()
+        else:
+            self.simulation.resume(self._failure)
+        done, total = self.simulation.sequence + 1, self.outputs
+        while done < total:
+            if number != self._passes:
+                raise BearingTwinError("the run has been begun anew meanwhile; make a run for each pass by `simulate`")
+            chunk = self.simulation.chunk_outputs  # a run that goes on with a failure may begin inside one
+            block = self.simulation.advance(min(chunk - done % chunk, total - done))
+            done += len(block)
+            if self._progress:
+                self._progress(done / total)
+            yield block
+
+    def __iter__(self) -> Iterator[Sample]:
+        for block in self.blocks():
+            yield from block
+
+    def __reduce__(self):
+        raise BearingTwinError("a run cannot be copied or sent: take its scene, report, blocks or log")
+
+    def to_xarray(self) -> Any:
+        """The whole run, computed now, as an `xarray.Dataset` (extra `export`); see `dataset_of`."""
+        return dataset_of(self)
+
+
+def simulate(
+    scene: Scene | str | PathLike | Mapping,
+    progress: Callable[[float], None] | None = None,
+    failure: Failure | None = None,
+) -> Run:
+    """A run of the scene, or of that by its name, path or plain data; nothing is computed before it is iterated.
+
+    `progress` is called with the share done after each block. It goes on from the last good state of a `failure`.
+    """
+    if progress is not None and not callable(progress):
+        raise SceneError(no_progress(progress, "load_scene"))
+    return Run(scene if isinstance(scene, Scene) else load_scene(scene), progress, failure)

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from bearing_twin.base.errors import StatisticError, StudyError
 from bearing_twin.base.units import inverse, labelled, unit_for_people, with_unit
+from bearing_twin.pictures.panels import finish
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, key_above, scaled
-from bearing_twin.pictures.worth import finish
 from bearing_twin.uq.propagation import derive, through
 from bearing_twin.uq.realisations import exact_distributions, task_of, uncertain_inputs
 from bearing_twin.uq.result import StudyResult, SweepInWords, size_of, sweep_of

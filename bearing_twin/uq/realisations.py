@@ -15,11 +15,9 @@ from bearing_twin.base.parameters import describe
 from bearing_twin.kinds import KINDS, kind_of
 from bearing_twin.kinds.contract import Quantity
 from bearing_twin.kinds.refinement import NO_CHECK
-from bearing_twin.run.doubt import FAILED
-from bearing_twin.run.fidelity import choose, refuse_outside
-from bearing_twin.run.passes import simulate
-from bearing_twin.run.scene import parse_scene
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.report import FAILED
+from bearing_twin.run.scene import choose, parse_scene, refuse_outside
+from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.uq.inputs import Reader, numeric_keys, placed, put, quantities_of, replaced
 from bearing_twin.uq.propagation import COARSE, SCORES, Derived, derive, is_heavy, refuse_missing_moment, tails
 from bearing_twin.uq.statistics import MOMENTS

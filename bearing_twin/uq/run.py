@@ -16,7 +16,7 @@ from bearing_twin.base.messages import no_progress
 from bearing_twin.base.stopping import heeding, look
 from bearing_twin.base.units import with_unit
 from bearing_twin.kinds.doubt import METHOD
-from bearing_twin.run.doubt import LARGE, exceeds
+from bearing_twin.run.report import LARGE, exceeds
 from bearing_twin.uq.distributions import numbers_kept
 from bearing_twin.uq.histories import COLUMNS, RESAMPLES, ROWS
 from bearing_twin.uq.inputs import quantity_of

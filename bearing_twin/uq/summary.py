@@ -13,7 +13,7 @@ import numpy as np
 from bearing_twin.base.errors import BearingTwinError, StatisticError, Stopped
 from bearing_twin.base.stopping import heeding, look
 from bearing_twin.base.units import two_digits, unit_for_people, with_unit
-from bearing_twin.run.passes import simulate
+from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.histories import Histories, narrowing
 from bearing_twin.uq.modality import modality, mode_numbers
 from bearing_twin.uq.propagation import Chaos, Derived, Interpolated

@@ -10,9 +10,8 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.views import View, plain_view
 from bearing_twin.pictures.style import BALL_COLOURS
-from bearing_twin.run.doubt import DONE, DOUBTFUL
-from bearing_twin.run.passes import Run
-from bearing_twin.run.report_of import report_of
+from bearing_twin.run.report import DONE, DOUBTFUL, report_of
+from bearing_twin.run.simulation import Run
 from bearing_twin.view.frames import Frames, passed_on
 from bearing_twin.view.packing import packed, prefixes
 from bearing_twin.view.tables import ball_tables, error_notes, figure_rows, happening_tables

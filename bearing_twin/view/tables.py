@@ -12,7 +12,7 @@ from bearing_twin.base.units import (
     sizes_for_units,
     two_digits,
 )
-from bearing_twin.run.doubt import promise_in_words, shown_errors
+from bearing_twin.run.report import promise_in_words, shown_errors
 
 ERROR = "_error"
 AXES = 3  # lists of so many numbers at most are vectors

@@ -5,8 +5,8 @@ from matplotlib.figure import Figure
 
 from bearing_twin.kinds.beam.view import ENERGIES, watched_points
 from bearing_twin.kinds.impact.picture import PairPicture, draw_energies, draw_force
+from bearing_twin.pictures.run import scaled_time
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, marker_of
-from bearing_twin.pictures.values import scaled_time
 
 
 class BeamPicture(PairPicture):

@@ -15,7 +15,7 @@ from bearing_twin.kinds.bearing.history import LoadHistory
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.rings import FREE_RING, dimension_of, moving_centre
 from bearing_twin.kinds.contract import Facts
-from bearing_twin.pictures.marks import axes_mark, readable_on
+from bearing_twin.pictures.panels import axes_mark, finish, readable_on
 from bearing_twin.pictures.style import (
     BALL_COLOURS,
     GREATEST_LINES,
@@ -30,7 +30,6 @@ from bearing_twin.pictures.style import (
     marker_of,
     scaled,
 )
-from bearing_twin.pictures.worth import finish
 
 FLAT = 0.6  # where the lowest load exceeds this part of the highest, the axis need not show zero
 GREATEST_TURNS = 8  # of the balls round the bearing: more waves than this become a solid block
@@ -60,7 +59,7 @@ class BearingPicture:
         for moved in self._moved:
             moved.add_block(block)
 
-    def write(self, path, worth=()) -> Path:
+    def write(self, path, errors=()) -> Path:
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
         history, scene = self._history, self._facts.scene
         if history.last is None:
@@ -80,7 +79,7 @@ class BearingPicture:
             _draw_moved(above, moved)
         _draw_bearing(figure.add_subplot(right[0]), history.last, scene)
         _draw_contacts(figure.add_subplot(right[1]), figure.add_subplot(right[2]), history.last, scene)
-        return finish(figure, _title(history, scene), _footer(self._facts, history), path, worth=worth)
+        return finish(figure, _title(history, scene), _footer(self._facts, history), path, errors=errors)
 
 
 def _draw_loads(figure, axes, history):

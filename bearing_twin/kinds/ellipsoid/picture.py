@@ -11,7 +11,7 @@ from bearing_twin.base.units import prefixed
 from bearing_twin.kinds.ellipsoid.figures import CONTACT
 from bearing_twin.kinds.ellipsoid.view import LOST, STORED
 from bearing_twin.numerics.rotation import rotation_matrix, rotation_rows
-from bearing_twin.pictures.peaks import draw_peaks
+from bearing_twin.pictures.panels import draw_peaks
 from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
 

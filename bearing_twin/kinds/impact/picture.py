@@ -7,10 +7,9 @@ from bearing_twin.base.units import prefixed
 from bearing_twin.kinds.impact.collision import peak_of
 from bearing_twin.kinds.impact.figures import CONTACT
 from bearing_twin.kinds.impact.view import ENERGIES
-from bearing_twin.pictures.peaks import draw_peaks
-from bearing_twin.pictures.run import RunPicture
+from bearing_twin.pictures.panels import draw_peaks
+from bearing_twin.pictures.run import RunPicture, scaled_time
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, marker_of, scaled
-from bearing_twin.pictures.values import scaled_time
 
 MISSED = 10  # outputs in a contact: fewer may pass its peak by
 NONE = np.empty((3, 0))

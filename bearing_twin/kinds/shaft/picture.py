@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from bearing_twin.kinds.shaft.modes import last_matrices, modes_at, modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES
-from bearing_twin.pictures.loads_around import draw_loads_around
+from bearing_twin.pictures.panels import draw_loads_around
 from bearing_twin.pictures.run import RunPicture
 from bearing_twin.pictures.style import (
     BALL_COLOURS,

@@ -14,9 +14,8 @@ from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.kinds.soft_discs.mesh import half_disc
 from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, edges_of, triangles_of
 from bearing_twin.kinds.soft_discs.view import ENERGIES
-from bearing_twin.pictures.moving import write_moving
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, scaled
-from bearing_twin.pictures.values import scaled_time
+from bearing_twin.pictures.run import scaled_time
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, scaled, write_moving
 
 COLOURS = "viridis"
 FRAMES = 40  # of an animation
@@ -45,10 +44,10 @@ class SoftDiscPicture(PairPicture):
         draw_energies(energy, time, unit, values, ENERGIES)
         self._draw_shapes(figure, [figure.add_subplot(grid[1, 4 * k : 4 * k + 4]) for k in range(3)], values, unit)
 
-    def write(self, path, worth=()) -> Path:
+    def write(self, path, errors=()) -> Path:
         """As a picture or, where `path` ends in .gif, as FRAMES shapes one after the other, with the force."""
         if Path(path).suffix.lower() != ".gif":
-            return super().write(path, worth)
+            return super().write(path, errors)
         values = self._values.arrays()
         rows = np.unique(np.linspace(0, len(values["time"]) - 1, FRAMES).astype(int))
         time, _, unit = scaled_time(values["time"])

@@ -6,9 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin import __version__
-from bearing_twin.pictures.loads_around import draw_loads_around
+from bearing_twin.pictures.panels import draw_loads_around, finish
 from bearing_twin.pictures.style import RACEWAY_COLOURS, RACEWAYS, STYLE, ball_line, frame, heading, key_above
-from bearing_twin.pictures.worth import finish
 
 AXES = ("x", "y", "z")
 

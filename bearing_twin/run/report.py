@@ -1,14 +1,33 @@
-"""What a figure is worth: errors by source kept apart and added, and the status that follows from what was promised."""
+"""The report on a run, a log or a node: figures, their errors by source, the status, and the picture."""
 
+import copy
 import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
-from bearing_twin.base.report import Choice
-from bearing_twin.base.units import greatest_error, known_digits, named, two_digits, with_unit
-from bearing_twin.kinds.doubt import FRICTION_MODEL, LARGE, LATER, LAW, LEFT_OUT, METHOD, Errors, Promise
-from bearing_twin.run.second_run import Estimate, NoEstimate
+from bearing_twin.base.errors import LogError
+from bearing_twin.base.report import Choice, Report
+from bearing_twin.base.sample import Aligned, Block, cut, outputs_at_once
+from bearing_twin.base.units import greatest_error, known_digits, named, readable, two_digits, with_unit
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.contract import Facts, Figures, Picture
+from bearing_twin.kinds.doubt import (
+    FRICTION_MODEL,
+    LARGE,
+    LATER,
+    LAW,
+    LEFT_OUT,
+    METHOD,
+    Doubt,
+    Errors,
+    NothingKnown,
+    Promise,
+)
+from bearing_twin.kinds.plain_figures import PlainFigures
+from bearing_twin.run.failure import told_in
+from bearing_twin.run.second_run import Estimate, NoEstimate, estimate_of
 
 WORDS = {LAW: "elastic law", FRICTION_MODEL: "friction model", LEFT_OUT: "what is not modelled"}
 FAR = 10.0  # times the error of the method: where that of the model is greater, no ± is shown
@@ -221,3 +240,170 @@ def _sentence(promise: Promise, horizon: float | None) -> str:
                 f"{promise.norm}, more than the requested {promise.tolerance:g}{': ' if one.mend else ''}{one.mend}"
             )
     return "; ".join(said)
+
+
+BLOCK_OUTPUTS = 50  # outputs at most in the blocks that figures are made of
+
+
+class Gathering:
+    """A run's writers of figures, model errors and error estimate, empty at first, fed in pieces of any length.
+
+    A writer whose attribute `in_stretches` is False gives the same to the bit for many pieces at once, and gets them.
+    """
+
+    def __init__(self, figures: Figures, choice: Choice, doubt: Doubt, estimate: Estimate | NoEstimate | None = None):
+        self.choice, self.outputs, self.missing = choice, 0, 0
+        self._writers = figures, doubt, estimate or NoEstimate()
+        self._length, self._aligned = 0, Aligned(0)
+        self._last_ns, self._following = 0, None
+
+    def add(self, block: Block) -> None:
+        """Takes a block in; outputs missing before it are counted."""
+        if self._following is not None:
+            self.missing += max(block.first_sequence - self._following, 0)
+        self._following = block.first_sequence + len(block)
+        self.outputs += len(block)
+        self._last_ns = int(block.time_ns[-1])
+        if not self._length:
+            self._length = min(BLOCK_OUTPUTS, outputs_at_once(block.channels))
+            self._aligned = Aligned(self._length)
+        for piece in self._aligned.add(block):
+            for writer in self._writers:
+                if getattr(writer, "in_stretches", True):
+                    for one in cut(piece, self._length):
+                        writer.add(one)
+                else:
+                    writer.add(piece)
+
+    def report(
+        self,
+        scene: str,
+        compute_seconds: float = 0.0,
+        costs: Mapping[str, int] | None = None,
+        last: bool = False,
+        failure: dict[str, Any] | None = None,
+    ) -> Report:
+        """The report so far; raises LogError without an output. After the `last` one nothing more is taken in.
+
+        `failure` says what broke the run off, which is then failed.
+        """
+        if not self.outputs:
+            raise LogError("there is no sample in it; recover the log from the original, or simulate again")
+        figures, doubt, estimate = self._writers
+        if not last:
+            # Parameters and a choice never change, and copying them took longer than all figures: the copy shares them.
+            shared = [getattr(one, name, None) for one in self._writers for name in ("parameters", "choice")]
+            figures, doubt, estimate = copy.deepcopy(self._writers, {id(one): one for one in shared})
+        for piece in self._aligned.rest():
+            for writer in (figures, doubt, estimate):
+                writer.add(piece)
+        choice, numbers = self.choice, figures.figures()
+        errors = doubt.errors(numbers)
+        status = failed(failure) if failure else figures.status()
+        seconds = 1e-9 * self._last_ns
+        judgement = judged(errors, estimate, numbers, status, choice)
+        return Report(
+            scene=scene,
+            law=self.choice.law,
+            stepper=choice.stepper,
+            choice_reason=choice.reason,
+            warnings=self.choice.warnings,
+            flags=(*self.choice.outside, *figures.flags(), *judgement.flags),
+            status=judgement.status,
+            simulated_seconds=seconds,
+            compute_seconds=compute_seconds,
+            samples=self.outputs,
+            costs=dict(costs or {}),
+            figures=numbers,
+            errors=judgement.keys,
+            outside=self.choice.outside,
+            failure=failure,
+        )
+
+
+def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
+    """(report, outputs missing) of a log, whose `blocks` may be handed in; raises LogError without an output.
+
+    Of a recording that holds no scene, and of a log without the records that its figures need (of an earlier version),
+    every channel of one number is reported, but for figures that its kind makes of records. What a run cost, and what
+    broke it off, is taken from the log's own record, where there is one.
+    """
+    kind = KINDS[log.scene.kind] if log.scene else None
+    needed = kind is not None and any(table.needed for table in kind.records(log.scene.parameters))
+    if kind is None or (needed and not log.has_records):
+        taken = kind.meanings_of() if kind else ()
+        figures, doubt = PlainFigures(None, log.choice, log.channels, taken), NothingKnown(None, log.choice)
+        estimate = NoEstimate()
+    else:
+        made_of = log.scene.parameters, log.choice
+        figures, doubt, estimate = kind.figures_of(*made_of), kind.doubt(*made_of), estimate_of(kind, *made_of)
+        if log.kept_rate:
+            estimate = NoEstimate("the log is thinned: its figures are of the outputs kept, whose error is not known")
+    gathering = Gathering(figures, log.choice, doubt, estimate)
+    for block in log.blocks() if blocks is None else blocks:
+        gathering.add(block)
+    said = log.report or {}
+    report = gathering.report(log.scene.name if log.scene else "", *_cost(said), failure=told_in(said))
+    return report, 0 if log.kept_rate else gathering.missing
+
+
+def _cost(said: dict) -> tuple[float, dict[str, int]]:
+    """Seconds and counts of a run as its log says them; NaN and none where it does not, as in a recording."""
+    try:
+        costs = {name: int(count) for name, count in said.get("costs", {}).items()}
+        return float(said.get("compute_s", math.nan)), costs
+    except (TypeError, ValueError, AttributeError, OverflowError):
+        return math.nan, {}
+
+
+MOST = 30  # rows in a picture
+
+
+def picture_of(stream) -> Picture:
+    """An empty picture of a run or a log, by its kind; of a log without a scene, one drawn from its channels."""
+    scene, choice = stream.scene, stream.choice
+    facts = Facts(scene, choice.law, choice.stepper)
+    if scene is None:
+        from bearing_twin.pictures.run import ChannelPicture
+
+        return ChannelPicture(facts)
+    return KINDS[scene.kind].picture(facts)
+
+
+def figure_errors(report: Report) -> list:
+    """Rows of the errors of a report's figures, for pictures: of figures that are not 0, lists by their greatest.
+
+    Values have their signs; of several the least and the greatest are told, with the greatest of their errors.
+    """
+    from bearing_twin.pictures.panels import FigureError
+
+    rows = []
+    for key, parts in report.errors.get("errors_by_source", {}).items():
+        value = report.figures[key]
+        size = greatest(value)
+        if not 0.0 < size < math.inf:
+            continue
+        errors = {source: greatest(part) for source, part in parts.items()}
+        whole = math.fsum(errors.values())
+        words, unit, factor = readable(key, max(size, whole) if math.isfinite(whole) else size)
+        several = list(value) if isinstance(value, (list, tuple)) else [value]
+        # Once where both ends read the same, as of one value.
+        ends = dict.fromkeys(_value_text(one, factor, whole) for one in (min(several), max(several)))
+        text = f"{' to '.join(ends)} ± {two_digits(factor * whole)}{with_unit(unit)}"
+        many = f" ({len(several)} values)" if len(several) > 1 else ""
+        shares = {source: error / size for source, error in errors.items() if error > 0.0}
+        rows.append(FigureError(words + many, text, shares))
+    return [row for row in rows if row.parts][:MOST]
+
+
+def _value_text(value, factor: float, error: float) -> str:
+    """One value in the unit that people read; a count stays whole."""
+    return str(value) if isinstance(value, int) else known_digits(factor * value, factor * error)
+
+
+def plot(stream, path) -> Path:
+    """Draws a run (which is then simulated) or a log to a PNG; returns its path. Raises BearingTwinError."""
+    picture = picture_of(stream)
+    for block in stream.blocks():
+        picture.add(block)
+    return picture.write(path)
