@@ -8,7 +8,8 @@
 # make size    tokens, files and lines of our sources, words of the pages; all tuned numbers: python bench/size.py --constants
 # make mutants the tests against products that are broken on purpose: which of forty they notice; half an hour
 # make torture what logs and nodes survive: kills, torn writes, full disks, hostile goals; over half an hour, docs/reliability.md
-# make setup   only the set-up: .venv/ with ROS 2 Jazzy, interface package in install/, compiled kernels
+# make setup   only the set-up: .venv/ with ROS 2 Jazzy, compiled core, interface package in install/, compiled kernels
+# make wheel   a wheel with the core compiled for x86-64-v2, -v3 and -v4, in build/wheel
 # make clean   remove everything the set-up made, but for kernels in the user's cache folder
 
 SHELL := /bin/bash
@@ -16,7 +17,7 @@ SHELL := /bin/bash
 unexport PYTHONDONTWRITEBYTECODE
 PYTHON ?= python3
 .DEFAULT_GOAL := help
-.PHONY: help setup base bench size mutants check test test-environments torture docs lint format demo clean missing
+.PHONY: help setup base wheel bench size mutants check test test-environments torture docs lint format demo clean missing
 .NOTPARALLEL:
 
 , := ,
@@ -45,12 +46,13 @@ SIZE := about $(MEGABYTES) MB of disk, make setup $(TESTS_MEGABYTES) MB more
 room = free=$$(df -Pm . | awk 'NR == 2 {print $$4}'); test "$$free" -gt $(1) || \
   { echo "Only $$free MB are free here and the set-up takes $(1) MB: make room, or move the checkout." >&2; exit 1; }
 INTERFACES := $(if $(MISSING),missing,install/.interfaces)
+CORE := $(if $(CXX_FOUND),$(STAMPS)/core)
 INTERFACES_TOO := $(if $(MISSING),,install/.interfaces_cpp)
 
 help:
 	@sed -n 's/^# make/make/p' Makefile
 
-base: $(PACKAGES) $(STAMPS)/package $(INTERFACES)
+base: $(PACKAGES) $(CORE) $(STAMPS)/package $(INTERFACES)
 
 setup: $(INTERFACES_TOO) base $(TOOLS) $(STAMPS)/kernels
 
@@ -81,7 +83,19 @@ $(TOOLS): $(PACKAGES) requirements/test.txt
 	  $(PIP_INSTALL) $(addprefix -r ,$(REQUIREMENTS) requirements/test.txt)
 	@touch $@
 
-$(STAMPS)/package: $(PACKAGES) Makefile .ci/ament_index.py launch setup.py setup.cfg pyproject.toml package.xml
+# Also after an edit of its sources. A new stamp does not make the package anew, which refers to the library in place.
+$(STAMPS)/core: $(STAMPS)/venv $(shell find core -name '*.[ch]pp' -o -name build.py)
+	$(call stage,compiled core$(,) about 60 s)
+	@.ci/stage $(LOGS)/core.txt 60 "compiling the core" .venv/bin/python core/build.py
+	@touch $@
+
+# One wheel for all processors from x86-64-v2 on.
+wheel: base
+	@BEARING_TWIN_MARCH=all .ci/stage $(LOGS)/wheel.txt 180 "building the wheel in build/wheel" \
+	  .venv/bin/python -m pip wheel --no-deps --no-build-isolation --wheel-dir build/wheel .
+	@ls build/wheel/*.whl
+
+$(STAMPS)/package: $(PACKAGES) Makefile .ci/ament_index.py launch setup.py setup.cfg pyproject.toml package.xml | $(CORE)
 	$(call stage,bearing_twin into .venv)
 	@.ci/stage $(LOGS)/package.txt 5 "installing bearing_twin" \
 	  .venv/bin/python -m pip install --no-deps --no-build-isolation --config-settings editable_mode=compat --editable .
@@ -180,7 +194,7 @@ docs: $(STAMPS)/package $(STAMPS)/docs
 
 # Another style: where the summary stands (D213), its mood (D401), symbols as first words (D402, D403), and NumPy's
 # sections, which end without a blank line and name the parameters that need words (D413, D417).
-LINTED := bearing_twin launch tests bench docs setup.py .ci
+LINTED := bearing_twin core launch tests bench docs setup.py .ci
 ANOTHER_STYLE := D213 D401 D402 D403 D413 D417
 lint: $(TOOLS)
 	@.venv/bin/ruff check .
@@ -205,5 +219,5 @@ else
 endif
 
 clean:
-	rm -rf .venv build install log bearing_twin.egg-info .pytest_cache .ruff_cache
+	rm -rf .venv build install log bearing_twin/_core bearing_twin.egg-info .pytest_cache .ruff_cache
 	find . -name __pycache__ -not -path './.git/*' -prune -exec rm -rf {} +

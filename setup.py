@@ -1,8 +1,55 @@
+import os
+import sys
 from pathlib import Path
 
-from setuptools import find_packages, setup
+from setuptools import Extension, find_packages, setup
+from setuptools.command.build_ext import build_ext
+
+try:
+    from setuptools.command.bdist_wheel import bdist_wheel
+except ImportError:  # setuptools before 70.1, as that of ROS 2 Jazzy's system, where colcon makes no wheels
+    bdist_wheel = object
 
 PACKAGE = "bearing_twin"
+CORE = Path("core")
+sys.path.insert(0, str(CORE))  # builds by pip do not look here
+import build as core  # noqa: E402
+
+
+class CoreLibrary(build_ext):
+    """The compiled core, built by core/build.py into the package: in place for editable and symlinked installations.
+
+    For the machine at hand, or for the instruction sets of $BEARING_TWIN_MARCH, with blanks between; "all" for a wheel.
+    """
+
+    def run(self):
+        """Build it; where there is no compiler it is left out, and said."""
+        in_place = self.inplace or getattr(self, "editable_mode", False)
+        target = Path("" if in_place else self.build_lib, PACKAGE, core.PACKAGE.name)
+        if core.compiler():
+            core.build(target, os.environ.get("BEARING_TWIN_MARCH", "native").split())
+        else:
+            print(f"{PACKAGE} is installed without its compiled core: no C++ compiler is found", file=sys.stderr)
+
+    def get_outputs(self):
+        """Files that are installed, beyond those of build_py."""
+        return [str(path) for path in Path(self.build_lib, PACKAGE, core.PACKAGE.name).glob("*.so")]
+
+    def get_output_mapping(self):
+        """None of them stands for a file of the sources."""
+        return {}
+
+    def get_source_files(self):
+        """What an archive of the sources must hold."""
+        return [str(path) for path in sorted(CORE.rglob("*")) if path.suffix in (".cpp", ".hpp", ".py")]
+
+
+class PlatformWheel(bdist_wheel):
+    """A wheel for every Python of a platform: the library knows nothing of Python."""
+
+    def get_tag(self):
+        """Python, its binary interface, platform."""
+        return "py3", "none", super().get_tag()[2]
 
 
 def shared(*folders: str) -> list[tuple[str, list[str]]]:
@@ -68,6 +115,8 @@ setup(
         (f"share/{PACKAGE}", ["package.xml"]),
         *shared("config", "launch", "msg_schemas/msg", "msg_schemas/srv", "msg_schemas/action"),
     ],
+    ext_modules=[Extension(f"{PACKAGE}.{core.PACKAGE.name}", [])],
+    cmdclass={"build_ext": CoreLibrary} | ({} if bdist_wheel is object else {"bdist_wheel": PlatformWheel}),
     zip_safe=False,
     entry_points={
         "console_scripts": [

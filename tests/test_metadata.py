@@ -30,10 +30,10 @@ ROSDEP = {  # what pip calls it: the key of rosdep that brings it (rosdistro, ro
 def setup_words():
     """What setup.py says: name, version, python_requires, install_requires and classifiers."""
     program = (
-        "import setuptools, json, runpy; said = {}; setuptools.setup = said.update; "
-        "runpy.run_path('setup.py'); print(json.dumps({k: v for k, v in said.items() if k != 'data_files'}))"
+        "import setuptools, json, runpy; said = {}; setuptools.setup = lambda **words: said.update(words); "
+        "runpy.run_path('setup.py'); "
+        "print(json.dumps({k: v for k, v in said.items() if k != 'data_files'}, default=str))"
     )
-    program = program.replace("setuptools.setup = said.update", "setuptools.setup = lambda **words: said.update(words)")
     done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
     return yaml.safe_load(done.stdout)
 

@@ -54,6 +54,10 @@ class Interrupted(Stopped):
     """A computation ended for a word in between, and begins again from where it had begun: nothing is lost but time."""
 
 
+class CoreError(BearingTwinError):
+    """The library of the compiled core is missing, not whole, of other sources or for another processor."""
+
+
 class MissingInterfacesError(BearingTwinError):
     """ROS 2 or the interface package bearing_twin_msgs cannot be imported."""
 

@@ -1,0 +1,151 @@
+"""The compiled core: finds its library, checks it, and declares its C functions; loaded when one is first called.
+
+The sources are in `core/`, which `core/build.py` compiles into `_core/` beside this file: one library for the machine
+at hand, or from a wheel one for each instruction set, of which the best that this processor has is taken. The folder
+`$BEARING_TWIN_CORE` takes the place of `_core/`, as for libraries with a sanitizer. ctypes lets other threads run while
+a function does.
+"""
+
+import ctypes
+import functools
+import importlib.util
+import os
+import platform
+import re
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.ctypeslib import ndpointer
+
+from bearing_twin.base.errors import CoreError
+
+PACKAGE = Path(__file__).resolve().parent
+WHEEL = "a wheel of bearing_twin, which has it compiled (`make wheel` in a checkout on another machine builds one)"
+_LEVELS = (  # what /proc/cpuinfo calls the instructions of x86-64-v2, -v3 and -v4, as far as the core is made of them
+    {"cx16", "popcnt", "ssse3", "sse4_1", "sse4_2"},
+    {"avx", "avx2", "bmi1", "bmi2", "fma", "movbe"},
+    {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
+)
+
+# Types of arguments and results. Arrays are C-contiguous and of just this type of number: what is not is a TypeError.
+REAL, INTEGER = ctypes.c_double, ctypes.c_int64
+REALS = ndpointer(np.float64, flags="C_CONTIGUOUS")
+INTEGERS = ndpointer(np.int64, flags="C_CONTIGUOUS")
+REALS_OUT = ndpointer(np.float64, flags=("C_CONTIGUOUS", "WRITEABLE"))
+INTEGERS_OUT = ndpointer(np.int64, flags=("C_CONTIGUOUS", "WRITEABLE"))
+
+
+@dataclass(frozen=True)
+class Function:
+    """A C function of the core: its name, the type of its result (None for none) and those of its arguments."""
+
+    name: str
+    result: Any
+    arguments: tuple[Any, ...] = ()
+
+    def __call__(self, *values):
+        return self._bound(*values)
+
+    @functools.cached_property
+    def _bound(self):
+        function = getattr(library(), self.name)
+        function.restype, function.argtypes = self.result, self.arguments
+        return function
+
+
+_version = Function("core_version", ctypes.c_char_p)
+lanes = Function("core_lanes", ctypes.c_int)
+self_check = Function("core_self_check", REAL, (REALS_OUT, INTEGER))
+
+
+def version() -> str:
+    """Build, compiler and instruction set of the library, for logs; raises CoreError where there is none."""
+    return _version().decode()
+
+
+@functools.cache
+def library() -> ctypes.CDLL:
+    """The library of this process; raises CoreError as `load` does."""
+    return load(Path(os.environ.get("BEARING_TWIN_CORE", PACKAGE / "_core")))
+
+
+def load(folder: Path) -> ctypes.CDLL:
+    """The best library of a folder for this processor.
+
+    Raises
+    ------
+    CoreError
+        There is none, it is not whole, it is of other sources than those of the checkout, or for another processor.
+    """
+    builder = _builder()
+    root = PACKAGE.parent
+    again = f"run `make setup` in {root}, or `python3 {root}/core/build.py` alone" if builder else (
+        "run `pip install --force-reinstall .` in a checkout of bearing_twin"
+    )  # fmt: skip
+    levels = {path: _level_of(path.stem) for path in folder.glob("libbearing_twin_core-*.so")}
+    if not levels:
+        missing = f"the compiled core of bearing_twin is not in {folder}"
+        if builder and builder.compiler():
+            raise CoreError(f"{missing}: {again}")
+        raise CoreError(
+            f"{missing}: where there is a C++ compiler (Debian: apt install g++) {again}; else install {WHEEL}"
+        )
+    here = processor_level()
+    if not (fitting := [path for path, level in levels.items() if level <= here]):
+        least = min(levels.values())
+        raise CoreError(
+            f"the compiled core in {folder} is for processors of x86-64-v{least} and this one is of x86-64-v{here}: "
+            f"{again}, which builds for the machine at hand"
+        )
+    path = max(fitting, key=lambda one: levels[one])
+    if not _is_whole(path):
+        raise CoreError(f"{path} is not whole: {again}")
+    try:
+        found = ctypes.CDLL(str(path))
+        found.core_version.restype = ctypes.c_char_p
+        said = found.core_version().decode()
+    except (OSError, AttributeError) as error:
+        raise CoreError(f"{path} is no library of this machine ({error}): {again}") from error
+    if builder and (wanted := builder.build_id()) not in said:
+        raise CoreError(f"{path} is of other sources ({said}) than those of the checkout (build {wanted}): {again}")
+    return found
+
+
+def processor_level() -> int:
+    """The level of this x86-64 processor, 1 to 4 as in x86-64-v1 to -v4; 0 for another architecture."""
+    if platform.machine() != "x86_64":
+        return 0
+    with open("/proc/cpuinfo", "rb") as file:
+        found = re.search(r"^flags\s*:(.*)$", file.read(16384).decode(errors="replace"), flags=re.MULTILINE)
+    flags = set(found[1].split()) if found else set()
+    return 1 + next((level for level, wanted in enumerate(_LEVELS) if wanted - flags), len(_LEVELS))
+
+
+def _level_of(name: str) -> int:
+    found = re.search(r"x86-64-v(\d)$", name)
+    return int(found[1]) if found else 0
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether an ELF file goes on to its last table, where linkers put it."""
+    with path.open("rb") as file:
+        header = file.read(64)
+    if len(header) < 64:
+        return False
+    begin, size, number = struct.unpack_from("<Q10xHH", header, 40)
+    return begin + size * number <= path.stat().st_size
+
+
+def _builder() -> ModuleType | None:
+    """The module core/build.py of a checkout, None where the package is installed without its sources."""
+    path = PACKAGE.parent / "core" / "build.py"
+    if not (path.is_file() and (PACKAGE.parent / "package.xml").is_file()):
+        return None
+    spec = importlib.util.spec_from_file_location("bearing_twin_core_build", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
