@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.paths import share_path
 from bearing_twin.log import cdr
-from bearing_twin.log.encoding import LARGE, Encoder, encoded
+from bearing_twin.log.encoding import Encoder, encoded
 
 COMMON_HASHES = {  # from the type descriptions in the Jazzy packages
     cdr.WRENCH: "RIHS01_8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77",
@@ -192,19 +192,3 @@ def test_rows_of_other_length_are_refused_and_another_size_is_laid_out_anew():
         assert [one.position.tolist() for one in found] == np.arange(3.0 * size).reshape(3, size).tolist()
         assert [(one.header.stamp.sec, one.header.frame_id) for one in found] == [(k, "bearing_link") for k in range(3)]
         assert [serialise(cdr.JOINT_STATE, one) for one in found] == data
-
-
-@pytest.mark.parametrize("extra", range(0, 70, 23))
-def test_a_large_message_is_laid_out_as_a_small_one(extra):
-    # Above LARGE bytes the arrays of a message are joined, below they are written column by column.
-    count, names = LARGE // 8 + extra, ["one"]
-    fields = {
-        "name": names,
-        "position": np.arange(2.0 * count).reshape(2, count),
-        "velocity": np.ones((2, 3), np.float32),
-    }
-    stamps = np.array([3 * 10**9 + 7, 5])
-    made = Encoder(cdr.JOINT_STATE, "frame").encoded(fields, stamps)
-    for row, stamp_ns in enumerate(stamps.tolist()):
-        alone = {"name": names, "position": fields["position"][row], "velocity": fields["velocity"][row]}
-        assert made[row] == encoded(cdr.JOINT_STATE, alone, stamp_ns, "frame")

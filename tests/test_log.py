@@ -28,7 +28,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter, Safety
 from bearing_twin.log.run_log import LogWriter, content_digest, raw_messages, read_log, write_log
-from bearing_twin.log.stream import Consecutive, MessageStream, topics
+from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.run.report import report_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
@@ -62,27 +62,21 @@ def test_samples_come_back_bit_for_bit(tmp_path, name):
 
 
 @pytest.mark.parametrize("kept_rate", [0.0, 100.0])
-def test_bundles_hold_what_messages_are_one_by_one(tmp_path, kept_rate):
-    """However outputs are cut, also where a log is thinned; an instant's messages of one size are one bundle."""
+def test_messages_are_the_same_however_outputs_are_put_together(tmp_path, kept_rate):
+    """Also where a log is thinned."""
     blocks = list(cut(BLOCK, 3, 50, 51, 177))
-    for name, together in (("one by one", 0), ("two and two", 2), ("all", 5)):
-        with LogWriter(tmp_path / f"{name}.mcap", SCENE, run_record=False, safety=Safety(kept_rate=kept_rate)) as log:
+    for together in (0, 2, 5):
+        path = tmp_path / f"{together}.mcap"
+        with LogWriter(path, SCENE, run_record=False, safety=Safety(kept_rate=kept_rate)) as log:
             if not together:
                 for message in stream():
                     log.write(*message)
                 continue
             messages = MessageStream(SCENE, choice=a_choice())
             for low in range(0, len(blocks), together):
-                log.write_stream(messages, Consecutive(blocks[low : low + together]))
-            log.write_stream(messages, None)
-    digests = {content_digest(path) for path in tmp_path.iterdir()}
-    assert len(digests) == 1
-    messages = MessageStream(SCENE, choice=a_choice())
-    numbers = {topic.name: number for number, topic in enumerate(messages.topics)}
-    bundles = messages.bundles(Consecutive(blocks), numbers) + messages.bundles(None, numbers)
-    assert sum(len(bundle.places) for bundle in bundles) == len(list(stream()))
-    instants, seldom = -(-len(BLOCK) // messages.publish_every), -(-len(BLOCK) // messages.markers_every)
-    assert len(bundles) == 2 + instants + 2 * seldom  # what is said once, and markers and samples
+                log.write_all(messages.messages(joined(blocks[low : low + together])))
+            log.write_all(messages.flush())
+    assert len({content_digest(path) for path in tmp_path.iterdir()}) == 1
 
 
 def test_a_simulation_comes_back_and_verifies(tmp_path):

@@ -10,7 +10,6 @@ from made_up_run import made_up_block, made_up_scene
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import McapReader
-from bearing_twin.log.mcap_write import HEAD, Bundle, alone
 from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter, Safety
 from bearing_twin.log.recover import recover
 from bearing_twin.log.run_log import raw_messages
@@ -73,7 +72,7 @@ def test_every_one_of_many_that_no_reader_takes_is_counted(tmp_path):
 
 
 @pytest.mark.parametrize("together", [1, 3])
-def test_messages_that_a_full_disk_takes_from_a_bundle_are_counted_one_by_one(tmp_path, monkeypatch, together):
+def test_messages_that_a_full_disk_takes_are_counted_one_by_one(tmp_path, monkeypatch, together):
     monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 2000)
     monkeypatch.setattr("bearing_twin.log.mcap_write.HELD_BYTES", 5000)
     write, full = os.pwritev, [False]
@@ -83,19 +82,13 @@ def test_messages_that_a_full_disk_takes_from_a_bundle_are_counted_one_by_one(tm
             raise OSError(errno.ENOSPC, "No space left on device")
         return write(*arguments)
 
-    def bundle(number, stamp):
-        single = alone(number, stamp, [bytes(100)])
-        assert single.size == HEAD.itemsize + 100
-        places = tuple((number, one * single.size) for one in range(together))
-        return Bundle(stamp, places, single.parts * together, together * single.size)
-
     monkeypatch.setattr(os, "pwritev", sometimes)
     count = 120 // together
     with RawLogWriter(tmp_path / "run.mcap", safety=Safety(patient=True)) as log:
         number = log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
         for k in range(count):
             full[0] = count // 4 <= k < count - 2
-            log.write_bundles([bundle(number, k)])
+            log.write_all([(number, k, k, bytes(100))] * together)
             log.flush()
         dropped = log.dropped
     kept = [message.log_time for message in raw_messages(tmp_path / "run.mcap")]

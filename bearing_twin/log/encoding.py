@@ -234,7 +234,6 @@ def _default(description):
 
 
 MOST_LAYOUTS = 200  # of a topic's messages that are kept
-LARGE = 16 * 1024  # bytes of a message from which on each copy of it counts
 
 
 class Encoder:
@@ -248,42 +247,28 @@ class Encoder:
         self._type, self._frame = ros_type, frame
         self._layouts: dict[tuple, _Layout] = {}
 
-    def encoded(self, values, stamps_ns: np.ndarray, stamps: np.ndarray | None = None) -> list:
-        """One message a stamp [ns], in order; `stamps` are `stamps_of` them, if they are at hand.
-
-        `values` are fields, or (rows, fields) for each group of messages of one size.
-        """
-        stamps = stamps_of(stamps_ns) if stamps is None else stamps
-        if not isinstance(values, list):
-            found = self.together(values, stamps_ns, stamps)
-            if isinstance(found, list):
-                return [b"".join(pieces) for pieces in found]
-            data, size = found.tobytes(), found.shape[1]
-            return [data[low : low + size] for low in range(0, len(data), size)]
-        found: list = [None] * len(stamps_ns)
-        for rows, fields in values:
-            for row, data in zip(rows.tolist(), self.encoded(fields, stamps_ns[rows], stamps[rows]), strict=True):
-                found[row] = data
-        return found
-
-    def together(self, values: Mapping[str, Any], stamps_ns: np.ndarray, stamps: np.ndarray) -> np.ndarray | list:
-        """Messages of one size as bytes (count, size); of large ones the pieces of each, its arrays not copied."""
-        count, arrays = len(stamps_ns), list(_arrays(values))
-        sizes = tuple([(array.shape[1:], array.itemsize) for array in arrays])
+    def encoded(self, values: Mapping | list, stamps_ns: np.ndarray) -> list[bytes]:
+        """One message a stamp [ns], in order; `values` are fields, or (rows, fields) for each group of one size."""
+        if isinstance(values, list):
+            found: list = [b""] * len(stamps_ns)
+            for rows, fields in values:
+                for row, data in zip(rows.tolist(), self.encoded(fields, stamps_ns[rows]), strict=True):
+                    found[row] = data
+            return found
+        arrays = list(_arrays(values))
+        sizes = tuple((array.shape[1:], array.itemsize) for array in arrays)
         layout = self._layouts.get(sizes)
         if layout is None:
             if len(self._layouts) >= MOST_LAYOUTS:
                 self._layouts.clear()
             layout = self._layouts[sizes] = self._laid_out(values, stamps_ns, arrays)
         size = layout.record.itemsize
-        if size >= LARGE:
-            return [layout.pieces(row, arrays, stamps) for row in range(count)]
-        records = np.empty(count, layout.record)
-        found = records.view((np.uint8, size))
-        found[...] = layout.template
+        records = np.empty(len(stamps_ns), layout.record)
+        records.view((np.uint8, size))[...] = layout.template
         for name, place in layout.filled:
-            records[name] = stamps if place is None else arrays[place].reshape(count, -1)
-        return found
+            records[name] = _stamps(stamps_ns) if place is None else arrays[place].reshape(len(stamps_ns), -1)
+        data = records.tobytes()
+        return [data[low : low + size] for low in range(0, len(data), size)]
 
     def _laid_out(self, values, stamps_ns, arrays) -> "_Layout":
         for array in arrays:
@@ -310,19 +295,8 @@ class _Layout(NamedTuple):
     filled: list[tuple[str, int | None]]
     record: np.dtype
 
-    def pieces(self, row: int, arrays: list[np.ndarray], stamps: np.ndarray) -> list[memoryview]:
-        """One message as its pieces, its arrays as they are."""
-        pieces, position, template = [], 0, self.template.data
-        for name, place in self.filled:
-            kind, begin = self.record.fields[name][:2]
-            numbers = stamps[row] if place is None else arrays[place][row]
-            flat = np.ascontiguousarray(numbers, kind.base).reshape(-1).view(np.uint8).data
-            pieces += [template[position:begin], flat]
-            position = begin + kind.itemsize
-        return [*pieces, template[position:]]
 
-
-def stamps_of(stamps_ns: np.ndarray) -> np.ndarray:
+def _stamps(stamps_ns: np.ndarray) -> np.ndarray:
     """Stamps as they stand in a header: eight bytes, seconds first, then nanoseconds."""
     seconds, nanoseconds = np.divmod(stamps_ns, SECOND)
     return seconds + (nanoseconds << 32)

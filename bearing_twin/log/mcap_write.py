@@ -12,12 +12,10 @@ import os
 import struct
 import tempfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import lz4.frame
-import numpy as np
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -59,47 +57,6 @@ _FOOTER_START = struct.Struct("<BQQQ")
 
 MESSAGE = 0x05  # the opcode of a message record
 FIELDS = 22  # bytes of a message record besides its data, behind opcode and length
-HEAD = np.dtype(
-    [
-        ("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log_time", "<u8"),
-        ("publish_time", "<u8"),
-    ]
-)  # fmt: skip
-
-
-class Bundle(NamedTuple):
-    """Whole message records of one stamp [ns]: `places` are (channel, where its record begins) in the joined `parts`.
-
-    `size` is that of all parts in bytes; log and publish time are the stamp.
-    """
-
-    stamp_ns: int
-    places: tuple[tuple[int, int], ...]
-    parts: Sequence[Any]
-    size: int
-
-    def messages(self) -> Iterator[tuple[int, int, int, bytes]]:
-        """(channel, log time, publish time, data) of each."""
-        whole = b"".join(self.parts)
-        ends = [begin for _, begin in self.places[1:]] + [self.size]
-        for (channel, begin), end in zip(self.places, ends, strict=True):
-            yield channel, self.stamp_ns, self.stamp_ns, whole[begin + HEAD.itemsize : end]
-
-
-def alone(channel: int, stamp_ns: int, pieces: Sequence[Any]) -> Bundle:
-    """A bundle of the one message that these pieces make."""
-    size = sum(map(len, pieces))
-    head = heads_of(channel, np.array([stamp_ns]), size).tobytes()
-    return Bundle(stamp_ns, ((channel, 0),), (head, *pieces), HEAD.itemsize + size)
-
-
-def heads_of(channel: int, stamps_ns: np.ndarray, size: int) -> np.ndarray:
-    """The heads of message records with `size` bytes of data each."""
-    heads = np.zeros(len(stamps_ns), HEAD)
-    heads["opcode"], heads["length"], heads["channel"] = MESSAGE, FIELDS + size, channel
-    heads["log_time"] = heads["publish_time"] = stamps_ns
-    return heads
-
 
 NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 
@@ -117,7 +74,6 @@ class IndexFile:
     """The index of a log while it is written, in a file without a name in its folder; it vanishes with this process.
 
     In memory it would grow by tens of megabytes an hour. It also holds back room on the disk for the end of the log.
-
 
     Raises OSError where the disk has no room for it.
     """
@@ -260,29 +216,6 @@ class McapWriter:
                 self.end_chunk()
                 begin = self._used
 
-    def write_bundles(self, bundles: Iterable[Bundle]) -> None:
-        """`write` for bundles of messages; each of them stays in one chunk."""
-        index = self._chunk_index
-        for stamp_ns, places, parts, size in bundles:
-            begin = self._used
-            end = begin + size
-            if self._failure is not None or self._closed:
-                self._refuse(end, len(places))
-            if end > len(self._room):
-                self._widen(end)
-            for channel, offset in places:
-                if channel in index:
-                    index[channel] += (stamp_ns, begin + offset)
-                else:
-                    index[channel] = [stamp_ns, begin + offset]
-            room = self._room
-            for part in parts:
-                room[begin : begin + len(part)] = part
-                begin += len(part)
-            self._used = end
-            if end >= CHUNK_BYTES and self._failure is None:
-                self.end_chunk()
-
     def add(self, record: Metadata | Attachment) -> None:
         """Adds a metadata record or an attachment; it ends the chunk in progress."""
         self._check()
@@ -369,12 +302,12 @@ class McapWriter:
         """Size of the file so far."""
         return self._end
 
-    def _refuse(self, used: int, messages: int = 1) -> None:
-        """Raises LogError where messages cannot be taken that would fill the chunk in progress up to `used` bytes."""
+    def _refuse(self, used: int) -> None:
+        """Raises LogError where a message cannot be taken that would fill the chunk in progress up to `used` bytes."""
         if not self._patient:
             self._check()
         elif self._failure is not None and used > HELD_BYTES:
-            self.dropped += messages
+            self.dropped += 1
             self._check()
 
     def _span(self) -> tuple[int, int]:

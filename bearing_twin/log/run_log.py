@@ -9,7 +9,7 @@ import math
 import platform
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from os import PathLike
 from pathlib import Path
@@ -22,7 +22,7 @@ import bearing_twin
 from bearing_twin.base.errors import LogError, SceneError
 from bearing_twin.base.messages import echo
 from bearing_twin.base.report import DIGITS, Choice, CutShort, parsed_json
-from bearing_twin.base.sample import Block, Channel, Sample, between
+from bearing_twin.base.sample import Block, Channel, Sample, between, joined
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, log_files, path_of, raw_messages, reader_of
@@ -41,7 +41,7 @@ from bearing_twin.log.raw_log import (
 )
 from bearing_twin.log.recover import Recovered, advised, recover
 from bearing_twin.log.sample_block import Restart, block_of, channels_of, check_block, refuse_misfits, sample_range
-from bearing_twin.log.stream import Channelled, Consecutive, MessageStream, choice_record, topics
+from bearing_twin.log.stream import Channelled, MessageStream, choice_record, topics
 from bearing_twin.run.dataset import dataset_of
 from bearing_twin.run.failure import told_in
 from bearing_twin.run.scene import Scene, choose, read_logged
@@ -431,11 +431,11 @@ class LogWriter(Told):
 
         Raises LogError, saying what was kept, when the disk is full.
         """
-        self._log.write(self._numbers[topic.name], stamp_ns, stamp_ns, cdr_bytes)
+        self.write_all(((topic, stamp_ns, cdr_bytes),))
 
-    def write_stream(self, stream: MessageStream, block: Consecutive | None) -> None:
-        """Adds all messages of a block of outputs, or at the end, for None, those of the outputs that wait."""
-        self._log.write_bundles(stream.bundles(block, self._numbers))
+    def write_all(self, messages: Iterable[tuple[Channelled, int, bytes]]) -> None:
+        """`write` for many."""
+        self._log.write_all((self._numbers[topic.name], stamp, stamp, data) for topic, stamp, data in messages)
 
     def note_report(self, report: Mapping[str, object]) -> None:
         """Keeps the run's report (plain numbers and texts) beside date and host."""
@@ -471,9 +471,9 @@ def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss:
         stream = MessageStream(run.scene, choice=run.choice)
 
         def write() -> None:
-            piece = Consecutive(waiting.copy())
+            piece = joined(waiting)
             waiting.clear()
-            log.write_stream(stream, piece)
+            log.write_all(stream.messages(piece))
 
         try:
             for block in run.blocks():
@@ -489,7 +489,7 @@ def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss:
             if not log.problem:
                 if waiting:
                     write()
-                log.write_stream(stream, None)
+                log.write_all(stream.flush())
                 if samples:
                     log.note_report(run.report.record())
     return LogSummary(Path(path), log.messages, samples, log.bytes)

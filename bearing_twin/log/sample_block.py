@@ -3,7 +3,6 @@
 import itertools
 import math
 import struct
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -13,7 +12,7 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.base.sample import Block, Channel
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
-from bearing_twin.log.encoding import Encoder, stamps_of
+from bearing_twin.log.encoding import Encoder
 from bearing_twin.run.scene import Scene, parse_scene
 
 
@@ -23,13 +22,9 @@ def samples_message(
     time_ns: np.ndarray,
     values: np.ndarray,
     frame: str = "",
+    start_time_ns: int = 0,
 ) -> bytes:
     """bearing_twin_msgs/SampleBlock of outputs at `time_ns` (count,) with `values` (count, total width)."""
-    return b"".join(samples_pieces(channels, first_sequence, time_ns, values, 0, frame))
-
-
-def samples_pieces(channels, first_sequence, time_ns, values, start_time_ns, frame) -> Sequence:
-    """The pieces of a `samples_message`: large arrays are not copied."""
     encoder, described = _block_encoder(channels, frame)
     fields = {
         "first_sequence": np.array([first_sequence]),
@@ -38,9 +33,7 @@ def samples_pieces(channels, first_sequence, time_ns, values, start_time_ns, fra
         "time_ns": time_ns[None],
         "values": values[None],
     }
-    stamps_ns = np.array([start_time_ns + int(time_ns[0])])
-    [pieces] = encoder.together(fields, stamps_ns, stamps_of(stamps_ns))
-    return pieces if isinstance(pieces, list) else [pieces.data]
+    return encoder.encoded(fields, np.array([start_time_ns + int(time_ns[0])]))[0]
 
 
 @lru_cache(maxsize=8)
