@@ -1,4 +1,4 @@
-"""Writes the tables of README and docs that stand in the code, and docs/topics.md: `python tests/doc_tables.py`.
+"""Writes the tables of README and docs that stand in the code: `python tests/doc_tables.py`.
 
 A table stands between `<!-- table: NAME -->` and `<!-- end -->`; TABLES says what each is drawn from.
 """
@@ -274,11 +274,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "keys": _keys,
     "figures": _figures,
     "node_parameters": _node_parameters,
+    "topics": lambda: f"\n{topic_table.markdown()}\n",
 }
-
-
-WHOLE = {"topics.md": lambda: topic_table.markdown().rstrip("\n") + "\n"}
-"""Pages that are written whole."""
 
 
 def names_in(text: str) -> list[str]:
@@ -296,7 +293,7 @@ def main() -> int:
     changed = 0
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
-        new = WHOLE[page.name]() if page.name in WHOLE else written(text)
+        new = written(text)
         if new != text:
             page.write_text(new, encoding="utf-8")
             print(page.relative_to(ROOT))

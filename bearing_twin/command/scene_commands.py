@@ -84,7 +84,7 @@ SCENES = Subcommand(
 def _topics_arguments(parser) -> None:
     """The arguments of the subcommand."""
     parser.add_argument("scene", nargs="?", help="name of a scene or path of a YAML file; without, every kind")
-    parser.add_argument("--markdown", action="store_true", help="the text of docs/topics.md")
+    parser.add_argument("--markdown", action="store_true", help="the tables of docs/topics.md")
 
 
 def _topics(arguments) -> Outcome:
