@@ -59,8 +59,8 @@ def counted_encodings(monkeypatch) -> list[int]:
 
         return counted
 
-    together = counting(Encoder.together, lambda encoder, values, stamps_ns, stamps: len(stamps_ns))
-    monkeypatch.setattr(Encoder, "together", together)
+    of_groups = counting(Encoder.encoded, lambda _, values, stamps: 0 if isinstance(values, list) else len(stamps))
+    monkeypatch.setattr(Encoder, "encoded", of_groups)
     monkeypatch.setattr(stream, "encoded", counting(stream.encoded, lambda *given: 1))
     return made
 

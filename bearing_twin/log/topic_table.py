@@ -18,6 +18,7 @@ RATES = {
     ONCE: "once, latched",
 }
 
+
 class TopicRow(NamedTuple):
     """One row of the table, as texts."""
 
