@@ -1,7 +1,6 @@
 """What every node does alike, on the wire: requests that ROS itself cannot read, and what the node says of them."""
 
 import math
-import threading
 from types import SimpleNamespace
 
 import pytest
@@ -52,26 +51,6 @@ def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
         node.close()
         node.destroy_node()
         executor.shutdown()
-
-
-def test_a_clock_put_back_ends_the_wait_of_a_node(monkeypatch):
-    """DDS waits until a time of the clock of the system: put back by an hour, a node heard no signal for an hour."""
-    monkeypatch.setattr(base_node, "POLL", 0.01)
-    jumps, ended, woken = [0, 0, int(3.6e12), 0, -int(3.6e12), 0], threading.Event(), []
-
-    class Clock:
-        def look(self):
-            jump = jumps.pop(0)
-            if not jumps:
-                ended.set()
-            return jump
-
-    class Waiting:
-        def wake(self):
-            woken.append(len(jumps))
-
-    base_node.wake_at_jumps(Waiting(), ended, Clock())
-    assert woken == [1]
 
 
 def test_two_nodes_of_one_name_are_told(tmp_path):
@@ -164,21 +143,29 @@ def test_a_fault_makes_of_ok_a_warning(monkeypatch):
     assert [(one.key, one.value) for one in after.values] == [("faults", "2")]
 
 
-@pytest.mark.parametrize(
-    ("problem", "seconds", "level", "words"),
-    [
-        ("", math.inf, DiagnosticStatus.OK, ""),
-        ("", 600.0, DiagnosticStatus.WARN, "the disk will be full in 10 min at this rate"),
-        ("no room", 600.0, DiagnosticStatus.ERROR, "no room"),
-    ],
-)
-def test_a_disk_that_fills_up_is_warned_of(problem, seconds, level, words, tmp_path, monkeypatch):
-    log = SimpleNamespace(problem=problem, dropped=0, bytes=1000)
-    numbers = {"disk_full_in_s": seconds, "log_bytes_per_s": 0.0}
+def test_a_log_says_what_an_hour_takes_and_when_the_disk_will_be_full(tmp_path, monkeypatch, capfd):
+    monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=10_000_000))
+    log = SimpleNamespace(problem="", dropped=0, bytes=5000)
     with ros_executor() as executor:
-        watch = base_node.LogWatch(plain_node(executor), tmp_path)
-        monkeypatch.setattr(watch, "_room", SimpleNamespace(forecast=lambda size, now: numbers))
-        assert watch.look(log) == (level, words, {"bytes": 1000, "messages_dropped": 0, **numbers})
+        watch = base_node.LogWatch(plain_node(executor), tmp_path / "gone" / "too")
+        watch.look(log, 100.0)
+        log.bytes = 7000
+        level, words, numbers = watch.look(log, 102.0)
+        assert (level, words) == (DiagnosticStatus.OK, "")
+        assert numbers == {
+            "bytes": 7000, "messages_dropped": 0, "disk_free_bytes": 1e7, "log_bytes_per_s": 1000.0,
+            "disk_full_in_s": 10_000.0,
+        }  # fmt: skip
+        log.bytes = 27_000
+        assert watch.look(log, 104.0)[:2] == (DiagnosticStatus.WARN, "the disk will be full in 17 min at this rate")
+        assert watch.look(log, 106.0)[2]["disk_full_in_s"] == math.inf
+        log.problem = "no room"
+        assert watch.look(log, 108.0)[:2] == (DiagnosticStatus.ERROR, "no room")
+        log.problem, log.dropped = "", 3
+        watch.look(log, 110.0)
+    said = capfd.readouterr().err
+    assert said.count("an hour of the log takes 3.6 MB at this rate, and the disk lasts 2.78 h") == 1
+    assert "there is room again: the log goes on, 3 messages were dropped" in said
 
 
 def test_what_peers_send_in_floods_is_told_once_a_second(capfd):

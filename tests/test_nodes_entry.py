@@ -8,14 +8,14 @@ import subprocess
 import sys
 
 import pytest
-from ros import executable, heard, plain_node, ros_executor, spin_for, spin_until
+from ros import DiagnosticArray, executable, heard, plain_node, ros_executor, spin_for, spin_until
 
 from bearing_twin.command.node_command import NODES
 from bearing_twin.log import cdr
 from bearing_twin.log.run_log import read_log
 from bearing_twin.log.sample_block import sample_range
 from bearing_twin.nodes import entry
-from bearing_twin.nodes.node_parameters import checked, files_of_others
+from bearing_twin.nodes.node_parameters import checked
 
 ENTRY = (sys.executable, "-m", "bearing_twin.nodes.entry")
 
@@ -132,35 +132,19 @@ def test_a_parameter_without_its_option_is_named(here):
     one_sentence(here("sim_node", "--ros-args", "scene:=bearing_6203", "x:="), "x:=", "write -p NAME:=VALUE")
 
 
-@pytest.mark.parametrize("text", ["hello world", ""])
-def test_a_parameter_file_that_is_none_is_refused(text, tmp_path, here):
+@pytest.mark.parametrize("text", ["", "recorder: {ros__parameters: {log: a.mcap}}"])
+def test_a_parameter_file_for_other_nodes_is_warned_of(text, tmp_path, quick_starts):
+    """As of one that names a node without its namespace: its defaults would run in silence."""
     file = tmp_path / "parameters.yaml"
     file.write_text(text)
-    one_sentence(here("recorder_node", "--ros-args", "--params-file", str(file)), "holds no parameters")
-
-
-@pytest.mark.parametrize(
-    ("text", "others"),
-    [
-        ("/**: {ros__parameters: {scene: a}}", ""),
-        ("/**/sim_node: {ros__parameters: {scene: a}}", ""),
-        ("/bearing/*: {ros__parameters: {scene: a}}", ""),
-        ("bearing: {sim_node: {ros__parameters: {scene: a}}}", ""),
-        ("other: {ros__parameters: {scene: a}}\n/bearing/sim_node: {ros__parameters: {scene: a}}", ""),
-        ("sim_node: {ros__parameters: {log: 2024-13-45}}", ""),
-        ("sim_node: {ros__parameters: {scene: a}}", "/sim_node"),
-        ("/*/sim_nodes: {ros__parameters: {scene: a}}\nb: {ros__parameters: {}}", "/*/sim_nodes, /b"),
-        ("/bearing/*/sim_node: {ros__parameters: {scene: a}}", "/bearing/*/sim_node"),
-    ],
-)
-def test_a_parameter_file_for_other_nodes_is_told_of(text, others, tmp_path):
-    """As of one that names sim_node without the namespace in which it is: the default scene would run unsaid."""
-    file = tmp_path / "parameters.yaml"
-    file.write_text(text)
-    told = list(files_of_others(["sim_node", "--ros-args", "--params-file", str(file)], "/bearing/sim_node"))
-    assert [one.partition(" holds ")[2] for one in told] == [
-        f"no parameters for /bearing/sim_node, but for {others}; write /**/sim_node for it"
-    ][: bool(others)]
+    with ros_executor() as executor:
+        talker, seen = plain_node(executor), []
+        talker.create_subscription(DiagnosticArray, "/diagnostics", seen.append, 10)
+        with executable(executor, "uq_node", "--params-file", str(file)) as node:
+            spin_until(executor, lambda: seen, "diagnostics")
+            node.send_signal(signal.SIGINT)
+            said = node.communicate(timeout=300)[1]
+    assert "holds none for /bearing/uq_node; begin them with /**/uq_node: and ros__parameters:" in said
 
 
 def test_what_ros_cannot_read_is_answered_with_what_to_write(here, tmp_path):

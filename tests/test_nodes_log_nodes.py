@@ -44,11 +44,11 @@ from bearing_twin.log.run_log import raw_messages, read_log, write_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
 from bearing_twin.nodes.base_node import Outlet
-from bearing_twin.nodes.messages import OK, WARN, qos_words, stamp, suited
+from bearing_twin.nodes.messages import WARN, qos_words, stamp, suited
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.pacing import Timed
 from bearing_twin.nodes.recorder_node import RecorderNode
-from bearing_twin.nodes.recording import MENDS, Recording, SteadyTime
+from bearing_twin.nodes.recording import MENDS, Recording
 from bearing_twin.nodes.replay_node import ReplayNode
 
 SCENE = made_up_scene(balls=2)
@@ -126,24 +126,6 @@ def test_a_replay_on_simulation_time_follows_it(log):
             assert position <= node.loop.paced.position_ns // 10**6 <= position + 10  # an output in 10 ms
         clock.publish(Clock(clock=stamp(3_300_000_000)))
         spin_until(executor, node.done.is_set, "the end")
-
-
-def test_a_message_that_comes_just_after_the_clock_was_put_keeps_its_place(tmp_path):
-    """Also one that is taken before the next look of the thread that looks every hundredth of a second."""
-    wall, steady = [10**18], [0]
-    with ros_executor() as executor:
-        node = started(executor, RecorderNode, log=str(tmp_path / "run.mcap"), full=True, topics=["/x"])
-        node._stopping.set()
-        node._taker.join()
-        node._time = SteadyTime(lambda: wall[0], lambda: steady[0])
-        node.recording.add("/x", "std_msgs/msg/Float64", "", (Qos(10),))
-        for number, put in enumerate((0, -1800 * 10**9, 3600 * 10**9)):
-            wall[0] += 10**9 + put
-            steady[0] += 10**9
-            info = {"received_timestamp": wall[0], "source_timestamp": 0, "publication_sequence_number": number}
-            node._on_messages("/x", [(bytes(12), info)])
-        node.close()
-    assert [one.log_time for one in raw_messages(tmp_path / "run.mcap")] == [10**18 + k * 10**9 for k in (1, 2, 3)]
 
 
 @pytest.fixture(scope="module")
@@ -347,7 +329,7 @@ def test_names_that_somebody_made_up_run_nothing_and_are_refused(
         monkeypatch.setattr(recorder, "get_publishers_info_by_topic", lambda topic: [like])
         recorder._on_discovery()
         recorder._on_discovery()
-        assert not recorder._taken
+        assert not recorder._subscribed
         assert recorder.failure is None
     told = capfd.readouterr().err
     assert told.count("is not logged") == bool(said)
@@ -556,30 +538,6 @@ def test_to_have_recorded_nothing_is_told_and_fails(tmp_path, topics, quick_star
     assert "no topic matches so far" in seen[0].message
     assert recorder.returncode == 2
     assert "nothing was recorded" in said.splitlines()[-1]
-
-
-def test_samples_on_a_topic_that_a_recorder_was_not_asked_for_are_told(tmp_path):
-    """As of a node whose topic is remapped; not where topics were named, nor once samples are recorded."""
-    with ros_executor() as executor:
-        recorder = started(executor, RecorderNode, log=str(tmp_path / "log.mcap"))
-        named = started(executor, RecorderNode, log=str(tmp_path / "named.mcap"), topics=["/tf"])
-        talker = plain_node(executor)
-        talker.create_publisher(interface(cdr.SAMPLE_BLOCK, "msg"), "/lab/outputs", 10)
-        spin_until(executor, lambda: recorder._elsewhere, "discovery")
-
-        def said(node):
-            heard = []
-            node._heartbeat.say = lambda level, message, values: heard.append((level, message))
-            node._on_diagnostics()
-            return heard[0]
-
-        assert said(recorder) == (
-            WARN, "no samples are recorded, but there are on /lab/outputs: name them in the parameter topics",
-        )  # fmt: skip
-        assert "/lab/outputs" not in said(named)[1]
-        samples = talker.create_publisher(interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/samples", 10)
-        spin_until(executor, samples.get_subscription_count, "a subscriber")
-        assert said(recorder) == (OK, "recording")
 
 
 @pytest.mark.parametrize(

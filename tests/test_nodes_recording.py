@@ -4,7 +4,6 @@ import errno
 import json
 import math
 import os
-from types import SimpleNamespace
 
 import pytest
 from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
@@ -24,13 +23,9 @@ from bearing_twin.log.sample_block import sample_range, samples_message
 from bearing_twin.log.stream import RELIABLE, MessageStream, topics
 from bearing_twin.nodes.recording import (
     Recording,
-    Room,
     Sequences,
-    SteadyTime,
     default_topics,
-    in_an_hour,
     lost_in_words,
-    warning,
 )
 from bearing_twin.nodes.replay_loop import ReplayLoop, Retelling, logged_topics
 from bearing_twin.run.scene import Scene
@@ -355,63 +350,6 @@ def test_definitions_of_other_packages_come_from_their_prefix(tmp_path):
     assert message.topic.definition.startswith("# a pair")
     assert message.topic.definition.endswith("MSG: others/One\nfloat64 value # [1]\n")
     assert message.topic.metadata["topic_type_hash"] == "RIHS01_" + "0" * 64
-
-
-def test_the_room_of_a_folder_that_was_removed_is_that_of_its_disk(tmp_path):
-    assert Room(tmp_path / "gone" / "too").forecast(0, 0.0)["disk_free_bytes"] > 0.0
-
-
-def test_the_forecast_says_when_the_disk_will_be_full(tmp_path, monkeypatch):
-    monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=10_000_000))
-    room = Room(tmp_path)
-    assert room.forecast(5000, 100.0)["disk_free_bytes"] == 1e7
-    assert room.forecast(5000, 102.0) == {"disk_free_bytes": 1e7, "log_bytes_per_s": 0.0, "disk_full_in_s": math.inf}
-    later = room.forecast(7000, 104.0)
-    assert (later["log_bytes_per_s"], later["disk_full_in_s"], warning(later)) == (1000.0, 10_000.0, "")
-    soon = room.forecast(27_000, 106.0)
-    assert "full in 17 min" in warning(soon)
-    assert in_an_hour(soon) == "at this rate an hour of the log takes 36 MB, and the disk lasts 0.278 h"
-
-
-@pytest.mark.parametrize("jump", [3_600_000_000_000, -3_600_000_000_000, 200_000_000])
-def test_times_of_arrival_go_on_when_the_clock_is_put(jump):
-    """Also those of messages that arrived just before or just after, and were told by another clock than now's."""
-    wall, steady, late = [10**18], [10**10], 5_000_000
-    clock = SteadyTime(lambda: wall[0], lambda: steady[0])
-
-    def later(ns):
-        wall[0] += ns
-        steady[0] += ns
-
-    assert (clock.look(), clock.at(10**18 - 7), clock.at(0)) == (0, 10**18 - 7, 10**18)
-    later(10**9)
-    before = wall[0]
-    wall[0] += jump
-    arrived = wall[0]
-    later(late)
-    assert clock.look() == pytest.approx(jump)
-    assert clock.at(before) == clock.at(arrived) == 10**18 + 10**9 + late
-    later(10**9)
-    wall[0] += 50_000_000  # set gently
-    assert (clock.look(), clock.at(wall[0]), clock.jumped_ns) == (0, wall[0] - jump, jump)
-
-
-def test_a_pause_between_two_clocks_is_no_jump():
-    """The process is held up by another between reading one and reading the other."""
-    now, held = [0], []
-
-    def read(origin):
-        found = now[0] + origin
-        now[0] += held.pop(0) if held else 10
-        return found
-
-    clock = SteadyTime(lambda: read(10**18), lambda: read(0))
-    for pauses in ([], [300_000_000], [10, 300_000_000], [10, 10, 300_000_000], [300_000_000, 300_000_000] * 10):
-        held.extend(pauses)
-        assert clock.look() == 0
-        assert not held
-        now[0] += 10**7
-    assert clock.jumped_ns == 0
 
 
 def test_a_replay_goes_by_time_whatever_the_order_in_the_file(tmp_path):

@@ -138,7 +138,7 @@ def test_a_command_that_waits_and_fails_is_said(monkeypatch, capfd):
         tell = node._say_failure
         monkeypatch.setattr(node, "_say_failure", lambda future: (tell(future), told.set()))
         assert call(executor, watcher, Trigger, RESET, Trigger.Request()).success
-        monkeypatch.setattr(node._logs, "begin", lambda run: 1 / 0 if run else None)
+        monkeypatch.setattr(node, "_open_log", lambda run: 1 / 0 if run else None)
         compiled.set()
         # Not by looks at what is captured: what is written during one is lost.
         spin_until(executor, told.is_set, "word")
@@ -146,7 +146,7 @@ def test_a_command_that_waits_and_fails_is_said(monkeypatch, capfd):
 
 
 def test_whoever_resets_once_too_often_is_told_that_the_run_is_not_logged(tmp_path, monkeypatch):
-    monkeypatch.setattr("bearing_twin.nodes.simulation_loop.MOST_LOGS", 1)
+    monkeypatch.setattr("bearing_twin.nodes.sim_node.MOST_LOGS", 1)
     with ros_executor(threads=2) as executor:
         watcher, seen = plain_node(executor), []
         watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)

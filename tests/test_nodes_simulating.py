@@ -14,7 +14,7 @@ from bearing_twin.log.run_log import LogWriter, raw_messages, read_log
 from bearing_twin.log.sample_block import sample_range
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.pacing import FASTEST
-from bearing_twin.nodes.simulation_loop import GREATEST_SPEED, LONGEST_STEP, RunLogs, SimulationLoop, log_path
+from bearing_twin.nodes.simulation_loop import GREATEST_SPEED, LONGEST_STEP, SimulationLoop, log_path
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
@@ -317,24 +317,6 @@ def test_a_reset_starts_again_at_zero_with_a_new_log(tmp_path):
     assert numbers == [*range(len(logged)), *range(61)]
 
 
-def test_resets_begin_so_many_logs_and_all_are_counted(tmp_path, monkeypatch):
-    monkeypatch.setattr("bearing_twin.nodes.simulation_loop.MOST_LOGS", 3)
-    logs = RunLogs(str(tmp_path / "run.mcap"), lambda path: LogWriter(path, SCENE, {"law": "hertz"}))
-    loop, delivered, clock = made_up_loop(open_log=logs.begin, duration_ns=60 * MS)
-    for run in range(5):
-        drive(loop, clock, 33 * MS)
-        assert bool(logs.warning) is (run > 2)
-        loop.reset(clock[0])
-    loop.close()
-    assert logs.warning == "not logged: the node has begun 3 logs; start it again for more"
-    files = [tmp_path / name for name in ("run.mcap", "run_1.mcap", "run_2.mcap")]
-    assert sorted(tmp_path.iterdir()) == sorted(files)
-    assert all(len(list(read_log(file))) > 20 for file in files)
-    assert (logs.count, logs.problem, logs.dropped) == (3, "", 0)
-    assert logs.bytes == sum(file.stat().st_size for file in files)
-    assert outputs_in(delivered).count(0) == 5 + (not loop.simulation.sequence)
-
-
 def test_where_no_next_log_can_be_opened_a_reset_changes_nothing(tmp_path):
     def open_log(run):
         if run:
@@ -467,6 +449,24 @@ def test_outputs_that_take_long_are_told_of_while_they_are_computed(factor, slow
     assert seen[60][1].endswith(": the next outputs have taken 60.0 s so far")
     assert seen[60][2]["lag_s"] == pytest.approx(60.0 if slow else 0.0)
     assert "have taken" not in loop.look(clock[0] + 10**12)[1]
+
+
+def test_outputs_that_take_long_are_computed_a_few_at_a_time_and_are_the_same():
+    """What is there is published, and a pause, a reset or a load waits for a few outputs only."""
+    wall = [0]
+    loop, delivered, clock = made_up_loop(factor=FASTEST, duration_ns=234 * MS, clock=lambda: wall[0])
+    advance, asked = loop.simulation.advance, []
+
+    def slowly(outputs):
+        asked.append(outputs)
+        wall[0] += outputs * 100 * MS
+        return advance(outputs)
+
+    loop.simulation.advance = slowly
+    drive(loop, clock, 10_000 * MS)
+    assert loop.over
+    assert set(asked[4:]) == {1}
+    assert delivered == expected(235)
 
 
 def test_a_flood_of_commands_is_carried_out_once_in_a_period():

@@ -11,7 +11,6 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter, Safety
-from bearing_twin.log.recover import recover
 from bearing_twin.log.run_log import raw_messages
 from bearing_twin.log.sample_block import samples_message
 from bearing_twin.nodes.recording import MIXED, Recording, Sequences
@@ -45,20 +44,6 @@ def test_the_end_of_a_recording_is_that_of_the_longest_samples(tmp_path):
         recording.receive_all(topic, [1], [1], [sample_block(0, count)], [1])
     recording.close()
     assert told_in(tmp_path / "out.mcap")[-1][ENDED_KEY] == "50"
-
-
-def test_a_jump_of_the_clock_is_told_before_a_crash_too(tmp_path):
-    path = tmp_path / "out.mcap"
-    recording = Recording(path, ["*"])
-    recording.add("/one", cdr.CLOCK, cdr.type_hash(cdr.CLOCK), (Qos(),))
-    for jumped in (0, 0, 2_000_000_000, 2_000_000_000, -500_000_000):
-        recording.receive_all("/one", [1], [1], [bytes(8)], [None])
-        recording.clock_jumped_ns = jumped
-        recording.note_losses()
-    (tmp_path / "cut.mcap").write_bytes(path.read_bytes())
-    recover(tmp_path / "cut.mcap", tmp_path / "whole.mcap")
-    assert [float(one["clock_jumped_s"]) for one in told_in(tmp_path / "whole.mcap")] == [2.0, -0.5]
-    recording.close()
 
 
 def test_every_one_of_many_that_no_reader_takes_is_counted(tmp_path):

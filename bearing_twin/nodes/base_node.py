@@ -1,10 +1,11 @@
 """What every node of the package does alike: declare its parameters, guard its callbacks, run and end."""
 
 import functools
+import math
 import os
+import shutil
 import signal
 import sys
-import threading
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -45,14 +46,12 @@ from bearing_twin.nodes.node_parameters import (
     advice,
     checked,
     converted,
-    files_of_others,
     limits_of,
     problem_of,
-    refuse_no_assignment,
-    refuse_no_parameters,
+    refuse_words,
 )
 from bearing_twin.nodes.pacing import Timed
-from bearing_twin.nodes.recording import Room, SteadyTime, in_an_hour, warning
+from bearing_twin.nodes.recording import in_bytes
 
 CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
 MANY = 500  # topics: what DDS and ROS do for each of so many delays the end of a node and its turns
@@ -148,6 +147,7 @@ def taken(subscription: Subscription) -> Iterator[tuple[bytes, dict]]:
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as it is told what was sent, every 3 s by default
 DISCOVERY_POLL = 0.02  # s
 DISCOVERY_PATIENCE = 1.0  # s of waiting for subscribers, after which a node says what it waits for
+SOON = 3600.0  # s: a warning says when the disk will be full within
 MEASURED = 2  # looks at a log that grows, after which its rate is known
 SOME = 3  # topics that are named of those without a subscriber
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
@@ -237,29 +237,34 @@ class Heartbeat:
 
 
 class LogWatch:
-    """What a node says of its log in `folder`: size in an hour, room, that it cannot grow, that it can again."""
+    """Watches the log of a node in `folder`: its growth, the room on the disk, and whether it can be written."""
 
     def __init__(self, node: Node, folder: Path):
-        self._node, self._problem, self._room = node, "", Room(folder)
+        self._node, self._folder, self._problem = node, folder, ""
+        self._bytes, self._at = 0, 0.0  # size of the log at the last look, and when that was [s]
         self._grown = 0  # looks at which the log had grown
 
-    def look(self, log) -> tuple[bytes, str, dict[str, float]]:
-        """(level, sentence or nothing, numbers) of a log with `problem`, `dropped` and `bytes`; of None nothing."""
-        if log is None:
-            return OK, "", {}
+    def look(self, log, now: float) -> tuple[bytes, str, dict[str, float]]:
+        """Level, sentence ("" if none) and numbers of a log with `problem`, `dropped` and `bytes`, at `now` [s]."""
+        logger = self._node.get_logger()
         if log.problem and not self._problem:
-            self._node.get_logger().error(f"{log.problem}; messages wait in memory, as many as fit")
+            logger.error(f"{log.problem}; messages wait in memory, as many as fit")
         elif self._problem and not log.problem:
-            self._node.get_logger().info(f"there is room again: the log goes on, {log.dropped} messages were dropped")
-        self._problem = log.problem
-        forecast = self._room.forecast(log.bytes, time.monotonic())
-        self._grown += forecast["log_bytes_per_s"] > 0.0
+            logger.info(f"there is room again: the log goes on, {log.dropped} messages were dropped")
+        there = next(one for one in (self._folder, *self._folder.absolute().parents) if one.exists())
+        free = float(shutil.disk_usage(there).free)
+        rate = max(0.0, (log.bytes - self._bytes) / (now - self._at)) if now > self._at else 0.0
+        left = free / rate if rate else math.inf
+        self._problem, self._bytes, self._at = log.problem, log.bytes, now
+        self._grown += rate > 0.0
         if self._grown == MEASURED:
             self._grown += 1
-            self._node.get_logger().info(in_an_hour(forecast))
-        soon = warning(forecast)
+            lasts = f"{left / 3600.0:.3g} h" if left < 48 * 3600.0 else f"{left / 86400.0:.3g} days"
+            logger.info(f"an hour of the log takes {in_bytes(3600.0 * rate)} at this rate, and the disk lasts {lasts}")
+        soon = f"the disk will be full in {left / 60.0:.0f} min at this rate" if left < SOON else ""
         level = ERROR if log.problem else WARN if soon else OK
-        return level, log.problem or soon, {"bytes": log.bytes, "messages_dropped": log.dropped, **forecast}
+        room = {"disk_free_bytes": free, "log_bytes_per_s": rate, "disk_full_in_s": left}
+        return level, log.problem or soon, {"bytes": log.bytes, "messages_dropped": log.dropped, **room}
 
 
 class Executor(MultiThreadedExecutor):
@@ -353,14 +358,6 @@ def _heard(publishers: Collection[Publisher]) -> str:
     return f"{len(publishers) - len(unheard)} of {len(publishers)} topics{without}"
 
 
-def wake_at_jumps(executor, ended: threading.Event, clock: SteadyTime | None = None) -> None:
-    """Wakes an executor where the clock is put back, until the end: a wait of DDS that has begun lasts that longer."""
-    clock = clock or SteadyTime()
-    while not ended.wait(POLL):
-        if clock.look() < 0:
-            executor.wake()
-
-
 def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None) -> int:
     """Runs a node until it is done, a signal ends it or it fails; returns the exit code: 0, or 2 with one sentence.
 
@@ -368,7 +365,7 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
     called twice. A signal lets the node close while ROS still works, so that all it has logged is published.
     """
     asked: list[int] = []
-    node, failure, ended = None, None, threading.Event()
+    node = failure = None
 
     def noted(number: int, _) -> None:
         if asked and node is None:  # it waits for something that does not come
@@ -381,11 +378,12 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
     try:
         _initialised(args, words)
         node = make_node()
-        for sentence in files_of_others(words, node.get_fully_qualified_name()):
-            node.get_logger().warning(sentence)
+        if "--params-file" in words and not given_parameters(node):
+            own = node.get_fully_qualified_name()
+            said = f"the file of parameters holds none for {own}; begin them with /**/{node.get_name()}"
+            node.get_logger().warning(f"{said}: and ros__parameters:")
         executor = Executor()
         executor.add_node(node)
-        threading.Thread(target=wake_at_jumps, args=(executor, ended), name="clock", daemon=True).start()
         while not node.done.is_set() and not asked:
             executor.turn(node)
     except BearingTwinError as error:
@@ -397,7 +395,6 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
             raise
         failure = BearingTwinError(f"{error}".replace("\n", " "))
     finally:
-        ended.set()
         at_end = _end(node)
         failure = failure or at_end
     if failure is not None:
@@ -407,8 +404,7 @@ def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None)
 
 def _initialised(args: list[str] | None, words: Sequence[str]) -> None:
     """Initialises ROS, which leaves signals alone; raises BearingTwinError for words that are no arguments of ROS."""
-    refuse_no_assignment(words)
-    refuse_no_parameters(words)
+    refuse_words(words)
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # of words that it does not know ROS says the list
@@ -425,16 +421,9 @@ def _end(node: Node | None) -> Exception | None:
         except Exception as error:
             failure = error
         failure = node.failure or failure
+        # Each publisher that is taken out of the graph is told to all peers: thousands end with the process instead.
         with suppress(Exception):
-            _destroy(node)
+            if len(list(node.publishers)) <= MANY:
+                node.destroy_node()
     rclpy.try_shutdown()
     return failure
-
-
-def _destroy(node: Node) -> None:
-    """Takes the node out of the graph; one of thousands of publishers ends with the process.
-
-    Peers then learn of its end when its lease is over, within 20 s.
-    """
-    if len(list(node.publishers)) <= MANY:  # each that is taken away is told to all peers, with a list of the rest
-        node.destroy_node()

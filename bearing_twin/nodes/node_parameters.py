@@ -7,16 +7,15 @@ import itertools
 import json
 import math
 import os
-import re
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.messages import ROS_ARGS, echo, harmless
+from bearing_twin.base.messages import ROS_ARGS, echo
 from bearing_twin.base.parameters import unknown
 from bearing_twin.base.units import in_si, labelled, with_unit
 from bearing_twin.log.raw_log import KEPT_RATE, Safety
@@ -169,48 +168,21 @@ def safety_of(values: Mapping[str, Any]) -> Safety:
     )
 
 
-PARAMETERS = "ros__parameters"
-_TOKENS = {"*": "/[^/]+", "**": "(/[^/]+)*"}  # of names of nodes in a file of parameters
-
-
-def refuse_no_assignment(words: Sequence[str]) -> None:
-    """Raises BearingTwinError for a `-p` that assigns nothing, and names what was meant: ROS answers with its lexer."""
+def refuse_words(words: Sequence[str]) -> None:
+    """Raises BearingTwinError for arguments that ROS would pass over in silence, wait for, or refuse by its lexer."""
     for option, word in itertools.pairwise(words):
-        if option not in ("-p", "--param"):
-            continue
-        if ROS_ARGS not in words[: words.index(option)]:
-            better = f"{ROS_ARGS} -p {word}"
-            raise BearingTwinError(f"-p {word} stands before {ROS_ARGS} and would set nothing; write {better}")
-        if ":=" not in word:
-            name, _, value = word.replace(":", "=").partition("=")
-            raise BearingTwinError(f"-p {echo(word)} sets nothing; write -p {name or 'NAME'}:={value or 'VALUE'}")
-
-
-def refuse_no_parameters(words: Sequence[str]) -> None:
-    """Raises BearingTwinError for a file of parameters that names none: ROS passes over it in silence."""
-    for option, path in itertools.pairwise(words):
-        if option == "--params-file" and not Path(path).is_file():
-            raise BearingTwinError(f"{path} is no file of parameters; give the path of a YAML file")
-        if option == "--params-file" and PARAMETERS not in Path(path).read_text(errors="replace"):
-            raise BearingTwinError(f"{path} holds no parameters; begin it with the node's name and {PARAMETERS}:")
-
-
-def files_of_others(words: Sequence[str], node: str) -> Iterator[str]:
-    """Sentences on files of parameters that hold none for a node of this full name: ROS passes over them in silence."""
-    for option, path in itertools.pairwise(words):
-        if option != "--params-file":
-            continue
-        try:
-            names = list(_names(yaml.safe_load(Path(path).read_text(errors="replace")), ""))
-        except (OSError, yaml.YAMLError, ValueError, RecursionError):  # ROS has read it all the same
-            continue
-        if not any(_pattern(one).fullmatch(node) for one in names):
-            named = ", ".join(map(harmless, names[:5]))
-            yield f"{path} holds no parameters for {node}, but for {named}; write /**/{node.rpartition('/')[2]} for it"
+        if option in ("-p", "--param"):
+            if ROS_ARGS not in words[: words.index(option)]:
+                raise BearingTwinError(f"-p {word} stands before {ROS_ARGS}; write {ROS_ARGS} -p {word}")
+            if ":=" not in word:
+                name, _, value = word.replace(":", "=").partition("=")
+                raise BearingTwinError(f"-p {echo(word)} sets nothing; write -p {name or 'NAME'}:={value or 'VALUE'}")
+        if option == "--params-file" and not Path(word).is_file():
+            raise BearingTwinError(f"{word} is no file of parameters; give the path of a YAML file")
 
 
 def advice(error: str) -> str:
-    """What to do where ROS cannot be started, by what it says of it."""
+    """The next step where ROS cannot be initialised, by the text of its error."""
     if "logging" in error:
         return "give a ROS_LOG_DIR"
     if "params file" in error:
@@ -218,19 +190,6 @@ def advice(error: str) -> str:
     if "remap rule" in error:
         return "write -r FROM:=TO, -r __ns:=/NAMESPACE or -r __node:=NAME"
     return "write -p NAME:=VALUE for a parameter"
-
-
-def _names(tree: Any, place: str) -> Iterator[str]:
-    """Full names of the nodes, or patterns of them, that a file of parameters is for."""
-    for key, value in tree.items() if isinstance(tree, dict) else ():
-        if key == PARAMETERS:
-            yield place
-        else:
-            yield from _names(value, f"{place}/{str(key).strip('/')}")
-
-
-def _pattern(name: str) -> re.Pattern:
-    return re.compile("".join(_TOKENS.get(one, f"/{re.escape(one)}") for one in name.split("/")[1:]))
 
 
 TRUTH = {"true": True, "false": False}
@@ -287,17 +246,12 @@ def _read(parameter: NodeParameter, text: str):
     kind = type(parameter.default)
     if kind is str:
         return text
-    if kind is bool:
-        return TRUTH.get(text.lower(), text)
-    if kind is list:
-        try:
-            value = yaml.safe_load(text)
-        except (yaml.YAMLError, ValueError, RecursionError):
-            return text
-        return value if isinstance(value, list) else [text]
     try:
-        return kind(text)
-    except ValueError:
+        value = yaml.safe_load(text)
+        if kind is list:
+            return value if isinstance(value, list) else [text]
+        return float(value) if kind is float else value
+    except (yaml.YAMLError, ValueError, TypeError, RecursionError):
         return text
 
 

@@ -1,9 +1,8 @@
-"""When messages are due on the wall clock, and whether a stream keeps up; all times are integers of nanoseconds.
+"""Pace of a stream of messages on the wall clock, and the thread that keeps it; all times are integers of nanoseconds.
 
-Nothing here reads a clock or waits: `now` comes from outside, so that every case is tested without waiting for it.
+`Pacer` and `PacedStream` read no clock and do not wait: `now` comes from outside.
 """
 
-import queue
 import threading
 import time
 from collections import deque
@@ -15,6 +14,7 @@ from typing import NamedTuple
 LAG_SHOWN = 100_000_000  # ns behind at which a stream is said not to keep up
 SLOWEST = 1e-9  # times real time
 FASTEST = "fastest"  # the word for as fast as possible: 0 times real time would be no motion at all
+ENDED = "the node has ended its work"
 GREATEST_LAG = 1_000_000_000  # ns behind at which the rest is given up instead of being caught up in one burst
 
 
@@ -203,15 +203,15 @@ class PacedStream:
         return bool(going)
 
 
-POLL = 0.005  # s
+POLL = 0.005  # s between looks at a clock that is not that of the machine
 
 
 class Worker:
-    """Calls `prepare()` once and then `turn(now)` whenever it asks to be called, until `stop`.
+    """A thread that calls `prepare()` once and then `turn(now)` whenever it asks to be called, until `stop`.
 
-    `turn` returns the wall time of its next call [ns, monotonic] or None to wait for a command. `ended(error)` is
-    called once, from the thread, with the exception that ended it or None. Commands run between turns, those posted
-    during `prepare` right after it. Another `clock`, such as simulation time, is read every POLL seconds.
+    `turn` returns the time of its next call [ns] by `clock` (monotonic by default, or simulation time), or None to wait
+    for a command. `ended(error)` is called once, from the thread, with the exception that ended it or None. Commands
+    run between turns, those posted during `prepare` right after it.
     """
 
     def __init__(
@@ -221,83 +221,67 @@ class Worker:
         ended: Callable[[Exception | None], None] = lambda error: None,
         clock: Callable[[], int] = time.monotonic_ns,
     ):
-        self._clock, self._poll = clock, None if clock is time.monotonic_ns else POLL
-        self._turn = turn
-        self._prepare = prepare
-        self._ended = ended
-        self._commands: queue.SimpleQueue = queue.SimpleQueue()
-        self._open, self._opening = False, threading.Lock()  # whether commands are taken
-        self._wake = threading.Event()
-        self._stop = threading.Event()
+        self._turn, self._prepare, self._ended, self._clock = turn, prepare, ended, clock
+        self._longest = threading.TIMEOUT_MAX if clock is time.monotonic_ns else POLL
+        self._changed = threading.Condition()
+        self._commands: deque = deque()
+        self._woken = self._closed = self.stopping = False
         # A daemon: a kernel that is being compiled must not keep the process from ending.
         self._thread = threading.Thread(target=self._run, name="worker", daemon=True)
 
     def start(self) -> None:
-        self._open = True
         self._thread.start()
 
     def post(self, command: Callable, *arguments) -> Future:
-        """Lets the thread call `command(now, *arguments)` between two turns; the future gets what it returns."""
+        """Has the thread call `command(now, *arguments)` between two turns; the future gets what it returns."""
         future: Future = Future()
-        with self._opening:  # or the last look at them may come between
-            self._commands.put((future, command, arguments))
-            if not self._open:
-                self._refuse_commands()
-        self._wake.set()
+        with self._changed:
+            if self._closed:
+                future.set_exception(RuntimeError(ENDED))
+            else:
+                self._commands.append((future, command, arguments))
+        self.wake()
         return future
 
-    @property
-    def stopping(self) -> bool:
-        """Whether the thread is to end."""
-        return self._stop.is_set()
-
     def wake(self) -> None:
-        """Has `turn` called soon, whenever it asked for."""
-        self._wake.set()
+        """Has `turn` called soon, whatever time it asked for."""
+        with self._changed:
+            self._woken = True
+            self._changed.notify()
 
     def stop(self, timeout: float) -> bool:
         """Ends the thread after the turn it is in; False if that took longer than `timeout` seconds."""
-        self._stop.set()
-        self._wake.set()
+        self.stopping = True
+        self.wake()
         if self._thread.is_alive() and threading.current_thread() is not self._thread:
             self._thread.join(timeout)
         return not self._thread.is_alive()
 
     def _run(self) -> None:
-        error = None
+        failure = None
         try:
             self._prepare()
-            while not self._stop.is_set():
-                self._obey_commands()
+            while not self.stopping:
+                while self._commands:
+                    self._obey(*self._commands.popleft())
                 wake_at = self._turn(self._clock())
-                left = None if wake_at is None else max(0, wake_at - self._clock()) * 1e-9
-                self._wake.wait(left if left is None or self._poll is None else min(left, self._poll))
-                self._wake.clear()  # before anything is looked at, so that no word is lost
-        except Exception as problem:
-            error = problem
-        self._stop.set()
-        with self._opening:
-            self._open = False
-            self._refuse_commands()
-        self._ended(error)
+                left = self._longest if wake_at is None else max(0, wake_at - self._clock()) * 1e-9
+                with self._changed:
+                    if not self._woken:
+                        self._changed.wait(min(left, self._longest))
+                    self._woken = False
+        except Exception as error:
+            failure = error
+        with self._changed:
+            self.stopping = self._closed = True
+        for future, *_ in self._commands:
+            if future.set_running_or_notify_cancel():
+                future.set_exception(RuntimeError(ENDED))
+        self._ended(failure)
 
-    def _obey_commands(self) -> None:
-        while (taken := self._next_command()) is not None:
-            future, command, arguments = taken
-            if not future.set_running_or_notify_cancel():
-                continue
+    def _obey(self, future: Future, command: Callable, arguments: tuple) -> None:
+        if future.set_running_or_notify_cancel():
             try:
                 future.set_result(command(self._clock(), *arguments))
-            except Exception as problem:
-                future.set_exception(problem)
-
-    def _refuse_commands(self) -> None:
-        while (taken := self._next_command()) is not None:
-            if taken[0].set_running_or_notify_cancel():
-                taken[0].set_exception(RuntimeError("the node has ended its work"))
-
-    def _next_command(self):
-        try:
-            return self._commands.get_nowait()
-        except queue.Empty:
-            return None
+            except Exception as error:
+                future.set_exception(error)

@@ -7,8 +7,7 @@ import dataclasses
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import TimeoutError as StillBusy
-from concurrent.futures import wait
+from concurrent.futures import Future, wait
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -56,7 +55,7 @@ from bearing_twin.nodes.messages import (
 )
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, LOG_SAFETY, NOT_ALLOWED, THINNED, NodeParameter, safety_of
 from bearing_twin.nodes.pacing import FASTEST, SLOWEST, Worker
-from bearing_twin.nodes.simulation_loop import Commands, RunLogs, SimulationLoop
+from bearing_twin.nodes.simulation_loop import Commands, SimulationLoop, log_path
 from bearing_twin.run.failure import write_failure
 from bearing_twin.run.scene import Scene, gives, late_keys, load_scene, refuse_outside
 from bearing_twin.run.simulation import Simulation
@@ -164,11 +163,11 @@ def scene_of(values: dict[str, Any]) -> Scene:
     return scene
 
 
-COMMAND_TIMEOUT = 30.0  # s after which a service answers that its command is taken, though not yet carried out
-INTERRUPT_PERIOD = 0.05  # s between interruptions by an urgent command
-ANSWER_TIME = 0.3  # s after which ~/pause answers
+COMMAND_TIMEOUT = 30.0  # s until a service reports that its command is still to be carried out
+INTERRUPT_PERIOD = 0.05  # s between interruptions of a computation by an urgent command
+ANSWER_TIME = 0.3  # s until ~/pause and ~/reset answer
 CLOSE_TIME = 0.25  # s for subscribers to take what is published at the end
-SAY_EVERY = 10  # diagnostics while kernels are compiled, for each line about it
+MOST_LOGS = 1000  # of one node: anybody can ask for a reset, which begins another
 
 
 class SimNode(Node):
@@ -185,16 +184,15 @@ class SimNode(Node):
         outgoing = ((topic.name, topic.ros_type, topic.qos) for topic in topics(scene))
         self._outlet = Outlet(self, outgoing, values["publish_clock"])
         self._values, self._scene = values, scene
-        self._log_path, self._logs = values["log"], RunLogs(values["log"], self._open_log)
+        self._log, self._logs, self._not_logged = None, 0, ""
         safety = safety_of(values)
         self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
-        self._halt, self._description = Halt(), {"scene": scene.name}
-        # Both are made in the worker's thread: on a new machine it compiles kernels for a minute or more first.
+        self._halt = Halt()
+        # Both are made in the worker's thread: kernels are compiled or loaded there.
         self.simulation: Simulation | None = None
         self.loop: SimulationLoop | None = None
-        self.ready, self._doing = threading.Event(), "compiling"
-        self._started, self._looks = time.monotonic(), 0
-        self._warned, self._watch = False, LogWatch(self, Path(self._log_path).parent)
+        self.ready, self._doing, self._started = threading.Event(), "compiling", time.monotonic()
+        self._warned, self._watch = False, LogWatch(self, Path(values["log"]).parent)
         self._frame = f"{values['frame_prefix']}{kind.frame}"
         self._commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
         self._serve(kind)
@@ -202,7 +200,7 @@ class SimNode(Node):
         duration_ns = round(values["duration"] * 1e9) or own_end_ns
         for late in late_keys(scene, 1e-9 * duration_ns or float("inf")):
             self.get_logger().warning(late)
-        self.worker = Worker(self._turn, partial(self._prepare, scene, values, duration_ns), self._ended)
+        self.worker = Worker(self._turn, partial(self._prepare, duration_ns), self._ended)
         self.worker.start()
 
     def close(self) -> None:
@@ -213,9 +211,8 @@ class SimNode(Node):
             self.loop.close()
             acknowledged(self._outlet.publishers, CLOSE_TIME)
 
-    # Wiring
-
     def _serve(self, kind: Kind) -> None:
+        """Creates services, subscriptions and timers."""
         services, steps, others = (MutuallyExclusiveCallbackGroup() for _ in range(3))
         steady = Clock(clock_type=ClockType.STEADY_TIME)  # time of the simulation must not drive its own timers
         offered = [
@@ -237,15 +234,11 @@ class SimNode(Node):
         self.add_on_set_parameters_callback(self._on_overrides)
         self.add_post_set_parameters_callback(self._on_parameters)
 
-    def _open_log(self, path: Path) -> LogWriter:
-        self.get_logger().info(f"log: {path}{THINNED if self._safety.kept_rate else ''}")
-        # The choice of the start: a log is opened before the run that it is for begins again.
-        return LogWriter(path, self.simulation.scene, choice_record(self.simulation.choice), safety=self._safety)
-
     # In the worker's thread
 
-    def _prepare(self, scene: Scene, values: dict, duration_ns: int) -> None:
+    def _prepare(self, duration_ns: int) -> None:
         self.get_logger().info("loading the kernels of this scene; they are compiled once on a machine")
+        values, scene = self._values, self._scene
         self.simulation = run = Simulation(scene, self._halt)
         run.warm_up()
         self._doing = "waiting for subscribers"
@@ -258,7 +251,7 @@ class SimNode(Node):
             self._outlet.deliver,
             values["real_time_factor"],
             duration_ns,
-            self._logs.begin,
+            self._open_log,
             round(values["repeat"] * 1e9),
             self._outlet.listened_to,
             self._commands,
@@ -276,8 +269,21 @@ class SimNode(Node):
     def _stream_of(self, run: Simulation) -> Callable[[], MessageStream]:
         return partial(MessageStream, run.scene, choice=run.choice, frame_prefix=self._values["frame_prefix"])
 
+    def _open_log(self, run: int) -> LogWriter | None:
+        """The log of run 0, 1 ... if the node writes any; raises LogError."""
+        if self._values["log"] and self._logs >= MOST_LOGS:
+            self._not_logged = f"not logged: the node has begun {MOST_LOGS} logs; start it again for more"
+        if not self._values["log"] or self._not_logged:
+            return None
+        path = log_path(self._values["log"], run)
+        self.get_logger().info(f"log: {path}{THINNED if self._safety.kept_rate else ''}")
+        # The choice of the start: a log is opened before the run that it is for begins again.
+        record = choice_record(self.simulation.choice)
+        self._log, self._logs = LogWriter(path, self.simulation.scene, record, safety=self._safety), self._logs + 1
+        return self._log
+
     def _change(self, now: int, scene: Scene) -> None:
-        """The run begins again as `scene`."""
+        """Begins the run again as `scene`."""
         run = Simulation(scene, self._halt)
         run.warm_up()
         self.simulation = run
@@ -296,7 +302,8 @@ class SimNode(Node):
 
     def _ended(self, error: Exception | None) -> None:
         if error is not None and not isinstance(error, Stopped):
-            if left := isinstance(error, IntegrationError) and write_failure(error, Path(self._log_path).parent):
+            folder = Path(self._values["log"]).parent
+            if left := isinstance(error, IntegrationError) and write_failure(error, folder):
                 error = BearingTwinError(f"{error}; look into it: bearing_twin explain {left}")
             self.failure = error
             self._publish_status(ERROR, str(error), {})
@@ -311,8 +318,8 @@ class SimNode(Node):
         if self.loop is not None and time.monotonic_ns() >= self.loop.obeys_at:
             self._halt.interrupt()
 
-    def _asked(self, command: str, *arguments, seconds: float = COMMAND_TIMEOUT, urgent: bool = False):
-        """The answer of this method of the loop, called in the worker's thread; raises StillBusy after `seconds`.
+    def _ask(self, command: str, *arguments, seconds: float = COMMAND_TIMEOUT, urgent: bool = False) -> Future:
+        """Has the worker call a method of the loop, and waits for it, at most `seconds`.
 
         What is `urgent` interrupts the computation under way, whatever that has cost.
         """
@@ -322,89 +329,85 @@ class SimNode(Node):
             if urgent:
                 self._halt.interrupt(always=True)
             wait([future], timeout=min(left, INTERRUPT_PERIOD))
+        return future
+
+    def _answer_or_later(self, future: Future) -> str:
+        """The answer of a command, or that it will be carried out."""
         if future.done():
             return future.result()
         future.add_done_callback(self._say_failure)
-        raise StillBusy(future)
+        if self.ready.is_set():
+            return "taken: it is carried out when the computation under way is done"
+        return f"taken: it is carried out when the kernels are compiled ({self._seconds():.0f} s so far)"
 
-    def _say_failure(self, future) -> None:
+    def _answer_now(self, future: Future):
+        """The answer of a command that is given up where it is not carried out in time; raises BearingTwinError."""
+        if not future.done() and future.cancel():
+            raise BearingTwinError(
+                f"the node is still {self._doing} ({self._seconds():.0f} s so far); ask again when /diagnostics "
+                "says that it runs or is paused"
+            )
+        return future.result()
+
+    def _say_failure(self, future: Future) -> None:
         if not future.cancelled() and (error := future.exception()) is not None:
             self.get_logger().error(f"a command that was taken could not be carried out: {error}")
 
-    def _busy(self) -> str:
-        """What the worker is doing, and for how long."""
-        if self.ready.is_set():
-            return "the computation under way is done"
-        return f"the kernels are compiled ({self._seconds():.0f} s so far)"
-
     @guarded
     def _on_pause(self, request, response):
-        if request.data and self.loop is not None:
+        held = request.data and self.loop is not None
+        if held:
             self.loop.paced.paused = True  # at once: a chunk that is being computed is not published
-        try:
-            response.message = self._asked("pause", request.data, seconds=ANSWER_TIME)
-        except StillBusy:
-            held = request.data and self.loop is not None
-            later = f"taken: it is carried out when {self._busy()}"
-            response.message = f"paused at {self._time_ns * 1e-9:.6f} s" if held else later
+        future = self._ask("pause", request.data, seconds=ANSWER_TIME)
+        said = self._answer_or_later(future)
+        response.message = f"paused at {self._time_ns * 1e-9:.6f} s" if held and not future.done() else said
         response.success = True
         return response
 
     @guarded
     def _on_reset(self, request, response):
-        try:
-            answer = self._asked("reset", urgent=True)
-        except StillBusy:
-            answer = f"taken: it is carried out when {self._busy()}"
-        response.message = "; ".join(filter(None, (answer, self._logs.warning)))
+        answer = self._answer_or_later(self._ask("reset", seconds=ANSWER_TIME, urgent=True))
+        response.message = "; ".join(filter(None, (answer, self._not_logged)))
         response.success = True
         return response
 
     @guarded
     def _on_step(self, request, response):
         response.time_ns = self._time_ns
-        response.message = self._unless_busy("step", request.duration)
+        response.message = self._answer_now(self._ask("step", request.duration))
         response.time_ns, response.success = self._time_ns, True
         return response
 
     @guarded
     def _on_stiffness(self, request, response):
-        return fill_stiffness(response, *self._unless_busy("operating_point", urgent=True), self._frame)
-
-    def _unless_busy(self, command: str, *arguments, urgent: bool = False):
-        """The answer of a command that is not left for later; raises BearingTwinError where the worker is busy."""
-        try:
-            return self._asked(command, *arguments, urgent=urgent)
-        except StillBusy as busy:
-            busy.args[0].cancel()
-            raise BearingTwinError(
-                f"the node is still {self._doing} ({self._seconds():.0f} s so far); ask again when /diagnostics "
-                "says that it runs or is paused"
-            ) from None
+        sample, point = self._answer_now(self._ask("operating_point", urgent=True))
+        return fill_stiffness(response, sample, point, self._frame)
 
     def _on_overrides(self, parameters) -> SetParametersResult:
         """Refuses overrides that make no scene, or one with other topics."""
         for parameter in parameters:
             if parameter.name == "overrides":
                 try:
-                    scene = scene_of(self._values | {"overrides": list(parameter.value or ())})
+                    scene = self._overridden(parameter)
                 except BearingTwinError as error:
                     return SetParametersResult(successful=False, reason=str(error))
                 if [one.full_name for one in topics(scene)] != [one.full_name for one in topics(self._scene)]:
                     return SetParametersResult(successful=False, reason="that changes the topics: start another node")
         return SetParametersResult(successful=True)
 
+    def _overridden(self, parameter) -> Scene:
+        return scene_of(self._values | {"overrides": list(parameter.value or ())})
+
     @guarded
     def _on_parameters(self, parameters):
         for parameter in parameters:
             if parameter.name == "overrides":
-                scene = scene_of(self._values | {"overrides": list(parameter.value or ())})
-                self.worker.post(self._change, scene).add_done_callback(self._say_failure)
+                self.worker.post(self._change, self._overridden(parameter)).add_done_callback(self._say_failure)
                 self._halt.interrupt(always=True)
             if parameter.name == "real_time_factor":
-                self.worker.post(lambda now, pace=parameter.value: self.loop.set_factor(now, pace))
+                self.worker.post(lambda now, pace=parameter.value: self.loop.paced.set_factor(now, pace))
 
-    # Reports
+    # Diagnostics
 
     @guarded
     def _on_clock(self):
@@ -421,31 +424,29 @@ class SimNode(Node):
         return 0 if self.loop is None else self.loop.time_ns
 
     def _seconds(self) -> float:
-        """Since the node was made [s]."""
+        """Time since the node was made [s]."""
         return time.monotonic() - self._started
 
     def _report(self) -> None:
         if self.loop is None:
             self._publish_status(OK, self._doing, {"elapsed_s": self._seconds()})
-            self._looks += 1
-            if self._looks % SAY_EVERY == 0:
-                self.get_logger().info(f"{self._doing}: {self._seconds():.0f} s so far")
             return
         slow, message, numbers = self.loop.look(time.monotonic_ns())
         if slow and not self._warned:
             self._warned = True
             self.get_logger().warning(f"{message}; see /diagnostics, or lower real_time_factor or run.output_rate")
         listeners = min(publisher.get_subscription_count() for publisher in self._outlet.publishers)
-        counts = {"messages": self._outlet.published, "least_subscribers": listeners, "logs": self._logs.count}
-        warning = "; ".join(filter(None, (self.loop.warning(), self._logs.warning)))
+        numbers |= {"messages": self._outlet.published, "least_subscribers": listeners, "logs": self._logs}
+        warning = "; ".join(filter(None, (self.loop.warning(), self._not_logged)))
         level, message = WARN if slow or warning else OK, "; ".join(filter(None, (message, warning)))
-        log_level, log_says, room = self._watch.look(self._logs if self._logs.count else None)
-        if log_says:
-            level, message = log_level, log_says
-        self._publish_status(level, message, numbers | counts | room)
+        if self._log is not None:
+            log_level, log_says, room = self._watch.look(self._log, time.monotonic())
+            level, message = (log_level, log_says) if log_says else (level, message)
+            numbers |= room
+        self._publish_status(level, message, numbers)
 
     def _publish_status(self, level: bytes, message: str, values: dict) -> None:
-        self._heartbeat.say(level, message, values | self._description)
+        self._heartbeat.say(level, message, values | {"scene": self._scene.name})
 
 
 def main(args: list[str] | None = None) -> int:

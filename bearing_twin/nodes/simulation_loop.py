@@ -2,6 +2,7 @@
 
 import math
 import threading
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Container
 from pathlib import Path
@@ -16,9 +17,9 @@ LONGEST_STEP = 10.0  # s
 SILENCE_NS = 10_000_000  # between reports of progress where nobody listens: each wakes the worker
 SHORTFALL = 0.95  # of the requested pace, below which the loop warns
 LONG_NS = 500_000_000  # of computing one batch, from which on the loop warns that nothing comes meanwhile
+SHORT_NS = 250_000_000  # of computing one batch, from which on batches get shorter, so that commands wait no longer
 JUDGED_NS = 1_000_000_000  # of simulated time between reports of the run's errors
 GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
-MOST_LOGS = 1000  # of one node; each takes 0.1 MB at least
 WAITING = 8  # commands of one topic, of which the last legal one is carried out
 
 
@@ -113,51 +114,6 @@ class Commands:
         return {**counts, "last_refusal": self._last or "-", "load_from": self._source}
 
 
-class RunLogs:
-    """Opens the logs of runs 0, 1, 2 ... beside `path` (empty: none), and says how much room all take.
-
-    `open_log(path)` gives a log with `problem`, `dropped` and `bytes`. A reset begins another, and anybody can ask for
-    it, so that there are MOST_LOGS.
-    """
-
-    def __init__(self, path: str, open_log: Callable[[Path], object]):
-        self._path, self._open = path, open_log
-        self._newest: list = []  # the last two: a log is opened before the one before is completed
-        self._bytes_before = self._dropped_before = 0
-        self.count = 0
-        self.warning = ""  # why the run is not logged
-
-    def begin(self, run: int):
-        """The log of a run, None where there are too many already; raises LogError, and is then as it was."""
-        if not self._path:
-            return None
-        if self.count >= MOST_LOGS:
-            self.warning = f"not logged: the node has begun {self.count} logs; start it again for more"
-            return None
-        log = self._open(log_path(self._path, run))
-        for gone in self._newest[:-1]:
-            self._bytes_before += gone.bytes
-            self._dropped_before += gone.dropped
-        self._newest = [*self._newest[-1:], log]
-        self.count += 1
-        return log
-
-    @property
-    def problem(self) -> str:
-        """Why the last log cannot grow, empty while it can."""
-        return self._newest[-1].problem if self._newest else ""
-
-    @property
-    def dropped(self) -> int:
-        """Messages of all runs for which there was no room."""
-        return self._dropped_before + sum(one.dropped for one in self._newest)
-
-    @property
-    def bytes(self) -> int:
-        """Size of all logs."""
-        return self._bytes_before + sum(one.bytes for one in self._newest)
-
-
 def log_path(path: str | Path, run: int) -> Path:
     """Where run 0, 1, 2 ... is logged: run.mcap, run_1.mcap, run_2.mcap ..."""
     path = Path(path)
@@ -187,8 +143,9 @@ class SimulationLoop:
         wanted: Callable[[], Container[str]] | None = None,
         commands: Commands | None = None,
         command_ns: int = 0,
+        clock: Callable[[], int] = time.monotonic_ns,
     ):
-        self.runs, self._duration_ns = 0, duration_ns
+        self.runs, self._duration_ns, self._clock = 0, duration_ns, clock
         self._take(simulation)
         self.commands, self._command_ns, self.obeys_at = commands or Commands(), command_ns, 0
         self._make_stream, self._open_log, self._wanted = make_stream, open_log, wanted
@@ -295,10 +252,6 @@ class SimulationLoop:
         self.paced.pause(now, paused)
         return f"{'paused' if paused else 'running'} at {self.time_ns * 1e-9:.6f} s"
 
-    def set_factor(self, now: int, factor: float | str) -> None:
-        """Changes the pace, a multiple of real time or FASTEST."""
-        self.paced.set_factor(now, factor)
-
     def obey(self, now: int, command: Command, message) -> None:
         """Carries out a message of the topic `command`; raises BearingTwinError, counted, where it is refused."""
         try:
@@ -346,6 +299,7 @@ class SimulationLoop:
     def _take(self, simulation) -> None:
         self.simulation, period = simulation, simulation.output_period_ns
         self._chunk = max(1, min(CHUNK_NS // period, simulation.chunk_outputs))
+        self._whole, self._divisor = (self._chunk, simulation.chunk_outputs), 1
         self._total = self._duration_ns // period + 1 if self._duration_ns else None
 
     def _begin_again(self, log) -> None:
@@ -400,7 +354,8 @@ class SimulationLoop:
         return None
 
     def _advance(self, outputs: int) -> list[Timed]:
-        run = self.simulation
+        """Messages of the next outputs; where these take long, fewer are computed at once from then on."""
+        run, began = self.simulation, self._clock()
         if self._total is not None:
             outputs = min(outputs, self._total - run.sequence - 1)
         fresh = self.commands.fresh_outputs(run.time_ns, run.output_period_ns)
@@ -411,6 +366,10 @@ class SimulationLoop:
             block = run.advance(min(outputs, fresh) if fresh else outputs)
         except Interrupted:  # by a command, which is obeyed between turns
             return []
+        took = self._clock() - began
+        if took > SHORT_NS or (took < SHORT_NS // 8 and self._divisor > 1):
+            self._divisor = 4 * self._divisor if took > SHORT_NS else self._divisor // 2
+            self._chunk, run.chunk_outputs = (max(1, whole // self._divisor) for whole in self._whole)
         if run.time_ns >= self._judge_at:
             self._judge_at = run.time_ns + JUDGED_NS
             self._errors = errors_of(run.report())
