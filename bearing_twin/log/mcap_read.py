@@ -11,7 +11,6 @@ import bisect
 import io
 import itertools
 import struct
-import zlib
 from array import array
 from collections import Counter
 from collections.abc import Container, Iterator
@@ -50,33 +49,35 @@ LAST_NS = (1 << 64) - 1  # the format counts time by 64 bits
 MOST_PENDING = 1 << 27  # bytes of messages that wait for earlier ones of chunks that overlap in time
 
 _HEAD = struct.Struct("<BQ")  # of a record: opcode, length
-_NUMBER = struct.Struct("<H")
 _MESSAGE = struct.Struct("<BQHIQQ")  # head of a record and of the message in it
-_MESSAGE_FIELDS = _MESSAGE.size - _HEAD.size
-_CHUNK_TIMES = struct.Struct("<QQ")
+_FIELDS = _MESSAGE.size - _HEAD.size
 _CHUNK_INDEX = struct.Struct("<QQQQI")  # start and end time, place, length, length of the list of its channels
-_CHUNK_CHANNEL = struct.Struct("<H8x")
-_LENGTH = struct.Struct("<Q")
 _PIECE = 1 << 20  # bytes that are read, unpacked or put into a stretch of messages together
 _DATA_END_RECORD, _FOOTER_RECORD = _HEAD.size + 4, _HEAD.size + 20
 _USED = frozenset({Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA})
 _PARSE_ERRORS = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError)
 
 
-class DamagedLog(LogError):
-    """The file is cut or altered: `offset` is the byte at which it shows, `what` the reason."""
+class UnreadableLog(LogError):
+    """Reading cannot go on at byte `offset`; `what` is the reason."""
+
+    said = ""
 
     def __init__(self, path, offset: int, what: str):
-        super().__init__(f"{path} is damaged at byte {offset}: {what}; `bearing_twin recover` saves what is whole")
+        super().__init__(self.said.format(path, offset, what))
         self.path, self.offset, self.what = path, offset, what
 
 
-class LogLimit(LogError):
-    """A part of the file that is needed, at byte `offset`, is larger than what is read; `what` says which limit."""
+class DamagedLog(UnreadableLog):
+    """The file is cut or altered."""
 
-    def __init__(self, path, offset: int, what: str):
-        super().__init__(f"{path} is beyond a limit of bearing_twin at byte {offset}: {what}")
-        self.path, self.offset, self.what = path, offset, what
+    said = "{} is damaged at byte {}: {}; `bearing_twin recover` saves what is whole"
+
+
+class LogLimit(UnreadableLog):
+    """A part of the file that is needed is larger than the limit named."""
+
+    said = "{} is beyond a limit of bearing_twin at byte {}: {}"
 
 
 class StoredTopic(NamedTuple):
@@ -114,7 +115,7 @@ class LoggedMessage(NamedTuple):
 
 
 class Contents(NamedTuple):
-    """What a file holds: channels and the counts of their messages by number, first and last log time, metadata.
+    """Summary of a file: channels and the counts of their messages by number, first and last log time, metadata.
 
     `end` is the byte behind the last whole record; `ended` is False where the end of the data is missing, because the
     file is being written, or was cut.
@@ -142,8 +143,7 @@ class McapReader:
         self._packed = self._unpacked = self._records = 0
         self._contents: Contents | None = None
         self._stretches = array("Q")  # start and end time, place and length of chunks and of runs of messages
-        self._starts = array("Q")  # of chunks, where they are known
-        self._indexed = False  # whether the stretches are those of the summary
+        self._starts: list[int] = []  # of chunks, where they are known
         self._read_to = len(MAGIC)  # behind the last whole record
         self._whole = False  # whether the end of the data was read
         try:
@@ -151,15 +151,12 @@ class McapReader:
         except OSError as error:
             raise LogError(f"{path} cannot be read ({error.strerror}); give the path of a log") from error
         self._size = self._stream.seek(0, io.SEEK_END)
-        self._stream.seek(0)
-        magic = self._stream.read(len(MAGIC))
-        if magic != MAGIC:
+        if self._at(0, len(MAGIC)) != MAGIC:
             self._stream.close()
             reason = "is empty" if self._size == 0 else "is not an MCAP file"
             raise LogError(f"{path} {reason}; give a log written by bearing_twin or `ros2 bag record -s mcap`")
         footer = self._size - len(MAGIC) - _FOOTER_RECORD
-        self._stream.seek(max(footer, 0))
-        tail = self._stream.read()
+        tail = self._at(max(footer, 0), self._size)
         self.ended = tail[:9] == _HEAD.pack(Opcode.FOOTER, 20) and tail[29:] == MAGIC
         self._footer = self._parse(footer, Footer, tail[9:29]) if self.ended else Footer(0, 0, 0)
         self._data_end = footer if self.ended else self._size
@@ -173,8 +170,12 @@ class McapReader:
     def __exit__(self, *_):
         self._stream.close()
 
+    def _at(self, position: int, size: int) -> bytes:
+        self._stream.seek(position)
+        return self._stream.read(size)
+
     def contents(self) -> Contents:
-        """What the file holds, by its summary, or read through where that is incomplete; raises DamagedLog."""
+        """Contents by the summary, or read through where that is incomplete; raises DamagedLog."""
         if self._contents is None and self._footer.summary_start:
             try:
                 self._contents = self._summarised()
@@ -184,11 +185,6 @@ class McapReader:
         if self._contents is None:
             self._contents = self._scanned()
         return self._contents
-
-    @property
-    def end(self) -> int:
-        """The byte behind the last whole record that was read."""
-        return self._read_to
 
     def require_end(self) -> None:
         """Raises DamagedLog where the end of the data is missing; to be called once the file was read."""
@@ -204,9 +200,17 @@ class McapReader:
         Read from its start the whole file is checked. Raises DamagedLog and LogLimit where reading cannot go on; with
         `attachments` these are among the items.
         """
-        self._want(wanted, afresh=begin == len(MAGIC))
-        used = _USED | {Opcode.ATTACHMENT} if attachments else _USED
-        return self._items(begin, used, check=begin == len(MAGIC))
+        whole = begin == len(MAGIC)
+        self._want(wanted, whole)
+        for offset, opcode, content in self._raw(begin, _USED | {Opcode.ATTACHMENT} if attachments else _USED, whole):
+            if opcode == Opcode.CHUNK:
+                yield from self._in_chunk(offset, content, by_time=False)
+            elif opcode == Opcode.MESSAGE:
+                yield from self._alone(offset, content)
+            elif opcode in (Opcode.METADATA, Opcode.ATTACHMENT):
+                yield self._parse(offset, Metadata if opcode == Opcode.METADATA else Attachment, content)
+            else:
+                self._learn(offset, opcode, content)
 
     def by_time(
         self, wanted: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS + 1
@@ -214,34 +218,22 @@ class McapReader:
         """Messages of the `wanted` ROS topics (None: of all channels) from `from_ns` to before `until_ns`, by time.
 
         Those of one time come in the order of the file. Chunks that hold nothing of it are passed over; a file that is
-        read without limits of time is checked whole.
+        read without limits of time is checked whole first.
         """
         self.contents()
+        if from_ns <= 0 and until_ns > LAST_NS and not self._whole:
+            for _ in self._raw(len(MAGIC), (), True):
+                pass
         self._want(wanted)
         rows = np.frombuffer(self._stretches, np.uint64).reshape(-1, 4)
-        late = np.maximum.accumulate(rows[:, 1])[:-1] > rows[1:, 0]
         rows = rows[(rows[:, 1] >= max(from_ns, 0)) & (rows[:, 0] <= min(until_ns - 1, LAST_NS))]
-        if wanted is not None and self._indexed:
-            numbers = {number for number, topic in self._contents.topics.items() if topic.name in wanted}
-            needed = self._chunks_with(numbers)
-            rows = rows[[place in needed for place in rows[:, 2].tolist()]]
-        whole = from_ns <= 0 and until_ns > LAST_NS and self._indexed  # else the file was checked when it was scanned
-        if late.any():
-            if whole:
-                for _ in self._raw(len(MAGIC), (), True):
-                    pass
-            found = self._merged(rows[np.lexsort((rows[:, 2], rows[:, 0]))])
-        elif whole:
-            found = self._items(len(MAGIC), _USED - {Opcode.METADATA}, True, {*rows[:, 2].tolist()}, by_time=True)
-        else:
-            found = itertools.chain.from_iterable(map(self._stretch, rows.tolist()))
+        found = self._merged(rows[np.lexsort((rows[:, 2], rows[:, 0]))].tolist())
         yield from (one for one in found if from_ns <= one.log_time < until_ns)
 
     def record_after(self, offset: int) -> int | None:
         """Where the record behind that at `offset` begins by its length, or the next chunk of the summary."""
-        self._stream.seek(offset)
-        head = self._stream.read(_HEAD.size)
-        found = [start for start in self._starts if start > offset][:1]
+        head = self._at(offset, _HEAD.size)
+        found = self._starts[bisect.bisect_right(self._starts, offset) :][:1]
         if len(head) == _HEAD.size and head[0] in _USED | {Opcode.ATTACHMENT, Opcode.MESSAGE_INDEX}:
             found.append(offset + _HEAD.size + _HEAD.unpack(head)[1])
         return min((one for one in found if one < self._data_end), default=None)
@@ -254,68 +246,61 @@ class McapReader:
 
     def _summarised(self) -> Contents | None:
         """The contents by the summary, checked; None where it does not describe all of the file."""
-        statistics, metadata, chunks = None, [], 0
-        covered = 0  # bytes of the data that the summary describes
-        for offset, opcode, content in self._summary():
+        statistics, metadata, start = None, [], self._footer.summary_start
+        covered = _HEAD.unpack(self._at(len(MAGIC), _HEAD.size))[1] + len(MAGIC) + _HEAD.size + _DATA_END_RECORD
+        for offset, opcode, content in self._summary(start, self._size - len(MAGIC)):
             if opcode == Opcode.CHUNK_INDEX:
-                if len(content) < _CHUNK_INDEX.size:
-                    raise DamagedLog(self.path, offset, "the index of a chunk is too short")
-                first, last, place, length, channels = _CHUNK_INDEX.unpack_from(content)
-                behind = _CHUNK_INDEX.size + channels
-                if len(content) < behind + _LENGTH.size:
-                    raise DamagedLog(self.path, offset, "the index of a chunk is too short")
-                self._stretches.extend((first, last, place, length))
-                covered += length + _LENGTH.unpack_from(content, behind)[0]
-                chunks += 1
+                try:
+                    *row, channels = _CHUNK_INDEX.unpack_from(content)
+                    (indexed,) = struct.unpack_from("<Q", content, _CHUNK_INDEX.size + channels)
+                except struct.error:
+                    raise DamagedLog(self.path, offset, "the index of a chunk is too short") from None
+                self._stretches.extend(row)
+                covered += row[3] + indexed
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
                 self._learn(offset, opcode, content)
             elif opcode == Opcode.STATISTICS:
                 statistics = self._parse(offset, Statistics, content)
-            elif opcode in (Opcode.METADATA_INDEX, Opcode.ATTACHMENT_INDEX):
+            else:
                 kind = MetadataIndex if opcode == Opcode.METADATA_INDEX else AttachmentIndex
                 index = self._parse(offset, kind, content)
                 covered += index.length
                 metadata += [index.offset] if kind is MetadataIndex else []
-        rows = sorted(self._stretches[2::4])
-        self._starts = array("Q", rows)
-        self._stream.seek(len(MAGIC))
-        head = self._stream.read(_HEAD.size)
-        covered += len(MAGIC) + _HEAD.size + _HEAD.unpack(head)[1] + _DATA_END_RECORD
-        described = all(_schema_of(one) in (0, *self._schemas) for one in self._channels.values())
+        self._starts = sorted(self._stretches[2::4])
         if (
             statistics is None
-            or covered != self._footer.summary_start
-            or not described
+            or covered != start
+            or any(_schema_of(one) not in (0, *self._schemas) for one in self._channels.values())
             or sum(statistics.channel_message_counts.values()) != statistics.message_count
-            or (len(self._channels), chunks) != (statistics.channel_count, statistics.chunk_count)
+            or len(self._channels) != statistics.channel_count
         ):
             return None
-        self._indexed = True
-        found = [self._metadata_at(place) for place in metadata]
+        found = []
+        for place in metadata:
+            _, opcode, content = next(self._raw(place, _USED, False), (0, 0, b""))
+            if opcode != Opcode.METADATA:
+                raise DamagedLog(self.path, place, "the index points to something else than metadata")
+            found.append(self._parse(place, Metadata, content))
         times = statistics.message_start_time, statistics.message_end_time
         counts = statistics.channel_message_counts
         return Contents(self._topics_of(counts), counts, *times, found, self._data_end, True)
 
-    def _summary(self) -> Iterator[tuple[int, int, bytes]]:
+    def _summary(self, start: int, end: int) -> Iterator[tuple[int, int, bytes]]:
         """Offset, opcode and content of the records of the summary, whose checksum is compared first."""
-        start, end = self._footer.summary_start, self._size - len(MAGIC)
         if not len(MAGIC) + _HEAD.size <= start <= end - _FOOTER_RECORD:
             raise DamagedLog(self.path, end, "its end names no place of its index")
         if self._footer.summary_crc:
             self._stream.seek(start)
-            crc, left = 0, end - start - 4
-            while left > 0 and (piece := self._stream.read(min(left, _PIECE))):
-                crc, left = zlib.crc32(piece, crc), left - len(piece)
-            if crc != self._footer.summary_crc:
+            if self._crc_of(end - start - 4, 0) != self._footer.summary_crc:
                 raise DamagedLog(self.path, start, "its index does not have the CRC it was written with")
         used = {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX}
         return self._raw(start, used | {Opcode.METADATA_INDEX, Opcode.ATTACHMENT_INDEX}, False)
 
-    def _metadata_at(self, offset: int) -> Metadata:
-        _, opcode, content = next(self._raw(offset, _USED, False), (0, 0, b""))
-        if opcode != Opcode.METADATA:
-            raise DamagedLog(self.path, offset, "the index points to something else than metadata")
-        return self._parse(offset, Metadata, content)
+    def _crc_of(self, size: int, crc: int) -> int:
+        """The checksum `crc` continued over the next `size` bytes."""
+        while size > 0 and (piece := self._stream.read(min(size, _PIECE))):
+            crc, size = crc32(piece, crc), size - len(piece)
+        return crc
 
     def _scanned(self) -> Contents:
         """The contents of a file without a usable summary, read through."""
@@ -325,8 +310,9 @@ class McapReader:
         for offset, opcode, content in self._raw(len(MAGIC), _USED, True):
             end = offset + _HEAD.size + len(content)
             if opcode == Opcode.CHUNK:
-                times = self._walked(offset, self._unpacked_chunk(offset, content), counts)
-                rows.extend((*times, offset, len(content)))
+                numbers, times, _ = self._walked(offset, self._unpacked_chunk(offset, content))
+                counts.update(numbers)
+                rows.extend((min(times, default=0), max(times, default=0), offset, len(content)))
             elif opcode == Opcode.MESSAGE:
                 number, _, time_ns, _ = self._lone(offset, content)
                 counts[number] += 1
@@ -338,9 +324,9 @@ class McapReader:
                 metadata.append(self._parse(offset, Metadata, content))
             else:
                 self._learn(offset, opcode, content)
-        topics = self._topics_of(counts)
         times = min(rows[::4], default=0), max(rows[1::4], default=0)
-        return Contents(topics, dict(counts), *times, metadata, max(end, self._read_to), self._whole)
+        end = max(end, self._read_to)
+        return Contents(self._topics_of(counts), dict(counts), *times, metadata, end, self._whole)
 
     def _topics_of(self, counts: dict[int, int]) -> dict[int, StoredTopic]:
         """The channels by number: all that have messages, and some of the others."""
@@ -351,42 +337,18 @@ class McapReader:
         numbers += itertools.islice((one for one in self._channels if not counts.get(one)), MOST_SILENT)
         return {number: self._described(number) for number in numbers}
 
-    def _chunks_with(self, channels: Container[int]) -> set[int]:
-        """Where the chunks begin that may have a message of one of these channels, by the summary."""
-        places = set()
-        for _, opcode, content in self._raw(self._footer.summary_start, {Opcode.CHUNK_INDEX}, False):
-            if opcode == Opcode.CHUNK_INDEX:
-                *_, place, _, length = _CHUNK_INDEX.unpack_from(content)
-                listed = content[
-                    _CHUNK_INDEX.size : _CHUNK_INDEX.size + length // _CHUNK_CHANNEL.size * _CHUNK_CHANNEL.size
-                ]
-                if not listed or any(one in channels for (one,) in _CHUNK_CHANNEL.iter_unpack(listed)):
-                    places.add(place)
-        return places
-
-    def _items(
-        self, begin: int, used: Container[int], check: bool, needed: set[int] | None = None, by_time: bool = False
-    ) -> Iterator[LoggedMessage | Metadata | Attachment]:
-        """Content from byte `begin` on, of chunks that of those at `needed` places, each by time where asked for."""
-        for offset, opcode, content in self._raw(begin, used, check, needed):
-            if opcode == Opcode.CHUNK:
-                yield from self._in_chunk(offset, content, by_time)
-            elif opcode == Opcode.MESSAGE:
-                yield from self._alone(offset, content)
-            elif opcode in (Opcode.METADATA, Opcode.ATTACHMENT):
-                yield self._parse(offset, Metadata if opcode == Opcode.METADATA else Attachment, content)
-            else:
-                self._learn(offset, opcode, content)
-
-    def _merged(self, rows: np.ndarray) -> Iterator[LoggedMessage]:
-        """The messages of stretches that overlap in time, by their time; `rows` are in the order of their first."""
+    def _merged(self, rows: list[list[int]]) -> Iterator[LoggedMessage]:
+        """The messages of stretches by their time; `rows` are in the order of their first times."""
         pending: list[tuple[int, int, int, LoggedMessage]] = []
         held = 0
-        for row in rows.tolist():
+        for row, following in itertools.zip_longest(rows, rows[1:]):
             while pending and pending[0][0] < row[0]:
                 held -= len(pending[0][3].data)
                 yield heappop(pending)[3]
-            for number, message in enumerate(self._stretch(row)):
+            if not pending and (following is None or row[1] < following[0]):
+                yield from self._stretch(*row[2:])
+                continue
+            for number, message in enumerate(self._stretch(*row[2:])):
                 heappush(pending, (message.log_time, row[2], number, message))
                 held += len(message.data)
             if held > MOST_PENDING:
@@ -395,9 +357,8 @@ class McapReader:
         while pending:
             yield heappop(pending)[3]
 
-    def _stretch(self, row: list[int]) -> Iterator[LoggedMessage]:
+    def _stretch(self, begin: int, length: int) -> Iterator[LoggedMessage]:
         """The messages of a chunk, or of a run of messages outside chunks, in the order of time."""
-        _, _, begin, length = row
         found: list[LoggedMessage] = []
         for offset, opcode, content in self._raw(begin, _USED, False):
             if offset == begin and opcode == Opcode.CHUNK:
@@ -410,21 +371,19 @@ class McapReader:
             found += self._alone(offset, content)
         yield from sorted(found, key=lambda one: one.log_time)
 
-    def _raw(
-        self, position: int, used: Container[int], check: bool, needed: Container[int] | None = None
-    ) -> Iterator[tuple[int, int, bytes]]:
+    def _raw(self, position: int, used: Container[int], check: bool) -> Iterator[tuple[int, int, bytes]]:
         """Offset, opcode and content of the records of the kinds `used`, from byte `position` to the end of a section.
 
-        With `check` (from the start) the checksum of the data is compared. Of chunks those at `needed` places alone are
-        given out (None: all).
+        With `check` (from the start) the checksum of the data is compared.
         """
         if position > self._size:
             raise DamagedLog(self.path, self._size, "the index points outside the file")
-        in_data, seek = position < self._data_end, False
-        crc = self._first_crc() if check else None
-        self._stream.seek(position)
+        in_data, wrong_end = position < self._data_end, "a record says that the data end here, and they do not"
+        data_end = self._at(max(self._data_end - _DATA_END_RECORD, 0), _DATA_END_RECORD) if check else b""
+        states_none = self.ended and data_end == _HEAD.pack(Opcode.DATA_END, 4) + bytes(4)
+        crc = crc32(MAGIC) if check and not states_none else None
         while position < self._size:
-            head = self._stream.read(_HEAD.size)
+            head = self._at(position, _HEAD.size)
             self._read_to = position
             opcode, length = _HEAD.unpack(head) if len(head) == _HEAD.size else (0, self._size)
             end = position + _HEAD.size + length
@@ -435,47 +394,28 @@ class McapReader:
             if opcode == Opcode.FOOTER and not in_data and end == self._size - len(MAGIC):
                 return
             if opcode == Opcode.DATA_END:
-                self._end_of_data(position, end, length, crc)
+                if length != 4 or (self._known_end and end != self._data_end):
+                    raise DamagedLog(self.path, position, wrong_end)
+                expected = int.from_bytes(self._stream.read(4), "little")
+                if crc is not None and expected and expected != crc:
+                    raise DamagedLog(self.path, position, "the data do not have the CRC they were written with")
+                self._read_to, self._whole = end, True
                 return
             if not opcode or opcode == Opcode.FOOTER or (in_data and end > self._data_end):
-                raise DamagedLog(self.path, position, "a record says that the data end here, and they do not")
+                raise DamagedLog(self.path, position, wrong_end)
             if bisect.bisect_left(self._starts, end) > bisect.bisect_right(self._starts, position):
                 raise DamagedLog(self.path, position, "a record goes on into the next chunk")
-            if opcode in used and (opcode != Opcode.CHUNK or needed is None or position in needed):
+            if opcode in used:
                 if length > LARGEST_RECORD:
                     what = f"a record of {length} bytes is larger than the {LARGEST_RECORD >> 20} MB that are read"
                     raise LogLimit(self.path, position, what)
                 content = self._stream.read(length)
-                if crc is not None:
-                    crc = crc32(content, crc32(head, crc))
+                crc = None if crc is None else crc32(content, crc32(head, crc))
                 yield position, opcode, content
-                seek = self._stream.tell() != end
             elif crc is not None:
-                crc, left = crc32(head, crc), length
-                while left > 0 and (piece := self._stream.read(min(left, _PIECE))):
-                    crc, left = crc32(piece, crc), left - len(piece)
-            else:
-                seek = True
+                crc = self._crc_of(length, crc32(head, crc))
             position = end
-            if seek:
-                self._stream.seek(position)
-                seek = False
         self._read_to = position
-
-    def _first_crc(self) -> int | None:
-        """The checksum of the data before the first record, None where the file says none to compare it with."""
-        self._stream.seek(max(self._data_end - _DATA_END_RECORD, 0))
-        if self.ended and self._stream.read(_DATA_END_RECORD) == _HEAD.pack(Opcode.DATA_END, 4) + bytes(4):
-            return None
-        return zlib.crc32(MAGIC)
-
-    def _end_of_data(self, position: int, end: int, length: int, crc: int | None) -> None:
-        if length != 4 or (self._known_end and end != self._data_end):
-            raise DamagedLog(self.path, position, "a record says that the data end here, and they do not")
-        expected = int.from_bytes(self._stream.read(4), "little")
-        if crc is not None and expected and expected != crc:
-            raise DamagedLog(self.path, position, "the data do not have the CRC they were written with")
-        self._read_to, self._whole = end, True
 
     def _parse(self, offset: int, kind: type, content: bytes):
         try:
@@ -487,14 +427,11 @@ class McapReader:
         """Keeps the description of a schema or channel, which is read when a message needs it."""
         if len(content) < 4:
             raise DamagedLog(self.path, offset, "the description of a channel is too short")
-        number = _NUMBER.unpack_from(content)[0]
-        if opcode == Opcode.SCHEMA:
-            if self._schemas.get(number) != content:
-                self._schemas[number] = bytes(content)
-                self._read_schemas.pop(number, None)
-        elif self._channels.get(number) != content:
-            self._channels[number] = bytes(content)
-            self._topics.pop(number, None)
+        number = int.from_bytes(content[:2], "little")
+        kept, read = (self._schemas, self._read_schemas) if opcode == Opcode.SCHEMA else (self._channels, self._topics)
+        if kept.get(number) != content:
+            kept[number] = bytes(content)
+            read.pop(number, None)
 
     def _described(self, number: int) -> StoredTopic:
         """The channel of that number; one that nothing describes, or in no UTF-8, has no type and no encoding."""
@@ -502,9 +439,8 @@ class McapReader:
             channel = Channel.read(ReadDataStream(io.BytesIO(self._channels[number])))
         except _PARSE_ERRORS:
             return StoredTopic(f"(channel {number})", "", "", "", {}, "", described=False)
-        said = channel.topic, channel.message_encoding, channel.metadata
         name, text, encoding = self._schema(channel.schema_id)
-        return StoredTopic(said[0], name, text, *said[1:], encoding)
+        return StoredTopic(channel.topic, name, text, channel.message_encoding, channel.metadata, encoding)
 
     def _schema(self, number: int) -> tuple[str, str, str]:
         """Name, text and encoding of the schema of that number, empty where there is none."""
@@ -518,11 +454,12 @@ class McapReader:
         return self._read_schemas[number]
 
     def _topic(self, number: int) -> StoredTopic | None:
-        """The channel of that number, None where it is not wanted: of a topic that is, foreign channels are not."""
-        topic = self._described(number)
-        wanted = self._wanted is None or (topic.name in self._wanted and not topic.foreign)
-        self._topics[number] = found = topic if wanted else None
-        return found
+        """The channel of that number, None where it is not wanted; foreign channels are never among wanted topics."""
+        if number not in self._topics:
+            topic = self._described(number)
+            wanted = self._wanted is None or (topic.name in self._wanted and not topic.foreign)
+            self._topics[number] = topic if wanted else None
+        return self._topics[number]
 
     def _count(self, offset: int, records: int) -> None:
         self._records += records
@@ -531,7 +468,7 @@ class McapReader:
 
     def _lone(self, offset: int, content: bytes) -> tuple[int, int, int, int]:
         """Channel, sequence, log and publish time of a message outside chunks."""
-        if len(content) < _MESSAGE_FIELDS:
+        if len(content) < _FIELDS:
             raise DamagedLog(self.path, offset, "a message is too short")
         self._count(offset, 1)
         return struct.unpack_from("<HIQQ", content)
@@ -540,36 +477,28 @@ class McapReader:
         number, sequence, log_time, publish_time = self._lone(offset, content)
         if self._packed and sequence == len(content) - 6 and not sequence % 16:  # as stands in an index behind a chunk
             raise DamagedLog(self.path, offset, "the index of messages of a chunk has the kind of a message")
-        topic = self._topics[number] if number in self._topics else self._topic(number)
-        if topic is not None:
-            yield LoggedMessage(topic, log_time, publish_time, content[_MESSAGE_FIELDS:])
+        if (topic := self._topic(number)) is not None:
+            yield LoggedMessage(topic, log_time, publish_time, content[_FIELDS:])
 
     def _in_chunk(self, offset: int, content: bytes, by_time: bool) -> Iterator[LoggedMessage]:
         """The wanted messages of a chunk, in its order or that of time."""
         data = self._unpacked_chunk(offset, content)
-        places, times = array("Q"), array("Q")
-        self._walked(offset, data, None, places, times)
-        order = np.frombuffer(times, np.uint64)
-        if by_time and np.any(order[1:] < order[:-1]):
-            places = [places[k] for k in np.argsort(order, kind="stable").tolist()]
-        topics, head = self._topics, _MESSAGE.size
-        for place in places:
+        numbers, times, places = map(np.frombuffer, self._walked(offset, data), (np.uint16, np.uint64, np.uint64))
+        topics = {number: self._topic(number) for number in np.unique(numbers).tolist()}
+        rows = np.flatnonzero(np.isin(numbers, [number for number, topic in topics.items() if topic is not None]))
+        if by_time:
+            rows = rows[np.argsort(times[rows], kind="stable")]
+        for place in places[rows].tolist():
             _, length, number, _, log_time, publish_time = _MESSAGE.unpack_from(data, place)
-            payload = bytes(data[place + head : place + _HEAD.size + length])
+            payload = bytes(data[place + _MESSAGE.size : place + _HEAD.size + length])
             yield LoggedMessage(topics[number], log_time, publish_time, payload)
 
-    def _walked(
-        self, offset: int, data: bytes, counts: Counter | None, places: array | None = None, times: array | None = None
-    ) -> tuple[int, int]:
-        """Goes through the records of a chunk: counts messages, or notes where the wanted ones begin and their times.
-
-        Returns the first and the last log time of those counted.
-        """
-        position, end, head = 0, len(data), _HEAD.size
-        topics, unpack, whole = self._topics, _MESSAGE.unpack_from, end - _MESSAGE.size
-        first, last, left = 1 << 64, 0, FREE_RECORDS + RECORDS_PER_BYTE * self._size - self._records
-        records = 0
-        while position < end:
+    def _walked(self, offset: int, data: bytes) -> tuple[array, array, array]:
+        """Channel, log time and place of each message of a chunk; learns the descriptions in it."""
+        numbers, times, places = array("H"), array("Q"), array("Q")
+        position, end, head, unpack = 0, len(data), _HEAD.size, _MESSAGE.unpack_from
+        whole, records, left = end - _MESSAGE.size, 0, FREE_RECORDS + RECORDS_PER_BYTE * self._size - self._records
+        while position < end and records <= left:
             if position <= whole:
                 opcode, length, number, _, log_time, _ = unpack(data, position)
             elif position + head <= end:
@@ -580,21 +509,16 @@ class McapReader:
             if position > end:
                 raise DamagedLog(self.path, offset, "a record in this chunk is longer than the chunk")
             records += 1
-            if records > left:
-                break
             if opcode == 5:  # a message
-                if length < _MESSAGE_FIELDS:
+                if length < _FIELDS:
                     raise DamagedLog(self.path, offset, "a message in this chunk is too short")
-                if counts is not None:
-                    counts[number] += 1
-                    first, last = min(first, log_time), max(last, log_time)
-                elif (topics[number] if number in topics else self._topic(number)) is not None:
-                    places.append(begin)
-                    times.append(log_time)
+                numbers.append(number)
+                times.append(log_time)
+                places.append(begin)
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
                 self._learn(offset, opcode, data[begin + head : position])
         self._count(offset, records)
-        return (first, last) if last or first < 1 << 64 else (0, 0)
+        return numbers, times, places
 
     def _unpacked_chunk(self, offset: int, content: bytes) -> bytes:
         chunk = self._parse(offset, Chunk, content)
@@ -628,7 +552,7 @@ class McapReader:
 
 def _schema_of(channel: bytes) -> int:
     """The number of the schema of a channel."""
-    return _NUMBER.unpack_from(channel, 2)[0]
+    return int.from_bytes(channel[2:4], "little")
 
 
 def _lz4_unpacked(packed: bytes, size: int) -> bytearray:

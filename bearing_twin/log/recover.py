@@ -13,7 +13,7 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.base.messages import harmless
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, log_files, reader_of
-from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, LogLimit, McapReader
+from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, UnreadableLog
 from bearing_twin.log.mcap_write import MAGIC
 from bearing_twin.log.raw_log import BAG_RECORD, RawLogWriter
 
@@ -121,7 +121,7 @@ def records_in(path, unfinished: bool = False) -> dict[str, dict[str, str]]:
 def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage | Metadata | Attachment]:
     """All that can be read of the files; `problems` get a sentence for each part that cannot."""
 
-    def note(error: DamagedLog | LogLimit, file: Path) -> None:
+    def note(error: UnreadableLog, file: Path) -> None:
         if (said := f"{file.name} at byte {error.offset}: {error.what}") not in problems:
             problems.append(said)
 
@@ -130,14 +130,14 @@ def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage |
             if isinstance(reader, McapReader) and reader.ended:
                 try:
                     reader.contents()  # where the chunks begin
-                except (DamagedLog, LogLimit) as error:
+                except UnreadableLog as error:
                     note(error, file)
             begin: int | None = len(MAGIC)
             while begin is not None:
                 try:
                     yield from reader.content(None, begin, True)
                     break
-                except (DamagedLog, LogLimit) as error:
+                except UnreadableLog as error:
                     note(error, file)
                     begin = reader.record_after(max(error.offset, begin))
             try:
