@@ -11,7 +11,8 @@ except ImportError:  # setuptools before 70.1, as that of ROS 2 Jazzy's system, 
     bdist_wheel = object
 
 PACKAGE = "bearing_twin"
-CORE = Path("core")
+HERE = Path(__file__).resolve().parent  # colcon runs a link to this file elsewhere
+CORE = HERE / "core"
 sys.path.insert(0, str(CORE))  # builds by pip do not look here
 import build as core  # noqa: E402
 
@@ -41,7 +42,7 @@ class CoreLibrary(build_ext):
 
     def get_source_files(self):
         """What an archive of the sources must hold."""
-        return [str(path) for path in sorted(CORE.rglob("*")) if path.suffix in (".cpp", ".hpp", ".py")]
+        return [str(path.relative_to(HERE)) for path in core.sources()]
 
 
 class PlatformWheel(bdist_wheel):
@@ -65,7 +66,7 @@ setup(
     name=PACKAGE,
     version="0.1.0",
     description="Digital twin of a ball bearing: ball wrenches and contact ellipses on ROS 2 topics and in MCAP logs.",
-    long_description=Path("README.md").read_text(encoding="utf-8"),
+    long_description=(HERE / "README.md").read_text(encoding="utf-8"),
     long_description_content_type="text/markdown",
     author="bearing_twin developers",
     author_email="bearing-twin@example.org",

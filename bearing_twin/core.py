@@ -24,14 +24,17 @@ from numpy.ctypeslib import ndpointer
 from bearing_twin.base.errors import CoreError
 
 PACKAGE = Path(__file__).resolve().parent
-WHEEL = "a wheel of bearing_twin, which has it compiled (`make wheel` in a checkout on another machine builds one)"
+WHEEL = (
+    f"the wheel bearing_twin-*-py3-none-linux_{platform.machine()}.whl, "
+    "which has it compiled (`make wheel` in a checkout on another machine builds it)"
+)
 _LEVELS = (  # what /proc/cpuinfo calls the instructions of x86-64-v2, -v3 and -v4, as far as the core is made of them
     {"cx16", "popcnt", "ssse3", "sse4_1", "sse4_2"},
     {"avx", "avx2", "bmi1", "bmi2", "fma", "movbe"},
     {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
 )
 
-# Types of arguments and results. Arrays are C-contiguous and of just this type of number: what is not is a TypeError.
+# Types of arguments and results. Arrays are C-contiguous and of just this type of number: ctypes.ArgumentError.
 REAL, INTEGER = ctypes.c_double, ctypes.c_int64
 REALS = ndpointer(np.float64, flags="C_CONTIGUOUS")
 INTEGERS = ndpointer(np.int64, flags="C_CONTIGUOUS")

@@ -1,4 +1,4 @@
-// The door: plain C functions on arrays, which bearing_twin/core.py declares. Rooms have doors of their own beside their sources.
+// The door: plain C functions on arrays, as bearing_twin/core.py declares them. Rooms have doors of their own.
 #include <cstdint>
 
 #define CORE_EXPORT extern "C" [[gnu::visibility("default")]]

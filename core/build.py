@@ -34,10 +34,15 @@ class BuildError(Exception):
     """The core cannot be built here; the message is a sentence."""
 
 
+def sources() -> list[Path]:
+    """All that the library is made of, sorted: units, headers, and this file with the flags."""
+    return sorted(path for path in SOURCES.rglob("*") if path.suffix in (".cpp", ".hpp", ".py"))
+
+
 def build_id() -> str:
-    """Twelve hexadecimal digits for all that the library is made of: its sources, and this file with the flags."""
+    """Twelve hexadecimal digits for the text of all sources."""
     digest = hashlib.sha256()
-    for path in sorted(path for path in SOURCES.rglob("*") if path.suffix in (".cpp", ".hpp", ".py")):
+    for path in sources():
         content = path.read_bytes()
         digest.update(f"{path.relative_to(SOURCES).as_posix()} {len(content)} ".encode() + content)
     return digest.hexdigest()[:12]
@@ -93,7 +98,7 @@ def _library(target: Path, words: list[str], march: str, extra: tuple[str, ...])
         'extern "C" [[gnu::visibility("default")]] const char *core_version();\n'
         f'const char *core_version() {{ return "build {build_id()}, {text}"; }}\n'
     )
-    objects = OBJECTS / name
+    objects = OBJECTS / re.sub(r"\W+", "_", text)
     objects.mkdir(parents=True, exist_ok=True)
     (objects / "version.cpp").write_text(version, encoding="utf-8")
     with ThreadPoolExecutor(JOBS) as pool:

@@ -32,7 +32,11 @@ def changed_files() -> list[str] | None:
 
 def import_graph(root: Path = ROOT) -> dict[str, set[str]]:
     """What each Python file of package and tests imports, as paths relative to `root`; late imports count too."""
-    paths = [*(root / "bearing_twin").rglob("*.py"), *(root / "tests").glob("*.py")]
+    paths = [
+        *(root / "bearing_twin").rglob("*.py"),
+        *(root / "tests").glob("*.py"),
+        *(root / "tests").glob("*/test_*.py"),
+    ]
     names = {_module(path.relative_to(root)): path.relative_to(root).as_posix() for path in paths}
     graph = {}
     for path in paths:
@@ -72,7 +76,7 @@ def distances(changed: Iterable[str], graph: Mapping[str, set[str]], root: Path 
 
 def _naming(path: str, root: Path) -> set[str]:
     words = {Path(path).name, *(f'"{name}"' for name in (Path(path).stem, Path(path).parent.name) if name)}
-    tests = (root / "tests").glob("test_*.py")
+    tests = (root / "tests").rglob("test_*.py")
     return {one.relative_to(root).as_posix() for one in tests if any(word in one.read_text("utf-8") for word in words)}
 
 
