@@ -1,0 +1,148 @@
+// The contact of a ball with a raceway (paper 1, section 5), written once over the type of its numbers: where, how fast,
+// how hard. `normal` points from the ball's centre to the raceway, so the load on the ball is -normal_load * normal;
+// `slip` is the velocity of the ball's surface relative to the raceway. All vectors are in the ball's frame, forces act
+// on the ball, half the approach inside its surface. A gap gives zero loads.
+#pragma once
+#include "../math/rotation.hpp"
+#include "model.hpp"
+
+namespace core {
+
+constexpr double LEAST_DEPTH = 1e-12;  // m: derivatives of a root no nearer to the onset of a contact than this
+
+template <Number X>
+CORE_INLINE auto root_of_depth(const X &depth) {
+  return with_slope(depth, square_root(value_of(depth)), [&] {
+    return 0.5 / square_root(maximum(value_of(depth), LEAST_DEPTH));
+  });
+}
+
+// Where: the meridian plane of the ring through the ball's centre. How hard, as far as the place alone says.
+template <class O, class N, class A, class D, class R, class T, class L, class S>
+struct ContactPlace {
+  O offset;  // of the ball's centre from the ring's [m]
+  N normal;
+  A approach;  // [m]; above zero in contact
+  D axis_distance;  // of the ball's centre from the ring's axis [m]
+  R arm;  // from the ball's centre to the contact point [m]
+  T surface_velocity;  // of the raceway at the contact point [m/s]
+  L load;  // elastic [N]
+  S stiffness;  // [N/m]
+};
+template <class O, class N, class A, class D, class R, class T, class L, class S>
+ContactPlace(O, N, A, D, R, T, L, S) -> ContactPlace<O, N, A, D, R, T, L, S>;
+
+template <class O, class W>
+CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &ring_speed) {
+  auto [axis_distance, over_distance] = [&] {
+    if constexpr (IsZero<decltype(offset.y)>) return std::pair{offset.x, 1.0 / offset.x};
+    else return root_and_inverse(offset.x * offset.x + offset.y * offset.y);
+  }();
+  auto outwards = axis_distance - raceway.locus_radius;
+  auto [distance, inverse] = root_and_inverse(outwards * outwards + offset.z * offset.z + 1e-300);
+  auto normal_radial = outwards * inverse;
+  auto in_plane = normal_radial * over_distance;
+  Vector3 normal{in_plane * offset.x, in_plane * offset.y, offset.z * inverse};
+  auto approach = distance + (bearing.ball_radius - raceway.groove_radius);
+  auto arm = (bearing.ball_radius - 0.5 * approach) * normal;
+  auto point = offset + arm;
+  Vector3 surface_velocity{-(ring_speed * point.y), ring_speed * point.x, Zero{}};
+
+  auto depth = maximum(approach, 0.0);
+  auto coefficient = along_groove(raceway.coefficient, normal_radial);
+  auto root = root_of_depth(depth);
+  auto load = coefficient * depth * root, stiffness = 1.5 * coefficient * root;
+  if (bearing.power == 1.0) {
+    using T = ValueOf<decltype(approach)>;
+    auto touches = select(value_of(approach) > 0.0, broadcast<T>(1.0), T{});
+    load = widened<columns_of<decltype(load)>>(raceway.given * depth);
+    stiffness = stiffness * 0.0 + raceway.given * touches;
+  }
+  return std::pair{ContactPlace{offset, normal, approach, axis_distance, arm, surface_velocity, load, stiffness},
+                   normal_radial};
+}
+
+// What a contact does to the ball: force [N], torque about the ball's centre [N m], power of the ring's rotation on the
+// ball and power lost [W].
+template <class F, class T, class P, class L>
+struct ContactAction { F force; T torque; P power; L loss; };
+template <class F, class T, class P, class L> ContactAction(F, T, P, L) -> ContactAction<F, T, P, L>;
+
+// How hard, for `relative`, the velocity of the ball's surface against the raceway at the contact point, and the spin of
+// the ball against it about the normal.
+template <bool PATCH, class P, class N, class U, class W>
+CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, const P &at, const N &normal_radial,
+                                const U &relative, const W &spin) {
+  auto approach_rate = dot(relative, at.normal);
+  auto slip = relative - approach_rate * at.normal;
+  auto viscous = bearing.damping * at.load + bearing.relaxation_time * at.stiffness;
+  auto normal_load = maximum(at.load + viscous * approach_rate, 0.0);
+  auto damping_loss = (normal_load - at.load) * approach_rate;
+  if constexpr (!PATCH) {
+    auto square = dot(slip, slip);
+    auto smooth = square + bearing.regularisation * bearing.regularisation;
+    auto resistance = (bearing.friction_coefficient * normal_load) * root_and_inverse(smooth).second;
+    auto friction = (-resistance) * slip;
+    auto force = friction - normal_load * at.normal;
+    return ContactAction{force, cross(at.arm, friction), dot(force, at.surface_velocity),
+                         resistance * square + damping_loss};
+  } else {
+    // The patch's axes: major across the groove, minor (x, y, 0) along the ring's circumference.
+    auto over = 1.0 / at.axis_distance;
+    auto x = -(over * at.offset.y);
+    auto y = over * at.offset.x;
+    auto root = root_of_depth(maximum(at.approach, LEAST_DEPTH));
+    auto major = root * along_groove(raceway.semi_major, normal_radial);
+    auto minor = root * along_groove(raceway.semi_minor, normal_radial);
+    auto slip_major = at.normal.z * (y * slip.x - x * slip.y) - normal_radial * slip.z;
+    auto slip_minor = x * slip.x + y * slip.y;
+    auto means = patch_means(bearing.patch, bearing.regularisation, major, minor, slip_major, slip_minor, spin);
+    auto in_ball_frame = [&](const auto &along_major, const auto &along_minor, const auto &along_normal) {
+      auto outwards = along_major * at.normal.z + along_normal * normal_radial;
+      return Vector3{outwards * y + along_minor * x, along_minor * y - outwards * x,
+                     along_normal * at.normal.z - along_major * normal_radial};
+    };
+    auto limit = bearing.patch.coefficient * normal_load, lever = bearing.ball_radius - 0.5 * at.approach;
+    auto along = limit * means.along, across = limit * means.across, moment = limit * means.moment;
+    auto force = in_ball_frame(-along, -across, Zero{}) - normal_load * at.normal;
+    auto torque = in_ball_frame(lever * across, -(lever * along), -moment);
+    auto loss = along * slip_major + across * slip_minor + moment * spin + damping_loss;
+    return ContactAction{force, torque, dot(force, at.surface_velocity), loss};
+  }
+}
+
+// A contact that is differentiated first by the place, the relative velocity and the spin about the normal (columns 9 to
+// 12), and then by what these depend on: fewer columns through the friction.
+template <bool PATCH, class P, class N, class U, class W>
+CORE_INLINE auto staged_action(const Bearing &bearing, const Raceway &raceway, const P &at, const N &normal_radial,
+                               const U &relative, const W &spin) {
+  constexpr int FIRST = 9;
+  if constexpr (!IsDual<decltype(relative.x)>)
+    return contact_action<PATCH>(bearing, raceway, at, normal_radial, relative, spin);
+  else {
+    Vector3 free{variable<FIRST>(value_of(relative.x)), variable<FIRST + 1>(value_of(relative.y)),
+                 variable<FIRST + 2>(value_of(relative.z))};
+    auto action = contact_action<PATCH>(bearing, raceway, at, normal_radial, free, variable<FIRST + 3>(value_of(spin)));
+    auto through = [&](const auto &y) __attribute__((always_inline)) {
+      if constexpr (IsZero<decltype(y)>) return Zero{};
+      else {
+        constexpr unsigned found = columns_of<decltype(y)>;
+        constexpr unsigned own = found & ((1u << FIRST) - 1);
+        constexpr unsigned by_spin = found >> (FIRST + 3) & 1 ? columns_of<W> : 0u;
+        constexpr unsigned columns = own | columns_of<decltype(relative.x)> | columns_of<decltype(relative.y)> |
+                                     columns_of<decltype(relative.z)> | by_spin;
+        return dual<columns>(value_of(y), [&]<int C>() __attribute__((always_inline)) {
+          return ((slope_of<C>(y) + slope_of<FIRST>(y) * slope_of<C>(relative.x)) +
+                  (slope_of<FIRST + 1>(y) * slope_of<C>(relative.y) + slope_of<FIRST + 2>(y) * slope_of<C>(relative.z))) +
+                 slope_of<FIRST + 3>(y) * slope_of<C>(spin);
+        });
+      }
+    };
+    auto vector = [&](const auto &v) __attribute__((always_inline)) {
+      return Vector3{through(v.x), through(v.y), through(v.z)};
+    };
+    return ContactAction{vector(action.force), vector(action.torque), through(action.power), through(action.loss)};
+  }
+}
+
+}  // namespace core

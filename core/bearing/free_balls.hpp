@@ -1,0 +1,331 @@
+// Balls that nothing couples: the rings' motion is prescribed, and no ball touches another. Each lane holds a ball with
+// its own time and step; all lanes take a step together, each accepts or repeats its own, and a lane whose ball has
+// reached the end of the chunk takes the next one.
+#pragma once
+#include "../methods/rosenbrock.hpp"
+#include "ball_rates.hpp"
+
+namespace core {
+
+constexpr double LONGEST_FLIGHT = 5e-5;  // s, of a step that begins in flight: a bounce takes about as long
+constexpr double LANDED = 0.95;  // share of a step: a contact that changes later in it is as good as at its end
+constexpr double TOUCHING = 1e-11;  // m: approaches below are neither contact nor gap
+constexpr double DEEPEST = 0.1;  // approach over ball radius beyond which bodies have run through each other
+// Of what a contact that begins or ends does to a ball's speed: a step's error is no less, as the estimate passes
+// through zero by chance where the instant moves through the step.
+constexpr double LANDING_SHARE = 0.1;
+
+// A chunk to integrate; `scale` are the errors that a step may make in each coordinate, `instant` [s] the times of
+// outputs, from the chunk's begin.
+struct Chunk {
+  const Bearing &bearing;
+  const RosenbrockMethod &method;
+  Drive drive;
+  double duration, scale[MOTION];
+  int instants;
+  const double *instant;
+  const volatile std::int64_t *stop;
+};
+
+// What it moves and fills: states (balls, COLUMNS), orientations (balls, 4) and steps (balls,), in place; states and
+// orientations at the instants (instants, balls, ...); steps, rejections, evaluations and Jacobians so far.
+struct Results {
+  int balls;
+  double *state, *orientation, *step, *states, *orientations;
+  std::int64_t *counts;
+  double *failure;  // (2,): the time [s] and the ball of a failure
+};
+
+namespace free_balls {
+
+CORE_INLINE Triple spin_in_frame(const BallState &y) { return {y[SPIN], y[SPIN + 1], y[SPIN + 2] - y[VELOCITY + 1] / y[RADIUS]}; }
+
+template <class T>
+CORE_INLINE T approach_at(const Bearing &bearing, const Raceway &raceway, const T &axis_distance, const T &height) {
+  T outwards = axis_distance - raceway.locus_radius;
+  return root_and_inverse(outwards * outwards + height * height + 1e-300).first + bearing.ball_radius - raceway.groove_radius;
+}
+CORE_INLINE Pack outer_approach(const Bearing &bearing, const BallState &y) {
+  return approach_at(bearing, bearing.outer, y[RADIUS], y[HEIGHT]);
+}
+inline double inner_approach(const Bearing &bearing, double radius, double angle, double height) {
+  double x = radius - (std::cos(angle) * bearing.offset[0] + std::sin(angle) * bearing.offset[1]);
+  double y = std::sin(angle) * bearing.offset[0] - std::cos(angle) * bearing.offset[1];
+  return approach_at(bearing, bearing.inner, std::sqrt(x * x + y * y), height - bearing.offset[2]);
+}
+
+// Speed [m/s] that a contact which begins in a step gives a ball in it, or would take where one ends; 0 where none does.
+inline double contact_change(const Bearing &bearing, const Raceway &raceway, double begin, double end, double step) {
+  double lag = bearing.power * bearing.relaxation_time * std::min(end - begin, 0.0) / step;
+  double before = begin + lag, after = end + lag;
+  double lasts = step / std::max(std::fabs(end - begin), 1e-300);
+  if (before <= 0.0 && after > 0.0) {
+    double load = end > 0.0 ? raceway.given * std::pow(end, bearing.power) : 0.0;
+    return load * (bearing.relaxation_time + end * lasts / (bearing.power + 1.0)) / bearing.ball_mass;
+  }
+  if (after <= 0.0 && before > 0.0) {
+    double stiffness = bearing.power * raceway.given * std::pow(std::max(end - after, 0.0), bearing.power - 1.0);
+    return 0.5 * stiffness / bearing.power * after * after * lasts / bearing.ball_mass;
+  }
+  return 0.0;
+}
+
+template <bool PATCH>
+class Integration {
+ public:
+  Integration(const Chunk &chunk, const Results &results) : chunk(chunk), bearing(chunk.bearing), method(chunk.method), out(results) {
+    for (int c = 0; c < MOTION; c++) over_scale[c] = 1.0 / chunk.scale[c];
+  }
+
+  // Moves the numbered balls through the chunk.
+  Status run(const int *numbers, int count) {
+    waiting = running = 0;
+    this->numbers = numbers, this->count = count;
+    for (int lane = 0; lane < LANES; lane++) running += begin(lane);
+    while (running > 0) {
+      if (*chunk.stop != 0) return STOPPED;
+      cut_steps();
+      make_step();
+      judge();
+      give_out();
+      move_on();
+      for (int lane = 0; lane < LANES; lane++)
+        if (held[lane] >= 0)
+          if (Status status = propose(lane); status != OK) return status;
+    }
+    return OK;
+  }
+
+ private:
+  const Chunk &chunk;
+  const Bearing &bearing;
+  const RosenbrockMethod &method;
+  const Results &out;
+  const int *numbers = nullptr;
+  int count = 0, waiting = 0, running = 0;
+  int held[LANES], cursor[LANES];  // the ball in a lane, -1 without one; its next instant
+  double wanted[LANES], until[LANES], share[LANES];
+  BallState start, end, stage[MOST_STAGES]{}, rates, time_slope, third, fourth;
+  Quaternion before, after;
+  Pack time, step, over_step, gain, error;
+  bool varies;
+  double over_scale[MOTION];
+  BallJacobian jacobian;
+  BallFactors factors;
+
+  // Puts the next ball into a lane; a lane without a ball repeats the last one's start.
+  bool begin(int lane) {
+    bool idle = waiting >= count;
+    int ball = numbers[std::min(waiting, count - 1)];
+    for (int c = 0; c < COLUMNS; c++) start[c][lane] = out.state[ball * COLUMNS + c];
+    for (int c = 0; c < 4; c++) before[c][lane] = out.orientation[ball * 4 + c];
+    time[lane] = 0.0, step[lane] = std::min(out.step[ball], chunk.duration), cursor[lane] = 0;
+    held[lane] = idle ? -1 : ball;
+    waiting += !idle;
+    return !idle;
+  }
+
+  // A step that begins and ends in flight may pass over a bounce that none of its stages sees: it is kept short.
+  void cut_steps() {
+    Pack approach = outer_approach(bearing, start);
+    for (int lane = 0; lane < LANES; lane++) {
+      double left = chunk.duration - time[lane];
+      wanted[lane] = step[lane];
+      if (wanted[lane] > LONGEST_FLIGHT && approach[lane] < 0.0 &&
+          inner_approach(bearing, start[RADIUS][lane], start[ANGLE][lane], start[HEIGHT][lane]) < 0.0)
+        wanted[lane] = LONGEST_FLIGHT;
+      step[lane] = wanted[lane] >= left - NEGLIGIBLE * chunk.duration ? left : wanted[lane];
+    }
+  }
+
+  Pack ring_speed(double alpha) const {
+    return chunk.drive.speed + chunk.drive.acceleration * (time + alpha * step);
+  }
+
+  void make_step() {
+    over_step = 1.0 / step;
+    gain = method.gamma * step;
+    varies = chunk.drive.acceleration != 0.0;
+    if (varies) evaluate_rates<PATCH>(bearing, ring_speed(TIME_DIFFERENCE), start, time_slope);
+    make_stage<0>(), make_stage<1>(), make_stage<2>(), make_stage<3>();
+    if (method.stages > 4) make_stage<4>(), make_stage<5>();
+    const BallState &last = stage[method.stages - 1];
+    error = Pack{};
+    for (int c = 0; c < COLUMNS; c++) end[c] += last[c];
+    for (int c = 0; c < MOTION; c++) {
+      Pack scaled = last[c] * over_scale[c];
+      error += scaled * scaled;
+    }
+    error = square_root(error * (1.0 / MOTION));
+    for (int c : {int(RADIUS), VELOCITY + 1, int(SPIN), SPIN + 1, SPIN + 2}) prepare_interpolant(c);
+    after = rotated(before, spin_in_frame(start), spin_inside(broadcast<Pack>(0.5)), spin_in_frame(end), step);
+    weigh_contact_changes();
+  }
+
+  // Weighted sum of the stages before stage I in column c.
+  template <int I>
+  CORE_INLINE Pack weighted(const double *weight, int c) const {
+    Pack sum = weight[0] * stage[0][c];
+    if constexpr (I > 1)
+      for (int i = 1; i < I; i++) sum += weight[i] * stage[i][c];
+    return sum;
+  }
+
+  template <int I>
+  CORE_INLINE void make_stage() {
+    BallState right;
+    if constexpr (I == 0) {
+      evaluate_rates_and_jacobian<PATCH>(bearing, ring_speed(0.0), start, rates, jacobian);
+      factorise(jacobian, gain, factors);
+      if (varies)
+        for (int c = 0; c < COLUMNS; c++) time_slope[c] = (time_slope[c] - rates[c]) * (1.0 / TIME_DIFFERENCE);
+      right = rates;
+    } else {
+      for (int c = 0; c < COLUMNS; c++) end[c] = start[c] + weighted<I>(method.a[I], c);
+      if (!method.repeats_first(I)) evaluate_rates<PATCH>(bearing, ring_speed(method.alpha[I]), end, rates);
+      for (int c = 0; c < COLUMNS; c++) right[c] = rates[c] + over_step * weighted<I>(method.c[I], c);
+    }
+    if (varies)
+      for (int c = 0; c < COLUMNS; c++) right[c] += method.d[I] * time_slope[c];
+    solve(jacobian, factors, gain, right, stage[I]);
+    for (Pack &one : stage[I]) one = select(absolute(one) < HUGE_VAL, one, Pack{});  // must not haunt the next attempt
+  }
+
+  CORE_INLINE void prepare_interpolant(int c) {
+    third[c] = weighted<MOST_STAGES - 1>(method.dense[0], c);
+    fourth[c] = weighted<MOST_STAGES - 1>(method.dense[1], c);
+  }
+  Pack inside(const Pack &fraction, int c) const { return interpolated(fraction, start[c], end[c], third[c], fourth[c]); }
+  Triple spin_inside(const Pack &fraction) const {
+    return {inside(fraction, SPIN), inside(fraction, SPIN + 1),
+            inside(fraction, SPIN + 2) - inside(fraction, VELOCITY + 1) / inside(fraction, RADIUS)};
+  }
+
+  // The error of a step in which a contact begins or ends is at least a share of what that does to the ball. A contact
+  // beside one that carries load throughout is soon forgotten.
+  void weigh_contact_changes() {
+    Pack first = outer_approach(bearing, start), last = outer_approach(bearing, end);
+    double lag = bearing.power * bearing.relaxation_time;
+    Pack closing = minimum(last - first, 0.0);
+    Pack least = minimum(first, last) + lag * closing / step;
+    double per_scale = LANDING_SHARE / (chunk.scale[VELOCITY] * std::sqrt(double(MOTION)));
+    for (int lane = 0; lane < LANES; lane++) {
+      if (!(least[lane] <= 0.0 && error[lane] <= 1.0)) continue;
+      double change = contact_change(bearing, bearing.outer, first[lane], last[lane], step[lane]);
+      double begin = inner_approach(bearing, start[RADIUS][lane], start[ANGLE][lane], start[HEIGHT][lane]);
+      double finish = inner_approach(bearing, end[RADIUS][lane], end[ANGLE][lane], end[HEIGHT][lane]);
+      change = std::max(change, contact_change(bearing, bearing.inner, begin, finish, step[lane]));
+      error[lane] = std::max(error[lane], per_scale * change);
+    }
+  }
+
+  // Whether a contact with a raceway begins or ends between the step's start and a share of it, other than by a hair.
+  bool changes_contact(int lane, double share) const {
+    double there[3];
+    for (int c = 0; c < 3; c++)
+      there[c] = share >= 1.0 ? end[c][lane] : interpolated(share, start[c][lane], end[c][lane], third[c][lane], fourth[c][lane]);
+    double inner[2] = {inner_approach(bearing, start[RADIUS][lane], start[ANGLE][lane], start[HEIGHT][lane]),
+                       inner_approach(bearing, there[RADIUS], there[ANGLE], there[HEIGHT])};
+    double outer[2] = {approach_at(bearing, bearing.outer, double(start[RADIUS][lane]), double(start[HEIGHT][lane])),
+                       approach_at(bearing, bearing.outer, there[RADIUS], there[HEIGHT])};
+    for (const auto &approach : {inner, outer})
+      if (approach[0] * approach[1] < 0.0 && std::min(std::fabs(approach[0]), std::fabs(approach[1])) > TOUCHING) return true;
+    return false;
+  }
+  // The share of a step after which a contact has just begun or ended; 1 where none does.
+  double landing_share(int lane) {
+    if (!changes_contact(lane, 1.0)) return 1.0;
+    for (int c = 0; c < VELOCITY; c++) prepare_interpolant(c);
+    double low = 0.0, high = 1.0;
+    while (high - low > 1e-6) {
+      double middle = 0.5 * (low + high);
+      (changes_contact(lane, middle) ? high : low) = middle;
+    }
+    return high;
+  }
+
+  // Whether each lane's step is accepted: `until` is the time up to which it may give out, infinite at the chunk's end.
+  void judge() {
+    int evaluations = 0;
+    for (int i = 0; i < method.stages; i++) evaluations += !method.repeats_first(i);
+    for (int lane = 0; lane < LANES; lane++) {
+      share[lane] = 1.0, until[lane] = -HUGE_VAL;
+      if (held[lane] < 0) continue;
+      out.counts[2] += evaluations, out.counts[3] += 1;
+      if (!(error[lane] <= 1.0)) continue;
+      if (method.ends_steps_at_contacts) share[lane] = landing_share(lane);
+      if (share[lane] < LANDED) continue;
+      double moment = time[lane] + step[lane];
+      until[lane] = moment >= chunk.duration * (1.0 - NEGLIGIBLE) ? HUGE_VAL : moment;
+    }
+  }
+
+  void give_out() {
+    for (bool first = true;; first = false) {
+      Pack fraction{};
+      bool found = false, has[LANES];
+      for (int lane = 0; lane < LANES; lane++) {
+        has[lane] = until[lane] > 0.0 && cursor[lane] < chunk.instants && chunk.instant[cursor[lane]] <= until[lane];
+        if (has[lane]) fraction[lane] = (chunk.instant[cursor[lane]] - time[lane]) / step[lane];
+        found |= has[lane];
+      }
+      if (!found) return;
+      if (first)
+        for (int c = 0; c < COLUMNS; c++) prepare_interpolant(c);
+      BallState there;
+      for (int c = 0; c < COLUMNS; c++) there[c] = inside(fraction, c);
+      Quaternion turned = rotated(before, spin_in_frame(start), spin_inside(0.5 * fraction), spin_in_frame(there), fraction * step);
+      for (int lane = 0; lane < LANES; lane++) {
+        if (!has[lane]) continue;
+        long row = long(cursor[lane]++) * out.balls + held[lane];
+        for (int c = 0; c < COLUMNS; c++) out.states[row * COLUMNS + c] = there[c][lane];
+        for (int c = 0; c < 4; c++) out.orientations[row * 4 + c] = turned[c][lane];
+      }
+    }
+  }
+
+  void move_on() {
+    Mask moved;
+    for (int lane = 0; lane < LANES; lane++) {
+      moved[lane] = until[lane] >= 0.0 ? -1 : 0;
+    }
+    time = select(moved, time + step, time);
+    for (int c = 0; c < COLUMNS; c++) start[c] = select(moved, end[c], start[c]);
+    for (int c = 0; c < 4; c++) before[c] = select(moved, after[c], before[c]);
+  }
+
+  // The next step of a lane; takes its ball out at the chunk's end and the next one in.
+  Status propose(int lane) {
+    int ball = held[lane];
+    double proposed = next_step(step[lane], error[lane], method.order);
+    if (until[lane] < 0.0) {
+      out.counts[1] += 1;
+      step[lane] = error[lane] <= 1.0 ? step[lane] * share[lane] : proposed;
+      if (step[lane] < LEAST_STEP && !(error[lane] <= 1.0)) return failed(STALLED, time[lane], ball);
+      return OK;
+    }
+    out.counts[0] += 1;
+    step[lane] = proposed;
+    if (until[lane] < HUGE_VAL) return OK;
+    out.step[ball] = std::max(wanted[lane], proposed);  // a step cut short by the end counts only if it is longer
+    double sum = 0.0;
+    for (int c = 0; c < COLUMNS; c++) sum += std::fabs(out.state[ball * COLUMNS + c] = start[c][lane]);
+    for (int c = 0; c < 4; c++) out.orientation[ball * 4 + c] = before[c][lane];
+    if (!(sum < HUGE_VAL)) return failed(NOT_FINITE, chunk.duration, ball);
+    const double *y = out.state + ball * COLUMNS;
+    double deepest = DEEPEST * bearing.ball_radius;
+    if (inner_approach(bearing, y[RADIUS], y[ANGLE], y[HEIGHT]) > deepest ||
+        approach_at(bearing, bearing.outer, y[RADIUS], y[HEIGHT]) > deepest)
+      return failed(TOO_DEEP, chunk.duration, ball);
+    running -= !begin(lane);
+    return OK;
+  }
+
+  Status failed(Status status, double when, int ball) {
+    out.failure[0] = when, out.failure[1] = ball;
+    return status;
+  }
+};
+
+}  // namespace free_balls
+}  // namespace core

@@ -1,0 +1,88 @@
+// The door to balls alone between rings whose motion is prescribed; arrays are C-contiguous doubles.
+#include "free_balls.hpp"
+
+using namespace core;
+
+namespace {
+
+// Reads numbers in the order in which bearing/core_bearing.py writes them.
+class Reader {
+ public:
+  explicit Reader(const double *numbers) : next(numbers) {}
+  void operator()(double &number) { number = *next++; }
+  template <std::size_t N> void operator()(double (&numbers)[N]) { for (double &one : numbers) one = *next++; }
+  void operator()(GroovePolynomial &p) { (*this)(p.term), (*this)(p.least); }
+  void operator()(Raceway &r) {
+    (*this)(r.locus_radius), (*this)(r.groove_radius), (*this)(r.given);
+    (*this)(r.coefficient), (*this)(r.semi_major), (*this)(r.semi_minor);
+  }
+  int integer() { return int(*next++); }
+
+ private:
+  const double *next;
+};
+
+Bearing bearing_of(const double *numbers, const double *points) {
+  Bearing b{};
+  Reader read(numbers);
+  read(b.ball_radius), read(b.ball_mass), read(b.ball_inertia), read(b.offset), read(b.gravity);
+  read(b.damping), read(b.relaxation_time), read(b.friction_coefficient), read(b.regularisation), read(b.power);
+  read(b.inner), read(b.outer);
+  b.patch.model = FrictionModel(read.integer());
+  read(b.patch.coefficient), read(b.patch.easy), read(b.patch.hard);
+  b.patch.points = read.integer();
+  b.patch.point = points;
+  return b;
+}
+
+RosenbrockMethod method_of(const double *numbers) {
+  RosenbrockMethod m{};
+  Reader read(numbers);
+  m.stages = read.integer(), m.order = read.integer(), m.ends_steps_at_contacts = read.integer() != 0;
+  read(m.gamma);
+  for (auto &row : m.a) read(row);
+  for (auto &row : m.c) read(row);
+  read(m.alpha), read(m.d);
+  for (auto &row : m.dense) read(row);
+  return m;
+}
+
+}  // namespace
+
+extern "C" {
+
+[[gnu::visibility("default")]] int core_free_balls(
+    const double *bearing_numbers, const double *points, const double *method_numbers, const double *drive,
+    const double *scales, double duration, int instants, const double *times, const std::int64_t *stop, int count,
+    const int *numbers, int balls, double *state, double *orientation, double *steps, double *states,
+    double *orientations, std::int64_t *counts, double *failure) {
+  Bearing bearing = bearing_of(bearing_numbers, points);
+  RosenbrockMethod method = method_of(method_numbers);
+  Chunk chunk{bearing, method, {drive[0], drive[1]}, duration, {}, instants, times, stop};
+  std::copy(scales, scales + MOTION, chunk.scale);
+  Results results{balls, state, orientation, steps, states, orientations, counts, failure};
+  if (bearing.over_patch()) return free_balls::Integration<true>(chunk, results).run(numbers, count);
+  return free_balls::Integration<false>(chunk, results).run(numbers, count);
+}
+
+// Rates (12,) and Jacobian (9, 9) of one ball's motion, for tests: values and derivatives of the same functions.
+[[gnu::visibility("default")]] void core_ball_rates(const double *bearing_numbers, const double *points, double ring_speed,
+                                                    const double *state, double *rates, double *jacobian) {
+  Bearing bearing = bearing_of(bearing_numbers, points);
+  BallState y, f;
+  BallJacobian j;
+  for (int c = 0; c < COLUMNS; c++) y[c] = broadcast<Pack>(state[c]);
+  Pack speed = broadcast<Pack>(ring_speed);
+  if (bearing.over_patch()) evaluate_rates_and_jacobian<true>(bearing, speed, y, f, j);
+  else evaluate_rates_and_jacobian<false>(bearing, speed, y, f, j);
+  for (int c = 0; c < COLUMNS; c++) rates[c] = f[c][0];
+  std::fill(jacobian, jacobian + MOTION * MOTION, 0.0);
+  jacobian[0 * MOTION + VELOCITY] = jacobian[2 * MOTION + VELOCITY + 2] = 1.0;
+  jacobian[1 * MOTION + RADIUS] = j.orbit_by_radius[0], jacobian[1 * MOTION + VELOCITY + 1] = j.orbit_by_velocity[0];
+  const Matrix3 *parts[2][3] = {{&j.velocity_by_position, &j.velocity_by_velocity, &j.velocity_by_spin},
+                                {&j.spin_by_position, &j.spin_by_velocity, &j.spin_by_spin}};
+  for (int row = 0; row < 6; row++)
+    for (int column = 0; column < 9; column++)
+      jacobian[(VELOCITY + row) * MOTION + column] = (*parts[row / 3][column / 3])[row % 3][column % 3][0];
+}
+}

@@ -1,0 +1,52 @@
+// What the equations of motion of a bearing need, as numbers in SI units.
+//
+// Frames. `bearing_link` has its origin at the outer ring's centre and z along the axis. The motion of each ball is
+// written in the frame that turns with that ball about the axis, with unit vectors (radial, tangential, axial).
+#pragma once
+#include "../contact/patch_friction.hpp"
+
+namespace core {
+
+constexpr int POLYNOMIAL_TERMS = 10;
+// A polynomial in |n| - 1, n the radial part of a contact's normal, and the least |n| - 1 at which it is evaluated.
+struct GroovePolynomial { double term[POLYNOMIAL_TERMS], least; };
+
+// A toroidal groove: the radius of its centre circle and of its meridian [m], the coefficient c [N/m^power] of the
+// elastic law c h^power of its contacts, and the semi-axes of their ellipse over the root of the approach [m^0.5].
+struct Raceway {
+  double locus_radius, groove_radius, given;
+  GroovePolynomial coefficient, semi_major, semi_minor;
+};
+
+struct Bearing {
+  double ball_radius, ball_mass, ball_inertia;
+  double offset[3], gravity[3];  // of the inner ring's centre [m]; [m/s^2]
+  double damping, relaxation_time;  // Hunt and Crossley's [s/m]; of the viscous part in proportion to the stiffness [s]
+  double friction_coefficient, regularisation;  // at a point; v_s [m/s]
+  double power;  // of the elastic law: 1.5 (Hertz) or 1 (linear spring)
+  Raceway inner, outer;
+  PatchFriction patch;
+  bool over_patch() const { return patch.model != FrictionModel::point; }
+};
+
+// Prescribed rotation of the inner ring: at time t [s] it has speed + acceleration t [rad/s].
+struct Drive { double speed, acceleration; };
+
+// A ball's state: position (axis distance, orbit angle, height), velocity and angular velocity (radial, tangential,
+// axial), and the integrals of the drive's power, of the losses, and of the size of the drive's power.
+enum Column { RADIUS, ANGLE, HEIGHT, VELOCITY, SPIN = 6, DRIVE_WORK = 9, DISSIPATED, GROSS_WORK, COLUMNS };
+constexpr int MOTION = DRIVE_WORK;
+
+template <Number X>
+CORE_INLINE auto along_groove(const GroovePolynomial &polynomial, const X &radial) {
+  return chained([&](auto n) __attribute__((always_inline)) {
+    const double *t = polynomial.term;
+    auto x = maximum(absolute(n) - 1.0, polynomial.least);
+    auto x2 = x * x, x4 = x2 * x2;
+    auto low = (t[0] + t[1] * x) + (t[2] + t[3] * x) * x2;
+    auto high = (t[4] + t[5] * x) + (t[6] + t[7] * x) * x2;
+    return low + (high + (t[8] + t[9] * x) * x4) * x4;
+  }, radial);
+}
+
+}  // namespace core
