@@ -63,10 +63,12 @@ CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, c
 }
 
 // What a contact does to the ball: force [N], torque about the ball's centre [N m], power of the ring's rotation on the
-// ball and power lost [W].
-template <class F, class T, class P, class L>
-struct ContactAction { F force; T torque; P power; L loss; };
-template <class F, class T, class P, class L> ContactAction(F, T, P, L) -> ContactAction<F, T, P, L>;
+// ball and power lost [W]; and what these consist of: normal load [N], slip [m/s], friction force [N], and the friction
+// torque about the normal [N m] (drilling), which friction at a point has not.
+template <class F, class T, class P, class L, class N, class S, class R, class D>
+struct ContactAction { F force; T torque; P power; L loss; N normal_load; S slip; R friction; D drilling; };
+template <class F, class T, class P, class L, class N, class S, class R, class D>
+ContactAction(F, T, P, L, N, S, R, D) -> ContactAction<F, T, P, L, N, S, R, D>;
 
 // How hard, for `relative`, the velocity of the ball's surface against the raceway at the contact point, and the spin of
 // the ball against it about the normal.
@@ -85,7 +87,7 @@ CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, 
     auto friction = (-resistance) * slip;
     auto force = friction - normal_load * at.normal;
     return ContactAction{force, cross(at.arm, friction), dot(force, at.surface_velocity),
-                         resistance * square + damping_loss};
+                         resistance * square + damping_loss, normal_load, slip, friction, Zero{}};
   } else {
     // The patch's axes: major across the groove, minor (x, y, 0) along the ring's circumference.
     auto over = 1.0 / at.axis_distance;
@@ -104,12 +106,18 @@ CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, 
     };
     auto limit = bearing.patch.coefficient * normal_load, lever = bearing.ball_radius - 0.5 * at.approach;
     auto along = limit * means.along, across = limit * means.across, moment = limit * means.moment;
-    auto force = in_ball_frame(-along, -across, Zero{}) - normal_load * at.normal;
+    auto friction = in_ball_frame(-along, -across, Zero{});
+    auto force = friction - normal_load * at.normal;
     auto torque = in_ball_frame(lever * across, -(lever * along), -moment);
     auto loss = along * slip_major + across * slip_minor + moment * spin + damping_loss;
-    return ContactAction{force, torque, dot(force, at.surface_velocity), loss};
+    return ContactAction{force, torque, dot(force, at.surface_velocity), loss, normal_load, slip, friction, -moment};
   }
 }
+
+// What the equations of motion take of a contact.
+template <class F, class T, class P, class L>
+struct BallAction { F force; T torque; P power; L loss; };
+template <class F, class T, class P, class L> BallAction(F, T, P, L) -> BallAction<F, T, P, L>;
 
 // A contact that is differentiated first by the place, the relative velocity and the spin about the normal (columns 9 to
 // 12), and then by what these depend on: fewer columns through the friction.
@@ -117,9 +125,10 @@ template <bool PATCH, class P, class N, class U, class W>
 CORE_INLINE auto staged_action(const Bearing &bearing, const Raceway &raceway, const P &at, const N &normal_radial,
                                const U &relative, const W &spin) {
   constexpr int FIRST = 9;
-  if constexpr (!IsDual<decltype(relative.x)>)
-    return contact_action<PATCH>(bearing, raceway, at, normal_radial, relative, spin);
-  else {
+  if constexpr (!IsDual<decltype(relative.x)>) {
+    auto action = contact_action<PATCH>(bearing, raceway, at, normal_radial, relative, spin);
+    return BallAction{action.force, action.torque, action.power, action.loss};
+  } else {
     Vector3 free{variable<FIRST>(value_of(relative.x)), variable<FIRST + 1>(value_of(relative.y)),
                  variable<FIRST + 2>(value_of(relative.z))};
     auto action = contact_action<PATCH>(bearing, raceway, at, normal_radial, free, variable<FIRST + 3>(value_of(spin)));
@@ -141,7 +150,7 @@ CORE_INLINE auto staged_action(const Bearing &bearing, const Raceway &raceway, c
     auto vector = [&](const auto &v) __attribute__((always_inline)) {
       return Vector3{through(v.x), through(v.y), through(v.z)};
     };
-    return ContactAction{vector(action.force), vector(action.torque), through(action.power), through(action.loss)};
+    return BallAction{vector(action.force), vector(action.torque), through(action.power), through(action.loss)};
   }
 }
 

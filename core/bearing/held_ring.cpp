@@ -1,5 +1,6 @@
 // The door to balls alone between rings whose motion is prescribed; arrays are C-contiguous doubles.
 #include "free_balls.hpp"
+#include "outputs.hpp"
 
 using namespace core;
 
@@ -27,6 +28,7 @@ Bearing bearing_of(const double *numbers, const double *points) {
   Reader read(numbers);
   read(b.ball_radius), read(b.ball_mass), read(b.ball_inertia), read(b.offset), read(b.gravity);
   read(b.damping), read(b.relaxation_time), read(b.friction_coefficient), read(b.regularisation), read(b.power);
+  read(b.pair_coefficient), read(b.pair_friction);
   read(b.inner), read(b.outer);
   b.patch.model = FrictionModel(read.integer());
   read(b.patch.coefficient), read(b.patch.easy), read(b.patch.hard);
@@ -63,6 +65,20 @@ extern "C" {
   Results results{balls, state, orientation, steps, states, orientations, counts, failure};
   if (bearing.over_patch()) return free_balls::Integration<true>(chunk, results).run(numbers, count);
   return free_balls::Integration<false>(chunk, results).run(numbers, count);
+}
+
+// Fills rows of all channels; `place` holds the numbers of RowPlaces in their order.
+[[gnu::visibility("default")]] void core_held_ring_outputs(
+    const double *bearing_numbers, const double *points, const double *drive, int instants, int balls, const double *times,
+    const double *states, const double *orientations, const int *place, double *out) {
+  Bearing bearing = bearing_of(bearing_numbers, points);
+  RowPlaces places;
+  for (int &one : places.first) one = *place++;
+  for (int &one : places.width) one = *place++;
+  for (int *one : {&places.ring, &places.shared, &places.neighbours, &places.position, &places.columns}) *one = *place++;
+  DriveNow now{drive[0], drive[1], drive[2]};
+  if (bearing.over_patch()) outputs::write<true>(bearing, now, instants, balls, times, states, orientations, places, out);
+  else outputs::write<false>(bearing, now, instants, balls, times, states, orientations, places, out);
 }
 
 // Rates (12,) and Jacobian (9, 9) of one ball's motion, for tests: values and derivatives of the same functions.

@@ -24,6 +24,7 @@ struct Bearing {
   double damping, relaxation_time;  // Hunt and Crossley's [s/m]; of the viscous part in proportion to the stiffness [s]
   double friction_coefficient, regularisation;  // at a point; v_s [m/s]
   double power;  // of the elastic law: 1.5 (Hertz) or 1 (linear spring)
+  double pair_coefficient, pair_friction;  // of two balls: c [N/m^1.5] and the coefficient of friction at a point
   Raceway inner, outer;
   PatchFriction patch;
   bool over_patch() const { return patch.model != FrictionModel::point; }
