@@ -39,6 +39,7 @@ REAL, INTEGER = ctypes.c_double, ctypes.c_int64
 REALS = ndpointer(np.float64, flags="C_CONTIGUOUS")
 INTEGERS = ndpointer(np.int64, flags="C_CONTIGUOUS")
 REALS_OUT = ndpointer(np.float64, flags=("C_CONTIGUOUS", "WRITEABLE"))
+FLAG = ndpointer(np.uint8, flags="C_CONTIGUOUS")
 INTEGERS_OUT = ndpointer(np.int64, flags=("C_CONTIGUOUS", "WRITEABLE"))
 
 

@@ -24,7 +24,7 @@ struct Chunk {
   double duration, scale[MOTION];
   int instants;
   const double *instant;
-  const volatile std::int64_t *stop;
+  const volatile std::uint8_t *stop;  // not 0 once somebody wants it to end
 };
 
 // What it moves and fills: states (balls, COLUMNS), orientations (balls, 4) and steps (balls,), in place; states and
@@ -78,7 +78,7 @@ class Integration {
   }
 
   // Moves the numbered balls through the chunk.
-  Status run(const int *numbers, int count) {
+  Status run(const std::int64_t *numbers, int count) {
     waiting = running = 0;
     this->numbers = numbers, this->count = count;
     for (int lane = 0; lane < LANES; lane++) running += begin(lane);
@@ -101,7 +101,7 @@ class Integration {
   const Bearing &bearing;
   const RosenbrockMethod &method;
   const Results &out;
-  const int *numbers = nullptr;
+  const std::int64_t *numbers = nullptr;
   int count = 0, waiting = 0, running = 0;
   int held[LANES], cursor[LANES];  // the ball in a lane, -1 without one; its next instant
   double wanted[LANES], until[LANES], share[LANES];
@@ -116,7 +116,7 @@ class Integration {
   // Puts the next ball into a lane; a lane without a ball repeats the last one's start.
   bool begin(int lane) {
     bool idle = waiting >= count;
-    int ball = numbers[std::min(waiting, count - 1)];
+    int ball = int(numbers[std::min(waiting, count - 1)]);
     for (int c = 0; c < COLUMNS; c++) start[c][lane] = out.state[ball * COLUMNS + c];
     for (int c = 0; c < 4; c++) before[c][lane] = out.orientation[ball * 4 + c];
     time[lane] = 0.0, step[lane] = std::min(out.step[ball], chunk.duration), cursor[lane] = 0;

@@ -55,30 +55,30 @@ extern "C" {
 
 [[gnu::visibility("default")]] int core_free_balls(
     const double *bearing_numbers, const double *points, const double *method_numbers, const double *drive,
-    const double *scales, double duration, int instants, const double *times, const std::int64_t *stop, int count,
-    const int *numbers, int balls, double *state, double *orientation, double *steps, double *states,
+    const double *scales, double duration, std::int64_t instants, const double *times, const volatile std::uint8_t *stop,
+    std::int64_t count, const std::int64_t *numbers, std::int64_t balls, double *state, double *orientation, double *steps, double *states,
     double *orientations, std::int64_t *counts, double *failure) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   RosenbrockMethod method = method_of(method_numbers);
-  Chunk chunk{bearing, method, {drive[0], drive[1]}, duration, {}, instants, times, stop};
+  Chunk chunk{bearing, method, {drive[0], drive[1]}, duration, {}, int(instants), times, stop};
   std::copy(scales, scales + MOTION, chunk.scale);
-  Results results{balls, state, orientation, steps, states, orientations, counts, failure};
-  if (bearing.over_patch()) return free_balls::Integration<true>(chunk, results).run(numbers, count);
-  return free_balls::Integration<false>(chunk, results).run(numbers, count);
+  Results results{int(balls), state, orientation, steps, states, orientations, counts, failure};
+  if (bearing.over_patch()) return free_balls::Integration<true>(chunk, results).run(numbers, int(count));
+  return free_balls::Integration<false>(chunk, results).run(numbers, int(count));
 }
 
 // Fills rows of all channels; `place` holds the numbers of RowPlaces in their order.
 [[gnu::visibility("default")]] void core_held_ring_outputs(
-    const double *bearing_numbers, const double *points, const double *drive, int instants, int balls, const double *times,
-    const double *states, const double *orientations, const int *place, double *out) {
+    const double *bearing_numbers, const double *points, const double *drive, std::int64_t instants, std::int64_t balls,
+    const double *times, const double *states, const double *orientations, const std::int64_t *place, double *out) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   RowPlaces places;
-  for (int &one : places.first) one = *place++;
-  for (int &one : places.width) one = *place++;
-  for (int *one : {&places.ring, &places.shared, &places.neighbours, &places.position, &places.columns}) *one = *place++;
+  for (int &one : places.first) one = int(*place++);
+  for (int &one : places.width) one = int(*place++);
+  for (int *one : {&places.ring, &places.shared, &places.neighbours, &places.position, &places.columns}) *one = int(*place++);
   DriveNow now{drive[0], drive[1], drive[2]};
-  if (bearing.over_patch()) outputs::write<true>(bearing, now, instants, balls, times, states, orientations, places, out);
-  else outputs::write<false>(bearing, now, instants, balls, times, states, orientations, places, out);
+  if (bearing.over_patch()) outputs::write<true>(bearing, now, int(instants), int(balls), times, states, orientations, places, out);
+  else outputs::write<false>(bearing, now, int(instants), int(balls), times, states, orientations, places, out);
 }
 
 // Rates (12,) and Jacobian (9, 9) of one ball's motion, for tests: values and derivatives of the same functions.

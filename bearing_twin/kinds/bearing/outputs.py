@@ -9,6 +9,7 @@ from bearing_twin.base.sample import Block, Channel, Columns, Layout, Sample, la
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.kinds.bearing import compiled_balls
 from bearing_twin.kinds.bearing.forces.layout import CAGE_X, CAGE_Y, PLACES
 from bearing_twin.kinds.bearing.output_border import write_border
 from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS, SHARED_WIDTHS
@@ -128,6 +129,13 @@ def _places(n: int) -> RowPlaces:
 
 
 @functools.cache
+def _held_places(n: int) -> np.ndarray:
+    """The same as `compiled_balls.write_rows` takes it."""
+    at = _places(n)
+    return np.array([*at.first, *at.width, at.ring, at.shared, at.neighbours, at.position, _layout(n).width], np.int64)
+
+
+@functools.cache
 def _layout(n: int) -> Layout:
     """`layout_of` a bearing with n balls, which looks at all channels each time."""
     return layout_of(_channels(n))
@@ -154,7 +162,12 @@ def write_outputs(parameters, bearing, partners, drive, times, states, orientati
     They are those at `times` [s], which count from the instant the drive's angle and speed belong to; `borders`
     (count, BORDER) are those of the `partners`, ring and cage. Every column of a row is written.
     """
-    places = _places(parameters.geometry.balls)
+    balls = parameters.geometry.balls
+    if not partners.active and compiled_balls.takes(bearing):
+        rows = out[first : first + len(times)]
+        compiled_balls.write_rows(bearing, drive, times, states, orientations, _held_places(balls), rows)
+        return
+    places = _places(balls)
     bodies = _tilting(partners, borders)
     write_rows(bearing, drive, times, states, orientations, bodies, len(partners.shaft) > 0, places, out, first)
     if partners.active:

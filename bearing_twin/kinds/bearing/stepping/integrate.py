@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import IntegrationError, Stopped
+from bearing_twin.kinds.bearing import compiled_balls
 from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.forces.layout import BORDER
 from bearing_twin.kinds.bearing.forces.pairs import add_stored
@@ -128,7 +129,11 @@ def _by_rosenbrock(task, partners, near, moving, results) -> int:
         alone, together = [group[0] for group in groups if len(group) == 1], [one for one in groups if len(one) > 1]
     else:
         alone, together = np.arange(len(near)), []
-    status = rosenbrock_chunk(task, (), np.asarray(alone), *moving, results) if len(alone) else OK
+    status = OK
+    if len(alone) and compiled_balls.takes(task.bearing):
+        status = compiled_balls.advance(task.bearing, task.drive, task.method, task, alone, moving, results)
+    elif len(alone):
+        status = rosenbrock_chunk(task, (), np.asarray(alone), *moving, results)
     for group in together:
         if status == OK:
             balls = np.array(group)

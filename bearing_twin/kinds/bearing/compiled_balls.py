@@ -1,0 +1,129 @@
+"""Balls between rings that are held, by the compiled core (`core/bearing/held_ring.cpp`): motion and outputs.
+
+The arrays that are handed over stand in the order in which held_ring.cpp reads them.
+"""
+
+import functools
+
+import numpy as np
+
+from bearing_twin.contact.elastic import HERTZIAN
+from bearing_twin.contact.elasticity import carries
+from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.contact.spot_rules import POINTS
+from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, FLAG, Function
+from bearing_twin.kinds.bearing.forces.along_groove import TERMS
+from bearing_twin.numerics.steppers import MOST_STAGES, Rosenbrock
+
+NO_AXES = ((0.0,) * (TERMS + 1),) * 2
+NO_POINTS = np.zeros((0, 3))
+POINT, QUADRATURE, PADE1, PADE2 = range(4)  # FrictionModel of patch_friction.hpp
+CLOSED_FORMS = {"pade1": PADE1, "pade2": PADE2}
+
+_free_balls = Function(
+    "core_free_balls",
+    INTEGER,
+    (REALS, REALS, REALS, REALS, REALS, REAL, INTEGER, REALS, FLAG, INTEGER, INTEGERS, INTEGER)
+    + (REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT),
+)
+_outputs = Function(
+    "core_held_ring_outputs",
+    None,
+    (REALS, REALS, REALS, INTEGER, INTEGER, REALS, REALS, REALS, INTEGERS, REALS_OUT),
+)
+_rates = Function("core_ball_rates", None, (REALS, REALS, REAL, REALS, REALS_OUT, REALS_OUT))
+
+
+def takes(bearing) -> bool:
+    """Whether the core has this bearing: its ring is not tilted, nothing couples the balls, and its law has no states."""
+    law = bearing.inner.law
+    return not (bearing.ring or bearing.pockets or carries(law)) and law.power in (HERTZIAN, 1.0)
+
+
+def _friction_numbers(spot: tuple) -> tuple[list[float], np.ndarray]:
+    """The numbers of a PatchFriction, and the points of its quadrature (points, 3)."""
+    if not spot:
+        return [POINT, 0.0, 0.0, 1.0, 0], NO_POINTS
+    coefficient, number, (first, end, easy, hard) = spot[:3]
+    if end > 0:
+        return [QUADRATURE, coefficient, easy, hard, end - first], np.ascontiguousarray(POINTS[first:end])
+    return [CLOSED_FORMS[list(FRICTIONS)[number]], coefficient, easy, hard, 0], NO_POINTS
+
+
+_latest: tuple = (None, None)  # the last bearing and its numbers: it is the same, chunk after chunk
+
+
+def numbers_of(bearing) -> tuple[np.ndarray, np.ndarray]:
+    """The numbers of a bearing, and the points of its friction's quadrature."""
+    global _latest
+    if _latest[0] is bearing:
+        return _latest[1]
+    raceways = []
+    for raceway, axes in ((bearing.inner, 3), (bearing.outer, 4)):
+        polynomials = (raceway.terms, *(bearing.spot[axes] if bearing.spot else NO_AXES))
+        raceways += [raceway.locus_radius, raceway.groove_radius, raceway.law.given, *np.concatenate(polynomials)]
+    friction, points = _friction_numbers(bearing.spot)
+    numbers = [
+        *(bearing.ball_radius, bearing.ball_mass, bearing.ball_inertia, *bearing.offset, *bearing.gravity),
+        *(bearing.damping, bearing.relaxation_time, bearing.raceway_friction, bearing.friction_regularisation),
+        *(bearing.inner.law.power, bearing.pair_coefficient, bearing.friction_coefficient),
+        *raceways,
+        *friction,
+    ]
+    found = np.array(numbers, float), points
+    _latest = bearing, found
+    return found
+
+
+@functools.cache
+def _method_numbers(order: int, lands: bool) -> np.ndarray:
+    from bearing_twin.numerics.steppers import ROSENBROCK
+
+    method = next(one for one in ROSENBROCK.values() if (one.order, one.lands) == (order, lands))
+
+    def padded(values, *shape):
+        room = np.zeros(shape)
+        room[tuple(slice(0, size) for size in np.shape(values))] = values
+        return room.ravel()
+
+    square = MOST_STAGES, MOST_STAGES - 1
+    return np.concatenate(
+        [
+            [len(method.alpha), method.order, method.lands, method.gamma],
+            *(padded(method.a, *square), padded(method.c, *square)),
+            *(padded(method.alpha, MOST_STAGES), padded(method.d, MOST_STAGES), padded(method.dense, 2, MOST_STAGES - 1)),
+        ]
+    )
+
+
+def advance(bearing, drive, method: Rosenbrock, chunk, balls, moving, results) -> int:
+    """Moves the numbered `balls` that touch no other through a chunk, each with steps of its own.
+
+    `chunk` and `results` as `integrate.Chunk` and `steps.Results`; `moving` are the arrays state (N, COLUMNS),
+    orientation (N, 4) and steps (N,), which are moved on in place. Returns a status.
+    """
+    numbers, points = numbers_of(bearing)
+    balls = np.asarray(balls, np.int64)
+    return _free_balls(
+        *(numbers, points, _method_numbers(method.order, method.lands), np.array(drive[1:], float)),
+        *(np.ascontiguousarray(chunk.scales), chunk.duration, len(chunk.times), np.ascontiguousarray(chunk.times)),
+        *(results.stop, len(balls), balls, len(moving[0]), *moving),
+        *(results.states, results.orientations, results.counts, results.failure),
+    )
+
+
+def write_rows(bearing, drive, times, states, orientations, places: np.ndarray, out: np.ndarray) -> None:
+    """Fills rows of all channels with states (count, N, COLUMNS), orientations (count, N, 4) at `times` (count,) [s].
+
+    `drive` holds angle, speed and acceleration of the ring at time 0; `places` the numbers of RowPlaces.
+    """
+    numbers, points = numbers_of(bearing)
+    count, balls = states.shape[:2]
+    _outputs(numbers, points, np.array(drive, float), count, balls, times, states, orientations, places, out)
+
+
+def rates_and_jacobian(bearing, ring_speed: float, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rates (COLUMNS,) of one ball in a state (COLUMNS,), and their derivatives (9, 9) by its motion."""
+    rates, jacobian = np.empty(len(state)), np.empty((9, 9))
+    _rates(*numbers_of(bearing), float(ring_speed), np.ascontiguousarray(state, float), rates, jacobian)
+    return rates, jacobian
