@@ -18,7 +18,7 @@ CORE_INLINE auto root_of_depth(const X &depth) {
 }
 
 // Where: the meridian plane of the ring through the ball's centre. How hard, as far as the place alone says.
-template <class O, class N, class A, class D, class R, class T, class L, class S>
+template <class O, class N, class A, class D, class R, class T, class W, class L, class S>
 struct ContactPlace {
   O offset;  // of the ball's centre from the ring's [m]
   N normal;
@@ -26,11 +26,12 @@ struct ContactPlace {
   D axis_distance;  // of the ball's centre from the ring's axis [m]
   R arm;  // from the ball's centre to the contact point [m]
   T surface_velocity;  // of the raceway at the contact point [m/s]
+  W ring_speed;  // about the axis [rad/s]
   L load;  // elastic [N]
   S stiffness;  // [N/m]
 };
-template <class O, class N, class A, class D, class R, class T, class L, class S>
-ContactPlace(O, N, A, D, R, T, L, S) -> ContactPlace<O, N, A, D, R, T, L, S>;
+template <class O, class N, class A, class D, class R, class T, class W, class L, class S>
+ContactPlace(O, N, A, D, R, T, W, L, S) -> ContactPlace<O, N, A, D, R, T, W, L, S>;
 
 template <class O, class W>
 CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &ring_speed) {
@@ -58,7 +59,8 @@ CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, c
     load = widened<columns_of<decltype(load)>>(raceway.given * depth);
     stiffness = stiffness * 0.0 + raceway.given * touches;
   }
-  return std::pair{ContactPlace{offset, normal, approach, axis_distance, arm, surface_velocity, load, stiffness},
+  return std::pair{ContactPlace{offset, normal, approach, axis_distance, arm, surface_velocity, ring_speed, load,
+                               stiffness},
                    normal_radial};
 }
 
@@ -110,7 +112,8 @@ CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, 
     auto force = friction - normal_load * at.normal;
     auto torque = in_ball_frame(lever * across, -(lever * along), -moment);
     auto loss = along * slip_major + across * slip_minor + moment * spin + damping_loss;
-    return ContactAction{force, torque, dot(force, at.surface_velocity), loss, normal_load, slip, friction, -moment};
+    auto power = dot(force, at.surface_velocity) - moment * (at.ring_speed * at.normal.z);
+    return ContactAction{force, torque, power, loss, normal_load, slip, friction, -moment};
   }
 }
 

@@ -11,7 +11,7 @@ from bearing_twin.contact.elastic import HERTZIAN
 from bearing_twin.contact.elasticity import carries
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.spot_rules import POINTS
-from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, FLAG, Function
+from bearing_twin.core import FLAG, INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.forces.along_groove import TERMS
 from bearing_twin.numerics.steppers import MOST_STAGES, Rosenbrock
 
@@ -23,8 +23,10 @@ CLOSED_FORMS = {"pade1": PADE1, "pade2": PADE2}
 _free_balls = Function(
     "core_free_balls",
     INTEGER,
-    (REALS, REALS, REALS, REALS, REALS, REAL, INTEGER, REALS, FLAG, INTEGER, INTEGERS, INTEGER)
-    + (REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT),
+    (
+        *(REALS, REALS, REALS, REALS, REALS, REAL, INTEGER, REALS, FLAG, INTEGER, INTEGERS, INTEGER),
+        *(REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT),
+    ),
 )
 _outputs = Function(
     "core_held_ring_outputs",
@@ -35,7 +37,7 @@ _rates = Function("core_ball_rates", None, (REALS, REALS, REAL, REALS, REALS_OUT
 
 
 def takes(bearing) -> bool:
-    """Whether the core has this bearing: its ring is not tilted, nothing couples the balls, and its law has no states."""
+    """Whether the core has this bearing: a level ring, a cage that couples no balls, a law without states."""
     law = bearing.inner.law
     return not (bearing.ring or bearing.pockets or carries(law)) and law.power in (HERTZIAN, 1.0)
 
@@ -91,7 +93,11 @@ def _method_numbers(order: int, lands: bool) -> np.ndarray:
         [
             [len(method.alpha), method.order, method.lands, method.gamma],
             *(padded(method.a, *square), padded(method.c, *square)),
-            *(padded(method.alpha, MOST_STAGES), padded(method.d, MOST_STAGES), padded(method.dense, 2, MOST_STAGES - 1)),
+            *(
+                padded(method.alpha, MOST_STAGES),
+                padded(method.d, MOST_STAGES),
+                padded(method.dense, 2, MOST_STAGES - 1),
+            ),
         ]
     )
 

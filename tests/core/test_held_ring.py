@@ -1,0 +1,81 @@
+"""A ball between rings that are held, by the compiled core: its derivatives, and what its rates conserve."""
+
+import numpy as np
+import pytest
+
+from bearing_twin import load_scene
+from bearing_twin.kinds.bearing import compiled_balls
+from bearing_twin.kinds.bearing.start import bearing_of, start_state
+
+FRICTIONS = ("point", "spot", "spot_medium", "spot_fine", "pade1", "pade2")
+LAWS = ("hertz", "volumetric", "constant", "linear")
+SIZES = np.array([1e-6, 1e-4, 1e-6, 1e-2, 1e-2, 1e-2, 1.0, 1.0, 1.0])  # of changes in a ball's motion that matter
+
+
+def moving_ball(law, friction):
+    """A bearing, the speed of its ring and a ball that slides and spins in both contacts."""
+    overrides = [
+        f"contact.normal={law}",
+        f"contact.friction={friction}",
+        *["contact.stiffness=2e7"] * (law == "linear"),
+    ]
+    parameters = load_scene("bearing_6203_fast", overrides).parameters
+    bearing = bearing_of(parameters, law)
+    state = start_state(bearing, 300.0, "rolling")[1]
+    state[:9] += 0.3 * SIZES * np.array([0.2, 3.0, 1.0, 1.0, -2.0, 1.5, 20.0, -30.0, 5.0])
+    return bearing, 300.0, state
+
+
+@pytest.mark.parametrize("friction", FRICTIONS)
+@pytest.mark.parametrize("law", LAWS)
+def test_derivatives_are_those_of_differences(law, friction):
+    bearing, speed, state = moving_ball(law, friction)
+    _, jacobian = compiled_balls.rates_and_jacobian(bearing, speed, state)
+    for column, size in enumerate(SIZES):
+        slopes = []
+        for step in (1e-3 * size, 5e-4 * size):  # Richardson's of central differences
+            ahead, behind = state.copy(), state.copy()
+            ahead[column] += step
+            behind[column] -= step
+            rates = [compiled_balls.rates_and_jacobian(bearing, speed, one)[0][:9] for one in (ahead, behind)]
+            slopes.append((rates[0] - rates[1]) / (2.0 * step))
+        expected = (4.0 * slopes[1] - slopes[0]) / 3.0
+        greatest = np.abs(jacobian[:, column]).max()
+        assert np.abs(jacobian[:, column] - expected).max() < 1e-6 * greatest, column
+
+
+def elastic_energy(bearing, state: np.ndarray) -> float:
+    """Elastic energy [J] of both contacts of a ball, by a law whose coefficient is constant."""
+    raceways = ((bearing.inner, bearing.offset), (bearing.outer, (0.0, 0.0, 0.0)))
+    x, y, z = state[0] * np.cos(state[1]), state[0] * np.sin(state[1]), state[2]
+    energy = 0.0
+    for raceway, centre in raceways:
+        outwards = np.hypot(x - centre[0], y - centre[1]) - raceway.locus_radius
+        distance = np.hypot(outwards, z - centre[2])
+        depth = max(distance + bearing.ball_radius - raceway.groove_radius, 0.0)
+        energy += raceway.law.given * depth ** (raceway.law.power + 1.0) / (raceway.law.power + 1.0)
+    return float(energy)
+
+
+@pytest.mark.parametrize("friction", FRICTIONS)
+def test_power_goes_into_motion_contacts_and_losses(friction):
+    """Drive's power = rate of kinetic energy + of elastic energy + losses, of a law whose coefficient is constant."""
+    bearing, speed, state = moving_ball("constant", friction)
+    bearing = bearing._replace(gravity=(0.0, 0.0, 0.0))
+    rates, _ = compiled_balls.rates_and_jacobian(bearing, speed, state)
+    velocity, spin = state[3:6], state[6:9]
+    orbit = velocity[1] / state[0]
+    # Kinetic energy does not know the frame's rotation: its terms are at right angles to the motion.
+    turned = np.array([-orbit * velocity[1], orbit * velocity[0], 0.0])
+    spun = np.array([-orbit * spin[1], orbit * spin[0], 0.0])
+    kinetic = bearing.ball_mass * velocity @ (rates[3:6] + turned) + bearing.ball_inertia * spin @ (rates[6:9] + spun)
+
+    def elastic(moment):
+        there = state.copy()
+        there[:3] += moment * rates[:3]
+        return elastic_energy(bearing, there)
+
+    step = 1e-7
+    stored = (elastic(step) - elastic(-step)) / (2.0 * step)
+    power, loss = rates[9], rates[10]
+    assert kinetic + stored + loss == pytest.approx(power, abs=1e-6 * (abs(power) + loss + abs(stored)))
