@@ -395,7 +395,7 @@ def test_a_cancelled_study_keeps_what_is_done():
     assert result.as_dict()["quantities"]["contact_duration"]["mean"] > 0.0
 
 
-def test_a_cancel_waits_for_no_statistics_of_many_samples():
+def test_a_cancel_waits_for_no_statistics_of_many_histories():
     event = threading.Event()
     result = run(
         {**ENSEMBLE, "histories": ["normal_load"], "batch": 1_000_000},
@@ -403,18 +403,12 @@ def test_a_cancel_waits_for_no_statistics_of_many_samples():
         progress=lambda one: event.set() if one.done >= 3000 else None,
         cancelled=event,
     )
-    some, summary = 512, result.summary
+    summary = result.summary
     assert summary["samples"] == len(result.status) >= 3000
-    assert any(f"the first {some} of {len(result.status)} samples" in doubt for doubt in result.doubts)
-    whole = run({**ENSEMBLE, "histories": ["normal_load"]}, [f"samples={some}", "history_points=100"])
-    for key in ("quantities", "histories"):
-        found, expected = summary[key], whole.summary[key]
-        for name in found:
-            shared = {
-                one for one in found[name] if one not in ("at_mean_inputs", "least_spread", "error", "errors_by_source")
-            }
-            assert shared >= {"mean"}
-            assert {one: found[name][one] for one in shared} == {one: expected[name][one] for one in shared}
+    assert any(note.startswith("cancelled") for note in result.doubts)
+    assert summary["histories"]["normal_load"].keys() == {"realisations", "time_s"}
+    mean = np.mean(result.sample("contact_duration"))
+    assert summary["quantities"]["contact_duration"]["mean"] == pytest.approx(mean, rel=1e-12)
 
 
 EVERYTHING = {
@@ -432,12 +426,11 @@ def run_of_everything():
 @pytest.mark.parametrize(
     "work",
     [
-        "summary.estimate", "summary.densities_at", "modality._p_value", "run.chosen", "summary.history_statistics",
-        "histories._least",
+        "summary.estimate", "summary.densities_at", "modality._p_value", "model_errors.checked_rows",
+        "summary.history_statistics", "histories._least",
     ],
 )  # fmt: skip
-def test_a_cancel_in_the_middle_of_the_statistics_makes_those_of_the_first_samples(work, monkeypatch):
-    """It waited for the end of them all, seconds of processor time for 20 000 histories."""
+def test_a_cancel_in_the_middle_of_the_statistics_leaves_out_modes_and_histories(work, monkeypatch):
     whole, event = run_of_everything(), threading.Event()
     module, name = work.split(".")
     of = importlib.import_module(f"bearing_twin.uq.{module}")
@@ -454,8 +447,9 @@ def test_a_cancel_in_the_middle_of_the_statistics_makes_those_of_the_first_sampl
     for one in result.summary["quantities"].values():
         assert one["modality"] is None
         assert one["mean"] is not None
-    assert "least_spread" not in result.summary["histories"]["normal_load"]
-    assert any(note.startswith("cancelled") and "first 256 of 600" in note for note in result.doubts)
+        assert one["mean_interval"] == whole.summary["quantities"]["contact_duration"]["mean_interval"]
+    assert result.summary["histories"]["normal_load"].keys() <= {"realisations", "time_s", "at_mean_inputs"}
+    assert any(note.startswith("cancelled") for note in result.doubts)
 
 
 def test_a_study_keeps_realisations_as_they_come(monkeypatch, quick_workers):

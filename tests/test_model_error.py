@@ -12,10 +12,10 @@ from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.kinds.doubt import LAW, METHOD
 from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.uq.inputs import quantities_of
-from bearing_twin.uq.realisations import RealisationErrors, empty, errors_of, only_what_is_wanted, task_of
-from bearing_twin.uq.run import _doubted, _gathered, _large, chosen
+from bearing_twin.uq.model_errors import checked_rows, gathered
+from bearing_twin.uq.realisations import RealisationErrors, empty, errors_of, simulated_scene, task_of
 from bearing_twin.uq.study import parse_study
-from bearing_twin.uq.summary import told_of_model
+from bearing_twin.uq.summary import model_error_sentences
 from bearing_twin.uq.workers import Ensemble
 from bearing_twin.view.study_page import document_of_study
 
@@ -50,10 +50,10 @@ def test_errors_go_through_what_a_quantity_makes_of_figures():
 
 def test_realisations_are_chosen_by_the_watched_quantity_first():
     sample = np.array([[5.0, 0.0], [1.0, 9.0], [np.nan, np.nan], [9.0, 1.0], [3.0, 2.0]])
-    assert chosen(sample, 0, 3) == [0, 3, 1]
-    assert chosen(sample, 1, 2) == [4, 1]
-    assert chosen(sample, 0, 9) == [0, 3, 1, 4]
-    assert chosen(np.full((3, 2), np.nan), 0, 5) == []
+    assert checked_rows(sample, 0, 3) == [0, 3, 1]
+    assert checked_rows(sample, 1, 2) == [4, 1]
+    assert checked_rows(sample, 0, 9) == [0, 3, 1, 4]
+    assert checked_rows(np.full((3, 2), np.nan), 0, 5) == []
 
 
 LOOSE = {
@@ -69,17 +69,19 @@ LOOSE = {
 
 def test_a_realisation_has_no_second_run_unless_it_is_checked():
     task = task_of(parse_study(LOOSE, "study"))
-    asked = [only_what_is_wanted(one)["solver"]["check"] for one in (task, task._replace(checked=True))]
+    asked = [simulated_scene(one)["solver"]["check"] for one in (task, task._replace(checked=True))]
     assert asked == ["none", "second_run"]
 
 
 def test_warnings_of_checked_realisations_alone_have_their_number():
-    task = task_of(parse_study(LOOSE, "study"))
-    found = empty(task, 3)._replace(
+    study = parse_study(LOOSE, "study")
+    errors = RealisationErrors({name: {} for name in study.quantities}, {})
+    found = empty(task_of(study), 3)._replace(
         doubts={0: ("loads off by 0.2", "pressure 5 GPa"), 2: ("loads off by 0.3",)},
-        errors=dict.fromkeys(range(3), RealisationErrors({}, {})),
+        errors=dict.fromkeys(range(3), errors),
     )
-    assert list(_doubted(found, ["pressure 6 GPa"])) == ["2 of 3 checked realisations: loads off by 0.2"]
+    notes = gathered(study, found, ["pressure 6 GPa"]).notes
+    assert notes == ["2 of 3 checked realisations: loads off by 0.2"]
 
 
 def test_the_greatest_error_by_each_source_stands_for_all_and_their_sum_for_the_model():
@@ -87,8 +89,8 @@ def test_the_greatest_error_by_each_source_stands_for_all_and_their_sum_for_the_
     each = [{METHOD: 3.0, LAW: 0.1}, {METHOD: 1.0, LAW: 0.4}, {METHOD: 2.0, LAW: 0.3}]
     of_rows = {row: RealisationErrors(dict.fromkeys(study.quantities, errors), {}) for row, errors in enumerate(each)}
     found = empty(task_of(study), len(each))._replace(errors=of_rows)
-    of, told = _gathered(study, found)
-    assert told["realisations"] == 3
+    of, checks, _ = gathered(study, found)
+    assert checks["realisations"] == 3
     for one in of.values():
         assert one == {"error": pytest.approx(3.4), "errors_by_source": {METHOD: 3.0, LAW: 0.4}}
 
@@ -118,7 +120,7 @@ def test_without_checks_the_errors_are_not_known_and_that_is_said():
         parse_study({**SPHERES, "companions": 0, "checks": 2}, "study")
     assert result.summary["quantities"]["peak_force"]["error"] is None
     assert "checks: 0" in result.summary["companions"]["errors_unknown"]["method"]
-    assert not [one for one in told_of_model(result.summary) if "\u00b1" in one]
+    assert not [one for one in model_error_sentences(result.summary) if "\u00b1" in one]
 
 
 def test_without_a_sample_realisations_are_those_at_the_ends_of_the_inputs():
@@ -136,19 +138,21 @@ def test_without_a_sample_realisations_are_those_at_the_ends_of_the_inputs():
 
 def test_an_error_is_over_a_tenth_of_nothing_where_realisations_failed():
     """What fails has no quantity; a restitution has no unit, a life has."""
-    load = {"distribution": "uniform", "low": 100.0, "high": 1e5}
-    pushed = {"scene": "shaft_two_6203", "inputs": {"shaft.load[1]": load}, "quantities": ["left_reference_life"]}
-    of = {"left_reference_life": {"error": 2.0, "errors_by_source": {"left_out": 2.0}}}
-    (told,) = _large(parse_study(pushed, "study of a push"), of, np.array([[10.0]]))
-    assert "the error of the model is 2 Mrev, over 10 % of it" in told
-    speed = {"motion.first_velocity": {"distribution": "uniform", "low": 1.0, "high": 2.0}}
-    thrown = {"scene": "two_spheres", "inputs": speed, "quantities": ["restitution"]}
-    study = parse_study(thrown, "study of a blow")
-    of = {"restitution": {"error": 2.0, "errors_by_source": {"left_out": 2.0}}}
-    assert not list(_large(study, of, np.array([[100.0], [math.nan]])))
-    assert not list(_large(study, of, np.array([[math.nan]])))
-    (told,) = _large(study, of, np.array([[10.0], [math.nan]]))
-    assert "the error of the model is 2, over 10 % of it, mostly left out: no" in told
+
+    def notes(scene, key, name, quantities):
+        inputs = {key: {"distribution": "uniform", "low": 1.0, "high": 2.0}}
+        study = parse_study({"scene": scene, "inputs": inputs, "quantities": [name]}, "study")
+        errors = {0: RealisationErrors({name: {"left_out": 2.0}}, {})}
+        found = empty(task_of(study), len(quantities))._replace(quantities=np.array(quantities)[:, None], errors=errors)
+        return gathered(study, found).notes
+
+    (note,) = notes("shaft_two_6203", "shaft.load[1]", "left_reference_life", [10.0])
+    assert "the error of the model is 2 Mrev, over 10 % of it" in note
+    of_spheres = "two_spheres", "motion.first_velocity", "restitution"
+    assert not notes(*of_spheres, [100.0, math.nan])
+    assert not notes(*of_spheres, [math.nan])
+    (note,) = notes(*of_spheres, [10.0, math.nan])
+    assert "the error of the model is 2, over 10 % of it, mostly left out: no" in note
 
 
 def test_an_error_over_a_tenth_of_a_quantity_is_a_doubt():
@@ -174,7 +178,7 @@ def test_log_and_page_tell_the_same(tmp_path):
     result = run_study(load_study("discs_small_10", ["samples=40"]))
     path = write_study(result, tmp_path / "study.mcap")
     assert json.loads(json.dumps(read_study(path).summary)) == json.loads(json.dumps(result.summary))
-    told = list(told_of_model(result.summary))
+    told = list(model_error_sentences(result.summary))
     page = document_of_study(result)
     assert set(told) <= set(page["errors"])
     rows = {row["words"]: row for row in page["statistics"][0]["rows"]}

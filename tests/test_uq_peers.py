@@ -59,7 +59,7 @@ def test_quantiles_and_densities_of_inputs_are_theirs(name):
 def test_correlated_inputs_follow_their_copula():
     correlation = np.array([[1.0, 0.6], [0.6, 1.0]])
     keys = (MODULUS, RADIUS)
-    joint = Joint([read_input(key, INPUTS[key]) for key in keys], {keys: 0.6})
+    joint = Joint([read_input(key, INPUTS[key]) for key in keys], [(*keys, 0.6)])
     theirs = chaospy.Nataf(chaospy.J(*(THEIRS[key] for key in keys)), correlation)
     unit = np.random.default_rng(1).random((200, 2))
     assert joint.values(unit) == pytest.approx(np.asarray(theirs.inv(unit.T)).T, rel=1e-6)

@@ -291,7 +291,7 @@ def test_polynomial_chaos_with_a_copula():
     inputs = [
         read_input(key, {"distribution": "normal", "mean": at, "std": 1.0}) for key, at in (("x", 1.0), ("y", 2.0))
     ]
-    found = expand(Joint(inputs, {("x", "y"): 0.6}), lambda values: values[:, 0] * values[:, 1], 2)
+    found = expand(Joint(inputs, [("x", "y", 0.6)]), lambda values: values[:, 0] * values[:, 1], 2)
     assert found.mean == pytest.approx(2.6, rel=1e-12)
     assert found.std == pytest.approx(math.sqrt(1.0 + 4.0 + 4.0 * 0.6 + 1.0 + 0.36), rel=1e-9)
     assert found.error < 1e-10
@@ -405,6 +405,6 @@ def test_sobol_indices_are_those_of_the_papers_formulas_and_leave_failures_out()
         sobol_indices(values[:10])
     with pytest.raises(StatisticError, match="does not vary"):
         sobol_indices(np.ones((64, 5)))
-    pair = {("x1", "x2"): 0.3}
+    pair = [("x1", "x2", 0.3)]
     with pytest.raises(StudyError, match="independent inputs"):
         sensitivity_points(Joint(joint.inputs, pair), np.full((4, 6), 0.5))

@@ -291,7 +291,7 @@ def _study(arguments) -> Outcome:
     from bearing_twin.command import study_command
     from bearing_twin.command.terminal import progress
     from bearing_twin.log.study_log import NAMESPACE
-    from bearing_twin.uq.result import doubts_told
+    from bearing_twin.uq.result import warnings_of
 
     overrides_of(arguments, samples="samples", seed="seed")
     goal = {"study": arguments.study, "overrides": arguments.set}
@@ -305,7 +305,7 @@ def _study(arguments) -> Outcome:
         raise BearingTwinError(f"the study was {status}: {result['message']}")
     summary = json.loads(result["summary"]) | ({"log": result["log"]} if result["log"] else {})
     doubts = [] if status == "succeeded" else [f"the study was {status}: {result['message']}"]
-    return Outcome(summary, doubts + doubts_told(summary), lambda: study_command.show(summary))
+    return Outcome(summary, doubts + warnings_of(summary), lambda: study_command.show(summary))
 
 
 # The table of verbs

@@ -143,7 +143,7 @@ def show(summary) -> None:
     """Prints the summary of a study as tables."""
     from bearing_twin.command.terminal import show_paragraph, show_rows, show_text, shown_unit
     from bearing_twin.uq.result import OUT_OF_TIME, SweepInWords, refusals, size_of
-    from bearing_twin.uq.summary import told_of_model
+    from bearing_twin.uq.summary import model_error_sentences
 
     if summary["stopped_because"].startswith(OUT_OF_TIME):
         few = f"{summary['samples']} sample{'s' * (summary['samples'] != 1)}"
@@ -164,7 +164,7 @@ def show(summary) -> None:
         show_text()
     if sweep and sweep.ended:
         show_paragraph(sweep.ended)
-    for sentence in told_of_model(summary, shown_unit):
+    for sentence in model_error_sentences(summary, shown_unit):
         show_paragraph(sentence)
     sources = [
         (

@@ -21,7 +21,7 @@ from bearing_twin.log.study_log import INPUT, QUANTITY, StudyLog
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NOT_ALLOWED
 from bearing_twin.run.scene import refuse_another
 from bearing_twin.uq.run import Progress, memory_needed, refuse_too_large, run_study
-from bearing_twin.uq.study import Study, load_study, parse_study, rule_of, study_names
+from bearing_twin.uq.study import Study, load_study, parse_study, study_names
 
 LONGEST_TEXT = 60_000  # characters of a study in a goal: read in less than a second, whatever it says
 MOST_OVERRIDES, LONGEST_OVERRIDE = 1000, 10_000
@@ -72,7 +72,7 @@ def feedback_of(goal: Goal, study: Study, progress: Progress) -> tuple[Progress,
     counted = progress._replace(done=min(done, total), total=total)
     if not math.isfinite(progress.estimate):
         return counted._replace(estimate=0.0, half_width=0.0), ""
-    observed = rule_of(study.settings.stop, study.stop_quantity).watched
+    observed = study.stop_rule.watched
     half_width = math.inf if math.isnan(progress.half_width) else progress.half_width
     return counted._replace(half_width=half_width), " at ".join(filter(None, (observed, progress.at)))
 

@@ -15,13 +15,12 @@ import numpy as np
 from scipy import stats
 from scipy.special import ndtr, ndtri
 
-from bearing_twin.base.errors import SceneError, StudyError
+from bearing_twin.base.errors import StudyError
 from bearing_twin.base.parameters import Parameter, describe, echo, read_number, unknown
 from bearing_twin.base.units import NO_LIMITS, Limits
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Quantity
 from bearing_twin.kinds.sections import ALIASES
-from bearing_twin.run.scene import Scene, checked, parse_scene, read_scene
 from bearing_twin.uq.distributions import (
     DISTRIBUTIONS,
     LIMITS,
@@ -101,35 +100,6 @@ def placed(scene: dict, targets, values) -> dict:
 def replaced(parameters, key: str, value):
     """A scene's dataclass with the value (a number or an array) at that key; nothing is checked."""
     return _replaced(parameters, words_of(key), value)
-
-
-class Reader:
-    """Scenes that differ in the numbers of their `targets` alone: what they have in common is read once.
-
-    `scene` is the plain data of one, whose keys are all there.
-    """
-
-    def __init__(self, scene: dict, targets):
-        self.scene, self.targets = scene, targets
-        known = numeric_keys(scene["kind"])
-        self._rows = [[(words_of(key), known[key]) for key in keys] for keys in targets]
-        try:
-            self._common: Scene | None = read_scene(scene, "a scene")
-        except SceneError:  # a number that each realisation replaces
-            self._common = None
-
-    def at(self, values, origin: str) -> Scene:
-        """As `parse_scene` of the `placed` values, to the bit, with its refusals."""
-        if self._common is None:
-            return parse_scene(placed(self.scene, self.targets, values), origin)
-        parameters = self._common.parameters
-        for rows, given in zip(self._rows, values, strict=True):
-            for words, row in rows:
-                value, problem = read_number(float(given), row.unit, row.bounds, integer=row.type == "integer")
-                if problem:  # told with all others there are
-                    return parse_scene(placed(self.scene, self.targets, values), origin)
-                parameters = _replaced(parameters, words, value)
-        return checked(dataclasses.replace(self._common, parameters=parameters), origin)
 
 
 def value_at(mapping, key: str):
@@ -334,22 +304,19 @@ def _numbers(name, given):
 class Joint:
     """Several inputs together: independent, or bound by a Gaussian copula.
 
-    `correlation` is a (d, d) matrix in the order of the inputs, or a mapping (key, key) -> rho, or pairs of both, with
-    the rest 0: the correlation of the normal scores z = Phi^-1(F(x)) of the inputs. The rank correlation of two inputs
-    is (6/pi) asin(rho/2), their plain correlation depends on the distributions. Raises StudyError unless the matrix is
-    symmetric with ones on the diagonal and positive definite.
+    `correlation` holds (key, key, rho), the rest being 0: the correlation of the normal scores z = Phi^-1(F(x)) of two
+    inputs. Their rank correlation is (6/pi) asin(rho/2), their plain correlation depends on the distributions. Raises
+    StudyError unless the matrix is positive definite.
     """
 
-    def __init__(self, inputs: Iterable[Input], correlation=None):
+    def __init__(self, inputs: Iterable[Input], correlation: Iterable[tuple[str, str, float]] = ()):
         self.inputs = tuple(inputs)
         self.keys = tuple(one.key for one in self.inputs)
         twice = {key for key in self.keys if self.keys.count(key) > 1}
         if twice:
             raise StudyError(f"input {min(twice)} is given twice")
-        self.correlation = _correlation_matrix(self.keys, correlation)
-        self._root = None
-        if np.any(self.correlation != np.eye(self.dimension)):
-            self._root = _cholesky(self.correlation)
+        matrix = _correlation_matrix(self.keys, correlation)
+        self._root = _cholesky(matrix) if np.any(matrix != np.eye(self.dimension)) else None
 
     @property
     def dimension(self) -> int:
@@ -374,36 +341,26 @@ class Joint:
         return np.stack(columns, axis=1) if columns else np.empty(unit.shape)
 
 
-def _correlation_matrix(keys, correlation):
-    size = len(keys)
-    if correlation is None:
-        return np.eye(size)
-    if isinstance(correlation, np.ndarray):
-        matrix = np.asarray(correlation, float)
-        if matrix.shape != (size, size) or np.any(matrix != matrix.T) or np.any(np.diag(matrix) != 1.0):
-            raise StudyError(f"the correlation must be a symmetric {size} by {size} matrix with ones on its diagonal")
-        return matrix
-    matrix, given_already = np.eye(size), set()
-    for pair, given in correlation.items() if isinstance(correlation, Mapping) else correlation:
-        if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] == pair[1]:
-            raise StudyError(f"a correlation is between two different inputs, not {echo(pair)}")
-        for key in pair:
+def _correlation_matrix(keys, pairs):
+    matrix, given_already = np.eye(len(keys)), set()
+    for one, other, given in pairs:
+        if one == other:
+            raise StudyError(f"a correlation is between two different inputs, not {echo(one)} and itself")
+        for key in (one, other):
             if key not in keys:
                 raise StudyError(f"correlation: {echo(key)} is no input; {unknown(key, keys)}")
         value, problem = read_number(given, "", Limits(above=-1.0, below=1.0))
         if problem:
-            raise StudyError(f"correlation of {pair[0]} and {pair[1]} = {echo(given)} {problem}")
-        one, other = keys.index(pair[0]), keys.index(pair[1])
-        if (one, other) in given_already or (other, one) in given_already:
-            raise StudyError(f"the correlation of {pair[0]} and {pair[1]} is given twice; keep one of them")
-        given_already.add((one, other))
-        matrix[one, other] = matrix[other, one] = value
+            raise StudyError(f"correlation of {one} and {other} = {echo(given)} {problem}")
+        if {one, other} in given_already:
+            raise StudyError(f"the correlation of {one} and {other} is given twice; keep one of them")
+        given_already.add(frozenset((one, other)))
+        places = keys.index(one), keys.index(other)
+        matrix[places] = matrix[places[::-1]] = value
     return matrix
 
 
 def _cholesky(matrix):
-    if not np.isfinite(matrix).all():
-        raise StudyError("the correlation must be finite")
     least = float(np.linalg.eigvalsh(matrix)[0])
     if least < 1e-12:
         raise StudyError(

@@ -18,7 +18,6 @@ a share CLEAR of the draws allowed has more modes (J. Besag, P. Clifford, Sequen
 (1991)). The number of modes, and p-values below CLEAR, are those of all draws, to the bit.
 """
 
-import functools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -45,7 +44,7 @@ NEAR, MORE = 0.033, 9  # three deviations of a p-value of LEVEL by RESAMPLES dra
 
 
 class Modality(NamedTuple):
-    """The number of modes that the sample cannot be denied at the level of the test, and what it rests on.
+    """The least number of modes that the test does not reject, and what it rests on.
 
     `p_value` is that of "one mode at most"; `p_values` those of 1, 2, ... modes as far as tested. `positions` are the
     modes [unit of the sample] at the critical bandwidth `bandwidth` of that number.
@@ -58,19 +57,18 @@ class Modality(NamedTuple):
     positions: tuple[float, ...]
 
 
-def modality(sample, seed=0, resamples=RESAMPLES) -> Modality:
+def modality(sample, seed: int = 0, resamples: int = RESAMPLES) -> Modality:
     """Number of modes of a sample (n,), NaN left out: the least k whose p-value is above LEVEL.
 
-    Counts beyond MOST_MODES are not distinguished. The sample is binned to BINS
-    bins, the p-value is (1 + number)/(1 + resamples), from fewer draws above CLEAR, and the mean of ten such where one
-    is near LEVEL. Raises StatisticError below LEAST_SAMPLES samples, and where a share above TIED of them is equal, as
-    the force is exactly 0 before and after a contact: such a sample has no density.
+    Counts beyond MOST_MODES are not distinguished. The sample is binned to BINS bins, the p-value is
+    (1 + number)/(1 + resamples), from fewer draws above CLEAR, and the mean of ten such where one is near LEVEL. Raises
+    StatisticError below LEAST_SAMPLES samples, and where a share above TIED of them is equal, as the force is exactly 0
+    before and after a contact: such a sample has no density.
     """
     kept = np.asarray(sample, float)
-    kept = kept[np.isfinite(kept)]
+    kept = np.sort(kept[np.isfinite(kept)])
     if len(kept) < LEAST_SAMPLES:
         raise StatisticError(f"a number of modes needs {LEAST_SAMPLES} samples at least; there are {len(kept)}")
-    kept = kept if np.all(kept[1:] >= kept[:-1]) else np.sort(kept)
     many = max(int(TIED * len(kept)), 3)
     equal = kept[many:] == kept[:-many]
     if equal.any():
@@ -89,35 +87,22 @@ def modality(sample, seed=0, resamples=RESAMPLES) -> Modality:
     counts = binned(kept, low, high, BINS)
     window = slice(max(0, int((inner - low) / width) - 1), int((outer - low) / width) + 2)
     rng = np.random.default_rng(seed)
-    p_values = []
+    p_values: list[float] = []
     for modes in range(1, MOST_MODES + 1):
         look()
         bandwidth = critical_bandwidth(counts, modes, window)
-        look()
-        p_value = _decisive(functools.partial(_p_value, counts, bandwidth, modes, window, resamples, rng))
+        p_value = _decisive(_silverman_test(counts, bandwidth, modes, window, rng), resamples)
         if modes == 1 and p_value <= LEVEL and outer > inner:
             central = kept[(kept >= inner) & (kept <= outer)]
-            p_value = max(p_value, _decisive(functools.partial(_flat_p_value, central, resamples, rng)))
+            p_value = max(p_value, _decisive(_excess_mass_test(central, rng), resamples))
         p_values.append(p_value)
-        if p_values[-1] > LEVEL:
+        if p_value > LEVEL:
             break
     positions = low + (window.start + mode_places(smoothed(counts, bandwidth)[window]) + 0.5) * width
     return Modality(modes, p_values[0], tuple(p_values), float(bandwidth * width), tuple(positions.tolist()))
 
 
-def _decisive(p_value: Callable[[], float]) -> float:
-    """A p-value, with MORE times as many draws where one call leaves open on which side of LEVEL it is."""
-    first = p_value()
-    if abs(first - LEVEL) > NEAR:
-        return first
-    found = [first]
-    for _ in range(MORE):
-        look()
-        found.append(p_value())
-    return float(np.mean(found))
-
-
-def critical_bandwidth(counts, modes, window=slice(None)) -> float:
+def critical_bandwidth(counts: np.ndarray, modes: int, window: slice = slice(None)) -> float:
     """Least bandwidth [bins] at which counts (m,), smoothed, have at most that many modes in the window, to 1e-4."""
 
     def excess(log_bandwidth):
@@ -131,20 +116,18 @@ def critical_bandwidth(counts, modes, window=slice(None)) -> float:
     return math.exp(step + 1e-4)
 
 
-def mode_numbers(density):
+def mode_numbers(density: np.ndarray) -> np.ndarray:
     """Number of modes of densities (.., m) on a grid; a mode may lie at either end."""
-    rising, falling = _slopes(density)
-    return np.sum(rising & falling, axis=-1)
+    return np.sum(_is_mode(density), axis=-1)
 
 
-def mode_places(density):
+def mode_places(density: np.ndarray) -> np.ndarray:
     """Indices of the modes of one density (m,)."""
-    rising, falling = _slopes(density)
-    return np.flatnonzero(rising & falling)
+    return np.flatnonzero(_is_mode(density))
 
 
-def _slopes(density):
-    """For every grid point, whether the last change before it rises, and whether the next change after it falls."""
+def _is_mode(density):
+    """For every grid point, whether the last change before it rises and the next change after it falls."""
     step = np.diff(density, axis=-1)
     step[np.abs(step) < NEGLIGIBLE * np.max(density, axis=-1, keepdims=True)] = 0.0
     edge = np.ones((*density.shape[:-1], 1))
@@ -152,15 +135,22 @@ def _slopes(density):
     after = np.concatenate([np.sign(step), -edge], axis=-1)
     # a flat stretch counts as going on as before, so a flat top is one mode, at its end
     index = np.where(before != 0.0, np.arange(before.shape[-1]), 0)
-    index = np.maximum.accumulate(index, axis=-1)
-    before = np.take_along_axis(before, index, axis=-1)
-    return before > 0.0, after < 0.0
+    before = np.take_along_axis(before, np.maximum.accumulate(index, axis=-1), axis=-1)
+    return (before > 0.0) & (after < 0.0)
 
 
-def _share(more: Callable[[int], np.ndarray], resamples) -> float:
-    """The p-value of what holds for some of so many draws, never 0; `more(count)` says for which of the next (count,).
+def _decisive(more: Callable[[int], np.ndarray], resamples: int) -> float:
+    """A p-value, the mean over MORE times as many draws where one leaves open on which side of LEVEL it is."""
+    found = [_p_value(more, resamples)]
+    if abs(found[0] - LEVEL) <= NEAR:
+        found += [_p_value(more, resamples) for _ in range(MORE)]
+    return float(np.mean(found))
 
-    Where it holds for a share CLEAR of them, the number of these over the draws up to the last of these.
+
+def _p_value(more: Callable[[int], np.ndarray], resamples: int) -> float:
+    """The p-value of what is true of some of so many draws, never 0; `more(count)` says of which of the next (count,).
+
+    Where it is true of a share CLEAR of them, the number of these over the draws up to the last of these.
     """
     enough, found = max(1, round(CLEAR * resamples)), np.zeros(0, bool)
     while len(found) < resamples:
@@ -171,8 +161,8 @@ def _share(more: Callable[[int], np.ndarray], resamples) -> float:
     return float(1 + found.sum()) / (1 + resamples)
 
 
-def _p_value(counts, bandwidth, modes, window, resamples, rng):
-    """Share of samples drawn from the smoothed counts, shrunk, that show more modes in the window; never 0.
+def _silverman_test(counts, bandwidth, modes, window, rng):
+    """Whether samples drawn from the smoothed counts, shrunk, show more modes in the window.
 
     Drawn into wider bins where the bandwidth hides these: most of the time goes into drawing.
     """
@@ -184,11 +174,11 @@ def _p_value(counts, bandwidth, modes, window, resamples, rng):
         draws = rng.multinomial(size, chance / chance.sum(), size=count).astype(float)
         return mode_numbers(smoothed(draws, bandwidth / wide)[:, window]) > modes
 
-    return _share(more, resamples)
+    return more
 
 
-def _flat_p_value(central, resamples, rng):
-    """Share of samples of a flat density whose second mode has more excess mass than that of the central values.
+def _excess_mass_test(central, rng):
+    """Whether the second mode of samples of a flat density has more excess mass than that of the central values.
 
     D. W. Mueller and G. Sawitzki, Excess mass estimates and tests for multimodality, J. Am. Stat. Assoc. 86 (1991); it
     is twice Hartigan's dip, whose distribution is widest for the flat density.
@@ -200,7 +190,7 @@ def _flat_p_value(central, resamples, rng):
         draws = rng.multinomial(len(central), np.full(EXCESS_BINS, 1.0 / EXCESS_BINS), size=count)
         return _second_excess(draws, np.linspace(0.6, 1.4, 33)) >= found
 
-    return _share(more, resamples)
+    return more
 
 
 def _second_excess(counts, levels):

@@ -14,7 +14,7 @@ from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, key
 from bearing_twin.uq.propagation import derive, through
 from bearing_twin.uq.realisations import exact_distributions, task_of, uncertain_inputs
 from bearing_twin.uq.result import StudyResult, SweepInWords, size_of, sweep_of
-from bearing_twin.uq.statistics import histogram, natural_density
+from bearing_twin.uq.statistics import histogram, kernel_density
 from bearing_twin.uq.summary import BANDS
 
 ORDERS = {"first": "alone", "total": "with others"}  # of Sobol's indices, in words
@@ -178,7 +178,7 @@ def _draw_quantity(axis, result, name, exact):
         edges, heights = histogram(kept)
         axis.stairs(heights / factor, edges * factor, fill=True, color="#b9c6d2", label=f"{len(kept)} samples")
         low, high = np.quantile(kept, [FAR, 1.0 - FAR])
-        smooth = natural_density(kept)
+        smooth = kernel_density(kept)
         axis.plot(smooth.x * factor, smooth.density / factor, color=BALL_COLOURS[0], linewidth=2, label="smoothed")
     if exact is not None:
         low, high = exact.quantile(FAR), exact.quantile(1.0 - FAR)

@@ -5,7 +5,7 @@ import dataclasses
 import functools
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from bearing_twin.kinds.refinement import NO_CHECK
 from bearing_twin.run.report import FAILED
 from bearing_twin.run.scene import choose, parse_scene, refuse_outside
 from bearing_twin.run.simulation import Simulation, simulate
-from bearing_twin.uq.inputs import Reader, numeric_keys, placed, put, quantities_of, replaced
+from bearing_twin.uq.inputs import numeric_keys, placed, put, quantities_of, replaced
 from bearing_twin.uq.propagation import COARSE, SCORES, Derived, derive, is_heavy, refuse_missing_moment, tails
 from bearing_twin.uq.statistics import MOMENTS
 from bearing_twin.uq.study import Study
@@ -42,33 +42,27 @@ def errors_of(quantity: Quantity, figures: Mapping[str, Any], by_source: Mapping
     `by_source` maps figures to {source: error}. Of each source all figures are moved by their errors, away from zero
     and towards it: the greater change counts.
     """
-    read = _Read(figures)
-    value = quantity.figure(read)
-    found: dict[str, float] = {}
-    for source in dict.fromkeys(one for key in read.keys_read for one in by_source.get(key, ())):
-        ends = (
-            quantity.figure({key: _moved(one, by_source.get(key, {}).get(source), way) for key, one in figures.items()})
+    keys: list[str] = []
+    value, found = quantity.figure(_Recorded(figures, keys)), {}
+    for source in dict.fromkeys(one for key in keys for one in by_source.get(key, ())):
+        moved = (
+            {key: _moved(one, by_source.get(key, {}).get(source), way) for key, one in figures.items()}
             for way in (1.0, -1.0)
         )
-        found[source] = max(abs(end - value) for end in ends)
+        found[source] = max(abs(quantity.figure(one) - value) for one in moved)
     return found
 
 
-class _Read(Mapping):
-    """Figures that remember which of them were asked for."""
+class _Recorded(dict):
+    """Figures that note in `keys` which of them are read."""
 
-    def __init__(self, figures: Mapping[str, Any]):
-        self._figures, self.keys_read = figures, {}
+    def __init__(self, figures: Mapping[str, Any], keys: list[str]):
+        super().__init__(figures)
+        self._keys = keys
 
     def __getitem__(self, key):
-        self.keys_read[key] = None
-        return self._figures[key]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._figures)
-
-    def __len__(self) -> int:
-        return len(self._figures)
+        self._keys.append(key)
+        return super().__getitem__(key)
 
 
 def _moved(value, error, way: float):
@@ -77,7 +71,7 @@ def _moved(value, error, way: float):
         return value
     if isinstance(value, (list, tuple)):
         errors = error if isinstance(error, (list, tuple)) else [error] * len(value)
-        return [_moved(one, off, way) for one, off in zip(value, errors, strict=True)]
+        return [_moved(*one, way) for one in zip(value, errors, strict=True)]
     return value + (way if value >= 0.0 else -way) * error
 
 
@@ -215,10 +209,10 @@ def _upright(body):
 
 def _by_simulation(task, values):
     kind, found = task.scene["kind"], empty(task, len(values))
-    reader, known = _reader_of(task), quantities_of(kind)
+    scene, known = simulated_scene(task), quantities_of(kind)
     for row, these in enumerate(values):
         try:
-            realised = reader.at(these, "a realisation")
+            realised = parse_scene(placed(scene, task.targets, these), "a realisation")
             if not task.histories and KINDS[kind].known_when_solved:
                 realised = _with_few_outputs(realised)
             run = simulate(realised)
@@ -227,7 +221,7 @@ def _by_simulation(task, values):
         except BearingTwinError as error:
             found.failures[row] = str(error).removeprefix("a realisation: ").replace("\n", ";")
             continue
-        except (ArithmeticError, ValueError) as error:  # of numbers nobody tried before; one must not end all others
+        except (ArithmeticError, ValueError) as error:  # of untried numbers; one must not end all others
             found.failures[row] = f"{type(error).__name__}: {error}".replace("\n", ";")
             continue
         numbers = [known[name].figure(report.figures) for name in task.quantities]
@@ -235,7 +229,7 @@ def _by_simulation(task, values):
             found.failures[row] = report.status
         elif not (np.isfinite(numbers).all() and np.isfinite(histories).all()):
             lacking = [name for name, one in zip(task.quantities, numbers, strict=True) if not np.isfinite(one)]
-            found.failures[row] = f"not finite, or nothing this model knows: {', '.join(lacking) or 'a history'}"
+            found.failures[row] = f"not finite, or not modelled: {', '.join(lacking) or 'a history'}"
         else:
             found.quantities[row], found.histories[row] = numbers, histories
             if report.flags:
@@ -248,29 +242,17 @@ def _by_simulation(task, values):
 
 
 def load(task: Task, values: np.ndarray) -> None:
-    """Loads, or compiles, what a realisation at `values` (d,) needs; what cannot be simulated is told by `realise`."""
+    """Loads, or compiles, what a realisation at `values` (d,) needs; `realise` reports what cannot be simulated."""
     kind_of(task.scene["kind"], task.home)
     with contextlib.suppress(BearingTwinError, ArithmeticError, ValueError):
-        Simulation(_reader_of(task).at(values, "a realisation")).warm_up()
+        scene = placed(simulated_scene(task), task.targets, values)
+        Simulation(parse_scene(scene, "a realisation")).warm_up()
 
 
-_LATEST: list[tuple[Task, Reader]] = []  # a worker gets one task in many messages
-
-
-def _reader_of(task: Task) -> Reader:
-    """What reads the scenes of a task, kept for the next call."""
-    for known, reader in _LATEST:
-        if known == task:
-            return reader
-    reader = Reader(only_what_is_wanted(task), task.targets)
-    _LATEST[:] = [(task, reader)]
-    return reader
-
-
-def only_what_is_wanted(task: Task) -> dict:
+def simulated_scene(task: Task) -> dict:
     """The scene with outputs at the histories' instants, or without any where figures alone are wanted.
 
-    There is no second run: errors of a few checked realisations stand for all (`run.model_errors`).
+    There is no second run but in checked tasks, whose few realisations stand for all (`run.model_errors`).
     """
     run, solver = dict(task.scene["run"]), task.scene.get("solver", {})
     if "check" in solver and not task.checked:
@@ -331,7 +313,7 @@ def _with_one_stepper(task: Task, medians) -> Task:
     """The task with the stepper that suits its median inputs: one for all, so that no quantity jumps between two."""
     if task.scene.get("solver", {}).get("stepper") != "auto":  # chosen, or of a kind that leaves no choice
         return task
-    scene = parse_scene(placed(only_what_is_wanted(task), task.targets, medians), "at the medians")
+    scene = parse_scene(placed(simulated_scene(task), task.targets, medians), "at the medians")
     choice = choose(scene)
     words = {row.key: row.options for row in describe(type(scene.parameters))}["solver.stepper"]
     if choice.stepper not in words:  # a model that integrates nothing, chosen by other keys

@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -122,7 +122,7 @@ class StudyResult:
     @property
     def doubts(self) -> tuple[str, ...]:
         """Warnings about the result, one sentence each."""
-        return tuple(doubts_told(self.summary))
+        return tuple(warnings_of(self.summary))
 
 
 def quantity_units(study: Study) -> dict[str, str]:
@@ -160,7 +160,7 @@ def _names(result) -> tuple[list[str], list[str]]:
     return tuple(prefixed)
 
 
-def doubts_told(summary: Mapping[str, Any]) -> list[str]:
+def warnings_of(summary: Mapping[str, Any]) -> list[str]:
     """Warnings in the summary of a study, one sentence each; it may have come as JSON."""
     count, failed = summary["samples"], sum(summary["failed"].values())
     sentences = [f"{many} of {count} realisations: {what}" for what, many in summary["doubts"].items()]
@@ -197,9 +197,9 @@ def finite(value: float) -> float | None:
 class Tally:
     """Sentences about realisations by kind: those that differ in numbers alone are one, shown as it first came."""
 
-    def __init__(self):
-        self.sentences: list[str] = []
-        self._places: dict[str, int] = {}
+    def __init__(self, sentences: Iterable[str] = ()):
+        self.sentences = list(sentences)
+        self._places = {without_numbers(one): place for place, one in enumerate(self.sentences)}
 
     def place(self, sentence: str) -> int:
         """The number of the sentence's kind, a new one if need be; beyond MOST_KINDS all share the last."""

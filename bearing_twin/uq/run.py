@@ -2,9 +2,8 @@
 
 import contextlib
 import dataclasses
-import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any, NamedTuple
@@ -13,16 +12,11 @@ import numpy as np
 
 from bearing_twin.base.errors import StatisticError, Stopped, StudyError
 from bearing_twin.base.messages import no_progress
-from bearing_twin.base.stopping import heeding, look
-from bearing_twin.base.units import with_unit
-from bearing_twin.kinds.doubt import METHOD
-from bearing_twin.run.report import LARGE, exceeds
-from bearing_twin.uq.distributions import numbers_kept
+from bearing_twin.base.stopping import heeding
 from bearing_twin.uq.histories import COLUMNS, RESAMPLES, ROWS
-from bearing_twin.uq.inputs import quantity_of
-from bearing_twin.uq.propagation import LADDER, MOST_RUNS, Chaos, Interpolated, expand, interpolate
+from bearing_twin.uq.model_errors import NOT_CHECKED, model_errors, no_model_errors
+from bearing_twin.uq.propagation import LADDER, MOST_RUNS, expand, interpolate
 from bearing_twin.uq.realisations import (
-    Realised,
     Task,
     along,
     empty,
@@ -31,12 +25,11 @@ from bearing_twin.uq.realisations import (
     missing_moments,
     task_of,
     uncertain_inputs,
-    without_numbers,
 )
 from bearing_twin.uq.result import OUT_OF_TIME, StudyResult, Tally, sweep_head
 from bearing_twin.uq.sampling import SAMPLERS, UnitPoints
 from bearing_twin.uq.statistics import Estimate, estimate, sensitivity_points, sobol_indices
-from bearing_twin.uq.study import IN_A_ROW, Study, load_study, looks, rule_of
+from bearing_twin.uq.study import IN_A_ROW, Study, checkpoints, load_study
 from bearing_twin.uq.summary import sobol_summary, summary_of
 from bearing_twin.uq.workers import Ensemble
 
@@ -66,8 +59,9 @@ class Drawn:
     study: Study
     task: Task
     progress: Callable[[Progress], None]
-    asked: Callable[[], bool]
+    ends: Callable[[], bool]
     began: float
+    start: StudyResult | None = None
     keep: Callable | None = None
     path: list[tuple[int, Estimate]] = field(default_factory=list)
     because: str = "every quantity follows without sampling"
@@ -76,29 +70,30 @@ class Drawn:
     broken: bool = False
 
     def __post_init__(self):
-        study, settings = self.study, self.study.settings
+        study, settings, start = self.study, self.study.settings, self.start
         self.points = UnitPoints(settings.sampler, study.joint.dimension, settings.seed, settings.samples)
-        self.rule = rule_of(settings.stop, study.stop_quantity)
-        self.reasons, self.doubts = Tally(), Tally()
+        self.rule = study.stop_rule
+        self.reasons = Tally(start.reasons if start else ())
+        self.warnings = Tally(start.doubts_met if start else ())
         nothing = empty(self.task, 0)
         # As long as it may become: pages that nothing was written to take no memory, and nothing is joined at the end.
         columns = (np.empty((0, len(study.inputs))), nothing.quantities, nothing.histories)
         columns += np.empty(0, np.int32), np.empty(0, np.int64)
         self._columns = [np.empty((self.points.samples, *one.shape[1:]), one.dtype) for one in columns]
 
-    def draw(self, ensemble: Ensemble, start: StudyResult | None) -> None:
+    def draw(self, ensemble: Ensemble) -> None:
         """Samples up to the stop rule, the greatest number of samples, or a cancel."""
-        settings, self._watched = self.study.settings, np.empty(self.points.samples)
+        settings, narrow, watched = self.study.settings, 0, self.study.quantities.index(self.rule.quantity)
         self.notes = (self.points.note,) if self.points.note else ()
         self.because = f"all {self.points.samples} samples are done"
-        narrow = 0
-        for size in looks(self.points.samples, settings.batch, settings.stop.minimum, settings.sampler):
-            known = 0 if start is None else min(size, len(start.status)) - self.done
-            if known > 0:
-                self._take_over(start, self.done + known)
+        for size in checkpoints(self.points.samples, settings.batch, settings.stop.minimum, settings.sampler):
+            if self.start is not None and self.done < (known := min(size, len(self.start.status))):
+                rows = slice(self.done, known)
+                given = self.start
+                self._add(*(one[rows] for one in (
+                    given.values, given.quantities, given.histories, given.status, given.doubtful)))  # fmt: skip
             try:
-                if self.done < size:
-                    self._realise(ensemble, size)
+                self._realise(ensemble, size)
             except StudyError as error:
                 if not self.done:
                     raise
@@ -107,8 +102,9 @@ class Drawn:
             if self.done < size:
                 self.because = CANCELLED
                 break
-            narrow = narrow + 1 if self._look(self._watched[: self.done]) else 0
-            self._tell(self.done)
+            sample = np.ascontiguousarray(self._columns[1][: self.done, watched])
+            narrow = narrow + 1 if self._is_narrow(sample) else 0
+            self.report(0)
             if narrow == IN_A_ROW:
                 self.because = f"{self.rule.text()}, at {IN_A_ROW} looks in a row"
                 break
@@ -118,74 +114,46 @@ class Drawn:
         while self.done < size:
             first, wanted = self.done, min(size - self.done, PIECE)
             values = self.study.joint.values(self.points.chunk(first, wanted))
-            for found in ensemble.parts(values, lambda more, first=first: self._tell(first + more)):
+            for found in ensemble.parts(values, lambda more, first=first: self.report(first + more - self.done)):
                 count = len(found.quantities)
-                self._add(
-                    values[self.done - first :][:count],
-                    found.quantities,
-                    found.histories,
-                    self.reasons.codes(count, found.failures),
-                    self.doubts.bits(count, found.doubts),
-                )
+                codes, bits = self.reasons.codes(count, found.failures), self.warnings.bits(count, found.doubts)
+                self._add(values[self.done - first :][:count], found.quantities, found.histories, codes, bits)
             if self.done < first + wanted:
                 return
-
-    def _take_over(self, start, size) -> None:
-        """Realisations of an earlier result, up to number `size`."""
-        rows = slice(self.done, size)
-        codes, bits = start.status[rows], start.doubtful[rows]
-        failures = {int(row): start.reasons[codes[row] - 1] for row in np.flatnonzero(codes)}
-        doubts = {
-            int(row): tuple(text for place, text in enumerate(start.doubts_met) if int(bits[row]) >> place & 1)
-            for row in np.flatnonzero(bits)
-        }
-        self._add(
-            start.values[rows],
-            start.quantities[rows],
-            start.histories[rows],
-            self.reasons.codes(len(codes), failures),
-            self.doubts.bits(len(codes), doubts),
-        )
 
     def _add(self, *columns) -> None:
         first, self.done = self.done, self.done + len(columns[0])
         for whole, column in zip(self._columns, columns, strict=True):
             whole[first : self.done] = column
-        self._watched[first : self.done] = columns[1][:, self.study.quantities.index(self.rule.quantity)]
         if self.keep and len(columns[0]):
-            self.keep(*columns, tuple(self.reasons.sentences), tuple(self.doubts.sentences))
+            self.keep(*columns, tuple(self.reasons.sentences), tuple(self.warnings.sentences))
 
     def arrays(self) -> tuple[np.ndarray, ...]:
-        """Values (n, d), quantities (n, q), histories (n, h, points), status (n,) and doubts (n,) of all so far."""
+        """Values (n, d), quantities (n, q), histories (n, h, points), status (n,) and warnings (n,) of all so far."""
         return tuple(whole[: self.done] for whole in self._columns)
 
-    def _look(self, sample) -> bool:
+    def _is_narrow(self, sample) -> bool:
         """Adds to the convergence path; whether the interval is narrow enough."""
         try:
             found = estimate(sample, self.rule.asked, replicates=self.points.replicates)
         except StatisticError:
             return False
         self.path.append((len(sample), found))
-        return self.rule.bounds and self.rule.satisfied(found.value, found.half_width)
-
-    def tell_more(self, done: int) -> None:
-        """Progress of further realisations, for a purpose of their own: `done` of them."""
-        self._tell(self.done + done)
+        return self.rule.satisfied(found.value, found.half_width)
 
     @property
     def _total(self) -> int:
         """The greatest number of realisations of the study; of an expansion and an interpolant, what they may take."""
-        settings = self.study.settings
-        further = self.study.sensitivity_rows * (self.study.joint.dimension + 2)
+        settings, further = self.study.settings, self.study.sensitivity_rows * (self.study.joint.dimension + 2)
         if settings.method == "chaos":
             return further + MOST_RUNS
         interpolated = settings.method == "change_of_variable" and not self.study.histories
         return further + (LADDER[-1] if interpolated else self.points.samples)
 
-    def _tell(self, done) -> None:
-        total, spent = self._total, time.monotonic() - self.began
-        found = self.path[-1][1] if self.path else None
-        value, half_width = (found.value, found.half_width) if found else (np.nan, np.nan)
+    def report(self, further: int) -> None:
+        """Reports progress: the samples that are done, and `further` realisations."""
+        done, total, spent = self.done + further, self._total, time.monotonic() - self.began
+        value, half_width = (self.path[-1][1].value, self.path[-1][1].half_width) if self.path else (np.nan, np.nan)
         self.progress(Progress(done, total, value, half_width, spent * (total - done) / max(done, 1)))
 
 
@@ -213,18 +181,6 @@ class Evaluator:
         return lambda values: self(values)[:, column]
 
 
-def interpolations(study: Study, evaluate: Evaluator) -> dict[str, Interpolated]:
-    """The distribution of every quantity by an interpolant; raises StudyError where a quantity does not allow it."""
-    (place,) = uncertain_inputs(study)
-    found = {}
-    for name in study.quantities:
-        try:
-            found[name] = interpolate(study.inputs[place], along(study, place, evaluate.of(name)))
-        except StudyError as error:
-            raise StudyError(f"{name}: {error}") from error
-    return found
-
-
 def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
     """Sobol indices of every quantity by `settings.sensitivity` rows of samples: plain data, or why there are none."""
     settings, inputs = study.settings, study.joint.dimension
@@ -241,109 +197,7 @@ def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
     return result
 
 
-# Errors of the model are kept apart from those of sampling. They come from a few realisations that are checked by a
-# second run: those in which the quantities are least, greatest and in the middle, the watched quantity first; without a
-# sample those at the medians of the inputs and at their ends. The greatest error of each source stands for all, and the
-# sum of the sources for the model.
-
-OF_INPUTS = 0.5, 0.05, 0.95  # where realisations lie without a sample: this quantile of all inputs at once
-SAMPLED = "where quantities are in the middle, least and greatest"
-NOT_CHECKED = "the study ended before a realisation was checked by a second run"
-GIVEN = "at the medians of the inputs, and at 5 and 95 % of all of them"
-
-
-class ModelErrors(NamedTuple):
-    """`of` maps quantities to `error` and `errors_by_source`; `checks` says how they were found."""
-
-    of: dict[str, dict[str, Any]]
-    checks: dict[str, Any]
-    notes: list[str]
-
-    def for_quantity(self, name: str) -> dict[str, Any]:
-        """The keys of one quantity; None where no error is known."""
-        return self.of.get(name, {"error": None, "errors_by_source": {}})
-
-
-def no_model_errors(because: str) -> ModelErrors:
-    """Errors that are not known, with the reason."""
-    return ModelErrors({}, {"realisations": 0, "failed": 0, "where": "", "errors_unknown": {METHOD: because}}, [])
-
-
-def chosen(quantities: np.ndarray, first: int, count: int) -> list[int]:
-    """Rows of a sample (n, q), at most `count`: in the middle of a quantity, its greatest and its least in turn.
-
-    Quantity number `first` leads; rows that failed (NaN) are never chosen.
-    """
-    rows: list[int] = []
-    columns = [first, *(place for place in range(quantities.shape[1]) if place != first)]
-    for column in columns:
-        look()
-        good = np.flatnonzero(np.isfinite(quantities[:, column]))
-        if len(good):
-            found = quantities[good, column]
-            middle = np.partition(found, len(found) // 2)[len(found) // 2]
-            rows += [int(good[place]) for place in (np.argmax(found == middle), np.argmax(found), np.argmin(found))]
-    return list(dict.fromkeys(rows))[:count]
-
-
-def model_errors(
-    study: Study, task: Task, ensemble: Ensemble, values: np.ndarray, quantities: np.ndarray, doubts: Iterable[str] = ()
-) -> ModelErrors:
-    """Errors of the study's quantities, by its sample `values` (n, d) and `quantities` (n, q), or without one.
-
-    `doubts` are the warnings of the sample; those of checked realisations alone are in the notes.
-    """
-    count = study.settings.checks
-    if not count:
-        return no_model_errors("checks: 0, so the error of the model is not known")
-    rows = chosen(quantities, study.quantities.index(study.stop_quantity), count)
-    ends = np.repeat(np.array(OF_INPUTS)[:, None], study.joint.dimension, axis=1)[:count]
-    at, where = (values[rows], SAMPLED) if rows else (study.joint.values(ends), GIVEN)
-    found = ensemble.evaluate(at, task=task._replace(closed=False, checked=True))
-    if len(found.quantities) < len(at):
-        return no_model_errors(NOT_CHECKED)
-    of, checks = _gathered(study, found)
-    return ModelErrors(of, checks | {"where": where}, [*_large(study, of, found.quantities), *_doubted(found, doubts)])
-
-
-def _gathered(study: Study, found: Realised) -> tuple[dict, dict]:
-    """The greatest error by source of each quantity, and what is not known."""
-    of, unknown = {}, {}
-    for one in found.errors.values():
-        unknown.update(one.unknown)
-    for name in study.quantities:
-        parts: dict[str, float] = {}
-        for one in found.errors.values():
-            for source, error in one.of[name].items():
-                parts[source] = max(parts.get(source, 0.0), error)
-        known = {source: error for source, error in parts.items() if math.isfinite(error)}
-        of[name] = {"error": math.fsum(known.values()) if known else None, "errors_by_source": known}
-        if len(known) < len(parts):
-            unknown[name] = "a figure that it is read off has no bound of its error"
-    return of, {"realisations": len(found.errors), "failed": len(found.failures), "errors_unknown": unknown}
-
-
-def _doubted(found: Realised, doubts: Iterable[str]) -> Iterator[str]:
-    """A sentence for each kind of warning of checked realisations alone, with their number."""
-    known, tally = set(map(without_numbers, doubts)), Tally()
-    bits = tally.bits(len(found.quantities), found.doubts)
-    for place, sentence in enumerate(tally.sentences):
-        if without_numbers(sentence) not in known:
-            yield f"{int(np.sum(bits >> place & 1))} of {len(found.errors)} checked realisations: {sentence}"
-
-
-def _large(study: Study, of: Mapping[str, dict], quantities: np.ndarray) -> Iterator[str]:
-    """A sentence for each quantity whose error is over a tenth of it."""
-    for column, name in enumerate(study.quantities):
-        error, known = of[name]["error"], quantities[np.isfinite(quantities[:, column]), column]
-        if error is not None and len(known) and exceeds(known.tolist(), error):
-            parts, unit = of[name]["errors_by_source"], with_unit(quantity_of(study.kind, name).unit)
-            yield (
-                f"{name}: the error of the model is {error:.2g}{unit}, over {100.0 * LARGE:g} % of it, mostly "
-                f"{max(parts, key=parts.get).replace('_', ' ')}: no sampling makes it smaller"
-            )
-
-
+TABLES = 2**18  # numbers of tables of quantiles and of summaries
 WORKING_COPIES = 8  # of one column, while its statistics are made
 FINITE = 1.125  # histories, and a byte a number that says whether it is one
 BLOCKS = 4  # of ROWS histories, while products of them are summed
@@ -407,57 +261,57 @@ def run_study(
     def ends() -> bool:
         return asked() or time.monotonic() - began > limit
 
-    drawn = Drawn(study, task, _part(tell, 0, parts, began), ends, began, keep)
-    model = no_model_errors(NOT_CHECKED)
-    at_mean, expanded, sources, missing = empty(task, 0), {}, {}, {}
-    if task.closed:
-        missing = {name: missing_moments(study, task, name) for name in sampled}
+    drawn = Drawn(study, task, _part(tell, 0, parts, began), ends, began, start, keep)
+    model, at_mean, found, sobol = no_model_errors(NOT_CHECKED), empty(task, 0), exact, {}
+    missing = {name: missing_moments(study, task, name) for name in sampled} if task.closed else {}
     with heeding(ends), Ensemble(task, study.settings.workers, study.executor, ends) as ensemble:
-        evaluate = Evaluator(ensemble, study, drawn.tell_more)
+        evaluate = Evaluator(ensemble, study, drawn.report)
         try:
-            expanded = _propagate(study, ensemble, evaluate, drawn, start, exact)
+            found = exact | _propagate(study, ensemble, evaluate, drawn, len(sampled))
             if not drawn.broken:
                 if not task.closed:
                     missing = {name: missing_moments(study, task, name, evaluate.of(name)) for name in sampled}
-                sources = sources_of_variance(study, evaluate) if study.settings.sensitivity else {}
+                sobol = sources_of_variance(study, evaluate) if study.settings.sensitivity else {}
         except Stopped:
             drawn.because = CANCELLED
         if not (ends() or drawn.broken):
             at_mean = ensemble.evaluate(mean_inputs(study))
             with contextlib.suppress(Stopped):
-                model = model_errors(study, task, ensemble, *drawn.arrays()[:2], drawn.doubts.sentences)
+                model = model_errors(study, task, ensemble, *drawn.arrays()[:2], drawn.warnings.sentences)
     if drawn.because == CANCELLED and not asked():
         because = f"{study.settings.time_limit:g} s was reached"
-        if not (drawn.done or exact or expanded):
+        if not (drawn.done or found):
             raise StudyError(f"study {study.name}: its time_limit of {because} before a realisation was done; raise it")
         drawn.because = f"{OUT_OF_TIME}{because}"
     values, quantities, histories, status, doubtful = drawn.arrays()
-    result = StudyResult(
-        study, values, quantities, histories,
-        status, tuple(drawn.reasons.sentences), doubtful, tuple(drawn.doubts.sentences), {},
-    )  # fmt: skip
-    summary = summary_of(result, missing, task, exact | expanded, drawn, (at_mean, model), asked)
-    for name, found in sources.items():
-        summary["quantities"][name]["sobol"] = found
+    sentences = tuple(drawn.reasons.sentences), tuple(drawn.warnings.sentences)
+    result = StudyResult(study, values, quantities, histories, status, sentences[0], doubtful, sentences[1], {})
+    summary = summary_of(result, found, missing, drawn, at_mean, model, asked)
+    for name, one in sobol.items():
+        summary["quantities"][name]["sobol"] = one
     if study.sweep is not None:
         summary["sweep"] = _sweep(study, tell, ends, began)
     summary["seconds"] = time.monotonic() - began
     return dataclasses.replace(result, summary=summary)
 
 
-def _propagate(study, ensemble, evaluate, drawn, start, exact) -> dict:
+def _propagate(study, ensemble, evaluate, drawn, sampled: int) -> dict:
     """Expansions or interpolants by quantity; the ensemble goes into `drawn`."""
-    method, sampled = study.settings.method, len(exact) < len(study.quantities)
-    found: dict[str, Chaos | Interpolated] = {}
+    method, found = study.settings.method, {}
     if method == "chaos":
         degree, seed = study.settings.degree or None, study.settings.seed
         found = {name: expand(study.joint, evaluate.of(name), degree, seed=seed) for name in study.quantities}
         drawn.because = f"{evaluate.runs} runs for polynomial chaos are done"
     elif method == "change_of_variable" and sampled:
-        found = interpolations(study, evaluate)
+        (place,) = uncertain_inputs(study)
+        for name in study.quantities:
+            try:
+                found[name] = interpolate(study.inputs[place], along(study, place, evaluate.of(name)))
+            except StudyError as error:
+                raise StudyError(f"{name}: {error}") from error
         drawn.because = f"{evaluate.runs} runs for an interpolant are done"
     if study.histories or (sampled and not found):
-        drawn.draw(ensemble, start)
+        drawn.draw(ensemble)
         if drawn.because == CANCELLED:
             raise Stopped
     return found
@@ -471,11 +325,9 @@ def memory_needed(study: Study) -> float:
     rows = study.sensitivity_rows
     # Their points are kept three times: in the unit cube, as values, and as the key by which they are found again.
     further = rows * (inputs + 2) * (3.0 * inputs + quantities + SENSITIVITY_COPIES)
-    sums = len(study.histories) * settings.history_points**2
     columns = settings.samples * (2 * COLUMNS + RESAMPLES / 8) if study.histories else 0.0
     columns += BLOCKS * ROWS * settings.history_points if study.histories else 0.0
-    tables = numbers_kept([one.distribution_name for one in study.inputs])
-    return 8.0 * (settings.samples * row + further + sums + columns + tables)
+    return 8.0 * (settings.samples * row + further + columns + TABLES)
 
 
 def refuse_too_large(study: Study) -> None:

@@ -38,13 +38,13 @@ STATISTICS = ("mean", "std", "quantile")
 
 @dataclass(frozen=True)
 class Stop:
-    """When the ensemble is large enough; without a tolerance it takes all its samples. See `stopping`."""
+    """When the ensemble is large enough; without a tolerance it takes all its samples."""
 
     statistic: str = choice("mean", STATISTICS, "whose 95 % interval must become narrow")
     probability: float = quantity(0.95, "1", "of the quantile, for statistic: quantile", above=0.0, below=1.0)
     tolerance: float = quantity(0.0, "its unit", "greatest half width of the interval; 0 = none", at_least=0.0)
     relative_tolerance: float = quantity(0.0, "1", "the same as a share of the statistic; 0 = none", at_least=0.0)
-    minimum: int = quantity(200, "1", "samples before the first look", at_least=2)
+    minimum: int = quantity(200, "1", "samples before the first check", at_least=2)
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Settings:
     sampler: str = choice("random", tuple(SAMPLERS), "where the unit cube is sampled")
     samples: int = quantity(2000, "1", "realisations, at most", at_least=1, at_most=GREATEST_SAMPLES)
     seed: int = quantity(1, "1", "of every random choice", at_least=0, at_most=GREATEST_SEED)
-    batch: int = quantity(100, "1", "samples between looks at the convergence", at_least=1, at_most=1_000_000)
+    batch: int = quantity(100, "1", "samples between checks of the convergence", at_least=1, at_most=1_000_000)
     workers: int = quantity(0, "1", "processes that simulate; 0 = one a processor", at_least=0, at_most=512)
     memory: float = quantity(2e9, "B", "refuse a study that needs more", above=0.0)
     time_limit: float = quantity(
@@ -84,9 +84,9 @@ class Settings:
 class Study:
     """A study, complete and checked.
 
-    `scene` is the scene's plain data with what it leaves to be chosen still open; `given` maps each input's key to
-    what the file says of it, `also` to further keys that take the same value; `joint` draws them. `densities` maps
-    quantities to the values at which their density is asked for.
+    `scene` is the scene's plain data with automatic choices still open; `given` maps each input's key to its
+    distribution as in the file, `also` to further keys that take the same value; `joint` draws them. `densities` maps
+    quantities to the values at which their density is wanted.
     """
 
     name: str
@@ -105,6 +105,11 @@ class Study:
     joint: Joint = field(compare=False, repr=False)
 
     @property
+    def stop_rule(self) -> "StopRule":
+        """When its ensemble is large enough."""
+        return StopRule(self.settings.stop, self.stop_quantity)
+
+    @property
     def kind(self) -> str:
         """Kind of the scene."""
         return self.scene["kind"]
@@ -116,9 +121,9 @@ class Study:
 
     @property
     def sensitivity_rows(self) -> int:
-        """Rows of (inputs + 2) further samples for Sobol indices, as many as the sampler makes of those asked for."""
-        asked = self.settings.sensitivity
-        return rounded(self.settings.sampler, asked) if asked else 0
+        """Rows of (inputs + 2) further samples for Sobol indices, as many as the sampler needs."""
+        rows = self.settings.sensitivity
+        return rounded(self.settings.sampler, rows) if rows else 0
 
     @property
     def targets(self) -> tuple[tuple[str, ...], ...]:
@@ -130,7 +135,7 @@ class Study:
         return parse_scene(placed(self.scene, self.targets, values), "a realisation")
 
     def at(self, value: float) -> "Study":
-        """The study at one value of its sweep, without what would be too much of: histories and the count of modes."""
+        """The study at one value of its sweep, without histories and the count of modes."""
         settings = dataclasses.replace(self.settings, modality="no")
         scene = put(self.scene, self.sweep[0], value)
         return dataclasses.replace(self, scene=scene, sweep=None, histories=(), settings=settings)
@@ -158,201 +163,58 @@ class Study:
         }
 
 
-# When an ensemble is large enough: the 95 % interval of a named statistic, looked at in batches, twice in a row.
+# When an ensemble is large enough: the 95 % interval of a named statistic, checked in batches, twice in a row.
 #
-# Looking often and stopping at the first narrow interval favours lucky looks: the interval at such a moment covers less
-# than 95 %. Against that (1) there is a least number of samples before the first look, (2) looks are spaced by a batch,
-# later by a fifth of the samples so far, and (3) the interval must be narrow at two looks in a row. The looks are at
+# Checking often and stopping at the first narrow interval favours lucky checks: the interval at such a moment covers
+# less than 95 %. Against that (1) there is a least number of samples before the first check, (2) checks are spaced by a
+# batch, later by a fifth of the samples so far, and (3) the interval must be narrow at two checks in a row. They are at
 # the same numbers of samples whatever the number of workers, and whether a study was continued or not.
-#
-# A half width tells how far sampling may be off, not whether the model is right.
 
-GROWTH = 0.2  # of the samples so far, between later looks
+GROWTH = 0.2  # of the samples so far, between later checks
 IN_A_ROW = 2
 
 
 class StopRule(NamedTuple):
     """The greatest half width of a statistic of a quantity: absolute, or relative to the estimate; 0 = no bound."""
 
+    stop: Stop
     quantity: str
-    statistic: str
-    probability: float
-    tolerance: float
-    relative_tolerance: float
-
-    @property
-    def bounds(self) -> bool:
-        """Whether there is anything to stop for."""
-        return self.tolerance > 0.0 or self.relative_tolerance > 0.0
 
     @property
     def asked(self) -> str | float:
         """The statistic as `statistics.estimate` takes it."""
-        return self.probability if self.statistic == "quantile" else self.statistic
+        return self.stop.probability if self.stop.statistic == "quantile" else self.stop.statistic
 
     def satisfied(self, estimate: float, half_width: float) -> bool:
-        """Whether one look found the interval narrow enough; never for a NaN."""
-        return half_width <= max(self.tolerance, self.relative_tolerance * abs(estimate))
+        """Whether an interval is narrow enough; never without a tolerance, or for a NaN."""
+        bound = max(self.stop.tolerance, self.stop.relative_tolerance * abs(estimate))
+        return bool(self.stop.tolerance or self.stop.relative_tolerance) and half_width <= bound
 
     @property
     def watched(self) -> str:
         """The statistic and its quantity in words: `std of contact_duration`."""
-        what = f"{self.probability:g} quantile" if self.statistic == "quantile" else self.statistic
-        return f"{what} of {self.quantity}"
+        quantile = self.stop.statistic == "quantile"
+        return f"{f'{self.asked:g} quantile' if quantile else self.asked} of {self.quantity}"
 
     def text(self) -> str:
         """The rule in words, for reports."""
-        bound = f"{self.tolerance:g}" if self.tolerance else f"{100.0 * self.relative_tolerance:g} % of it"
+        bound = self.stop.tolerance
+        bound = f"{bound:g}" if bound else f"{100.0 * self.stop.relative_tolerance:g} % of it"
         return f"the half width of the 95 % interval of the {self.watched} is at most {bound}"
 
 
-def rule_of(stop: Stop, quantity: str) -> StopRule:
-    """The rule of a study."""
-    return StopRule(quantity, stop.statistic, stop.probability, stop.tolerance, stop.relative_tolerance)
+def checkpoints(samples: int, batch: int, minimum: int, sampler: str) -> Iterator[int]:
+    """Increasing numbers of samples at which the stop rule is checked; the last is `samples`.
 
-
-def looks(samples: int, batch: int, minimum: int, sampler: str) -> Iterator[int]:
-    """Increasing numbers of samples at which the statistics are looked at; the last is `samples`.
-
-    Interleaved Sobol sequences are balanced only at REPLICATES times a power of two, so they are looked at there.
+    Interleaved Sobol sequences are balanced only at REPLICATES times a power of two; a latin hypercube is one sample of
+    its whole size.
     """
-    if sampler == "sobol":
-        size = REPLICATES
-        while size < samples:
-            if size >= minimum:
-                yield size
-            size *= 2
-    elif sampler == "random":
-        size = batch
-        while size < samples:
-            if size >= minimum:
-                yield size
-            size += batch * max(1, round(GROWTH * size / batch))
-    # a latin hypercube is one sample of its whole size: parts of it are no hypercubes
+    size = {"sobol": REPLICATES, "random": batch}.get(sampler, samples)
+    while size < samples:
+        if size >= minimum:
+            yield size
+        size += size if sampler == "sobol" else batch * max(1, round(GROWTH * size / batch))
     yield samples
-
-
-# The inputs of a study file: which numbers of the scene are uncertain, and whether the scene allows their values.
-
-
-def read_inputs(free, scene, problems):
-    """(given, also, joint, correlation) of a study file's inputs; what is wrong is added to `problems`."""
-    kind, table = scene["kind"], free.get("inputs")
-    if not isinstance(table, Mapping) or not table:
-        problems.append("inputs must map keys of the scene to distributions, one at least")
-        table = {}
-    given, also, inputs, taken = {}, {}, [], {}
-    for key, told in table.items():
-        try:
-            checked_key(kind, key)
-            told, more = _split(key, told, kind)
-            one = read_input(key, told)
-            for target in (key, *more):
-                if target in taken:
-                    raise StudyError(f"input {key}: {target} already follows the input {taken[target]}")
-                taken[target] = key
-                check_support(kind, target, one)
-        except StudyError as error:
-            problems.append(str(error))
-            continue
-        given[key] = told
-        if more:
-            also[key] = more
-        inputs.append(one)
-    correlation = _correlation(free.get("correlation", ()), problems)
-    joint = None
-    if not problems:
-        try:
-            joint = Joint(inputs, [((a, b), rho) for a, b, rho in correlation])
-            medians = [float(one.ppf(0.5)) for one in inputs]
-            parse_scene(placed(scene, [(one.key, *also.get(one.key, ())) for one in inputs], medians), "at the medians")
-        except (SceneError, StudyError) as error:
-            problems.append(str(error))
-    return given, also, joint, correlation
-
-
-def possible_scene(free, scene: dict, origin: str) -> dict:
-    """The scene's plain data; where it is impossible so, with medians of inputs and the first value of the sweep.
-
-    Raises SceneError where it is impossible with them, too. What is wrong with inputs and sweep is told elsewhere.
-    """
-    try:
-        parse_scene(scene, origin)
-    except SceneError:
-        scene = _begun(free, scene)
-        parse_scene(scene, origin)
-    return scene
-
-
-def _begun(free, scene: dict) -> dict:
-    kind, inputs, sweep = scene["kind"], free.get("inputs"), free.get("sweep")
-    for key, told in inputs.items() if isinstance(inputs, Mapping) else ():
-        with contextlib.suppress(StudyError):
-            told, more = _split(checked_key(kind, key), told, kind)
-            scene = placed(scene, [(key, *more)], [read_input(key, told).ppf(0.5)])
-    for key, values in sweep.items() if isinstance(sweep, Mapping) else ():
-        if isinstance(values, (list, tuple)) and values:
-            with contextlib.suppress(StudyError):
-                scene = put(scene, checked_key(kind, key), values[0])
-    return scene
-
-
-def _split(key, told, kind):
-    """What is told of an input, as plain data, and the further keys that follow it."""
-    try:
-        if isinstance(told, rv_frozen):
-            told = as_mapping(told)
-        elif isinstance(told, Mapping) and isinstance(told.get("distribution"), rv_frozen):
-            told = as_mapping(told["distribution"]) | {
-                word: one for word, one in told.items() if word != "distribution"
-            }
-    except ValueError as error:
-        raise StudyError(f"input {key}: {error}") from None
-    if not isinstance(told, Mapping):
-        return told, ()
-    more = told.get("also", ())
-    if isinstance(more, str):
-        more = (more,)
-    if not isinstance(more, (list, tuple)):
-        raise StudyError(f"input {key}: also = {echo(more)} must be a list of further keys that take the same value")
-    return {word: value for word, value in told.items() if word != "also"}, tuple(
-        checked_key(kind, one) for one in more
-    )
-
-
-def check_support(kind: str, key: str, one: Input) -> None:
-    """Raises StudyError where the input takes values that the scene forbids with a probability above IMPOSSIBLE."""
-    row = numeric_keys(kind)[key]
-    if row.type == "integer" and not one.whole:
-        raise StudyError(
-            f"input {key} takes whole numbers; give it the distribution fixed, discrete or empirical with such values"
-        )
-    limits = row.bounds.of_physics
-    if one.has_density:
-        ends = [next((end for end in pair if end is not None), far) for pair, far in (
-            ((limits.above, limits.at_least), -np.inf), ((limits.below, limits.at_most), np.inf))]  # fmt: skip
-        outside = one.outside(*ends)
-    else:
-        outside = float(not all(limits.allow(end) for end in (one.low, one.high)))
-    if outside > IMPOSSIBLE:
-        raise StudyError(
-            f"input {key}: {one.distribution_name.replace('_', ' ')} takes values from {one.low:g} to {one.high:g}, "
-            f"but {key} must be {row.bounds.text()}; give one inside, such as uniform, beta or truncated_normal"
-            + (f" (a probability of {outside:.2g} lies outside)" if one.has_density else "")
-        )
-
-
-def _correlation(given, problems):
-    if not isinstance(given, (list, tuple)):
-        problems.append(f"correlation = {echo(given)} must be a list of [key, key, value]")
-        return ()
-    rows = []
-    for row in given:
-        if isinstance(row, (list, tuple)) and len(row) == 3 and all(isinstance(key, str) for key in row[:2]):
-            rows.append((*map(first_name, row[:2]), row[2]))
-        else:
-            problems.append(f"correlation: {echo(row)} must be [key, key, value]")
-    return tuple(rows)
 
 
 # Study files: strict YAML in, a checked `Study` out, with every problem named at once and the nearest legal word.
@@ -362,6 +224,7 @@ FREE_KEYS = (
     "name", "description", "scene", "set", "inputs", "correlation", "quantities", "histories", "densities", "sweep",
     "executor",
 )  # fmt: skip
+SETTINGS = tuple(item.name for item in dataclasses.fields(Settings))
 GREATEST_SWEEP = 1000
 OTHER_NAMES = {"companions": "checks"}  # keys of earlier versions
 
@@ -372,10 +235,18 @@ def study_names() -> list[str]:
 
 
 def load_study(name_or_path: str | PathLike | Mapping, overrides: Iterable[str] = ()) -> Study:
-    """The study of that name or YAML file, or of its plain data; raises StudyError naming every problem.
+    """A study by its name, the path of its YAML file, or its plain data.
 
-    Overrides are `samples=500`, `stop.tolerance=1e-7`, `inputs.<key>.std=4e-5`, or a key of the scene such as
-    `motion.first_velocity=50`.
+    Parameters
+    ----------
+    overrides : list of str
+        Such as `samples=500`, `stop.tolerance=1e-7`, `inputs.<key>.std=4e-5`, or a key of the scene:
+        `motion.first_velocity=50`.
+
+    Raises
+    ------
+    StudyError
+        Naming every problem.
     """
     if isinstance(name_or_path, Mapping):
         return parse_study(name_or_path, f"study {name_or_path.get('name', 'without a name')}", overrides)
@@ -388,8 +259,7 @@ def parse_study(text_or_mapping: str | Mapping, origin: str, overrides: Iterable
     mapping = STUDIES.load(text_or_mapping, origin) if isinstance(text_or_mapping, str) else text_or_mapping
     if not isinstance(mapping, Mapping) or "scene" not in mapping:
         raise StudyError(f"{origin} has no key `scene`; start it with `scene: two_spheres` or another scene")
-    mapping = dict(mapping)
-    problems: list[str] = []
+    mapping, problems = dict(mapping), []
     try:
         for word in ("inputs", "sweep"):
             if isinstance(mapping.get(word), Mapping):
@@ -399,16 +269,11 @@ def parse_study(text_or_mapping: str | Mapping, origin: str, overrides: Iterable
                 raise StudyError(f"{other} is another name of {first}, which is given too; keep one of them")
             if other in mapping:
                 mapping[first] = mapping.pop(other)
-        parts = (one.partition("=") for one in listed_overrides(overrides))
-        listed = ["".join((OTHER_NAMES.get(key.strip(), key), *rest)) for key, *rest in parts]
-        for_scene, for_study = _sorted_overrides(mapping, listed)
-        scene, scene_origin = _open(mapping, for_scene)
-        for override in for_study:
-            _apply(mapping, scene["kind"], override)
-        scene = possible_scene(mapping, scene, scene_origin)
-        study = _read(mapping, scene, origin, problems)
+        scene, scene_origin = _overridden(mapping, listed_overrides(overrides))
+        study = _read(mapping, scene, scene_origin, origin, problems)
     except (SceneError, StudyError) as error:
-        raise StudyError(f"{origin}: {error}") from error
+        if not problems:
+            raise StudyError(f"{origin}: {error}") from error
     if len(problems) == 1:
         raise StudyError(f"{origin}: {problems[0]}")
     if problems:
@@ -417,74 +282,42 @@ def parse_study(text_or_mapping: str | Mapping, origin: str, overrides: Iterable
 
 
 def _by_first_names(word: str, given: Mapping) -> dict:
-    """What is told of keys, by their first names; raises StudyError where one key is given by both of its names."""
+    """A mapping of keys by their first names; raises StudyError where one key is given by both of its names."""
     found = {}
-    for key, told in given.items():
+    for key, value in given.items():
         if (first := first_name(key)) in found:
             raise StudyError(f"{word}: {key} is another name of a key that is given too; keep one of them")
-        found[first] = told
+        found[first] = value
     return found
 
 
-def _read(mapping, scene, origin, problems):
-    """The study; what is wrong is added to `problems`, and then the result is not to be used."""
-    names = [item.name for item in dataclasses.fields(Settings)]
-    for key in [key for key in mapping if key not in (*FREE_KEYS, *names)]:
-        problems.append(f"{echo(key)} is not a key of a study; {unknown(key, (*FREE_KEYS, *names))}")
-    free = {key: mapping[key] for key in FREE_KEYS if key in mapping}
-    plain_keys = {key: value for key, value in mapping.items() if key in names}
-    stop = plain_keys.get("stop", {})
-    stop_quantity = None
-    if isinstance(stop, Mapping):
-        stop_quantity = stop.get("quantity")
-        plain_keys["stop"] = {key: value for key, value in stop.items() if key != "quantity"}
-    settings, found = read(Settings, plain_keys)
-    problems += found
+def _overridden(mapping: dict, overrides) -> tuple[dict, str]:
+    """The scene's plain data and its name in errors; overrides of the study change `mapping`.
 
-    if settings.method == "chaos" and free.get("histories"):
-        problems.append("histories are sampled, which the method chaos does not do; leave them out, or use ensemble")
-    quantities = _quantities(free.get("quantities"), scene, problems)
-    given, also, joint, correlation = read_inputs(free, scene, problems)
-    return Study(
-        _text(free.get("name", origin.removeprefix("study ").removesuffix(".yaml")), "name", LONGEST_NAME, problems),
-        _text(free.get("description", ""), "description", LONGEST_DESCRIPTION, problems).strip(),
-        scene,
-        given,
-        also,
-        correlation,
-        quantities,
-        _histories(free.get("histories", ()), scene, problems),
-        _densities(free.get("densities", {}), quantities, problems),
-        _sweep(free.get("sweep"), scene, given, also, problems),
-        _stop_quantity(stop_quantity, settings, quantities, problems),
-        _executor(free.get("executor", "processes"), problems),
-        settings,
-        joint,
-    )
-
-
-def _sorted_overrides(mapping, overrides):
-    """(for the scene, for the study) by their first words; those that name another scene are obeyed at once."""
-    of_study = (*FREE_KEYS, *(item.name for item in dataclasses.fields(Settings)))
-    words = {override: override.partition("=")[0].partition(".")[0].strip() for override in overrides}
-    for override, word in words.items():
-        if "=" not in override or not word:
+    An override belongs to the study or to the scene by its first word; one that names another scene comes first.
+    """
+    of_study, words = (*FREE_KEYS, *SETTINGS, *OTHER_NAMES), {}
+    for override in overrides:
+        key, equals, _ = override.partition("=")
+        words[override] = key.partition(".")[0].strip()
+        if not equals or not words[override]:
             raise StudyError(f"override {echo(override)} must look like samples=500 or motion.first_velocity=50")
-        if word in ("scene", "set"):
+        if words[override] in ("scene", "set"):
             _apply(mapping, None, override)
     of_scene = tuple(_open(mapping, ())[0])
-    for_scene, for_study = [], []
     for override, word in words.items():
         if word not in of_study + of_scene:
             hint = unknown(word, of_study + of_scene)
             raise StudyError(f"override {echo(override)}: {echo(word)} is no key of the study or its scene; {hint}")
-        if word not in ("scene", "set"):
-            (for_study if word in of_study else for_scene).append(override)
-    return for_scene, for_study
+    opened = _open(mapping, [one for one, word in words.items() if word not in of_study])
+    for override, word in words.items():
+        if word in of_study and word not in ("scene", "set"):
+            _apply(mapping, opened[0]["kind"], override)
+    return opened
 
 
 def _open(mapping, for_scene) -> tuple[dict, str]:
-    """(plain data of the scene, what errors call it); its inputs are not put in, so it may be impossible without."""
+    """(plain data of the scene, its name in errors); its inputs are not put in, so it may be impossible without."""
     given, changes = mapping["scene"], mapping.get("set", [])
     if not isinstance(changes, (list, tuple)) or not all(isinstance(one, str) for one in changes):
         raise StudyError(f"set = {echo(changes)} must be a list of texts such as motion.first_velocity=50")
@@ -499,6 +332,7 @@ def _open(mapping, for_scene) -> tuple[dict, str]:
 def _apply(mapping, kind, override):
     key, _, text = override.partition("=")
     words = key.strip().split(".")
+    words[0] = OTHER_NAMES.get(words[0], words[0])
     if words[0] == "inputs" and len(words) > 1:
         known = numeric_keys(kind)
         rest = first_name(key.strip().partition(".")[2])
@@ -518,48 +352,186 @@ def _apply(mapping, kind, override):
     holder[words[-1]] = STUDIES.load(text, f"override {echo(override)}")
 
 
-def _quantities(given, scene, problems):
-    kind, parameters = scene["kind"], parse_scene(scene, "scene").parameters
-    known = tuple(quantities_of(kind))
+def _read(mapping, scene, scene_origin, origin, problems) -> Study:
+    """The study; what is wrong is added to `problems`, and then the result is not to be used."""
+    legal = (*FREE_KEYS, *SETTINGS)
+    problems += [f"{echo(key)} is not a key of a study; {unknown(key, legal)}" for key in mapping if key not in legal]
+    plain_keys = {key: mapping[key] for key in SETTINGS if key in mapping}
+    stop_quantity = None
+    if isinstance(stop := plain_keys.get("stop"), Mapping):
+        stop_quantity = stop.get("quantity")
+        plain_keys["stop"] = {key: value for key, value in stop.items() if key != "quantity"}
+    settings, found = read(Settings, plain_keys)
+    problems += found
+    if settings.method == "chaos" and mapping.get("histories"):
+        problems.append("histories are sampled, which the method chaos does not do; leave them out, or use ensemble")
+    if settings.stop.tolerance and settings.stop.relative_tolerance:
+        problems.append("stop.tolerance and stop.relative_tolerance say the same thing twice; keep one")
+
+    inputs, given, also = _inputs(mapping.get("inputs"), scene["kind"], problems)
+    correlation = _correlation(mapping.get("correlation", ()), problems)
+    joint, sweep = None, mapping.get("sweep")
+    try:
+        joint = Joint(inputs, correlation)
+    except StudyError as error:
+        problems.append(str(error))
+    targets = [(one.key, *also.get(one.key, ())) for one in inputs]
+    at_medians = placed(scene, targets, [float(one.ppf(0.5)) for one in inputs])
+    with contextlib.suppress(StudyError, LookupError, AttributeError, TypeError):
+        at_medians = put(at_medians, checked_key(scene["kind"], next(iter(sweep))), next(iter(sweep.values()))[0])
+    possible = parse_scene(at_medians, scene_origin)
+    try:
+        parse_scene(scene, scene_origin)
+    except SceneError:  # it lacks a number that an input or the sweep gives
+        scene = at_medians
+
+    quantities = _quantities(mapping.get("quantities"), scene["kind"], possible.parameters, problems)
+    if stop_quantity is not None and stop_quantity not in quantities:
+        hint = unknown(stop_quantity, quantities)
+        problems.append(f"stop.quantity = {echo(stop_quantity)} is not among the study's quantities; {hint}")
+    executor = mapping.get("executor", "processes")
+    if not isinstance(executor, str) or (executor != "processes" and not executor.startswith("dask://")):
+        problems.append(f"executor = {echo(executor)} must be processes, or dask://host:port of a Dask scheduler")
+    name = mapping.get("name", origin.removeprefix("study ").removesuffix(".yaml"))
+    return Study(
+        _text(name, "name", LONGEST_NAME, problems),
+        _text(mapping.get("description", ""), "description", LONGEST_DESCRIPTION, problems).strip(),
+        scene,
+        given,
+        also,
+        correlation,
+        quantities,
+        _histories(mapping.get("histories", ()), possible, problems),
+        _densities(mapping.get("densities", {}), quantities, problems),
+        _sweep(sweep, at_medians, targets, problems),
+        (quantities[0] if quantities else "") if stop_quantity is None else stop_quantity,
+        executor,
+        settings,
+        joint,
+    )
+
+
+def _inputs(table, kind, problems):
+    """(inputs, given, also) of a study file: which numbers of the scene are uncertain, and how."""
+    if not isinstance(table, Mapping) or not table:
+        problems.append("inputs must map keys of the scene to distributions, one at least")
+        table = {}
+    inputs, given, also, taken = [], {}, {}, {}
+    for key, value in table.items():
+        try:
+            checked_key(kind, key)
+            value, more = _split(key, value, kind)
+            one = read_input(key, value)
+            for target in (key, *more):
+                if target in taken:
+                    raise StudyError(f"input {key}: {target} already follows the input {taken[target]}")
+                taken[target] = key
+                _check_support(kind, target, one)
+        except StudyError as error:
+            problems.append(str(error))
+            continue
+        inputs.append(one)
+        given[key] = value
+        if more:
+            also[key] = more
+    return inputs, given, also
+
+
+def _split(key, given, kind):
+    """The distribution of an input as plain data, and the further keys that follow it."""
+    rest = {}
+    if isinstance(given, Mapping):
+        rest = {word: value for word, value in given.items() if word != "distribution"}
+        if isinstance(given.get("distribution"), rv_frozen):
+            given = given["distribution"]
+    try:
+        if isinstance(given, rv_frozen):
+            given = as_mapping(given) | rest
+    except ValueError as error:
+        raise StudyError(f"input {key}: {error}") from None
+    if not isinstance(given, Mapping):
+        return given, ()
+    more = given.get("also", ())
+    more = (more,) if isinstance(more, str) else more
+    if not isinstance(more, (list, tuple)):
+        raise StudyError(f"input {key}: also = {echo(more)} must be a list of further keys that take the same value")
+    more = tuple(checked_key(kind, one) for one in more)
+    return {word: value for word, value in given.items() if word != "also"}, more
+
+
+def _check_support(kind: str, key: str, one: Input) -> None:
+    """Raises StudyError where the input takes values that the scene forbids with a probability above IMPOSSIBLE."""
+    row = numeric_keys(kind)[key]
+    if row.type == "integer" and not one.whole:
+        raise StudyError(
+            f"input {key} takes whole numbers; give it the distribution fixed, discrete or empirical with such values"
+        )
+    limits = row.bounds.of_physics
+    if one.has_density:
+        low = next((end for end in (limits.above, limits.at_least) if end is not None), -np.inf)
+        high = next((end for end in (limits.below, limits.at_most) if end is not None), np.inf)
+        outside = one.outside(low, high)
+    else:
+        outside = float(not (limits.allow(one.low) and limits.allow(one.high)))
+    if outside > IMPOSSIBLE:
+        raise StudyError(
+            f"input {key}: {one.distribution_name.replace('_', ' ')} takes values from {one.low:g} to {one.high:g}, "
+            f"but {key} must be {row.bounds.text()}; give one inside, such as uniform, beta or truncated_normal"
+            + (f" (a probability of {outside:.2g} lies outside)" if one.has_density else "")
+        )
+
+
+def _correlation(given, problems) -> tuple:
+    rows = []
+    if not isinstance(given, (list, tuple)):
+        problems.append(f"correlation = {echo(given)} must be a list of [key, key, value]")
+        given = ()
+    for row in given:
+        if isinstance(row, (list, tuple)) and len(row) == 3 and all(isinstance(key, str) for key in row[:2]):
+            rows.append((*map(first_name, row[:2]), row[2]))
+        else:
+            problems.append(f"correlation: {echo(row)} must be [key, key, value]")
+    return tuple(rows)
+
+
+def _quantities(given, kind, parameters, problems):
     if not given:
-        problems.append(f"quantities names nothing: what shall be found out? legal: {', '.join(known)}")
+        legal = ", ".join(quantities_of(kind))
+        problems.append(f"quantities names nothing: which quantities are wanted? legal: {legal}")
         return ()
     names = _words(given, "quantities", problems)
     for name in names:
         try:
-            row = quantity_of(kind, name)
-            if reason := row.missing(parameters):
+            if reason := quantity_of(kind, name).missing(parameters):
                 problems.append(f"quantities: {name}: {reason}")
         except StudyError as error:
             problems.append(f"quantities: {error}")
     return names
 
 
-def _histories(given, scene, problems):
+def _histories(given, scene: Scene, problems):
     names = _words(given, "histories", problems)
-    if names:
-        channels = {c.name: c for c in parse_scene(scene, "scene").channels if c.shape == ()}
-        for name in names:
-            if name not in channels:
-                problems.append(f"histories: {echo(name)} is no channel of one number; {unknown(name, channels)}")
+    channels = [one.name for one in scene.channels if one.shape == ()] if names else ()
+    for name in names:
+        if name not in channels:
+            problems.append(f"histories: {echo(name)} is no channel of one number; {unknown(name, channels)}")
     return names
 
 
 def _densities(given, quantities, problems):
-    """{quantity: values [SI]} at which densities are asked for."""
+    """{quantity: values [SI]} at which densities are wanted."""
     if not isinstance(given, Mapping):
         problems.append(f"densities = {echo(given)} must map quantities to lists of values")
         return {}
     found = {}
     for name, values in given.items():
-        values = values if isinstance(values, (list, tuple)) else (values,)
-        read = [read_number(value) for value in values]
+        numbers = [read_number(value) for value in (values if isinstance(values, (list, tuple)) else (values,))]
         if name not in quantities:
             problems.append(f"densities: {echo(name)} is not among the study's quantities; {unknown(name, quantities)}")
-        elif not 1 <= len(read) <= GREATEST_SWEEP or any(problem for _, problem in read):
+        elif not 1 <= len(numbers) <= GREATEST_SWEEP or any(problem for _, problem in numbers):
             problems.append(f"densities: {name} must have a list of 1 to {GREATEST_SWEEP} numbers")
         else:
-            found[name] = tuple(float(value) for value, _ in read)
+            found[name] = tuple(float(value) for value, _ in numbers)
     return found
 
 
@@ -573,7 +545,7 @@ def _words(given, key, problems):
     return tuple(given)
 
 
-def _sweep(given, scene, inputs, also, problems):
+def _sweep(given, scene, targets, problems):
     if given is None:
         return None
     if not isinstance(given, Mapping) or len(given) != 1:
@@ -582,38 +554,15 @@ def _sweep(given, scene, inputs, also, problems):
     ((key, values),) = given.items()
     try:
         checked_key(scene["kind"], key)
-        if key in inputs or any(key in more for more in also.values()):
+        if any(key in keys for keys in targets):
             raise StudyError(f"sweep: {key} is an uncertain input already")
         if not isinstance(values, (list, tuple)) or not 1 <= len(values) <= GREATEST_SWEEP:
             raise StudyError(f"sweep: {key} must have a list of 1 to {GREATEST_SWEEP} values")
-        numbers = []
-        for value in values:
-            parsed = parse_scene(put(scene, key, value), f"sweep {key} = {echo(value)}")
-            numbers.append(float(value_at(parsed.resolved(), key)))
+        parsed = [parse_scene(put(scene, key, value), f"sweep {key} = {echo(value)}") for value in values]
+        return key, tuple(float(value_at(one.resolved(), key)) for one in parsed)
     except (SceneError, StudyError) as error:
         problems.append(str(error))
         return None
-    return key, tuple(numbers)
-
-
-def _stop_quantity(given, settings, quantities, problems):
-    stop = settings.stop
-    if stop.tolerance and stop.relative_tolerance:
-        problems.append("stop.tolerance and stop.relative_tolerance say the same thing twice; keep one")
-    if given is None:
-        return quantities[0] if quantities else ""
-    if given not in quantities:
-        problems.append(
-            f"stop.quantity = {echo(given)} is not among the study's quantities; {unknown(given, quantities)}"
-        )
-    return given
-
-
-def _executor(given, problems):
-    if not isinstance(given, str) or (given != "processes" and not given.startswith("dask://")):
-        problems.append(f"executor = {echo(given)} must be processes, or dask://host:port of a Dask scheduler")
-        return "processes"
-    return given
 
 
 def _text(given, key, longest, problems):

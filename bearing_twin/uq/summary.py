@@ -3,9 +3,8 @@
 A summary that comes from a log is checked by `check_summary`, whole, before it is used.
 """
 
-import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,142 +13,148 @@ from bearing_twin.base.errors import BearingTwinError, StatisticError, Stopped
 from bearing_twin.base.stopping import heeding, look
 from bearing_twin.base.units import two_digits, unit_for_people, with_unit
 from bearing_twin.run.simulation import simulate
-from bearing_twin.uq.histories import Histories, narrowing
+from bearing_twin.uq.histories import PROBABILITIES as OF_HISTORIES
+from bearing_twin.uq.histories import complete, history_statistics, narrowing
 from bearing_twin.uq.modality import modality, mode_numbers
 from bearing_twin.uq.propagation import Chaos, Derived, Interpolated
 from bearing_twin.uq.realisations import mean_inputs
 from bearing_twin.uq.result import OUT_OF_TIME, StudyResult, finite, size_of
 from bearing_twin.uq.sampling import UnitPoints
-from bearing_twin.uq.statistics import MOMENTS, MORE, Estimate, densities_at, estimate, half_width
+from bearing_twin.uq.statistics import MOMENTS, MORE, Estimate, densities_at, estimate
 from bearing_twin.uq.study import Study
 
 PROBABILITIES = (0.05, 0.25, 0.5, 0.75, 0.95)
 GRID = 2001  # points of a density whose modes are counted
 SURROGATE_POINTS = 2**14  # of a polynomial chaos
-CORRELATED = 41  # instants of the autocorrelation in a summary
 POOR = 0.01  # error of an interpolant that is reported
-AT_CANCEL = 8192  # numbers of a quantity and its histories whose statistics a cancelled study makes: 0.1 s
-INSTANT = 0.125  # cost of an instant of a history, over that of a sample, in these
+BEYOND = 0.0005  # probability left out on either side where modes of an exact density are counted
 
 
-def summary_of_sample(
-    sample: np.ndarray,
-    missing: dict[str, str],
-    replicates: int,
-    seed: int,
-    modes: bool,
-    densities: Sequence[float] = (),
-) -> dict:
-    """Mean, deviation, skewness and quantiles of a quantity with 95 % intervals, its modes, and its density at values.
+class _Statistics(NamedTuple):
+    """Where the statistics of a quantity come from: functions that raise StatisticError where there are none.
 
-    `missing` names moments that do not exist, with the reason; they are None and their reason is in `refused`.
-    `unsafe` names those whose interval is too narrow: a few points far out decide, and more of them may be missing.
+    `of(statistic)` is an Estimate of a moment by name or of a quantile by its probability, `modes()` plain data,
+    `densities(values)` estimates.
     """
-    result: dict[str, Any] = {"unsafe": []}
-    refused, sample = dict(missing), np.ascontiguousarray(sample)
 
-    def tried(name: str, of: Callable, *arguments, **named):
+    of: Callable[[str | float], Estimate]
+    modes: Callable[[], dict[str, Any]]
+    densities: Callable[[np.ndarray], list[Estimate]]
+
+    def summary(self, missing: Mapping[str, str], at, modes: bool) -> dict[str, Any]:
+        """Plain data; `missing` names moments that do not exist, with the reason, `at` the values of densities."""
+        refused, result = dict(missing), {"unsafe": []}
+
+        def tried(name: str, of: Callable, *given):
+            try:
+                return None if name in refused else of(*given)
+            except StatisticError as error:
+                refused[name] = str(error)
+                return None
+
+        for name in MOMENTS:
+            found = tried(name, self.of, name)
+            result[name], result[f"{name}_interval"] = found and found.value, found and [*map(finite, found[1:3])]
+            result["unsafe"] += [name] if found and not found.safe else []
+        quantiles = {p: tried(f"quantile {p:g}", self.of, p) for p in PROBABILITIES}
+        result["quantiles"] = {f"{p:.2f}": _interval(*found[:3]) for p, found in quantiles.items() if found}
+        result["modality"] = tried("modality", self.modes) if modes else None
+        found = tried("densities", self.densities, np.array(at, float)) if at else None
+        result["densities"] = [
+            {"value": float(value), "density": one.value, "low": one.low, "high": one.high}
+            for value, one in zip(at, found or (), strict=False)
+        ]
+        return {**result, "refused": refused}
+
+
+def _of_sample(sample: np.ndarray, replicates: int, seed: int) -> _Statistics:
+    sample = np.ascontiguousarray(sample)
+    ordered = np.sort(sample)  # once, where it does not matter whose replicate a point is
+
+    def of(statistic):
+        unordered = statistic in MOMENTS or replicates > 1
+        return estimate(sample if unordered else ordered, statistic, replicates)
+
+    def modes():
+        found = modality(ordered, seed)
+        return {"modes": found.modes, "p_value": found.p_value, "positions": list(found.positions)}
+
+    return _Statistics(of, modes, lambda at: densities_at(sample, at))
+
+
+def _of_derived(derived: Derived, before: Derived) -> _Statistics:
+    """Of an exact distribution; an interval is the change from the one `before`, to either side."""
+
+    def around(value: float, other: float) -> Estimate:
+        return Estimate(float(value), float(value - abs(value - other)), float(value + abs(value - other)))
+
+    def of(statistic):
+        if statistic not in MOMENTS:
+            return around(*(one.quantile(statistic) for one in (derived, before)))
+        value = getattr(derived, statistic)
         try:
-            return None if name in refused else of(*arguments, **named)
-        except StatisticError as error:
-            refused[name] = str(error)
-            return None
+            return around(value, getattr(before, statistic))
+        except StatisticError:
+            return Estimate(value, -math.inf, math.inf)
 
-    for name in MOMENTS:
-        found = tried(name, estimate, sample, name, replicates=replicates)
-        result[name], result[f"{name}_interval"] = found and found.value, found and [*map(finite, found[1:3])]
-        result["unsafe"] += [name] if found and not found.safe else []
-    result["quantiles"], ordered = {}, np.sort(sample)  # once, where it does not matter whose replicate a point is
-    for p in PROBABILITIES:
-        found = tried(f"quantile {p:g}", estimate, ordered if replicates == 1 else sample, p, replicates=replicates)
-        if found:
-            result["quantiles"][f"{p:.2f}"] = _interval(*found[:3])
-    found = tried("modality", modality, ordered, seed) if modes else None
-    result["modality"] = found and {
-        "modes": found.modes, "p_value": found.p_value, "positions": list(found.positions)
-    }  # fmt: skip
-    found = tried("densities", densities_at, sample, densities) if densities else None
-    result["densities"] = [_density(at, one) for at, one in zip(densities, found or (), strict=False)]
-    return {**result, "refused": refused}
+    def modes():
+        places = np.linspace(derived.quantile(BEYOND), derived.quantile(1.0 - BEYOND), GRID)
+        return {"modes": int(mode_numbers(derived.pdf(places))), "p_value": None}
+
+    return _Statistics(of, modes, lambda at: list(map(around, derived.pdf(at), before.pdf(at))))
 
 
-def summary_of_derived(derived: Derived, densities: Sequence[float] = ()) -> dict:
-    """The same of an exact distribution: intervals have no width, and modes are those of the density."""
-    refused, result = {}, {"unsafe": []}
-    for name in MOMENTS:
-        try:
-            value = float(getattr(derived, name))
-            result[name], result[f"{name}_interval"] = value, [value, value]
-        except StatisticError as error:
-            result[name], result[f"{name}_interval"] = None, None
-            refused[name] = str(error)
-    values = {f"{p:.2f}": float(derived.quantile(p)) for p in PROBABILITIES}
-    result["quantiles"] = {name: _interval(value, value, value) for name, value in values.items()}
-    low, high = derived.quantile(0.0005), derived.quantile(0.9995)
-    result["modality"] = {"modes": int(mode_numbers(derived.pdf(np.linspace(low, high, GRID)))), "p_value": None}
-    heights = derived.pdf(np.array(densities, float)).tolist()
-    result["densities"] = [_density(at, Estimate(*[one] * 3, "")) for at, one in zip(densities, heights, strict=True)]
-    return {**result, "refused": refused}
+def _of_chaos(study: Study, chaos: Chaos) -> _Statistics:
+    """Mean and deviation of an expansion exactly, the rest from SURROGATE_POINTS of it.
 
-
-def summary_of_interpolated(found: Interpolated, missing: dict[str, str], densities: Sequence[float] = ()) -> dict:
-    """As `summary_of_derived`; each interval is the change by the last doubling of the runs, to either side."""
-    result, before = (summary_of_derived(one, densities) for one in (found.derived, found.before))
-    for name in MOMENTS:
-        result[f"{name}_interval"] = None
-        if name in missing:
-            result[name] = None
-        elif None not in (result[name], before[name]):
-            result[f"{name}_interval"] = _around(result[name], before[name])
-    result["refused"] |= missing
-    for key, quantile in result["quantiles"].items():
-        quantile["low"], quantile["high"] = _around(quantile["value"], before["quantiles"][key]["value"])
-    for one, other in zip(result["densities"], before["densities"], strict=True):
-        one["low"], one["high"] = _around(one["density"], other["density"])
-    low, high = result["mean_interval"] or (0.0, None)
-    return {
-        **result,
-        "half_width": None if high is None else 0.5 * (high - low),
-        "interpolation_error": found.error,
-        "beyond_the_runs": found.left_out,
-        "runs": [{"input": x, "value": y} for x, y in zip(found.at.tolist(), found.values.tolist(), strict=True)],
-    }
-
-
-def summary_of_chaos(study: Study, chaos: Chaos, missing: dict[str, str], modes: bool, densities=()) -> dict:
-    """As `summary_of_sample`, from an expansion: mean and deviation exactly, the rest from SURROGATE_POINTS of it.
-
-    The intervals of mean and deviation, and `half_width`, are the root mean square error of the expansion at fresh
-    points; those of the rest have the sampling of the expansion alone.
+    The intervals of mean and deviation are the root mean square error of the expansion at fresh points; those of the
+    rest have the sampling of the expansion alone.
     """
-    settings = study.settings
-    points = UnitPoints("sobol", study.joint.dimension, settings.seed, SURROGATE_POINTS)
-    sample = chaos.predict(points.chunk(0, points.samples))
-    found = summary_of_sample(sample, missing, points.replicates, settings.seed, modes, densities)
+    points = UnitPoints("sobol", study.joint.dimension, study.settings.seed, SURROGATE_POINTS)
+    sampled = _of_sample(chaos.predict(points.chunk(0, points.samples)), points.replicates, study.settings.seed)
     miss = chaos.error * chaos.std
-    for name in {"mean", "std"} - {*missing}:
-        value = getattr(chaos, name)
-        found |= {name: value, f"{name}_interval": [value - miss, value + miss]}
-    found |= {"half_width": miss, "degree": chaos.degree, "validation_error": chaos.error}
-    if study.joint.independent:
-        pairs = zip(study.joint.keys, chaos.first, chaos.total, strict=True)
-        found["sobol"] = {key: {"first": _interval(first), "total": _interval(total)} for key, first, total in pairs}
-    return found
+    exact = {name: Estimate(value := getattr(chaos, name), value - miss, value + miss) for name in ("mean", "std")}
+    return sampled._replace(of=lambda statistic: exact.get(statistic) or sampled.of(statistic))
 
 
-def _around(value, before):
-    return [value - abs(value - before), value + abs(value - before)]
-
-
-def _density(at, one: Estimate) -> dict:
-    return {"value": float(at), "density": one.value, "low": one.low, "high": one.high}
-
-
-def _interval(value, low=math.inf, high=math.inf) -> dict:
+def _interval(value, low=math.inf, high=math.inf) -> dict[str, Any]:
     return {"value": float(value), "low": finite(float(low)), "high": finite(float(high))}
 
 
-def sobol_summary(keys: Sequence[str], indices) -> dict:
+def _of_quantity(result: StudyResult, name: str, found, missing, drawn, modes: bool) -> dict[str, Any]:
+    """One quantity: by its distribution, interpolant or expansion `found`, or by the sample where that is None."""
+    study, rule, at = result.study, drawn.rule, result.study.densities.get(name, ())
+    if isinstance(found, Derived):
+        one = _of_derived(found, found).summary({}, at, True)
+        return {"method": "change_of_variable", **one, "half_width": 0.0}
+    if isinstance(found, Interpolated):
+        one = _of_derived(found.derived, found.before).summary(missing, at, True)
+        low, high = one["mean_interval"] or (None, None)
+        runs = [{"input": x, "value": y} for x, y in zip(found.at.tolist(), found.values.tolist(), strict=True)]
+        half_width = None if None in (low, high) else 0.5 * (high - low)
+        more = {"interpolation_error": found.error, "beyond_the_runs": found.left_out, "runs": runs}
+        return {"method": "change_of_variable", **one, "half_width": half_width, **more}
+    if isinstance(found, Chaos):
+        one = _of_chaos(study, found).summary(missing, at, modes)
+        one |= {"half_width": found.error * found.std, "degree": found.degree, "validation_error": found.error}
+        if study.joint.independent:
+            pairs = zip(study.joint.keys, found.first, found.total, strict=True)
+            one["sobol"] = {key: {"first": _interval(first), "total": _interval(total)} for key, first, total in pairs}
+        return {"method": "chaos", **one}
+    statistics = _of_sample(result.sample(name), drawn.points.replicates, study.settings.seed)
+    one = statistics.summary(missing, at, modes)
+    if drawn.because.startswith(OUT_OF_TIME):  # more were requested
+        one["refused"] = {key: why.replace(MORE, "raise time_limit") for key, why in one["refused"].items()}
+    statistic, half_width = rule.asked if name == rule.quantity else "mean", None
+    if statistic not in one["refused"]:
+        try:
+            half_width = finite(statistics.of(statistic).half_width)
+        except StatisticError:
+            half_width = None
+    return {"method": "ensemble", **one, "half_width": half_width}
+
+
+def sobol_summary(keys, indices) -> dict[str, Any]:
     """First and total Sobol indices of a quantity by input, with intervals, from `statistics.SobolIndices`."""
     return {
         key: {
@@ -160,57 +165,49 @@ def sobol_summary(keys: Sequence[str], indices) -> dict:
     }
 
 
-def summary_of(result: StudyResult, missing: dict, task, without_sampling: dict, drawn, beside, asked) -> dict:
+def summary_of(result: StudyResult, without_sampling: Mapping, missing: Mapping, drawn, at_mean, model, ends) -> dict:
     """The plain data of a result, without seconds.
 
     Parameters
     ----------
+    without_sampling : dict
+        The distribution, interpolant or expansion of quantities that need no sample.
     missing : dict
         Moments that do not exist, by quantity, each with the reason.
-    without_sampling : dict
-        The distribution or expansion of quantities that need no sample.
     drawn : run.Drawn
         The ensemble.
-    beside : (Realised, ModelErrors)
-        The realisation at the mean inputs, or none, and the errors of the model.
-    asked : function
-        Once it is true the rest is made of the first samples without counting modes, which a note says.
+    at_mean : Realised
+        The realisation at the mean inputs, or none.
+    model : run.ModelErrors
+    ends : function
+        Once it is true modes and statistics of histories are left out, which a note says.
     """
+    given, study, cut = (result, without_sampling, missing, drawn, at_mean, model), result.study, []
     try:
-        with heeding(asked):
+        with heeding(ends):
             look()
-            found, cut = _summary(result, missing, task, without_sampling, drawn, beside, False), []
+            found = _summary(*given, whole=True)
     except Stopped:
         with heeding(lambda: False):
-            found = _summary(_first(result), missing, task, without_sampling, drawn, beside, True)
-        cut = [
-            f"cancelled: statistics are those of the first {len(_first(result).status)} of {len(result.status)} "
-            "samples, and modes are not counted; go on from the log for all"
-        ]
-    found["samples"] = len(result.status)
-    found["failed"] = {text: int(np.sum(result.status == 1 + place)) for place, text in enumerate(result.reasons)}
-    found["failed_share"] = float(np.mean(result.status > 0)) if len(result.status) else 0.0
-    found["doubts"] = {text: int(np.sum(result.doubtful >> k & 1)) for k, text in enumerate(result.doubts_met)}
-    found["notes"] = [*found["notes"], *_flags_at_mean(result.study, task, asked), *cut]
-    return found
+            found = _summary(*given, whole=False)
+        cut = ["cancelled: modes and statistics of histories are not computed; go on from the log for them"]
+    count, failed = len(result.status), result.status > 0
+    return found | {
+        "samples": count,
+        "failed": {text: int(np.sum(result.status == 1 + place)) for place, text in enumerate(result.reasons)},
+        "failed_share": float(np.mean(failed)) if count else 0.0,
+        "doubts": {text: int(np.sum(result.doubtful >> k & 1)) for k, text in enumerate(result.doubts_met)},
+        "notes": [*found["notes"], *(_warnings_at_mean(study, ends) if drawn.task.closed else ()), *cut],
+    }
 
 
-def _summary(result: StudyResult, missing, task, without_sampling, drawn, beside, hurried: bool) -> dict:
-    study, settings = result.study, result.study.settings
-    (at_mean, model), quantities = beside, {}
-    modes = settings.modality == "yes" and not hurried
+def _summary(result, without_sampling, missing, drawn, at_mean, model, whole: bool) -> dict:
+    study, settings, quantities = result.study, result.study.settings, {}
+    modes = settings.modality == "yes" and whole
     for column, (name, unit) in enumerate(result.quantity_units.items()):
-        densities, found, refused = study.densities.get(name, ()), without_sampling.get(name), missing.get(name, {})
-        if isinstance(found, Derived):
-            one = {"method": "change_of_variable", **summary_of_derived(found, densities), "half_width": 0.0}
-        elif isinstance(found, Interpolated):
-            one = {"method": "change_of_variable", **summary_of_interpolated(found, refused, densities)}
-        elif isinstance(found, Chaos):
-            one = {"method": "chaos", **summary_of_chaos(study, found, refused, modes, densities)}
-        else:
-            one = {"method": "ensemble", **_of_sample(result, refused, name, drawn, modes)}
-        value = at_mean.quantities[0, column] if len(at_mean.quantities) else np.nan
-        one["at_mean_inputs"] = float(value) if np.isfinite(value) else None
+        found = without_sampling.get(name)
+        one = _of_quantity(result, name, found, missing.get(name, {}), drawn, modes)
+        one["at_mean_inputs"] = finite(at_mean.quantities[0, column]) if len(at_mean.quantities) else None
         quantities[name] = {"unit": unit, **one} | model.for_quantity(name)
     poor = [
         f"{name}: the polynomial misses runs by {one.error:.2g} of the deviation; the method ensemble needs none"
@@ -228,44 +225,22 @@ def _summary(result: StudyResult, missing, task, without_sampling, drawn, beside
         "stopped_because": drawn.because,
         "convergence": _convergence(drawn.rule, drawn.path),
         "histories": {
-            channel: _of_history(result, channel, task, at_mean.histories[:, place], hurried)
+            channel: _of_history(result, channel, drawn.task.instants, at_mean.histories[:, place], whole)
             for place, channel in enumerate(study.histories)
         },
         "notes": [*drawn.notes, *poor, *model.notes],
     }
 
 
-def _first(result: StudyResult) -> StudyResult:
-    """The result with its first samples only, a power of two of them, whose statistics take a tenth of a second."""
-    room = AT_CANCEL / (1.0 + INSTANT * len(result.study.histories) * result.study.settings.history_points)
-    if len(result.status) <= room:
-        return result
-    first = slice(1 << max(4, int(np.log2(room))))
-    columns = ("values", "quantities", "histories", "status", "doubtful")
-    return dataclasses.replace(result, **{name: getattr(result, name)[first] for name in columns})
-
-
-def _of_sample(result, missing, name, drawn, modes) -> dict:
-    settings, rule, replicates = result.study.settings, drawn.rule, drawn.points.replicates
-    sample = result.sample(name)
-    found = summary_of_sample(
-        sample, missing, replicates, settings.seed, modes, result.study.densities.get(name, ())
-    )  # fmt: skip
-    if drawn.because.startswith(OUT_OF_TIME):  # more were requested
-        found["refused"] = {key: why.replace(MORE, "raise time_limit") for key, why in found["refused"].items()}
-    statistic = rule.asked if name == rule.quantity else "mean"
-    width = np.inf if statistic in missing else half_width(sample, statistic, replicates=replicates)
-    return {**found, "half_width": finite(width)}
-
-
 def _convergence(rule, path) -> dict:
     """The path of the watched statistic over the samples, as in figures 9 and 14 of paper 3; an open end is null."""
+    stop = rule.stop
     return {
         "quantity": rule.quantity,
-        "statistic": rule.statistic,
-        **({"probability": rule.probability} if rule.statistic == "quantile" else {}),
-        "tolerance": rule.tolerance or None,
-        "relative_tolerance": rule.relative_tolerance or None,
+        "statistic": stop.statistic,
+        **({"probability": stop.probability} if stop.statistic == "quantile" else {}),
+        "tolerance": stop.tolerance or None,
+        "relative_tolerance": stop.relative_tolerance or None,
         "samples": [count for count, _ in path],
         "estimate": [one.value for _, one in path],
         "half_width": [one.half_width for _, one in path],
@@ -274,37 +249,34 @@ def _convergence(rule, path) -> dict:
     }
 
 
-def _of_history(result, channel, task, at_mean, hurried) -> dict:
+def _of_history(result, channel, instants, at_mean, whole: bool) -> dict:
     """Bands of a history over the realisations that did not fail, and the run `at_mean` inputs (1 or 0, t)."""
-    found, bands, more = history_statistics(result, channel, task.instants), {}, {}
-    if found.count > 1:
+    histories, inputs, bands, more = result.history(channel), result.values, {}, {}
+    kept = complete(histories)
+    if not kept.all():
+        histories, inputs = histories[kept], inputs[kept]
+    if len(histories) > 1 and whole:
+        found = history_statistics(histories, inputs)
         bands = {"mean": found.mean, "std": found.std, "skewness": found.skewness}
-        bands |= dict(zip(("0.05", "0.50", "0.95"), found.quantiles(), strict=True))
-        for key, row in zip(result.study.joint.keys, found.input_correlation(), strict=True):
-            bands[f"correlation with {key}"] = np.nan_to_num(row)
-        rows = np.arange(0, len(found.times), max(1, -(-len(found.times) // CORRELATED)))
-        bands["autocorrelation_time_s"] = found.times[rows]
-        bands["autocorrelation"] = np.nan_to_num(found.autocorrelation()[np.ix_(rows, rows)])
-        more = {} if hurried else _narrowing(found, result.study)
+        bands |= {f"{p:.2f}": row for p, row in zip(OF_HISTORIES, found.quantiles, strict=True)}
+        keys = result.study.joint.keys
+        bands |= {f"correlation with {key}": row for key, row in zip(keys, found.correlation, strict=True)}
+        bands |= {"autocorrelation_time_s": instants[found.rows], "autocorrelation": found.autocorrelation}
+        more = _narrowing(instants, histories, inputs, result.study)
     if len(at_mean):
         bands["at_mean_inputs"] = at_mean[0]
-    head = {"realisations": found.count, "time_s": task.instants.tolist()}
+    head = {"realisations": len(histories), "time_s": instants.tolist()}
     return head | {name: one.tolist() for name, one in bands.items()} | more
 
 
-def _narrowing(histories, study) -> dict:
+def _narrowing(instants, histories, inputs, study) -> dict:
     """Where the histories come together after their peak; nothing where they do not."""
     try:
-        found = narrowing(histories.times, histories.whole, study.settings.seed, histories.inputs)
+        found = narrowing(instants, histories, inputs, study.settings.seed)
     except StatisticError:
         return {}
     signs = {
-        key: {
-            "time_s": one.time,
-            "later_s": one.later,
-            "interval_s": [one.low, one.high],
-            "by_slopes_s": one.by_slopes,
-        }
+        key: {"time_s": one.time, "later_s": one.later, "interval_s": [one.low, one.high]}
         for key, one in zip(study.joint.keys, found.signs, strict=True)
         if one is not None
     }
@@ -316,32 +288,27 @@ def _narrowing(histories, study) -> dict:
     }  # fmt: skip
 
 
-def history_statistics(result: StudyResult, channel: str, instants: np.ndarray) -> Histories:
-    """Statistics of one channel over time, among them its autocorrelation and its density."""
-    return Histories(instants, result.history(channel), result.values)
-
-
-def _flags_at_mean(study, task, asked) -> list[str]:
-    """Warnings about the scene at its mean inputs, where closed forms give none, unless `asked()`."""
-    if not task.closed or asked():
+def _warnings_at_mean(study, ends) -> list[str]:
+    """Warnings about the scene at its mean inputs, where closed forms give none, unless `ends()`."""
+    if ends():
         return []
     try:
         run = simulate(study.scene_at(mean_inputs(study)[0]))
         for _ in run.blocks():
-            if asked():
+            if ends():
                 return []
     except BearingTwinError as error:
         return [f"at the mean inputs there is no run: {error}"]
     return [f"at the mean inputs {flag}" for flag in run.report.flags]
 
 
-def told_of_model(summary: Mapping[str, Any], shown: Callable = unit_for_people) -> Iterator[str]:
-    """Sentences of a study's summary: each quantity's error of the model, how it was found, what is not in it.
+def model_error_sentences(summary: Mapping[str, Any], shown: Callable = unit_for_people) -> Iterator[str]:
+    """Sentences of a study's summary: each quantity's error of the model, how it was found, what is not known of it.
 
-    `shown(unit, size)` gives (unit, factor) in which values of that size are told.
+    `shown(unit, size)` gives (unit, factor) in which values of that size are shown.
     """
-    told = summary.get("companions")
-    if told is None:  # a log of an earlier version
+    checks = summary.get("companions")
+    if checks is None:  # a log of an earlier version
         return
     for name, found in summary["quantities"].items():
         if found["error"] is not None:
@@ -349,17 +316,24 @@ def told_of_model(summary: Mapping[str, Any], shown: Callable = unit_for_people)
             parts = sorted(found["errors_by_source"].items(), key=lambda one: -one[1])
             sources = ", ".join(f"{source.replace('_', ' ')} {two_digits(factor * error)}" for source, error in parts)
             value = f"{two_digits(factor * found['error'])}{with_unit(unit)}"
-            yield f"{name}: error of the model \u00b1 {value} ({sources}), apart from what sampling leaves open"
-    if told["realisations"]:
-        failed = f", {told['failed']} more failed" if told["failed"] else ""
-        yield f"errors of the model: the greatest in {told['realisations']} realisations{failed}, {told['where']}"
-    if told["errors_unknown"]:
-        words = ", ".join(source.replace("_", " ") for source in told["errors_unknown"])
+            yield f"{name}: error of the model \u00b1 {value} ({sources}), apart from the intervals of sampling"
+    if checks["realisations"]:
+        failed = f", {checks['failed']} more failed" if checks["failed"] else ""
+        yield f"errors of the model: the greatest in {checks['realisations']} realisations{failed}, {checks['where']}"
+    if checks["errors_unknown"]:
+        words = ", ".join(source.replace("_", " ") for source in checks["errors_unknown"])
         yield f"not in the errors of the model, as --json says one by one: {words}"
 
 
+# The check of a summary from a log. A shape is a function that is true of a value, the [shape] of the items of a list,
+# or a mapping of keys to shapes, in which a function stands for all other keys. Keys that nothing reads are left out.
+
+PATH = ("samples", "estimate", "half_width", "low", "high")  # columns of the convergence; without ends in older logs
+BANDS = ("0.05", "0.50", "0.95", "mean", "at_mean_inputs")  # columns of a history that are drawn
+
+
 class Maybe(NamedTuple):
-    """The shape of what may be left out."""
+    """The shape of a key that may be absent."""
 
     shape: Any
 
@@ -368,53 +342,44 @@ def _text(value) -> bool:
     return isinstance(value, str)
 
 
-def _whole(value) -> bool:
-    return isinstance(value, int) and value >= 0
+def _measured(value) -> bool:
+    """A number; what is not known yet is NaN, a half width without a bound infinite."""
+    return isinstance(value, (int, float))
 
 
 def _number(value) -> bool:
-    return isinstance(value, (int, float)) and math.isfinite(value)
+    return _measured(value) and math.isfinite(value)
 
 
 def _known(value) -> bool:
     return value is None or _number(value)
 
 
-def _measured(value) -> bool:
-    """What is not known yet is NaN, a half-width without a bound infinite."""
-    return isinstance(value, (int, float))
+def _count(value) -> bool:
+    return isinstance(value, int) and value >= 0
+
+
+def _error(value) -> bool:
+    return value is None or (_number(value) and value >= 0)
 
 
 def _pair(value) -> bool:
     return value is None or (isinstance(value, list) and len(value) == 2 and all(map(_known, value)))
 
 
-def _size(value) -> bool:
-    return _number(value) and value >= 0
-
-
-def _error(value) -> bool:
-    return value is None or _size(value)
-
-
 def _modality(value) -> bool:
-    return value is None or not any(_misfits(value, {"modes": _whole, "p_value": _known}, "modality"))
+    return value is None or not any(_misfits(value, {"modes": _count, "p_value": _known}, ""))
 
 
 def _probability(value) -> bool:
     return value.replace(".", "", 1).isdecimal()
 
 
-PATH = ("samples", "estimate", "half_width", "low", "high")  # columns of the convergence; without ends in older logs
-BANDS = ("0.05", "0.50", "0.95", "mean", "at_mean_inputs")  # columns of a history that are drawn
-# A shape is a function that is true of a value, the [shape] of the items of a list, or a mapping of keys to shapes, in
-# which a function stands for all other keys. Keys that nothing reads are left out.
 _INTERVAL = {"value": _number, "low": _known, "high": _known}
 _QUANTITY = {
-    "unit": _text,
-    "method": _text,
+    **dict.fromkeys(("unit", "method"), _text),
     **dict.fromkeys(MOMENTS, _known),
-    **{f"{name}_interval": _pair for name in MOMENTS},
+    **dict.fromkeys((f"{name}_interval" for name in MOMENTS), _pair),
     "quantiles": {_probability: _INTERVAL},
     "unsafe": [_text],
     "refused": {_text: _text},
@@ -424,29 +389,27 @@ _QUANTITY = {
     "runs": Maybe([{"input": _number, "value": _number}]),
     "interpolation_error": Maybe(_number),
     "error": Maybe(_error),
-    "errors_by_source": Maybe({_text: _size}),
+    "errors_by_source": Maybe({_text: _error}),
 }
 _SUMMARY = {
     **dict.fromkeys(("study", "scene", "sampler", "stopped_because"), _text),
-    "samples": _whole,
+    "samples": _count,
     "seed": _number,
     "inputs": {_text: _text},
     "quantities": {_text: _QUANTITY},
-    "failed": {_text: _whole},
-    "doubts": {_text: _whole},
+    "failed": {_text: _count},
+    "doubts": {_text: _count},
     "notes": [_text],
     "convergence": {
-        "quantity": _text,
-        "statistic": _text,
+        **dict.fromkeys(("quantity", "statistic"), _text),
         "probability": Maybe(_number),
-        "samples": [_whole],
+        "samples": [_count],
         "estimate": [_measured],
         "half_width": [_measured],
-        "low": Maybe([_known]),
-        "high": Maybe([_known]),
+        **dict.fromkeys(("low", "high"), Maybe([_known])),
     },
-    "histories": {_text: {"realisations": _whole, "time_s": [_number], **dict.fromkeys(BANDS, Maybe([_number]))}},
-    "companions": Maybe({"realisations": _whole, "failed": _whole, "where": _text, "errors_unknown": {_text: _text}}),
+    "histories": {_text: {"realisations": _count, "time_s": [_number], **dict.fromkeys(BANDS, Maybe([_number]))}},
+    "companions": Maybe({"realisations": _count, "failed": _count, "where": _text, "errors_unknown": {_text: _text}}),
     "sweep": Maybe(
         {
             "key": _text,
@@ -477,11 +440,10 @@ def _misfits(value, shape, where: str) -> Iterator[str]:
         for one in value:
             yield from _misfits(one, shape[0], where)
     else:
-        named = {key: one for key, one in shape.items() if _text(key)}
-        others = next((one for key, one in shape.items() if not _text(key)), None)
-        yield from (where for key, one in named.items() if key not in value and not isinstance(one, Maybe))
+        others = next((one for key, one in shape.items() if callable(key)), None)
+        yield from (where for key, one in shape.items() if _text(key) and key not in value and type(one) is not Maybe)
         for key, one in value.items():
-            of = named.get(key, others)
+            of = shape.get(key, others)
             yield from _misfits(one, getattr(of, "shape", of), f"{where}.{key}") if of else ()
 
 
@@ -489,23 +451,23 @@ def _contradictions(summary, study: Study, samples: int) -> Iterator[str]:
     """The places in a summary of the right shape that do not fit each other, or the study."""
     path, quantities = summary["convergence"], summary["quantities"]
     sweep = summary.get("sweep", {"key": None, "studies": []})
+    errors = {"error", "errors_by_source"} if "companions" in summary else set()
     for where, fits in (
-        ("summary.samples", summary["samples"] == samples),
-        ("summary.quantities", quantities.keys() == {*study.quantities}),
-        ("summary.histories", summary["histories"].keys() == {*study.histories}),
-        ("summary.failed", not summary["failed"] or samples > 0),
-        ("summary.convergence", {len(path["samples"])} == {len(path[key]) for key in PATH if key in path}),
-        ("summary.convergence", ("low" in path) == ("high" in path)),
-        ("summary.convergence", path["quantity"] in quantities),
-        ("summary.convergence", path["statistic"] != "quantile" or "probability" in path),
-        ("summary.sweep", sweep["key"] == (study.sweep[0] if study.sweep and "sweep" in summary else None)),
+        ("samples", summary["samples"] == samples),
+        ("quantities", quantities.keys() == {*study.quantities}),
+        ("histories", summary["histories"].keys() == {*study.histories}),
+        ("failed", not summary["failed"] or samples > 0),
+        ("convergence", {len(path["samples"])} == {len(path[key]) for key in PATH if key in path}),
+        ("convergence", ("low" in path) == ("high" in path)),
+        ("convergence", path["quantity"] in quantities),
+        ("convergence", path["statistic"] != "quantile" or "probability" in path),
+        ("sweep", sweep["key"] == (study.sweep[0] if study.sweep and "sweep" in summary else None)),
+        ("sweep", all(one["quantities"].keys() == quantities.keys() for one in sweep["studies"])),
+        ("companions", all(errors <= one.keys() for one in quantities.values())),
+        *(
+            (f"histories.{name}", {len(one[key]) for key in BANDS if key in one} <= {len(one["time_s"])})
+            for name, one in summary["histories"].items()
+        ),
     ):
         if not fits:
-            yield where
-    yield from ("summary.sweep" for one in sweep["studies"] if one["quantities"].keys() != quantities.keys())
-    told = {"error", "errors_by_source"} if "companions" in summary else set()
-    yield from ("summary.companions" for one in quantities.values() if not told <= one.keys())
-    for name, one in summary["histories"].items():
-        yield from (
-            f"summary.histories.{name}" for key in BANDS if len(one.get(key, one["time_s"])) != len(one["time_s"])
-        )
+            yield f"summary.{where}"

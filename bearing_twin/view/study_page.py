@@ -18,8 +18,8 @@ from bearing_twin.base.units import (
 from bearing_twin.pictures.style import BALL_COLOURS
 from bearing_twin.uq.picture import FAR, ORDERS, exact_of, path_of, shares_of, unit_of
 from bearing_twin.uq.result import StudyResult, SweepInWords, refusals, sweep_of
-from bearing_twin.uq.statistics import histogram, natural_density
-from bearing_twin.uq.summary import BANDS, told_of_model
+from bearing_twin.uq.statistics import histogram, kernel_density
+from bearing_twin.uq.summary import BANDS, model_error_sentences
 from bearing_twin.view.packing import prefixes
 from bearing_twin.view.tables import DIGITS, error_notes
 
@@ -66,7 +66,7 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         "warnings": [],
         "reason": f"Sampling ended because {summary['stopped_because']}.",
         "facts": [("scene", summary["scene"]), ("seed", str(summary["seed"])), *inputs],
-        "errors": [*told_of_model(summary), *error_notes(summary.get("companions", {}))],
+        "errors": [*model_error_sentences(summary), *error_notes(summary.get("companions", {}))],
         "notes": [],
         "palette": list(BALL_COLOURS),
     }
@@ -117,7 +117,7 @@ def _distribution(result, name, exact) -> dict[str, Any] | None:
         place = np.searchsorted(edges, x, side="right") - 1
         inside = (place >= 0) & (place < len(heights))
         bars = np.where(inside, heights[np.clip(place, 0, len(heights) - 1)], 0.0)
-        smooth = natural_density(kept)
+        smooth = kernel_density(kept)
         lines.append((f"{len(kept)} samples", bars / factor, BLUE, {"filled": True, "width": 0.8}))
         lines.append(("smoothed", np.interp(x, smooth.x, smooth.density, 0.0, 0.0) / factor, BLUE, {"width": 2.2}))
     if exact is not None:
