@@ -160,15 +160,15 @@ def test_polynomial_chaos_and_sobol_indices_agree(capsys, quick_workers):
 @pytest.mark.parametrize("sampler", SAMPLERS)
 @pytest.mark.parametrize("samples", [128, 1024])
 def test_a_study_says_which_of_its_intervals_hold_too_little(sampler, samples, capsys):
-    """A lognormal contact time, as that of `bearing_twin chart coverage`: std and skewness are held in 15 to 92 %."""
+    """A lognormal contact time, as that of `bearing_twin chart coverage`: the std is held in 85 to 92 %."""
     wide = "inputs.contact.measured_alpha={distribution: lognormal, mean_log: -9.1, std_log: 1.0}"
     words = [*QUICK, "--set", wide, "--set", f"sampler={sampler}", "--samples", samples, "--set", "checks=0"]
     found = asked(capsys, *words)["quantities"]["contact_duration"]
-    assert {"std", "skewness"} <= set(found["unsafe"]) <= {"mean", "std", "skewness"}
+    assert {"std"} <= set(found["unsafe"]) <= {"mean", "std"}
+    assert found["skewness_interval"] == [None, None]
     main(["study", *map(str, words)])
     out = " ".join(capsys.readouterr().out.split())
-    *first, last = found["unsafe"]
-    assert f"contact_duration: the intervals of {', '.join(first)} and {last} are unsafe: few samples far out" in out
+    assert "std" in re.search(r"contact_duration: the intervals? of (.*?) (?:is|are) unsafe", out).group(1)
     calm = asked(capsys, *QUICK, "--set", f"sampler={sampler}", "--samples", samples, "--set", "checks=0")
     assert "mean" not in calm["quantities"]["contact_duration"]["unsafe"]
 

@@ -250,5 +250,6 @@ def _interval(value, interval, factor: float = 1.0) -> str:
         return "-"
     ends = interval or (None, None)
     open_by = max((abs(factor * (one - value)) for one in ends if one is not None), default=0.0)
-    shown, low, high = (OPEN if one is None else known_digits(factor * one, open_by) for one in (value, *ends))
+    digits = 6 if open_by else 4
+    shown, low, high = (OPEN if one is None else known_digits(factor * one, open_by, digits) for one in (value, *ends))
     return shown if low == high == OPEN else f"{shown} [{low}, {high}]"

@@ -197,7 +197,7 @@ def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
     return result
 
 
-TABLES = 2**18  # numbers of tables of quantiles and of summaries
+TABLES = 2**17  # numbers of tables of quantiles and of summaries
 WORKING_COPIES = 8  # of one column, while its statistics are made
 FINITE = 1.125  # histories, and a byte a number that says whether it is one
 BLOCKS = 4  # of ROWS histories, while products of them are summed

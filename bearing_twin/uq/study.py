@@ -377,8 +377,9 @@ def _read(mapping, scene, scene_origin, origin, problems) -> Study:
         problems.append(str(error))
     targets = [(one.key, *also.get(one.key, ())) for one in inputs]
     at_medians = placed(scene, targets, [float(one.ppf(0.5)) for one in inputs])
-    with contextlib.suppress(StudyError, LookupError, AttributeError, TypeError):
-        at_medians = put(at_medians, checked_key(scene["kind"], next(iter(sweep))), next(iter(sweep.values()))[0])
+    for key, values in sweep.items() if isinstance(sweep, Mapping) else ():
+        with contextlib.suppress(StudyError, LookupError, TypeError):
+            at_medians = put(at_medians, checked_key(scene["kind"], key), values[0])
     possible = parse_scene(at_medians, scene_origin)
     try:
         parse_scene(scene, scene_origin)
