@@ -9,7 +9,7 @@ import functools
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 from scipy import stats
@@ -151,12 +151,8 @@ class Input:
         return self._inside(self.distribution.ppf(u))
 
     def sampled(self, u):
-        """Quantiles (n,) at probabilities (n,) in (0, 1), from a table where it is quicker: to `tabulated.MOST`."""
-        return self._inside((self._table or self.distribution.ppf)(u))
-
-    @cached_property
-    def _table(self):
-        return quantiles(self.distribution_name, self.distribution)
+        """Quantiles (n,) at probabilities (n,) in (0, 1), from a table where that is faster, with an error to 1e-11."""
+        return self._inside((quantiles(self.distribution_name, self.distribution) or self.distribution.ppf)(u))
 
     def isf(self, u):
         """Quantile at probability 1 - u, with all digits for small u."""
