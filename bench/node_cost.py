@@ -28,7 +28,7 @@ def heard(node, word: str) -> None:
     """Waits until a node says `word`."""
     end = time.monotonic() + PATIENCE
     while word not in node.said.read_text(errors="replace"):
-        node.look(time.monotonic())
+        node.look()
         if time.monotonic() > end:
             sys.exit(f"{node.said} does not say {word!r}")
         time.sleep(0.2)

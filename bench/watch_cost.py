@@ -40,7 +40,7 @@ def address(node) -> str:
     """Where watch_node serves, once it says so."""
     end = time.monotonic() + PATIENCE
     while not (found := re.search(r"shown at (http://\S+/)", node.said.read_text(errors="replace"))):
-        node.look(time.monotonic())
+        node.look()
         if time.monotonic() > end:
             sys.exit(f"watch_node says nothing; see {node.said}")
         time.sleep(0.2)

@@ -15,26 +15,14 @@ from bearing_twin.command.node_command import NODES, Traffic, words_of
 
 
 def test_rate_and_sizes_are_those_of_the_window():
-    times = iter([0.0, 10.0, 10.5, 11.0, 12.0])
-    traffic = Traffic(3, lambda: next(times))
-    assert [traffic.add(size) for size in (9000, 10, 20, 30, 40)] == [False, True, False, True, True]
-    figures = traffic.periods()
+    traffic = Traffic(3)
+    for time_s, size in ((0.0, 9000), (10.0, 10), (10.5, 20), (11.0, 30), (12.0, 40)):
+        traffic.add(time_s, size)
+    figures, sizes = traffic.periods(), traffic.sizes()
     assert (figures["messages"], figures["rate_hz"], figures["window"]) == (5, 1.5, 3)
     assert (figures["least_period_s"], figures["greatest_period_s"]) == (0.5, 1.0)
     assert figures["std_of_period_s"] == pytest.approx((2.0 / 36.0) ** 0.5)
-    sizes = traffic.sizes()
-    assert (sizes["bytes_per_s"], sizes["mean_bytes"], sizes["least_bytes"], sizes["greatest_bytes"]) == (
-        45,
-        30,
-        20,
-        40,
-    )
-
-
-def test_what_is_left_to_ros2_is_refused_with_its_command(capsys):
-    for words in node_command.ROS2:
-        assert cli.main(["node", *words.split(), "/a", "--field", "x"]) == cli.BAD_INPUT
-        assert f"; use {node_command.ROS2[words]}" in capsys.readouterr().err
+    assert [sizes[one] for one in ("bytes_per_s", "mean_bytes", "least_bytes", "greatest_bytes")] == [45, 30, 20, 40]
 
 
 def test_the_words_of_a_node_are_those_of_ros2_run():

@@ -1,4 +1,4 @@
-"""Nodes as processes: waited for while they live and are heard, and what is said when they do not. No ROS."""
+"""Nodes as processes: their ends, and what is said of those that fail. No ROS."""
 
 import signal
 import subprocess
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bearing_twin.nodes.entry import LONGEST_LOOK, SILENCE, ProcessError, node_command, started
+from bearing_twin.nodes.entry import ProcessError, node_command, started
 
 LIMIT = 300.0  # s, generous: these programs end at once
 
@@ -22,7 +22,7 @@ def sentence(node, may_end=False):
     """What is said about a process that has ended."""
     node.process.wait(LIMIT)
     with pytest.raises(ProcessError) as error:
-        node.look(0.0, may_end)
+        node.look(may_end)
     return str(error.value)
 
 
@@ -30,7 +30,7 @@ def test_a_node_that_fails_names_its_output_and_the_next_step(tmp_path):
     code = "import sys; print('a'); print('b'); print('the disk is full', file=sys.stderr); sys.exit(2)"
     with started("sim_node", python(code), tmp_path) as node:
         said = sentence(node, may_end=True)
-    assert "sim_node ended early, with exit code 2" in said
+    assert "sim_node ended early with code 2" in said
     assert "the disk is full" in said
     assert str(tmp_path / "sim_node.txt") in said
     assert "try again" in said
@@ -38,8 +38,8 @@ def test_a_node_that_fails_names_its_output_and_the_next_step(tmp_path):
 
 def test_an_end_is_an_error_only_where_it_comes_too_early(tmp_path):
     with started("replay_node", python("pass"), tmp_path) as node:
-        assert "exit code 0" in sentence(node)
-        node.look(0.0, may_end=True)
+        assert "ended early with code 0" in sentence(node)
+        node.look(may_end=True)
         assert node.ended
 
 
@@ -47,24 +47,6 @@ def test_a_node_killed_from_outside_is_said_to_be(tmp_path):
     with started("sim_node", python("import time; time.sleep(600)"), tmp_path) as node:
         node.process.send_signal(signal.SIGKILL)
         assert "ended from outside by SIGKILL" in sentence(node)
-
-
-def test_a_node_is_waited_for_while_it_is_heard_and_not_longer_than_it_is_silent(tmp_path):
-    with started("sim_node", python("import time; time.sleep(600)"), tmp_path) as node:
-        now = 1000.0
-        for _ in range(round(3 * SILENCE)):
-            node.look(now := now + LONGEST_LOOK)
-            node.heard("compiling", {"elapsed_s": "1"})
-        for _ in range(round(SILENCE)):
-            node.look(now := now + LONGEST_LOOK)
-        with pytest.raises(ProcessError, match="no sign of life for 300 s while compiling"):
-            node.look(now + LONGEST_LOOK)
-
-
-def test_a_time_in_which_nobody_looked_is_no_silence(tmp_path):
-    with started("sim_node", python("import time; time.sleep(600)"), tmp_path) as node:
-        node.look(0.0)
-        node.look(100.0 * SILENCE)  # the machine slept, or this process did not get a turn
 
 
 def test_the_body_ends_the_process_also_one_that_ignores_signals(tmp_path, monkeypatch):

@@ -41,8 +41,6 @@ class _Parser(argparse.ArgumentParser):
     def _check_value(self, action, value):
         if action.choices is None or value in action.choices:
             return
-        if value in (instead := getattr(action, "instead", {})):  # of another program
-            raise BearingTwinError(f"{self.prog} has no {echo(value)}; use {instead[value]}")
         name = "/".join(action.option_strings) or action.metavar or action.dest
         raise BearingTwinError(f"{name} {echo(value)} is not known; {unknown(value, action.choices)}")
 

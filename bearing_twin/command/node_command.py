@@ -185,53 +185,45 @@ def _field(data, path: str | None):
 
 
 class Traffic:
-    """Rate, periods and sizes of the last `window` messages, by a clock that is handed in."""
+    """Times of arrival [s] and sizes [B] of the last `window` messages and the one before, and their statistics."""
 
-    def __init__(self, window: int, clock: Callable[[], float] = time.monotonic):
-        self._clock, self._said, self.count = clock, None, 0
-        self._times: deque[float] = deque(maxlen=window + 1)
-        self._sizes: deque[int] = deque(maxlen=window)
+    def __init__(self, window: int):
+        self._last, self.count = deque(maxlen=window + 1), 0
 
-    def add(self, size: int = 0) -> bool:
-        """Takes a message of so many bytes; True once a second."""
-        now = self._clock()
+    def add(self, time_s: float, size: int) -> None:
+        """Takes a message."""
         self.count += 1
-        self._times.append(now)
-        self._sizes.append(size)
-        self._said = now if self._said is None else self._said
-        if now - self._said < SAID_EVERY:
-            return False
-        self._said = now
-        return True
+        self._last.append((time_s, size))
 
     def periods(self) -> dict[str, float]:
-        """Rate [Hz], mean, least and greatest period and its standard deviation [s]; NaN without two messages."""
-        found = [later - earlier for earlier, later in pairwise(self._times)]
-        if not found:
+        """Rate [Hz], and mean, least, greatest and standard deviation of the periods [s]."""
+        periods = [later[0] - earlier[0] for earlier, later in pairwise(self._last)]
+        if not periods:
             return {"messages": self.count, "rate_hz": math.nan}
-        mean = statistics.fmean(found)
+        mean = statistics.fmean(periods)
         return {
             "messages": self.count,
             "rate_hz": 1.0 / mean if mean else math.inf,
             "mean_period_s": mean,
-            "least_period_s": min(found),
-            "greatest_period_s": max(found),
-            "std_of_period_s": statistics.pstdev(found, mean),
-            "window": len(found),
+            "least_period_s": min(periods),
+            "greatest_period_s": max(periods),
+            "std_of_period_s": statistics.pstdev(periods, mean),
+            "window": len(periods),
         }
 
     def sizes(self) -> dict[str, float]:
-        """Bytes a second, and mean, least and greatest size [B]; NaN without two messages."""
-        span = self._times[-1] - self._times[0] if self._times else 0.0
+        """Rate [B/s], and mean, least and greatest size [B]."""
+        sizes = [size for _, size in self._last][1:]
+        span = self._last[-1][0] - self._last[0][0] if sizes else 0.0
         if not span:
             return {"messages": self.count, "bytes_per_s": math.nan}
         return {
             "messages": self.count,
-            "bytes_per_s": sum(list(self._sizes)[1 - len(self._times) :]) / span,
-            "mean_bytes": statistics.fmean(self._sizes),
-            "least_bytes": min(self._sizes),
-            "greatest_bytes": max(self._sizes),
-            "window": len(self._sizes),
+            "bytes_per_s": sum(sizes) / span,
+            "mean_bytes": statistics.fmean(sizes),
+            "least_bytes": min(sizes),
+            "greatest_bytes": max(sizes),
+            "window": len(sizes),
         }
 
 
@@ -240,10 +232,14 @@ def _measured(figures: Callable[[Traffic], dict]) -> Callable[[argparse.Namespac
         from bearing_twin.command.terminal import say
 
         window = number("--window", arguments.window, limits=Limits(at_least=1, at_most=1_000_000), integer=True)
-        traffic = Traffic(window)
+        traffic, said = Traffic(window), time.monotonic()
 
         def take(data: bytes) -> None:
-            if traffic.add(len(data)):
+            nonlocal said
+            now = time.monotonic()
+            traffic.add(now, len(data))
+            if now - said >= SAID_EVERY:
+                said = now
                 say(", ".join(f"{key} {value:.4g}" for key, value in figures(traffic).items()))
 
         _each(arguments, take, raw=True)
@@ -412,29 +408,14 @@ VERBS = (
     ),
 )
 GROUPS = {"topic": "list, info, echo, hz, bw, pub", "param": "list, get, set", "service": "call"}
-ROS2 = {  # verbs of ros2 that are not here: what to use
-    "info": "ros2 node info",
-    "action": "ros2 action; for a study: bearing_twin node study",
-    "bag": "ros2 bag; to record: bearing_twin node start recorder_node",
-    "param describe": "ros2 param describe; bearing_twin node start NODE --help shows meaning, unit and range",
-    "param dump": "ros2 param dump",
-    "service list": "ros2 service list",
-    "service type": "ros2 service type",
-    "topic type": "ros2 topic type; bearing_twin node topic list shows types",
-    "echo": "bearing_twin node topic echo, or ros2 topic echo",
-    "set": "bearing_twin node param set, or ros2 param set",
-    "call": "bearing_twin node service call, or ros2 service call",
-}
 
 
 def _add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.epilog = "Nodes are seen within one ROS_DOMAIN_ID. Ctrl-C ends what runs on."
+    parser.epilog = "Nodes are seen within one ROS_DOMAIN_ID. Ctrl-C ends what runs on. Further verbs: see ros2."
     form = {"formatter_class": argparse.RawDescriptionHelpFormatter}
     groups = {"": parser.add_subparsers(dest="verb", metavar="VERB", required=True)}
     for name, verbs in GROUPS.items():
-        examples = [f"  {one.line}" for one in VERBS if one.words.startswith(f"{name} ")]
-        group = groups[""].add_parser(name, help=verbs, epilog="\n".join(["examples:", *examples]), **form)
-        groups[name] = group.add_subparsers(dest="what", metavar="VERB", required=True)
+        groups[name] = groups[""].add_parser(name, help=verbs).add_subparsers(metavar="VERB", required=True)
     for verb in VERBS:
         group, _, last = verb.words.rpartition(" ")
         about = {"help": verb.help, "description": textwrap.fill(verb.help, 78), "epilog": f"example:\n  {verb.line}"}
@@ -449,9 +430,6 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
             leaf.add_argument("--wait", metavar="SECONDS", default="10", help=text)
             for name in ("--json", "--si", "--strict"):
                 leaf.add_argument(name, action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
-    for words, instead in ROS2.items():
-        group, _, last = words.rpartition(" ")
-        vars(groups[group]).setdefault("instead", {})[last] = instead
 
 
 NODE = Subcommand(

@@ -81,69 +81,44 @@ def repair_soon() -> None:
         os.environ[PROFILES] = str(share_path("config", "fastdds.xml"))
 
 
-SILENCE = 300.0  # s without a heartbeat, of which a node sends one a second
-LONGEST_LOOK = 1.0  # s: a longer gap between two looks means that this process did not run either, and counts no more
 GRACE = 60.0  # s a node has to end after SIGINT, before it is killed
 LAST_WORDS = 3  # lines of a node's output that an error repeats
 
 
 class ProcessError(BearingTwinError):
-    """A node ended too early, failed or fell silent; the sentence names its output and what to do."""
+    """A node ended too early or failed; the sentence names its output and what to do."""
 
 
 class NodeProcess:
-    """A process with its output in the file `said`; `status` and `values` are those of its last heartbeat."""
+    """A process with its output in the file `said`; `status` and `values` are those of its last diagnostics."""
 
     def __init__(self, name: str, command: Sequence[str], said: Path):
-        self.name, self.said = name, said
+        self.name, self.said, self.status, self.values = name, said, "starting", {}
         with said.open("wb") as output:
             self.process = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT)
-        self.status, self.values = "starting", {}
-        self._silent_for, self._looked_at = 0.0, None
 
     @property
     def ended(self) -> bool:
-        """Whether the process is no more."""
+        """True once the process has ended."""
         return self.process.poll() is not None
 
-    def heard(self, status: str, values: dict[str, str]) -> None:
-        """Takes a heartbeat."""
-        self.status, self.values, self._silent_for = status, values, 0.0
-
-    def look(self, now: float, may_end: bool = False) -> None:
-        """Raises ProcessError if the process ended though it may not, failed, or was silent; `now` is in s."""
+    def look(self, may_end: bool = False) -> None:
+        """Raises ProcessError if the process failed, or ended though it may not."""
         code = self.process.poll()
-        if code is not None:
-            if code != 0 or not may_end:
-                raise ProcessError(self._sentence(_end_of(code)))
+        if code is None or (code == 0 and may_end):
             return
-        if self._looked_at is not None:
-            self._silent_for += min(now - self._looked_at, LONGEST_LOOK)
-        self._looked_at = now
-        if self._silent_for > SILENCE:
-            raise ProcessError(self._sentence(f"gave no sign of life for {SILENCE:.0f} s while {self.status}"))
+        how = f"was ended from outside by {signal.Signals(-code).name}" if code < 0 else f"ended early with code {code}"
+        lines = self.said.read_text(encoding="utf-8", errors="replace").splitlines()[-LAST_WORDS:]
+        words = "".join(f"\n  {line}" for line in lines) or " nothing"
+        raise ProcessError(
+            f"{self.name} {how}. Its last words:{words}\n"
+            f"All it said is in {self.said}. Mend what it names, or try again: what was compiled so far is kept."
+        )
 
     def interrupt(self) -> None:
         """Asks the node to end, as Ctrl-C does."""
         if not self.ended:
             self.process.send_signal(signal.SIGINT)
-
-    def end(self) -> None:
-        """Ends the process: asked first, killed when that did nothing."""
-        self.interrupt()
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self.process.wait(GRACE)
-        if not self.ended:
-            self.process.kill()
-            self.process.wait()
-
-    def _sentence(self, what: str) -> str:
-        lines = self.said.read_text(encoding="utf-8", errors="replace").splitlines()[-LAST_WORDS:]
-        words = "".join(f"\n  {line}" for line in lines) or " nothing"
-        return (
-            f"{self.name} {what}. Its last words:{words}\n"
-            f"All it said is in {self.said}. Mend what it names, or try again: what was compiled so far is kept."
-        )
 
 
 @contextlib.contextmanager
@@ -153,7 +128,12 @@ def started(name: str, command: Sequence[str], folder: Path) -> Iterator[NodePro
     try:
         yield node
     finally:
-        node.end()
+        node.interrupt()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            node.process.wait(GRACE)
+        if not node.ended:
+            node.process.kill()
+            node.process.wait()
 
 
 def node_command(name: str, parameters: dict) -> list[str]:
@@ -161,9 +141,3 @@ def node_command(name: str, parameters: dict) -> list[str]:
     words = [f"{key}:={json.dumps(value, default=str)}" for key, value in parameters.items()]
     command = [sys.executable, "-m", "bearing_twin.nodes.entry", name, ROS_ARGS]
     return [*command, *(part for word in words for part in ("-p", word))]
-
-
-def _end_of(code: int) -> str:
-    if code < 0:
-        return f"was ended from outside by {signal.Signals(-code).name}"
-    return f"ended early, with exit code {code}"

@@ -23,7 +23,6 @@ from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.messages import harmless
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.units import UNITS, for_people
 from bearing_twin.log import cdr
@@ -77,7 +76,6 @@ MOVING = ("running", "running as fast as possible", "playing")  # what a node sa
 PACES = ("real_time_factor", "rate")  # what sim_node and replay_node call it
 SAMPLES = "/samples"
 NAMELESS = "_NODE_NAME_UNKNOWN_"  # what ROS calls a node of which it has found a publisher, but not yet the name
-MIXING = 1.0  # s: runs of several nodes that begin anew sooner after each other are outputs among each other
 _NUMBER = re.compile(r"\d{1,6}(\.\d{1,9})?", flags=re.ASCII)  # anybody can send diagnostics
 
 
@@ -95,7 +93,6 @@ class WatchNode(Node):
         self._run: LiveRun | None = None
         self._told, self._refused = threading.Event(), ""
         self._shown, self._asked = threading.Event(), -ASKED_FOR
-        self._mixed, self._again = "", -MIXING
         self._aside, self._listening = TakenAside(), []
         self._commands = MutuallyExclusiveCallbackGroup()
         clients = {"callback_group": self._commands}
@@ -117,36 +114,31 @@ class WatchNode(Node):
             self.server.close()
 
     def _found(self, name: str, patience: float) -> tuple[str, str]:
-        """The full name of the node to look at, and its topic of samples: a replay's stand in another namespace."""
+        """The full name of the node to show, and its topic of samples: a replay's stand in another namespace."""
         now = changed = time.monotonic()
-        end, nodes, elsewhere = now + patience, {}, set()
+        end, nodes = now + patience, {}
         # That it is the only one is known when discovery adds no other any more.
         while name not in nodes and now <= end and not (nodes and not name and now > changed + quiet_time()):
             time.sleep(LOOK_PERIOD)
-            now, before, nodes, elsewhere = time.monotonic(), nodes, {}, set()
+            now, before, nodes = time.monotonic(), nodes, {}
             for topic, types in self.get_topic_names_and_types():
-                if cdr.SAMPLE_BLOCK in types and "/records/" not in topic:
+                if cdr.SAMPLE_BLOCK in types and topic.endswith(SAMPLES):
                     for one in self.get_publishers_info_by_topic(topic):
-                        full = f"{one.node_namespace.rstrip('/')}/{one.node_name}"
-                        if topic.endswith(SAMPLES) and one.node_name != NAMELESS:
-                            nodes.setdefault(full, set()).add(topic)
-                        elif one.node_name != NAMELESS:
-                            elsewhere.add(harmless(f"{full} publishes its samples on {topic}"))
+                        if one.node_name != NAMELESS:
+                            full = f"{one.node_namespace.rstrip('/')}/{one.node_name}"
+                            nodes.setdefault(full, []).append(topic)
             changed = changed if nodes == before else now
-        found = name or next(iter(nodes), "")
+        if not nodes:
+            said = f"no node publishes {SAMPLES.lstrip('/')} (waited {patience:g} s)"
+            raise BearingTwinError(f"{said}: start a sim_node or a replay_node")
         if len(nodes) > 1 and not name:
             raise BearingTwinError(f"{', '.join(sorted(nodes))} publish samples: say which one to look at")
-        if nodes and found not in nodes:
+        found = name or next(iter(nodes))
+        if found not in nodes:
             raise BearingTwinError(f"no node {echo(name)} publishes samples; {unknown(name, sorted(nodes))}")
-        if len(nodes.get(found, ())) > 1:
+        if len(nodes[found]) > 1:
             raise BearingTwinError(f"{found} publishes {', '.join(sorted(nodes[found]))}: play a log of one bearing")
-        if nodes:
-            return found, nodes[found].pop()
-        if elsewhere:
-            raise BearingTwinError(
-                f"{', '.join(sorted(elsewhere))}, not on .../samples: start it without that remapping"
-            )
-        raise BearingTwinError(f"no node publishes samples (waited {patience:g} s): start a sim_node or a replay_node")
+        return found, nodes[found][0]
 
     # Callbacks
 
@@ -174,24 +166,20 @@ class WatchNode(Node):
         elif not wanted and self._listening:
             for subscription in self._listening:
                 self.destroy_subscription(subscription)
-            self._listening, self._refused, self._mixed = [], "", ""
+            self._listening, self._refused = [], ""
             self._shown.clear()
         for subscription in self._listening:
-            if self._mixed and subscription.topic_name.endswith(SAMPLES) and subscription.get_publisher_count() < 2:
-                self._mixed = ""
             for data, _ in taken(subscription):
                 subscription.callback(data)
 
     @guarded
     def _on_samples(self, data):
-        if self._run is None or self._mixed:
+        if self._run is None:
             return
         try:
             event = self._run.frames(data, time.monotonic())
         except Again:
-            self._look_at_publishers()
-            if not self._mixed:
-                self._begin_again()
+            self._begin_again()
             return
         if event:
             self._shown.set()
@@ -204,24 +192,13 @@ class WatchNode(Node):
                 told = {pair.key: pair.value for pair in status.values}
                 pace, wanted = told.get("real_time_factor", ""), told.get("wanted_real_time_factor", "")
                 at = f" at {pace[:5]} × real time" if pace and status.message in MOVING else ""
-                self.feed.send("status", cut_short(self._mixed or f"{status.message}{at}", LONGEST_STATUS))
+                self.feed.send("status", cut_short(f"{status.message}{at}", LONGEST_STATUS))
                 refused, before = told.get("commands_refused", ""), self._refused
                 self._refused = refused
                 if before not in ("", refused) and refused != "0":
                     self.feed.send("refused", cut_short(told.get("last_refusal", ""), LONGEST_REFUSAL))
                 if _NUMBER.fullmatch(wanted):
                     self.feed.send("pace", wanted)
-
-    def _look_at_publishers(self) -> None:
-        """A run began again: where several nodes send samples and it was just before, too, theirs are mixed."""
-        now, before = time.monotonic(), self._again
-        self._again = now
-        several = any(one.topic_name.endswith(SAMPLES) and one.get_publisher_count() > 1 for one in self._listening)
-        if several and now < before + MIXING:
-            self._mixed = f"several nodes publish {self._place}{SAMPLES}, so nothing is shown: give each a namespace"
-            self._shown.clear()
-            self.get_logger().warning(self._mixed)
-            self.feed.send("status", self._mixed)
 
     def _begin_again(self) -> None:
         self._shown.clear()
@@ -232,33 +209,19 @@ class WatchNode(Node):
     def page(self) -> bytes:
         """The page of the run as it is now."""
         self._asked = time.monotonic()
-        if not self._told.wait(COMING):
-            raise Refused(
-                HTTPStatus.SERVICE_UNAVAILABLE,
-                f"{self._watched} has not said its scene yet; the page comes when it does",
-            )
-        if not self._shown.wait(0.0 if self._mixed else COMING):
-            raise Refused(
-                HTTPStatus.SERVICE_UNAVAILABLE,
-                self._mixed
-                or f"{self._watched} sends no samples: it may be paused, compiling or at its end; the page comes when "
-                "they do",
-            )
-        return live_page(self._run, self._watched)
+        said = "has not published its scene yet; the page comes when it does"
+        if self._told.wait(COMING):
+            if self._shown.wait(COMING):
+                return live_page(self._run, self._watched)
+            said = "sends no samples: it may be paused, compiling or at its end; the page comes when they do"
+        raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, f"{self._watched} {said}")
 
     def obey(self, command: Mapping[str, Any]) -> str:
         """Carries out {"do": "speed" | "load" | "pace" | "pause" | "reset", ...}."""
-        orders = {
-            "speed": self._obey_speed,
-            "load": self._obey_load,
-            "pace": self._obey_pace,
-            "pause": self._obey_pause,
-            "reset": self._obey_reset,
-        }
-        what = command.get("do")
-        if not isinstance(what, str) or what not in orders:
-            raise BearingTwinError(f"{echo(what)} is no command; {unknown(str(what), orders)}")
-        return orders[what](command)
+        what, legal = command.get("do"), ("speed", "load", "pace", "pause", "reset")
+        if what not in legal:
+            raise BearingTwinError(f"{echo(what)} is no command; {unknown(str(what), legal)}")
+        return getattr(self, f"_obey_{what}")(command)
 
     def _obey_speed(self, command) -> str:
         speed = number_of(command, "value", "speed")
