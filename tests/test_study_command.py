@@ -20,14 +20,14 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.sample_block import Gathered, samples_message
 from bearing_twin.log.study_log import StudyLog, read_study
-from bearing_twin.uq import picture
 from bearing_twin.uq import workers as ensemble
-from bearing_twin.uq.picture import path_of, plot_study
 from bearing_twin.uq.result import SweepInWords, refusals, sweep_of
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study import load_study, parse_study, study_names
-from bearing_twin.view.study_page import document_of_study
+from bearing_twin.view import study_picture as picture
+from bearing_twin.view.study_page import document_of_study, path_of
+from bearing_twin.view.study_picture import plot_study
 
 QUICK = ["spheres_alpha_4e-5", "--set", "sweep=", "--set", "histories=[]"]
 

@@ -1,12 +1,14 @@
-"""Studies: what is uncertain about a scene, and what follows from it.
+"""Studies: uncertain numbers of a scene, and what follows from them. Others import
 
-* `study`: `load_study`, `parse_study`, `study_names`, the dataclasses `Study` and `Settings`, the stop rule; `schema`:
-  the JSON Schema of scenes and studies.
-* `run`: `run_study`, its `Progress`, the memory that a study needs; `result`: `StudyResult`; `picture`: `plot_study`.
-* `inputs`: numbers of a scene as distributions (`Input`, `Joint`); `distributions`: the table of those; `entropy`: the
-  distribution of greatest entropy for what is known; `sampling`: points of the unit cube by the table SAMPLERS.
-* `propagation`: tails and moments that exist, change of variable, interpolants, polynomial chaos.
-* `realisations`: quantities and histories at given inputs; `workers`: many at once, in processes or on a Dask cluster.
-* `statistics`: estimates with intervals, densities, Sobol indices; `modality`: number of modes; `histories`: statistics
-  over time and the instant of least spread; `summary`: all of these as plain data, with the check of one from a log.
+* `study`: `load_study`, `parse_study`, `study_names`; the dataclasses `Study` and `Settings`.
+* `run`: `run_study` with its `Progress`; `memory_needed` and `refuse_too_large`, the memory of a study before it runs.
+* `result`: `StudyResult` with its table, and sentences about a result (`warnings_of`, `refusals`, `SweepInWords`).
+* `summary`: `check_summary` of a log, `model_error_sentences`.
+* `schema`: `schema`, the JSON Schema of scenes and studies.
+* `inputs`: `numeric_keys` and `quantities_of` a kind of scene; inputs as distributions (`read_input`, `Joint`).
+* `propagation`, `realisations`: distributions by change of variable, for pictures (`derive`, `exact_distributions`).
+* `statistics`, `modality`: `histogram`, `kernel_density`, `modality` of a sample.
+
+Inside the room: `distributions`, `entropy` (maximum entropy), `sampling` (points of the unit cube), `histories`
+(statistics over time), `model_errors` (realisations checked by a second run), `workers` (processes, Dask).
 """

@@ -1,11 +1,16 @@
-"""The document of a study: distributions with quantiles, shares of the variance, convergence, histories, statistics."""
+"""The document of a study: distributions with quantiles, shares of the variance, convergence, histories, statistics.
 
+Its charts are data, drawn by the page and, as a picture, by `study_picture`.
+"""
+
+import contextlib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 
+from bearing_twin.base.errors import StatisticError, StudyError
 from bearing_twin.base.units import (
     inverse,
     known_digits,
@@ -16,8 +21,9 @@ from bearing_twin.base.units import (
     unit_for_people,
 )
 from bearing_twin.pictures.style import BALL_COLOURS
-from bearing_twin.uq.picture import FAR, ORDERS, exact_of, path_of, shares_of, unit_of
-from bearing_twin.uq.result import StudyResult, SweepInWords, refusals, sweep_of
+from bearing_twin.uq.propagation import Derived, derive, through
+from bearing_twin.uq.realisations import exact_distributions, task_of, uncertain_inputs
+from bearing_twin.uq.result import StudyResult, SweepInWords, refusals, size_of, sweep_of
 from bearing_twin.uq.statistics import histogram, kernel_density
 from bearing_twin.uq.summary import BANDS, model_error_sentences
 from bearing_twin.view.packing import prefixes
@@ -25,6 +31,8 @@ from bearing_twin.view.tables import DIGITS, error_notes
 
 BLUE, ORANGE, GREEN, RED, INK = 0, 1, 2, 5, 6  # numbers of colours
 POINTS = 480  # of a curve
+FAR = 0.001  # probability left out on either side of a distribution
+ORDERS = {"first": "alone", "total": "with others"}  # of Sobol's indices, in words
 MOST_QUANTITIES = 12
 SHOWN_QUANTILES = ("0.05", "0.50", "0.95")
 STATISTICS = ("mean", "std", "skewness")
@@ -34,14 +42,9 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
     """The page of a study that has run."""
     study, summary = result.study, result.as_dict()
     names = study.quantities[:MOST_QUANTITIES]
-    exact = exact_of(result)
-    charts = [_distribution(result, name, exact.get(name)) for name in names]
-    charts += [*_convergence(result, summary), *(_history(result, name) for name in study.histories)]
     failed, sweep = sum(summary["failed"].values()), sweep_of(result)
     words = SweepInWords(sweep) if sweep else None
     inputs = ((key, text.removeprefix(f"{key}: ")) for key, text in summary["inputs"].items())  # which begin with it
-    if words and len(words.values) > 1:
-        charts += [_swept(result, name, sweep, words) for name in names]
     badges = [
         *([{"sort": "", "name": "at", "text": words.at}] if words and words.at else []),
         {"sort": "", "name": "samples", "text": str(summary["samples"])},
@@ -59,8 +62,8 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         "title": study.name,
         "subtitle": study.description or f"study of {summary['scene']}",
         "badges": badges,
-        "charts": [one for one in charts if one],
-        "shares": [*_shares(names, summary)],
+        "charts": [one for one in study_charts(result, names, study.histories) if len(one["x"]) > 1],
+        "shares": [*study_shares(names, summary)],
         "statistics": [{"title": _words(name), "rows": _statistics(summary["quantities"][name])} for name in names],
         "flags": [sentence_for_people(one) for one in (*result.doubts, *_refused(names, summary), *ended)],
         "warnings": [],
@@ -72,14 +75,59 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
     }
 
 
+def study_charts(result: StudyResult, names: Iterable[str], channels: Iterable[str]) -> Iterator[dict[str, Any]]:
+    """Charts of the distribution of each quantity, the convergence, histories, and quantities over the sweep."""
+    summary, exact, sweep = result.summary, exact_of(result), sweep_of(result)
+    for name in names:
+        yield from _distribution(result, name, exact.get(name))
+    yield from _convergence(summary, exact)
+    yield from (_history(result, name) for name in channels if summary["histories"][name].keys() & {*BANDS})
+    if sweep and len(sweep["studies"]) > 1:
+        yield from (_swept(result, name, sweep, SweepInWords(sweep)) for name in names)
+
+
+def exact_of(result: StudyResult) -> dict[str, Derived]:
+    """The distributions to compare the sample with, where a change of variable gives them."""
+    study = result.study
+    runs = {name: one["runs"] for name, one in result.summary["quantities"].items() if "runs" in one}
+    if runs:
+        source = study.inputs[uncertain_inputs(study)[0]]
+        columns = {name: np.array([(one["input"], one["value"]) for one in rows]).T for name, rows in runs.items()}
+        return {name: derive(source, through(source, *both)) for name, both in columns.items()}
+    try:
+        return exact_distributions(study, task_of(study), "auto")
+    except StudyError:
+        return {}
+
+
+def unit_of(found) -> tuple[str, float]:
+    """(unit, factor into it) in which people read a quantity of a summary, as in the table of the command."""
+    return unit_for_people(found["unit"], size_of(found))
+
+
+def path_of(summary) -> tuple[np.ndarray, ...]:
+    """Samples, estimate, low and high end (n,) of the statistic that was watched; NaN where the interval is open."""
+    path = summary["convergence"]
+    samples, value, half = (np.array(path[key], float) for key in ("samples", "estimate", "half_width"))
+    half[~np.isfinite(half)] = np.nan
+    if "low" not in path:  # a log of an earlier version has the half width alone
+        return samples, value, value - half, value + half
+    return samples, value, *(np.array(path[key], float) for key in ("low", "high"))
+
+
 def _words(name: str) -> str:
     return name.replace("_", " ").capitalize()
 
 
-def _chart(title, unit, x, lines, x_label, x_unit, **more) -> dict[str, Any]:
-    """A chart: `lines` are (label, y, colour) or the same with a mapping of how it looks."""
+def _chart(title, y_label, unit, x, lines, x_label, x_unit, **more) -> dict[str, Any]:
+    """A chart: `lines` are (label, y, colour) or the same with a mapping of how it looks.
+
+    `bands` are (high line, low line, colour, label), `spans` marks along x. The page does not read `yLabel`, `error`
+    (value, error of the model) and `wide`, an axis that is logarithmic where values span much, but the picture does.
+    """
     return {
         "title": title,
+        "yLabel": labelled(y_label, unit),
         "unit": unit,
         "prefixes": prefixes(unit),
         "x": list(map(float, x)),
@@ -94,20 +142,20 @@ def _chart(title, unit, x, lines, x_label, x_unit, **more) -> dict[str, Any]:
     }
 
 
-def _distribution(result, name, exact) -> dict[str, Any] | None:
+def _distribution(result, name, exact) -> Iterator[dict[str, Any]]:
     """Histogram, smoothed and exact density over the quantity, with quantiles and their intervals."""
     found, sample = result.summary["quantities"][name], result.sample(name)
     kept = sample[np.isfinite(sample)]
     drawn = len(kept) > 1 and kept.min() < kept.max()
-    marks = [found["quantiles"][key] | {"key": key} for key in SHOWN_QUANTILES if key in found["quantiles"]]
+    marks = [found["quantiles"][key] for key in SHOWN_QUANTILES if key in found["quantiles"]]
     if exact is not None:
         low, high = exact.quantile(FAR), exact.quantile(1.0 - FAR)
     elif drawn:
         low, high = np.quantile(kept, [FAR, 1.0 - FAR])
-    elif len(marks) > 1:
+    elif len(marks) > 1 and found["method"] == "chaos":
         low, high = marks[0]["value"], marks[-1]["value"]
     else:
-        return None
+        return
     margin = 0.08 * (high - low) or 1.0
     x = np.linspace(low - margin, high + margin, POINTS)
     unit, factor = unit_of(found)
@@ -122,36 +170,43 @@ def _distribution(result, name, exact) -> dict[str, Any] | None:
         lines.append(("smoothed", np.interp(x, smooth.x, smooth.density, 0.0, 0.0) / factor, BLUE, {"width": 2.2}))
     if exact is not None:
         lines.append(("change of variable", np.nan_to_num(exact.pdf(x)) / factor, INK, {"dashed": True}))
-    spans = [_span(one, kept, factor) for one in marks]
-    per = inverse(unit)
     title = f"{_words(name)}: 5, 50 and 95 % quantiles with intervals"
-    return _chart(title, per, x * factor, lines, _words(name).lower(), unit, spans=spans, from_zero=True)
+    error, middle = found.get("error"), found["quantiles"].get("0.50")
+    bar = None if error is None or middle is None else [factor * middle["value"], factor * error]
+    more = {"spans": [_span(one, kept, factor) for one in marks], "from_zero": True, "error": bar}
+    yield _chart(title, "density", inverse(unit), x * factor, lines, _words(name).lower(), unit, **more)
 
 
 def _span(quantile, kept: np.ndarray, factor: float) -> dict[str, Any]:
-    """A quantile with its interval as the chart draws it; an end that is open, by too few samples, at the last of them.
+    """A quantile with its interval; an end that is `open`, by too few samples, is drawn at the last of them.
 
     None for an end where there are no samples at all.
     """
     ends = {"low": kept.min(), "high": kept.max()} if len(kept) else {"low": None, "high": None}
     found = {key: end if quantile[key] is None else quantile[key] for key, end in ends.items()}
     found["value"] = quantile["value"]
-    return {key: None if one is None else float(one) * factor for key, one in found.items()} | {"colour": RED}
+    span = {key: None if one is None else float(one) * factor for key, one in found.items()}
+    return span | {"colour": RED, "open": [key for key in ends if quantile[key] is None]}
 
 
-def _convergence(result, summary) -> Iterable[dict[str, Any]]:
+def _convergence(summary, exact) -> Iterator[dict[str, Any]]:
     path = summary["convergence"]
-    if len(path["samples"]) < 2:
+    if not path["samples"]:
         return
+    name = path["quantity"].replace("_", " ")
     unit, factor = unit_of(summary["quantities"][path["quantity"]])
     samples, *columns = path_of(summary)
     value, low, high = (factor * one for one in columns)
     what = f"{path['probability']:g} quantile" if path["statistic"] == "quantile" else path["statistic"]
     edge = {"width": 0.6}
-    lines = [("95 % interval, high", high, BLUE, edge), ("low", low, BLUE, edge), (what, value, BLUE)]
-    lines[2] = (*lines[2], {"points": True, "width": 2.2})
-    title = f"Convergence of {path['quantity'].replace('_', ' ')}"
-    yield _chart(title, unit, samples, lines, "samples", "", bands=[[0, 1, BLUE]])
+    lines = [("95 % interval, high", high, BLUE, edge), ("low", low, BLUE, edge)]
+    lines.append((what, value, BLUE, {"points": True, "width": 2.2}))
+    with contextlib.suppress(StatisticError):
+        if path["quantity"] in exact and path["statistic"] != "quantile":
+            level = factor * getattr(exact[path["quantity"]], path["statistic"])
+            lines.append(("change of variable", np.full(len(samples), level), INK, {"dashed": True}))
+    bands = [[0, 1, BLUE, "95 % interval"]]
+    yield _chart(f"Convergence of {name}", what, unit, samples, lines, "samples", "", bands=bands)
 
 
 def _history(result, channel) -> dict[str, Any]:
@@ -166,30 +221,36 @@ def _history(result, channel) -> dict[str, Any]:
         ("0.05", "5 %", BLUE, {"width": 0.6}),
         ("0.50", "median", BLUE, {"width": 2.2}),
         ("mean", "mean of the runs", RED, {}),
-        ("at_mean_inputs", "at the mean inputs", INK, {"dashed": True}),
+        ("at_mean_inputs", "run at the mean inputs", INK, {"dashed": True}),
     )
     lines = [(words, scale * np.array(found[key]), colour, look) for key, words, colour, look in rows if key in found]
-    bands = [[0, 1, BLUE]] if "0.95" in found and "0.05" in found else []
-    return _chart(f"{_words(channel)} over time", unit, time * factor, lines, "time", time_unit, bands=bands)
+    bands = [[0, 1, BLUE, "5 to 95 % at each instant"]] if "0.95" in found and "0.05" in found else []
+    words = _words(channel)
+    return _chart(f"{words} over time", words.lower(), unit, time * factor, lines, "time", time_unit, bands=bands)
 
 
 def _swept(result, name, sweep, words) -> dict[str, Any]:
-    """Quantiles of a quantity over the number that is swept."""
+    """Quantiles and mean of a quantity over the number that is swept."""
     unit, factor = unit_of(result.summary["quantities"][name])
-    found = [one["quantities"][name]["quantiles"] for one in sweep["studies"]]
+    found = [one["quantities"][name] for one in sweep["studies"]]
     rows = (("0.95", "95 %", {"width": 0.8}), ("0.05", "5 %", {"width": 0.8}), ("0.50", "median", {"width": 2.2}))
     lines = [
-        (text, [factor * one.get(key, {}).get("value", math.nan) for one in found], BLUE, {"points": True, **look})
+        (text, [factor * one["quantiles"].get(key, {}).get("value", math.nan) for one in found], BLUE, look)
         for key, text, look in rows
     ]
-    title = f"{_words(name)} over {words.key}"
-    return _chart(title, unit, words.values, lines, words.key, words.unit, bands=[[0, 1, BLUE]])
+    means = [math.nan if one["mean"] is None else factor * one["mean"] for one in found]
+    lines.append(("mean", means, RED, {"width": 2.2}))
+    lines = [(*line[:3], {"points": True, **line[3]}) for line in lines]
+    place = {"low": None, "high": None, "value": words.place, "colour": INK, "open": []}
+    more = {"bands": [[0, 1, BLUE, "5 to 95 %"]], "wide": True, "spans": [place] if words.place is not None else []}
+    title = f"{_words(name)} over the sweep"
+    return _chart(title, _words(name).lower(), unit, words.values, lines, words.key, words.unit, **more)
 
 
-def _shares(names, summary) -> Iterable[dict[str, Any]]:
-    """Sobol's indices as bars."""
+def study_shares(names, summary) -> Iterator[dict[str, Any]]:
+    """Sobol's indices with their intervals, for bars."""
     for name in names:
-        sources = shares_of(summary["quantities"][name])
+        sources = {key: one for key, one in summary["quantities"][name].get("sobol", {}).items() if key != "refused"}
         if sources:
             rows = [{"words": key, "shares": [one[order] for order in ORDERS]} for key, one in sources.items()]
             yield {"title": f"{_words(name)}: share of its variance", "orders": list(ORDERS.values()), "rows": rows}
