@@ -1,14 +1,18 @@
 """A run without physics: the channels of a bearing filled with random numbers, for tests of messages and logs."""
 
+import hashlib
 from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
+from mcap.records import Metadata
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block
 from bearing_twin.log import stream
+from bearing_twin.log.bag import log_files, reader_of
 from bearing_twin.log.encoding import Encoder
+from bearing_twin.log.raw_log import OUTPUTS_KEY, RUN_RECORD
 from bearing_twin.run.scene import Scene, load_scene
 
 
@@ -91,3 +95,28 @@ def bits(samples) -> list:
         (sample.sequence, sample.time_ns, {name: (v.shape, v.tobytes()) for name, v in sample.values.items()})
         for sample in samples
     ]
+
+
+def content_digest(path) -> str:
+    """SHA-256 of everything in a log except date, host and costs: equal for two runs of one scene on one machine.
+
+    How messages are put together in chunks makes no difference: it depends on when a node flushed them. Nor does it
+    that a node may end its log at any time, where a whole run says how long it is.
+    """
+    digest, topics_told = hashlib.sha256(), {}
+    for file in log_files(path):
+        with reader_of(file) as reader:
+            reader.require_end()
+            for item in reader.content():
+                if isinstance(item, Metadata):
+                    if item.name != RUN_RECORD:
+                        said = [one for one in sorted(item.metadata.items()) if one[0] != OUTPUTS_KEY]
+                        digest.update(repr((item.name, said)).encode())
+                    continue
+                if item.topic.name not in topics_told:
+                    topics_told[item.topic.name] = len(topics_told)
+                    digest.update(repr(item.topic.identity).encode())
+                head = topics_told[item.topic.name], item.log_time, item.publish_time, len(item.data)
+                digest.update(repr(head).encode())
+                digest.update(item.data)
+    return digest.hexdigest()

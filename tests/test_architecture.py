@@ -76,7 +76,6 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
     "run/report.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
     "shapes/implicit.py": ("SURFACES", "all surfaces, for tests of their derivatives"),
     "log/cdr.py": ("JOINT_STATE", "one of the names of types; kinds name theirs in topics.py"),
-    "log/run_log.py": ("content_digest", "how anyone compares two logs; tests hold the promise of equal ones to it"),
 }
 
 SOURCES = sorted(PACKAGE.rglob("*.py"))

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_up_run import content_digest
 from reference.impact import equation_14, power_load, strike
 from scipy import stats
 from starts import STEM
@@ -23,7 +24,7 @@ from starts import STEM
 import bearing_twin.uq.realisations
 from bearing_twin.base.errors import BearingTwinError, LogError, StatisticError, StudyError
 from bearing_twin.log import cdr
-from bearing_twin.log.run_log import content_digest, raw_messages
+from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.study_log import REALISATIONS_TOPIC, SAMPLES_TOPIC, read_study, write_study
 from bearing_twin.numerics.steppers import ROSENBROCK
 from bearing_twin.uq.realisations import NEVER_MEET, empty, realise, task_of

@@ -11,7 +11,7 @@ import pytest
 from bearing_twin import load_scene, read_log
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.kinds import KINDS
-from bearing_twin.log.run_log import raw_messages
+from bearing_twin.log.bag import raw_messages
 from bearing_twin.nodes.replay_loop import ReplayLoop
 from bearing_twin.run.verify import verify
 

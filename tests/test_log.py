@@ -13,7 +13,7 @@ import pytest
 import yaml
 import zstandard
 from by_rosbags import message_class, serialise
-from made_up_run import a_choice, bits, cut, made_up_block, made_up_run, made_up_scene
+from made_up_run import a_choice, bits, content_digest, cut, made_up_block, made_up_run, made_up_scene
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Chunk, Message
@@ -25,9 +25,9 @@ from bearing_twin.base.errors import IntegrationError, LogError
 from bearing_twin.base.sample import Block, joined
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
+from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter, Safety
-from bearing_twin.log.run_log import LogWriter, content_digest, raw_messages, read_log, write_log
+from bearing_twin.log.run_log import LogWriter, read_log, write_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.run.report import report_of
 from bearing_twin.run.scene import load_scene

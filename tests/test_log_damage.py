@@ -26,12 +26,12 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.base.sample import Channel
 from bearing_twin.command.cli import BAD_INPUT, main
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
+from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.mcap_write import MAGIC
 from bearing_twin.log.raw_log import RawLogWriter, Safety
-from bearing_twin.log.recover import survey
-from bearing_twin.log.run_log import LogWriter, raw_messages, read_log, recover, write_log
+from bearing_twin.log.recover import recover, survey
+from bearing_twin.log.run_log import LogWriter, read_log, write_log
 from bearing_twin.log.sample_block import samples_message
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.replay_loop import logged_topics

@@ -9,8 +9,9 @@ from disks import full_after
 from forks import forked
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
-from bearing_twin.log.run_log import LogWriter, choice_record, read_log, recover, write_log
-from bearing_twin.log.stream import MessageStream
+from bearing_twin.log.recover import recover
+from bearing_twin.log.run_log import LogWriter, read_log, write_log
+from bearing_twin.log.stream import MessageStream, choice_record
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Run, simulate
 

@@ -9,7 +9,7 @@ import pytest
 from ros import DiagnosticArray, SetBool, call, executable, plain_node, ros_executor, spin_for, spin_until
 
 from bearing_twin.base.paths import share_path
-from bearing_twin.log.run_log import raw_messages
+from bearing_twin.log.bag import raw_messages
 from bearing_twin.nodes.entry import OF_THE_FOLDER, PROFILES, repair_soon
 
 RATE, DURATION = 1000, 4.0  # messages of a topic a second, s

@@ -21,7 +21,8 @@ from ros import (
 
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
-from bearing_twin.log.run_log import raw_messages, read_log, write_log
+from bearing_twin.log.bag import raw_messages
+from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.stream import topics
 from bearing_twin.nodes.recorder_node import RecorderNode
 from bearing_twin.nodes.replay_node import ReplayNode

@@ -36,11 +36,11 @@ from ros import (
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.command.cli import DOUBTFUL, main
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
+from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.recover import recover
-from bearing_twin.log.run_log import raw_messages, read_log, write_log
+from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
 from bearing_twin.nodes.base_node import Outlet

@@ -14,11 +14,11 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.command.cli import DOUBTFUL, main
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos, offered_qos
+from bearing_twin.log.bag import Qos, offered_qos, raw_messages
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, McapReader, StoredTopic
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety
 from bearing_twin.log.recover import recover
-from bearing_twin.log.run_log import LogStream, raw_messages, read_log, write_log
+from bearing_twin.log.run_log import LogStream, read_log, write_log
 from bearing_twin.log.sample_block import sample_range, samples_message
 from bearing_twin.log.stream import RELIABLE, MessageStream, topics
 from bearing_twin.nodes.recording import (

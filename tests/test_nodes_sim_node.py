@@ -8,7 +8,7 @@ from collections import Counter
 from functools import cache
 
 import pytest
-from made_up_run import counted_encodings
+from made_up_run import content_digest, counted_encodings
 from ros import (
     BearingState,
     Clock,
@@ -40,7 +40,7 @@ from ros import (
 from bearing_twin.base.errors import SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.topics import POSE, WRENCH
-from bearing_twin.log.run_log import content_digest, read_log, write_log
+from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.sample_block import sample_range
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.node_parameters import ParameterError

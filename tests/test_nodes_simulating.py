@@ -10,7 +10,8 @@ from made_up_run import a_choice, bits, counted_encodings, cut, made_up_block, m
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, LogError
 from bearing_twin.kinds.contract import ONCE, PUBLISH, Command
-from bearing_twin.log.run_log import LogWriter, raw_messages, read_log
+from bearing_twin.log.bag import raw_messages
+from bearing_twin.log.run_log import LogWriter, read_log
 from bearing_twin.log.sample_block import sample_range
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes.pacing import FASTEST

@@ -3,7 +3,8 @@
 import toy_kind
 from ros import heard, padded, plain_node, ros_executor, spin_until, spin_until_heard, started
 
-from bearing_twin.log.run_log import raw_messages, read_log, write_log
+from bearing_twin.log.bag import raw_messages
+from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.stream import topics
 from bearing_twin.nodes.recorder_node import RecorderNode
 from bearing_twin.nodes.replay_node import ReplayNode

@@ -13,8 +13,10 @@ from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.ranges import FASTEST_CHANGE, RANGES
+from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.cdr import deserialise
-from bearing_twin.log.run_log import raw_messages, recover, write_log
+from bearing_twin.log.recover import recover
+from bearing_twin.log.run_log import write_log
 from bearing_twin.nodes.studies import Goal, StudyLimits, study_of
 from bearing_twin.run.scene import choose, load_scene, parse_scene, scene_names
 from bearing_twin.run.simulation import simulate

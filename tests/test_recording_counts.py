@@ -8,10 +8,9 @@ import pytest
 from made_up_run import made_up_block, made_up_scene
 
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
+from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter, Safety
-from bearing_twin.log.run_log import raw_messages
 from bearing_twin.log.sample_block import samples_message
 from bearing_twin.nodes.recording import MIXED, Recording, Sequences
 

@@ -14,9 +14,10 @@ import pytest
 from bearing_twin.base.errors import Interrupted, Stopped
 from bearing_twin.base.stopping import LOST, SIGNALLED, Halt, heeding_signals
 from bearing_twin.log import cdr
+from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.mcap_write import IndexFile, McapWriter
 from bearing_twin.log.raw_log import RawLogWriter
-from bearing_twin.log.run_log import raw_messages, read_log
+from bearing_twin.log.run_log import read_log
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 

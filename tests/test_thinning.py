@@ -12,11 +12,12 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.base.sample import Block, joined
 from bearing_twin.command.cli import DONE, DOUBTFUL, main
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
+from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.raw_log import KEPT_RATE, RawLogWriter, Safety, Thinning
-from bearing_twin.log.run_log import LogWriter, choice_record, raw_messages, read_log, recover
+from bearing_twin.log.recover import recover
+from bearing_twin.log.run_log import LogWriter, read_log
 from bearing_twin.log.sample_block import samples_message
-from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.log.stream import MessageStream, choice_record, topics
 from bearing_twin.nodes.recording import Recording
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate

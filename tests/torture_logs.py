@@ -23,11 +23,12 @@ from torture_rows import Found, Row, fork, in_a_process, megabytes, part_of, unt
 
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
+from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.mcap_write import MAGIC
 from bearing_twin.log.raw_log import KEPT_RATE, SCENE_RECORD, RawLogWriter, Safety
-from bearing_twin.log.run_log import LogWriter, choice_record, raw_messages, read_log, recover, write_log
-from bearing_twin.log.stream import MessageStream
+from bearing_twin.log.recover import recover
+from bearing_twin.log.run_log import LogWriter, read_log, write_log
+from bearing_twin.log.stream import MessageStream, choice_record
 from bearing_twin.run.report import report_of
 from bearing_twin.run.scene import load_scene, parse_scene
 from bearing_twin.run.simulation import simulate

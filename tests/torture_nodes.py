@@ -16,9 +16,11 @@ from scipy.stats import theilslopes
 from torture_rows import Found, Row, memory_of, part_of, until
 
 from bearing_twin.base.errors import LogError
+from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import RECORDING_RECORD
-from bearing_twin.log.run_log import raw_messages, read_log, recover
+from bearing_twin.log.recover import recover
+from bearing_twin.log.run_log import read_log
 from bearing_twin.nodes.entry import node_command
 from bearing_twin.nodes.messages import SERVICE
 from bearing_twin.run.scene import load_scene

@@ -194,7 +194,7 @@ def _recover_arguments(parser):
 
 def _recover(arguments) -> Outcome:
     from bearing_twin.command.terminal import said_if_slow
-    from bearing_twin.log.run_log import recover
+    from bearing_twin.log.recover import recover
 
     with said_if_slow(f"reading what is left of {arguments.log}"):
         recovered = recover(arguments.log, new_log(arguments.out))

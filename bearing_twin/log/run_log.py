@@ -2,7 +2,6 @@
 
 import dataclasses
 import functools
-import hashlib
 import itertools
 import json
 import math
@@ -16,7 +15,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from mcap.records import Metadata
 
 import bearing_twin
 from bearing_twin.base.errors import LogError, SceneError
@@ -25,8 +23,7 @@ from bearing_twin.base.report import DIGITS, Choice, CutShort, parsed_json
 from bearing_twin.base.sample import Block, Channel, Sample, between, joined
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import LogReader, log_files, path_of, raw_messages, reader_of
-from bearing_twin.log.mcap_read import LoggedMessage
+from bearing_twin.log.bag import LogReader, path_of
 from bearing_twin.log.raw_log import (
     ENDED_KEY,
     OUTPUTS_KEY,
@@ -37,9 +34,8 @@ from bearing_twin.log.raw_log import (
     Safety,
     Told,
     kept_rate,
-    refuse_existing,
 )
-from bearing_twin.log.recover import Recovered, advised, recover
+from bearing_twin.log.recover import advised, logged
 from bearing_twin.log.sample_block import Restart, block_of, channels_of, check_block, refuse_misfits, sample_range
 from bearing_twin.log.stream import Channelled, MessageStream, choice_record, topics
 from bearing_twin.run.dataset import dataset_of
@@ -110,45 +106,39 @@ class LogStream:
         self.path: Path = path_of(path)
         self.missing, self.runs, self._reached = 0, 1, 0
         self._allow_gaps = allow_gaps
-        found, texts, kept = set(), set(), {}
         with advised(path):
             self._reader = LogReader(path, unfinished=allow_gaps)
         self.metadata: dict[str, dict[str, str]] = self._reader.metadata
-        for stored in self._reader.topics:
-            if stored.ros_type == cdr.SAMPLE_BLOCK and not stored.foreign:
-                found.add(stored.name)
-                kept[stored.name] = kept_rate(stored.metadata)
-            elif stored.ros_type == cdr.STRING:
-                texts.add(stored.name)
-        if not found and self._reader.ends:
+        stored = [one for one in self._reader.topics if one.ros_type == cdr.SAMPLE_BLOCK and not one.foreign]
+        kept = {one.name: kept_rate(one.metadata) for one in stored}
+        if not kept and self._reader.ends:
             raise LogError(f"{'; '.join(self._reader.ends)}; no outputs are in it so far")
-        self.topic = _chosen(path, {name for name in found if "/records/" not in name}, topic)
+        self.topic = _chosen(path, {name for name in kept if "/records/" not in name}, topic)
         self.kept_rate: float = kept[self.topic]
-        self._namespace = self.topic.rpartition("/")[0]
-        self._tables = {name for name in found if name.startswith(f"{self._namespace}/records/")}
+        self.namespace = self.topic.rpartition("/")[0]
+        self._tables = {name for name in kept if name.startswith(f"{self.namespace}/records/")}
         self.report: dict | None = report_in(self.metadata.get(RUN_RECORD, {}))
         self.restart: Restart | None = None
-        self.end, self._skipped = 0, 0
-        self._by_time: bool | None = None  # which order is that of the outputs; None: not known yet
+        self.end = self._skipped = 0
+        ranges = self._ranges()
         if last_run and self.report is None:  # else one run, which reported on itself when it was over
-            self.end = self._told_end(len(found - self._tables))
+            self.end = self._told_end(len(kept) - len(self._tables))
             if not self.end:
-                self.restart, self._skipped, self.end = self._last_run()
+                self.restart, self._skipped, self.end = self._last_run(ranges)
         described = self.metadata.get(SCENE_RECORD, {})
-        if not described.get("scene") and f"{self._namespace}/scene" in texts:
-            described = self._described()
-        stored = described.get("scene")
+        described = described if described.get("scene") else self._described() or described
+        text = described.get("scene")
         try:
-            self.scene: Scene | None = read_logged(stored, f"the scene in {self.path.name}") if stored else None
+            self.scene: Scene | None = read_logged(text, f"the scene in {self.path.name}") if text else None
         except SceneError as error:
             raise LogError(f"{error}; the log is damaged, or was written by another version") from error
         self.choice = known_choice(choice_in(described), self.scene)
         if self.scene is not None:
             self.choice = self.choice._replace(outside=self.scene.outside)
-        first = next(self._sample_blocks() if self._skipped else self._blocks_in_file(), None)
-        self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first)
+        first = next(self._blocks_of({self.topic}), None)
+        self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first[1])
         refuse_misfits(self.path, self.scene, self.channels)
-        self.frame: str = "" if first is None else first.header.frame_id
+        self.frame: str = "" if first is None else first[1].header.frame_id
 
     @property
     def seconds(self) -> float:
@@ -191,11 +181,6 @@ class LogStream:
         return CutShort((self._reached - 1) * period, (outputs - 1) * period)
 
     @property
-    def namespace(self) -> str:
-        """Where the topics of the run stand."""
-        return self._namespace
-
-    @property
     def has_records(self) -> bool:
         """Whether the log has topics for what happens between outputs."""
         return bool(self._tables)
@@ -214,7 +199,7 @@ class LogStream:
         expected, held, records = None, None, self._records()
         names = [channel.name for channel in self.channels]
         widths = [channel.width for channel in self.channels]
-        for message in self._sample_blocks():
+        for _, message in self._blocks_of({self.topic}):
             if message.channel_name != names or message.channel_width.tolist() != widths:
                 raise LogError(f"{self.path} changes its channels at output {message.first_sequence}; record it again")
             if expected is not None and message.first_sequence != expected:
@@ -240,7 +225,7 @@ class LogStream:
         """Every record of the log in order of time, by the name of its table."""
         found: dict[str, list[np.ndarray]] = {name.rpartition("/")[2]: [] for name in self._tables}
         if self._tables:
-            for name, message in self._messages_of(self._tables):
+            for name, message in self._blocks_of(self._tables):
                 rows = message.values.reshape(message.count, -1)
                 parts = found[name.rpartition("/")[2]]
                 if not rows.shape[1] or any(one.shape[1] != rows.shape[1] for one in parts[:1]):
@@ -250,14 +235,14 @@ class LogStream:
         return {name: rows[np.argsort(rows[:, 0], kind="stable")] for name, rows in joined.items()}
 
     def _described(self) -> dict[str, str]:
-        """What the topic `scene` of a recording says, as texts; empty where it says nothing usable.
+        """The content of the topic `scene` of a recording, as texts; empty where there is nothing usable.
 
-        Where the last run alone is read, it is what was said last: a node that is started again may play another scene.
+        Where the last run alone is read, it is the last message: a node that is started again may play another scene.
         """
         found: dict[str, str] = {}
         try:
-            for message in self._reader.messages({f"{self._namespace}/scene"}):
-                said = parsed_json(cdr.deserialise(cdr.STRING, message.data).data)
+            for _, data in logged(self.path, {f"{self.namespace}/scene"}, self._allow_gaps):
+                said = parsed_json(cdr.deserialise(cdr.STRING, data).data)
                 found = {key: one if isinstance(one, str) else json.dumps(one) for key, one in said.items()}
                 if not self.restart:
                     break
@@ -292,14 +277,14 @@ class LogStream:
         one = topics == 1 and told.get("restarts") == "0"
         return (count_in(told.get(ENDED_KEY)) or 0) if one else 0
 
-    def _last_run(self) -> tuple[Restart | None, int, int]:
-        """Where the last run begins, messages of samples and records before it, and the number behind its last output.
+    def _last_run(self, ranges: list[tuple[int, int]]) -> tuple[Restart | None, int, int]:
+        """The start of the last run, messages of samples and records before it, and the number behind its last output.
 
-        What is recorded behind the last samples of a run belongs to the next one.
+        Records behind the last samples of a run belong to the next one.
         """
         restart, skipped, before, expected = None, 0, 0, 0
         mixed = self.topic in self.metadata.get(RECORDING_RECORD, {}).get("mixed", "").split()
-        for read, (first, count) in enumerate(self._ranges(), start=1):
+        for read, (first, count) in enumerate(ranges, start=1):
             if count:
                 if first < expected:
                     restart, skipped = Restart(first, expected - 1, restart.runs + 1 if restart else 2, mixed), before
@@ -309,8 +294,8 @@ class LogStream:
     def _ranges(self) -> list[tuple[int, int]]:
         """First output and count of each message of samples in the order of the outputs; counts of records are 0.
 
-        That is the order of time, but for a recording by the clock of a simulation that began again: its runs lie over
-        each other in time, and follow each other in the file.
+        That is the order of time, except for a recording by the clock of a simulation that began again: its runs
+        overlap in time, and follow each other in the file.
         """
         times, ranges = [], []
         with advised(self.path):
@@ -318,40 +303,20 @@ class LogStream:
                 times.append(message.log_time)
                 samples = message.topic.name == self.topic and message.topic.ros_type == cdr.SAMPLE_BLOCK
                 ranges.append(sample_range(message.data) if samples else (0, 0))
-        order = sorted(range(len(times)), key=times.__getitem__)
-        by_time = [ranges[place] for place in order]
+        by_time = [ranges[place] for place in sorted(range(len(times)), key=times.__getitem__)]
         self._by_time = _breaks(by_time) < _breaks(ranges)
         return by_time if self._by_time else ranges
 
-    def _messages(self, names: set[str]) -> Iterator[LoggedMessage]:
-        """Messages of these topics in the order of the outputs."""
-        if self._by_time is None:
-            self._ranges()
+    def _blocks_of(self, names: set[str]) -> Iterator[tuple[str, Any]]:
+        """(topic, SampleBlock), checked, of these topics of samples and records, in the order of the outputs."""
+        read = self._reader.messages if self._by_time else self._reader.in_file_order
         with advised(self.path):
-            yield from self._reader.messages(names) if self._by_time else self._reader.in_file_order(names)
-
-    def _blocks_in_file(self):
-        """The SampleBlock messages of the samples in the order of the file, checked."""
-        with advised(self.path):
-            for message in self._reader.in_file_order({self.topic}):
-                if message.topic.ros_type == cdr.SAMPLE_BLOCK:
-                    yield self._checked(message.data)
-
-    def _sample_blocks(self):
-        """The SampleBlock messages of the samples, checked."""
-        return (message for _, message in self._messages_of({self.topic}))
-
-    def _messages_of(self, names: set[str]):
-        """(topic, SampleBlock) of these topics, checked."""
-        for place, (topic, _, _, data) in enumerate(self._messages({self.topic, *self._tables})):
-            if place >= self._skipped and topic.name in names and topic.ros_type == cdr.SAMPLE_BLOCK:
-                yield topic.name, self._checked(data)
-
-    def _checked(self, data: bytes):
-        """A SampleBlock that does not contradict itself."""
-        message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-        check_block(self.path, message)
-        return message
+            messages = read({self.topic, *self._tables} if self._skipped else names)
+            for topic, _, _, data in itertools.islice(messages, self._skipped, None):
+                if topic.name in names and topic.ros_type == cdr.SAMPLE_BLOCK:
+                    message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+                    check_block(self.path, message)
+                    yield topic.name, message
 
 
 def _breaks(ranges: list[tuple[int, int]]) -> int:
@@ -370,11 +335,6 @@ def _chosen(path, found: set[str], topic: str | None) -> str:
         raise LogError(f"{path} holds samples on {held}; read one with --topic, or read_log(path, topic=...)")
     return topic
 
-
-__all__ = [
-    "LogStream", "LogSummary", "LogWriter", "RawLogWriter", "Recovered",
-    "choice_record", "content_digest", "raw_messages", "read_log", "recover", "refuse_existing", "write_log",
-]  # fmt: skip
 
 ENCODED_TOGETHER = 2000  # outputs: what is done once for a block weighs little then ...
 ENCODED_BYTES = 10 << 20  # ... at most so many bytes of them, so that memory stays small ...
@@ -493,31 +453,6 @@ def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss:
                 if samples:
                     log.note_report(run.report.record())
     return LogSummary(Path(path), log.messages, samples, log.bytes)
-
-
-def content_digest(path) -> str:
-    """SHA-256 of everything in a log except date, host and costs: equal for two runs of one scene on one machine.
-
-    How messages are put together in chunks makes no difference: it depends on when a node flushed them. Nor does it
-    that a node may end its log at any time, where a whole run says how long it is.
-    """
-    digest, topics_told = hashlib.sha256(), {}
-    for file in log_files(path):
-        with reader_of(file) as reader:
-            reader.require_end()
-            for item in reader.content():
-                if isinstance(item, Metadata):
-                    if item.name != RUN_RECORD:
-                        said = [one for one in sorted(item.metadata.items()) if one[0] != OUTPUTS_KEY]
-                        digest.update(repr((item.name, said)).encode())
-                    continue
-                if item.topic.name not in topics_told:
-                    topics_told[item.topic.name] = len(topics_told)
-                    digest.update(repr(item.topic.identity).encode())
-                head = topics_told[item.topic.name], item.log_time, item.publish_time, len(item.data)
-                digest.update(repr(head).encode())
-                digest.update(item.data)
-    return digest.hexdigest()
 
 
 @functools.cache

@@ -25,8 +25,8 @@ from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.refinement import unchecked
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.raw_log import refuse_existing
-from bearing_twin.log.run_log import LogWriter, choice_record
-from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.log.run_log import LogWriter
+from bearing_twin.log.stream import MessageStream, choice_record, topics
 from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
     TALK,

@@ -7,7 +7,8 @@ from typing import Any
 from bearing_twin.base.errors import LogError
 from bearing_twin.log.bag import LogReader
 from bearing_twin.log.mcap_read import DamagedLog
-from bearing_twin.log.run_log import read_log, recover
+from bearing_twin.log.recover import recover
+from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import topics
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
 from bearing_twin.view.run_page import document_of_run
