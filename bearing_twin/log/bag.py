@@ -237,26 +237,17 @@ class LogReader:
     ) -> Iterator[LoggedMessage]:
         """Messages of the `wanted` topics (None: of all) by log time; raises DamagedLog and LogLimit, also part way.
 
-        A file is open from its first message on to its last.
+        Files that overlap in time are open together.
         """
-        order = sorted(range(len(self._files)), key=self._spans.__getitem__, reverse=True)
-        heap: list[tuple[int, int, LoggedMessage, Iterator[LoggedMessage]]] = []
-        while order or heap:
-            while order and (not heap or self._spans[order[-1]][0] <= heap[0][0]):
-                number = order.pop()
-                stream = self._of(self._files[number], wanted, from_ns, until_ns)
-                if len(self._files) == 1:
-                    yield from stream
-                elif (first := next(stream, None)) is not None:
-                    heapq.heappush(heap, (first.log_time, number, first, stream))
-            if heap:
-                _, number, message, stream = heap[0]
-                yield message
-                following = next(stream, None)
-                if following is None:
-                    heapq.heappop(heap)
-                else:
-                    heapq.heapreplace(heap, (following.log_time, number, following, stream))
+        together: list[Iterator[LoggedMessage]] = []
+        end = 0
+        for (first, last), file in sorted(zip(self._spans, self._files, strict=True)):
+            if first >= end:
+                yield from heapq.merge(*together, key=lambda one: one.log_time)
+                together = []
+            together.append(self._of(file, wanted, from_ns, until_ns))
+            end = max(end, last)
+        yield from heapq.merge(*together, key=lambda one: one.log_time)
 
     @staticmethod
     def _of(file: Path, *limits) -> Iterator[LoggedMessage]:

@@ -27,7 +27,7 @@ from bearing_twin.log.study_log import STUDY_RECORD, read_study
 from bearing_twin.run.dataset import ChannelAxis, axes_of, dataset_of, source_of, tables_of
 from bearing_twin.uq.result import columns_of, meanings_of, units_of
 
-OUTPUTS, SAMPLES, CHANNELS = "outputs", "realisations", "channels.csv"
+OUTPUTS, SAMPLES, CHANNELS, RECORD = "outputs", "realisations", "channels.csv", "record_"
 TIMES = ("sequence", "time_ns", "time")  # number of the output, exact time [ns], time [s]
 
 
@@ -37,6 +37,17 @@ class Group(NamedTuple):
     stem: str
     axes: tuple[ChannelAxis, ...]
     columns: tuple[tuple[str, str, str], ...]
+
+    @property
+    def is_table(self) -> bool:
+        """Whether it is a table of records."""
+        return self.stem.startswith(RECORD)
+
+    @property
+    def header(self) -> list[str]:
+        """The names of all columns of the file."""
+        names = [name for name, _, _ in self.columns]
+        return names if self.is_table or self.stem == SAMPLES else [*TIMES, *(axis.name for axis in self.axes), *names]
 
 
 class Exported(NamedTuple):
@@ -104,34 +115,22 @@ def groups_of(stream) -> list[Group]:
         for axes, columns in found.items()
     ]
     tables = [
-        Group(f"record_{table.name}", (), tuple((one.name, one.unit, one.meaning) for one in table.columns))
+        Group(f"{RECORD}{table.name}", (), tuple((one.name, one.unit, one.meaning) for one in table.columns))
         for table in tables_of(stream.scene)
     ]
     return sorted(groups, key=lambda group: len(group.axes)) + tables
 
 
-def _rows(group: Group, block) -> list[np.ndarray | list]:
-    """The columns of a group of channels in one block: times, labels, values; each as long as the others."""
-    count, sizes = len(block), [len(axis.labels) for axis in group.axes]
-    places = int(np.prod(sizes))
-    times = (np.arange(block.first_sequence, block.first_sequence + count), block.time_ns, 1e-9 * block.time_ns)
-    labels = list(itertools.product(*(axis.labels for axis in group.axes)))
-    columns = [np.repeat(one, places) for one in times]
-    columns += [[label[place] for label in labels] * count for place in range(len(sizes))]
-    return columns + [np.reshape(block.values[name], -1) for name, _, _ in group.columns]
-
-
-def _pieces(group: Group, block) -> list | None:
-    """What a block adds to the file of a group; None where there is nothing."""
-    if group.stem.startswith("record_"):
-        rows = block.records.get(group.stem.removeprefix("record_"), ())
+def _columns(group: Group, block) -> list[np.ndarray | list] | None:
+    """The columns that a block adds to the file of a group: times, labels, values; None where there are none."""
+    if group.is_table:
+        rows = block.records.get(group.stem.removeprefix(RECORD), ())
         return list(np.asarray(rows).T) if len(rows) else None
-    return _rows(group, block)
-
-
-def _header(group: Group) -> list[str]:
-    names = [name for name, _, _ in group.columns]
-    return names if group.stem.startswith("record_") else [*TIMES, *(axis.name for axis in group.axes), *names]
+    count, labels = len(block), list(itertools.product(*(axis.labels for axis in group.axes)))
+    times = np.arange(block.first_sequence, block.first_sequence + count), block.time_ns, 1e-9 * block.time_ns
+    columns = [np.repeat(one, len(labels)) for one in times]
+    columns += [[label[place] for label in labels] * count for place in range(len(group.axes))]
+    return columns + [np.reshape(block.values[name], -1) for name, _, _ in group.columns]
 
 
 def _write_grouped(stream, target: Path, begun: list[Path], watch, writer, suffix: str) -> Exported:
@@ -139,9 +138,11 @@ def _write_grouped(stream, target: Path, begun: list[Path], watch, writer, suffi
     if hasattr(stream, "study"):
         units = units_of(stream)
         columns = tuple((name, units.get(name, ""), meaning) for name, meaning in meanings_of(stream).items())
-        groups, blocks = [Group(SAMPLES, (), columns)], None
+        groups, source = [Group(SAMPLES, (), columns)], {}
+        pieces = iter([(len(stream.status), [list(columns_of(stream).values())])])
     else:
-        groups, blocks = groups_of(stream), watch(stream.blocks(), stream)
+        groups, source = groups_of(stream), source_of(stream)
+        pieces = ((len(one), [_columns(group, one) for group in groups]) for one in watch(stream.blocks(), stream))
     alone = target.suffix == suffix
     if alone and len(groups) > 1:
         stems = ", ".join(group.stem for group in groups)
@@ -150,34 +151,20 @@ def _write_grouped(stream, target: Path, begun: list[Path], watch, writer, suffi
         target.mkdir()
         begun.append(target)
     paths = [target if alone else target / f"{group.stem}{suffix}" for group in groups]
-    rows = 0
+    begun += paths
     with contextlib.ExitStack() as stack:
-        begun += paths
-        if blocks is None:
-            columns = columns_of(stream)
-            add = stack.enter_context(writer(paths[0], list(columns), dict(units_of(stream)), {}))
-            add(list(columns.values()))
-            rows = len(stream.status)
-        else:
-            rows = _fill(stack, writer, stream, groups, paths, blocks)
+        adders = [
+            stack.enter_context(writer(path, group.header, {name: unit for name, unit, _ in group.columns}, source))
+            for path, group in zip(paths, groups, strict=True)
+        ]
+        rows = 0
+        for count, columns in pieces:
+            rows += count
+            for add, found in zip(adders, columns, strict=True):
+                if found is not None:
+                    add(found)
     files = paths if alone else [*paths, _about(target / CHANNELS, groups, suffix, begun)]
     return Exported(tuple(map(str, files)), rows)
-
-
-def _fill(stack, writer, stream, groups, paths, blocks) -> int:
-    source = source_of(stream) if writer is _parquet_file else {}  # other files keep no texts
-    adders = [
-        stack.enter_context(writer(path, _header(group), {name: unit for name, unit, _ in group.columns}, source))
-        for path, group in zip(paths, groups, strict=True)
-    ]
-    rows = 0
-    for block in blocks:
-        rows += len(block)
-        for group, add in zip(groups, adders, strict=True):
-            piece = _pieces(group, block)
-            if piece is not None:
-                add(piece)
-    return rows
 
 
 def _about(path: Path, groups: Iterable[Group], suffix: str, begun: list[Path]) -> Path:
@@ -251,26 +238,13 @@ def _netcdf(stream, target, begun, watch) -> Exported:
         }
         dataset, rows = xarray.Dataset(variables), len(stream.status)
     else:
-        dataset = dataset_of(_Watched(stream, watch))
+        dataset = dataset_of(stream, watch(stream.blocks(), stream))
         rows = dataset.sizes["time"]
     held = io.BytesIO()
     with h5netcdf.File(held, "w") as file:
         dataset.dump_to_store(xarray.backends.H5NetCDFStore(file))
     put_whole(target, held.getbuffer())
     return Exported((os.fspath(target),), rows)
-
-
-class _Watched:
-    """A stream whose blocks are shown to `watch` on their way."""
-
-    def __init__(self, stream, watch: Callable):
-        self._stream, self._watch = stream, watch
-
-    def __getattr__(self, name):
-        return getattr(self._stream, name)
-
-    def blocks(self):
-        return self._watch(self._stream.blocks(), self._stream)
 
 
 FORMATS = {

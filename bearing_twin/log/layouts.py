@@ -2,12 +2,10 @@
 
 import functools
 import json
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
-
-import yaml
+from typing import Any, NamedTuple
+from xml.sax.saxutils import quoteattr
 
 from bearing_twin.base.errors import BearingTwinError, LogError, install
 from bearing_twin.base.paths import write_whole
@@ -185,69 +183,72 @@ def write_layout(program: str, panels: Panels, path) -> Path:
 
 def rviz(panels: Panels, *others: Panels) -> bytes:
     """Markers, frames and, switched off, the URDF of one scene or several, in the frame of the first."""
-    displays = [
-        {"Class": "rviz_default_plugins/Grid", "Name": "Grid", "Enabled": True, "Cell Size": 0.25 * panels.radius},
-        {"Class": "rviz_default_plugins/TF", "Name": "Frames", "Enabled": False, "Marker Scale": 0.4 * panels.radius},
-    ]
-    for one in (panels, *others):
-        displays += _rviz_displays(one)
-    view = {
-        "Class": "rviz_default_plugins/Orbit",
-        "Name": "Current View",
-        "Distance": AWAY * panels.radius,
-        "Focal Point": dict(zip("XYZ", panels.middle, strict=True)),
-        "Focal Shape Size": 0.14 * panels.radius,
-        "Target Frame": panels.follows or panels.frame,
-        "Yaw": 0.6,
-        "Pitch": 0.9,
-        "Near Clip Distance": 0.001,  # m, the least that RViz takes
-    }
-    tools = [{"Class": f"rviz_default_plugins/{name}"} for name in ("MoveCamera", "Select", "FocusCamera", "Measure")]
-    manager = {
-        "Class": "",
-        "Name": "root",
-        "Enabled": True,
-        "Displays": displays,
-        "Tools": tools,
-        "Global Options": {"Fixed Frame": panels.frame, "Background Color": "48; 48; 48", "Frame Rate": 30},
-        "Views": {"Current": view, "Saved": None},
-    }
-    sides = [{"Class": "rviz_common/Displays", "Name": "Displays"}, {"Class": "rviz_common/Views", "Name": "Views"}]
-    text = yaml.safe_dump({"Panels": sides, "Visualization Manager": manager}, sort_keys=False)
+    radius, (x, y, z) = panels.radius, (f"{one:.9f}" for one in panels.middle)  # no 1e-05, a text in YAML 1.1
+    text = f"""\
+Panels:
+- {{Class: rviz_common/Displays, Name: Displays}}
+- {{Class: rviz_common/Views, Name: Views}}
+Visualization Manager:
+  Class: ''
+  Name: root
+  Enabled: true
+  Displays:
+  - {{Class: rviz_default_plugins/Grid, Name: Grid, Enabled: true, Cell Size: {0.25 * radius:.9f}}}
+  - {{Class: rviz_default_plugins/TF, Name: Frames, Enabled: false, Marker Scale: {0.4 * radius:.9f}}}
+{"".join(map(_rviz_displays, (panels, *others)))}\
+  Tools:
+  - {{Class: rviz_default_plugins/MoveCamera}}
+  - {{Class: rviz_default_plugins/Select}}
+  - {{Class: rviz_default_plugins/FocusCamera}}
+  - {{Class: rviz_default_plugins/Measure}}
+  Global Options: {{Fixed Frame: {panels.frame}, Background Color: 48; 48; 48, Frame Rate: 30}}
+  Views:
+    Current:
+      Class: rviz_default_plugins/Orbit
+      Name: Current View
+      Distance: {AWAY * radius:.9f}
+      Focal Point: {{X: {x}, Y: {y}, Z: {z}}}
+      Focal Shape Size: {0.14 * radius:.9f}
+      Target Frame: {panels.follows or panels.frame}
+      Yaw: 0.6
+      Pitch: 0.9
+      Near Clip Distance: 0.001  # m, the least that RViz takes
+    Saved: null
+"""
     return text.encode()
 
 
-def _rviz_displays(panels: Panels) -> list[dict]:
-    found = []
+def _rviz_displays(panels: Panels) -> str:
+    quality = "Depth: 5, History Policy: Keep Last, Reliability Policy: Reliable, Durability Policy:"
+    found = ""
     if panels.description:
-        named = {"Name": f"Bodies of {panels.description}", "Enabled": False, "Description Source": "Topic"}
-        topic = _rviz_topic(panels.description, "Transient Local")
-        found.append({"Class": "rviz_default_plugins/RobotModel", **named, "Description Topic": topic})
+        found += f"""\
+  - Class: rviz_default_plugins/RobotModel
+    Name: Bodies of {panels.description}
+    Enabled: false
+    Description Source: Topic
+    Description Topic: {{{quality} Transient Local, Value: {panels.description}}}
+"""
     if panels.markers:
-        named = {"Name": panels.markers, "Enabled": True}
-        topic = _rviz_topic(panels.markers, "Volatile")
-        found.append({"Class": "rviz_default_plugins/MarkerArray", **named, "Topic": topic})
+        found += f"""\
+  - Class: rviz_default_plugins/MarkerArray
+    Name: {panels.markers}
+    Enabled: true
+    Topic: {{{quality} Volatile, Value: {panels.markers}}}
+"""
     return found
-
-
-def _rviz_topic(name: str, durability: str) -> dict:
-    quality = {"Depth": 5, "Durability Policy": durability, "History Policy": "Keep Last"}
-    return {**quality, "Reliability Policy": "Reliable", "Value": name}
 
 
 def foxglove(panels: Panels) -> bytes:
     """A 3-D panel beside plots; of a study the plots alone."""
-    found, names = {}, []
-    for number, plot in enumerate(panels.plots):
-        name = f"Plot!{number}"
-        names.append(name)
-        found[name] = _foxglove_plot(plot)
-    layout = {"configById": found, "globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}}
-    if not panels.frame:
-        return json.dumps(layout | {"layout": _halved(names)}, indent=1).encode() + b"\n"
-    layout["configById"] = {"3D!scene": _foxglove_view(panels), **found}
-    split = {"first": "3D!scene", "second": _halved(names), "direction": "row", "splitPercentage": 45}
-    return json.dumps(layout | {"layout": split if names else "3D!scene"}, indent=1).encode() + b"\n"
+    found = {f"Plot!{number}": _foxglove_plot(plot) for number, plot in enumerate(panels.plots)}
+    layout: dict[str, Any] = {"globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}}
+    placed = _halved([*found]) if found else None
+    if panels.frame:
+        found = {"3D!scene": _foxglove_view(panels)} | found
+        split = {"first": "3D!scene", "second": placed, "direction": "row", "splitPercentage": 45}
+        placed = split if placed else "3D!scene"
+    return json.dumps({"configById": found, **layout, "layout": placed}, indent=1).encode() + b"\n"
 
 
 def _foxglove_view(panels: Panels) -> dict:
@@ -288,29 +289,16 @@ def _foxglove_plot(plot: Plot) -> dict:
 
     Lichtblick 1.28 draws nothing of a file where both axes are fields of one topic.
     """
-    over = {"xAxisPath": {"value": _dotted(plot.number), "enabled": True}} if plot.number else {}
-    return {
-        **dict.fromkeys(TITLES, plot.title),
-        "paths": [
-            {
-                "value": _dotted(curve),
-                "label": curve.label,
-                "enabled": True,
-                "timestampMethod": "receiveTime",
-                "showLine": plot.number is None,
-                "color": color,
-            }
-            for curve, color in _colored(plot)
-        ],
-        "showXAxisLabels": True,
-        "showYAxisLabels": True,
-        "showLegend": len(plot.curves) > 1,
-        "legendDisplay": "left",
-        "sidebarDimension": LEGEND_PIXELS,
-        "isSynced": plot.number is None,
-        "xAxisVal": "timestamp",
-        **over,
-    }
+    timed = plot.number is None
+    paths = [
+        {"value": _dotted(curve), "label": curve.label, "enabled": True, "timestampMethod": "receiveTime"}
+        | {"showLine": timed, "color": color}
+        for curve, color in _colored(plot)
+    ]
+    shown = {"showXAxisLabels": True, "showYAxisLabels": True, "showLegend": len(plot.curves) > 1}
+    shown |= {"legendDisplay": "left", "sidebarDimension": LEGEND_PIXELS, "isSynced": timed, "xAxisVal": "timestamp"}
+    over = {} if timed else {"xAxisPath": {"value": _dotted(plot.number), "enabled": True}}
+    return dict.fromkeys(TITLES, plot.title) | {"paths": paths} | shown | over
 
 
 def _dotted(curve: Curve) -> str:
@@ -329,32 +317,50 @@ def _halved(names: Sequence[str], direction: str = "column"):
 
 def plotjuggler(panels: Panels) -> bytes:
     """One tab of plots, two in a row; the sign in `orientation` is that of the line between what it splits."""
-    root = ElementTree.Element("root")
-    window = ElementTree.SubElement(root, "tabbed_widget", parent="main_window", name="Main Window")
-    tab = ElementTree.SubElement(window, "Tab", containers="1", tab_name=panels.name)
-    columns = ElementTree.SubElement(ElementTree.SubElement(tab, "Container"), "DockSplitter")
     shares = min(PLOTS_IN_A_ROW, len(panels.plots))
-    columns.attrib.update({"orientation": "|", "count": str(shares), "sizes": _equal(shares)})
-    for column in range(shares):
-        plots = panels.plots[column::shares]
-        rows = ElementTree.SubElement(columns, "DockSplitter")
-        rows.attrib.update({"orientation": "-", "count": str(len(plots)), "sizes": _equal(len(plots))})
-        for plot in plots:
-            _plotjuggler_plot(ElementTree.SubElement(rows, "DockArea", name=plot.title), plot)
-    ElementTree.SubElement(window, "currentTabIndex", index="0")
-    ElementTree.SubElement(root, "use_relative_time_offset", enabled="1")
-    ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+    columns = [panels.plots[column::shares] for column in range(shares)]
+    text = f"""\
+<?xml version='1.0' encoding='utf-8'?>
+<root>
+ <tabbed_widget parent="main_window" name="Main Window">
+  <Tab containers="1" tab_name={quoteattr(panels.name)}>
+   <Container>
+    <DockSplitter orientation="|" {_equal(shares)}>
+{"".join(map(_plotjuggler_column, columns))}\
+    </DockSplitter>
+   </Container>
+  </Tab>
+  <currentTabIndex index="0" />
+ </tabbed_widget>
+ <use_relative_time_offset enabled="1" />
+</root>
+"""
+    return text.encode()
 
 
-def _plotjuggler_plot(area: ElementTree.Element, plot: Plot) -> None:
-    mode, style = ("XYPlot", "Dots") if plot.number else ("TimeSeries", "Lines")
-    axes = ElementTree.SubElement(area, "plot", mode=mode, style=style, flip_x="false", flip_y="false")
-    ElementTree.SubElement(axes, "limitY")
+def _plotjuggler_column(plots: Sequence[Plot]) -> str:
+    areas = "".join(map(_plotjuggler_plot, plots))
+    return f'     <DockSplitter orientation="-" {_equal(len(plots))}>\n{areas}     </DockSplitter>\n'
+
+
+def _plotjuggler_plot(plot: Plot) -> str:
+    mode = 'mode="XYPlot" style="Dots"' if plot.number else 'mode="TimeSeries" style="Lines"'
+    curves = ""
     for curve, color in _colored(plot):
         name = _slashed(curve)
-        over = {"curve_x": _slashed(plot.number), "curve_y": name} if plot.number else {}
-        ElementTree.SubElement(axes, "curve", name=f"{name} [XY]" if over else name, color=color, **over)
+        named = f"name={quoteattr(name)}"
+        if plot.number:
+            over = f"curve_x={quoteattr(_slashed(plot.number))} curve_y={quoteattr(name)}"
+            named = f"name={quoteattr(f'{name} [XY]')} {over}"
+        curves += f'        <curve {named} color="{color}" />\n'
+    return f"""\
+      <DockArea name={quoteattr(plot.title)}>
+       <plot {mode} flip_x="false" flip_y="false">
+        <limitY />
+{curves}\
+       </plot>
+      </DockArea>
+"""
 
 
 def _slashed(curve: Curve) -> str:
@@ -362,7 +368,7 @@ def _slashed(curve: Curve) -> str:
 
 
 def _equal(count: int) -> str:
-    return ";".join([f"{1 / max(count, 1):.6g}"] * count)
+    return f'count="{count}" sizes="{";".join([f"{1 / max(count, 1):.6g}"] * count)}"'
 
 
 def _colored(plot: Plot):

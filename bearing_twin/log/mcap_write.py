@@ -23,6 +23,8 @@ from mcap.records import (
     Attachment,
     AttachmentIndex,
     Channel,
+    Chunk,
+    ChunkIndex,
     DataEnd,
     Footer,
     Header,
@@ -44,14 +46,10 @@ CHUNK_BYTES = 512 * 1024
 RESERVE_BYTES = 256 * 1024  # of disk space, held back for the end of the log
 INDEX_PIECE = 1 << 20  # bytes of the index that are in memory at a time
 HELD_BYTES = 16 * 1024 * 1024  # of messages that may wait for room on the disk
-COMPRESSION, LESS_PACKED = b"zstd", b"lz4"
+COMPRESSION, LESS_PACKED = "zstd", "lz4"
 COMPRESSION_LEVEL = -10  # an eighth of the time of the default level 3, for files 13 % larger
 GREATEST_RATIO = 5000  # unpacked / packed bytes, beyond which readers take a chunk for a bomb; of lz4 it is below 256
 _MESSAGE = struct.Struct("<BQHIQQ")
-_CHUNK = struct.Struct("<BQQQQII")  # a chunk record up to the name of its compression
-_LENGTH = struct.Struct("<Q")
-_CHUNK_INDEX = struct.Struct("<QQQQI")  # its fields up to the places of the message indices
-_CHUNK_INDEX_END = struct.Struct("<QI"), struct.Struct("<QQ")  # before and after the name of the compression
 _FOOTER_START = struct.Struct("<BQQQ")
 
 
@@ -334,7 +332,7 @@ class McapWriter:
         room[: len(self._room)] = self._room
         self._room = room
 
-    def _sealed(self, first: int, last: int) -> tuple[tuple[bytes, bytes, bytes], bytes]:
+    def _sealed(self, first: int, last: int) -> tuple[list[bytes], bytes]:
         """The chunk in progress with its message index, as it will stand at the end of the file; and its index record.
 
         `first` and `last` are its least and greatest log time.
@@ -343,23 +341,26 @@ class McapWriter:
         name, packed = COMPRESSION, self._compressor.compress(content)
         if len(content) > GREATEST_RATIO * len(packed):  # as zeros, which would look like a bomb
             name, packed = LESS_PACKED, lz4.frame.compress(content)
-        sizes = _CHUNK.size - 9 + len(name) + _LENGTH.size + len(packed), first, last, len(content)
-        head = _CHUNK.pack(Opcode.CHUNK, *sizes, crc32(content), len(name)) + name + _LENGTH.pack(len(packed))
-        start, parts, offsets = head, [], {}
-        end_of_chunk = position = self._end + len(head) + len(packed)
+        times = {"message_start_time": first, "message_end_time": last}
+        sums = {"uncompressed_crc": crc32(content), "uncompressed_size": len(content)}
+        chunk = _record(Chunk(compression=name, data=packed, **sums, **times))
+        parts, offsets, position = [chunk], {}, self._end + len(chunk)
         for channel, entries in self._chunk_index.items():
             offsets[channel] = position
-            parts.append(struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + 8 * len(entries), channel, 8 * len(entries)))
-            parts.append(struct.pack(f"<{len(entries)}Q", *entries))
-            position += len(parts[-2]) + len(parts[-1])
-        offset = struct.Struct("<HQ").pack
-        places = b"".join([offset(channel, place) for channel, place in offsets.items()])
-        head = _CHUNK_INDEX.pack(first, last, self._end, end_of_chunk - self._end, len(places))
-        middle, end = _CHUNK_INDEX_END
-        lengths = middle.pack(position - end_of_chunk, len(name)) + name + end.pack(len(packed), len(content))
-        index = head + places + lengths
-        index = struct.pack("<BQ", Opcode.CHUNK_INDEX, len(index)) + index
-        return (start, packed, b"".join(parts)), index
+            head = struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + 8 * len(entries), channel, 8 * len(entries))
+            parts.append(head + struct.pack(f"<{len(entries)}Q", *entries))
+            position += len(parts[-1])
+        index = ChunkIndex(
+            chunk_length=len(chunk),
+            chunk_start_offset=self._end,
+            compression=name,
+            compressed_size=len(packed),
+            message_index_length=position - self._end - len(chunk),
+            message_index_offsets=offsets,
+            uncompressed_size=len(content),
+            **times,
+        )
+        return parts, _record(index)
 
     def _tail(self, index: Iterator[bytes]) -> Iterator[bytes]:
         """End of the data section, summary with the index of the chunks, and footer for what is on disk for good."""

@@ -44,9 +44,6 @@ def _block_encoder(channels: tuple[Channel, ...], frame: str) -> tuple[Encoder, 
     return Encoder(cdr.SAMPLE_BLOCK, frame), {"channel_name": names, "channel_unit": units, "channel_width": widths}
 
 
-GROWTH = 8  # columns grow by one part in so many
-
-
 class Restart(NamedTuple):
     """Where a recorded run begins again: output `found` follows `before`, the last of `runs` in the log.
 
@@ -140,40 +137,23 @@ def block_of(channels: tuple[Channel, ...], message) -> Block:
 
 
 class Gathered:
-    """The columns of SampleBlocks by groups of channels, 0 where a block has no such channel.
-
-    A block's numbers are placed when it comes, so that what is read is held once.
-    """
+    """The columns of SampleBlocks by groups of channels, 0 where a block has no such channel."""
 
     def __init__(self, *groups: list[str]):
-        self._groups, self._count, self._capacity = groups, 0, 0
-        self._arrays: list[np.ndarray] = []
+        self._groups: list[tuple[list[str], list[np.ndarray]]] = [(names, []) for names in groups]
 
     def add(self, message) -> None:
         """A checked SampleBlock; ValueError where its channels are not as wide as those before."""
-        edges = np.concatenate([[0], np.cumsum(message.channel_width.astype(np.int64))])
+        edges = np.concatenate([[0], np.cumsum(message.channel_width.astype(np.int64))]).tolist()
         edges = dict(zip(message.channel_name, itertools.pairwise(edges), strict=True))
-        places = [[k for name in names if name in edges for k in range(*edges[name])] for names in self._groups]
-        if not self._arrays:
-            self._arrays = [
-                np.zeros((0, len(one) or len(names))) for one, names in zip(places, self._groups, strict=True)
-            ]
-        begin, self._count = self._count, self._count + message.count
-        if self._count > self._capacity:
-            self._capacity = self._count + self._count // GROWTH
-            self._resize(self._capacity)
         block = message.values.reshape(message.count, -1)
-        for array, columns in zip(self._arrays, places, strict=True):
-            if columns and len(columns) != array.shape[1]:
-                raise ValueError(f"{len(columns)} numbers a row where there were {array.shape[1]}")
-            if columns:
-                array[begin : self._count] = block[:, columns]
+        for names, parts in self._groups:
+            columns = [k for name in names if name in edges for k in range(*edges[name])]
+            width = parts[0].shape[1] if parts else len(columns) or len(names)
+            if columns and len(columns) != width:
+                raise ValueError(f"{len(columns)} numbers a row where there were {width}")
+            parts.append(block[:, columns] if columns else np.zeros((len(block), width)))
 
     def arrays(self) -> list[np.ndarray]:
         """The columns of each group (realisations, columns)."""
-        self._resize(self._count)
-        return self._arrays or [np.zeros((0, len(names))) for names in self._groups]
-
-    def _resize(self, count: int) -> None:
-        for array in self._arrays:  # in place: the system moves pages, no second array is made
-            array.resize((count, array.shape[1]), refcheck=False)
+        return [np.concatenate(parts) if parts else np.zeros((0, len(names))) for names, parts in self._groups]

@@ -65,8 +65,8 @@ def _labelled(name: str, size: int) -> ChannelAxis:
 TIME = "time"
 
 
-def dataset_of(stream):
-    """All outputs of a run or a log as an `xarray.Dataset`, bit for bit.
+def dataset_of(stream, blocks=None):
+    """All outputs of a run or a log, or its `blocks` where they are handed in, as an `xarray.Dataset`, bit for bit.
 
     One variable a channel, (time, *axes), with `units` and `long_name`; coordinates `time` [s], `time_ns` (int64) and
     `sequence`, and labels along the axes. Tables of records are variables `<table>_<column>` over `<table>_record`.
@@ -74,7 +74,7 @@ def dataset_of(stream):
     of it is held in memory. Raises BearingTwinError without xarray, and whatever the run or the log raises.
     """
     xarray = wanted("xarray", "export")
-    blocks = list(stream.blocks())
+    blocks = list(stream.blocks() if blocks is None else blocks)
     scene = stream.scene
     kind = None if scene is None else scene.kind
     times = np.concatenate([block.time_ns for block in blocks]) if blocks else np.zeros(0, np.int64)
