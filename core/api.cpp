@@ -1,7 +1,7 @@
 // The door: plain C functions on arrays, as bearing_twin/core.py declares them. Rooms have doors of their own.
-#include <cstdint>
+#include "door.hpp"
 
-#define CORE_EXPORT extern "C" [[gnu::visibility("default")]]
+
 
 namespace {
 

@@ -14,7 +14,7 @@ from bearing_twin.contact.damping import damping_number, restitution_of
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
-from bearing_twin.kinds.bearing.forces.equations import mark_met, meeting, pair_contact, single_contact, static_force
+from bearing_twin.kinds.bearing.forces.equations import pair_contact, single_contact
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     HEIGHT,
@@ -23,6 +23,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     TANGENTIAL_VELOCITY,
     VELOCITY,
 )
+from bearing_twin.kinds.bearing.meeting_parts import MET, PartBalls
 from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.kinds.bearing.speeds import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
@@ -221,7 +222,7 @@ def test_gyroscopic_torque_needs_a_contact_angle():
 
 
 def least_gap(moving):
-    return min(meeting(moving.bearing.ball_radius, moving.state, k)[0] for k in range(moving.bearing.balls))
+    return -moving.first_outputs().neighbour_approach.max()
 
 
 def test_balls_push_each_other_off():
@@ -248,14 +249,14 @@ def test_balls_push_each_other_off():
 def test_balls_that_met_and_parted_between_the_ends_of_a_chunk_are_found():
     moving = motion(*FREE)
     bearing, states = moving.bearing, np.repeat(moving.state[None], 3, axis=0)
-    reach, apart = 1e-4, 2.0 * math.asin((bearing.ball_radius + 2e-5) / states[0, 0, AXIS_DISTANCE])
-    for nearest in (apart, -0.5):  # closer than `reach`, or past the other
+    apart = 2.0 * math.asin((bearing.ball_radius + 2e-5) / states[0, 0, AXIS_DISTANCE])
+    assert MET * bearing.ball_radius > 4e-5
+    for nearest in (apart, -0.5):  # closer than that, or past the other
         near = np.zeros(bearing.balls, bool)
         states[1, 3, ORBIT_ANGLE] = states[1, 4, ORBIT_ANGLE] - nearest
-        found = mark_met(bearing.ball_radius, moving.state, states, reach, near)
-        assert found
+        assert PartBalls(bearing.ball_radius, near, [moving.state]).mark_met(states, near)
         assert near.tolist() == [k == 3 for k in range(bearing.balls)]
-        assert not mark_met(bearing.ball_radius, states[1], states[:0], reach, near)
+        assert not PartBalls(bearing.ball_radius, near, [states[1]]).mark_met(states[:0], near)
 
 
 FREE = (
@@ -629,6 +630,14 @@ def start_of(name, *overrides):
     scene = load_scene(name, overrides)
     bearing = bearing_of(scene.parameters, choose(scene).law)
     return bearing, scene.parameters.drive.speed, start_state(bearing, scene.parameters.drive.speed, "rolling")
+
+
+def static_force(bearing, rate, distance, angle, height):
+    """Radial and axial force on a ball by elastic contacts and its orbit."""
+    centre, rest = about_z(np.cos(angle), -np.sin(angle), bearing.offset), (0.0, 0.0, 0.0)
+    inner = single_contact(bearing, bearing.inner, centre, 0.0, (distance, 0.0, height), rest, rest).force
+    outer = single_contact(bearing, bearing.outer, rest, 0.0, (distance, 0.0, height), rest, rest).force
+    return inner[0] + outer[0] + bearing.ball_mass * distance * rate**2, inner[2] + outer[2]
 
 
 @pytest.mark.parametrize("name", ["bearing_6203", "bearing_6203_loose", "bearing_6203_fast"])

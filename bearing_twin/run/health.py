@@ -12,7 +12,7 @@ import numpy as np
 from bearing_twin.base.errors import IntegrationError
 from bearing_twin.base.sample import Block, Channel, layout_of
 from bearing_twin.base.units import UNITS
-from bearing_twin.compiled import kernel
+from bearing_twin.core import INTEGER, INTEGERS, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.energy import STORED
 
@@ -22,39 +22,10 @@ GAIN = 1.0  # of the energy there was and was brought: a run that gained less go
 ROUNDING = 1e-9  # of the energies at hand
 
 
-@kernel
-def _sound(numbers, limits, rotations, tolerance):
-    """Whether all `numbers` (count, width) lie within their limits, and quaternions from `rotations` on are unit."""
-    beyond = False
-    for row in range(len(numbers)):
-        for column in range(len(limits)):
-            beyond |= not abs(numbers[row, column]) <= limits[column]  # nor is a NaN
-        for column in rotations:
-            square = 0.0
-            for part in range(4):
-                square += numbers[row, column + part] ** 2
-            beyond |= abs(square - 1.0) > tolerance
-    return not beyond
-
-
-@kernel
-def _first_gain(numbers, stored, brought, begin, most, allowed):
-    """First output (-1: none) with more energy than there can be, what was gained, what was there at the most so far.
-
-    `stored` (3,) and `brought` are the columns of STORED and of the work brought, -1 where there is none; `begin` (4,)
-    [J] are those numbers at the start, `most` [J] was there so far.
-    """
-    kinetic_at, elastic_at, potential_at = stored
-    total = begin[0] + begin[1] + begin[2]
-    for row in range(len(numbers)):
-        kinetic, elastic, potential = numbers[row, kinetic_at], numbers[row, elastic_at], numbers[row, potential_at]
-        gained = kinetic + elastic + potential - total
-        work = abs(numbers[row, brought]) if brought >= 0 else 0.0
-        # The most so far: a body that falls and comes back up has all of it, though none at the instant it is back.
-        most = max(most, begin[0] + begin[1] + abs(work - begin[3]) + abs(potential - begin[2]))
-        if gained > (1.0 + allowed) * most + ROUNDING * (kinetic + elastic + abs(potential)):
-            return row, gained, most
-    return -1, 0.0, most
+_within_limits = Function("core_within_limits", INTEGER, (REALS, INTEGER, INTEGER, REALS, INTEGERS, INTEGER, REAL))
+_first_gain = Function(
+    "core_first_gain", INTEGER, (REALS, INTEGER, INTEGER, INTEGERS, INTEGER, REALS, REAL, REAL, REALS_OUT)
+)
 
 
 class Health:
@@ -64,15 +35,16 @@ class Health:
         places = layout_of(channels).places
         self._kind = kind
         self._limits, self._rotations = _allowed(channels)
-        stored = tuple(places[name][0].start for name in STORED if name in places)
+        stored = np.array([places[name][0].start for name in STORED if name in places])
         self._stored = stored if len(stored) == len(STORED) else None
         self._brought = places["gross_work"][0].start if "gross_work" in places else -1
         self._begin: np.ndarray | None = None
-        self._there = 0.0  # J: most that was there or was brought so far
+        self._energies = np.zeros(2)  # J: the most that was there or was brought so far; what was gained
 
     def check(self, block: Block) -> None:
         """Raises IntegrationError at the first output that no motion can have."""
-        if not _sound(block.matrix(), self._limits, self._rotations, 2.0 * UNIT_NORM):
+        numbers, rotations = block.matrix(), self._rotations
+        if not _within_limits(numbers, *numbers.shape, self._limits, rotations, len(rotations), 2.0 * UNIT_NORM):
             self._refuse_unsound(block)
         if self._stored is not None:
             self._check_energy(block)
@@ -92,12 +64,13 @@ class Health:
         numbers = block.matrix()
         if self._begin is None:
             brought = abs(numbers[0, self._brought]) if self._brought >= 0 else 0.0
-            self._begin = np.array([*numbers[0, list(self._stored)], brought])
-        row, gained, self._there = _first_gain(numbers, self._stored, self._brought, self._begin, self._there, GAIN)
+            self._begin = np.array([*numbers[0, self._stored], brought])
+        where = numbers, *numbers.shape, self._stored, self._brought
+        row = _first_gain(*where, self._begin, GAIN, ROUNDING, self._energies)
         if row >= 0:
-            seconds = 1e-9 * int(block.time_ns[row])
+            seconds, (most, gained) = 1e-9 * int(block.time_ns[row]), self._energies
             raise IntegrationError(
-                f"at {seconds:.9g} s there are {gained:.3g} J more than at the start, of which {self._there:.3g} J "
+                f"at {seconds:.9g} s there are {gained:.3g} J more than at the start, of which {most:.3g} J "
                 "were there or were brought; tighten wanted.tolerance or shorten solver.step",
                 "energy",
                 seconds,

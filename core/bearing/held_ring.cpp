@@ -1,59 +1,13 @@
 // The door to balls alone between rings whose motion is prescribed; arrays are C-contiguous doubles.
+#include "../door.hpp"
 #include "free_balls.hpp"
+#include "numbers.hpp"
 #include "outputs.hpp"
+#include "start.hpp"
 
 using namespace core;
 
-namespace {
-
-// Reads numbers in the order in which bearing/core_bearing.py writes them.
-class Reader {
- public:
-  explicit Reader(const double *numbers) : next(numbers) {}
-  void operator()(double &number) { number = *next++; }
-  template <std::size_t N> void operator()(double (&numbers)[N]) { for (double &one : numbers) one = *next++; }
-  void operator()(GroovePolynomial &p) { (*this)(p.term), (*this)(p.least); }
-  void operator()(Raceway &r) {
-    (*this)(r.locus_radius), (*this)(r.groove_radius), (*this)(r.given);
-    (*this)(r.coefficient), (*this)(r.semi_major), (*this)(r.semi_minor);
-  }
-  int integer() { return int(*next++); }
-
- private:
-  const double *next;
-};
-
-Bearing bearing_of(const double *numbers, const double *points) {
-  Bearing b{};
-  Reader read(numbers);
-  read(b.ball_radius), read(b.ball_mass), read(b.ball_inertia), read(b.offset), read(b.gravity);
-  read(b.damping), read(b.relaxation_time), read(b.friction_coefficient), read(b.regularisation), read(b.power);
-  read(b.pair_coefficient), read(b.pair_friction);
-  read(b.inner), read(b.outer);
-  b.patch.model = FrictionModel(read.integer());
-  read(b.patch.coefficient), read(b.patch.easy), read(b.patch.hard);
-  b.patch.points = read.integer();
-  b.patch.point = points;
-  return b;
-}
-
-RosenbrockMethod method_of(const double *numbers) {
-  RosenbrockMethod m{};
-  Reader read(numbers);
-  m.stages = read.integer(), m.order = read.integer(), m.ends_steps_at_contacts = read.integer() != 0;
-  read(m.gamma);
-  for (auto &row : m.a) read(row);
-  for (auto &row : m.c) read(row);
-  read(m.alpha), read(m.d);
-  for (auto &row : m.dense) read(row);
-  return m;
-}
-
-}  // namespace
-
-extern "C" {
-
-[[gnu::visibility("default")]] int core_free_balls(
+CORE_EXPORT int core_free_balls(
     const double *bearing_numbers, const double *points, const double *method_numbers, const double *drive,
     const double *scales, double duration, std::int64_t instants, const double *times, const volatile std::uint8_t *stop,
     std::int64_t count, const std::int64_t *numbers, std::int64_t balls, double *state, double *orientation, double *steps, double *states,
@@ -68,7 +22,7 @@ extern "C" {
 }
 
 // Fills rows of all channels; `place` holds the numbers of RowPlaces in their order.
-[[gnu::visibility("default")]] void core_held_ring_outputs(
+CORE_EXPORT void core_held_ring_outputs(
     const double *bearing_numbers, const double *points, const double *drive, std::int64_t instants, std::int64_t balls,
     const double *times, const double *states, const double *orientations, const std::int64_t *place, double *out) {
   Bearing bearing = bearing_of(bearing_numbers, points);
@@ -82,7 +36,7 @@ extern "C" {
 }
 
 // Rates (12,) and Jacobian (9, 9) of one ball's motion, for tests: values and derivatives of the same functions.
-[[gnu::visibility("default")]] void core_ball_rates(const double *bearing_numbers, const double *points, double ring_speed,
+CORE_EXPORT void core_ball_rates(const double *bearing_numbers, const double *points, double ring_speed,
                                                     const double *state, double *rates, double *jacobian) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   BallState y, f;
@@ -101,4 +55,9 @@ extern "C" {
     for (int column = 0; column < 9; column++)
       jacobian[(VELOCITY + row) * MOTION + column] = (*parts[row / 3][column / 3])[row % 3][column % 3][0];
 }
+// States (balls, COLUMNS) of evenly spaced balls at rest between the raceways, rolling there if they are to; 0 where one
+// has no rest.
+CORE_EXPORT std::int64_t core_place_balls(const double *bearing_numbers, const double *points, double ring_speed,
+                                          std::int64_t rolls, std::int64_t balls, double *state) {
+  return start::place_balls(bearing_of(bearing_numbers, points), ring_speed, rolls != 0, int(balls), state);
 }

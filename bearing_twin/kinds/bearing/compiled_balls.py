@@ -33,6 +33,7 @@ _outputs = Function(
     None,
     (REALS, REALS, REALS, INTEGER, INTEGER, REALS, REALS, REALS, INTEGERS, REALS_OUT),
 )
+_place = Function("core_place_balls", INTEGER, (REALS, REALS, REAL, INTEGER, INTEGER, REALS_OUT))
 _rates = Function("core_ball_rates", None, (REALS, REALS, REAL, REALS, REALS_OUT, REALS_OUT))
 
 
@@ -100,6 +101,14 @@ def _method_numbers(order: int, lands: bool) -> np.ndarray:
             ),
         ]
     )
+
+
+def place(bearing, ring_speed: float, rolls: bool, state: np.ndarray) -> bool:
+    """Fills the state (N, COLUMNS) of evenly spaced balls at rest between the raceways, rolling there if they are to.
+
+    False where a ball finds no rest.
+    """
+    return bool(_place(*numbers_of(bearing), ring_speed, rolls, len(state), state))
 
 
 def advance(bearing, drive, method: Rosenbrock, chunk, balls, moving, results) -> int:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.forces.equations import mark_met, mark_near
+from bearing_twin.core import FLAGS_OUT, INTEGER, REAL, REALS, Function
 from bearing_twin.kinds.bearing.stepping.integrate import instants_in
 from bearing_twin.numerics.steppers import NOTHING
 
@@ -18,6 +18,15 @@ MET = 0.5 * NEAR  # the same of balls that came together
 SOON = 1e-3  # s for which balls that may meet are integrated together before the next look
 LONGER, SHORTER = 2.0, 0.25  # of stretches in which none may meet: after one in which none did, and after another
 EVERYWHERE = 1e9  # m: a gap that no two balls that can meet exceed
+
+_mark_near = Function("core_mark_near", None, (REAL, REALS, INTEGER, REAL, REAL, FLAGS_OUT))
+_mark_met = Function("core_mark_met", INTEGER, (REAL, REALS, INTEGER, REALS, INTEGER, REAL, FLAGS_OUT))
+_time_apart = Function("core_time_apart", REAL, (REAL, REALS, INTEGER, REAL))
+
+
+def time_apart(ball_radius: float, state: np.ndarray, reach: float) -> float:
+    """Seconds for which no two balls can come closer than `reach` [m], by their present speeds."""
+    return _time_apart(ball_radius, state, len(state), reach)
 
 
 class PartBalls(NamedTuple):
@@ -33,11 +42,13 @@ class PartBalls(NamedTuple):
 
     def mark_near(self, reach: float, ahead: float, near: np.ndarray) -> None:
         """Sets `near` (N,) where two may come closer than `reach` [m] within `ahead` [s]."""
-        mark_near(self.radius, self.moving[0], reach, ahead, near)
+        state = self.moving[0]
+        _mark_near(self.radius, state, len(state), reach, ahead, near)
 
     def mark_met(self, states: np.ndarray, near: np.ndarray) -> bool:
         """Sets `near` (N,) for those who have met, now or in `states` (instants, N, ...); whether any was not set."""
-        return mark_met(self.radius, self.moving[0], states, MET * self.radius, near)
+        state = self.moving[0]
+        return bool(_mark_met(self.radius, state, len(state), states, len(states), MET * self.radius, near))
 
     def put_back(self, before: list[np.ndarray]) -> None:
         """Back to where they were."""

@@ -11,7 +11,7 @@ from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
-from bearing_twin.kinds.bearing.forces.equations import RingDrive, time_apart
+from bearing_twin.kinds.bearing.forces.equations import RingDrive
 from bearing_twin.kinds.bearing.forces.layout import (
     CARRIED_COLUMNS,
     DRIVE_WORK,
@@ -20,7 +20,7 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SHAFT_ANGLE,
     SHAFT_SPEED,
 )
-from bearing_twin.kinds.bearing.meeting_parts import NEAR, PartBalls, integrate_alone, integrate_in_common
+from bearing_twin.kinds.bearing.meeting_parts import NEAR, PartBalls, integrate_alone, integrate_in_common, time_apart
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.overload import check_speed, explained
 from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.sample import Block, Layout
-from bearing_twin.compiled import kernel
+from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
 
 STRETCH = 50  # outputs, by their numbers: sums over the second half of a run begin at the end of such a stretch
 STANDING = 1e-12  # of the speed that friction is smoothed over: what slides more slowly stands
@@ -66,23 +66,42 @@ class StretchSums(NamedTuple):
     ring_greatest: np.ndarray
 
 
+_sum_outputs = Function(
+    "core_sum_outputs",
+    None,
+    (
+        *(INTEGERS, REALS, INTEGER, INTEGER, INTEGERS, INTEGER, INTEGER, INTEGER),
+        *(REALS_OUT, REALS_OUT, INTEGER, INTEGER, INTEGERS_OUT),
+    ),
+)
 LAST = "time", "orbit_angle", "turned"
 TOGETHER = {"ring_least": np.minimum, "ring_greatest": np.maximum}  # all others are added
 
 
-def new_greatest(balls: int) -> Greatest:
-    """Nothing seen yet."""
-    contacts = 2 * balls
-    there, without = np.zeros((len(AT_GREATEST), contacts)), np.zeros(contacts, np.int64)
-    return Greatest(np.zeros(contacts), there, without, np.zeros(1), np.zeros(1), np.zeros(1))
+def new_greatest(balls: int) -> np.ndarray:
+    """The numbers of a `Greatest` that has seen nothing yet, side by side as the core takes them."""
+    return np.zeros(2 * balls * (len(AT_GREATEST) + 2) + 3)
 
 
-def new_stretches(count: int, balls: int) -> StretchSums:
-    """Sums over `count` stretches without an output."""
+def named_greatest(room: np.ndarray, balls: int) -> Greatest:
+    """The same numbers by their names."""
+    widths = 2 * balls, len(AT_GREATEST) * 2 * balls, 2 * balls, 1, 1
+    load, there, without, *single = np.split(room, np.cumsum(widths))
+    return Greatest(load, there.reshape(len(AT_GREATEST), -1), without, *single)
+
+
+def new_stretches(count: int, balls: int) -> np.ndarray:
+    """Sums over `count` stretches without an output, a row each, as the core takes them."""
+    return np.zeros((count, 4 * balls + 3 * RING_WIDTH + 11))
+
+
+def named_stretches(room: np.ndarray, balls: int) -> StretchSums:
+    """The columns of these sums by their names."""
     widths = {"orbit_angle": balls, "turned": 2, "load": 2 * balls, "torque": balls, "centre": 3}
-    found = {name: np.zeros((count, widths[name]) if name in widths else count) for name in StretchSums._fields}
-    ring = {name: np.zeros((count, RING_WIDTH)) for name in ("ring", "ring_least", "ring_greatest")}
-    return StretchSums(**(found | ring))
+    widths |= dict.fromkeys(("ring", "ring_least", "ring_greatest"), RING_WIDTH)
+    ends = list(accumulate(widths.get(name, 1) for name in StretchSums._fields))
+    named = zip(StretchSums._fields, np.split(room, ends[:-1], axis=1), strict=True)
+    return StretchSums(*(part if name in widths else part[:, 0] for name, part in named))
 
 
 def columns_of(layout: Layout) -> np.ndarray:
@@ -92,104 +111,33 @@ def columns_of(layout: Layout) -> np.ndarray:
     return np.array([MISSING if name in missing else layout.places[name][0].start for name in _READ])
 
 
-@kernel
-def _add_centre(columns, first, row, greatest, centre):
-    """Adds what the cage's centre does in an output; `columns` of offset, velocity and force from number `first` on."""
-    if columns[first] != MISSING:
-        offset, velocity, force = columns[first], columns[first + 1], columns[first + 2]
-        x, y = row[offset], row[offset + 1]
-        square = x * x + y * y
-        centre[0] += math.sqrt(square)
-        centre[1] += square
-        centre[2] += x * row[velocity + 1] - y * row[velocity]
-        pull = math.sqrt(row[force] * row[force] + row[force + 1] * row[force + 1])
-        greatest.land_force[0] = max(greatest.land_force[0], pull)
-
-
-@kernel
-def _sum_up(columns, ring_widths, numbers, time_ns, first_sequence, greatest, sums, stretch):
-    """Adds the outputs `numbers` (count, total width) to `greatest` and to `sums` from row `stretch` on, which is 0.
-
-    Returns how many outputs found room and the row after the last; every call begins a stretch.
-    """
-    load_at, torque_at, drive_at, roll_at = columns[0], columns[1], columns[2], columns[3]
-    speed_at, slip_at, angle_at, pocket_at, there_at = columns[4], columns[5], columns[6], columns[7], 11
-    ring_at = there_at + len(greatest.there)
-    balls = sums.orbit_angle.shape[1]
-    even = 2.0 * math.pi / balls
-    for number in range(len(numbers)):
-        row, begins = numbers[number], number == 0 or (first_sequence + number) % STRETCH == 0
-        stretch += 1 if begins and number > 0 else 0
-        if stretch == len(sums.time):
-            return number, stretch
-        sums.time[stretch] = 1e-9 * time_ns[number]
-        sums.count[stretch] += 1.0
-        for contact in range(2 * balls):
-            load = row[load_at + contact]
-            sums.load[stretch, contact] += load
-            greatest.without[contact] += 0 if load > 0.0 else 1
-            if load > greatest.load[contact]:
-                greatest.load[contact] = load
-                for k in range(len(greatest.there)):
-                    greatest.there[k, contact] = row[columns[there_at + k] + contact]
-        mean = 0.0
-        for k in range(balls):
-            x, y, z = row[torque_at + 3 * k], row[torque_at + 3 * k + 1], row[torque_at + 3 * k + 2]
-            sums.torque[stretch, k] += math.sqrt(x * x + y * y + z * z)
-            sums.orbit_angle[stretch, k] = row[angle_at + k]
-            mean += row[roll_at + k]
-            if k > 0:
-                off = abs(row[angle_at + k] - row[angle_at + k - 1] - even)
-                greatest.off_even[0] = max(greatest.off_even[0], off)
-            if pocket_at != MISSING:
-                greatest.pocket_force[0] = max(greatest.pocket_force[0], abs(row[pocket_at + k]))
-        sums.roll_rate[stretch] += mean / balls
-        sums.drive_torque[stretch] -= row[drive_at + 2]
-        for k in range(2):
-            sums.turned[stretch, k] = row[columns[8 + k]]
-        if columns[10] != MISSING:
-            sums.turned[stretch, 0] -= row[columns[10]]
-        sums.speed[stretch] += row[speed_at]
-        sums.cage_slip[stretch] += row[slip_at] if slip_at != MISSING else 0.0
-        _add_centre(columns, ring_at + len(ring_widths), row, greatest, sums.centre[stretch])
-        place = 0
-        for k in range(len(ring_widths)):
-            column = columns[ring_at + k]
-            for axis in range(ring_widths[k]):
-                value = row[column + axis]
-                sums.ring[stretch, place] += value
-                sums.ring_least[stretch, place] = min(value, value if begins else sums.ring_least[stretch, place])
-                sums.ring_greatest[stretch, place] = max(value, value if begins else sums.ring_greatest[stretch, place])
-                place += 1
-    return len(numbers), stretch + 1
-
-
-_RING_WIDTHS = np.array(list(RING.values()))
-
-
 class Sums:
     """The stretches of a run so far, in memory that does not grow with it, and the greatest of its contacts."""
 
     def __init__(self, balls: int):
-        self.greatest = new_greatest(balls)
         self.outputs = self.stretches = 0
-        self._balls = balls
-        self._kept = new_stretches(MOST_STRETCHES + 1, balls)
+        self._balls, self._greatest = balls, new_greatest(balls)
+        self._rows = new_stretches(MOST_STRETCHES + 1, balls)
+
+    @property
+    def greatest(self) -> Greatest:
+        """The greatest of all contacts so far."""
+        return named_greatest(self._greatest, self._balls)
+
+    @property
+    def _kept(self) -> StretchSums:
+        return named_stretches(self._rows, self._balls)
 
     def add(self, block: Block, columns: np.ndarray) -> None:
         """Takes in a block that ends, unless it is the last, before a sequence number divisible by STRETCH."""
         numbers, times, done = block.matrix(), block.time_ns, 0
         while done < len(block):
-            taken, self.stretches = _sum_up(
-                columns,
-                _RING_WIDTHS,
-                numbers[done:],
-                times[done:],
-                block.first_sequence + done,
-                self.greatest,
-                self._kept,
-                self.stretches,
+            rest, ended = numbers[done:], np.array([0, self.stretches])
+            _sum_outputs(
+                *(columns, rest, *rest.shape, times[done:], block.first_sequence + done, STRETCH, self._balls),
+                *(self._greatest, self._rows, *self._rows.shape, ended),
             )
+            taken, self.stretches = ended.tolist()
             done += taken
             if self.stretches > MOST_STRETCHES:
                 self._halve()

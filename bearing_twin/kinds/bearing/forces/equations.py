@@ -19,8 +19,6 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.damping import damped_load
 from bearing_twin.contact.elastic import HERTZIAN, elastic
@@ -43,7 +41,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     ORBIT_ANGLE,
     RING_SPEED,
     SPIN,
-    TANGENTIAL_VELOCITY,
     VELOCITY,
 )
 from bearing_twin.kinds.bearing.forces.ring_seat import from_ring, ring_in_lane, seat_of, seen_from
@@ -485,64 +482,6 @@ def give_coefficients(bearing, lanes):
 
 
 @kernel
-def meeting(ball_radius, state, k):
-    """Gap [m] from ball k to the next ahead, and twice the speed [m/s] at which their orbits close it.
-
-    A gap that cannot close, because there is no other ball or the way round is the longer one, is infinite; one that
-    ball k has passed through is less than - 2 R.
-    """
-    angle = neighbour_angle(state, k, 1)
-    if len(state) == 1 or (len(state) == 2 and angle > math.pi):
-        return math.inf, 0.0
-    j = _neighbour(len(state), k, 1)
-    other = about_z(math.cos(angle), math.sin(angle), ball_position(state, j))
-    between = minus(other, ball_position(state, k))
-    gap = math.copysign(math.sqrt(dot(between, between)), angle) - 2.0 * ball_radius
-    return gap, 2.0 * abs(state[j, TANGENTIAL_VELOCITY] - state[k, TANGENTIAL_VELOCITY])
-
-
-@kernel
-def mark_near(ball_radius, state, reach, ahead, near):
-    """Sets `near[k]` where ball k and the next ahead may come closer than `reach` [m] within `ahead` [s]."""
-    for k in range(len(state)):
-        gap, closing = meeting(ball_radius, state, k)
-        near[k] = gap < reach + ahead * closing
-
-
-@kernel
-def mark_met(ball_radius, state, states, reach, near):
-    """Sets `near[k]` where ball k was closer than `reach` [m] to the next ahead; returns whether any was not set yet.
-
-    In `state` (N, ...) or any of `states` (instants, N, ...).
-    """
-    balls, found = len(state), False
-    closest, least = np.full(balls, -1), np.empty(balls)
-    for k in range(balls):
-        least[k] = neighbour_angle(state, k, 1)
-    for instant in range(len(states)):
-        for k in range(balls):
-            angle = neighbour_angle(states[instant], k, 1)
-            if angle < least[k]:
-                closest[k], least[k] = instant, angle
-    for k in range(balls):
-        there = states[closest[k]] if closest[k] >= 0 else state
-        if meeting(ball_radius, there, k)[0] < reach:
-            found = found or not near[k]
-            near[k] = True
-    return found
-
-
-@kernel
-def time_apart(ball_radius, state, reach):
-    """Seconds for which no two balls can come closer than `reach` [m], by their present speeds."""
-    least = math.inf
-    for k in range(len(state)):
-        gap, closing = meeting(ball_radius, state, k)
-        least = min(least, max(gap - reach, 0.0) / (closing + 1e-300))
-    return least
-
-
-@kernel
 def inner_approach(bearing, radius, angle, height):
     """Approach [m] at the inner raceway of a ball `radius` [m] from the axis, at that `angle` [rad], `height` [m]."""
     position = (radius, 0.0, height)
@@ -564,28 +503,6 @@ def approaches(bearing, motion):
     """Approaches [m] of a ball at the inner and at the outer raceway; `motion` starts with its position."""
     radius, height = motion[AXIS_DISTANCE], motion[HEIGHT]
     return inner_approach(bearing, radius, motion[ORBIT_ANGLE], height), outer_approach(bearing, radius, height)
-
-
-@inlined
-def _still_push(bearing, raceway, centre, position):
-    """Radial and axial force [N] of a raceway on a ball that does not move: of `raceway_contact` the elastic load."""
-    offset, axis_distance, inverse = placed(position, centre)
-    geometry = ball_in_groove(
-        axis_distance, offset[2], bearing.ball_radius, raceway.locus_radius, raceway.groove_radius
-    )
-    coefficient = raceway_coefficient(raceway, given_coefficient(bearing, raceway, offset), geometry.normal_radial)
-    load = -lane_elastic(raceway.law, coefficient, geometry.approach).load
-    return load * geometry.normal_radial * inverse * offset[0], load * geometry.normal_axial
-
-
-@kernel
-def static_force(bearing, orbit_rate, axis_distance, orbit_angle, height):
-    """Radial and axial force [N] on a ball from elastic contacts and its orbit alone: what equilibrium makes zero."""
-    position, cosine, sine = (axis_distance, 0.0, height), math.cos(orbit_angle), math.sin(orbit_angle)
-    inner = _still_push(bearing, bearing.inner, about_z(cosine, -sine, bearing.offset), position)
-    outer = _still_push(bearing, bearing.outer, ON_AXIS, position)
-    pulled = bearing.ball_mass * axis_distance * orbit_rate * orbit_rate
-    return inner[0] + outer[0] + pulled, inner[1] + outer[1]
 
 
 def raceway_of(geometry, conformity, side, law: Callable) -> Raceway:

@@ -1,0 +1,51 @@
+// Reads the numbers that the doors of the bearing are handed.
+#pragma once
+#include "../methods/rosenbrock.hpp"
+#include "model.hpp"
+
+namespace core {
+
+// Reads numbers in the order in which kinds/bearing/compiled_balls.py writes them.
+class Reader {
+ public:
+  explicit Reader(const double *numbers) : next(numbers) {}
+  void operator()(double &number) { number = *next++; }
+  template <std::size_t N> void operator()(double (&numbers)[N]) { for (double &one : numbers) one = *next++; }
+  void operator()(GroovePolynomial &p) { (*this)(p.term), (*this)(p.least); }
+  void operator()(Raceway &r) {
+    (*this)(r.locus_radius), (*this)(r.groove_radius), (*this)(r.given);
+    (*this)(r.coefficient), (*this)(r.semi_major), (*this)(r.semi_minor);
+  }
+  int integer() { return int(*next++); }
+
+ private:
+  const double *next;
+};
+
+inline Bearing bearing_of(const double *numbers, const double *points) {
+  Bearing b{};
+  Reader read(numbers);
+  read(b.ball_radius), read(b.ball_mass), read(b.ball_inertia), read(b.offset), read(b.gravity);
+  read(b.damping), read(b.relaxation_time), read(b.friction_coefficient), read(b.regularisation), read(b.power);
+  read(b.pair_coefficient), read(b.pair_friction);
+  read(b.inner), read(b.outer);
+  b.patch.model = FrictionModel(read.integer());
+  read(b.patch.coefficient), read(b.patch.easy), read(b.patch.hard);
+  b.patch.points = read.integer();
+  b.patch.point = points;
+  return b;
+}
+
+inline RosenbrockMethod method_of(const double *numbers) {
+  RosenbrockMethod m{};
+  Reader read(numbers);
+  m.stages = read.integer(), m.order = read.integer(), m.ends_steps_at_contacts = read.integer() != 0;
+  read(m.gamma);
+  for (auto &row : m.a) read(row);
+  for (auto &row : m.c) read(row);
+  read(m.alpha), read(m.d);
+  for (auto &row : m.dense) read(row);
+  return m;
+}
+
+}  // namespace core
