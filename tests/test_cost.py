@@ -1,5 +1,8 @@
 """What a run takes, told before it begins, and the time left while it goes on."""
 
+import sys
+import time
+
 import numpy as np
 import pytest
 
@@ -33,19 +36,31 @@ def test_a_large_run_is_announced_before_it_begins(tmp_path, monkeypatch, capsys
     assert "a log" not in capsys.readouterr().err
 
 
-def test_the_time_left_is_told(monkeypatch, capsys):
+def test_the_time_left_is_told():
     now = [0.0]
-    monkeypatch.setattr(terminal.time, "monotonic", lambda: now[0])
+    work = terminal.Progress("it", lambda: now[0])
+    now[0] = 7.0
+    assert work.line() == "it: 7 s so far"
+    for k in range(1, 53):
+        now[0] += 2.0
+        work.update(0.01 * k)
+    assert work.line().startswith("it: ━━━━━━━━━━━━····")
+    assert work.line().endswith(" 52 %, 96 s left")
+
+
+@pytest.mark.parametrize("terminal_there", [True, False])
+def test_progress_is_shown_after_a_second_on_one_line_of_a_terminal(terminal_there, monkeypatch, capsys):
+    monkeypatch.setattr(terminal, "SLOW", 0.1)
+    monkeypatch.setattr(terminal, "REFRESH", 0.01)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal_there)
     with terminal.progress("it") as update:
-        for k in range(1, 101):
-            now[0] += 2.0
-            update(0.01 * k)
-    said = capsys.readouterr().err.splitlines()
-    assert said[:2] == ["it: 1 %", "it: about 3 min to go"]
-    assert "it: 52 %, about 96 s left" in said
-    assert said[-1] == "it: done in 200.0 s"
+        update(0.5)
+        time.sleep(0.5)
+    said = capsys.readouterr().err
+    assert said.count("it: ━") > 1 if terminal_there else said.count("it: ━") == 1
+    assert said.count("\n") == (1 if terminal_there else 2)
+    assert "it: done in " in said
+    monkeypatch.undo()
     with terminal.progress("short") as update:
-        for share in (0.1, 0.5, 1.0):
-            now[0] += 0.4
-            update(share)
-    assert "to go" not in capsys.readouterr().err
+        update(1.0)
+    assert capsys.readouterr().err == ""

@@ -88,9 +88,9 @@ def run(arguments: argparse.Namespace) -> Outcome:
     if not (sweep or picture or sheet or arguments.csv) and (found := _row_alone(arguments, given)):
         return found
 
-    from bearing_twin.command.terminal import said_if_slow
+    from bearing_twin.command.terminal import progress
 
-    with said_if_slow("solving; the first time on a machine its kernels are compiled"):
+    with progress("solving; the first time on a machine its kernels are compiled"):
         result = _swept(arguments, given, angle, *sweep) if sweep else _solved(arguments, given, angle)
     from bearing_twin.command import bearing_table
 

@@ -67,7 +67,7 @@ def _simulate(arguments) -> Outcome:
     scene = load_scene(arguments.scene, overrides_of(arguments, duration="run.duration"))
     picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
 
-    from bearing_twin.command.terminal import progress, said_if_slow, say, told
+    from bearing_twin.command.terminal import progress, say, told
     from bearing_twin.run.scene import late_keys
     from bearing_twin.run.simulation import cost_of, simulate
 
@@ -75,7 +75,7 @@ def _simulate(arguments) -> Outcome:
     if large:
         say(told(f"{scene.name}: {large}"))
     with progress(f"simulating {scene.name}") as update:
-        with said_if_slow(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
+        with progress(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
             run = simulate(scene, update)
             for warning in (*late_keys(scene, scene.parameters.run.duration), *run.choice.warnings):
                 say(told(f"{scene.name}: {warning}"))
@@ -193,10 +193,10 @@ def _recover_arguments(parser):
 
 
 def _recover(arguments) -> Outcome:
-    from bearing_twin.command.terminal import said_if_slow
+    from bearing_twin.command.terminal import progress
     from bearing_twin.log.recover import recover
 
-    with said_if_slow(f"reading what is left of {arguments.log}"):
+    with progress(f"reading what is left of {arguments.log}"):
         recovered = recover(arguments.log, new_log(arguments.out))
     return Outcome({"log": str(arguments.out)} | recovered._asdict(), list(recovered.problems))
 

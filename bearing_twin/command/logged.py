@@ -33,10 +33,10 @@ class ShownStream:
 
     def write(self, path, report) -> str:
         """Draws the picture of what has gone past."""
-        from bearing_twin.command.terminal import said_if_slow
+        from bearing_twin.command.terminal import progress
         from bearing_twin.run.report import figure_errors
 
-        with said_if_slow(f"drawing {path}"):
+        with progress(f"drawing {path}"):
             return str(self._picture.write(path, figure_errors(report)))
 
 

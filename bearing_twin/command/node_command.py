@@ -411,11 +411,13 @@ GROUPS = {"topic": "list, info, echo, hz, bw, pub", "param": "list, get, set", "
 
 
 def _add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.epilog = "Nodes are seen within one ROS_DOMAIN_ID. Ctrl-C ends what runs on. Further verbs: see ros2."
+    parser.epilog = "Nodes are seen within one ROS_DOMAIN_ID. Ctrl-C ends what runs on."
     form = {"formatter_class": argparse.RawDescriptionHelpFormatter}
     groups = {"": parser.add_subparsers(dest="verb", metavar="VERB", required=True)}
     for name, verbs in GROUPS.items():
-        groups[name] = groups[""].add_parser(name, help=verbs).add_subparsers(metavar="VERB", required=True)
+        examples = "\n  ".join(["examples:", *(one.line for one in VERBS if one.words.startswith(f"{name} "))])
+        group = groups[""].add_parser(name, help=verbs, epilog=examples, **form)
+        groups[name] = group.add_subparsers(metavar="VERB", required=True)
     for verb in VERBS:
         group, _, last = verb.words.rpartition(" ")
         about = {"help": verb.help, "description": textwrap.fill(verb.help, 78), "epilog": f"example:\n  {verb.line}"}

@@ -138,11 +138,11 @@ def _compile(arguments: argparse.Namespace) -> Outcome:
 
 
 def _compiled(scene) -> dict:
-    from bearing_twin.command.terminal import said_if_slow, say
+    from bearing_twin.command.terminal import progress, say
     from bearing_twin.run.simulation import Simulation
 
     began = time.monotonic()
-    with said_if_slow(f"compiling {scene.name}"):
+    with progress(f"compiling {scene.name}"):
         Simulation(scene).warm_up()
     seconds = time.monotonic() - began
     say(f"{scene.name}: ready after {seconds:.1f} s")

@@ -1,6 +1,7 @@
 """What a person sees: results on standard output, made from their own keys; progress on standard error."""
 
 import contextlib
+import io
 import math
 import shutil
 import sys
@@ -26,9 +27,8 @@ from bearing_twin.base.units import (
 )
 
 GAP = "  "
-LEAST_TEXT = 24  # columns that a column of sentences gets beside others
-SHORT = 32  # columns of cells that may be broken at every word
-HEADER = 11  # columns that words above numbers get without being broken
+HEADER = 11  # columns of words above numbers
+INDENT = "    "
 NAMES = 30  # columns of names beside their values
 
 
@@ -37,46 +37,19 @@ def width_of_terminal() -> int:
     return max(shutil.get_terminal_size((80, 24)).columns, 40)
 
 
-def wrapped(text: str, width: int) -> list[str]:
-    """The lines of a text, broken between words, at least one; a word that is longer than `width` stays whole."""
-    found = []
-    for line in text.splitlines() or [""]:
-        found += textwrap.wrap(line, max(width, 1), break_long_words=False, break_on_hyphens=False) or [""]
-    return found
-
-
 def named_values(pairs: Sequence[tuple[str, str]], width: int) -> list[str]:
     """Lines of names and values in two columns."""
-    names = [wrapped(name, NAMES) for name, _ in pairs]
-    first = max((len(line) for lines in names for line in lines), default=0)
-    found = []
-    for lines, (_, value) in zip(names, pairs, strict=True):
-        found += _side_by_side((lines, wrapped(value, width - first - len(GAP))), (first, 0), (str.ljust, str.ljust))
-    return found
+    return _lines(None, pairs, width, ("left", "left"), (NAMES, None))
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence], width: int) -> list[str]:
-    """Lines of a table, numbers to the right; where it would be wider than `width`, a paragraph for each row."""
+    """Lines of a table, numbers to the right; where words do not fit into `width`, a paragraph for each row."""
     cells = [[str(cell) for cell in row] for row in rows]
     columns = list(zip(*([list(header), *cells]), strict=True))
-    numbers = [bool(cells) and all(map(_is_number, column[1:])) for column in columns]
-    widths = [max(len(line) for cell in column for line in cell.split("\n")) for column in columns]
-    words = [_longest_word(column) for column in columns]
-    wide = [min(size, max(LEAST_TEXT, word)) for word, size in zip(words, widths, strict=True)]
-    tight = [word if size <= SHORT else one for word, one, size in zip(words, wide, widths, strict=True)]
-    wide = [word if number else one for word, one, number in zip(words, wide, numbers, strict=True)]
-    room = width - len(GAP) * (len(columns) - 1)
-    least = wide if sum(wide) <= room else tight
-    if sum(least) > room:
+    if sum(map(_longest_word, columns)) + len(GAP) * (len(columns) - 1) > width:
         return _paragraphs(header, cells, width)
-    for place in sorted(range(len(columns)), key=lambda place: -widths[place]):  # the widest gives way first
-        widths[place] = max(least[place], min(widths[place], widths[place] - (sum(widths) - room)))
-    sides = [str.rjust if number else str.ljust for number in numbers]
-    found = []
-    for row in [list(header), *cells]:
-        lines = [wrapped(cell, size) for cell, size in zip(row, widths, strict=True)]
-        found += _side_by_side(lines, widths, sides)
-    return found
+    numbers = [bool(cells) and all(map(_is_number, column[1:])) for column in columns]
+    return _lines(header, cells, width, ["right" if number else "left" for number in numbers])
 
 
 def columns_apart(header: Sequence[str], columns: Sequence[Sequence[str]], width: int) -> list[list[str]]:
@@ -84,34 +57,37 @@ def columns_apart(header: Sequence[str], columns: Sequence[Sequence[str]], width
 
     Names in the header may hold line breaks: what stands behind one begins a line.
     """
-    sizes = [
-        max(_longest_word([name]), min(HEADER, max(map(len, name.split("\n")))), *(len(cell) for cell in column))
-        for name, column in zip(header, columns, strict=True)
-    ]
+    sizes = [max(_longest_word([name, *column]), HEADER) for name, column in zip(header, columns, strict=True)]
+    sizes[0] = _longest_word([header[0], *columns[0]])
     found, start = [], 1
     while start < len(columns):
-        end, used = start, sizes[0]
-        while end < len(columns) and (end == start or used + len(GAP) + sizes[end] <= width):
-            used += len(GAP) + sizes[end]
+        end = start + 1
+        while end < len(columns) and sizes[0] + sum(sizes[start : end + 1]) + len(GAP) * (end + 1 - start) <= width:
             end += 1
         here = [0, *range(start, end)]
-        widths, sides = [sizes[place] for place in here], [str.rjust] * len(here)
-        names = [wrapped(header[place], sizes[place]) for place in here]
-        tall = max(map(len, names))
-        lines = _side_by_side([[""] * (tall - len(one)) + one for one in names], widths, sides)
-        for row in zip(*(columns[place] for place in here), strict=True):
-            lines += _side_by_side([[cell] for cell in row], widths, sides)
-        found.append(lines)
+        rows = zip(*(columns[place] for place in here), strict=True)
+        names, widest = [header[place] for place in here], [sizes[place] for place in here]
+        found.append(_lines(names, rows, width, ["right"] * len(here), widest))
         start = end
     return found
 
 
-def _side_by_side(blocks: Sequence[list[str]], widths: Sequence[int], sides: Sequence) -> list[str]:
-    """Blocks of lines beside each other, each as wide as told."""
-    return [
-        GAP.join(side(part, size) for part, size, side in zip(line, widths, sides, strict=True)).rstrip()
-        for line in zip_longest(*blocks, fillvalue="")
-    ]
+def _lines(header, rows, width: int, sides: Sequence[str], widest: Sequence[int | None] = ()) -> list[str]:
+    """Lines of a table of columns with these sides, at most as wide as told."""
+    from rich.console import Console
+    from rich.table import Table
+
+    rows = [[*map(str, row)] for row in rows]
+    found = Table(box=None, pad_edge=False, padding=(0, len(GAP), 0, 0), show_header=header is not None)
+    names = header or [""] * len(sides)
+    for place, (side, name, most) in enumerate(zip_longest(sides, names, widest)):
+        least = _longest_word([name, *(row[place] for row in rows)])
+        found.add_column(name, justify=side, min_width=min(least, most or least), max_width=most)
+    for row in rows:
+        found.add_row(*row)
+    console = Console(file=io.StringIO(), width=width, highlight=False, markup=False, emoji=False, color_system=None)
+    console.print(found)
+    return [line.rstrip() for line in console.file.getvalue().splitlines()]
 
 
 def _paragraphs(header, rows, width) -> list[str]:
@@ -119,10 +95,10 @@ def _paragraphs(header, rows, width) -> list[str]:
     lead = 1 if len({row[0] for row in rows}) == len(rows) or len(header) < 3 else 2
     found = [f"{' '.join(header[:lead])}: {', '.join(header[lead:])}", ""]
     for row in rows:
-        between = zip(header[lead:-1], row[lead:-1], strict=True)
-        told = "; ".join(f"{name} {cell}" for name, cell in between if cell)
+        between = "; ".join(f"{name} {cell}" for name, cell in zip(header[lead:-1], row[lead:-1], strict=True) if cell)
         found.append("  ".join(row[:lead]))
-        found += [f"    {line}" for text in (told, row[-1]) if text for line in wrapped(text, width - 4)]
+        indented = {"initial_indent": INDENT, "subsequent_indent": INDENT}
+        found += [textwrap.fill(one, width, **indented) for one in (between, row[-1]) if one]
     return found
 
 
@@ -141,8 +117,8 @@ def _is_number(cell: str) -> bool:
 if TYPE_CHECKING:  # a list of scenes needs no arrays
     from bearing_twin.base.sample import Block
 
-FIRST_LOOK, LONG = 0.3, 30.0  # seconds after which a pace is known, and from which on a work is announced
-SLOW, PLAIN_PERIOD = 1.0, 5.0  # seconds without a sign of life before one is given; between those without a terminal
+SLOW, REFRESH, PLAIN_PERIOD = 1.0, 0.25, 5.0  # s until progress is shown; between updates on a terminal; elsewhere
+BAR, CLEAR = 24, "\x1b[K"  # characters of a bar; what ends a line of a terminal
 
 SI: ContextVar[bool] = ContextVar("si", default=False)  # whether people read SI units too
 ERROR = "_error"  # behind a figure's key: what is not known of it
@@ -253,7 +229,7 @@ def _named_value(key: str, value, errors: tuple, size: float) -> tuple[str, str]
 
 def show_paragraph(text: str) -> None:
     """Print a sentence or more of a result on standard output, wrapped between words."""
-    show_text("\n".join(wrapped(told(text), width_of_terminal())))
+    show_text("\n".join(textwrap.fill(line, width_of_terminal()) for line in told(text).splitlines()))
 
 
 def told(sentence: str) -> str:
@@ -273,57 +249,67 @@ def show_text(text: str = "") -> None:
 
 def say(text: str) -> None:
     """Print a line about the work, not of its result, on standard error."""
-    print(harmless(text), file=sys.stderr, flush=True)
+    clear = f"\r{CLEAR}" if sys.stderr.isatty() else ""
+    print(f"{clear}{harmless(text)}", file=sys.stderr, flush=True)
 
 
-@contextlib.contextmanager
-def said_if_slow(text: str) -> Iterator[None]:
-    """Print `text` if the body takes over a second, and again with the seconds so far for as long as it lasts."""
-    ended, began = threading.Event(), time.monotonic()
+WORKS: list["Progress"] = []  # that go on, each a part of the one before
 
-    def keep_saying():
-        if ended.wait(SLOW):
-            return
-        say(text)
-        while not ended.wait(PLAIN_PERIOD):
-            say(f"{text}: {time.monotonic() - began:.0f} s so far")
 
-    thread = threading.Thread(target=keep_saying, name="said_if_slow", daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        ended.set()
-        thread.join()
+class Progress:
+    """A line about work that takes over a second, with the share done and the time left as far as they are known.
+
+    On a terminal the line is rewritten in place; elsewhere there is one every PLAIN_PERIOD seconds.
+    """
+
+    def __init__(self, what: str, clock: Callable[[], float] = time.monotonic):
+        self._what, self._clock, self._began = what, clock, clock()
+        self._first = self._share = None  # (share, time) of the first update; last share
+        self.shown = False
+
+    def update(self, share: float) -> None:
+        """Takes the share that is done."""
+        self._first = self._first or (share, self._clock())  # what came before was loading
+        self._share = max(0.0, min(share, 1.0))
+
+    def line(self) -> str:
+        """The line now."""
+        now = self._clock()
+        if self._share is None:
+            return f"{self._what}: {now - self._began:.0f} s so far"
+        begun, since = self._first
+        left = (1.0 - self._share) * (now - since) / (self._share - begun) if self._share > begun else None
+        bar = "━" * round(BAR * self._share)
+        return f"{self._what}: {bar:·<{BAR}} {100.0 * self._share:.0f} %" + (f", {_words(left)} left" if left else "")
+
+    def show(self, ended: threading.Event) -> None:
+        """Shows the line from the first second on, until the end."""
+        terminal = sys.stderr.isatty()
+        while not ended.wait(REFRESH if terminal and self.shown else PLAIN_PERIOD if self.shown else SLOW):
+            self.shown = True
+            if terminal:
+                print(
+                    f"\r{harmless(self.line())[: width_of_terminal() - 1]}{CLEAR}", end="", file=sys.stderr, flush=True
+                )
+            else:
+                say(self.line())
 
 
 @contextlib.contextmanager
 def progress(what: str) -> Iterator[Callable[[float], None]]:
-    """A function to be told the share done; after a second it shows a bar, or lines where there is no terminal.
-
-    What will take long is announced with its time, as soon as the first share of it is done.
-    """
-    began = time.monotonic()
-    with contextlib.ExitStack() as stack:
-        show = start = None
-
-        def update(share: float) -> None:
-            nonlocal show, start
-            now = time.monotonic()
-            if start is None:
-                start = now, share  # what came before was loading
-            elif start and share > start[1] and now - start[0] > FIRST_LOOK:
-                left, start = _left(share, now, *start), ()
-                if left > LONG:
-                    say(f"{what}: about {_words(left)} to go")
-            if show is None and time.monotonic() - began > SLOW:
-                show = _progress_bar(stack, what) if sys.stderr.isatty() else _progress_lines(what)
-            if show is not None:
-                show(max(0.0, min(share, 1.0)))
-
-        yield update
-    if show is not None:
-        say(f"{what}: done in {time.monotonic() - began:.1f} s")
+    """A function that takes the share done, for the line about it; see `Progress`."""
+    shown, ended = Progress(what), threading.Event()
+    WORKS.append(shown)
+    began, thread = time.monotonic(), threading.Thread(target=shown.show, args=(ended,), name="progress", daemon=True)
+    thread.start()
+    try:
+        yield shown.update
+    finally:
+        ended.set()
+        thread.join()
+        WORKS.remove(shown)
+        if shown.shown:
+            say(f"{what}: done in {time.monotonic() - began:.1f} s")
 
 
 def with_progress(blocks: Iterable["Block"], duration: float, what: str) -> Iterator["Block"]:
@@ -332,41 +318,6 @@ def with_progress(blocks: Iterable["Block"], duration: float, what: str) -> Iter
         for block in blocks:
             yield block
             update(block.time_ns[-1] * 1e-9 / duration)
-
-
-def _progress_bar(stack, what):
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:3.0f} %"),
-        TimeRemainingColumn(),
-    )
-    bar = stack.enter_context(Progress(*columns, console=Console(file=sys.stderr), transient=True))
-    task = bar.add_task(what, total=1.0)
-    return lambda share: bar.update(task, completed=share)
-
-
-def _progress_lines(what):
-    last, first = -math.inf, None
-
-    def show(share):
-        nonlocal last, first
-        now = time.monotonic()
-        first = first or (now, share)
-        if now - last >= PLAIN_PERIOD:
-            last = now
-            left = f", about {_words(_left(share, now, *first))} left" if share > first[1] else ""
-            say(f"{what}: {100.0 * share:.0f} %{left}")
-
-    return show
-
-
-def _left(share: float, now: float, began: float, from_share: float) -> float:
-    """Seconds until all is done, at the pace since `began`."""
-    return (1.0 - share) * (now - began) / (share - from_share)
 
 
 def _words(seconds: float) -> str:

@@ -90,10 +90,10 @@ def _sort(arguments) -> str:
 
 
 def _of_log(arguments) -> tuple[dict[str, Any], str]:
-    from bearing_twin.command.terminal import said_if_slow
+    from bearing_twin.command.terminal import progress
     from bearing_twin.view.logs import document_of_log
 
-    with said_if_slow(f"reading {arguments.what}"):
+    with progress(f"reading {arguments.what}"):
         return document_of_log(arguments.what, topic=arguments.topic), ""
 
 
@@ -104,7 +104,7 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
     overrides = overrides_of(arguments, duration="run.duration")
     scene = load_scene(arguments.what, overrides)
     own = scene.parameters.run.duration
-    from bearing_twin.command.terminal import progress, said_if_slow, say, told
+    from bearing_twin.command.terminal import progress, say, told
     from bearing_twin.run.scene import late_keys
     from bearing_twin.run.simulation import simulate
     from bearing_twin.view.run_page import document_of_run
@@ -117,7 +117,7 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
     for warning in late_keys(scene, scene.parameters.run.duration):
         say(told(f"{scene.name}: {warning}"))
     with progress(f"simulating {scene.name}") as update:
-        with said_if_slow(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
+        with progress(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
             run_ = simulate(scene, update)
             run_.simulation.warm_up()
         try:
