@@ -1,6 +1,7 @@
 """The command line from outside: exit codes, one JSON object, one sentence for each mistake, nothing overwritten."""
 
 import json
+import os
 import re
 import signal
 import subprocess
@@ -315,3 +316,32 @@ def test_a_result_of_every_sort_of_value_is_shown(capsys):
     out = capsys.readouterr().out
     for words in ("none", "costs steps", "load", "yes"):
         assert words in out
+
+
+def test_nothing_that_exists_is_replaced_without_force(log, tmp_path, capsys, monkeypatch, quick_pictures):
+    """One rule for pictures, sheets, logs and tables; a pipe is never written to."""
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe.png")
+    commands = {
+        "run.png": ["simulate", *SHORT, "--plot", "run.png"],
+        "log.png": ["report", log, "--plot", "log.png"],
+        "contact.png": ["contact", "--radii-1", "0.01", "--load", "100", "--plot", "contact.png"],
+        "bearing.png": ["bearing", "6203", "--load", "0,-500,0", "--plot", "bearing.png"],
+        "sheet.html": ["bearing", "6203", "--load", "0,-500,0", "--out", "sheet.html"],
+        "run.mcap": ["simulate", *SHORT, "--out", "run.mcap"],
+        "saved.mcap": ["recover", log, "saved.mcap"],
+        "run.nc": ["export", log, "--to", "netcdf", "--out", "run.nc"],
+    }
+    for name, words in commands.items():
+        (tmp_path / name).write_text("precious")
+        assert "exists and is not overwritten; give another name, or --force" in refused(capsys, *words)
+        assert (tmp_path / name).read_text() == "precious"
+        asked(capsys, *words, "--force")
+        assert (tmp_path / name).stat().st_size > 100
+    assert "pipe.png exists" in refused(capsys, "simulate", *SHORT, "--plot", "pipe.png", "--force")
+    assert "the file that is read" in refused(capsys, "recover", "run.mcap", "run.mcap", "--force")
+
+
+def test_a_pipe_in_the_place_of_a_failure_is_not_waited_for(tmp_path, capsys):
+    os.mkfifo(tmp_path / "failure.json")
+    assert "is no file" in refused(capsys, "explain", tmp_path / "failure.json")

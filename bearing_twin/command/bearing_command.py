@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="curves over N values of load, clearance, speed or a scene's key, as clearance=0:40um:21",
     )
     parser.add_argument("--plot", metavar="PNG", help="draw the loads around the bearing, or the curves of --sweep")
-    parser.add_argument("--out", metavar="HTML", help="write a sheet with the result and its picture; a new file")
+    parser.add_argument("--out", metavar="HTML", help="write a sheet with the result and its picture")
     parser.add_argument("--csv", action="store_true", help="print the result as comma-separated values, in SI units")
 
 
@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     if arguments.scene is None:
         raise SceneError("which bearing? give a designation, such as 6308, or a scene; --list lists the designations")
     picture = picture_path(arguments.plot) if arguments.plot else None
-    sheet = _new_sheet(arguments.out) if arguments.out else None
+    sheet = new_path(arguments.out, (".html", ".htm"), "sheet") if arguments.out else None
     given = {name: _vector(name, getattr(arguments, name)) for name in VECTORS}
     turned = None if arguments.ball_angle is None else number("--ball-angle", arguments.ball_angle)
     angle = None if turned is None else math.radians(math.fmod(turned, 360.0))
@@ -106,14 +106,6 @@ def run(arguments: argparse.Namespace) -> Outcome:
     if arguments.csv:
         return Outcome(result, result.get("flags", []), lambda: bearing_table.show_csv(result))
     return Outcome(result, result.get("flags", []), lambda: show(result), True)
-
-
-def _new_sheet(text: str):
-    """The path of a sheet to be; raises BearingTwinError for one that is there."""
-    path = new_path(text, (".html", ".htm"), "sheet")
-    if path.exists():
-        raise SceneError(f"{path} exists; give another name, or remove it first")
-    return path
 
 
 def _vector(name: str, text: str | None) -> list[float | None] | None:

@@ -176,7 +176,7 @@ def write_sheet(result: dict, show: Callable, draw: Callable, path: Path) -> Pat
         picture = base64.b64encode(Path(draw(result, Path(folder) / "sheet.png")).read_bytes()).decode()
     title = html.escape(f"Bearing {result['scene']}")
     doubts = "".join(f"<li>{html.escape(one)}</li>" for one in result.get("flags", []))
-    with path.open("x", encoding="utf-8") as stream:
+    with path.open("w", encoding="utf-8") as stream:
         stream.write(
             f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title></head>'
             f'<body style="font-family: sans-serif; max-width: 62rem; margin: 2rem auto"><h1>{title}</h1>'

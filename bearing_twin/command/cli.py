@@ -120,9 +120,10 @@ def _main(argv) -> int:
     if rest:
         _refuse(rest, subparsers[arguments.command])
     _refuse_empty(arguments, subparsers[arguments.command])
+    from bearing_twin.command.outcome import FORCE
     from bearing_twin.command.terminal import SI, told
 
-    units = SI.set(arguments.si or arguments.json)
+    units, force = SI.set(arguments.si or arguments.json), FORCE.set(arguments.force)
     try:
         outcome = COMMANDS[arguments.command].run(arguments)
         with to_standard_output():
@@ -141,6 +142,7 @@ def _main(argv) -> int:
             raise BearingTwinError(told(outcome.problem))
     finally:
         SI.reset(units)
+        FORCE.reset(force)
     return DOUBTFUL if outcome.doubts and arguments.strict else DONE
 
 
@@ -178,6 +180,7 @@ def _parsers(only: str | None = None):
         sub.epilog = "\n\n".join(part for part in (sub.epilog, examples) if part)
         sub.add_argument("--json", action="store_true", help="print the result as one JSON object, in SI units")
         sub.add_argument("--si", action="store_true", help="print tables in SI units, not in those engineers read")
+        sub.add_argument("--force", action="store_true", help="replace files that exist")
         sub.add_argument("--strict", action="store_true", help="exit with 3 if the result is doubtful or incomplete")
     return parser, subparsers
 

@@ -42,7 +42,7 @@ def _simulate_arguments(parser):
     parser.add_argument("scene", help="name of a scene (see `bearing_twin scenes`) or path of a YAML file")
     add_changes(parser, "change one key of the scene; may be repeated")
     parser.add_argument("--duration", metavar="SECONDS", help="the same as --set run.duration=SECONDS")
-    parser.add_argument("--out", metavar="LOG", help="write the run to this MCAP log; an existing file is refused")
+    parser.add_argument("--out", metavar="LOG", help="write the run to this MCAP log")
     parser.add_argument(
         "--max-loss",
         metavar="SECONDS",
@@ -60,12 +60,12 @@ def _simulate(arguments) -> Outcome:
     from bearing_twin.kinds import KINDS
     from bearing_twin.run.scene import load_scene
 
-    log = new_log(arguments.out) if arguments.out else None
     max_loss = number("--max-loss", arguments.max_loss, "s", Limits(at_least=0.0, at_most=60.0))
-    if max_loss and not log:
+    if max_loss and not arguments.out:
         raise BearingTwinError("--max-loss is of a log that is written: give --out, too")
     scene = load_scene(arguments.scene, overrides_of(arguments, duration="run.duration"))
     picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
+    log = new_log(arguments.out) if arguments.out else None
 
     from bearing_twin.command.terminal import progress, say, told
     from bearing_twin.run.scene import late_keys
@@ -187,9 +187,7 @@ def _report(arguments) -> Outcome:
 
 def _recover_arguments(parser):
     _log_argument(parser)
-    parser.add_argument(
-        "out", metavar="OUT", help="the log to write what can be read into; an existing file is refused"
-    )
+    parser.add_argument("out", metavar="OUT", help="the log to write what can be read into")
 
 
 def _recover(arguments) -> Outcome:
@@ -197,7 +195,7 @@ def _recover(arguments) -> Outcome:
     from bearing_twin.log.recover import recover
 
     with progress(f"reading what is left of {arguments.log}"):
-        recovered = recover(arguments.log, new_log(arguments.out))
+        recovered = recover(arguments.log, new_log(arguments.out, arguments.log))
     return Outcome({"log": str(arguments.out)} | recovered._asdict(), list(recovered.problems))
 
 

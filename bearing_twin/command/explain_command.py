@@ -38,6 +38,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
     if not arguments.failure.endswith(".json"):
         return _reasons(arguments)
+    if (path := Path(arguments.failure)).exists() and not path.is_file():
+        raise BearingTwinError(f"{path} is no file; give the one that a failed run left")
     failure = read_failure(arguments.failure)
     log = new_log(arguments.out) if arguments.out else None
     given, ends = arguments.tolerance, arguments.until

@@ -3,7 +3,7 @@
 import argparse
 import math
 
-from bearing_twin.command.outcome import Outcome
+from bearing_twin.command.outcome import Outcome, cleared
 
 HELP = "a log of a run or a study as tables (CSV, Parquet) or as a data set (NetCDF), units and axes named"
 EXAMPLES = (
@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         required=True,
         metavar="PATH",
         help="of netcdf a file; of csv and parquet a folder with a file for each group of channels, or, where there is "
-        "but one group, a file with that ending; never overwritten",
+        "but one group, a file with that ending",
     )
     parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
 
@@ -37,6 +37,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         duration = stream.scene.parameters.run.duration if stream.scene else math.inf
         return with_progress(blocks, duration or math.inf, f"exporting {arguments.log}")
 
+    cleared(arguments.out, arguments.log)
     exported = export_log(arguments.log, arguments.to, arguments.out, arguments.topic, watch)
     result = {"log": arguments.log, "to": arguments.to, "rows": exported.rows, "files": list(exported.files)}
     doubts = [*exported.notes, *([f"{exported.missing} outputs are missing from the log"] if exported.missing else [])]

@@ -430,7 +430,7 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
         if verb.run is not _start:
             text = "wait at most this long for nodes, topics and answers (default: 10)"
             leaf.add_argument("--wait", metavar="SECONDS", default="10", help=text)
-            for name in ("--json", "--si", "--strict"):
+            for name in ("--json", "--si", "--strict", "--force"):
                 leaf.add_argument(name, action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
 
 

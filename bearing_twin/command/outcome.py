@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Iterable
+from contextvars import ContextVar
 from pathlib import Path
 from typing import NamedTuple
 
@@ -120,12 +121,33 @@ def number(option: str, text: str, unit: str = "", limits: Limits = NO_LIMITS, i
     return value
 
 
-def new_log(text) -> Path:
-    """The path of a log to be, refused before anything is computed where the writer would refuse it."""
-    from bearing_twin.log.raw_log import refuse_existing
+FORCE: ContextVar[bool] = ContextVar("force", default=False)  # with --force files that exist are replaced
 
-    refuse_existing(text)
-    return Path(text)
+
+def refuse_existing(path: Path) -> None:
+    """Raises BearingTwinError for a path that exists, except a file with --force: the rule of all commands."""
+    if path.exists() and not (FORCE.get() and path.is_file()):
+        raise BearingTwinError(f"{path} exists and is not overwritten; give another name, or --force to replace a file")
+
+
+def cleared(text, source=None) -> Path:
+    """A path at which nothing is: with --force a file is removed, unless it is the `source` that is read."""
+    path = Path(text)
+    refuse_existing(path)
+    if path.exists():
+        if source and path.samefile(source):
+            raise BearingTwinError(f"{path} is the file that is read; give another name")
+        path.unlink()
+    return path
+
+
+def new_log(text, source=None) -> Path:
+    """The path of a log to be; raises BearingTwinError where the writer would refuse it, before anything is computed."""
+    from bearing_twin.log.raw_log import refuse_existing as refuse_log
+
+    path = cleared(text, source)
+    refuse_log(path)
+    return path
 
 
 def picture_path(text, animated: bool = False) -> Path:
@@ -135,13 +157,18 @@ def picture_path(text, animated: bool = False) -> Path:
     return new_path(text, (".png", ".gif"), "picture")
 
 
-def new_path(text, suffixes: tuple[str, ...], noun: str) -> Path:
-    """The path of a file to be with one of these suffixes; raises BearingTwinError where none can be written."""
+def new_path(text, suffixes: tuple[str, ...], noun: str, replaced: bool = False) -> Path:
+    """The path of a file to be with one of these suffixes; raises BearingTwinError where none can be written.
+
+    A file that exists is refused without --force, unless it is `replaced` by what the command says.
+    """
     path = Path(text)
     if path.suffix.lower() not in suffixes:
         raise BearingTwinError(f"{path} is not the name of a {noun}; give one that ends in {suffixes[0]}")
     if not path.parent.is_dir():
         raise BearingTwinError(f"{path.parent} is not a folder; make it first, or give another path")
+    if not (replaced and path.is_file()):
+        refuse_existing(path)
     return path
 
 

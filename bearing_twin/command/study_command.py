@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", metavar="S", help="the same as --set seed=S")
     parser.add_argument("--workers", metavar="N", help="the same as --set workers=N; 0 = one a processor")
     parser.add_argument("--resume", metavar="LOG", help="go on from the samples of this log")
-    parser.add_argument("--out", metavar="LOG", help="write result and samples to this MCAP log; never overwritten")
+    parser.add_argument("--out", metavar="LOG", help="write result and samples to this MCAP log")
     parser.add_argument("--plot", metavar="PNG", help="draw distributions and convergence")
 
 
@@ -42,7 +42,6 @@ def run(arguments: argparse.Namespace) -> Outcome:
     if arguments.study is None:
         raise StudyError("which study? give its name or a path; `bearing_twin study --list` lists them")
     picture = picture_path(arguments.plot) if arguments.plot else None
-    log = new_log(arguments.out) if arguments.out else None
     from bearing_twin.command.terminal import progress, say, show_text
     from bearing_twin.log.mcap_write import FullDisk
     from bearing_twin.log.study_log import StudyLog, read_study
@@ -51,6 +50,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
     study = load_study(arguments.study, overrides_of(arguments, samples="samples", seed="seed", workers="workers"))
     start = read_study(arguments.resume, unfinished=True) if arguments.resume else None
+    log = new_log(arguments.out, arguments.resume) if arguments.out else None
     cancelled = threading.Event()
     result = problem = writer = None
     try:

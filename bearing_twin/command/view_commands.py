@@ -29,7 +29,7 @@ def _view_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _view(arguments: argparse.Namespace) -> Outcome:
     """Makes the page; raises BearingTwinError with a sentence for what makes none."""
-    out = new_path(arguments.out, (".html", ".htm"), "page") if arguments.out else None
+    out = new_path(arguments.out, (".html", ".htm"), "page", replaced=True) if arguments.out else None
     films = [
         new_path(text, (suffix,), "film")
         for text, suffix in ((arguments.gif, ".gif"), (arguments.mp4, ".mp4"))
