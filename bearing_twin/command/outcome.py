@@ -142,7 +142,7 @@ def cleared(text, source=None) -> Path:
 
 
 def new_log(text, source=None) -> Path:
-    """The path of a log to be; raises BearingTwinError where the writer would refuse it, before anything is computed."""
+    """The path of a log to be; raises BearingTwinError, before anything is computed, where none can be written."""
     from bearing_twin.log.raw_log import refuse_existing as refuse_log
 
     path = cleared(text, source)
