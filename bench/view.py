@@ -14,7 +14,7 @@ from datetime import date
 from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.view.film import browser_page
+from bearing_twin.view.page import browser_page
 
 PLAYED = 5_000  # ms
 COMMAND = [sys.executable, "-m", "bearing_twin"]

@@ -33,7 +33,7 @@ from bearing_twin.run.report import report_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.run.verify import verify
-from bearing_twin.view.logs import document_of_log
+from bearing_twin.view.run_page import document_of_log
 
 SCENE = made_up_scene()
 BLOCK = made_up_block(SCENE, 230)

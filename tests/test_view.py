@@ -25,12 +25,11 @@ from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
-from bearing_twin.view import film, frames
-from bearing_twin.view.frames import Frames
-from bearing_twin.view.logs import document_of_log
-from bearing_twin.view.packing import STEPS, packed
+from bearing_twin.view import frames
+from bearing_twin.view import page as film
+from bearing_twin.view.frames import STEPS, Frames, packed
 from bearing_twin.view.page import SCRIPTS, html
-from bearing_twin.view.run_page import described_view, document_of_run
+from bearing_twin.view.run_page import described_view, document_of_log, document_of_run
 from bearing_twin.view.study_page import document_of_study
 from bearing_twin.view.tables import figure_rows, happening_tables
 

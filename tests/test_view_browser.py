@@ -21,10 +21,8 @@ from bearing_twin.run.scene import load_scene, parse_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
-from bearing_twin.view.film import DRAWN, browser_page
-from bearing_twin.view.logs import document_of_log
-from bearing_twin.view.page import write_page
-from bearing_twin.view.run_page import document_of_run
+from bearing_twin.view.page import DRAWN, browser_page, write_page
+from bearing_twin.view.run_page import document_of_log, document_of_run
 from bearing_twin.view.study_page import document_of_study
 
 pytestmark = pytest.mark.environment

@@ -49,7 +49,7 @@ def _view(arguments: argparse.Namespace) -> Outcome:
     written = {}
     if films:
         from bearing_twin.command.terminal import progress
-        from bearing_twin.view.film import write_films
+        from bearing_twin.view.page import write_films
 
         with progress("filming the page") as update:
             written = {path.suffix[1:]: str(path) for path in write_films(page, films, update)}
@@ -91,7 +91,7 @@ def _sort(arguments) -> str:
 
 def _of_log(arguments) -> tuple[dict[str, Any], str]:
     from bearing_twin.command.terminal import progress
-    from bearing_twin.view.logs import document_of_log
+    from bearing_twin.view.run_page import document_of_log
 
     with progress(f"reading {arguments.what}"):
         return document_of_log(arguments.what, topic=arguments.topic), ""

@@ -1,23 +1,55 @@
 """THE table of kinds of scenes: `KINDS`, one row a kind; see `contract`.
 
-Reading the table imports parameter files alone: nothing here compiles, plots or reads files.
+A row is imported when it is wanted. That imports parameter files alone: it compiles, plots and reads no files.
 """
 
 import importlib
+from collections.abc import Iterator, MutableMapping
 
-from bearing_twin.kinds.beam.row import SPHERE_ON_BEAM
-from bearing_twin.kinds.bearing.row import BEARING
 from bearing_twin.kinds.contract import Kind
-from bearing_twin.kinds.ellipsoid.row import ELLIPSOID_ON_PLANE
-from bearing_twin.kinds.impact.row import TWO_DISCS, TWO_SPHERES
-from bearing_twin.kinds.shaft.row import SHAFT
-from bearing_twin.kinds.soft_discs.row import SOFT_DISCS
-from bearing_twin.kinds.two_bodies.row import TWO_BODIES
 
-KINDS: dict[str, Kind] = {
-    kind.name: kind
-    for kind in (BEARING, SHAFT, TWO_SPHERES, TWO_DISCS, SPHERE_ON_BEAM, ELLIPSOID_ON_PLANE, TWO_BODIES, SOFT_DISCS)
+ROWS = {  # name of a kind: its row, in its module below this package
+    "bearing": "bearing.row:BEARING",
+    "shaft": "shaft.row:SHAFT",
+    "two_spheres": "impact.row:TWO_SPHERES",
+    "two_discs": "impact.row:TWO_DISCS",
+    "sphere_on_beam": "beam.row:SPHERE_ON_BEAM",
+    "ellipsoid_on_plane": "ellipsoid.row:ELLIPSOID_ON_PLANE",
+    "two_bodies": "two_bodies.row:TWO_BODIES",
+    "soft_discs": "soft_discs.row:SOFT_DISCS",
 }
+
+
+class Kinds(MutableMapping):
+    """Rows by the name of the kind."""
+
+    def __init__(self, rows: dict[str, Kind | str]):
+        self._rows = dict(rows)
+
+    def __getitem__(self, name: str) -> Kind:
+        row = self._rows[name]
+        if isinstance(row, str):
+            module, _, constant = row.partition(":")
+            row = self._rows[name] = getattr(importlib.import_module(f"{__name__}.{module}"), constant)
+        return row
+
+    def __setitem__(self, name: str, row: Kind) -> None:
+        self._rows[name] = row
+
+    def __delitem__(self, name: str) -> None:
+        del self._rows[name]
+
+    def __contains__(self, name) -> bool:
+        return name in self._rows
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._rows)
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+
+KINDS = Kinds(ROWS)
 
 
 def register(kind: Kind) -> None:

@@ -36,8 +36,8 @@ from bearing_twin.nodes.messages import interface, qos_profile, rclpy
 from bearing_twin.nodes.recording import DEPTH, Sequences
 from bearing_twin.run.report import plot
 from bearing_twin.run.scene import Scene, load_scene
-from bearing_twin.view.logs import document_of_log
 from bearing_twin.view.page import write_page
+from bearing_twin.view.run_page import document_of_log
 
 REPLAY_RATE = 2.0
 DISCOVERY = 600.0  # s at most; it ends when every topic has its subscriber

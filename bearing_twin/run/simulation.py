@@ -16,7 +16,6 @@ from bearing_twin.base.sample import Block, Columns, Sample, joined, layout_of, 
 from bearing_twin.base.stopping import SIGNALLED, Halt, heeding_signals
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
-from bearing_twin.run.dataset import dataset_of
 from bearing_twin.run.failure import Broken, Failure, placed, state_of, told_of, up_to_break
 from bearing_twin.run.health import Health, worst_contact
 from bearing_twin.run.report import Gathering
@@ -371,6 +370,8 @@ class Run:
 
     def to_xarray(self) -> Any:
         """The whole run, computed now, as an `xarray.Dataset` (extra `export`); see `dataset_of`."""
+        from bearing_twin.run.dataset import dataset_of
+
         return dataset_of(self)
 
 

@@ -1,1 +1,6 @@
-"""The browser page of a run, a log or a study: one file that needs no network."""
+"""The page of a run, a log or a study for the browser: one file that needs no network.
+
+* `run_page`: `document_of_run`, `document_of_log`; `study_page`: `document_of_study`; `study_picture`: its PNG.
+* `page`: `write_page` puts a document into the page, `write_films` films it; `live`: the page of a run that goes on.
+* `frames`: outputs thinned and packed; `tables`: figures as rows in the units that people read.
+"""

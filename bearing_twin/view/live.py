@@ -1,4 +1,4 @@
-"""A run while it goes on, for its page: thinned outputs as text, out of the messages of its topics.
+"""A run while it goes on: its page, and thinned outputs as text, out of the messages of its topics.
 
 An event `frames` is base64 of little-endian numbers: how many outputs (a float64), their times [s] as float64, then the
 rows of all series side by side as float32.
@@ -12,11 +12,14 @@ import numpy as np
 from bearing_twin.base.errors import LogError, SceneError
 from bearing_twin.base.report import Choice, parsed_json
 from bearing_twin.base.sample import Channel, Sample
+from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.views import View
 from bearing_twin.log import cdr
 from bearing_twin.log.sample_block import block_of, channels_of, check_block
 from bearing_twin.run.scene import Scene, read_logged
-from bearing_twin.view.run_page import view_of
+from bearing_twin.view.frames import packed
+from bearing_twin.view.page import POLICY, file_text, html
+from bearing_twin.view.run_page import badges, described_view, view_of
 
 LARGEST_SCENE = 1 << 20  # characters
 LARGEST_BLOCK = 1 << 24  # B
@@ -93,3 +96,52 @@ def _read(said: str) -> tuple[Scene, Choice]:
         raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name")
     law, stepper, reason, friction = texts[1:]
     return read_logged(texts[0], "the topic scene"), Choice(law, stepper, math.nan, reason, (), friction=friction)
+
+
+LIVE = {"sort": "good", "name": "", "text": "live"}
+
+
+def live_page(run: LiveRun, node: str) -> bytes:
+    """The page; the first outputs of `run` have come. It may ask its own server alone.
+
+    Raises Again where the run begins again at this moment, in another thread.
+    """
+    (time, values), view = run.latest, run.view
+    if view is None:
+        raise Again("the run has just begun again; the page comes with its first outputs")
+    document = {
+        "kind": "run",
+        "title": run.scene.name,
+        "subtitle": f"{node}, live: {run.scene.description}",
+        "notes": [
+            "Of the outputs that come, some are shown, and the last few thousand kept: peaks between them are missing "
+            "from the curves. A log has all of them."
+        ],
+        "badges": [LIVE, *badges("", run.choice.law, run.choice.stepper, 0)[1:]],
+        "facts": [
+            ("elastic law", run.choice.law or "-"),
+            ("method", run.choice.stepper or "-"),
+            ("kind of scene", run.scene.kind),
+            ("node", node),
+        ],
+        "reason": run.choice.reason,
+        "status": "live",
+        **{key: [] for key in ("warnings", "flags", "figures", "tables", "errors")},
+        "live": {
+            "commands": [one.name for one in KINDS[run.scene.kind].commands()],
+            "speed": _acting(values, ("inner_ring_speed", "shaft_speed"), 1)[0],
+            "load": _acting(values, ("ring_load", "varying_load"), 3),
+        },
+        "view": described_view(view),
+        "packed": packed(time, values, view.series),
+    }
+    page = html(document).replace(POLICY, f"{POLICY}; connect-src 'self'", 1)
+    head, _, rest = page.partition("</head>")
+    body, _, end = rest.rpartition("</body>")
+    style, script = f"<style>\n{file_text('live.css')}\n</style>\n", f"<script>\n{file_text('live.js')}\n</script>\n"
+    return "".join((head, style, "</head>", body, script, "</body>", end)).encode()
+
+
+def _acting(values, series: tuple[str, ...], width: int) -> list[float]:
+    """The last row of the first of these series that is there, to begin the controls with; else `width` zeros."""
+    return next((np.ravel(values[one][-1]).tolist() for one in series if one in values), [0.0] * width)

@@ -26,7 +26,7 @@ from bearing_twin.uq.realisations import exact_distributions, task_of, uncertain
 from bearing_twin.uq.result import StudyResult, SweepInWords, refusals, size_of, sweep_of
 from bearing_twin.uq.statistics import histogram, kernel_density
 from bearing_twin.uq.summary import BANDS, model_error_sentences
-from bearing_twin.view.packing import prefixes
+from bearing_twin.view.frames import prefixes
 from bearing_twin.view.tables import DIGITS, error_notes
 
 BLUE, ORANGE, GREEN, RED, INK = 0, 1, 2, 5, 6  # numbers of colours

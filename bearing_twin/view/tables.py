@@ -86,7 +86,7 @@ def happening_tables(figures: Mapping[str, Any], meanings: Mapping[str, str]) ->
 def error_notes(errors: Mapping[str, Any]) -> list[str]:
     """What a report says of outputs that were wanted to a tolerance, and of what its errors leave out."""
     told = [
-        f"{output}: off by {promise_in_words(one)}"
+        f"{output}: error {promise_in_words(one)}"
         for output, one in errors.get("wanted_errors", {}).items()
         if one["error"] is not None
     ]
