@@ -74,55 +74,19 @@ def test_a_node_says_which_subscribers_it_waits_for(heard, monkeypatch):
     publishers = [SimpleNamespace(topic_name=one, get_subscription_count=lambda one=one: one in heard) for one in names]
     base_node.wait_for_subscribers(publishers, 0.1, said.append)
     unheard = [one for one in names if one not in heard]
-    more = f" and {len(unheard) - 3} more" if unheard[3:] else ""
-    state = f"{len(heard)} of 6 topics, not of {', '.join(unheard[:3])}{more}"
-    assert said == [
-        f"waiting up to 0.1 s for subscribers (discovery), so far of {state}",
-        f"goes on after 0.1 s with subscribers of {state}",
-    ]
+    assert len(said) == 2
+    for one in said:
+        assert f"{len(unheard)} of 6 topics have no subscriber: {', '.join(unheard[:3])}" in one
+        assert (f"and {len(unheard) - 3} more" in one) is (len(unheard) > 3)
 
 
 def test_a_node_whose_subscribers_are_there_says_nothing_of_them(monkeypatch):
     monkeypatch.setattr(base_node, "DISCOVERY_GRACE", 0.0)
     said, asked = [], iter([0, 0, 1])
-    base_node.wait_for_subscribers([SimpleNamespace(get_subscription_count=lambda: next(asked))], 60.0, said.append)
+    publisher = SimpleNamespace(topic_name="/a", get_subscription_count=lambda: next(asked))
+    base_node.wait_for_subscribers([publisher], 60.0, said.append)
     assert said == []
     assert not list(asked)
-
-
-def test_a_node_that_can_do_nothing_but_fail_ends(monkeypatch):
-    monkeypatch.setattr(base_node, "MOST_FAULTS", 3)
-    with ros_executor() as others:
-        executor, node = base_node.Executor(others.context), plain_node(others)
-
-        def failing(timeout_sec):
-            raise OSError("nothing works")
-
-        monkeypatch.setattr(executor, "spin_once", failing)
-        for _ in range(3):
-            executor.turn(node)
-        with pytest.raises(OSError, match="nothing works"):
-            executor.turn(node)
-        assert executor.faults == 4
-        executor.shutdown()
-
-
-def test_a_node_that_works_in_between_goes_on(monkeypatch):
-    """Faults count to its end only where nothing else comes."""
-    monkeypatch.setattr(base_node, "MOST_FAULTS", 1)
-    with ros_executor() as others:
-        executor, node = base_node.Executor(others.context), plain_node(others)
-        turns = iter([True, False] * 3)
-
-        def failing_at_times(timeout_sec):
-            if next(turns):
-                raise OSError("this does not work")
-
-        monkeypatch.setattr(executor, "spin_once", failing_at_times)
-        for _ in range(6):
-            executor.turn(node)
-        assert executor.faults == 3
-        executor.shutdown()
 
 
 def test_a_fault_makes_of_ok_a_warning(monkeypatch):

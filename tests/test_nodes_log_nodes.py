@@ -482,24 +482,6 @@ def test_a_paused_replay_tells_the_time_where_it_stands_to_whoever_comes_late(lo
         assert set(times) == {node.loop.paced.position_ns}
 
 
-def test_two_nodes_that_send_the_same_samples_or_the_time_say_so(log):
-    """As a replay beside the running node of which it was recorded: both go on, and whoever listens hears both."""
-    with ros_executor() as executor:
-        watcher, seen = plain_node(executor), []
-        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
-        node = started(executor, ReplayNode, log=str(log), discovery=0.0, loop=True, publish_clock=True)
-        spin_until(executor, lambda: seen, "diagnostics")
-        assert node._outlet.mixed == ""
-        other = watcher.create_publisher(interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/samples", 10)
-        told = lambda words: any(words in one.value for status in seen for one in status.values)  # noqa: E731
-        spin_until(executor, lambda: told("other nodes publish /bearing/samples, too"), "a warning")
-        watcher.create_publisher(Clock, "/clock", 10)
-        spin_until(executor, lambda: told("other nodes publish /bearing/samples, /clock, too"), "a warning")
-        assert seen[-1].level == DiagnosticStatus.WARN
-        watcher.destroy_publisher(other)
-        spin_until(executor, lambda: told("other nodes publish /clock, too"), "a warning")
-
-
 def grows(executor, messages):
     """Whether messages come within a time in which a player at five times the pace sends ten."""
     count = len(messages)

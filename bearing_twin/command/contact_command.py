@@ -12,73 +12,51 @@ EXAMPLES = (
     "bearing_twin contact --radii-1 0.01 --load 100 --plot contact.png",
     "bearing_twin contact --radii-1 0.01 --speed 1 --mass 0.03 --restitution 0.8",
 )
-OF_HERTZ = (
-    "bearing", "race", "radii_1", "radii_2", "hollow", "angle", "curvature_small", "curvature_large", "material",
-    "young", "poisson", "yield_strength", "load", "peak_pressure", "semi_major", "semi_minor", "speed", "mass",
-    "restitution", "stiffness",
-)  # fmt: skip
-GIVEN = ("load", "approach", "peak_pressure", "semi_major", "semi_minor", "speed")
+BODIES = "bodies, in one of four ways"
+MATERIALS_OF = "materials: one value for both bodies, or two (default: the scene's, or steel)"
+ONE_OF = "exactly one of"
+OTHERS = "others"
+# option: group, unit of its number or None, name of its value, help; several values where the name ends with +
+OPTIONS = {
+    "--bearing": (BODIES, None, "NAME", "a bearing scene or its designation, such as 6203"),
+    "--race": (BODIES, None, ("inner", "outer"), "the raceway of --bearing (default inner)"),
+    "--radii-1": (BODIES, "m", "R+", "radii of body 1 [m] along x and y"),
+    "--radii-2": (BODIES, "m", "R+", "of body 2; inf = flat (default)"),
+    "--hollow": (BODIES, None, ("x", "y", "both"), "directions in which body 2 is hollow"),
+    "--angle": (BODIES, "rad", "RAD", "turn of body 2's directions about the normal"),
+    "--curvature-small": (BODIES, "1/m", "P", "gap z = P x^2 + Q y^2 [1/m]"),
+    "--curvature-large": (BODIES, "1/m", "Q", "Q >= P > 0 [1/m]"),
+    "--shapes": (
+        BODIES, None, "FILE",
+        "a scene of two_bodies, as it stands or pressed by --approach: opposing points, overlap, loads",
+    ),
+    "--material": (MATERIALS_OF, None, "NAME+", "named materials"),
+    "--young": (MATERIALS_OF, "Pa", "E+", "Young's modulus [Pa]"),
+    "--poisson": (MATERIALS_OF, "1", "NU+", "Poisson's ratio"),
+    "--yield-strength": (MATERIALS_OF, "Pa", "Y", "yield strength of the weaker body [Pa]"),
+    "--load": (ONE_OF, "N", "F", "normal load [N]"),
+    "--approach": (ONE_OF, "m", "H", "mutual approach [m]"),
+    "--peak-pressure": (ONE_OF, "Pa", "P0", "pressure at the centre [Pa]"),
+    "--semi-major": (ONE_OF, "m", "A", "longer semi-axis of the ellipse [m]"),
+    "--semi-minor": (ONE_OF, "m", "B", "shorter semi-axis [m]"),
+    "--speed": (ONE_OF, "m/s", "V", "speed of an elastic impact [m/s], with --mass"),
+    "--mass": (OTHERS, "kg", "M", "m1 m2/(m1 + m2) of the impact [kg]"),
+    "--restitution": (OTHERS, "1", "E", "with --speed: the damping that gives it, by several formulas"),
+    "--frozen-at": (OTHERS, "1", "RATIO", "b/a at which the law constant is exact (1)"),
+    "--stiffness": (OTHERS, "N/m", "K", "of the law linear [N/m] (default: the slope of exact Hertz here)"),
+    "--plot": (OTHERS, None, "PNG", "draw ellipse, pressure, stress below and the laws' errors"),
+}  # fmt: skip
+GIVEN = [name[2:].replace("-", "_") for name, (group, *_) in OPTIONS.items() if group == ONE_OF]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `contact` to its parser."""
-    bodies = parser.add_argument_group("bodies, in one of four ways")
-    bodies.add_argument("--bearing", metavar="NAME", help="a bearing scene or its designation, such as 6203")
-    bodies.add_argument("--race", choices=("inner", "outer"), help="the raceway of --bearing (default inner)")
-    bodies.add_argument(
-        "--radii-1", nargs="+", type=quantity("m"), metavar="R", help="radii of body 1 [m] along x and y"
-    )
-    bodies.add_argument("--radii-2", nargs="+", type=quantity("m"), metavar="R", help="of body 2; inf = flat (default)")
-    bodies.add_argument("--hollow", choices=("x", "y", "both"), help="directions in which body 2 is hollow")
-    bodies.add_argument(
-        "--angle", type=quantity("rad"), metavar="RAD", help="turn of body 2's directions about the normal"
-    )
-    bodies.add_argument("--curvature-small", type=quantity("1/m"), metavar="P", help="gap z = P x^2 + Q y^2 [1/m]")
-    bodies.add_argument("--curvature-large", type=quantity("1/m"), metavar="Q", help="Q >= P > 0 [1/m]")
-    bodies.add_argument(
-        "--shapes",
-        metavar="FILE",
-        help="a scene of two_bodies, as it stands or pressed by --approach: opposing points, overlap, loads",
-    )
-    material = parser.add_argument_group(
-        "materials: one value for both bodies, or two (default: the scene's, or steel)"
-    )
-    material.add_argument("--material", nargs="+", metavar="NAME", help="named materials")
-    material.add_argument("--young", nargs="+", type=quantity("Pa"), metavar="E", help="Young's modulus [Pa]")
-    material.add_argument("--poisson", nargs="+", type=quantity("1"), metavar="NU", help="Poisson's ratio")
-    material.add_argument(
-        "--yield-strength", type=quantity("Pa"), metavar="Y", help="yield strength of the weaker body [Pa]"
-    )
-    given = parser.add_argument_group("exactly one of")
-    given.add_argument("--load", type=quantity("N"), metavar="F", help="normal load [N]")
-    given.add_argument("--approach", type=quantity("m"), metavar="H", help="mutual approach [m]")
-    given.add_argument("--peak-pressure", type=quantity("Pa"), metavar="P0", help="pressure at the centre [Pa]")
-    given.add_argument("--semi-major", type=quantity("m"), metavar="A", help="longer semi-axis of the ellipse [m]")
-    given.add_argument("--semi-minor", type=quantity("m"), metavar="B", help="shorter semi-axis [m]")
-    given.add_argument(
-        "--speed", type=quantity("m/s"), metavar="V", help="speed of an elastic impact [m/s], with --mass"
-    )
-    given.add_argument("--mass", type=quantity("kg"), metavar="M", help="m1 m2/(m1 + m2) of the impact [kg]")
-    given.add_argument(
-        "--restitution",
-        type=quantity("1"),
-        metavar="E",
-        help="with --speed: the damping that gives it, by several formulas",
-    )
-    parser.add_argument(
-        "--frozen-at",
-        type=quantity("1"),
-        default=1.0,
-        metavar="RATIO",
-        help="b/a at which the law constant is exact (1)",
-    )
-    parser.add_argument(
-        "--stiffness",
-        type=quantity("N/m"),
-        metavar="K",
-        help="of the law linear [N/m] (default: the slope of exact Hertz here)",
-    )
-    parser.add_argument("--plot", metavar="PNG", help="draw ellipse, pressure, stress below and the laws' errors")
+    groups = {title: parser.add_argument_group(title) for title in (BODIES, MATERIALS_OF, ONE_OF, OTHERS)}
+    for name, (group, unit, value, text) in OPTIONS.items():
+        form = {"type": quantity(unit)} if unit else {}
+        form |= {"metavar": value.rstrip("+")} if isinstance(value, str) else {"choices": value}
+        form |= {"nargs": "+"} if value[-1] == "+" else {}
+        groups[group].add_argument(name, help=text, **form)
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
@@ -107,7 +85,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
     else:
         contact = calculator.solve(gap, modulus, "normal_load" if name == "load" else name, value)
     strength = _yield_strength(arguments, (first, second))
-    result = calculator.answer(gap, first, second, contact, strength, arguments.frozen_at, arguments.stiffness)
+    frozen_at = 1.0 if arguments.frozen_at is None else arguments.frozen_at
+    result = calculator.answer(gap, first, second, contact, strength, frozen_at, arguments.stiffness)
     result["flags"] += flags
     result |= more
     if picture:
@@ -122,10 +101,10 @@ def _shapes(arguments) -> Outcome:
     from bearing_twin.kinds.two_bodies.answer import answer, pressed
     from bearing_twin.run.scene import load_scene
 
-    others = [name for name in (*OF_HERTZ, "plot") if getattr(arguments, name) is not None]
+    own = ("--shapes", "--approach")
+    others = [name for name in OPTIONS if name not in own and _value(arguments, name) is not None]
     if others:
-        options = ", ".join(f"--{name.replace('_', '-')}" for name in others)
-        raise SceneError(f"--shapes takes all from its scene but --approach; leave out {options}")
+        raise SceneError(f"--shapes takes all from its scene but --approach; leave out {', '.join(others)}")
     scene = load_scene(arguments.shapes)
     if scene.kind != "two_bodies":
         raise SceneError(f"scene {scene.name} is of kind {scene.kind}; --shapes wants one of two_bodies")
@@ -138,6 +117,10 @@ def _shapes(arguments) -> Outcome:
     return Outcome(result, result["flags"], lambda: _show_shapes(result))
 
 
+def _value(arguments, option: str):
+    return getattr(arguments, option[2:].replace("-", "_"))
+
+
 def _gap(arguments):
     """The gap, and the materials of a bearing's ball and ring where there is one."""
     from bearing_twin.contact import calculator
@@ -148,11 +131,11 @@ def _gap(arguments):
         raise SceneError(
             "say the bodies in one way: --bearing, or --radii-1, or --curvature-small with -large, or --shapes"
         )
-    only = {"--bearing": ("race",), "--radii-1": ("radii_2", "hollow", "angle")}
-    for (way, options), used in zip(only.items(), ways, strict=False):
+    only = {"--bearing": ("--race",), "--radii-1": ("--radii-2", "--hollow", "--angle")}
+    for way, options in only.items():
         for option in options:
-            if not used and getattr(arguments, option) is not None:
-                raise SceneError(f"--{option.replace('_', '-')} goes with {way}; leave one of the two out")
+            if _value(arguments, way) is None and _value(arguments, option) is not None:
+                raise SceneError(f"{option} goes with {way}; leave one of the two out")
     if arguments.bearing is not None:
         return _raceway(arguments.bearing, arguments.race or "inner")
     if None not in curvatures:

@@ -66,7 +66,6 @@ class Outlet:
     """
 
     def __init__(self, node: Node, topics: Iterable[tuple[str, str, Qos]], publish_clock: bool):
-        self._count = node.count_publishers
         self._publishers, problems, topics = {}, [], list(topics)
         # Each handler of events is one more thing to wait for: thousands take half a second of every turn of a node.
         events = PublisherEventCallbacks(use_default_callbacks=len(topics) <= MANY)
@@ -95,15 +94,6 @@ class Outlet:
     def listened_to(self) -> set[str]:
         """The names of the topics that have a subscriber."""
         return {name for name, publisher in self._publishers.items() if publisher.get_subscription_count()}
-
-    @property
-    def mixed(self) -> str:
-        """That another node publishes samples or time where this one does, "" where none does."""
-        full = [one.topic_name for one in (*self.publishers, self._clock) if one is not None]
-        shared = [name for name in full if name.endswith(("/samples", "/clock")) and self._count(name) > 1]
-        return (
-            f"other nodes publish {', '.join(shared)}, too, and what is heard is a mixture: end them" if shared else ""
-        )
 
     @property
     def has_clock(self) -> bool:
@@ -155,7 +145,6 @@ POLL = 0.1  # s: how soon the main thread sees that a node is done
 NAMESAKE = "another node has this name in this namespace, so their topics mix: give one of them another"
 ANSWER_PERIOD = 0.01  # s between answers of one service: whoever calls it from many clients keeps ten answers
 TALK = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
-MOST_FAULTS = 1000  # after each other: a node that can do nothing but fail ends
 
 
 def given_parameters(node: Node) -> dict[str, Any]:
@@ -208,31 +197,22 @@ def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
 
 
 class Heartbeat:
-    """What a node says of itself on /diagnostics, under its own name and `what` it does.
+    """Status of a node on /diagnostics, under its full name and the name of its `task`."""
 
-    Of an `outlet` it says where others publish among what the node does.
-    """
-
-    def __init__(self, node: Node, what: str, outlet: Outlet | None = None):
-        self._node, self._what, self._outlet = node, what, outlet
-        self._told: set[str] = set()
+    def __init__(self, node: Node, task: str):
+        self._node, self._task = node, task
         self._publisher = node.create_publisher(interface(DIAGNOSTICS, "msg"), "/diagnostics", 10)
 
     def say(self, level: bytes, message: str, values: dict) -> None:
-        """Publishes one status; faults of callbacks so far are added, and make of OK a warning."""
+        """Publishes a status; a second node of this name, and faults of callbacks, are added and make of OK a warning."""
         own = self._node.get_name(), self._node.get_namespace()
-        problem = NAMESAKE if self._node.get_node_names_and_namespaces().count(own) > 1 else ""
-        problem = problem or (self._outlet.mixed if self._outlet else "")
-        if problem:
-            level, values = max(level, WARN), values | {"problem": problem}
-            if problem not in self._told:
-                self._node.get_logger().warning(problem)
-            self._told.add(problem)
-        faults = getattr(self._node.executor, "faults", 0)
-        if faults:
+        if self._node.get_node_names_and_namespaces().count(own) > 1:
+            level, values = max(level, WARN), values | {"problem": NAMESAKE}
+            self._node.get_logger().warning(NAMESAKE, once=True)
+        if faults := getattr(self._node.executor, "faults", 0):
             level, values = max(level, WARN), values | {"faults": faults}
         now = self._node.get_clock().now().nanoseconds
-        name = f"{self._node.get_fully_qualified_name().lstrip('/')}: {self._what}"
+        name = f"{self._node.get_fully_qualified_name().lstrip('/')}: {self._task}"
         self._publisher.publish(diagnostics(now, name, level, message, values))
 
 
@@ -268,26 +248,18 @@ class LogWatch:
 
 
 class Executor(MultiThreadedExecutor):
-    """Two threads; an exception in a callback, as of a request that rclpy itself cannot read, ends no node.
-
-    `faults` counts such exceptions.
-    """
+    """Two threads; an exception in a callback, as of a request that rclpy cannot read, is counted and ends no node."""
 
     def __init__(self, context=None):
         super().__init__(num_threads=2, context=context)
         self.faults = 0
-        self._in_a_row = 0
 
     def turn(self, node: Node) -> None:
-        """Serves what is ready, for POLL seconds at most; raises the exception when nothing else comes any more."""
+        """Serves what is ready, for POLL seconds at most."""
         try:
             self.spin_once(timeout_sec=POLL)
-            self._in_a_row = 0
         except Exception as error:
             self.faults += 1
-            self._in_a_row += 1
-            if self._in_a_row > MOST_FAULTS:
-                raise
             said = f"a request or message was given up: {type(error).__name__}: {error}"
             node.get_logger().error(said, throttle_duration_sec=TALK)
 
@@ -333,29 +305,22 @@ def acknowledged(publishers: Iterable[Publisher], seconds: float = ACKNOWLEDGE_T
 
 
 def wait_for_subscribers(publishers: Collection[Publisher], seconds: float, say: Callable[[str], None]) -> None:
-    """Waits until each publisher has a subscriber, at most `seconds`; 0 = not at all. A long wait it will `say`."""
+    """Waits until each publisher has a subscriber, at most `seconds`; says so where it takes long or is in vain."""
     if not seconds:
         return
     begin, said = time.monotonic(), False
-    for publisher in publishers:
-        while not publisher.get_subscription_count():
-            waited = time.monotonic() - begin
-            if waited > seconds:
-                say(f"goes on after {seconds:g} s with subscribers of {_heard(publishers)}")
-                return
-            if waited > DISCOVERY_PATIENCE and not said:
-                said = True
-                say(f"waiting up to {seconds:g} s for subscribers (discovery), so far of {_heard(publishers)}")
-            time.sleep(DISCOVERY_POLL)
+    while unheard := [one.topic_name for one in publishers if not one.get_subscription_count()]:
+        more = f" and {len(unheard) - SOME} more" if len(unheard) > SOME else ""
+        state = f"{len(unheard)} of {len(publishers)} topics have no subscriber: {', '.join(unheard[:SOME])}{more}"
+        waited = time.monotonic() - begin
+        if waited > seconds:
+            say(f"goes on after {seconds:g} s, though {state}")
+            return
+        if waited > DISCOVERY_PATIENCE and not said:
+            said = True
+            say(f"waiting up to {seconds:g} s for subscribers (discovery); {state}")
+        time.sleep(DISCOVERY_POLL)
     time.sleep(DISCOVERY_GRACE)
-
-
-def _heard(publishers: Collection[Publisher]) -> str:
-    """How many topics have a subscriber, and some that have none."""
-    unheard = [one.topic_name for one in publishers if not one.get_subscription_count()]
-    more = f" and {len(unheard) - SOME} more" if len(unheard) > SOME else ""
-    without = f", not of {', '.join(unheard[:SOME])}{more}" if unheard else ""
-    return f"{len(publishers) - len(unheard)} of {len(publishers)} topics{without}"
 
 
 def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None) -> int:

@@ -122,9 +122,12 @@ def problem_of(parameter: NodeParameter, value: Any) -> str | None:
     else:
         fits = type(value) is kind
     if not fits:
-        wanted = f"{KINDS[kind]}{unit and f' in{unit}'}{words}{meant(parameter, value)}"
+        meant = ""
+        if isinstance(value, str) and kind in (float, list):
+            meant = in_si(value, parameter.unit) if kind is float else f'; write {parameter.name}:="[{value!r}]"'
         shown = value if isinstance(value, str) or not isinstance(value, Sequence) else list(value)
-        return f"parameter {parameter.name} = {echo(shown)} must be {wanted}"
+        must = f"{KINDS[kind]}{unit and f' in{unit}'}{words}{meant}"
+        return f"parameter {parameter.name} = {echo(shown)} must be {must}"
     if kind is float and not math.isfinite(value):
         return f"parameter {parameter.name} = {value} must be finite"
     low, high = parameter.low, parameter.high
@@ -132,14 +135,6 @@ def problem_of(parameter: NodeParameter, value: Any) -> str | None:
         limits = f"between {low:g} and {high:g}{unit}"
         return f"parameter {parameter.name} = {value} must lie {limits}{words}"
     return None
-
-
-def meant(parameter: NodeParameter, value: Any) -> str:
-    """What to write in place of a text with a unit, or of a text where texts are wanted; "" of anything else."""
-    kind = type(parameter.default)
-    if not isinstance(value, str) or kind not in (float, list):
-        return ""
-    return in_si(value, parameter.unit) if kind is float else f'; write {parameter.name}:="[{value!r}]"'
 
 
 THINNED = f", thinned to {KEPT_RATE:g} messages a second of each topic, as full: false asks for"

@@ -15,7 +15,6 @@ import threading
 from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any, Protocol
 from urllib.parse import urlsplit
 
 from bearing_twin.base.errors import BearingTwinError
@@ -82,25 +81,17 @@ class Feed:
                 waiting.put_nowait(event)
 
 
-class Site(Protocol):
-    """What is served."""
-
-    feed: Feed
-
-    def page(self) -> bytes:
-        """The page as HTML; raises BearingTwinError while there is none."""
-
-    def obey(self, command: Mapping[str, Any]) -> str:
-        """Carries out a command and says so in one sentence; raises BearingTwinError."""
-
-
 class PageServer(ThreadingHTTPServer):
-    """Serves a `Site` on `host` and `port` (0: any that is free); raises BearingTwinError where it cannot listen."""
+    """Serves a `site` on `host` and `port` (0: any that is free); raises BearingTwinError where it cannot listen.
+
+    A site has a `feed`, `page()`, which gives HTML, and `obey(command)`, which gives one sentence; both may raise
+    BearingTwinError.
+    """
 
     daemon_threads = True
     block_on_close = False
 
-    def __init__(self, site: Site, host: str, port: int):
+    def __init__(self, site, host: str, port: int):
         self.site, self.token = site, secrets.token_urlsafe(24)
         self._host = host
         self._places = threading.BoundedSemaphore(MOST_CONNECTIONS)

@@ -70,7 +70,7 @@ class ReplayNode(Node):
         self._warned = False
         self.create_service(SetBool, "~/pause", self._on_pause, qos_profile=SERVICE)
         self.add_post_set_parameters_callback(self._on_parameters)
-        self._heartbeat = Heartbeat(self, "replay", self._outlet)
+        self._heartbeat = Heartbeat(self, "replay")
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, clock=steady)
         if self._outlet.has_clock:

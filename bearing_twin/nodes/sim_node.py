@@ -227,7 +227,7 @@ class SimNode(Node):
         for command in kind.commands():
             take, ros_type = partial(self._on_command, command), interface(command.ros_type, "msg")
             self.create_subscription(ros_type, command.name, take, qos_profile(Qos()), callback_group=others)
-        self._heartbeat = Heartbeat(self, "simulation", self._outlet)
+        self._heartbeat = Heartbeat(self, "simulation")
         self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=others, clock=steady)
         if self._outlet.has_clock:
             self.create_timer(CLOCK_PERIOD, self._on_clock, callback_group=others, clock=steady)
