@@ -92,12 +92,13 @@ def test_a_node_whose_subscribers_are_there_says_nothing_of_them(monkeypatch):
 def test_a_fault_makes_of_ok_a_warning(monkeypatch):
     said = []
     with ros_executor() as executor:
-        heartbeat = base_node.Heartbeat(plain_node(executor), "testing")
-        monkeypatch.setattr(heartbeat, "_publisher", SimpleNamespace(publish=said.append))
-        heartbeat.say(DiagnosticStatus.OK, "fine", {})
+        heartbeat = base_node.BaseNode("testing", "test", context=executor.context)
+        executor.add_node(heartbeat)
+        monkeypatch.setattr(heartbeat, "_statuses", SimpleNamespace(publish=said.append))
+        heartbeat.report(DiagnosticStatus.OK, "fine", {})
         executor.faults = 2
-        heartbeat.say(DiagnosticStatus.OK, "fine", {})
-        heartbeat.say(DiagnosticStatus.ERROR, "broken", {})
+        heartbeat.report(DiagnosticStatus.OK, "fine", {})
+        heartbeat.report(DiagnosticStatus.ERROR, "broken", {})
     [before], [after], [worse] = (array.status for array in said)
     assert [one.level for one in (before, after, worse)] == [
         DiagnosticStatus.OK,
@@ -111,22 +112,24 @@ def test_a_log_says_what_an_hour_takes_and_when_the_disk_will_be_full(tmp_path, 
     monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=10_000_000))
     log = SimpleNamespace(problem="", dropped=0, bytes=5000)
     with ros_executor() as executor:
-        watch = base_node.LogWatch(plain_node(executor), tmp_path / "gone" / "too")
-        watch.look(log, 100.0)
+        node = base_node.BaseNode("testing", "test", context=executor.context)
+        executor.add_node(node)
+        look = lambda now: node.watch_log(log, tmp_path / "gone" / "too", now)  # noqa: E731
+        look(100.0)
         log.bytes = 7000
-        level, words, numbers = watch.look(log, 102.0)
+        level, words, numbers = look(102.0)
         assert (level, words) == (DiagnosticStatus.OK, "")
         assert numbers == {
             "bytes": 7000, "messages_dropped": 0, "disk_free_bytes": 1e7, "log_bytes_per_s": 1000.0,
             "disk_full_in_s": 10_000.0,
         }  # fmt: skip
         log.bytes = 27_000
-        assert watch.look(log, 104.0)[:2] == (DiagnosticStatus.WARN, "the disk will be full in 17 min at this rate")
-        assert watch.look(log, 106.0)[2]["disk_full_in_s"] == math.inf
+        assert look(104.0)[:2] == (DiagnosticStatus.WARN, "the disk will be full in 17 min at this rate")
+        assert look(106.0)[2]["disk_full_in_s"] == math.inf
         log.problem = "no room"
-        assert watch.look(log, 108.0)[:2] == (DiagnosticStatus.ERROR, "no room")
+        assert look(108.0)[:2] == (DiagnosticStatus.ERROR, "no room")
         log.problem, log.dropped = "", 3
-        watch.look(log, 110.0)
+        look(110.0)
     said = capfd.readouterr().err
     assert said.count("an hour of the log takes 3.6 MB at this rate, and the disk lasts 2.78 h") == 1
     assert "there is room again: the log goes on, 3 messages were dropped" in said

@@ -400,7 +400,7 @@ def test_a_replay_that_cannot_keep_up_warns(log, monkeypatch):
     told = []
     with ros_executor() as executor:
         node = started(executor, ReplayNode, log=str(log), start_paused=True, discovery=0.0)
-        monkeypatch.setattr(node._heartbeat, "say", lambda *status: told.append(status))
+        monkeypatch.setattr(node, "report", lambda *status: told.append(status))
         pacer = node.loop.paced.pacer
         pacer.start(0, 0)
         for late in (0.05, 0.25):  # s

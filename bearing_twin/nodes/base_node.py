@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -15,6 +16,7 @@ from typing import Any
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy._rclpy_pybind11 import InvalidHandle
 from rclpy.callback_groups import CallbackGroup
+from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.exceptions import InvalidTopicNameException
@@ -196,51 +198,61 @@ def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
     return descriptor
 
 
-class Heartbeat:
-    """Status of a node on /diagnostics, under its full name and the name of its `task`."""
+class BaseNode(Node):
+    """A node of this package; `task` is its name on /diagnostics, behind that of the node.
 
-    def __init__(self, node: Node, task: str):
-        self._node, self._task = node, task
-        self._publisher = node.create_publisher(interface(DIAGNOSTICS, "msg"), "/diagnostics", 10)
+    `done` is set when it has nothing more to do or has failed, for the reason `failure`. A subclass has `close()`,
+    which loses nothing and may be called twice.
+    """
 
-    def say(self, level: bytes, message: str, values: dict) -> None:
-        """Publishes a status; a second node of this name, and faults of callbacks, are added and make of OK a warning."""
-        own = self._node.get_name(), self._node.get_namespace()
-        if self._node.get_node_names_and_namespaces().count(own) > 1:
+    def __init__(self, name: str, task: str, **options):
+        super().__init__(name, **options)
+        self.done, self.failure = threading.Event(), None
+        self._task, self._steady = task, Clock(clock_type=ClockType.STEADY_TIME)
+        self._statuses = self.create_publisher(interface(DIAGNOSTICS, "msg"), "/diagnostics", 10)
+        self._log_problem, self._log_bytes, self._log_at, self._log_grown = "", 0, 0.0, 0
+
+    def every(self, seconds: float, callback: Callable, group: CallbackGroup | None = None) -> None:
+        """Calls `callback` every so many seconds of a steady clock: time of a simulation must not drive its node."""
+        self.create_timer(seconds, callback, callback_group=group, clock=self._steady)
+
+    def fail(self, error: Exception) -> None:
+        """Ends the node with its first error."""
+        self.failure = self.failure or error
+        self.done.set()
+
+    def report(self, level: bytes, message: str, values: dict) -> None:
+        """Publishes a status on /diagnostics; a namesake and faults of callbacks are added, and turn OK into WARN."""
+        own = self.get_name(), self.get_namespace()
+        if self.get_node_names_and_namespaces().count(own) > 1:
             level, values = max(level, WARN), values | {"problem": NAMESAKE}
-            self._node.get_logger().warning(NAMESAKE, once=True)
-        if faults := getattr(self._node.executor, "faults", 0):
+            self.get_logger().warning(NAMESAKE, once=True)
+        if faults := getattr(self.executor, "faults", 0):
             level, values = max(level, WARN), values | {"faults": faults}
-        now = self._node.get_clock().now().nanoseconds
-        name = f"{self._node.get_fully_qualified_name().lstrip('/')}: {self._task}"
-        self._publisher.publish(diagnostics(now, name, level, message, values))
+        name = f"{self.get_fully_qualified_name().lstrip('/')}: {self._task}"
+        self._statuses.publish(diagnostics(self.get_clock().now().nanoseconds, name, level, message, values))
 
+    def watch_log(self, log, folder: Path, now: float) -> tuple[bytes, str, dict[str, float]]:
+        """Level, sentence ("" if none) and numbers of a log in `folder` with `problem`, `dropped` and `bytes`.
 
-class LogWatch:
-    """Watches the log of a node in `folder`: its growth, the room on the disk, and whether it can be written."""
-
-    def __init__(self, node: Node, folder: Path):
-        self._node, self._folder, self._problem = node, folder, ""
-        self._bytes, self._at = 0, 0.0  # size of the log at the last look, and when that was [s]
-        self._grown = 0  # looks at which the log had grown
-
-    def look(self, log, now: float) -> tuple[bytes, str, dict[str, float]]:
-        """Level, sentence ("" if none) and numbers of a log with `problem`, `dropped` and `bytes`, at `now` [s]."""
-        logger = self._node.get_logger()
-        if log.problem and not self._problem:
-            logger.error(f"{log.problem}; messages wait in memory, as many as fit")
-        elif self._problem and not log.problem:
-            logger.info(f"there is room again: the log goes on, {log.dropped} messages were dropped")
-        there = next(one for one in (self._folder, *self._folder.absolute().parents) if one.exists())
-        free = float(shutil.disk_usage(there).free)
-        rate = max(0.0, (log.bytes - self._bytes) / (now - self._at)) if now > self._at else 0.0
+        Its growth is that since the last call; `now` is monotonic [s].
+        """
+        if log.problem and not self._log_problem:
+            self.get_logger().error(f"{log.problem}; messages wait in memory, as many as fit")
+        elif self._log_problem and not log.problem:
+            said = f"there is room again: the log goes on, {log.dropped} messages were dropped"
+            self.get_logger().info(said)
+        there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
+        free, since = float(shutil.disk_usage(there).free), now - self._log_at
+        rate = max(0.0, (log.bytes - self._log_bytes) / since) if since > 0.0 else 0.0
         left = free / rate if rate else math.inf
-        self._problem, self._bytes, self._at = log.problem, log.bytes, now
-        self._grown += rate > 0.0
-        if self._grown == MEASURED:
-            self._grown += 1
+        self._log_problem, self._log_bytes, self._log_at = log.problem, log.bytes, now
+        self._log_grown += rate > 0.0
+        if self._log_grown == MEASURED:
+            self._log_grown += 1
             lasts = f"{left / 3600.0:.3g} h" if left < 48 * 3600.0 else f"{left / 86400.0:.3g} days"
-            logger.info(f"an hour of the log takes {in_bytes(3600.0 * rate)} at this rate, and the disk lasts {lasts}")
+            said = f"an hour of the log takes {in_bytes(3600.0 * rate)} at this rate, and the disk lasts {lasts}"
+            self.get_logger().info(said)
         soon = f"the disk will be full in {left / 60.0:.0f} min at this rate" if left < SOON else ""
         level = ERROR if log.problem else WARN if soon else OK
         room = {"disk_free_bytes": free, "log_bytes_per_s": rate, "disk_full_in_s": left}
@@ -323,11 +335,10 @@ def wait_for_subscribers(publishers: Collection[Publisher], seconds: float, say:
     time.sleep(DISCOVERY_GRACE)
 
 
-def run(name: str, make_node: Callable[[], Node], args: list[str] | None = None) -> int:
+def run(name: str, make_node: Callable[[], BaseNode], args: list[str] | None = None) -> int:
     """Runs a node until it is done, a signal ends it or it fails; returns the exit code: 0, or 2 with one sentence.
 
-    A node has `done` (threading.Event), `failure` (exception or None) and `close()`, which loses nothing and may be
-    called twice. A signal lets the node close while ROS still works, so that all it has logged is published.
+    A signal lets the node close while ROS still works, so that all it has logged is published.
     """
     asked: list[int] = []
     node = failure = None
@@ -377,7 +388,7 @@ def _initialised(args: list[str] | None, words: Sequence[str]) -> None:
         raise BearingTwinError(f"{said}; {advice(str(error))}".replace("\n", " ")) from error
 
 
-def _end(node: Node | None) -> Exception | None:
+def _end(node: BaseNode | None) -> Exception | None:
     """Closes the node and ROS; returns why the node failed, if it did."""
     failure = None
     if node is not None:

@@ -3,14 +3,12 @@
 import threading
 import time
 
-from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
 
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.messages import name_of_peer
-from bearing_twin.nodes.base_node import TALK, Heartbeat, LogWatch, TakenAside, declare, guarded, run, taken
+from bearing_twin.nodes.base_node import TALK, BaseNode, TakenAside, declare, guarded, run, taken
 from bearing_twin.nodes.graph import is_topic
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, WARN, interface, qos_words, suited
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
@@ -38,12 +36,11 @@ SIM_TIME_PERIOD = 0.005  # s, where messages have the simulation time at which t
 OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
 
 
-class RecorderNode(Node):
+class RecorderNode(BaseNode):
     """Logs every topic that matches, from the moment it has a publisher; raises BearingTwinError where it cannot."""
 
     def __init__(self, **options):
-        super().__init__("recorder_node", **options)
-        self.done, self.failure = threading.Event(), None
+        super().__init__("recorder_node", "recording", **options)
         values = declare(self, PARAMETERS)
         path = values["log"] or time.strftime("recording_%Y%m%d_%H%M%S.mcap")
         self._topics = [one for one in values["topics"] if one] or default_topics(self.get_namespace())
@@ -59,11 +56,8 @@ class RecorderNode(Node):
         self._aside, self._stopping = TakenAside(), threading.Event()
         self._taker = threading.Thread(target=self._take, name="take", daemon=True)
         self._taker.start()
-        self._watch = LogWatch(self, self.recording.folder)
-        self._heartbeat = Heartbeat(self, "recording")
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(DISCOVERY_PERIOD, self._on_discovery, clock=steady)
-        self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, clock=steady)
+        self.every(DISCOVERY_PERIOD, self._on_discovery)
+        self.every(DIAGNOSTICS_PERIOD, self._on_diagnostics)
 
     def close(self) -> None:
         """Completes the log; may be called twice. To have recorded nothing is a failure."""
@@ -145,8 +139,7 @@ class RecorderNode(Node):
                 said = f"{topic}: {lost_in_words(lost, RECORDS in topic)}; /diagnostics counts all"
                 self.get_logger().error(said, throttle_duration_sec=TALK)
         except Exception as error:  # it would end the thread in silence
-            self.failure = self.failure or error
-            self.done.set()
+            self.fail(error)
 
     @guarded
     def _on_diagnostics(self):
@@ -155,7 +148,7 @@ class RecorderNode(Node):
             self.recording.publishers(name, count)
         self.recording.note_losses()
         status = self.recording.status()
-        level, message, room = self._watch.look(self.recording, time.monotonic())
+        level, message, room = self.watch_log(self.recording, self.recording.folder, time.monotonic())
         if not message and (message := self.recording.warning(status)):
             level = WARN
             if status["topics"] and message.strip("0123456789") != self._warned:
@@ -165,7 +158,7 @@ class RecorderNode(Node):
             level, message = ERROR, str(self.failure)
         # A publisher counts a subscriber before that knows the publisher: only both counts say that nothing is lost.
         status["least_publishers"] = min(counts.values(), default=0)
-        self._heartbeat.say(level, message or "recording", status | room)
+        self.report(level, message or "recording", status | room)
 
 
 def main(args: list[str] | None = None) -> int:

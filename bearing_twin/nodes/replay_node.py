@@ -1,18 +1,15 @@
 """replay_node: publishes the messages of a log again, byte for byte, at a multiple of the pace they were logged at."""
 
-import threading
 import time
 from concurrent.futures import TimeoutError as StillBusy
 from functools import partial
 
-from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from std_srvs.srv import SetBool
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
-    Heartbeat,
+    BaseNode,
     Outlet,
     acknowledged,
     declare,
@@ -38,16 +35,14 @@ PARAMETERS = (
 COMMAND_TIMEOUT = 5.0  # s
 
 
-class ReplayNode(Node):
+class ReplayNode(BaseNode):
     """Publishes a log on the topics it was logged from, or in its own namespace where it has one.
 
     Raises BearingTwinError for a log it cannot play.
     """
 
     def __init__(self, **options):
-        super().__init__("replay_node", **options)
-        self.done = threading.Event()
-        self.failure: Exception | None = None
+        super().__init__("replay_node", "replay", **options)
         values = declare(self, PARAMETERS)
         if not values["log"]:
             raise BearingTwinError("parameter log is empty: give the path of an .mcap file or of a bag folder")
@@ -70,11 +65,9 @@ class ReplayNode(Node):
         self._warned = False
         self.create_service(SetBool, "~/pause", self._on_pause, qos_profile=SERVICE)
         self.add_post_set_parameters_callback(self._on_parameters)
-        self._heartbeat = Heartbeat(self, "replay")
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, clock=steady)
+        self.every(DIAGNOSTICS_PERIOD, self._on_diagnostics)
         if self._outlet.has_clock:
-            self.create_timer(CLOCK_PERIOD, self._on_clock, clock=steady)
+            self.every(CLOCK_PERIOD, self._on_clock)
         self.get_logger().info(f"{values['log']}: {len(self._outlet.publishers)} topics")
         waited_for = self._outlet.publishers, values["discovery"], self.get_logger().info
         wait = partial(wait_for_subscribers, *waited_for)
@@ -101,9 +94,8 @@ class ReplayNode(Node):
 
     def _ended(self, error: Exception | None) -> None:
         if error is not None:
-            self.failure = error
-            self._heartbeat.say(ERROR, str(error), {})
-            self.done.set()
+            self.report(ERROR, str(error), {})
+            self.fail(error)
 
     # Callbacks
 
@@ -146,7 +138,7 @@ class ReplayNode(Node):
             if not self._warned:
                 self._warned = True
                 self.get_logger().warning(f"{message}; lower `rate`")
-        self._heartbeat.say(level, message, values)
+        self.report(level, message, values)
 
 
 def main(args: list[str] | None = None) -> int:

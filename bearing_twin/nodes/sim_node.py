@@ -14,7 +14,6 @@ from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
@@ -30,8 +29,7 @@ from bearing_twin.log.stream import MessageStream, choice_record, topics
 from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
     TALK,
-    Heartbeat,
-    LogWatch,
+    BaseNode,
     Outlet,
     acknowledged,
     declare,
@@ -170,14 +168,13 @@ CLOSE_TIME = 0.25  # s for subscribers to take what is published at the end
 MOST_LOGS = 1000  # of one node: anybody can ask for a reset, which begins another
 
 
-class SimNode(Node):
+class SimNode(BaseNode):
     """Publishes a running scene; see PARAMETERS. Raises BearingTwinError for parameters or scenes it cannot use."""
 
     def __init__(self, **options):
         values, scene = looked_up(options)
         kind = KINDS[scene.kind]
-        super().__init__(NAME, namespace=kind.namespace, **options)
-        self.done, self.failure = threading.Event(), None
+        super().__init__(NAME, "simulation", namespace=kind.namespace, **options)
         declare(self, PARAMETERS, values)
         if values["log"]:
             refuse_existing(values["log"])
@@ -192,7 +189,7 @@ class SimNode(Node):
         self.simulation: Simulation | None = None
         self.loop: SimulationLoop | None = None
         self.ready, self._doing, self._started = threading.Event(), "compiling", time.monotonic()
-        self._warned, self._watch = False, LogWatch(self, Path(values["log"]).parent)
+        self._folder, self._warned = Path(values["log"]).parent, False
         self._frame = f"{values['frame_prefix']}{kind.frame}"
         self._commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
         self._serve(kind)
@@ -214,7 +211,6 @@ class SimNode(Node):
     def _serve(self, kind: Kind) -> None:
         """Creates services, subscriptions and timers."""
         services, steps, others = (MutuallyExclusiveCallbackGroup() for _ in range(3))
-        steady = Clock(clock_type=ClockType.STEADY_TIME)  # time of the simulation must not drive its own timers
         offered = [
             (SetBool, "~/pause", self._on_pause, services),
             (Trigger, "~/reset", self._on_reset, services),
@@ -227,10 +223,9 @@ class SimNode(Node):
         for command in kind.commands():
             take, ros_type = partial(self._on_command, command), interface(command.ros_type, "msg")
             self.create_subscription(ros_type, command.name, take, qos_profile(Qos()), callback_group=others)
-        self._heartbeat = Heartbeat(self, "simulation")
-        self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=others, clock=steady)
+        self.every(DIAGNOSTICS_PERIOD, self._on_diagnostics, others)
         if self._outlet.has_clock:
-            self.create_timer(CLOCK_PERIOD, self._on_clock, callback_group=others, clock=steady)
+            self.every(CLOCK_PERIOD, self._on_clock, others)
         self.add_on_set_parameters_callback(self._on_overrides)
         self.add_post_set_parameters_callback(self._on_parameters)
 
@@ -302,12 +297,10 @@ class SimNode(Node):
 
     def _ended(self, error: Exception | None) -> None:
         if error is not None and not isinstance(error, Stopped):
-            folder = Path(self._values["log"]).parent
-            if left := isinstance(error, IntegrationError) and write_failure(error, folder):
+            if left := isinstance(error, IntegrationError) and write_failure(error, self._folder):
                 error = BearingTwinError(f"{error}; look into it: bearing_twin explain {left}")
-            self.failure = error
             self._publish_status(ERROR, str(error), {})
-            self.done.set()
+            self.fail(error)
 
     # Commands
 
@@ -440,13 +433,13 @@ class SimNode(Node):
         warning = "; ".join(filter(None, (self.loop.warning(), self._not_logged)))
         level, message = WARN if slow or warning else OK, "; ".join(filter(None, (message, warning)))
         if self._log is not None:
-            log_level, log_says, room = self._watch.look(self._log, time.monotonic())
+            log_level, log_says, room = self.watch_log(self._log, self._folder, time.monotonic())
             level, message = (log_level, log_says) if log_says else (level, message)
             numbers |= room
         self._publish_status(level, message, numbers)
 
     def _publish_status(self, level: bytes, message: str, values: dict) -> None:
-        self._heartbeat.say(level, message, values | {"scene": self._scene.name})
+        self.report(level, message, values | {"scene": self._scene.name})
 
 
 def main(args: list[str] | None = None) -> int:

@@ -7,13 +7,11 @@ from functools import partial
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from std_msgs.msg import String
 
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.study_log import NAMESPACE
-from bearing_twin.nodes.base_node import TALK, Heartbeat, declare, guarded, run
+from bearing_twin.nodes.base_node import TALK, BaseNode, declare, guarded, run
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, OK, SERVICE, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NodeParameter
 from bearing_twin.nodes.studies import CANCELLED, SUCCEEDED, Goal, GoalAnswer, Studies, StudyLimits, aborted
@@ -48,7 +46,7 @@ CANCEL_PERIOD, CANCEL_TIMEOUT = 0.02, 0.25  # s between looks for a cancel; unti
 CLOSE_TIMEOUT = 30.0  # s for the statistics and the log of a study that is ended
 
 
-class UqNode(Node):
+class UqNode(BaseNode):
     """Serves the action run_study; see PARAMETERS. Raises BearingTwinError for parameters it cannot use.
 
     A goal is read when it is accepted and waits in a queue; its study runs in a thread of its own, for which one thread
@@ -56,8 +54,7 @@ class UqNode(Node):
     """
 
     def __init__(self, **options):
-        super().__init__("uq_node", namespace=NAMESPACE, **options)
-        self.done, self.failure = threading.Event(), None
+        super().__init__("uq_node", "studies", namespace=NAMESPACE, **options)
         values = declare(self, PARAMETERS)
         limits = StudyLimits(**{name: values[name] for name in StudyLimits._fields})
         self.studies = Studies(values["log_folder"], limits, [one for one in values["study_folders"] if one])
@@ -67,8 +64,7 @@ class UqNode(Node):
         self._unanswered = 0  # accepted goals
         self._read: dict[bytes, tuple[Goal, Study] | GoalAnswer] = {}  # what the goals are, by their ids
         self._result = self.create_publisher(String, "study_result", qos_profile(LATCHED))
-        self._heartbeat = Heartbeat(self, "studies")
-        group, steady = ReentrantCallbackGroup(), Clock(clock_type=ClockType.STEADY_TIME)
+        group = ReentrantCallbackGroup()
         self._server = ActionServer(
             self,
             RunStudy,
@@ -83,8 +79,8 @@ class UqNode(Node):
             cancel_service_qos_profile=SERVICE,
             result_timeout=RESULT_TIMEOUT,
         )
-        self.create_timer(LOOK_PERIOD, self._on_look, callback_group=group, clock=steady)
-        self.create_timer(DIAGNOSTICS_PERIOD, self._on_diagnostics, callback_group=group, clock=steady)
+        self.every(LOOK_PERIOD, self._on_look, group)
+        self.every(DIAGNOSTICS_PERIOD, self._on_diagnostics, group)
         self.get_logger().info("ready for goals of the action run_study")
 
     def close(self) -> None:
@@ -215,7 +211,7 @@ class UqNode(Node):
     def _on_diagnostics(self):
         doing, problem, values = self.studies.status()
         values |= {"doing": doing, "waiting": len(self._waiting), "queue": QUEUE}
-        self._heartbeat.say(WARN if problem else OK, problem or doing, values)
+        self.report(WARN if problem else OK, problem or doing, values)
 
 
 def main(args: list[str] | None = None) -> int:

@@ -16,8 +16,6 @@ from geometry_msgs.msg import WrenchStamped
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
@@ -28,7 +26,7 @@ from bearing_twin.base.units import UNITS, for_people
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
-from bearing_twin.nodes.base_node import TakenAside, declare, guarded, run, taken
+from bearing_twin.nodes.base_node import BaseNode, TakenAside, declare, guarded, run, taken
 from bearing_twin.nodes.graph import quiet_time
 from bearing_twin.nodes.messages import interface, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
@@ -78,13 +76,11 @@ NAMELESS = "_NODE_NAME_UNKNOWN_"  # what ROS calls a node of which it has found 
 _NUMBER = re.compile(r"\d{1,6}(\.\d{1,9})?", flags=re.ASCII)  # anybody can send diagnostics
 
 
-class WatchNode(Node):
+class WatchNode(BaseNode):
     """Serves the page of one node; see PARAMETERS. Raises BearingTwinError where there is none or several."""
 
     def __init__(self, **options):
-        super().__init__("watch_node", **options)
-        self.done = threading.Event()
-        self.failure: Exception | None = None
+        super().__init__("watch_node", "page", **options)
         self.feed = Feed()
         values = declare(self, PARAMETERS)
         self._watched, samples = self._found(values["node"], values["patience"])
@@ -102,8 +98,7 @@ class WatchNode(Node):
         self._load = self.create_publisher(WrenchStamped, f"{place}/command/load", qos_profile(Qos()))
         self.create_subscription(String, f"{place}/scene", self._on_scene, qos_profile(LATCHED))
         self.server = PageServer(self, values["host"], values["port"])
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(LOOK_PERIOD, self._on_look, clock=steady)
+        self.every(LOOK_PERIOD, self._on_look)
         self.server.start()
         print(f"{self._watched} is shown at {self.server.url}", flush=True)  # no log file gets the token
 
