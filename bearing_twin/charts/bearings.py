@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from bearing_twin.charts.contest import best_of, over_across
+from bearing_twin.charts.contest import best_of, of_methods, of_problem, over_across
 from bearing_twin.charts.panels import Axis
+from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import Problem, Scenes, load_and_friction, spread, steps, tolerances
 from bearing_twin.numerics.steppers import ROSENBROCK, STEPPER_FACTS
 
@@ -97,8 +98,7 @@ def _dimension_panels(contest, rows):
 
 def _dimension_reading(contest, rows):
     for name, title in contest.problems.items():
-        mine = [row for row in rows if (row.problem, row.method, row.status) == (name, "equilibrium", "done")]
-        if mine:
+        if mine := of_methods(of_problem(rows, name, DONE)).get("equilibrium"):
             slow, fast = (min(mine, key=lambda row: row.across), max(mine, key=lambda row: row.across))
             parts = (
                 f"loads {row.more['normal_load_error']:.1g} and angles {row.more['contact_angle_error']:.1g} "

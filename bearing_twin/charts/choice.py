@@ -1,20 +1,19 @@
 """What the rules choose in every shipped scene, against every cheaper and dearer model that the scene may have.
 
-A scene is run at its own tolerance and at 5 %, shortened. Others are what it leaves open: settings of steps, steppers,
-elastic laws, contact points, beam theories, modes, steps and meshes. A model that gives other outputs is none of them:
-equilibria have no friction. The reference is as in `tolerance`, with exact Hertz.
+A scene is run at its own tolerance and at 5 %, shortened. Others are models of what it leaves open: settings of steps,
+steppers, elastic laws, contact points, beam theories, modes, steps and meshes. A model that gives other outputs is none
+of them: equilibria have no friction. The reference is as in `tolerance`, with exact Hertz.
 """
 
 import functools
 import math
-import time
 from collections.abc import Iterator
 
-from bearing_twin.charts.contest import Contest
+from bearing_twin.charts.contest import Contest, of_methods, of_problem, timed
 from bearing_twin.charts.panels import CROSS, Axis, Line, Panel
 from bearing_twin.charts.rows import DONE, Row
 from bearing_twin.charts.scenes import run
-from bearing_twin.charts.tolerance import EXACT, _norm, scenes
+from bearing_twin.charts.tolerance import EXACT, norm_of, scenes, shortened
 from bearing_twin.kinds import rules
 from bearing_twin.kinds.rules import SETTING, answers
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
@@ -38,8 +37,7 @@ def problems() -> dict[str, tuple[str, float]]:
 
 def _given(name: str, tolerance: float) -> tuple[str, ...]:
     longest = CHAOTIC.get(name, DURATIONS.get(scenes()[name], math.inf))
-    given = load_scene(name).parameters.run.duration
-    return (*((f"run.duration={longest:g}",) if given > longest else ()), f"wanted.tolerance={tolerance:g}")
+    return (*shortened(name, longest), f"wanted.tolerance={tolerance:g}")
 
 
 @functools.cache
@@ -87,42 +85,35 @@ def _steps(stepper: str, setting: float) -> tuple[str, ...]:
 
 @functools.lru_cache(maxsize=2)
 def _reference(name: str, tolerance: float):
-    kind = scenes()[name]
-    parameters = load_scene(name, _given(name, tolerance)).parameters
+    kind, parameters = scenes()[name], load_scene(name, _given(name, tolerance)).parameters
     chosen = [EXACT.get(kind, "wanted.tolerance=1e-10")]
     if kind == rules.BEAM:  # a scene whose theory a tolerance chooses is judged with what was chosen
         chosen.append(f"beam.theory={rules.pick(kind, 'beam.theory', parameters, parameters.beam.theory).value}")
-    law = getattr(getattr(parameters, "contact", None), "normal", "")
-    if law == "auto" and kind in (rules.BEARING, rules.SHAFT):
+    if kind in (rules.BEARING, rules.SHAFT) and parameters.contact.normal == "auto":
         chosen.append("contact.normal=hertz_exact")
-    return run(name, (*_given(name, tolerance), *chosen), _norm(kind)[1])
+    return run(name, (*_given(name, tolerance), *chosen), norm_of(kind)[1])
 
 
-def judge(problem: str, method: str, setting: float, across: float) -> dict:
+def _keys(problem: str, method: str) -> tuple[str, tuple[str, ...]]:
+    """The scene of a run and its overrides."""
+    name, tolerance = problems()[problem]
+    return name, (*_given(name, tolerance), *methods(problem)[method])
+
+
+def judge(problem: str, method: str, *_) -> dict:
     """Error and CPU time of a run as a user has it, and the tolerance requested."""
-    name, tolerance = problems()[problem]
-    norm, channels = _norm(scenes()[name])
-    keys = (*_given(name, tolerance), *methods(problem)[method])
-    exact = _reference(name, tolerance)
-    found = run(name, keys, channels)
-    spans = []
-    for _ in range(3):
-        begun = time.thread_time()
-        run(name, keys, channels)
-        spans.append(time.thread_time() - begun)
-        if spans[0] > 0.5:
-            break
-    more = {"tolerance": tolerance}
-    if method == CHOICE:
-        more["chosen"] = choose(load_scene(name, keys)).reason
-    return {"error": norm(found, exact)["error"], "seconds": min(spans), "evaluations": found.evaluations, **more}
+    name, keys = _keys(problem, method)
+    (norm, channels), exact = norm_of(scenes()[name]), _reference(*problems()[problem])
+    found, cost = timed(lambda: run(name, keys, channels))
+    more = {"chosen": choose(load_scene(name, keys)).reason} if method == CHOICE else {}
+    error, tolerance = norm(found, exact)["error"], problems()[problem][1]
+    return {"error": error, **cost, "evaluations": found.evaluations, "tolerance": tolerance, **more}
 
 
-def command(problem: str, method: str, setting: float, across: float) -> str:
+def command(problem: str, method: str, *_) -> str:
     """The command that repeats a run."""
-    name, tolerance = problems()[problem]
-    words = (f"--set {word}" for word in (*_given(name, tolerance), *methods(problem)[method]))
-    return " ".join(["bearing_twin simulate", name, *words])
+    name, keys = _keys(problem, method)
+    return " ".join(["bearing_twin simulate", name, *(f"--set {word}" for word in keys)])
 
 
 def entries(problem: str, quick: bool) -> Iterator[tuple[str, float, float]]:
@@ -131,81 +122,72 @@ def entries(problem: str, quick: bool) -> Iterator[tuple[str, float, float]]:
     yield from ((name, math.nan, math.nan) for name in (names[:4] if quick else names))
 
 
-def kept(row: Row) -> bool:
-    """Whether a run keeps the tolerance requested."""
+def met(row: Row) -> bool:
+    """Whether a run meets the tolerance requested."""
     return row.status == DONE and row.error <= float(row.more["tolerance"])
 
 
 def cheaper(rows: list[Row], problem: str) -> list[Row]:
-    """Models of a problem that keep the tolerance at less than half of the CPU time of the choice, cheapest first."""
-    mine = {row.method: row for row in rows if row.problem == problem}
-    choice = mine.get(CHOICE)
-    if choice is None or choice.status != DONE:
-        return []
-    found = [row for row in mine.values() if kept(row) and row.seconds < LESS * choice.seconds]
-    return sorted(found, key=lambda row: row.seconds)
+    """Models of a problem that meet the tolerance at less than half of the CPU time of the choice, cheapest first."""
+    mine = {row.method: row for row in of_problem(rows, problem, DONE)}
+    limit = LESS * mine[CHOICE].seconds if CHOICE in mine else 0.0
+    return sorted((row for row in mine.values() if met(row) and row.seconds < limit), key=lambda row: row.seconds)
 
 
 def read(contest: Contest, rows: list[Row]) -> Iterator[str]:
-    """How many choices keep the tolerance, how many have no model of half their cost, and the exceptions."""
-    names = list(dict.fromkeys(row.problem for row in rows))
-    choices = [row for row in rows if row.method == CHOICE]
-    wrong = [row for row in choices if not kept(row)]
-    dear = {name: cheaper(rows, name) for name in names}
-    dear = {name: found for name, found in dear.items() if found}
+    """How many choices meet the tolerance, how many have no model of half their cost, and the exceptions."""
+    choices = of_methods(rows)[CHOICE]
+    wrong = [row for row in choices if not met(row)]
+    dear = [(row, found[0]) for row in choices if (found := cheaper(rows, row.problem))]
     yield (
-        f"{len(choices) - len(wrong)} of {len(choices)} choices keep the tolerance; in {len(names) - len(dear)} of "
-        f"{len(names)} no model that keeps it takes less than half of the CPU time of the choice."
+        f"{len(choices) - len(wrong)} of {len(choices)} choices meet the tolerance; in {len(choices) - len(dear)} of "
+        f"{len(choices)} no model that meets it takes less than half of the CPU time of the choice."
     )
     for row in wrong:
         yield f"{row.problem}: the error of the choice is {row.error:.2g}."
-    seconds = {row.problem: row.seconds for row in choices}
-    for name, found in dear.items():
-        best = found[0]
-        share = best.seconds / seconds[name]
-        yield f"{name}: {best.method} takes {share:.2g} of the time, with an error of {best.error:.2g}."
+    for row, best in dear:
+        share = best.seconds / row.seconds
+        yield f"{row.problem}: {best.method} takes {share:.2g} of the time, with an error of {best.error:.2g}."
 
 
 def panels(contest: Contest, rows: list[Row]) -> list[list[Panel]]:
     """Error over the tolerance, and CPU time over that of the choice: a line of points a scene."""
-    sheet = []
-    for loose in (False, True):
-        names = [one for one in problems() if any(row.problem == one for row in rows) and one.endswith(" 5 %") == loose]
+    sheet, seconds = [], {row.problem: row.seconds for row in of_methods(rows)[CHOICE] if row.status == DONE}
+    for words, loose in (("at their own tolerance", False), ("at 5 %", True)):
+        names = [one for one in seconds if one.endswith(" 5 %") == loose]
         for first in range(0, len(names), EACH):
-            sheet.append(_line_of_panels(rows, names[first : first + EACH][::-1], loose))
-    return [line for line in sheet if line]
+            sheet.append(_scenes(rows, names[first : first + EACH][::-1], seconds, words))
+    return sheet
 
 
-def _line_of_panels(rows: list[Row], names: list[str], loose: bool) -> list[Panel]:
-    words = "at 5 %" if loose else "at their own tolerance"
+LOOKS = {
+    "choice": {"color": BALL_COLOURS[0], "marker": "o", "markersize": 9, "linestyle": ""},
+    "others that meet the tolerance": {"color": BALL_COLOURS[2], "marker": "d", "markersize": 5, "linestyle": ""},
+    "others that do not": {**CROSS, "color": STYLE["soft"], "markersize": 5, "markeredgewidth": 1.2},
+}
+
+
+def _scenes(rows: list[Row], names: list[str], seconds: dict[str, float], words: str) -> list[Panel]:
     short = tuple(name.partition(" at ")[0].removeprefix("bearing_").replace("_", " ") for name in names)
-    seconds = {row.problem: row.seconds for row in rows if row.method == CHOICE and row.status == DONE}
-    groups = {"choice": [], "others that keep the tolerance": [], "others that do not": []}
-    for row in rows:
-        if row.problem in names and row.status == DONE and row.problem in seconds:
-            group = "choice" if row.method == CHOICE else list(groups)[1 if kept(row) else 2]
-            over = max(row.error / float(row.more["tolerance"]), 1e-6), row.seconds / seconds[row.problem]
-            groups[group].append((names.index(row.problem), *over))
-    looks = {
-        "choice": {"color": BALL_COLOURS[0], "marker": "o", "markersize": 9, "linestyle": ""},
-        "others that keep the tolerance": {"color": BALL_COLOURS[2], "marker": "d", "markersize": 5, "linestyle": ""},
-        "others that do not": {**CROSS, "color": STYLE["soft"], "markersize": 5, "markeredgewidth": 1.2},
-    }
-    found = []
-    columns = ("error over the tolerance", 1.0), ("CPU time over that of the choice", LESS)
-    for column, (title, limit) in enumerate(columns):
-        edge = {"color": STYLE["ink"], "linewidth": 1.2, "linestyle": ":"}
+    points: dict[str, list] = {group: [] for group in reversed(LOOKS)}
+    for row in (row for row in rows if row.problem in names and row.status == DONE):
+        group = "choice" if row.method == CHOICE else [*LOOKS][1 if met(row) else 2]
+        over = max(row.error / float(row.more["tolerance"]), 1e-6), row.seconds / seconds[row.problem]
+        points[group].append((names.index(row.problem), *over))
+    found, edge = [], {"color": STYLE["ink"], "linewidth": 1.2, "linestyle": ":"}
+    for column, title, limit in (
+        (1, "error over the tolerance", 1.0),
+        (2, "CPU time over that of the choice", LESS),
+    ):
         parts = [Line("", [limit] * 2, [-0.5, len(names) - 0.5], edge, False)]
-        for group in reversed(groups):
-            points = groups[group]
-            parts.append(Line(group, [one[1 + column] for one in points], [one[0] for one in points], looks[group]))
-        key = f"{title}, {words}, {short[-1]}"
-        found.append(Panel(key, f"shipped scenes {words}", Axis(title, "1", log=True), Axis(""), parts, names=short))
+        for group, each in points.items():
+            parts.append(Line(group, [one[column] for one in each], [one[0] for one in each], LOOKS[group]))
+        found.append(Panel(f"shipped scenes {words}", Axis(title, "1", log=True), Axis(""), parts, names=short))
     return found
 
 
 class _Problems(dict):
-    """Titles of problems, read when they are asked for: scenes are loaded then."""
+    """Titles of problems; scenes are loaded when these are first read."""
 
     def __iter__(self):
         self.update((name, name) for name in problems())

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError, SceneError
+from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.process import usable
 from bearing_twin.base.units import prefixed, two_digits
 from bearing_twin.charts import chart_of
@@ -36,6 +37,7 @@ ENOUGH, REPEATS, LONG = 0.15, 3, 3.0  # CPU seconds and repeats of a timing; bey
 UNSURE = 0.1  # spread of a cost beyond which it is reported
 LEAST, GREATEST = 1e-12, 3.0  # of the axis of errors: smaller ones stand at its start, failures at its end
 MOST = 10  # entries of a common legend
+OWN = ("error", "seconds", "spread", "evaluations", "status", "reason")  # of a row, as a judge may give them
 WANTED_LOOK = {"color": STYLE["soft"], "linewidth": 1.2, "linestyle": ":"}
 
 Entry = tuple[str, str, float, float]  # problem, method, setting, across
@@ -93,18 +95,14 @@ class Contest:
         except SceneError as error:
             return dataclasses.replace(row, status=REFUSED, reason=str(error))
         except Stopped:
-            return dataclasses.replace(
-                row, status=STOPPED, seconds=limit, reason=f"stopped after {limit:g} CPU seconds"
-            )
+            reason = f"stopped after {limit:g} CPU seconds"
+            return dataclasses.replace(row, status=STOPPED, seconds=limit, reason=reason)
         except (BearingTwinError, ArithmeticError, ValueError) as error:
             return dataclasses.replace(row, status=FAILED, reason=str(error) or type(error).__name__)
-        own = {name: found.pop(name) for name in ("error", "seconds", "spread", "evaluations") if name in found}
-        given = {name: found.pop(name) for name in ("status", "reason") if name in found}
-        row = dataclasses.replace(row, **own, status=DONE, more=found)
-        if not math.isfinite(row.error):
-            given = {"status": FAILED, "reason": given.get("reason", "not finite")}
-            row = dataclasses.replace(row, error=math.inf)
-        return dataclasses.replace(row, **given)
+        own = {name: found.pop(name) for name in OWN if name in found}
+        if not math.isfinite(own["error"]):
+            own |= {"error": math.inf, "status": FAILED, "reason": own.get("reason", "not finite")}
+        return dataclasses.replace(row, **{"status": DONE, **own}, more=found)
 
     def measure(self, name: str, asked: Asked, unfinished: Path | None = None) -> list[Row]:
         """All runs, problem by problem and method by method; those in the file `unfinished` are not repeated."""
@@ -142,9 +140,7 @@ class Contest:
 
 
 def wanted_of(words: Iterable[str], known: Iterable[str]) -> list[str]:
-    """The names asked for, in their order, all for none; raises BearingTwinError for one that is not known."""
-    from bearing_twin.base.parameters import echo, unknown
-
+    """The requested names, in their order, all for none; raises BearingTwinError for one that is not known."""
     words, known = set(words), list(known)
     for word in words - set(known):
         raise BearingTwinError(f"{echo(word)} is not a part of this chart; {unknown(word, known)}")
@@ -283,69 +279,74 @@ def _span(work, count) -> float:
     return (time.process_time() - start) / count
 
 
-def numbers(rows: list[Row]) -> dict[str, int]:
-    """A number for every method, by which its colour is the same in all panels."""
-    return {method: number for number, method in enumerate(dict.fromkeys(row.method for row in rows))}
+def of_methods(rows: Iterable[Row]) -> dict[str, list[Row]]:
+    """Rows by method; the place of a method gives its colour, the same in all panels."""
+    found: dict[str, list[Row]] = {}
+    for row in rows:
+        found.setdefault(row.method, []).append(row)
+    return found
+
+
+def of_problem(rows: Iterable[Row], problem: str, *status: str) -> list[Row]:
+    """The rows of a problem, of those with this status only where it is given."""
+    return [row for row in rows if row.problem == problem and (not status or row.status in status)]
 
 
 def error_against_cost(contest: Contest, rows: list[Row], only: Container[str] = ()) -> list[list[Panel]]:
     """A panel a problem, or of `only` some: error across, CPU time up, crosses at the right edge for failures."""
-    places, rows = numbers(rows), [row for row in rows if not only or row.problem in only]
+    methods, rows = [*of_methods(rows)], [row for row in rows if not only or row.problem in only]
     panels, known = [], [row.error for row in rows if row.status == DONE and row.error > 0.0]
     least = max(LEAST, min(known, default=LEAST) / 3.0)
     edge = min(10.0 * max(known, default=1.0), GREATEST)
     across, up = Axis(contest.error, log=True, limits=(0.5 * least, 2.0 * edge)), Axis(contest.cost, "s", log=True)
-    for name in (name for name in contest.problems if any(row.problem == name for row in rows)):
-        here = [row for row in rows if row.problem == name]
+    for name, title in contest.problems.items():
+        if not (here := of_problem(rows, name)):
+            continue
         costs = [row.seconds for row in here if row.seconds > 0.0] or [1.0]
         parts = [Line("", [contest.wanted] * 2, [min(costs), max(costs)], WANTED_LOOK, False)]
-        for method in dict.fromkeys(row.method for row in here):
-            number = places[method]
-            mine = sorted((row for row in here if row.method == method), key=lambda row: row.setting)
+        for method, mine in of_methods(here).items():
+            number, mine = methods.index(method), sorted(mine, key=lambda row: row.setting)
             good = [(max(row.error, least), row.seconds) for row in mine if row.status == DONE]
             high = min(costs) * 1.3**number
             lost = [(edge, row.seconds if row.seconds > 0.0 else high) for row in mine if row.status != DONE]
             parts += curve(method, good, number, lost)
-        panels.append(Panel(name, contest.problems[name], across, up, parts))
-    columns = 2 if len(panels) in (2, 4) else 3
+        panels.append(Panel(title, across, up, parts))
+    return in_rows(panels, 2 if len(panels) in (2, 4) else 3)
+
+
+def in_rows(panels: list[Panel], columns: int) -> list[list[Panel]]:
+    """Panels side by side, so many in a row."""
     return [panels[first : first + columns] for first in range(0, len(panels), columns)]
 
 
 def over_across(contest: Contest, rows: list[Row], axis: Axis, columns: Mapping[str, str]) -> list[list[Panel]]:
     """A row of panels a problem: columns of the rows over `across`, by name with their title, then the CPU time."""
     lines = []
-    for name in (name for name in contest.problems if any(row.problem == name for row in rows)):
-        mine, line = [row for row in rows if row.problem == name], []
-        for column, title in {**columns, "seconds": contest.cost}.items():
-            up = Axis(title, "s" if column == "seconds" else "1", log=True)
-            parts = []
-            for number, method in enumerate(dict.fromkeys(row.method for row in rows)):
-                good = [
-                    (row.across, _column(row, column)) for row in mine if (row.method, row.status) == (method, DONE)
-                ]
-                good = sorted((x, max(y, LEAST)) for x, y in good if y == y)  # without NaN
-                lost = [(row.across, 1.0) for row in mine if row.method == method and row.status != DONE]
-                parts += curve(method, good, number, lost if column != "seconds" else ())
-            line.append(Panel(f"{name}, {column}", contest.problems[name], axis, up, parts))
-        lines.append(line)
+    for name, title in contest.problems.items():
+        mine, line = of_problem(rows, name), []
+        for column, words in {**columns, "seconds": contest.cost}.items() if mine else ():
+            parts, up = [], Axis(words, "s" if column == "seconds" else "1", log=True)
+            for number, method in enumerate(of_methods(rows)):
+                ours = [row for row in mine if row.method == method]
+                good = [(row.across, row.more.get(column, row.seconds)) for row in ours if row.status == DONE]
+                lost = [(row.across, 1.0) for row in ours if row.status != DONE and column != "seconds"]
+                parts += curve(method, sorted((x, max(y, LEAST)) for x, y in good if y == y), number, lost)
+            line.append(Panel(title, axis, up, parts))
+        lines += [line] if line else []
     return lines
-
-
-def _column(row: Row, name: str) -> float:
-    return float(row.more.get(name, math.nan)) if name in row.more else float(getattr(row, name, math.nan))
 
 
 def cheapest(rows: Iterable[Row], problem: str, method: str, wanted: float) -> Row | None:
     """The cheapest run of a method within the error wanted; None if there is none."""
-    good = [row for row in rows if (row.problem, row.method) == (problem, method) and row.error <= wanted]
-    return min((row for row in good if row.status == DONE), key=lambda row: row.seconds, default=None)
+    good = (row for row in of_problem(rows, problem, DONE) if row.method == method and row.error <= wanted)
+    return min(good, key=lambda row: row.seconds, default=None)
 
 
 def best_of(contest: Contest, rows: list[Row]) -> list[str]:
     """A sentence a problem: the CPU time at which each method keeps the error wanted, the cheapest first."""
     sentences = []
     for name, title in contest.problems.items():
-        mine = list(dict.fromkeys(row.method for row in rows if row.problem == name))
+        mine = of_methods(of_problem(rows, name))
         found = {method: cheapest(rows, name, method, contest.wanted) for method in mine}
         good = sorted((method for method in mine if found[method]), key=lambda method: found[method].seconds)
         never = [method for method in mine if not found[method]]

@@ -3,7 +3,7 @@
 import tempfile
 from pathlib import Path
 
-from bearing_twin.charts.contest import Contest, seconds, timed
+from bearing_twin.charts.contest import Contest, of_problem, seconds, timed
 from bearing_twin.charts.panels import Axis, Panel, bars_of
 from bearing_twin.charts.scenes import WITHOUT_CHECK
 from bearing_twin.log.run_log import write_log
@@ -55,21 +55,21 @@ def _keys(share: float) -> tuple[str, ...]:
 
 def panels(contest, rows) -> list[list[Panel]]:
     """A panel a run: a bar a stage."""
-    axis, found = Axis("CPU time of a simulated second", "s"), []
-    for name in dict.fromkeys(row.problem for row in rows):
-        found.append(bars_of(name, RUNS[name][0], axis, {r.method: r.seconds for r in rows if r.problem == name}))
-    return [found]
+    axis = Axis("CPU time of a simulated second", "s")
+    found = {title: {row.method: row.seconds for row in of_problem(rows, name)} for name, (title, _, _) in RUNS.items()}
+    return [[bars_of(title, axis, stages) for title, stages in found.items() if stages]]
 
 
 def read(contest, rows):
     """What every stage takes, and what a second on the clock is to it."""
-    for name in dict.fromkeys(row.problem for row in rows):
-        words = (
+    for name, (title, _, _) in RUNS.items():
+        words = ", ".join(
             f"{row.method} {seconds(row.seconds)} ({1.0 / row.seconds:.2g} times real time)"
-            for row in rows
-            if row.problem == name and row.seconds > 0.0
+            for row in of_problem(rows, name)
+            if row.seconds > 0.0
         )
-        yield f"{RUNS[name][0]}, CPU time of a simulated second with {RATE} outputs: {', '.join(words)}."
+        if words:
+            yield f"{title}, CPU time of a simulated second with {RATE} outputs: {words}."
 
 
 CHARTS = {

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize
 from scipy.special import elliprd, elliprf
 
-from bearing_twin.charts.contest import Contest, cheapest, error_against_cost, seconds, timed
+from bearing_twin.charts.contest import Contest, error_against_cost, of_methods, of_problem, seconds, timed
 from bearing_twin.charts.panels import Axis, Line, Panel, colour, curve
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import Problem, Scenes, load_and_friction, spread, tolerances
@@ -129,59 +129,48 @@ def _law_entries(problem, quick):
 def _law_panels(contest, rows):
     """Error over the shape, and on a ball in a raceway against cost; then the laws in a run."""
     left, right, low = [], [], 1e-12
-    for number, law in enumerate(dict.fromkeys(row.method for row in rows if row.problem == "ellipse")):
-        mine = [row for row in rows if (row.problem, row.method) == ("ellipse", law)]
+    for number, (law, mine) in enumerate(of_methods(of_problem(rows, "ellipse")).items()):
         good = [(row.across, max(row.error, low)) for row in mine if row.status == DONE]
         lost = [(row.across, 2.0 * 1.6**number) for row in mine if row.status != DONE]
         left += curve(law, good, number, lost, "")
-        near = max(low, min(1.0, worst(rows, law, *BEARING)))
         dot = {"color": colour(number)["color"], "marker": "o", "markersize": 9, "linestyle": ""}
-        right.append(Line(law, [mine[0].seconds], [near], dot, False))
+        right.append(Line(law, [mine[0].seconds], [max(low, min(1.0, worst(mine, *BEARING)))], dot, False))
     error = Axis("error of the load against exact Hertz", log=True, limits=(0.3 * low, 100.0))
-    cost = Axis("CPU time of an evaluation", "s", log=True)
+    cost, shape = Axis("CPU time of an evaluation", "s", log=True), Axis("b/a of the ellipse", log=True)
     panels = [
-        Panel(
-            "shape",
-            "Over the shape; constant: exact at b/a 0.1",
-            Axis("b/a of the ellipse", log=True),
-            error,
-            left,
-        ),
-        Panel("cost", "On a ball in a raceway, b/a 0.08 to 0.18", cost, error, right, None),
+        Panel("Over the shape; constant: exact at b/a 0.1", shape, error, left),
+        Panel("On a ball in a raceway, b/a 0.08 to 0.18", cost, error, right, None),
     ]
     return [panels, *error_against_cost(contest, rows, RUNS.table)]
 
 
-def worst(rows, method: str, low: float, high: float = 1.0) -> float:
-    """The greatest error of a law for b/a in [low, high]."""
-    mine = [row for row in rows if (row.problem, row.method) == ("ellipse", method) and low <= row.across <= high]
-    return max((row.error for row in mine), default=math.nan)
+def worst(rows, low: float, high: float = 1.0) -> float:
+    """The greatest error of rows for b/a in [low, high]."""
+    return max((row.error for row in rows if low <= row.across <= high), default=math.nan)
 
 
 def _law_reading(contest, rows):
-    for law in dict.fromkeys(row.method for row in rows if row.problem == "ellipse" and row.method != SCIPY):
-        mine = [row for row in rows if (row.problem, row.method) == ("ellipse", law)]
+    for law, mine in of_methods(of_problem(rows, "ellipse")).items():
+        if law == SCIPY:
+            yield f"Exact Hertz is found again by SciPy (Carlson's integrals, Brent) to {worst(mine, 0.0):.1g}."
+            continue
         lost = [row.across for row in mine if row.status != DONE]
         fails = f"; wrong by more than {WRONG:.0%} for b/a {min(lost):.2g} to {max(lost):.2g}" if lost else ""
         yield (
-            f"{law}: {seconds(mine[0].seconds)} an evaluation, error {worst(rows, law, *BEARING):.2g} on a ball in a "
-            f"raceway, {worst(rows, law, 0.1):.2g} for b/a from 0.1 to 1{fails}."
+            f"{law}: {seconds(mine[0].seconds)} an evaluation, error {worst(mine, *BEARING):.2g} on a ball in a "
+            f"raceway, {worst(mine, 0.1):.2g} for b/a from 0.1 to 1{fails}."
         )
-    if any(row.method == SCIPY for row in rows):
-        yield f"Exact Hertz is found again by SciPy (Carlson's integrals, Brent) to {worst(rows, SCIPY, 0.0):.1g}."
-    yield from _runs_reading(contest, rows)
+    yield from _runs_reading(rows)
 
 
-def _runs_reading(contest, rows):
+def _runs_reading(rows):
     for name, problem in RUNS.table.items():
-        found = {row.method: cheapest(rows, name, row.method, math.inf) for row in rows if row.problem == name}
-        least = {
-            row.method: min(one.error for one in rows if (one.problem, one.method) == (name, row.method))
-            for row in rows
-            if row.problem == name
-        }
-        words = (f"{method} {least[method]:.1g} ({seconds(one.seconds)})" for method, one in found.items() if one)
-        if found:
+        methods = of_methods(of_problem(rows, name, DONE))
+        words = (
+            f"{method} {min(row.error for row in mine):.1g} ({seconds(min(row.seconds for row in mine))})"
+            for method, mine in methods.items()
+        )
+        if methods:
             yield f"{problem.title}: least error, and CPU time of a simulated second: {', '.join(words)}."
 
 
@@ -273,40 +262,36 @@ def _friction_entries(problem, quick):
 
 
 def _friction_panels(contest, rows):
-    lines, up = [], (1e-6, 10.0)
+    lines, limits = [], (1e-6, 10.0)
     across = Axis("spin x major semi-axis / slip", log=True)
     for key, words in (
         ("force_error", "error of the force, over mu N"),
         ("torque_error", "of the torque, over pure spin's"),
     ):
         line = []
-        for problem in (name for name in PATCHES if any(row.problem == name for row in rows)):
+        for problem in PATCHES:
             parts = [Line("", [SPINS[0], SPINS[-1]], [WRONG] * 2, {"color": "#71808c", "linewidth": 1.0}, False)]
-            for number, name in enumerate(MODELS):
-                mine = [
-                    row for row in rows if (row.problem, row.method) == (problem, name) and row.across == row.across
-                ]
-                good = [(row.across, max(row.more[key], up[0])) for row in mine if key in row.more]
-                parts.append(Line(name, [one[0] for one in good], [min(one[1], 3.0) for one in good], colour(number)))
-            line.append(Panel(f"{problem}, {key}", problem, across, Axis(words, log=True, limits=up), parts))
-        lines.append(line)
+            for number, (name, mine) in enumerate(of_methods(of_problem(rows, problem)).items()):
+                good = [row for row in mine if row.across == row.across and key in row.more]
+                values = np.clip([row.more[key] for row in good], limits[0], 3.0)
+                parts.append(Line(name, [row.across for row in good], values, colour(number)))
+            if len(parts) > 1:
+                line.append(Panel(problem, across, Axis(words, log=True, limits=limits), parts))
+        lines += [line] if line else []
     return [*lines, *error_against_cost(contest, rows, RUNS.table)]
 
 
 def _friction_reading(contest, rows):
-    for name in MODELS:
-        mine = [row for row in rows if row.method == name and row.problem in PATCHES]
+    for name, mine in of_methods(row for row in rows if row.problem in PATCHES).items():
         words = []
-        for problem in dict.fromkeys(row.problem for row in mine):
-            found = [row.more for row in mine if row.problem == problem and "force_error" in row.more]
-            force, torque = (
-                max((one[key] for one in found), default=math.inf) for key in ("force_error", "torque_error")
-            )
-            words.append(f"{force:.2g} and {torque:.2g} at {problem}")
-        if mine:
-            cost = seconds(mine[0].seconds)
-            yield f"{name}: {cost} an evaluation; greatest errors of force and torque {', '.join(words)}."
-    yield from _runs_reading(contest, rows)
+        for problem in PATCHES:
+            found = [row.more for row in of_problem(mine, problem) if "force_error" in row.more]
+            if found:
+                force, torque = (max(one[key] for one in found) for key in ("force_error", "torque_error"))
+                words.append(f"{force:.2g} and {torque:.2g} at {problem}")
+        cost = seconds(mine[0].seconds)
+        yield f"{name}: {cost} an evaluation; greatest errors of force and torque {', '.join(words)}."
+    yield from _runs_reading(rows)
 
 
 CHARTS = {

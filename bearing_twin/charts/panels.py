@@ -1,7 +1,7 @@
 """Pictures of charts: panels of lines, bands, bars and maps as data. Values are SI; prefixes come with the drawing."""
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,9 +29,6 @@ class Axis(NamedTuple):
     log: bool = False
     limits: tuple | None = None  # in SI
     shown: tuple[float, str] | None = None
-
-
-NOTHING = Axis("")
 
 
 class Line(NamedTuple):
@@ -81,29 +78,14 @@ class Map(NamedTuple):
     power: float = 1.0
 
 
-class Words(NamedTuple):
-    """A word at a place."""
-
-    name: str
-    x: float
-    y: float
-
-
-class Drawing(NamedTuple):
-    """A drawing in space: `draw(axis)` fills an axis of three dimensions."""
-
-    draw: Callable[[Any], None]
-
-
 @dataclass
 class Panel:
-    """One pair of axes: `key` names it in the table, `title` stands above it."""
+    """One pair of axes with a title, which also names it in the table."""
 
-    key: str
     title: str
-    x: Axis = NOTHING
-    y: Axis = NOTHING
-    parts: list = field(default_factory=list)
+    x: Axis
+    y: Axis
+    parts: list
     legend: str | None = "best"
     to_scale: bool = False  # of a drawing: a length is as long on both axes
     names: tuple[str, ...] = ()  # of the values 0, 1, 2 ... up the axis, where these are no numbers
@@ -137,12 +119,12 @@ def curve(name: str, points, number: int, lost=(), marker: str = "o") -> list[Li
     return parts
 
 
-def bars_of(key: str, title: str, axis: Axis, values: dict[str, float]) -> Panel:
+def bars_of(title: str, axis: Axis, values: dict[str, float]) -> Panel:
     """A bar a name, from 0."""
     look = {"color": colour(0)["color"], "linewidth": 14.0, "solid_capstyle": "butt"}
     parts = [Line(name, [0.0, one], [place] * 2, look, False) for place, (name, one) in enumerate(values.items())]
     up = Axis("", limits=(-0.6, len(values) - 0.4))
-    return Panel(key, title, axis._replace(limits=(0.0, None)), up, parts, None, names=tuple(values))
+    return Panel(title, axis._replace(limits=(0.0, None)), up, parts, None, names=tuple(values))
 
 
 def dashed() -> dict:
@@ -173,12 +155,11 @@ def draw(sheet: Sheet, path: Path) -> Path:
     keys: dict[str, Any] = {}
     for box, row in zip(boxes, sheet.rows, strict=True):
         for column, panel in enumerate(row):
-            space = {"projection": "3d"} if any(isinstance(part, Drawing) for part in panel.parts) else {}
-            axis = box.add_subplot(1, len(row), column + 1, **space)
+            axis = box.add_subplot(1, len(row), column + 1)
             _draw_panel(box, axis, panel)
             keys |= dict(zip(*reversed(axis.get_legend_handles_labels()), strict=True))
             entries = len(axis.get_legend_handles_labels()[1])
-            if not space and panel.legend and not sheet.key and entries:
+            if panel.legend and not sheet.key and entries:
                 small = {"fontsize": 8, "ncols": 2} if entries > MANY else {"fontsize": 10.5}
                 axis.legend(frameon=False, loc=panel.legend, **small)
     if sheet.key and keys:
@@ -194,7 +175,7 @@ def labels(sheet: Sheet) -> set[str]:
 
 
 def write_curves(sheet: Sheet, path: Path) -> None:
-    """Every curve as comma-separated values, SI; raises OSError where that is impossible."""
+    """Every curve as comma-separated values, SI; raises BearingTwinError where that is impossible."""
     rows = ((*words, f"{x:.10g}", f"{y:.10g}") for *words, x, y in _points(sheet))
     write_rows(path, ["panel", "curve", "x_is", "y_is", "x", "y"], rows)
 
@@ -205,7 +186,7 @@ def _points(sheet: Sheet) -> Iterator[tuple]:
         for part in panel.parts:
             for name, x, y in _curves(part):
                 for one, other in zip(x, y, strict=True):
-                    yield panel.key, name, *kinds, float(one), float(other)
+                    yield panel.title, name, *kinds, float(one), float(other)
 
 
 def _curves(part) -> Iterable[tuple]:
@@ -221,10 +202,6 @@ def _curves(part) -> Iterable[tuple]:
 
 def _draw_panel(figure, axis, panel):
     heading(axis, panel.title)
-    for part in panel.parts:
-        if isinstance(part, Drawing):
-            part.draw(axis)
-            return
     across, unit_x = panel.x.shown or scaled(_extent(panel, 0), panel.x.unit)
     up, unit_y = panel.y.shown or scaled(_extent(panel, 1), panel.y.unit)
     if panel.y.unit == f"1/{panel.x.unit}":  # a density
@@ -266,9 +243,6 @@ def _extent(panel, place):
 
 
 def _draw_part(axis, part, across, up):
-    if isinstance(part, Words):
-        axis.annotate(part.name, (part.x * across, part.y * up), fontsize=12, color=STYLE["ink"])
-        return
     named = {"label": part.name} if part.label else {}
     if isinstance(part, Bars):
         axis.stairs(np.multiply(part.heights, up), np.multiply(part.edges, across), **named, **part.look)

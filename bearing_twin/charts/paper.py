@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.charts.contest import Asked, Made, sources, wanted_of
+from bearing_twin.charts.contest import Asked, Kept, Made, wanted_of
 from bearing_twin.charts.panels import Sheet, draw, write_curves
+from bearing_twin.charts.rows import Row
 
 
 class Figures(NamedTuple):
-    """A sheet: the figures of the paper on it, and what makes it; `make(quick)` is coarse where it is quick."""
+    """A sheet: the figures of the paper on it, and the function that makes it; `make(quick)` is coarse if quick."""
 
     figures: tuple[int, ...]
     make: Callable[[bool], Sheet]
@@ -30,30 +30,22 @@ class Paper:
         return {name: name for name in self.sheets} | numbers
 
     def make(self, folder: Path, name: str, asked: Asked) -> Made:
-        """Draws the sheets asked for; those that an interrupted run has finished are not repeated."""
-        named = {self.problems[one] for one in wanted_of(asked.problems, self.problems)}
-        wanted = [sheet for sheet in self.sheets if sheet in named]
-        kept, made = folder / f"{name}.unfinished", Made([], [], [], [])
-        before = kept.read_text(encoding="utf-8").splitlines() if kept.is_file() else []
-        finished = before[1:] if before[:1] == [sources()] else []
-        for place, sheet in enumerate(wanted):
-            picture, table = (folder / f"{name}_{sheet}.{ending}" for ending in ("png", "csv"))
-            reading = folder / f"{name}_{sheet}.txt"
-            if sheet not in finished or not (picture.is_file() and table.is_file() and reading.is_file()):
+        """Draws the requested sheets; those that an interrupted run has finished are not repeated."""
+        wanted = dict.fromkeys(self.problems[one] for one in wanted_of(asked.problems, self.problems))
+        kept, made = Kept(folder / f"{name}.unfinished"), Made([], [], [], [])
+        for place, sheet in enumerate(wanted, start=1):
+            picture, table, reading = (folder / f"{name}_{sheet}.{ending}" for ending in ("png", "csv", "txt"))
+            if sheet not in kept.rows or not (picture.is_file() and table.is_file() and reading.is_file()):
                 found = self.sheets[sheet].make(asked.quick)
-                try:
-                    write_curves(found, table)
-                    reading.write_text("\n".join(found.reading) + "\n", encoding="utf-8")
-                    kept.write_text("\n".join([sources(), *finished, sheet]) + "\n", encoding="utf-8")
-                except OSError as error:
-                    raise BearingTwinError(f"{error.filename} cannot be written ({error.strerror})") from error
+                write_curves(found, table)
+                reading.write_text("\n".join(found.reading) + "\n", encoding="utf-8")
                 draw(found, picture)
-                finished.append(sheet)
+                kept.put(sheet, Row(name, sheet))
             made.reading.extend(reading.read_text(encoding="utf-8").splitlines())
             made.pictures.append(str(picture))
             made.tables.append(str(table))
-            asked.update((place + 1) / len(wanted))
-        kept.unlink(missing_ok=True)
+            asked.update(place / len(wanted))
+        kept.drop()
         return made
 
     def read_again(self, folder: Path, name: str) -> list[str]:

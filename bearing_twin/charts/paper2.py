@@ -13,60 +13,49 @@ import numpy as np
 
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet
 from bearing_twin.charts.paper import Figures, Paper
+from bearing_twin.charts.scenes import Found, run
 from bearing_twin.kinds.beam.derived import beam_of
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.reference.struck_beam import strike
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import simulate
 
 HEIGHTS = {50: (2, 4), 600: (3, 5)}  # mm: the paper's figures of bodies and of curves
 LOOKS = {"euler": "--", "timoshenko": "-"}
-TIME, LENGTH, HEIGHT = (
-    Axis("time", "s"),
-    Axis("along the beam", "m", shown=(1e3, "mm")),
-    Axis("height", "m", shown=(1e3, "mm")),
-)
+TIME = Axis("time", "s")
+LENGTH, HEIGHT = Axis("along the beam", "m", shown=(1e3, "mm")), Axis("height", "m", shown=(1e3, "mm"))
 SHOWN, TOUCH = 1.5e-3, 1.2e-4  # s of the curves, of the forces at the first contact
 CELLS, QUARTER = 800, 1  # of the beam under a rigid contact; the place of a quarter of the span among the channels
 DAMPING, PERIODS = 0.005, 8  # of every mode; periods of the first mode after the last contact
 FOOTER = "steel sphere, radius 10 mm, on a steel beam of 10 x 10 x 153.5 mm"
+CHANNELS = ("normal_load", "deflection", "bending_stress", "shape")
 
 
 @functools.lru_cache(maxsize=16)
-def fall(height: int, theory: str, damping: float = 0.0, duration: float = SHOWN):
-    """(time [s], channels, figures, parameters) of the fall from `height` [mm]."""
-    given = [f"beam.theory={theory}", f"beam.damping_ratio={damping!r}", f"run.duration={duration!r}"]
-    made = simulate(
-        load_scene(f"sphere_on_beam_drop_{height}mm", [*given, "run.output_rate=1e6", "run.publish_rate=1e6"])
-    )
-    blocks = list(made.blocks())
-    names = ("normal_load", "approach", "sphere_position", "deflection", "bending_stress", "shape")
-    values = {name: np.concatenate([block.values[name] for block in blocks]) for name in names}
-    time = 1e-9 * np.concatenate([block.time_ns for block in blocks])
-    return time, values, made.report.figures, made.scene.parameters
+def fall(height: int, theory: str, damping: float = 0.0, duration: float = SHOWN) -> Found:
+    """The fall from `height` [mm]."""
+    keys = f"beam.theory={theory}", f"beam.damping_ratio={damping!r}", f"run.duration={duration!r}"
+    return run(f"sphere_on_beam_drop_{height}mm", (*keys, "run.output_rate=1e6", "run.publish_rate=1e6"), CHANNELS)
 
 
 def drops(quick: bool) -> Sheet:
     """Figures 1, 2 and 3: the problem, the start, the touch and the greatest deflection."""
-    rows = [[Panel("figure 1", "Figure 1: the problem", LENGTH, HEIGHT, _bodies(), "upper right", to_scale=True)], []]
+    rows = [[Panel("Figure 1: the problem", LENGTH, HEIGHT, _bodies(), "upper right", to_scale=True)], []]
     reading = []
     for height, (figure, _) in HEIGHTS.items():
         title = f"Figure {figure}a: {height} mm above"
-        rows[0].append(Panel(f"figure {figure}a", title, LENGTH, HEIGHT, _bodies(1e-3 * height), None, to_scale=True))
+        rows[0].append(Panel(title, LENGTH, HEIGHT, _bodies(1e-3 * height), None, to_scale=True))
         lines, seen = [], []
         for theory, dashes in LOOKS.items():
-            time, values, _, parameters = fall(height, theory)
-            shapes = values["shape"]
-            at = np.linspace(0.0, parameters.beam.span, shapes.shape[1])
+            found = fall(height, theory)
+            time, shapes, span = found.time, found.values["shape"], found.scene.parameters.beam.span
             last = int(shapes.max(axis=1).argmax())
-            for place, (name, row) in enumerate({"touch": 0, "greatest deflection": last}.items()):
+            for name, row, place in (("touch", 0, 2), ("greatest deflection", last, 5)):
                 words = f"{name}, {theory.capitalize()}, {1e6 * time[row]:.0f} µs"
-                look = {"color": BALL_COLOURS[3 * place + 2], "linewidth": 2.4, "linestyle": dashes}
-                lines.append(Line(words, at, -shapes[row], look))
+                look = {"color": BALL_COLOURS[place], "linewidth": 2.4, "linestyle": dashes}
+                lines.append(Line(words, np.linspace(0.0, span, shapes.shape[1]), -shapes[row], look))
             seen.append(f"{1e6 * shapes.max():.1f} µm at {1e6 * time[last]:.0f} µs by {theory.capitalize()}")
-        deflected = Axis("height above rest", "m", limits=(-1.15 * shapes.max(), 0.6 * shapes.max()))
-        title = f"Figure {figure}b and c: fall from {height} mm"
-        rows[1].append(Panel(f"figure {figure}b, c", title, LENGTH, deflected, lines, "upper right"))
+        up = Axis("height above rest", "m", limits=(-1.15 * shapes.max(), 0.6 * shapes.max()))
+        rows[1].append(Panel(f"Figure {figure}b and c: fall from {height} mm", LENGTH, up, lines, "upper right"))
         reading.append(f"The beam is bent most, by the fall from {height} mm, by {' and '.join(seen)}.")
     return Sheet("Paper 2: a sphere falls on a beam", rows, FOOTER, reading)
 
@@ -76,21 +65,19 @@ def histories(quick: bool) -> Sheet:
     rows: list = [[], []]
     reading = []
     for height, (_, figure) in HEIGHTS.items():
-        words = []
-        for row, (name, title, unit) in zip(
-            rows, (("deflection", "deflection", "m"), ("bending_stress", "bending stress", "Pa")), strict=True
-        ):
-            parts = []
+        for row, letter, name, unit in ((0, "a", "deflection", "m"), (1, "b", "bending_stress", "Pa")):
+            parts, title = [], name.replace("_", " ")
             for theory, dashes in LOOKS.items():
-                time, values, _, _ = fall(height, theory)
+                found = fall(height, theory)
                 for column, colour, where in ((0, 0, "point of impact"), (QUARTER, 5, "1/4 of the span")):
                     look = {"color": BALL_COLOURS[colour], "linestyle": dashes, "linewidth": 1.7}
-                    parts.append(Line(f"{where}, {theory.capitalize()}", time, values[name][:, column], look))
-            letter = "a" if unit == "m" else "b"
+                    words = f"{where}, {theory.capitalize()}"
+                    parts.append(Line(words, found.time, found.values[name][:, column], look))
             heading = f"Figure {figure}{letter}: {title}, fall from {height} mm"
-            row.append(Panel(f"figure {figure}{letter}", heading, TIME, Axis(title, unit), parts))
+            rows[row].append(Panel(heading, TIME, Axis(title, unit), parts))
+        words = []
         for theory in LOOKS:
-            figures = fall(height, theory, 0.0, 3e-3)[2]
+            figures = fall(height, theory, 0.0, 3e-3).figures
             peaks = ", ".join(f"{one['peak_force_n']:.1f}" for one in figures["contacts"])
             words.append(f"by {theory.capitalize()} {peaks} N and a restitution of {figures['restitution']:.4f}")
         reading.append(f"The contacts of the fall from {height} mm reach {'; '.join(words)}.")
@@ -99,12 +86,12 @@ def histories(quick: bool) -> Sheet:
 
 def rigid(height: int):
     """The first contact of a rigid sphere on Timoshenko's beam, and its peak force [N] at the touch."""
-    _, _, figures, parameters = fall(height, "timoshenko")
-    beam, speed = beam_of(parameters, "timoshenko"), figures["impact_speed_m_s"]
-    radius, density = parameters.sphere.radius, parameters.sphere.material.density
-    mass = parameters.sphere.mass or 4.0 / 3.0 * math.pi * radius**3 * density
-    found = strike(beam, mass, math.inf, speed, parameters.blow.point, TOUCH, CELLS)
-    return found, 2.0 * speed * math.sqrt(beam.shear_rigidity * beam.mass / beam.span)
+    found = fall(height, "timoshenko")
+    parameters, speed = found.scene.parameters, found.figures["impact_speed_m_s"]
+    beam, sphere = beam_of(parameters, "timoshenko"), parameters.sphere
+    mass = sphere.mass or 4.0 / 3.0 * math.pi * sphere.radius**3 * sphere.material.density
+    contact = strike(beam, mass, math.inf, speed, parameters.blow.point, TOUCH, CELLS)
+    return contact, 2.0 * speed * math.sqrt(beam.shear_rigidity * beam.mass / beam.span)
 
 
 @functools.lru_cache(maxsize=16)
@@ -113,35 +100,27 @@ def stress_after(height: int, theory: str, damping: float):
     beam = load_scene(f"sphere_on_beam_drop_{height}mm").parameters.beam
     stiffness = math.sqrt(beam.material.young_modulus / (12.0 * beam.material.density)) * beam.height
     period = 2.0 * math.pi / ((math.pi / beam.span) ** 2 * stiffness)
-    time, values, figures, _ = fall(height, theory, damping, 1e-3 + PERIODS * period)
-    last = max(one["start_s"] + one["duration_s"] for one in figures["contacts"])
-    stress = values["bending_stress"][:, 0]
-    sizes = []
-    for part in range(PERIODS):
-        inside = (time >= last + part * period) & (time < last + (part + 1) * period)
-        sizes.append(math.sqrt(np.mean(stress[inside] ** 2)) if inside.any() else math.nan)
-    return np.array(sizes) / sizes[0], sizes[0] / np.abs(stress).max()
+    found = fall(height, theory, damping, 1e-3 + PERIODS * period)
+    last = max(one["start_s"] + one["duration_s"] for one in found.figures["contacts"])
+    stress, place = found.values["bending_stress"][:, 0], np.floor((found.time - last) / period)
+    sizes = np.array([math.sqrt(np.mean(stress[place == part] ** 2)) for part in range(PERIODS)])
+    return sizes / sizes[0], sizes[0] / np.abs(stress).max()
 
 
 def claims(quick: bool) -> Sheet:
     """Two conclusions: local deformation lengthens the contact; the stress dies down faster for the smaller height."""
     rows: list = [[], []]
-    reading = []
+    reading, faster = [], True
     for height in HEIGHTS:
-        time, values, figures, _ = fall(height, "timoshenko")
-        hard, peak = rigid(height)
-        soft, near = figures["contacts"][0], time <= TOUCH
+        found, (hard, peak) = fall(height, "timoshenko"), rigid(height)
+        soft, near = found.figures["contacts"][0], found.time <= TOUCH
+        load = found.values["normal_load"][near]
         lines = [
             Line("rigid contact", hard.time, hard.force, {"color": BALL_COLOURS[5], "linewidth": 1.4}),
-            Line(
-                "with Hertz's local deformation",
-                time[near],
-                values["normal_load"][near],
-                {"color": BALL_COLOURS[0], "linewidth": 2.2},
-            ),
+            Line("with Hertz's local deformation", found.time[near], load, {"color": BALL_COLOURS[0]}),
         ]
         title = f"Contact force on Timoshenko's beam, fall from {height} mm"
-        rows[0].append(Panel(f"force {height}", title, TIME, Axis("force", "N"), lines))
+        rows[0].append(Panel(title, TIME, Axis("force", "N"), lines))
         ends = hard.contacts[[0, -1], 1]
         holds = soft["duration_s"] > ends[-1] and soft["peak_force_n"] < peak
         reading.append(
@@ -150,7 +129,8 @@ def claims(quick: bool) -> Sheet:
             f"peak from {1e-3 * peak:.3g} to {1e-3 * soft['peak_force_n']:.3g} kN: the paper's claim "
             f"{'holds' if holds else 'fails'}."
         )
-    faster = True
+    across = Axis("periods of the first mode after the last contact")
+    up = Axis("r.m.s. stress, first period = 1", limits=(0.0, 1.2))
     for damping in (0.0, DAMPING):
         parts, words = [], []
         for theory, dashes in LOOKS.items():
@@ -162,25 +142,15 @@ def claims(quick: bool) -> Sheet:
                 both.append(100.0 * (shares[-1] if damping else first))
             faster = faster and (not damping or both[0] < both[1])
             words.append(f"{both[0]:.0f} and {both[1]:.0f} % by {theory.capitalize()}")
-        across, up = (
-            Axis("periods of the first mode after the last contact"),
-            Axis("r.m.s. stress, first period = 1", limits=(0.0, 1.2)),
-        )
         how = f"{100.0 * damping:g} % of critical damping" if damping else "undamped"
-        rows[1].append(
-            Panel(f"decay {damping:g}", f"Stress at the point of impact, {how}", across, up, parts, "lower left")
+        rows[1].append(Panel(f"Stress at the point of impact, {how}", across, up, parts, "lower left"))
+        reading.append(
+            f"With {how} the stress is, {PERIODS - 1} periods on, for 50 and 600 mm at {' and '.join(words)} of what "
+            f"it was: the paper's 'faster when the height is smaller' {'holds' if faster else 'does not hold'}."
+            if damping
+            else "Without damping the stress does not die down after the last contact; that leaves of the greatest "
+            f"stress (r.m.s.), for 50 and 600 mm, {' and '.join(words)}."
         )
-        if damping:
-            reading.append(
-                f"With {how} the stress is, {PERIODS - 1} periods on, for 50 and 600 mm at "
-                f"{' and '.join(words)} of what it was: the paper's 'faster when the height is "
-                f"smaller' {'holds' if faster else 'does not hold'}."
-            )
-        else:
-            reading.append(
-                "Without damping the stress does not die down after the last contact; that leaves of the greatest "
-                f"stress (r.m.s.), for 50 and 600 mm, {' and '.join(words)}."
-            )
     footer = f"{FOOTER}; the rigid contact, by {CELLS} cells, overshoots at its first step"
     return Sheet("Paper 2: two of its conclusions", rows, footer, reading)
 
@@ -189,33 +159,20 @@ def _bodies(above: float = 0.0) -> list[Line]:
     """Beam, supports and sphere as outlines; the fall as an arrow."""
     parameters = load_scene("sphere_on_beam_drop_50mm").parameters
     span, thick, radius = parameters.beam.span, parameters.beam.height, parameters.sphere.radius
-    ink, grey = {"color": STYLE["ink"], "linewidth": 2.0}, {"color": STYLE["edge"], "linewidth": 2.0}
+    ink, grey, blue, red = (
+        {"color": one, "linewidth": 2.0} for one in (STYLE["ink"], STYLE["edge"], BALL_COLOURS[0], BALL_COLOURS[5])
+    )
     turn, middle, foot = np.linspace(0.0, 2.0 * math.pi, 121), 0.5 * span, thick * np.array([0.0, -0.7, 0.7, 0.0])
+    beam = f"beam, {1e3 * thick:g} x {1e3 * thick:g} x {1e3 * span:g} mm"
+    x, y = middle + radius * np.cos(turn), above + radius * (1.0 + np.sin(turn))
     words = f"h = {1e3 * above:g} mm" if above else "falls from h = 50 and 600 mm"
-    across = middle + (1.6 * radius if above else 0.0)
+    at, ends = middle + (1.6 * radius if above else 0.0), [above or 0.05, 0.0 if above else 2.2 * radius]
+    supports = [-thick, -2.2 * thick, -2.2 * thick, -thick]
     return [
-        Line(
-            f"beam, {1e3 * thick:g} x {1e3 * thick:g} x {1e3 * span:g} mm",
-            [0.0, span, span, 0.0, 0.0],
-            [0.0, 0.0, -thick, -thick, 0.0],
-            ink,
-        ),
-        Line(
-            f"sphere, radius {1e3 * radius:g} mm",
-            middle + radius * np.cos(turn),
-            above + radius * (1.0 + np.sin(turn)),
-            {"color": BALL_COLOURS[0], "linewidth": 2.0},
-        ),
-        *(
-            Line("supports", at + foot, [-thick, -2.2 * thick, -2.2 * thick, -thick], grey, not at)
-            for at in (0.0, span)
-        ),
-        Line(
-            words,
-            [across, across],
-            [above or 0.05, 0.0 if above else 2.2 * radius],
-            {"color": BALL_COLOURS[5], "linewidth": 2.0, "marker": "v"},
-        ),
+        Line(beam, [0.0, span, span, 0.0, 0.0], [0.0, 0.0, -thick, -thick, 0.0], ink),
+        Line(f"sphere, radius {1e3 * radius:g} mm", x, y, blue),
+        *(Line("supports", place + foot, supports, grey, not place) for place in (0.0, span)),
+        Line(words, [at, at], ends, {**red, "marker": "v"}),
     ]
 
 

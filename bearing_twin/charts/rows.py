@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from bearing_twin import __version__
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.paths import drafted
 
 DONE, REFUSED, FAILED, STOPPED = "done", "refused", "failed", "stopped"
@@ -49,7 +50,7 @@ WORDS = ("problem", "method", "status", "reason", "command")
 
 
 def write_table(rows: Sequence[Row], path: Path) -> None:
-    """Writes rows as comma-separated values; raises OSError where that is impossible."""
+    """Writes rows as comma-separated values; raises BearingTwinError where that is impossible."""
     further = list(dict.fromkeys(name for row in rows for name in row.more))
     header = [*COLUMNS, *further]
     write_rows(
@@ -75,11 +76,14 @@ def read_table(path: Path) -> list[Row]:
 
 
 def write_rows(path: Path, header: Sequence[str], rows: Iterable[Iterable]) -> None:
-    """Writes a header and rows with the column `made`, whole or not at all; raises OSError where it cannot."""
-    with drafted(path) as draft, draft.open("w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream)
-        table.writerow([*header, MADE])
-        table.writerows([*row, made()] for row in rows)
+    """Writes a header and rows with the column `made`, whole or not at all; raises BearingTwinError where it cannot."""
+    try:
+        with drafted(path) as draft, draft.open("w", newline="", encoding="utf-8") as stream:
+            table = csv.writer(stream)
+            table.writerow([*header, MADE])
+            table.writerows([*row, made()] for row in rows)
+    except OSError as error:
+        raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another folder") from error
 
 
 def _word(value: Any) -> Any:

@@ -22,8 +22,9 @@ LEAST_LOAD = 0.01  # of the greatest load: lighter contacts count as that where 
 
 
 class Found(NamedTuple):
-    """What a run gives: channels over time, figures, evaluations of the right-hand side or steps, and its scene."""
+    """A run: time [s], channels over time, figures, evaluations of the right-hand side or steps, and its scene."""
 
+    time: np.ndarray
     values: dict[str, np.ndarray]
     figures: dict[str, Any]
     evaluations: float
@@ -60,7 +61,7 @@ class Problem:
 
 
 def greatest(*channels: str) -> Callable[[Found, Found], dict[str, float]]:
-    """Norm: the greatest difference of each channel over its greatest value; the error is the greatest of them."""
+    """Norm: the greatest difference of each channel over its greatest value, and the greatest of them."""
 
     def norm(found, exact):
         errors = {}
@@ -99,18 +100,17 @@ def contacts(found: Found, exact: Found) -> dict[str, float]:
     return {"error": float(np.abs(one - other).max() / other.max())}
 
 
-def run(scene: str, keys: tuple[str, ...], channels: tuple[str, ...]) -> Found:
+def run(scene: str, keys: tuple[str, ...] = (), channels: tuple[str, ...] = ()) -> Found:
     """A whole run, without a check; raises what `simulate` raises, also where the run broke off."""
     made = simulate(load_scene(scene, (*keys, WITHOUT_CHECK)))
-    blocks = [{name: block.values[name] for name in channels} for block in made.blocks()]
+    blocks = [(block.time_ns, {name: block.values[name] for name in channels}) for block in made.blocks()]
     report = made.report
     if report.status.startswith("failed"):
         raise BearingTwinError(report.status)
-    values = {name: np.concatenate([block[name] for block in blocks]) for name in channels}
-    evaluations = next(
-        (report.costs[key] for key in ("ball_rates", "evaluations", "steps") if report.costs.get(key)), 0
-    )
-    return Found(values, report.figures, float(evaluations), made.scene)
+    values = {name: np.concatenate([block[name] for _, block in blocks]) for name in channels}
+    costs = (report.costs[key] for key in ("ball_rates", "evaluations", "steps") if report.costs.get(key))
+    time = 1e-9 * np.concatenate([one for one, _ in blocks])
+    return Found(time, values, report.figures, float(next(costs, 0)), made.scene)
 
 
 @functools.lru_cache(maxsize=4)

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from bearing_twin.charts.contest import in_rows, of_methods, of_problem
 from bearing_twin.charts.panels import Axis, Line, Map, Panel
 from bearing_twin.charts.rows import DONE, REFUSED
 from bearing_twin.charts.scenes import (
@@ -108,52 +109,45 @@ UP = {
 }
 
 
+MARK = {"linestyle": "", "markersize": 8, "markeredgewidth": 2}
+
+
+def _bad(row) -> bool:
+    return row.status not in (DONE, REFUSED) or FAILS < row.error < math.inf
+
+
 def _panels(contest, rows) -> list[list[Panel]]:
     """A map a problem and method; crosses where a run fails, dots where the software refuses."""
     found = []
     for name, problem in MAPS.items():
-        for method, facts in problem.methods.items():
-            mine = {(row.across, row.setting): row for row in rows if (row.problem, row.method) == (name, method)}
-            if not mine:
-                continue
-            across, settings = (sorted({one[place] for one in mine}) for place in (0, 1))
+        for method, mine in of_methods(of_problem(rows, name)).items():
+            across, settings = sorted({row.across for row in mine}), sorted({row.setting for row in mine})
             z = np.full((len(settings), len(across)), math.nan)
-            for (x, y), row in mine.items():
-                z[settings.index(y), across.index(x)] = row.error if row.status == DONE else math.nan
+            for row in mine:
+                if row.status == DONE:
+                    z[settings.index(row.setting), across.index(row.across)] = row.error
             title, _, unit = problem.title.partition(" [")
             body, _, number = title.partition(": ")
-            look = {"linestyle": "", "marker": "x", "markersize": 8, "markeredgewidth": 2}
-            failed = [
-                one for one, row in mine.items() if row.status not in (DONE, REFUSED) or FAILS < row.error < math.inf
-            ]
-            refused = [one for one, row in mine.items() if row.status == REFUSED]
-            parts = [Map("error", "1", across, settings, z, "viridis_r", (1e-8, 1.0), 0.0)]
-            parts.append(Line(f"error above {FAILS:g}, or no result", *_xy(failed), {**look, "color": "#7b1e1e"}))
-            look = {**look, "marker": "s", "color": "#5f6f7a", "markersize": 6}
-            parts.append(Line("refused by the software", *_xy(refused), look))
-            x = Axis(number, unit.rstrip("]") or "1", log=True)
-            found.append(Panel(f"{name}, {method}", f"{method}: {body}", x, UP[facts.key], parts, None))
-    return [found[first : first + COLUMNS] for first in range(0, len(found), COLUMNS)]
-
-
-def _xy(places) -> tuple[list[float], list[float]]:
-    return [one[0] for one in places], [one[1] for one in places]
+            parts: list = [Map("error", "1", across, settings, z, "viridis_r", (1e-8, 1.0), 0.0)]
+            for label, look, marked in (
+                (f"error above {FAILS:g}, or no result", {"marker": "x", "color": "#7b1e1e"}, filter(_bad, mine)),
+                ("refused by the software", {"marker": "s", "color": "#5f6f7a"}, of_problem(mine, name, REFUSED)),
+            ):
+                places = [(row.across, row.setting) for row in marked]
+                parts.append(Line(label, [one[0] for one in places], [one[1] for one in places], {**MARK, **look}))
+            x, up = Axis(number, unit.rstrip("]") or "1", log=True), UP[problem.methods[method].key]
+            found.append(Panel(f"{method}: {body}", x, up, parts, None))
+    return in_rows(found, COLUMNS)
 
 
 def _read(contest, rows):
     for name, problem in MAPS.items():
-        for method in problem.methods:
-            mine = [row for row in rows if (row.problem, row.method) == (name, method)]
-            if not mine:
-                continue
-            refused = sum(row.status == REFUSED for row in mine)
-            done = [row for row in mine if row.status == DONE]
-            bad = sum(row.error > FAILS for row in done) + len(mine) - refused - len(done)
-            worst = max((row.error for row in done), default=math.nan)
+        for method, mine in of_methods(of_problem(rows, name)).items():
+            refused, done = len(of_problem(mine, name, REFUSED)), of_problem(mine, name, DONE)
+            bad, worst = sum(map(_bad, mine)), max((row.error for row in done), default=math.nan)
             words = f"{len(mine)} cells, {refused} refused, {bad} fail (error above {FAILS:g}, or none)"
             if name == "tolerance":
-                kept = sum(row.error <= row.setting for row in done)
-                words += f", {kept} keep their tolerance"
+                words += f", {sum(row.error <= row.setting for row in done)} meet their tolerance"
             yield f"{problem.title.partition(' [')[0]}, {method}: {words}; greatest error {worst:.2g}."
 
 

@@ -10,10 +10,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from bearing_twin.charts.contest import Contest, numbers, timed
+from bearing_twin.charts.contest import Contest, in_rows, of_methods, of_problem, timed
 from bearing_twin.charts.panels import Axis, Line, Panel, curve, dashed
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import contacts, greatest, load_and_friction, root_mean_square, run
+from bearing_twin.kinds import KINDS
 from bearing_twin.run.scene import load_scene, scene_names
 from bearing_twin.run.simulation import simulate
 
@@ -41,28 +42,27 @@ def scenes() -> dict[str, str]:
     }
 
 
-def _keys(name: str) -> tuple[str, ...]:
-    """Overrides of a scene: a run that is not longer than LONGEST."""
-    longest, given = LONGEST.get(scenes()[name], math.inf), load_scene(name).parameters.run.duration
-    return (f"run.duration={longest:g}",) if given > longest else ()
+def shortened(name: str, longest: float | None = None) -> tuple[str, ...]:
+    """Overrides of a scene: a run that is not longer than `longest`, by default that of its kind."""
+    longest = LONGEST.get(scenes()[name], math.inf) if longest is None else longest
+    return (f"run.duration={longest:g}",) if load_scene(name).parameters.run.duration > longest else ()
 
 
-def _norm(kind: str):
+def norm_of(kind: str):
+    """The norm of a kind of scene, and the channels it needs."""
     return NORMS.get(kind, (greatest("normal_load"), ("normal_load",)))
 
 
 @functools.lru_cache(maxsize=2)
 def _reference(name: str, chosen: tuple[str, ...]):
     kind = scenes()[name]
-    exact = (*_keys(name), EXACT.get(kind, "wanted.tolerance=1e-10"), *chosen)
-    return run(name, exact, _norm(kind)[1])
+    return run(name, (*shortened(name), EXACT.get(kind, "wanted.tolerance=1e-10"), *chosen), norm_of(kind)[1])
 
 
 def judge(problem: str, name: str, tolerance: float, _: float) -> dict:
     """One scene at one tolerance."""
     kind = scenes()[name]
-    norm, channels = _norm(kind)
-    keys = (*_keys(name), f"wanted.tolerance={tolerance:g}")
+    (norm, channels), keys = norm_of(kind), (*shortened(name), f"wanted.tolerance={tolerance:g}")
     choice = simulate(load_scene(name, keys)).choice
     law = (f"contact.normal={choice.law}",) if choice.law and kind in ("bearing", "shaft", "two_bodies") else ()
     exact = _reference(name, law)
@@ -80,29 +80,26 @@ def entries(kind: str, quick: bool) -> Iterator[tuple[str, float, float]]:
 
 def panels(contest, rows) -> list[list[Panel]]:
     """A panel a kind: tolerance across, error up, a line a scene; on the dashed line they are equal."""
-    found = []
-    ends, places = [min(TOLERANCES), max(TOLERANCES)], numbers(rows)
-    for kind in dict.fromkeys(row.problem for row in rows):
+    found, ends, scenes = [], [min(TOLERANCES), max(TOLERANCES)], [*of_methods(rows)]
+    for kind in contest.problems:
         parts = [Line("error = tolerance", ends, ends, dashed(), False)]
-        mine = [row for row in rows if row.problem == kind]
-        for name in dict.fromkeys(row.method for row in mine):
-            good = [(row.setting, max(row.error, FLOOR)) for row in mine if (row.method, row.status) == (name, DONE)]
-            lost = [(row.setting, 1.0) for row in mine if row.method == name and row.status != DONE]
-            parts += curve(name, good, places[name], lost)
+        for name, mine in of_methods(of_problem(rows, kind)).items():
+            good = [(row.setting, max(row.error, FLOOR)) for row in mine if row.status == DONE]
+            lost = [(row.setting, 1.0) for row in mine if row.status != DONE]
+            parts += curve(name, good, scenes.index(name), lost)
         up = Axis("error found", log=True, limits=(FLOOR, 10.0))
-        found.append(Panel(kind, kind.replace("_", " "), Axis("tolerance requested", log=True), up, parts, "best"))
-    return [found[first : first + 2] for first in range(0, len(found), 2)]
+        if len(parts) > 1:
+            found.append(Panel(kind.replace("_", " "), Axis("tolerance requested", log=True), up, parts))
+    return in_rows(found, 2)
 
 
 def read(contest, rows) -> Iterator[str]:
     """How many runs meet their tolerance, by kind, and which do not."""
-    for kind in dict.fromkeys(row.problem for row in rows):
-        good = [row for row in rows if (row.problem, row.status) == (kind, DONE)]
-        if not good:
+    for kind in contest.problems:
+        if not (good := of_problem(rows, kind, DONE)):
             continue
-        met = sum(row.error <= row.setting for row in good)
-        ratio = float(np.median([row.error / row.setting for row in good]))
         missed = dict.fromkeys(f"{row.method} at {row.setting:g}" for row in good if row.error > row.setting)
+        met, ratio = sum(row.error <= row.setting for row in good), np.median([row.error / row.setting for row in good])
         words = f"; not met: {', '.join(missed)}" if missed else ""
         yield (
             f"{kind.replace('_', ' ')}: {met} of {len(good)} runs meet the tolerance requested; the median error is "
@@ -110,24 +107,19 @@ def read(contest, rows) -> Iterator[str]:
         )
 
 
-class _Kinds(dict):
-    """Titles by kind of scene, read when they are asked for: scenes are loaded then."""
-
-    def __init__(self):
-        from bearing_twin.kinds import KINDS
-
-        super().__init__((name, kind.help) for name, kind in KINDS.items() if kind.home.startswith("bearing_twin."))
+def command(kind: str, name: str, tolerance: float, _: float) -> str:
+    """The command that repeats a run."""
+    words = (f"--set {word}" for word in (*shortened(name), f"wanted.tolerance={tolerance:g}"))
+    return " ".join(["bearing_twin simulate", name, *words])
 
 
 CHARTS = {
     "tolerance": Contest(
         title="Error found against tolerance requested, in every shipped scene",
-        problems=_Kinds(),
+        problems={name: kind.help for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")},
         entries=entries,
         judge=judge,
-        command=lambda kind, name, one, _: " ".join(
-            ["bearing_twin simulate", name, *(f"--set {word}" for word in (*_keys(name), f"wanted.tolerance={one:g}"))]
-        ),
+        command=command,
         panels=panels,
         read=read,
     )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,15 @@ MOST_KINDS = 48  # of reasons or warnings; their bits fit into the digits of a f
 OUT_OF_TIME = "its time_limit of "  # how the reason begins why an ensemble ended early
 FAILED = "failed"
 WHY_FAILED = "why the realisation failed; empty where it did not"
+
+
+class Column(NamedTuple):
+    """A column of the table of realisations: its unit is empty where it has none."""
+
+    name: str
+    unit: str
+    meaning: str
+    values: Any
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,26 +66,39 @@ class StudyResult:
         """The summary as plain data, as `--json` gives it; statistics that do not exist are null, with the reason."""
         return dict(self.summary)
 
-    def columns(self) -> dict[str, Any]:
-        """The table of realisations by column: arrays (n,) of inputs and quantities [SI], and `failed`, a list of text.
+    def table(self) -> list[Column]:
+        """The table of realisations: inputs and quantities [SI], and `failed`, the reasons.
 
         An input and a quantity of the same name get `input.` and `quantity.` in front.
         """
-        inputs, quantities = _names(self)
-        columns = dict(zip([*inputs, *quantities], [*self.values.T, *self.quantities.T], strict=True))
-        return columns | {FAILED: ["" if code == 0 else self.reasons[code - 1] for code in self.status.tolist()]}
+        kind, keys = self.study.kind, numeric_keys(self.study.kind)
+        inputs, quantities = [one.key for one in self.study.inputs], self.study.quantities
+        both = {*inputs} & {*quantities}
+        found = [
+            Column(f"input.{key}" if key in both else key, keys[key].unit, keys[key].help, column)
+            for key, column in zip(inputs, self.values.T, strict=True)
+        ]
+        for name, column in zip(quantities, self.quantities.T, strict=True):
+            row = quantity_of(kind, name)
+            found.append(Column(f"quantity.{name}" if name in both else name, row.unit, row.meaning, column))
+        reasons = ["" if code == 0 else self.reasons[code - 1] for code in self.status.tolist()]
+        return [*found, Column(FAILED, "", WHY_FAILED, reasons)]
+
+    def columns(self) -> dict[str, Any]:
+        """The table by column: arrays (n,) of inputs and quantities [SI], and `failed`, a list of text."""
+        return {one.name: one.values for one in self.table()}
 
     def to_csv(self, path: str | PathLike) -> Path:
         """Writes the table of realisations to a new CSV file: a line of names with units, then a line each.
 
         Numbers are written in full. Raises StudyError where the file exists or cannot be written.
         """
-        columns, units, path = self.columns(), units_of(self), Path(path)
+        table, path = self.table(), Path(path)
         try:
             with path.open("x", newline="", encoding="utf-8") as stream:
                 lines = csv.writer(stream)
-                lines.writerow(f"{name} [{units[name]}]" if name in units else name for name in columns)
-                rows = (one.tolist() if isinstance(one, np.ndarray) else one for one in columns.values())
+                lines.writerow(f"{one.name} [{one.unit}]" if one.unit else one.name for one in table)
+                rows = (getattr(one.values, "tolist", lambda one=one: one.values)() for one in table)
                 lines.writerows(zip(*rows, strict=True))
         except FileExistsError:
             raise StudyError(f"{path} exists and is not overwritten; give another path") from None
@@ -90,9 +112,10 @@ class StudyResult:
 
         Raises BearingTwinError without pandas (extra `export`).
         """
-        frame = wanted("pandas", "export").DataFrame(self.columns())
+        table, frame = self.table(), wanted("pandas", "export").DataFrame(self.columns())
         frame.index.name = "realisation"
-        frame.attrs["units"], frame.attrs["meanings"] = units_of(self), meanings_of(self)
+        frame.attrs["units"] = {one.name: one.unit for one in table if one.unit}
+        frame.attrs["meanings"] = {one.name: one.meaning for one in table}
         return frame
 
     def sample(self, quantity: str) -> np.ndarray:
@@ -102,12 +125,6 @@ class StudyResult:
     def history(self, channel: str) -> np.ndarray:
         """The histories (n, points) of a channel, at `summary["histories"][channel]["time_s"]`."""
         return self.histories[:, self.study.histories.index(channel)]
-
-    @property
-    def input_units(self) -> dict[str, str]:
-        """Unit of each input by its key."""
-        known = numeric_keys(self.study.kind)
-        return {one.key: known[one.key].unit for one in self.study.inputs}
 
     @property
     def quantity_units(self) -> dict[str, str]:
@@ -128,36 +145,6 @@ class StudyResult:
 def quantity_units(study: Study) -> dict[str, str]:
     """Unit of each quantity of a study by its name."""
     return {name: quantity_of(study.kind, name).unit for name in study.quantities}
-
-
-def columns_of(result: StudyResult) -> dict[str, Any]:
-    """As `StudyResult.columns`."""
-    return result.columns()
-
-
-def units_of(result: StudyResult) -> dict[str, str]:
-    """The unit of each column of the table that has one."""
-    inputs, quantities = _names(result)
-    return dict(
-        zip([*inputs, *quantities], [*result.input_units.values(), *result.quantity_units.values()], strict=True)
-    )
-
-
-def meanings_of(result: StudyResult) -> dict[str, str]:
-    """The meaning of each column: of inputs the help of the scene's key, of quantities that of their row."""
-    inputs, quantities = _names(result)
-    kind, keys = result.study.kind, numeric_keys(result.study.kind)
-    meanings = [keys[one.key].help for one in result.study.inputs]
-    meanings += [quantity_of(kind, name).meaning for name in result.study.quantities]
-    return dict(zip([*inputs, *quantities], meanings, strict=True)) | {FAILED: WHY_FAILED}
-
-
-def _names(result) -> tuple[list[str], list[str]]:
-    inputs, quantities = [one.key for one in result.study.inputs], list(result.study.quantities)
-    both = set(inputs) & set(quantities)
-    prefixed = ([f"{word}.{name}" if name in both else name for name in names]
-                for word, names in (("input", inputs), ("quantity", quantities)))  # fmt: skip
-    return tuple(prefixed)
 
 
 def warnings_of(summary: Mapping[str, Any]) -> list[str]:
