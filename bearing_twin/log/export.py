@@ -25,7 +25,6 @@ from bearing_twin.log.bag import path_of
 from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
 from bearing_twin.run.dataset import ChannelAxis, axes_of, dataset_of, source_of, tables_of
-from bearing_twin.uq.result import columns_of, meanings_of, units_of
 
 OUTPUTS, SAMPLES, CHANNELS, RECORD = "outputs", "realisations", "channels.csv", "record_"
 TIMES = ("sequence", "time_ns", "time")  # number of the output, exact time [ns], time [s]
@@ -136,10 +135,9 @@ def _columns(group: Group, block) -> list[np.ndarray | list] | None:
 def _write_grouped(stream, target: Path, begun: list[Path], watch, writer, suffix: str) -> Exported:
     """One file a group in a folder, or the only one at a path that ends with `suffix`."""
     if hasattr(stream, "study"):
-        units = units_of(stream)
-        columns = tuple((name, units.get(name, ""), meaning) for name, meaning in meanings_of(stream).items())
+        columns = tuple(one[:3] for one in stream.table())
         groups, source = [Group(SAMPLES, (), columns)], {}
-        pieces = iter([(len(stream.status), [list(columns_of(stream).values())])])
+        pieces = iter([(len(stream.status), [list(stream.columns().values())])])
     else:
         groups, source = groups_of(stream), source_of(stream)
         pieces = ((len(one), [_columns(group, one) for group in groups]) for one in watch(stream.blocks(), stream))
@@ -230,11 +228,9 @@ def _netcdf(stream, target, begun, watch) -> Exported:
     """
     xarray, h5netcdf = wanted("xarray", "export"), wanted("h5netcdf", "export")
     if hasattr(stream, "study"):
-        told = {name: {"long_name": meaning} for name, meaning in meanings_of(stream).items()}
-        for name, unit in units_of(stream).items():
-            told[name]["units"] = unit
         variables = {
-            name: ("realisation", np.asarray(column), told[name]) for name, column in columns_of(stream).items()
+            name: ("realisation", np.asarray(values), {"long_name": meaning} | ({"units": unit} if unit else {}))
+            for name, unit, meaning, values in stream.table()
         }
         dataset, rows = xarray.Dataset(variables), len(stream.status)
     else:
