@@ -53,7 +53,6 @@ _MESSAGE = struct.Struct("<BQHIQQ")
 _FOOTER_START = struct.Struct("<BQQQ")
 
 
-MESSAGE = 0x05  # the opcode of a message record
 FIELDS = 22  # bytes of a message record besides its data, behind opcode and length
 
 NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
@@ -131,14 +130,13 @@ class McapWriter:
             raise refused(
                 f"{path} cannot be written ({error.strerror}); give another place for the log", error
             ) from error
-        self._end = 0  # what lies before is complete
+        self.bytes = 0  # of the file, up to which it is complete
         self._crc = 0
-        self._failure: str | None = None
+        self.problem = ""  # why the file cannot grow, and what was kept
         self._closed = False
         self._index: IndexFile | None = None
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
-        self._room = memoryview(bytearray(CHUNK_BYTES))  # the chunk in progress; made once, and longer where it must be
-        self._used = 0
+        self._room = bytearray()  # the chunk in progress
         self._chunk_index: dict[int, list[int]] = {}
         self.dropped = 0
         self._waiting: list[Schema | Channel] = []  # described in the unfinished chunk
@@ -192,33 +190,25 @@ class McapWriter:
 
     def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
         """`write` for many: (channel, log time, publish time, data) each."""
-        index, head, pack = self._chunk_index, _MESSAGE.size, _MESSAGE.pack_into
-        room, begin = self._room, self._used
+        index, pack = self._chunk_index, _MESSAGE.pack
         for channel, log_time, publish_time, data in messages:
-            size = len(data)
-            if self._failure is not None or self._closed:
-                self._refuse(begin + size)
-            middle = begin + head
-            end = middle + size
-            if end > len(room):
-                self._widen(end)
-                room = self._room
+            room = self._room
+            if self.problem or self._closed:
+                self._refuse(len(room) + len(data))
             if channel in index:
-                index[channel] += (log_time, begin)
+                index[channel] += (log_time, len(room))
             else:
-                index[channel] = [log_time, begin]
-            pack(room, begin, MESSAGE, FIELDS + size, channel, 0, log_time, publish_time)
-            room[middle:end] = data
-            self._used = begin = end
-            if end >= CHUNK_BYTES and self._failure is None:
+                index[channel] = [log_time, len(room)]
+            room += pack(Opcode.MESSAGE, FIELDS + len(data), channel, 0, log_time, publish_time)
+            room += data
+            if len(room) >= CHUNK_BYTES and not self.problem:
                 self.end_chunk()
-                begin = self._used
 
     def add(self, record: Metadata | Attachment) -> None:
         """Adds a metadata record or an attachment; it ends the chunk in progress."""
         self._check()
         self.end_chunk()
-        content, place = _record(record), self._end
+        content, place = _record(record), self.bytes
         self._append(content)
         if isinstance(record, Metadata):
             self._added.append(MetadataIndex(place, len(content), record.name))
@@ -242,7 +232,7 @@ class McapWriter:
         self.last_ns = max(self.last_ns, last)
         self._described += self._waiting
         self._waiting = []
-        self._used = 0
+        self._room = bytearray()
         self._chunk_index.clear()
 
     def flush(self) -> None:
@@ -250,7 +240,7 @@ class McapWriter:
         if self._closed or not self._patient:
             self._check()
         self.end_chunk()
-        self._failure = None  # not before: others look at `problem` meanwhile
+        self.problem = ""  # not before: others look at `problem` meanwhile
         if self._fsync:
             os.fsync(self._file)
 
@@ -265,13 +255,13 @@ class McapWriter:
         self._index.release()
         try:
             try:
-                if self._patient or self._failure is None:
+                if self._patient or not self.problem:
                     self.end_chunk()
             finally:
-                self._failure = None
-                self._end += self._put((part,) for part in self._tail(self._index.pieces()))
+                self.problem = ""
+                self.bytes += self._put((part,) for part in self._tail(self._index.pieces()))
                 with contextlib.suppress(OSError):
-                    os.ftruncate(self._file, self._end)  # what another program appended
+                    os.ftruncate(self._file, self.bytes)  # what another program appended
                     os.fsync(self._file)
         finally:
             self._index.close()
@@ -290,21 +280,11 @@ class McapWriter:
         """Whether a message has been written."""
         return bool(self._chunk_index) or self.first_ns is not None
 
-    @property
-    def problem(self) -> str:
-        """Why the file cannot grow and what was kept, empty while it can."""
-        return self._failure or ""
-
-    @property
-    def bytes(self) -> int:
-        """Size of the file so far."""
-        return self._end
-
     def _refuse(self, used: int) -> None:
         """Raises LogError where a message cannot be taken that would fill the chunk in progress up to `used` bytes."""
         if not self._patient:
             self._check()
-        elif self._failure is not None and used > HELD_BYTES:
+        elif self.problem and used > HELD_BYTES:
             self.dropped += 1
             self._check()
 
@@ -314,37 +294,28 @@ class McapWriter:
         return min(map(min, times)), max(map(max, times))
 
     def _check(self) -> None:
-        if self._failure is not None:
-            raise LogError(self._failure)
+        if self.problem:
+            raise LogError(self.problem)
         if self._closed:
             raise LogError(f"{self.path} is closed; write to a new log")
 
     def _describe(self, record: Schema | Channel) -> None:
-        data = _record(record)
-        begin, self._used = self._used, self._used + len(data)
-        if self._used > len(self._room):
-            self._widen(self._used)
-        self._room[begin : self._used] = data
+        self._room += _record(record)
         self._waiting.append(record)
-
-    def _widen(self, size: int) -> None:
-        room = memoryview(bytearray(2 * size))
-        room[: len(self._room)] = self._room
-        self._room = room
 
     def _sealed(self, first: int, last: int) -> tuple[list[bytes], bytes]:
         """The chunk in progress with its message index, as it will stand at the end of the file; and its index record.
 
         `first` and `last` are its least and greatest log time.
         """
-        content = self._room[: self._used]
+        content = self._room
         name, packed = COMPRESSION, self._compressor.compress(content)
         if len(content) > GREATEST_RATIO * len(packed):  # as zeros, which would look like a bomb
             name, packed = LESS_PACKED, lz4.frame.compress(content)
         times = {"message_start_time": first, "message_end_time": last}
         sums = {"uncompressed_crc": crc32(content), "uncompressed_size": len(content)}
         chunk = _record(Chunk(compression=name, data=packed, **sums, **times))
-        parts, offsets, position = [chunk], {}, self._end + len(chunk)
+        parts, offsets, position = [chunk], {}, self.bytes + len(chunk)
         for channel, entries in self._chunk_index.items():
             offsets[channel] = position
             head = struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + 8 * len(entries), channel, 8 * len(entries))
@@ -352,10 +323,10 @@ class McapWriter:
             position += len(parts[-1])
         index = ChunkIndex(
             chunk_length=len(chunk),
-            chunk_start_offset=self._end,
+            chunk_start_offset=self.bytes,
             compression=name,
             compressed_size=len(packed),
-            message_index_length=position - self._end - len(chunk),
+            message_index_length=position - self.bytes - len(chunk),
             message_index_offsets=offsets,
             uncompressed_size=len(content),
             **times,
@@ -365,7 +336,7 @@ class McapWriter:
     def _tail(self, index: Iterator[bytes]) -> Iterator[bytes]:
         """End of the data section, summary with the index of the chunks, and footer for what is on disk for good."""
         data_end = _record(DataEnd(self._crc))
-        start = self._end + len(data_end)
+        start = self.bytes + len(data_end)
         channels = [record.id for record in self._described if isinstance(record, Channel)]
         metadata = sum(isinstance(one, MetadataIndex) for one in self._added)
         statistics = Statistics(
@@ -390,7 +361,7 @@ class McapWriter:
         yield _record(Footer(summary_start=start, summary_offset_start=0, summary_crc=crc)) + MAGIC
 
     def _append(self, *parts: bytes) -> None:
-        self._end += self._put((parts,))
+        self.bytes += self._put((parts,))
         for part in parts:
             self._crc = crc32(part, self._crc)
 
@@ -400,42 +371,42 @@ class McapWriter:
         size = 0
         try:
             for parts in writes:
-                begin, rest = self._end + size, sum(map(len, parts))
+                begin, rest = self.bytes + size, sum(map(len, parts))
                 size += rest
                 done = os.pwritev(self._file, parts, begin)
                 while done < rest:  # a file seldom takes less than all
                     done += os.pwritev(self._file, (memoryview(b"".join(parts))[done:],), begin + done)
         except OSError as error:
             with contextlib.suppress(OSError):
-                os.ftruncate(self._file, self._end)
+                os.ftruncate(self._file, self.bytes)
             kept = f"{sum(self.counts.values())} messages (up to t = {self.last_ns * 1e-9:.6f} s) are kept"
-            self._failure = (
+            self.problem = (
                 f"{self.path} cannot grow ({error.strerror}): {'no message is' if self.first_ns is None else kept} in "
                 f"it; make room{'' if self._patient else ' and write to a new log'}"
             )
-            raise refused(self._failure, error) from error
+            raise refused(self.problem, error) from error
         return size
 
     def _look_after(self) -> None:
         """Puts a removed file back; raises LogError where that fails, and where another program has cut the file."""
         status = os.fstat(self._file)
-        if status.st_size < self._end:
-            self._failure = f"{self.path} was cut to {status.st_size} bytes by another program; write to a new log"
-            raise LogError(self._failure)
+        if status.st_size < self.bytes:
+            self.problem = f"{self.path} was cut to {status.st_size} bytes by another program; write to a new log"
+            raise LogError(self.problem)
         if status.st_nlink:  # also one that was moved: it goes on there
             return
         try:
             self._put_back()
         except OSError as error:
             reason = "its name is taken" if isinstance(error, FileExistsError) else error.strerror
-            self._failure = f"{self.path} was removed by another program and cannot be put back ({reason})"
-            raise LogError(self._failure) from error
+            self.problem = f"{self.path} was removed by another program and cannot be put back ({reason})"
+            raise LogError(self.problem) from error
 
     def _put_back(self) -> None:
         fresh, done = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666), 0
         try:
-            while done < self._end:
-                done += os.sendfile(fresh, self._file, done, self._end - done)
+            while done < self.bytes:
+                done += os.sendfile(fresh, self._file, done, self.bytes - done)
             os.dup2(fresh, self._file, inheritable=False)
         except OSError:
             self.path.unlink(missing_ok=True)

@@ -39,7 +39,7 @@ function digits(value, count = 4) {
   if (!Number.isFinite(value)) return "–";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  const text = size >= 1e6 || size < 1e-4 ? value.toExponential(count - 1) : Number(value.toPrecision(count)).toString();
+  const text = size >= 1e6 || size < 1e-4 ? Number(value.toPrecision(count)).toExponential() : Number(value.toPrecision(count)).toString();
   return text.replace("-", "−");
 }
 

@@ -184,7 +184,7 @@ function headings(found) {
 }
 
 function showModel(pane, found, words) {
-  pane.append(sentences("Doubts", [...found.flags, ...found.warnings], "doubt"));
+  pane.append(sentences("Warnings", [...found.flags, ...found.warnings], "doubt"));
   pane.append(sentences("Errors", found.errors || [], ""));
   pane.append(make("section", { class: "card" }, make("h3", {}, "Why this model"), make("p", {}, found.reason || "The log does not say.")));
   pane.append(make("section", { class: "card" }, make("h3", {}, "The run"), factList(found.facts)));

@@ -78,7 +78,7 @@ def document_of_run(stream, notes: Sequence[str] = ()) -> Viewed:
 
 
 def _told(scene, report: Report) -> dict[str, Any]:
-    """What the tables of the page say: figures, model with reason, doubts."""
+    """What the tables of the page say: figures, model with reason, warnings."""
     meanings = KINDS[scene.kind].meanings_of() if scene else {}
     took = report.compute_seconds
     facts = [
@@ -102,14 +102,16 @@ def _told(scene, report: Report) -> dict[str, Any]:
     }
 
 
-def badges(status: str, law: str, stepper: str, doubts: int) -> list[dict[str, str]]:
-    """What stands beside the title: how it ended, the model, how many doubts there are."""
+def badges(status: str, law: str, stepper: str, warnings: int) -> list[dict[str, str]]:
+    """What stands beside the title: the status, the model, the number of warnings."""
     found = [
         {"sort": STATUS_SORTS.get(status.partition(":")[0], "bad"), "name": "", "text": status},
         {"sort": "", "name": "law", "text": law or "-"},
         {"sort": "", "name": "method", "text": stepper or "-"},
     ]
-    return found + ([{"sort": "doubt", "name": "", "text": f"{doubts} doubt{'s' * (doubts != 1)}"}] if doubts else [])
+    return found + (
+        [{"sort": "doubt", "name": "", "text": f"{warnings} warning{'s' * (warnings != 1)}"}] if warnings else []
+    )
 
 
 def described_view(view: View) -> dict[str, Any]:

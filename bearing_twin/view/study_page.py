@@ -51,7 +51,7 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         {"sort": "", "name": "sampler", "text": summary["sampler"].replace("_", " ")},
         *([{"sort": "bad", "name": "", "text": f"{failed} failed"}] if failed else []),
         *(
-            [{"sort": "doubt", "name": "", "text": f"{len(result.doubts)} doubt{'s' * (len(result.doubts) > 1)}"}]
+            [{"sort": "doubt", "name": "", "text": f"{len(result.doubts)} warning{'s' * (len(result.doubts) > 1)}"}]
             if result.doubts
             else []
         ),
