@@ -1,0 +1,10 @@
+"""ROS 2 nodes: a scene, a recorder, a replay, studies and a page in the browser; the only room that imports rclpy.
+
+* `entry`: the executables, and nodes as processes (`started`, `node_command`); it needs no ROS until one runs.
+* `sim_node`, `recorder_node`, `replay_node`, `uq_node`, `watch_node`: the nodes, with their tables `PARAMETERS`.
+* `graph`: `Graph`, the other nodes as the command line sees them; `messages`: types of messages, and data from them.
+* `launching`: what the launch files start; `demo`: the demonstration.
+
+Inside the room: `base_node` (what all nodes share), `node_parameters` (their parameters as data), `pacing` (when messages
+are due), `simulation_loop`, `recording`, `replay_loop`, `studies` (the work of four nodes, without ROS), `page_server`.
+"""
