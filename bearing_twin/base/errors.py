@@ -84,7 +84,7 @@ EXTRAS = {  # extra of the package: what it is for
 
 
 def install(extra: str) -> str:
-    """What installs an extra: the package is on no index, where its name alone would bring nothing, or another's."""
+    """The command that installs an extra: the package is on no index, where its name is free."""
     return f"pip install '.[{extra}]' (in the checkout)"
 
 

@@ -1,4 +1,4 @@
-"""Which legal word somebody may have meant: words in order of how many slips of the keyboard lie between; echoes."""
+"""Words of messages: legal words near a wrong one, by the number of slips of the keyboard between; echoes of input."""
 
 import re
 from collections.abc import Iterable
@@ -79,7 +79,7 @@ def harmless(text: str) -> str:
 
 
 def is_text(value: Any, longest: int) -> bool:
-    """Whether a value is text of at most so many characters that UTF-8, and so a log or a topic, can hold."""
+    """True for a text of at most so many characters that UTF-8, and so a log or a topic, can hold."""
     return isinstance(value, str) and len(value) <= longest and not _SURROGATE.search(value)
 
 

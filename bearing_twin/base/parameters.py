@@ -145,7 +145,7 @@ def names_at(cls, words: Iterable[str]) -> Mapping[str, Any]:
 
 
 def stands_for_section(cls, words: Iterable[str]) -> bool:
-    """Whether the text at that key path stands for its whole section."""
+    """True where the text at that key path stands for its whole section."""
     return _metadata_at(cls, words).get("stands_for_section", False)
 
 
@@ -357,7 +357,7 @@ def read_table(given, columns, over_time=True) -> tuple[tuple, str]:
 
 
 def _misnamed(header, columns) -> str:
-    """What is wrong with the first row of a file, which names its columns: another unit or order; or nothing."""
+    """The fault in the first row of a file, which names its columns: another unit or order; or nothing."""
     names = [name for name, _ in columns]
     for number, (cell, (name, unit)) in enumerate(zip(header, columns, strict=False), start=1):
         word, _, told = cell.replace("(", "[").replace(")", "]").partition("[")

@@ -31,7 +31,7 @@ def share_path(*parts: str) -> Path:
 
 @functools.cache
 def _roots(module: str) -> list[Path]:
-    """Where shared files may lie; kept, for links of all folders above are followed, and every scene asks for it."""
+    """Folders of shared files; kept, for links of all folders above are followed, and every scene asks for it."""
     package = Path(module).resolve().parent.parent
     return [package.parent, *(folder / "share" / "bearing_twin" for folder in package.parents)]
 

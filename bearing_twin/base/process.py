@@ -91,7 +91,7 @@ def _without_reader(number: int) -> bool:
 
 
 def usable() -> int:
-    """How many processors this process may use."""
+    """Number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

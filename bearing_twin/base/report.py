@@ -1,4 +1,4 @@
-"""What a run cost, what it found, and how far to trust it: one report for every kind of scene."""
+"""The report on a run, one for every kind of scene: model, cost, figures, their errors; and JSON."""
 
 import json
 import math
@@ -28,7 +28,7 @@ class Choice(NamedTuple):
 
 
 class CutShort(NamedTuple):
-    """Where the log of a whole run ends though its scene goes on, and where that ends: output times in s."""
+    """End of a log whose scene goes on, and the end of the scene: output times in s."""
 
     log_ends: float
     scene_ends: float
@@ -38,7 +38,7 @@ class CutShort(NamedTuple):
         return {"log_ends_s": self.log_ends, "scene_ends_s": self.scene_ends}
 
     def told(self) -> str:
-        """What to know of figures of such a log."""
+        """A warning for figures of such a log."""
         return (
             f"the log ends at {self.log_ends:.6g} s of the {self.scene_ends:.6g} s that its scene simulates: the run "
             "was interrupted, or there was no room for the rest"
@@ -77,7 +77,7 @@ class Report:
         return self.simulated_seconds / self.compute_seconds if self.compute_seconds > 0.0 else math.nan
 
     def record(self) -> dict[str, Any]:
-        """What a log keeps of the run itself: the report, and which of its numbers are costs."""
+        """Record of the run for its log: the report, and which of its numbers are costs."""
         return self.as_dict() | {"costs": dict(self.costs)}
 
     def as_dict(self) -> dict[str, Any]:

@@ -68,7 +68,7 @@ class Places(dict):
 
 
 class Layout:
-    """Where each channel stands in a row of all channels side by side: `places` maps names to (slice, shape)."""
+    """Places of channels in a row of all channels side by side: `places` maps names to (slice, shape)."""
 
     def __init__(self, channels: tuple[Channel, ...]):
         self.channels = channels
@@ -219,7 +219,7 @@ def side_by_side(layout: Layout, arrays: Sequence[np.ndarray], count: int) -> np
 
 
 def outputs_at_once(channels: Sequence[Channel]) -> int:
-    """How many outputs are handled in one go: thousands of balls would else hold up a stop for seconds."""
+    """Number of outputs that are handled together: thousands of balls would else hold up a stop for seconds."""
     return max(1, AT_ONCE // (8 * sum(channel.width for channel in channels)))
 
 

@@ -73,7 +73,7 @@ def ended_by_signals() -> Iterator[None]:
 
 
 def _importing(frame) -> bool:
-    """Whether a module is being imported there; a handler that was put off knows no frame, and nothing is."""
+    """True where a module is being imported; a handler that was put off knows no frame, and nothing is."""
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
             return True

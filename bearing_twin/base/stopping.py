@@ -1,4 +1,4 @@
-"""Whether somebody wants a computation to stop, told so that all loops see it; what signals do is in `signals`.
+"""Ending of computations from outside, seen by all loops; signals as exceptions are in `signals`.
 
 While a compiled loop runs on the main thread no handler of a signal runs. So the system itself notes signals in a byte
 of memory (`signal.set_wakeup_fd` with a file that lives in memory alone) at which the loops look: they end, and then
@@ -111,7 +111,7 @@ class Halt:
             self.flag[:] = ENDED
 
     def interrupt(self, always: bool = False) -> None:
-        """What computes within `interruptible` stops soon, if anything does; `always`: whatever that costs."""
+        """Stops the computation within `interruptible` soon, if there is one; `always`: whatever that costs."""
         with self._lock:
             self._open = self._open or (always and self._inside)
             if self._open and not self.flag[0]:
@@ -138,7 +138,7 @@ class Halt:
             self._closed(began, SHARE)
 
     def _closed(self, began: float, earned: float) -> bool:
-        """Whether there was an interruption; `earned` by each second, once."""
+        """True after an interruption; `earned` by each second, once."""
         with self._lock:
             came, self._inside, self._open = self._open and self.flag[0] == INTERRUPTED, False, False
             if came:

@@ -259,7 +259,7 @@ def _canonical(word: str) -> str:
 
 
 def in_si(text: str, unit: str) -> str:
-    """What to write in place of a text such as `1750 rpm` where a number is due, as the tail of a message, or ""."""
+    """A hint at the SI value of a text such as `1750 rpm` where a number is due, as the tail of a message, or ""."""
     value = si_value(text, unit)
     return "" if value is None else f"; {text.strip()} is {value:.7g}"
 

@@ -158,7 +158,7 @@ def _row(topic: LoggedTopic) -> str:
 
 @functools.cache
 def _rest(ros_type: str, encoding: str, qos: tuple[Qos, ...], type_hash: str) -> str:
-    """What else is told of a topic, alike for many."""
+    """The description of a topic behind its name, alike for many."""
     told = {"type": ros_type, "serialization_format": encoding, "offered_qos_profiles": qos_profiles(qos)}
     return indent(as_yaml(told | {"type_description_hash": type_hash}), "    ")
 
@@ -224,7 +224,7 @@ class LogReader:
 
     @property
     def notes(self) -> list[str]:
-        """What is not read of the log, a sentence each: files without an end, and messages that are passed over."""
+        """Parts of the log that are not read, a sentence each: files without an end, messages that are passed over."""
         if not (foreign := self.foreign):
             return list(self.ends)
         names = sorted(foreign)
@@ -286,7 +286,7 @@ class SqliteReader:
         """Nothing: a database is whole after each transaction."""
 
     def contents(self) -> Contents:
-        """What the file holds; it has no metadata records."""
+        """Contents of the file, which has no metadata records."""
         counts = {one.id: one.msgcount for one in self._bag.connections}
         times = (self._bag.start_time, self._bag.end_time - 1) if self._bag.message_count else (0, 0)
         return Contents(self._topics, counts, *times, [], 0, True)
@@ -332,7 +332,7 @@ class SqliteReader:
 
 
 def reader_of(file: Path) -> McapReader | SqliteReader:
-    """What reads a file of a log."""
+    """The reader of a file of a log."""
     return SqliteReader(file) if file.suffix == SQLITE else McapReader(file)
 
 
@@ -382,7 +382,7 @@ def _to_convert(path: Path, what: str) -> LogError:
 
 
 def _information(path: Path) -> dict:
-    """What `metadata.yaml` says of a bag, empty where there is none; raises LogError for what is no such file."""
+    """The description of a bag in `metadata.yaml`, empty without that file; raises LogError for another file."""
     try:
         if path.stat().st_size > LARGEST_BAG_FILE:
             raise LogError(

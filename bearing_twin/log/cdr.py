@@ -43,7 +43,7 @@ def fields_of(ros_type: str) -> list[tuple]:
 
 
 def is_known(ros_type: str) -> bool:
-    """Whether `ros_type` is one of Jazzy's common messages or our own."""
+    """True for the common messages of ROS 2 Jazzy and our own."""
     return ros_type in _typestore().types
 
 

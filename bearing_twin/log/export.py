@@ -39,7 +39,7 @@ class Group(NamedTuple):
 
     @property
     def is_table(self) -> bool:
-        """Whether it is a table of records."""
+        """True for a table of records."""
         return self.stem.startswith(RECORD)
 
     @property
@@ -50,7 +50,7 @@ class Group(NamedTuple):
 
 
 class Exported(NamedTuple):
-    """What was written: files, how many outputs or realisations of how many runs they hold, what the log lacks."""
+    """Files written, the numbers of outputs or realisations and of runs in them, and what the log lacks."""
 
     files: tuple[str, ...]
     rows: int

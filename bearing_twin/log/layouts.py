@@ -45,7 +45,7 @@ class Plot(NamedTuple):
 
 
 class Panels(NamedTuple):
-    """What there is to look at: the frame of the scene, topics of the 3-D view (None: there is none), and plots.
+    """Panels of a scene or study: frame of the scene, topics of the 3-D view (None: there is none), and plots.
 
     A study has plots alone, and no frame. What is seen has its middle and the radius `radius` [m] in that frame. Where
     `follows` is a frame, the middle is its origin, and goes with it.
@@ -169,7 +169,7 @@ class ViewerLayout(NamedTuple):
     data: str = ""
 
     def opening(self, path: Path, log: Path | None) -> str:
-        """What opens the layout at `path`, with the log it was made of where there is one."""
+        """The command that opens the layout at `path`, with the log it was made of where there is one."""
         return self.opened.format(file=path, data=self.data.format(log=log) if log else "")
 
 

@@ -96,12 +96,12 @@ class StoredTopic(NamedTuple):
 
     @property
     def foreign(self) -> bool:
-        """Whether no ROS 2 program can read its messages: no schema, or another encoding than CDR."""
+        """True where no ROS 2 program can read its messages: without a schema, or not in CDR."""
         return self.message_encoding != "cdr" or not self.ros_type
 
     @property
     def identity(self) -> tuple:
-        """What distinguishes it from other channels."""
+        """A key that distinguishes it from other channels."""
         return self[:4] + self[5:] + tuple(sorted(self.metadata.items()))
 
 
@@ -231,7 +231,7 @@ class McapReader:
         yield from (one for one in found if from_ns <= one.log_time < until_ns)
 
     def record_after(self, offset: int) -> int | None:
-        """Where the record behind that at `offset` begins by its length, or the next chunk of the summary."""
+        """Place of the record behind that at `offset` by its length, or of the next chunk of the summary."""
         head = self._at(offset, _HEAD.size)
         found = self._starts[bisect.bisect_right(self._starts, offset) :][:1]
         if len(head) == _HEAD.size and head[0] in _USED | {Opcode.ATTACHMENT, Opcode.MESSAGE_INDEX}:
@@ -556,7 +556,7 @@ def _schema_of(channel: bytes) -> int:
 
 
 def _lz4_unpacked(packed: bytes, size: int) -> bytearray:
-    """What is packed, up to one byte more than `size`, in pieces: in one, lz4 takes twice the memory."""
+    """The content of `packed`, up to one byte more than `size`, in pieces: in one, lz4 takes twice the memory."""
     unpacker, data = lz4.frame.LZ4FrameDecompressor(), bytearray()
     piece = unpacker.decompress(packed, max_length=_PIECE)
     while piece and len(data) <= size:

@@ -277,7 +277,7 @@ class McapWriter:
 
     @property
     def begun(self) -> bool:
-        """Whether a message has been written."""
+        """True once a message has been written."""
         return bool(self._chunk_index) or self.first_ns is not None
 
     def _refuse(self, used: int) -> None:

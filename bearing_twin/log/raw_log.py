@@ -43,7 +43,7 @@ WHOLE_SPAN = 0.5e9 / SLOW_RATE  # ns: a SampleBlock that covers less is an impac
 
 
 def kept_rate(metadata: Mapping[str, str]) -> float:
-    """How many messages a second of a topic are in a log [1/s], by what stands beside it; 0 = all."""
+    """Messages a second of a topic that are in a log [1/s], by its metadata; 0 = all."""
     try:
         rate = float(metadata.get(KEPT_KEY, ""))
     except ValueError:

@@ -1,4 +1,4 @@
-"""What can be saved of a damaged log: a file cut short by a crash or a full disk, or one with altered bytes."""
+"""Recovery of damaged logs: files cut short by a crash or a full disk, and those with altered bytes."""
 
 from collections import Counter
 from collections.abc import Container, Iterator
@@ -21,7 +21,7 @@ RECOVERY_RECORD = "bearing_twin_recovered"
 
 
 class Recovered(NamedTuple):
-    """What a damaged log still holds: messages, solver outputs among them, and what is wrong with the rest."""
+    """Readable content of a damaged log: messages, solver outputs among them, and the problems with the rest."""
 
     messages: int
     samples: int

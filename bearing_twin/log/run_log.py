@@ -50,7 +50,7 @@ def count_in(text: str | None) -> int | None:
 
 
 def report_in(record: Mapping[str, str]) -> dict | None:
-    """What a run said of itself in RUN_RECORD; None where it said nothing, or nonsense."""
+    """The report of a run in RUN_RECORD; None without one, and for nonsense."""
     try:
         found = parsed_json(record["report"])
     except (KeyError, ValueError):
@@ -142,14 +142,14 @@ class LogStream:
 
     @property
     def seconds(self) -> float:
-        """How long the run is [s]: up to its last output where that is known, else its scene's; infinite without."""
+        """Duration of the run [s]: to its last output where that is known, else its scene's; else infinite."""
         if self.scene is None:
             return math.inf
         return 1e-9 * self.end * self.scene.output_period_ns or self.scene.parameters.run.duration
 
     @property
     def losses(self) -> dict[str, int | str]:
-        """What a recorder says of messages that are not in its log, by key; empty for any other log.
+        """Messages that a recorder counted and that are not in its log, by key; empty for any other log.
 
         `uncounted` names topics of several publishers, whose losses nobody knows.
         """
@@ -165,12 +165,12 @@ class LogStream:
 
     @property
     def notes(self) -> list[str]:
-        """What is not read of the log, a sentence each: files without an end, and messages that are passed over."""
+        """Parts of the log that are not read, a sentence each: files without an end, messages that are passed over."""
         return self._reader.notes
 
     @property
     def cut_short(self) -> CutShort | None:
-        """Where it ends before its scene does, once it was read; None where it does not, or the run failed there.
+        """The end of a log before its scene's, once it was read; None at the scene's end, or where the run failed.
 
         Of a node and of a recorder, which are ended when their work is done, it is None.
         """
@@ -182,7 +182,7 @@ class LogStream:
 
     @property
     def has_records(self) -> bool:
-        """Whether the log has topics for what happens between outputs."""
+        """True where the log has topics of records, events between outputs."""
         return bool(self._tables)
 
     def __iter__(self) -> Iterator[Sample]:
@@ -320,7 +320,7 @@ class LogStream:
 
 
 def _breaks(ranges: list[tuple[int, int]]) -> int:
-    """How many SampleBlocks do not follow that before them."""
+    """Number of SampleBlocks that do not follow the one before them."""
     found = [(first, count) for first, count in ranges if count]
     return sum(first + count != after for (first, count), (after, _) in itertools.pairwise(found))
 
@@ -343,7 +343,7 @@ _PACKAGES = ("numpy", "scipy", "numba")
 
 
 class LogSummary(NamedTuple):
-    """What was written: path, messages, solver outputs, bytes on disk."""
+    """A log that was written: path, messages, solver outputs, bytes on disk."""
 
     path: Path
     messages: int

@@ -39,14 +39,14 @@ def samples_message(
 
 @lru_cache(maxsize=8)
 def _block_encoder(channels: tuple[Channel, ...], frame: str) -> tuple[Encoder, dict]:
-    """What encodes the SampleBlocks of these channels, and the fields that are the same in all of them."""
+    """Encoder of the SampleBlocks of these channels, and the fields that are the same in all of them."""
     names, units = [channel.name for channel in channels], [channel.unit for channel in channels]
     widths = [channel.width for channel in channels]
     return Encoder(cdr.SAMPLE_BLOCK, frame), {"channel_name": names, "channel_unit": units, "channel_width": widths}
 
 
 class Restart(NamedTuple):
-    """Where a recorded run begins again: output `found` follows `before`, the last of `runs` in the log.
+    """Start of another run in a recording: output `found` follows `before`, the last of `runs` in the log.
 
     `mixed` where outputs of several nodes stand among each other.
     """
@@ -57,7 +57,7 @@ class Restart(NamedTuple):
     mixed: bool = False
 
     def told(self) -> str:
-        """What to know of figures of the last run alone."""
+        """A warning for figures of the last run alone."""
         if self.mixed:
             return (
                 "several nodes sent samples at a time, so that outputs of them stand among each other: figures are of "

@@ -47,7 +47,7 @@ class Channelled(NamedTuple):
 
     @property
     def rate(self) -> str:
-        """How often it is given out."""
+        """Rate: once, with publications, with markers or with samples."""
         return self.row.rate
 
     @property
@@ -83,7 +83,7 @@ def topics(scene) -> tuple[Channelled, ...]:
 
 
 def scene_text(scene, choice: Choice) -> str:
-    """What the topic `scene` says: enough to report on a recording and to simulate it again."""
+    """Text of the topic `scene`: enough to report on a recording and to simulate it again."""
     return json.dumps({"scene": scene.text, **_chosen(choice), "bearing_twin_version": __version__})
 
 

@@ -74,7 +74,7 @@ class StudyLog:
 
     @property
     def written(self) -> int:
-        """How many realisations are in it."""
+        """Number of realisations in it."""
         return self._written
 
     def add(self, values, quantities, histories, status, doubtful, reasons, doubts) -> None:
@@ -212,7 +212,7 @@ def _study_in(path, unfinished: bool) -> StudyResult:
 
 
 def is_study(path) -> bool:
-    """Whether a log is that of a study; raises LogError for what is no log."""
+    """True for the log of a study; raises LogError for a file that is no log."""
     return STUDY_RECORD in records_in(path)
 
 

@@ -51,7 +51,7 @@ class ChannelValues:
 
 
 def footer(facts, values: ChannelValues) -> str:
-    """What stands below the picture of a run: scene, outputs, law and stepper, version."""
+    """Text below the picture of a run: scene, outputs, law and stepper, version."""
     thinned = f", every {values.stride}th" if values.stride > 1 else ""
     words = [f"{values.outputs} output{'s' * (values.outputs != 1)}{thinned}"]
     words += [f"{name}: {text}" for name, text in (("law", facts.law), ("stepper", facts.stepper)) if text]
@@ -67,7 +67,7 @@ def scaled_time(time: np.ndarray) -> tuple[np.ndarray, float, str]:
 
 
 class RunPicture(ABC):
-    """What all pictures of runs but the bearing's share; each draws its panels.
+    """Base of all pictures of runs but the bearing's; each draws its panels.
 
     `kept` names the table of records that a picture draws from, if any.
     """

@@ -101,7 +101,7 @@ def attributes_of(channel) -> dict[str, str]:
 
 
 def source_of(stream) -> dict[str, str]:
-    """Where the numbers of a stream come from, as texts: scene, model, report, version."""
+    """Origin of the numbers of a stream, as texts: scene, model, report, version."""
     choice, report = stream.choice, stream.report
     record = report if isinstance(report, dict) or report is None else report.record()
     known = {"law": choice.law, "stepper": choice.stepper, "choice_reason": choice.reason} if choice else {}

@@ -75,7 +75,7 @@ class Failure(NamedTuple):
 
 
 def record_of(scene: Scene, error: IntegrationError, good: Sample | None, sequence: int, state) -> dict:
-    """What the file of a failure holds, as plain data."""
+    """Content of the file of a failure, as plain data."""
     values = {} if good is None else {name: np.asarray(value).tolist() for name, value in good.values.items()}
     return {
         "format": FORMAT,
@@ -105,7 +105,7 @@ def placed(error: IntegrationError, given: float, contact: str, scene: Scene, *s
 
 
 def told_of(error: IntegrationError) -> dict[str, Any]:
-    """What a report says of the failure that ended its run: sentence, reason, time [s], body, contact, where known."""
+    """Keys of a report on the failure that ended its run: sentence, reason, time [s], body, contact, where known."""
     told = {
         "failure": str(error),
         "failure_reason": error.reason,
@@ -117,7 +117,7 @@ def told_of(error: IntegrationError) -> dict[str, Any]:
 
 
 def told_in(report: Mapping[str, Any]) -> dict[str, Any] | None:
-    """What a log's own report says of its run's failure, as `told_of`; None where it says of none, or nonsense."""
+    """The failure in a log's own report, as of `told_of`; None without one, and for nonsense."""
     if not report.get("failure"):
         return None
     seconds = report.get("failure_at_s")

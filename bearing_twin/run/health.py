@@ -1,4 +1,4 @@
-"""Whether the numbers of a run are those of a motion: looked at block by block, so that nonsense is not given out.
+"""Checks that the numbers of a run are those of a motion, block by block, so that nonsense is not given out.
 
 Numbers are finite, orientations unit quaternions, lengths and speeds of a size that a scene may have, and no more
 energy appears than there was and was brought.

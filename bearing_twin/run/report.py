@@ -51,7 +51,7 @@ MADE_OF = {
 
 
 class Judgement(NamedTuple):
-    """What follows from errors: the status, sentences for the flags, and the keys that join the figures."""
+    """Consequences of errors: the status, sentences for the flags, and the keys that join the figures."""
 
     status: str
     flags: tuple[str, ...]
@@ -148,7 +148,7 @@ def _unknown(error) -> bool:
 
 
 def _is_numbers(value) -> bool:
-    """Whether a figure is a number or a list of some."""
+    """True for a number or a list of numbers."""
     values = value if isinstance(value, list) else [value]
     return bool(values) and all(isinstance(one, (int, float)) for one in values)
 
@@ -159,7 +159,7 @@ def failed(failure: Mapping[str, Any]) -> str:
 
 
 def exceeds(value, error) -> bool:
-    """Whether an error is over a tenth of its figure; of a list, of its greatest value."""
+    """True for an error above a tenth of its figure; of a list, of its greatest value."""
     scale, worst = greatest(value), greatest(error)
     return not worst <= LARGE * scale
 
@@ -187,7 +187,7 @@ def _sizes(figures: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _size(unit: str, sizes: Mapping[str, float]) -> float:
-    """What is large in this unit, by `_sizes`: the greatest of it, or what MADE_OF says."""
+    """The greatest size of a figure in this unit, by `_sizes` or by MADE_OF."""
     powers = MADE_OF.get(unit, {})
     known = powers and all(sizes.get(one) for one in powers)
     made = math.prod(sizes[one] ** power for one, power in powers.items()) if known else 0.0
@@ -223,7 +223,7 @@ def promise_in_words(told: Mapping[str, Any]) -> str:
 
 
 def _sentence(promise: Promise, horizon: float | None) -> str:
-    """What was requested, what the errors are, and what would reduce them."""
+    """A sentence: tolerance requested, errors, and remedy."""
     said = []
     if promise.exceeded:
         where = f" ({promise.where})" if promise.where else ""

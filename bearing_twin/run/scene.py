@@ -53,17 +53,17 @@ class Scene:
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """What one sample of this scene holds, in order; last a mark, where a model runs outside its range."""
+        """Channels of one sample of this scene, in order; last a mark, where a model runs outside its range."""
         return tuple(KINDS[self.kind].channels(self.parameters)) + (MARK,) * self.marked
 
     @property
     def allows_invalid(self) -> bool:
-        """Whether a model that is asked for may run outside its range."""
+        """True where a specified model may run outside its range."""
         return allowed(self.parameters)
 
     @property
     def marked(self) -> bool:
-        """Whether a model runs outside its range, so that every output is marked."""
+        """True where a model runs outside its range, so that every output is marked."""
         return self.allows_invalid and bool(self.outside)
 
     @functools.cached_property
@@ -123,7 +123,7 @@ def listed_overrides(overrides: Iterable[str]) -> tuple[str, ...]:
 
 
 def gives(overrides: Iterable[str], key: str) -> bool:
-    """Whether one of the overrides gives this key."""
+    """True where one of the overrides gives this key."""
     return any(override.partition("=")[0].strip() == key for override in overrides)
 
 
@@ -143,7 +143,7 @@ def parse_scene(text_or_mapping: str | Mapping, origin: str) -> Scene:
 
 
 def checked(scene: Scene, origin: str) -> Scene:
-    """What `read_scene` gave, if it is possible, with what it leaves open chosen; raises SceneError."""
+    """A scene of `read_scene`, checked, its automatic choices made; raises SceneError."""
     kind = KINDS[scene.kind]
     raise_problems(origin, kind.check(scene.parameters))
     return dataclasses.replace(scene, parameters=kind.resolve(scene.parameters))
@@ -238,7 +238,7 @@ def _canonical(mapping: dict) -> dict:
 
 
 def _explained(kind: str):
-    """What explains a key that a kind does not take."""
+    """A function that explains a key that a kind does not take."""
     moved = KINDS[kind].moved
 
     def explain(path: str, taken: tuple[str, ...]) -> str | None:
@@ -254,7 +254,7 @@ def _explained(kind: str):
 
 
 def _by_last_word(parameters: type, path: str) -> str | None:
-    """Where the keys are that end in a word given without its section; None where no key does, or a section is near."""
+    """Keys that end in a word given without its section; None where no key does, or a section is near."""
     keys = [one.key for one in describe(parameters)]
     ends = [key for key in keys if "." in key and path in (key.rpartition(".")[2], *key.rpartition(".")[2].split("_"))]
     if "." in path or not ends:

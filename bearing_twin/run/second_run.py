@@ -35,7 +35,7 @@ OF_OUTPUT = 3  # columns of each requested output
 
 
 def has_second_run(kind: Kind, parameters, choice: Choice) -> bool:
-    """Whether a scene specifies a second run and has one: closed forms and equilibria have none."""
+    """True where a scene specifies a second run and has one: closed forms and equilibria have none."""
     return kind.refined is not None and is_checked(parameters) and kind.refined(parameters, choice) is not None
 
 
@@ -165,7 +165,7 @@ class CheckedMotion:
 
     @property
     def stop(self) -> np.ndarray:
-        """What stops both, see `Motion`."""
+        """The flag that stops both, see `Motion`."""
         return self._motion.stop
 
     @stop.setter
@@ -385,7 +385,7 @@ class Estimate:
 
     @property
     def smaller(self) -> str:
-        """What reduces the error of the method."""
+        """A remedy against the error of the method."""
         return self._comparison.smaller
 
     @property

@@ -59,7 +59,7 @@ class Cost(NamedTuple):
     memory_bytes: float
 
     def sentence(self, with_log: bool, free_bytes: float) -> str:
-        """What is large about it, with the room there is on the disk; empty where nothing is."""
+        """A warning of a large log, with the room on the disk, or of much memory; empty where neither is."""
         large = []
         if with_log and self.log_bytes > min(LARGE, free_bytes):
             large.append(f"a log of about {self.log_bytes:.2g} B where {free_bytes:.2g} B are free")
@@ -69,7 +69,7 @@ class Cost(NamedTuple):
 
 
 def cost_of(scene: Scene) -> Cost:
-    """What the scene's run will take, from its channels and their rate."""
+    """Cost of a run of the scene, from its channels and their rate."""
     row = 8.0 * sum(channel.width for channel in scene.channels)
     together = min(CHUNK_OUTPUTS, scene.outputs)
     return Cost(scene.outputs, scene.outputs * row * PACKED * MESSAGES, COPIES * together * row)
@@ -298,7 +298,7 @@ class Simulation:
         return self.failure
 
     def report(self, last: bool = False) -> Report:
-        """What the run cost and how far to trust it, up to the last output given out; the `last` one of a run."""
+        """The report up to the last output given out: figures, errors, cost; the `last` one of a run."""
         if self.sequence < 0:
             raise BearingTwinError("nothing has been computed yet: iterate the run, or its blocks(), before its report")
         given = self.sequence + 1  # outputs computed but not given out took their share of the seconds
@@ -331,7 +331,7 @@ class Run:
 
     @property
     def failure(self) -> IntegrationError | None:
-        """What broke the run off, if anything did."""
+        """The error that ended the run, if one did."""
         return self.simulation.failure
 
     @property

@@ -18,7 +18,7 @@ from bearing_twin.run.simulation import Simulation
 
 @dataclass(frozen=True)
 class Verification:
-    """How far a log is from a fresh simulation of the scene stored in it.
+    """Deviations of a log from a fresh simulation of the scene stored in it.
 
     `deviations` are of channels, in those of `units`, and of tables of records, over all of their columns; infinite for
     those that are `recounted`: the new run has more records, or fewer.
@@ -46,7 +46,7 @@ class Verification:
         return found | ({"records_missing": list(self.lacks)} if self.lacks else {})
 
     def differences(self) -> dict[str, float | str]:
-        """What deviates by how much, by keys that end with their SI unit; in words where no number says it."""
+        """Deviations by keys that end with their SI unit; in words where no number states them."""
         found: dict[str, float | str] = {}
         for name, size in self.deviations.items():
             unit = self.units.get(name)
@@ -73,7 +73,7 @@ class Verification:
         return f"the log {' and '.join(parts)}, {why}" if parts else ""
 
     def doubts(self) -> list[str]:
-        """What keeps the log from being the whole run of its scene, one sentence each."""
+        """Reasons why the log is not the whole run of its scene, one sentence each."""
         found = [self._sentence()] if self._sentence() else []
         if self.missing:
             found.append(f"{self.missing} outputs are missing in the log, and nothing is known of them")

@@ -21,7 +21,7 @@ LEAST_FRAMES = 100
 
 
 class Frames:
-    """What a page shows of a run: every `stride`-th output, as many as fit; `time` [s] (count,), `values` by series."""
+    """Outputs on the page of a run: every `stride`-th, as many as fit; `time` [s] (count,), `values` by series."""
 
     def __init__(self, view: View):
         self._view = view
@@ -73,7 +73,7 @@ class Frames:
         return {name: np.concatenate(parts) for name, parts in self._parts.items()}
 
     def note(self) -> str:
-        """What a page that holds not all of them says of it; empty where it holds all."""
+        """A note on outputs that are not on the page; empty where it holds all."""
         if self.stride == 1:
             return ""
         return (
@@ -107,7 +107,7 @@ def packed(time: np.ndarray, values: Mapping[str, np.ndarray], series: Sequence[
 
 
 def described_series(channel: Channel) -> dict[str, Any]:
-    """What a page must know of a series: name, unit, prefixes it may take, shape, meaning."""
+    """Description of a series for a page: name, unit, prefixes it may take, shape, meaning."""
     return {
         "name": channel.name,
         "unit": "" if channel.unit == "1" else UNITS[channel.unit].shown if channel.unit in UNITS else channel.unit,

@@ -78,7 +78,7 @@ def document_of_run(stream, notes: Sequence[str] = ()) -> Viewed:
 
 
 def _told(scene, report: Report) -> dict[str, Any]:
-    """What the tables of the page say: figures, model with reason, warnings."""
+    """Content of the tables of the page: figures, model with reason, warnings."""
     meanings = KINDS[scene.kind].meanings_of() if scene else {}
     took = report.compute_seconds
     facts = [
@@ -103,7 +103,7 @@ def _told(scene, report: Report) -> dict[str, Any]:
 
 
 def badges(status: str, law: str, stepper: str, warnings: int) -> list[dict[str, str]]:
-    """What stands beside the title: the status, the model, the number of warnings."""
+    """Badges beside the title: the status, the model, the number of warnings."""
     found = [
         {"sort": STATUS_SORTS.get(status.partition(":")[0], "bad"), "name": "", "text": status},
         {"sort": "", "name": "law", "text": law or "-"},

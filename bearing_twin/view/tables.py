@@ -84,7 +84,7 @@ def happening_tables(figures: Mapping[str, Any], meanings: Mapping[str, str]) ->
 
 
 def error_notes(errors: Mapping[str, Any]) -> list[str]:
-    """What a report says of outputs that were wanted to a tolerance, and of what its errors leave out."""
+    """Errors of the outputs requested to a tolerance, and those that are not known."""
     told = [
         f"{output}: error {promise_in_words(one)}"
         for output, one in errors.get("wanted_errors", {}).items()
@@ -100,13 +100,13 @@ def _error(error, factor: float) -> str:
 
 
 def _of_balls(value) -> bool:
-    """Whether it is a list of more numbers than a vector has."""
+    """True for a list of more numbers than a vector has."""
     several = isinstance(value, (list, tuple)) and len(value) > AXES
     return several and not isinstance(value[0], (list, tuple, str, Mapping))
 
 
 def _happenings(value) -> bool:
-    """Whether it is a list of mappings with the same keys."""
+    """True for a list of mappings, with the same keys."""
     return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(one, Mapping) for one in value)
 
 
