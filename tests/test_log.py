@@ -129,6 +129,26 @@ def test_a_log_with_gaps_is_verified_where_it_has_outputs_and_one_that_was_reset
     assert "the run in this log starts again: output 0 follows 49" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("name", ["bearing_6203", "ellipsoid_rocking"])
+def test_a_run_is_continued_from_its_log_as_one_long_run_to_the_bit(name, tmp_path, capsys):
+    first, second = tmp_path / "first.mcap", tmp_path / "second.mcap"
+    assert main(["simulate", name, "--duration", "0.05", "--out", str(first), "--json"]) == DONE
+    assert main(["simulate", str(first), "--continue", "0.02s", "--out", str(second), "--json"]) == DONE
+    assert main(["verify", str(second), "--json"]) == DONE
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["greatest_deviation"] == 0.0
+    log = read_log(second)
+    *_, last = log
+    assert 1e-9 * last.time_ns == pytest.approx(0.07, abs=1e-9 * log.scene.output_period_ns)
+    with RawLogWriter(tmp_path / "copy.mcap") as copy:  # as of a recording
+        topic = copy.add_topic("/bearing/samples", cdr.SAMPLE_BLOCK, "", "", (Qos(),))
+        for message in raw_messages(first):
+            if message.topic.ros_type == cdr.SAMPLE_BLOCK and "/records/" not in message.topic.name:
+                copy.write(topic, message.log_time, message.publish_time, message.data)
+    for words in (["--continue", "0.01"], ["--continue", "0"], ["--continue", "1", "--duration", "2"]):
+        assert main(["simulate", str(tmp_path / "copy.mcap"), *words]) == BAD_INPUT
+    assert main(["simulate", str(first), "--continue", "0.01", "--set", "run.output_rate=17"]) == BAD_INPUT
+
+
 def test_a_log_that_begins_after_years_is_not_simulated_up_to_there_unasked(tmp_path):
     scene = load_scene("bearing_6203", ["run.duration=0.01"])
     block = joined(list(simulate(scene).blocks()))

@@ -39,9 +39,11 @@ def _of(module) -> Subcommand:
 
 
 def _simulate_arguments(parser):
-    parser.add_argument("scene", help="name of a scene (see `bearing_twin scenes`) or path of a YAML file")
+    parser.add_argument("scene", help="name of a scene (see `bearing_twin scenes`), path of a YAML file, or a log")
     add_changes(parser, "change one key of the scene; may be repeated")
     parser.add_argument("--duration", metavar="SECONDS", help="the same as --set run.duration=SECONDS")
+    longer = "with a log: continue its run for so long from the state at its end; figures are those of the continuation"
+    parser.add_argument("--continue", dest="more", type=quantity("s"), metavar="SECONDS", help=longer)
     parser.add_argument("--out", metavar="LOG", help="write the run to this MCAP log")
     parser.add_argument(
         "--max-loss",
@@ -63,7 +65,17 @@ def _simulate(arguments) -> Outcome:
     max_loss = number("--max-loss", arguments.max_loss, "s", Limits(at_least=0.0, at_most=60.0))
     if max_loss and not arguments.out:
         raise BearingTwinError("--max-loss is of a log that is written: give --out, too")
-    scene = load_scene(arguments.scene, overrides_of(arguments, duration="run.duration"))
+    overrides, begun = overrides_of(arguments, duration="run.duration"), None
+    if arguments.more is None:
+        scene = load_scene(arguments.scene, overrides)
+    else:
+        if arguments.duration or not arguments.more > 0.0:
+            raise BearingTwinError("--continue takes a time above 0, in place of --duration")
+        from bearing_twin.log.run_log import read_log
+        from bearing_twin.run.failure import continued
+
+        begun = continued(read_log(arguments.scene), arguments.more, overrides)
+        scene = begun.scene
     picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
     log = new_log(arguments.out) if arguments.out else None
 
@@ -76,7 +88,7 @@ def _simulate(arguments) -> Outcome:
         say(told(f"{scene.name}: {large}"))
     with progress(f"simulating {scene.name}") as update:
         with progress(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
-            run = simulate(scene, update)
+            run = simulate(scene, update, begun)
             for warning in (*late_keys(scene, scene.parameters.run.duration), *run.choice.warnings):
                 say(told(f"{scene.name}: {warning}"))
             compile_seconds = run.simulation.warm_up()

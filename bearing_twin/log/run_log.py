@@ -19,17 +19,19 @@ import numpy as np
 import bearing_twin
 from bearing_twin.base.errors import LogError, SceneError
 from bearing_twin.base.messages import echo
-from bearing_twin.base.report import DIGITS, Choice, CutShort, parsed_json
+from bearing_twin.base.report import DIGITS, Choice, CutShort, json_text, parsed_json
 from bearing_twin.base.sample import Block, Channel, Sample, between, joined
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, path_of
 from bearing_twin.log.raw_log import (
+    BEGINS_KEY,
     ENDED_KEY,
     OUTPUTS_KEY,
     RECORDING_RECORD,
     RUN_RECORD,
     SCENE_RECORD,
+    STATE_RECORD,
     RawLogWriter,
     Safety,
     Told,
@@ -179,6 +181,22 @@ class LogStream:
             return None
         period = 1e-9 * self.scene.output_period_ns
         return CutShort((self._reached - 1) * period, (outputs - 1) * period)
+
+    @property
+    def begins(self) -> int:
+        """Number of the first output of a run that continues another, else 0."""
+        return count_in(self.metadata.get(SCENE_RECORD, {}).get(BEGINS_KEY)) or 0
+
+    @property
+    def state(self) -> tuple[int, dict] | None:
+        """Number of the last output and the state of the motion there, to continue the run from; None without one."""
+        record = self.metadata.get(STATE_RECORD, {})
+        sequence = count_in(record.get("sequence"))
+        try:
+            state = parsed_json(record.get("state", "null"))
+        except ValueError:
+            return None
+        return (sequence, state) if sequence is not None and isinstance(state, dict) else None
 
     @property
     def has_records(self) -> bool:
@@ -401,6 +419,10 @@ class LogWriter(Told):
         """Keeps the run's report (plain numbers and texts) beside date and host."""
         self._log.note_run(report=json.dumps(report))
 
+    def note_state(self, sequence: int, state: Mapping[str, object]) -> None:
+        """Keeps the state of the motion after output `sequence`, to continue the run from."""
+        self._log.add_metadata(STATE_RECORD, {"sequence": sequence, "state": json_text(state)})
+
     def close(self) -> None:
         """Completes the log."""
         self._log.close()
@@ -427,6 +449,8 @@ def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss:
     )
     samples, waiting, since = 0, [], time.monotonic()
     described = {**choice_record(run.choice), OUTPUTS_KEY: run.scene.outputs}
+    if begins := getattr(run, "begins", 0):
+        described[BEGINS_KEY] = begins
     with LogWriter(path, run.scene, described, run_record, Safety(max_loss)) as log:
         stream = MessageStream(run.scene, choice=run.choice)
 
@@ -452,6 +476,8 @@ def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss:
                 log.write_all(stream.flush())
                 if samples:
                     log.note_report(run.report.record())
+                    if state := getattr(run, "state", None):
+                        log.note_state(*state)
     return LogSummary(Path(path), log.messages, samples, log.bytes)
 
 

@@ -3,18 +3,18 @@
 import dataclasses
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import bearing_twin
-from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, LogError, SceneError
 from bearing_twin.base.report import json_text, parsed_json
 from bearing_twin.base.sample import Block, Channel, Sample
 from bearing_twin.kinds import KINDS
-from bearing_twin.run.scene import Scene, choose, parse_scene, read_logged
+from bearing_twin.run.scene import Scene, choose, load_scene, parse_scene, read_logged
 
 FORMAT = "bearing_twin failure 1"
 LARGEST_FILE = 20_000_000  # bytes
@@ -186,6 +186,26 @@ def read_failure(path) -> Failure:
         raise BearingTwinError(f"{path} cannot be read ({error.strerror}); give the file of a failed run") from error
     except (ValueError, KeyError, TypeError, OverflowError) as error:
         raise BearingTwinError(f"{path} is not the file of a failed run; give one that a failed run wrote") from error
+
+
+def continued(log, seconds: float, overrides: Iterable[str] = ()) -> Failure:
+    """The state near the end of the run in a log, with its scene lengthened by `seconds` [s], for `simulate`.
+
+    It is that at the end of the last whole chunk, so that the continuation is that of one long run to the bit.
+    `overrides` change the scene from there on. Raises LogError where the log holds no state, SceneError for overrides
+    that do not fit.
+    """
+    if log.scene is None or log.state is None:
+        raise LogError(
+            f"{log.path} holds no state to continue from: it is a recording, was interrupted, comes from an earlier "
+            "version, or its kind of scene keeps none; simulate its scene with a longer --duration"
+        )
+    sequence, state = log.state
+    end = log.scene.parameters.run.duration
+    scene = load_scene(log.scene.resolved(), (*overrides, f"run.duration={end + seconds!r}"))
+    if scene.output_period_ns != log.scene.output_period_ns:
+        raise SceneError("run.output_rate must be that of the log, for its outputs go on; leave it out")
+    return Failure(scene, "", "", math.nan, "", "", end, {}, sequence, state)
 
 
 def shortened(scene: Scene, seconds: float) -> Scene:

@@ -269,6 +269,7 @@ class Simulation:
         until = chunk_end(self.scene, first, self.chunk_outputs, first < self._commanded_until)
         times = 1e-9 * self.output_period_ns * np.arange(1, until - first + 1)
         state, block = state_of(self._motion), None
+        self._chunk_state = first - 1, state
         try:
             block = self._advanced(first, times)
             self._health.check(block)
@@ -296,6 +297,18 @@ class Simulation:
         contact = error.contact or worst_contact(self.kind, self._good, self.channels, error.body)
         self.failure = placed(error, 1e-9 * self.time_ns, contact, self.scene, self._good, *going_on)
         return self.failure
+
+    @property
+    def state(self) -> tuple[int, dict] | None:
+        """Number of an output and the state of the motion there, to continue from; None of a motion without one.
+
+        It is the last one at the end of a whole chunk: one that the end of a scene cuts short moves on by other steps.
+        """
+        if self._pending is None or len(self._pending) or self._broken is not None or self._chunk_first is None:
+            return None
+        whole = (self.sequence + 1) % self.chunk_outputs == 0
+        sequence, kept = (self.sequence, state_of(self._motion)) if whole else self._chunk_state
+        return None if kept is None else (sequence, kept)
 
     def report(self, last: bool = False) -> Report:
         """The report up to the last output given out: figures, errors, cost; the `last` one of a run."""
@@ -333,6 +346,16 @@ class Run:
     def failure(self) -> IntegrationError | None:
         """The error that ended the run, if one did."""
         return self.simulation.failure
+
+    @property
+    def state(self) -> tuple[int, dict] | None:
+        """See `Simulation.state`."""
+        return self.simulation.state
+
+    @property
+    def begins(self) -> int:
+        """Number of the first output, above 0 for a run that continues another."""
+        return self._failure.sequence + 1 if self._failure and self._failure.state is not None else 0
 
     @property
     def outputs(self) -> int:
@@ -382,7 +405,8 @@ def simulate(
 ) -> Run:
     """A run of the scene, or of that by its name, path or plain data; nothing is computed before it is iterated.
 
-    `progress` is called with the share done after each block. It goes on from the last good state of a `failure`.
+    `progress` is called with the share done after each block. The run starts from the last good state of a `failure`,
+    or from that in a log (`failure.continued`).
     """
     if progress is not None and not callable(progress):
         raise SceneError(no_progress(progress, "load_scene"))

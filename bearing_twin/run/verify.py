@@ -137,7 +137,9 @@ def verify(
         told.update(block.records)
         made.update(name for name, rows in again.records.items() if len(rows))
         for name, rows in (again.records if log.has_records else {}).items():  # earlier versions wrote none
-            if name == SECOND_RUN and name not in told:  # nor did they a second run
+            if name == SECOND_RUN and (
+                name not in told or getattr(log, "begins", 0)
+            ):  # nor did they, or its second run began later
                 continue
             found = block.records.get(name, np.empty((0, rows.shape[1])))
             rows = rows[:, : found.shape[1]]  # earlier versions wrote fewer columns
