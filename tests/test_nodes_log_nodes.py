@@ -44,7 +44,7 @@ from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
 from bearing_twin.nodes.base_node import Outlet
-from bearing_twin.nodes.messages import WARN, qos_words, stamp, suited
+from bearing_twin.nodes.messages import WARN, compatible_profile, qos_words, stamp
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.pacing import Timed
 from bearing_twin.nodes.recorder_node import RecorderNode
@@ -200,7 +200,7 @@ def test_a_subscription_is_suited_to_all_publishers_of_its_topic():
     offers = itertools.product(["reliable", "best_effort"], ["transient_local", "volatile"])
     for two in itertools.product(offers, repeat=2):
         profiles = [qos_profile(Qos(10, *words)) for words in two]
-        asked = suited(profiles, 100)
+        asked = compatible_profile(profiles, 100)
         assert QoSCompatibility.ERROR not in [qos_check_compatible(one, asked)[0] for one in profiles]
         kept = {durability for _, durability in two} == {"transient_local"}
         assert qos_words(asked).durability == ("transient_local" if kept else "volatile")
@@ -257,7 +257,7 @@ def test_what_is_sent_as_samples_and_is_none_is_counted_and_ends_no_recording(tm
     assert main(["report", str(path), "--strict", "--json"]) == DOUBTFUL
     said = capsys.readouterr()
     assert json.loads(said.out)["messages_unreadable"] == 2
-    assert "2 messages are left out: sent as samples and none" in said.err
+    assert "2 messages are not read: sent as samples and none" in said.err
 
 
 def test_a_publisher_that_offers_less_than_those_before_is_recorded_too(tmp_path):

@@ -27,7 +27,7 @@ from bearing_twin.nodes.recording import (
     default_topics,
     lost_in_words,
 )
-from bearing_twin.nodes.replay_loop import ReplayLoop, Retelling, logged_topics
+from bearing_twin.nodes.replay_loop import Renaming, ReplayLoop, logged_topics
 from bearing_twin.run.scene import Scene
 
 MS = 1_000_000
@@ -292,7 +292,7 @@ def test_a_recording_of_one_run_is_read_once(tmp_path, monkeypatch, firsts, ende
     else:  # as it is killed
         recording._log.close()
     looked, look = [], LogStream._last_run
-    monkeypatch.setattr(LogStream, "_last_run", lambda stream: looked.append(1) or look(stream))
+    monkeypatch.setattr(LogStream, "_last_run", lambda stream, ranges: looked.append(1) or look(stream, ranges))
     stream = read_log(tmp_path / "out.mcap", last_run=True)
     assert (len(looked), stream.end, stream.restart is None) == (passes, firsts[-1] + 50, firsts == (0, 50))
     assert sum(len(block) for block in stream.blocks()) == (100 if stream.restart is None else 50)
@@ -475,7 +475,7 @@ def test_a_topic_whose_type_has_changed_since_is_left_out_with_a_word(tmp_path):
         log.write(other, 2, 2, bytes(8))
     loop = ReplayLoop(path, lambda message: None, 1.0)
     assert list(loop.topics) == [SAMPLES]
-    [sentence] = loop.left_out
+    [sentence] = loop.notes
     assert "/bearing/contacts is not played: bearing_twin_msgs/msg/Contacts has other fields now" in sentence
     assert [topic for _, topic, _ in played(path)] == [SAMPLES]
 
@@ -491,7 +491,7 @@ def test_of_a_topic_with_messages_of_two_types_one_is_played(tmp_path):
             log.add_message(log.register_channel("/one", "cdr", schema), time_ns, bytes([time_ns]), time_ns)
         log.finish()
     loop = ReplayLoop(path, lambda message: None, 1.0)
-    assert loop.left_out == [
+    assert loop.notes == [
         f"messages of type {cdr.STATE} on /one are not played, for others there are of type {cdr.STRING}"
     ]
     assert [data for _, _, data in played(path)] == [b"\0", b"\2"]
@@ -537,8 +537,8 @@ def test_a_log_that_is_being_written_is_played_to_its_last_whole_chunk_and_what_
             writer.flush()
         loop = ReplayLoop(tmp_path / "out.mcap", lambda m: None, 1.0)
         assert list(loop.topics) == ["/clock"]
-        assert "has no end" in loop.left_out[0]
-        assert "/other" in loop.left_out[1]
+        assert "has no end" in loop.notes[0]
+        assert "/other" in loop.notes[1]
 
 
 @pytest.mark.parametrize(
@@ -574,16 +574,16 @@ def whole(data):
 
 def test_a_log_is_told_in_another_namespace_and_with_other_frames_as_a_node_would_say_it():
     plain, prefixed = (told(MessageStream(SCENE, choice=a_choice(), frame_prefix=one)) for one in ("", "left/"))
-    retelling = Retelling([name for name, _, _ in plain], "/left", "left/")
-    found = [(retelling.topic(name), whole(retelling.data(name, kind, data))) for name, kind, data in plain]
-    assert found == [(retelling.topic(name), data) for name, _, data in prefixed]
+    renaming = Renaming([name for name, _, _ in plain], "/left", "left/")
+    found = [(renaming.topic(name), whole(renaming.data(name, kind, data))) for name, kind, data in plain]
+    assert found == [(renaming.topic(name), data) for name, _, data in prefixed]
     names = {name for name, _ in found}
     assert {"/left/ball_0/wrench", "/left/samples", "/left/robot_description", "/tf"} <= names
     assert not any(name.startswith("/bearing") for name in names)
-    assert [one.data("/bearing/state", cdr.STATE, b"x") for one in (Retelling([]), Retelling([], "a"))] == [b"x"] * 2
+    assert [one.data("/bearing/state", cdr.STATE, b"x") for one in (Renaming([]), Renaming([], "a"))] == [b"x"] * 2
     with pytest.raises(LogError, match="cannot be decoded"):
-        Retelling([], "", "left/").data("/bearing/state", cdr.STATE, b"x")
-    both = Retelling(["/left/samples", "/right/samples", "/left/state"], "cell")
+        Renaming([], "", "left/").data("/bearing/state", cdr.STATE, b"x")
+    both = Renaming(["/left/samples", "/right/samples", "/left/state"], "cell")
     assert both.topic("/left/state") == "/cell/left/state"
 
 

@@ -366,7 +366,7 @@ def test_a_run_that_breaks_off_delivers_and_logs_all_before(tmp_path):
 
 def test_a_log_takes_what_nobody_listens_to(tmp_path):
     loop, _, clock = made_up_loop(
-        open_log=lambda run: LogWriter(tmp_path / "run.mcap", SCENE), wanted=lambda: (), duration_ns=60 * MS
+        open_log=lambda run: LogWriter(tmp_path / "run.mcap", SCENE), subscribed=lambda: (), duration_ns=60 * MS
     )
     drive(loop, clock, 100 * MS)
     loop.close()
@@ -388,7 +388,7 @@ def test_what_is_published_and_logged_is_encoded_once(tmp_path, monkeypatch, log
     monkeypatch.setattr(LogWriter, "write", writing)
     loop, delivered, clock = made_up_loop(
         open_log=lambda run: LogWriter(tmp_path / "run.mcap", SCENE) if logged else None,
-        wanted=None if listened_to is None else lambda: listened_to,
+        subscribed=None if listened_to is None else lambda: listened_to,
         duration_ns=234 * MS,
     )
     drive(loop, clock, 1_000 * MS)
@@ -407,7 +407,7 @@ def test_where_nobody_listens_few_words_tell_how_far_it_is(tells_time):
         lambda: MessageStream(scene, choice=a_choice()),
         lambda message: words.append((message.time_ns, message.cdr)),
         duration_ns=100 * MS,
-        wanted=tuple,
+        subscribed=tuple,
     )
     loop.tells_time = tells_time
     drive(loop, [START], 200 * MS)

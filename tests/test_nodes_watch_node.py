@@ -57,7 +57,7 @@ def listen(answer, heard):
 
 
 def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch, capfd):
-    monkeypatch.setattr(watch_node, "ASKED_FOR", 0.5)
+    monkeypatch.setattr(watch_node, "REQUESTED_FOR", 0.5)
     for patience in ("ANSWER", "COMING"):
         monkeypatch.setattr(watch_node, patience, PATIENCE)  # a busy machine answers late
     with ros_executor(threads=2) as executor:
@@ -211,7 +211,7 @@ def test_a_node_that_sends_nothing_is_answered_for_and_its_refusals_are_told_to_
             assert words in text
         node._on_look()
         assert refusals_told(node, "2", "2", "3", "0", "1") == ["the 3th", "the 1th"]
-        monkeypatch.setattr(watch_node, "ASKED_FOR", 0.0)  # nobody looks any more
+        monkeypatch.setattr(watch_node, "REQUESTED_FOR", 0.0)  # nobody looks any more
         node._on_look()
         assert refusals_told(node, "4", "5") == ["the 5th"], "the 4th was while nobody looked"
 

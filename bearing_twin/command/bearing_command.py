@@ -124,7 +124,7 @@ def _vector(name: str, text: str | None) -> list[float | None] | None:
 
 
 def _support(given: dict, parameters):
-    """What holds and loads the ring: by the options, or as the scene says where there is none."""
+    """Held coordinates and loads of the ring, by the options, or by the scene where there is none."""
     from bearing_twin.kinds.bearing.quasi_static.equilibrium import Support, support_of
 
     if all(values is None for values in given.values()):
@@ -164,7 +164,7 @@ def _row(parameters) -> str:
 
 
 def _row_alone(arguments, given) -> Outcome | None:
-    """What the catalogue tells of a bearing with clearance that nothing loads: no ball touches both rings."""
+    """The row of the catalogue for a bearing with clearance and without load: no ball touches both rings."""
     parameters = _bearing_scene(arguments).parameters
     support, name = _support(given, parameters), _row(parameters)
     if not name or any(support.loads) or any(support.held):
@@ -199,11 +199,11 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
         head["catalogue"] = catalogue_answer.row_of(catalogued)
         head["fault_frequencies_hz_error"] = catalogue_answer.frequency_errors(catalogued, parameters)
     head["speed_rad_s"] = parameters.drive.speed
-    told = answer.answer_of(parameters, law, solver, support, found)
+    found_values = answer.answer_of(parameters, law, solver, support, found)
     if scene.outside:
         head["outside_range"] = list(scene.outside)
-        told["flags"] = [*scene.outside, *told["flags"]]
-    return head | told
+        found_values["flags"] = [*scene.outside, *found_values["flags"]]
+    return head | found_values
 
 
 def _sweep(text: str) -> tuple[str, str, str, int]:
@@ -274,7 +274,7 @@ def _unit_of(scene, path: str) -> str:
 
 
 def _axis_of(path: str, unit: str, values) -> dict:
-    """How the axis of a sweep over a key is shown: words with unit, and the factor into that."""
+    """Label of the axis of a sweep over a key, with its unit, and the factor into that unit."""
     from bearing_twin.base.units import UNITS, for_people, labelled
 
     shown, scale = for_people(max(map(abs, values)), UNITS[unit or "1"])

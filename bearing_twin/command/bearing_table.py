@@ -1,4 +1,4 @@
-"""What a person sees of `bearing_twin bearing`: engineering units in lines of at most 80 columns."""
+"""Results of `bearing_twin bearing` as text of 80 columns in engineering units, as a sheet and as CSV."""
 
 import base64
 import contextlib
@@ -17,10 +17,15 @@ from bearing_twin.command.catalogue_table import kilonewtons
 from bearing_twin.command.terminal import show_text
 from bearing_twin.kinds.bearing.ratings import BASE_VISCOSITY, TORQUE_SCATTER, hours_of
 
-NO_PROMISE = "A life is what nine of ten bearings reach by the standard's assumptions; it is no promise."
-STEP = math.radians(0.01)  # of a tilt: its stiffness is told for so much more
+L10 = "L10 lives: 90 % of bearings survive them, under the assumptions of the standards."
+STEP = math.radians(0.01)  # of a tilt, for which its stiffness is shown
 _DEGREE, _MOMENT, _PRESSURE = (UNITS[symbol].people[1] for symbol in ("rad", "N m", "Pa"))
-PARTS = {"initial": "as made", "shaft_fit": "fit on shaft", "housing_fit": "fit in housing", "temperature": "warmth"}
+PARTS = {
+    "initial": "as made",
+    "shaft_fit": "fit on shaft",
+    "housing_fit": "fit in housing",
+    "temperature": "temperature",
+}
 
 
 def show_equilibrium(result: dict) -> None:
@@ -99,7 +104,7 @@ def _model_errors(result):
         moved = _rounded(1e6 * math.hypot(*off["ring_displacement_m"]))
         lines.append(f"  {words:<21}load of a ball ± {load} N, angle ± {angle}°, ring ± {moved} µm")
     if lines:
-        show_text("\nerrors of the model, as it is solved to rounding")
+        show_text("\nerrors of the model (the equilibrium is solved to rounding)")
         show_text("\n".join(lines))
 
 
@@ -115,7 +120,7 @@ def _lives(result):
     show_text("equivalent load        P {} N, P0 {} N".format(*loads))
     show_text(f"basic life             {basic} (ISO 281)")
     show_text(f"reference life         {reference} (ISO/TS 16281)")
-    for line in textwrap.wrap(NO_PROMISE, 56):
+    for line in textwrap.wrap(L10, 56):
         show_text(f"{'':23}{line}")
     show_text(f"static safety          {_finite(result['static_safety'])}")
     if (torque := result["catalogue_drive_torque_nm"]) is not None:
@@ -158,7 +163,7 @@ def show_sweep(result: dict) -> None:
         stiff = "".join(f"{_tiny(1e-6 * result['stiffness'][k][i][i]):>8}" for i in range(3))
         life = result["reference_life_mrev"][k]
         show_text(f"{shown}{moved}{stiff}{_tiny(result['greatest_normal_load_inner_n'][k]):>8}{_tiny(life):>10}")
-    show_text(textwrap.fill(NO_PROMISE, 80))
+    show_text(textwrap.fill(L10, 80))
 
 
 def _tiny(value):

@@ -1,4 +1,4 @@
-"""What a person sees of the catalogue of bearings, in millimetres and kilonewtons, at most 80 columns wide."""
+"""The catalogue of bearings as text of 80 columns, in millimetres and kilonewtons."""
 
 import math
 import textwrap
@@ -73,8 +73,8 @@ def show_row(result: dict) -> None:
         if value:
             show_text(textwrap.fill(f"{name:<22}{value}", 80, subsequent_indent=" " * 22))
     show_text()
-    told = result["source"] or result["found_means"]
-    show_text(textwrap.fill(f"{'ball set':<22}{told}", 80, subsequent_indent=" " * 22))
+    origin = result["source"] or result["found_means"]
+    show_text(textwrap.fill(f"{'ball set':<22}{origin}", 80, subsequent_indent=" " * 22))
     show_text(textwrap.fill(f"{'loads':<22}none given; add --load FX,FY,FZ [N]", 80, subsequent_indent=" " * 22))
 
 
@@ -86,7 +86,7 @@ def summary(row: dict) -> str:
 
 
 def _clearance(pair) -> str:
-    """Of a row the range as made, of a group or a clearance that was asked for its middle."""
+    """The range of a row as made, of a group or a specified clearance its middle."""
     shown = _range(pair, 1e6)
     return f"{shown} µm as made" + ("; the middle is taken" if pair[0] != pair[1] else "")
 

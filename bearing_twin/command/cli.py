@@ -95,7 +95,7 @@ def _told(argv) -> int:
 
 
 def _kept(argv) -> str:
-    """What a signal that ends this command leaves, as the tail of a sentence."""
+    """The files that a signal leaves behind, as the tail of a sentence."""
     words = {word.partition("=")[0] for word in argv}
     keeps = words & WRITING or ("--out" in words and words & LOGGING)
     return "; what was written so far is kept" if keeps else ""
@@ -121,7 +121,7 @@ def _main(argv) -> int:
         _refuse(rest, subparsers[arguments.command])
     _refuse_empty(arguments, subparsers[arguments.command])
     from bearing_twin.command.outcome import FORCE
-    from bearing_twin.command.terminal import SI, told
+    from bearing_twin.command.terminal import SI, in_shown_units
 
     units, force = SI.set(arguments.si or arguments.json), FORCE.set(arguments.force)
     try:
@@ -137,9 +137,9 @@ def _main(argv) -> int:
                 _show(outcome, arguments.si)
             sys.stdout.flush()
         for doubt in outcome.doubts:
-            print(f"bearing_twin: doubtful: {harmless(told(doubt))}", file=sys.stderr)
+            print(f"bearing_twin: doubtful: {harmless(in_shown_units(doubt))}", file=sys.stderr)
         if outcome.problem:
-            raise BearingTwinError(told(outcome.problem))
+            raise BearingTwinError(in_shown_units(outcome.problem))
     finally:
         SI.reset(units)
         FORCE.reset(force)
@@ -157,7 +157,7 @@ def _show(outcome, si: bool) -> None:
 
 
 def _parsers(only: str | None = None):
-    """The parser and those of its commands by name; where `only` one is wanted, the others know no arguments."""
+    """The parser and those of its commands by name; with `only` one, the others know no arguments."""
     from bearing_twin.command.commands import COMMANDS
 
     parser = _Parser(prog="bearing_twin", description="Digital twin of a ball bearing.", allow_abbrev=False)

@@ -79,18 +79,18 @@ def _simulate(arguments) -> Outcome:
     picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
     log = new_log(arguments.out) if arguments.out else None
 
-    from bearing_twin.command.terminal import progress, say, told
+    from bearing_twin.command.terminal import in_shown_units, progress, say
     from bearing_twin.run.scene import late_keys
     from bearing_twin.run.simulation import cost_of, simulate
 
     large = cost_of(scene).sentence(bool(log), shutil.disk_usage(log.parent).free if log else math.inf)
     if large:
-        say(told(f"{scene.name}: {large}"))
+        say(in_shown_units(f"{scene.name}: {large}"))
     with progress(f"simulating {scene.name}") as update:
         with progress(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
             run = simulate(scene, update, begun)
             for warning in (*late_keys(scene, scene.parameters.run.duration), *run.choice.warnings):
-                say(told(f"{scene.name}: {warning}"))
+                say(in_shown_units(f"{scene.name}: {warning}"))
             compile_seconds = run.simulation.warm_up()
         drawing = ShownStream(run, bool(picture))
         incomplete, failure = ended(drawing, log, max_loss)
@@ -186,7 +186,7 @@ def _report(arguments) -> Outcome:
     lost = {
         "messages_lost": "were lost on the way to the recorder",
         "messages_dropped": "were dropped on a full disk",
-        "messages_unreadable": "are left out: sent as samples and none, or too large",
+        "messages_unreadable": "are not read: sent as samples and none, or too large",
     }
     doubts += [f"{result[key]} messages {words}" for key, words in lost.items() if result.get(key)]
     if stream.kept_rate:

@@ -247,7 +247,7 @@ def _show_shapes(result):
     shown = (key for key, value in result.items() if not (isinstance(value, dict) or value is None or key == "flags"))
     show_quantities({key: result[key] for key in shown})
     if result["curvature_small_per_m"] is not None and result["major_axis"] is None:
-        show_text("major axis: none, for the spot is circular")
+        show_text("major axis: none, as the contact is circular")
     show_text()
     off = [row["error_m"] for row in result["tracking"].values() if row is not None]
     unit, factor = shown_unit("m", max(off, default=0.0))

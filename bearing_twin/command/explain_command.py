@@ -47,18 +47,18 @@ def run(arguments: argparse.Namespace) -> Outcome:
     until = None if ends is None else number("--until", ends, "1", Limits(above=0.0, at_most=1e6))
     result = {
         "failure": failure.sentence,
-        "reason": failure.reason or "not told",
+        "reason": failure.reason or "unknown",
         "at_s": failure.seconds,
-        "body": failure.body or "not told",
-        "contact": failure.contact or "not told",
+        "body": failure.body or "unknown",
+        "contact": failure.contact or "unknown",
         "last_good_s": failure.good_seconds,
         "last_good": {name: value for name, value, _ in failure.about_body()},
     }
     doubts, incomplete = [], ""
     if not arguments.stop:
         scene = failure.tightened(tolerance)
-        told, doubts, incomplete = _continued(failure, shortened(scene, _end(failure, scene, until)), log)
-        result |= told
+        continued, doubts, incomplete = _continued(failure, shortened(scene, _end(failure, scene, until)), log)
+        result |= continued
     return Outcome(result, doubts, lambda: _show(result, failure), problem=incomplete)
 
 
@@ -91,7 +91,7 @@ def _reasons(arguments: argparse.Namespace) -> Outcome:
 
 
 def _end(failure, scene, until: float | None) -> float:
-    """Where to end [s]: a node's run may have failed beyond the end of its scene."""
+    """End of the run [s]: a node may have failed beyond the end of its scene."""
     duration, begin = scene.parameters.run.duration, _begin(failure, scene)
     if until is not None and until <= begin:
         raise BearingTwinError(f"--until {until:g} must be later than {begin:.9g} s, where the run goes on")
@@ -103,7 +103,7 @@ def _begin(failure, scene) -> float:
 
 
 def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
-    """What came of it, doubts, and why the log is incomplete."""
+    """Result, warnings, and the reason why the log is incomplete."""
     from bearing_twin.command.terminal import progress
     from bearing_twin.run.failure import write_failure
     from bearing_twin.run.simulation import simulate
@@ -117,7 +117,7 @@ def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
             again = f"it fails again {broken}" + (f"; see bearing_twin explain {left}" if left else "")
     report = None if again else run.report
     wanted, solver = (getattr(scene.parameters, name, None) for name in ("wanted", "solver"))
-    told = {
+    continued = {
         "continued_from_s": _begin(failure, scene),
         "continued_to_s": 1e-9 * max(run.simulation.time_ns, 0),
         "tolerance": getattr(wanted, "tolerance", None),
@@ -126,7 +126,7 @@ def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
         **({"log": str(log)} if log and not (again or incomplete) else {}),
     }
     doubts = [again] if again else [*report.flags, *([report.status] if report.status != "done" else [])]
-    return told, doubts, incomplete
+    return continued, doubts, incomplete
 
 
 def _show(result, failure) -> None:

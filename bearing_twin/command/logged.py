@@ -7,12 +7,12 @@ from bearing_twin.base.errors import IntegrationError, LogError
 
 
 class ShownStream:
-    """A run or log whose blocks, gone through once, are shown to its picture, if one is wanted."""
+    """A run or log whose blocks, gone through once, are shown to its picture, if there is one."""
 
-    def __init__(self, stream, wanted: bool = False):
+    def __init__(self, stream, drawn: bool = False):
         self._stream, self._blocks = stream, None
         self._picture = None
-        if wanted:
+        if drawn:
             from bearing_twin.run.report import picture_of
 
             self._picture = picture_of(stream)
@@ -41,14 +41,14 @@ class ShownStream:
 
 
 class Ended(NamedTuple):
-    """How a run ended: why its log is incomplete ("" where it is not), and what broke the run off, if anything did."""
+    """End of a run: why its log is incomplete ("" if it is not), and the error that ended the run, or None."""
 
     incomplete: str
     failure: IntegrationError | None
 
 
 def ended(run: ShownStream, log: Path | None, max_loss: float = 0.0) -> Ended:
-    """Has a run go to its end, into a new `log` if one is wanted; where there is no room for that, on without it.
+    """Has a run go to its end, into a new `log` if one is given; where there is no room for that, on without it.
 
     Raises LogError where no log can be begun for another reason, before anything is computed.
     """
@@ -74,8 +74,8 @@ def _logged(run: ShownStream, log: Path, max_loss: float) -> str:
         begun = run.simulation.sequence >= 0
         if not begun and not isinstance(error, FullDisk):
             raise
-        told = f"{'the log is incomplete' if begun else 'there is no log'}: {error}"
+        said = f"{'the log is incomplete' if begun else 'there is no log'}: {error}"
         if run.simulation.sequence + 1 < run.outputs and run.failure is None:
-            say(f"{told}; the run goes on without it")
-        return told
+            say(f"{said}; the run goes on without it")
+        return said
     return ""

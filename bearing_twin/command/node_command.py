@@ -48,7 +48,7 @@ class Verb(NamedTuple):
 
 
 def words_of(node: str, words: Sequence[str]) -> list[str]:
-    """The words after the name of Python; `--ros-args` is put in where it was left out. Raises BearingTwinError."""
+    """The words after the name of Python; `--ros-args` is added where it is missing. Raises BearingTwinError."""
     if node not in NODES:
         raise BearingTwinError(f"{echo(node)} is no node of this package; {unknown(node, NODES)}")
     rest = list(words)
@@ -386,7 +386,7 @@ VERBS = (
         _call,
         (
             ("service", "full name of a service, such as /bearing/sim_node/pause"),
-            ("type?", "its type; looked up where it is left out"),
+            ("type?", "its type; looked up if omitted"),
             ("request?", "its fields in YAML"),
         ),
         (),

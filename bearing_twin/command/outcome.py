@@ -1,4 +1,4 @@
-"""What a subcommand hands back, how it reads as JSON, and the paths it may write to."""
+"""Results of subcommands, options that several of them share, and paths they may write to."""
 
 import argparse
 from collections.abc import Callable, Iterable
@@ -35,7 +35,7 @@ class Subcommand(NamedTuple):
 
 
 def doubts_of(result) -> list[str]:
-    """What is doubtful about a run, by its report as plain data."""
+    """Warnings about a run, from its report as plain data."""
     from bearing_twin.run.report import FAILED
 
     status = str(result.get("status", "done"))
@@ -59,7 +59,7 @@ ALLOW_INVALID = (
         "dest": "set",
         "action": "append_const",
         "const": "solver.allow_invalid=on",
-        "help": "run a model that is asked for outside its range too; the same as --set solver.allow_invalid=on",
+        "help": "run a specified model outside its range too; the same as --set solver.allow_invalid=on",
     },
 )
 
@@ -71,7 +71,7 @@ def add_changes(parser: argparse.ArgumentParser, text: str) -> None:
 
 
 def overrides_of(arguments: argparse.Namespace, **keys: str) -> list[str]:
-    """What `--set` changes, and options that stand for a key of it, such as duration="run.duration".
+    """Overrides by `--set`, and by options that stand for a key, such as duration="run.duration".
 
     Raises BearingTwinError where `--set` gives such a key another value.
     """
@@ -173,7 +173,7 @@ def new_path(text, suffixes: tuple[str, ...], noun: str, replaced: bool = False)
 
 
 def failure_kept(error: IntegrationError, folder: Path) -> str:
-    """What to say of a run that failed: it leaves a file in `folder`, which the sentence then names."""
+    """Message about a run that failed and the file that it leaves in `folder`."""
     from bearing_twin.run.failure import write_failure
 
     path = write_failure(error, folder)

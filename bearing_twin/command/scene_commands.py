@@ -18,7 +18,7 @@ def _scenes_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _scenes(arguments: argparse.Namespace) -> Outcome:
-    """The list that is asked for."""
+    """The requested list."""
     from bearing_twin.base.yaml_files import SCENES
 
     if arguments.keys:
@@ -224,7 +224,7 @@ def _studies(prefix, **_) -> list[str]:
 
 
 def _sources(prefix, **_) -> list[str]:
-    """What a page or a layout may be made of: files, scenes, studies."""
+    """Sources of a page or a layout: files, scenes, studies."""
     return [*_files(prefix), *_scene_words(prefix), *_studies(prefix)]
 
 

@@ -87,7 +87,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
 
 def report(log, picture) -> Outcome:
-    """What is in the log of a study, with its picture if one is asked for."""
+    """The result in the log of a study, with its picture if one is requested."""
     from bearing_twin.log.study_log import read_study
     from bearing_twin.uq.result import sweep_of
 

@@ -1,4 +1,4 @@
-"""What a person sees: results on standard output, made from their own keys; progress on standard error."""
+"""Results as tables on standard output, in units that people read; progress on standard error."""
 
 import contextlib
 import io
@@ -73,7 +73,7 @@ def columns_apart(header: Sequence[str], columns: Sequence[Sequence[str]], width
 
 
 def _lines(header, rows, width: int, sides: Sequence[str], widest: Sequence[int | None] = ()) -> list[str]:
-    """Lines of a table of columns with these sides, at most as wide as told."""
+    """Lines of a table of columns with these sides, at most as wide as `widest`."""
     from rich.console import Console
     from rich.table import Table
 
@@ -130,12 +130,12 @@ def show_result(result: Mapping) -> None:
     width = width_of_terminal()
     from bearing_twin.run.report import shown_errors
 
-    told, (result, errors) = result, _errors_apart(result)
+    whole, (result, errors) = result, _errors_apart(result)
     single, columns, events, sizes = [], {}, {}, _sizes(result, errors)
     for key, value in _flat(result):
         if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple, Mapping, str)):
             if len(value) <= AXES:
-                single.append(_named_value(key, value, shown_errors(told, key), sizes[key]))
+                single.append(_named_value(key, value, shown_errors(whole, key), sizes[key]))
             else:
                 columns.setdefault(len(value), {})[key] = value
         elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
@@ -143,7 +143,7 @@ def show_result(result: Mapping) -> None:
         elif isinstance(value, (list, tuple)):
             single.append((named(key)[0], "\n".join(map(_text, value)) or "none"))
         else:
-            single.append(_named_value(key, value, shown_errors(told, key), sizes[key]))
+            single.append(_named_value(key, value, shown_errors(whole, key), sizes[key]))
     show_text("\n".join(named_values(single, width)))
     for key, rows in events.items():
         _show_events(named(key)[0], [dict(_flat(row)) for row in rows])
@@ -152,7 +152,7 @@ def show_result(result: Mapping) -> None:
         for key, values in lists.items():
             words, unit, factor = _readable(key, sizes[key])
             header.append(f"{words}\n{unit or '-'}")
-            most, own = shown_errors(told, key)
+            most, own = shown_errors(whole, key)
             cells.append([_text(value, factor, most) for value in values])
             if any(one in errors for one in lists):
                 cells[-1].append("" if own is None else two_digits(factor * own))
@@ -229,10 +229,10 @@ def _named_value(key: str, value, errors: tuple, size: float) -> tuple[str, str]
 
 def show_paragraph(text: str) -> None:
     """Print a sentence or more of a result on standard output, wrapped between words."""
-    show_text("\n".join(textwrap.fill(line, width_of_terminal()) for line in told(text).splitlines()))
+    show_text("\n".join(textwrap.fill(line, width_of_terminal()) for line in in_shown_units(text).splitlines()))
 
 
-def told(sentence: str) -> str:
+def in_shown_units(sentence: str) -> str:
     """A sentence, as of a doubt, in the units of the tables beside it."""
     return sentence if SI.get() else sentence_for_people(sentence)
 
@@ -336,14 +336,14 @@ def _errors_apart(result: Mapping) -> tuple[dict, dict]:
     hidden = {f"{key}{ERROR}" for key in errors} | {"errors_by_source"}
     errors = {key: value for key, value in errors.items() if value is not None}
     known = {output: one for output, one in result.get("wanted_errors", {}).items() if one["error"] is not None}
-    wanted = {f"{output} off by": promise_in_words(one) for output, one in known.items()}
+    shown = {f"error of {output}": promise_in_words(one) for output, one in known.items()}
     notes = [f"{name}: {sentence}" for name, sentence in result.get("errors_unknown", {}).items()]
     hidden |= {"wanted_errors", "errors_unknown"}
     if "errors_by_source" in result:  # of a run
         hidden |= {"model_errors"}
-        wanted |= {"model errors": model} if (model := model_errors_in_words(result)) else {}
+        shown |= {"model errors": model} if (model := model_errors_in_words(result)) else {}
     rest = {key: value for key, value in result.items() if key not in hidden}
-    return rest | wanted | ({"errors not in these": notes} if notes else {}), errors
+    return rest | shown | ({"not included in these errors": notes} if notes else {}), errors
 
 
 def _flat(result: Mapping, prefix: str = "", suffix: str = "") -> Iterator[tuple[str, object]]:
@@ -362,5 +362,5 @@ def _text(value, factor: float = 1.0, error: float | None = None) -> str:
     if isinstance(value, (list, tuple)):
         return ", ".join(map(_text, value))
     if not isinstance(value, (int, float)) or (isinstance(value, int) and factor == 1.0):
-        return told(str(value))
+        return in_shown_units(str(value))
     return known_digits(factor * value, None if error is None else factor * error)

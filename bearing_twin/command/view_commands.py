@@ -66,7 +66,7 @@ def _view(arguments: argparse.Namespace) -> Outcome:
 
 
 def _sort(arguments) -> str:
-    """Whether a log, a scene or a study is meant: by its suffix, its name, or what stands in the file."""
+    """`log`, `scene` or `study`, by the suffix, the name, or the content of the file."""
     from bearing_twin.base.yaml_files import SCENES, STUDIES, SUFFIXES
 
     text = arguments.what
@@ -104,18 +104,18 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
     overrides = overrides_of(arguments, duration="run.duration")
     scene = load_scene(arguments.what, overrides)
     own = scene.parameters.run.duration
-    from bearing_twin.command.terminal import progress, say, told
+    from bearing_twin.command.terminal import in_shown_units, progress, say
     from bearing_twin.run.scene import late_keys
     from bearing_twin.run.simulation import simulate
     from bearing_twin.view.run_page import document_of_run
 
     if own > LONGEST and not gives(overrides, "run.duration"):
-        say(told(f"{scene.name} is run for {LONGEST:g} s of its {own:g} s; give --duration for more"))
+        say(in_shown_units(f"{scene.name} is run for {LONGEST:g} s of its {own:g} s; give --duration for more"))
         scene = load_scene(arguments.what, [*overrides, f"run.duration={LONGEST}"])
     else:
-        say(told(f"{scene.name} is run for {own:g} s"))
+        say(in_shown_units(f"{scene.name} is run for {own:g} s"))
     for warning in late_keys(scene, scene.parameters.run.duration):
-        say(told(f"{scene.name}: {warning}"))
+        say(in_shown_units(f"{scene.name}: {warning}"))
     with progress(f"simulating {scene.name}") as update:
         with progress(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
             run_ = simulate(scene, update)

@@ -5,6 +5,7 @@
 * `graph`: `Graph`, the other nodes as the command line sees them; `messages`: types of messages, and data from them.
 * `launching`: what the launch files start; `demo`: the demonstration.
 
-Inside the room: `base_node` (what all nodes share), `node_parameters` (their parameters as data), `pacing` (when messages
-are due), `simulation_loop`, `recording`, `replay_loop`, `studies` (the work of four nodes, without ROS), `page_server`.
+Inside the room: `base_node` (the base of all nodes), `node_parameters` (their parameters as data), `pacing` (messages
+on the wall clock), `simulation_loop`, `recording`, `replay_loop`, `studies` (the work of four nodes, without ROS),
+`page_server`.
 """

@@ -1,4 +1,4 @@
-"""What every node of the package does alike: declare its parameters, guard its callbacks, run and end."""
+"""The base of all nodes of the package: parameters, publishers, guarded callbacks, status, start and end."""
 
 import functools
 import math
@@ -60,9 +60,9 @@ MANY = 500  # topics: what DDS and ROS do for each of so many delays the end of 
 
 
 class Outlet:
-    """Publishes serialised messages as they are, and counts them; publishes /clock where that is wanted.
+    """Publishes serialised messages as they are, and counts them; publishes /clock with `publish_clock`.
 
-    A topic whose type is not installed, or whose name ROS does not know, is left out with a warning; raises
+    A topic whose type is not installed, or whose name is not legal in ROS, is omitted with a warning; raises
     BearingTwinError where that is all.
     Of more than MANY topics ROS does not warn of subscribers with another quality of service.
     """
@@ -99,11 +99,11 @@ class Outlet:
 
     @property
     def has_clock(self) -> bool:
-        """Whether time is published."""
+        """True if time is published."""
         return self._clock is not None
 
     def tick(self, time_ns: int) -> None:
-        """Publishes the time, where that is wanted."""
+        """Publishes the time, if the outlet has a clock."""
         if self._clock:
             self._clock.publish(ClockMessage(clock=stamp(time_ns)))
 
@@ -115,7 +115,7 @@ class Outlet:
             self.published += 1
 
 
-class TakenAside(CallbackGroup):
+class PolledGroup(CallbackGroup):
     """Subscriptions that no executor serves: they are taken by `taken`, cheaper than a wake-up for every message."""
 
     def can_execute(self, entity) -> bool:
@@ -136,7 +136,7 @@ def taken(subscription: Subscription) -> Iterator[tuple[bytes, dict]]:
             yield found
 
 
-ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge as late as it is told what was sent, every 3 s by default
+ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge no sooner than the next heartbeat of DDS, 3 s apart by default
 DISCOVERY_POLL = 0.02  # s
 DISCOVERY_PATIENCE = 1.0  # s of waiting for subscribers, after which a node says what it waits for
 SOON = 3600.0  # s: a warning says when the disk will be full within
@@ -150,7 +150,7 @@ TALK = 1.0  # s between sentences about what peers send: ROS keeps them in files
 
 
 def given_parameters(node: Node) -> dict[str, Any]:
-    """What was given at start-up, also under names that nobody declared."""
+    """Parameters given at start-up, including those with names that are not declared."""
     # rclpy has no public way to see these.
     return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
 
@@ -306,7 +306,7 @@ def guarded(callback: Callable) -> Callable:
     return safe
 
 
-def acknowledged(publishers: Iterable[Publisher], seconds: float = ACKNOWLEDGE_TIME) -> bool:
+def wait_for_acknowledgement(publishers: Iterable[Publisher], seconds: float = ACKNOWLEDGE_TIME) -> bool:
     """Waits until reliable subscribers have everything that was published; False if they take longer."""
     end = time.monotonic() + seconds
     for publisher in publishers:
@@ -397,7 +397,7 @@ def _end(node: BaseNode | None) -> Exception | None:
         except Exception as error:
             failure = error
         failure = node.failure or failure
-        # Each publisher that is taken out of the graph is told to all peers: thousands end with the process instead.
+        # The end of each publisher is announced to all peers: thousands end with the process instead.
         with suppress(Exception):
             if len(list(node.publishers)) <= MANY:
                 node.destroy_node()

@@ -23,7 +23,7 @@ from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.messages import name_of_peer
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.log.bag import Qos
-from bearing_twin.nodes.messages import RunStudy, filled, interface, plain, qos_profile, rclpy, suited
+from bearing_twin.nodes.messages import RunStudy, compatible_profile, filled, interface, plain, qos_profile, rclpy
 
 QUIET, LONGEST = 1.5, 3.0  # s without a change after which a list is complete on a free machine; most times that
 TURN, DEPTH = 0.05, 100  # s of one turn of the executor; messages that may wait
@@ -39,7 +39,7 @@ class GraphError(BearingTwinError):
 
 
 def is_topic(name: str) -> bool:
-    """Whether ROS accepts the full name of a topic: names found on the network need not be legal."""
+    """True if ROS accepts the full name of a topic: names found on the network need not be legal."""
     try:
         return validate_full_topic_name(name)
     except InvalidTopicNameException:
@@ -109,7 +109,7 @@ class Graph:
         kind, waiting = interface(self._type_of(topic), "msg"), deque()
         take = lambda one: waiting.append(one)  # noqa: E731  (rclpy asks for its signature: a builtin has none)
         offered = [one.qos_profile for one in self._node.get_publishers_info_by_topic(topic)]
-        self._node.create_subscription(kind, topic, take, suited(offered, DEPTH), raw=raw)
+        self._node.create_subscription(kind, topic, take, compatible_profile(offered, DEPTH), raw=raw)
         patient_until = time.monotonic() + self._wait
         while True:
             self._executor.spin_once(timeout_sec=TURN)
@@ -179,7 +179,7 @@ class Graph:
         return plain(self._answer(client.call_async(request), service))
 
     def run_study(self, action: str, goal: dict[str, Any], tell: Callable[[dict], None]) -> tuple[str, dict[str, Any]]:
-        """How a goal of run_study ended (succeeded, canceled, aborted) and its result; `tell` takes the feedback.
+        """Final state of a goal of run_study (succeeded, canceled, aborted) and its result; `tell` takes the feedback.
 
         Ctrl-C cancels the goal and waits for its end. Raises GraphError if the goal is refused or its node gone.
         """
@@ -230,7 +230,7 @@ class Graph:
         return types[0]
 
     def _await(self, ask: Callable[[], Found], what: str, name: str, names: Callable[[], Any]) -> Found:
-        """What `ask()` gives as soon as it is true; raises GraphError with near `names` after the wait."""
+        """The first true value of `ask()`; raises GraphError with near `names` after the wait."""
         end = time.monotonic() + self._wait
         while not (found := ask()):
             if time.monotonic() > end:
@@ -264,7 +264,7 @@ class Graph:
             self._executor.spin_once(timeout_sec=TURN)
 
     def _at_rest(self, ask: Callable[[], Found]) -> Found:
-        """What `ask()` gives once discovery adds nothing any more."""
+        """The value of `ask()` once discovery adds nothing any more."""
         last, changed, quiet = ask(), time.monotonic(), quiet_time()
         while time.monotonic() < changed + quiet:
             self._executor.spin_once(timeout_sec=TURN)

@@ -1,4 +1,4 @@
-"""What the launch files of the package start; imported by them alone, for it needs ROS 2's `launch` and `launch_ros`.
+"""Launch descriptions; imported by the launch files alone, as they need ROS 2's `launch` and `launch_ros`.
 
 Every launch file takes the arguments `SHARED` and, by name, every parameter of its node.
 """
@@ -63,7 +63,7 @@ def simulate() -> LaunchDescription:
 
 
 def replay() -> LaunchDescription:
-    """A log, played; recorded anew where that is wanted."""
+    """A replay of a log, and its recorder."""
 
     def actions(words):
         given = values_given(REPLAY, words) | ({"discovery": DISCOVERY} if _waits(words) else {})
@@ -144,7 +144,7 @@ def _launched(arguments: Sequence[Argument], actions) -> LaunchDescription:
 
 
 def _waits(words: Mapping[str, str]) -> bool:
-    """Whether a node waits for the recorder that begins beside it; an own `discovery` wins."""
+    """True if a node waits for the recorder that starts with it; its own `discovery` has precedence."""
     return bool(words["record"]) and not words.get("discovery")
 
 
@@ -192,7 +192,7 @@ def _standing(frame: str, height: float):
 
 
 def _shown(words: Mapping[str, str], scenes: Callable[[], list[Panels]]) -> list:
-    """RViz and the bridge to Foxglove, where they are wanted and installed; else one sentence."""
+    """RViz and the bridge to Foxglove, if they are requested and installed; else one sentence."""
     found = []
     if truth(words, "rviz"):
         layout = _written("bearing_twin.rviz", rviz(*scenes()))
@@ -212,11 +212,11 @@ def _written(name: str, content: bytes) -> str:
     return str(path)
 
 
-def _if_installed(wanted: str, package: str, executable: str = "", **options):
-    """A program of a package, by default the one named as it; or a word that it is not there for what is `wanted`."""
+def _if_installed(argument: str, package: str, executable: str = "", **options):
+    """A program of a package, by default the one named as it; or a message that it is not installed."""
     try:
         get_package_prefix(package)
     except PackageNotFoundError:
         debian = f"ros-jazzy-{package.replace('_', '-')}"
-        return LogInfo(msg=f"{wanted}: {package} is not installed, so it is not started (Debian: {debian})")
+        return LogInfo(msg=f"{argument}: {package} is not installed, so it is not started (Debian: {debian})")
     return Node(package=package, executable=executable or package, output="screen", **options)

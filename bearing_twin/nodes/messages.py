@@ -1,4 +1,4 @@
-"""What the nodes know of ROS messages: classes by type name (`interface`), quality of service, diagnostics.
+"""ROS messages: classes by type name (`interface`), quality of service, diagnostics, conversion to and from data.
 
 Importing this module raises MissingInterfacesError, in one sentence, where ROS 2 or our interface package is missing.
 """
@@ -39,8 +39,18 @@ except ImportError as error:
     ) from error
 
 __all__ = [
-    "QoSProfile", "RunStudy", "Step", "Stiffness", "diagnostics", "fill_stiffness", "interface",
-    "qos_profile", "qos_words", "rclpy", "stamp", "suited",
+    "QoSProfile",
+    "RunStudy",
+    "Step",
+    "Stiffness",
+    "compatible_profile",
+    "diagnostics",
+    "fill_stiffness",
+    "interface",
+    "qos_profile",
+    "qos_words",
+    "rclpy",
+    "stamp",
 ]  # fmt: skip
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
@@ -75,7 +85,7 @@ def burst_profile(qos: Qos) -> QoSProfile:
     return qos_profile(qos._replace(depth=max(qos.depth, BURST)) if kept else qos)
 
 
-def suited(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
+def compatible_profile(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
     """A quality of service that publishers who offer these can serve, with `depth` messages that may wait."""
     reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in offered)
     latched = bool(offered) and all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in offered)
@@ -115,7 +125,7 @@ _TYPE = re.compile(r"([a-z]\w*)/(?:(\w+)/)?([A-Z]\w*)", flags=re.ASCII)
 
 
 class InterfaceError(BearingTwinError):
-    """What was given is no name of a type, or of none in its package."""
+    """The name of a type is malformed, or its package has no such type."""
 
 
 def interface(ros_type: str, group: str) -> type:
@@ -189,7 +199,7 @@ def filled(message_class: type, data: Any, where: str = "") -> Any:
 
 
 def _value(kind, given: Any, where: str) -> Any:
-    """What a field of this type takes, made of `given`."""
+    """The value of a field of this type, converted from `given`."""
     if isinstance(kind, NamespacedType):
         return filled(interface(f"{'/'.join(kind.namespaces)}/{kind.name}", kind.namespaces[-1]), given, where)
     if isinstance(kind, AbstractNestedType):

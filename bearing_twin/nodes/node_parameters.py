@@ -86,7 +86,7 @@ def converted(parameter: NodeParameter, value: Any) -> Any:
 
 
 def help_of(name: str, what: str, table: Sequence[NodeParameter]) -> str:
-    """What `--help` prints: how a node is started, and its parameters with defaults, units and ranges."""
+    """Text of `--help`: the command, and the parameters of a node with defaults, units and ranges."""
     lines = [
         f"usage: bearing_twin node start {name} -p NAME:=VALUE [-p ...]",
         f"   or: ros2 run bearing_twin {name} {ROS_ARGS} -p NAME:=VALUE [-p ...]",
@@ -112,7 +112,7 @@ def limits_of(parameter: NodeParameter) -> str:
 
 
 def problem_of(parameter: NodeParameter, value: Any) -> str | None:
-    """Why `value` cannot be used, or None."""
+    """The reason why `value` cannot be used, or None."""
     kind, words = type(parameter.default), "".join(f", or {word}" for word in parameter.words)
     unit = with_unit(parameter.unit)
     if isinstance(value, str) and value in parameter.words:
@@ -149,7 +149,7 @@ LOG_SAFETY = (
 
 
 def safety_of(values: Mapping[str, Any]) -> Safety:
-    """What the values of LOG_SAFETY ask of a log; raises ParameterError where one needs another."""
+    """Settings of a log from the values of LOG_SAFETY; raises ParameterError where one needs another."""
     if values["keep_files"] and not (values["split_size"] or values["split_duration"]):
         raise ParameterError("keep_files says how many files stay, so it needs split_size or split_duration")
     return Safety(
@@ -211,7 +211,7 @@ SHARED = (
 
 
 def stay_on_this_host() -> None:
-    """What this process starts is found by nodes of this machine alone, unless the environment says otherwise."""
+    """Limits discovery of nodes started by this process to this machine, unless the environment says otherwise."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
 
@@ -230,7 +230,7 @@ def values_given(table: Sequence[NodeParameter], words: Mapping[str, str]) -> di
 
 
 def truth(words: Mapping[str, str], name: str) -> bool:
-    """Whether an argument that is true or false says true; raises BearingTwinError for another word."""
+    """The value of an argument that is true or false; raises BearingTwinError for another word."""
     text = words.get(name, "false").lower()
     if text not in TRUTH:
         raise BearingTwinError(f"{name}:={echo(text)} must be true or false")

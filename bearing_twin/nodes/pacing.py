@@ -27,7 +27,7 @@ class Timed(NamedTuple):
 
 
 class StreamPace(NamedTuple):
-    """How far a stream is: its time, how long it has been running, how late it is and what it gave up, all in ns."""
+    """Progress of a stream: its time, running time, lag, and the lag that was given up, all in ns."""
 
     stream_ns: int
     running_ns: int
@@ -39,7 +39,7 @@ class StreamPace(NamedTuple):
         return self.lag_ns > LAG_SHOWN
 
     def real_time_factor(self, earlier: "StreamPace") -> float:
-        """Stream time per wall time since `earlier`, pauses left out; 0 when nothing ran."""
+        """Stream time per wall time since `earlier`, without pauses; 0 when nothing ran."""
         running = self.running_ns - earlier.running_ns
         return (self.stream_ns - earlier.stream_ns) / running if running > 0 else 0.0
 
@@ -187,7 +187,7 @@ class PacedStream:
 
     def _send(self, goes_out: Callable[[Timed], bool]) -> bool:
         """Delivers messages from the first on while they go out; returns whether one did."""
-        going, asked_ns = [], None  # the time of messages that go out: those of one instant are asked for once
+        going, asked_ns = [], None  # one decision for all messages of an instant
         while self._pending:
             time_ns = self._pending[0].time_ns
             if time_ns != asked_ns and not goes_out(self._pending[0]):
@@ -244,7 +244,7 @@ class Worker:
         return future
 
     def wake(self) -> None:
-        """Has `turn` called soon, whatever time it asked for."""
+        """Has `turn` called soon, before the time it returned."""
         with self._changed:
             self._woken = True
             self._changed.notify()

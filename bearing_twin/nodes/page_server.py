@@ -25,7 +25,7 @@ MOST_CONNECTIONS = 64
 LARGEST_COMMAND = 4096  # B
 REQUEST_TIME = 10.0  # s for a whole request to come in
 PATIENCE = 10.0  # s for a viewer to take what is sent
-WAITING = 20  # events that a slow viewer may be behind; then the oldest are left out
+WAITING = 20  # events that a slow viewer may be behind; then the oldest are dropped
 ASK_AGAIN = 2  # s after which a browser asks for a page again that was not there yet
 QUIET = 2.0  # s without an event after which a sign of life is sent: a viewer that has left is noticed then
 SAFE_HEADERS = {
@@ -54,7 +54,7 @@ class Feed:
 
     @property
     def viewers(self) -> int:
-        """How many look at present."""
+        """Number of viewers."""
         return len(self._waiting)
 
     def join(self) -> queue.Queue:
@@ -121,7 +121,7 @@ class PageServer(ThreadingHTTPServer):
         self.server_close()
 
     def known(self, host: str) -> bool:
-        """Whether a browser may ask for this name: else a page elsewhere could lead its own name here."""
+        """True if a browser may use this host name: a page elsewhere could resolve its own name to this server."""
         name = urlsplit(f"//{host}").hostname or ""
         if name in ("localhost", self._host.lower()):
             return True
@@ -236,7 +236,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._say(HTTPStatus.OK, self.server.site.obey(command))
 
     def _check_origin(self) -> None:
-        """A page of another origin says so itself; this page's own origin is the name it was asked for by."""
+        """A page of another origin says so itself; this page's own origin is the host name of its request."""
         origin = self.headers.get("Origin")
         if origin is not None and origin != f"http://{self.headers.get('Host', '')}":
             raise Refused(HTTPStatus.FORBIDDEN, "requests of other pages are refused")

@@ -8,9 +8,9 @@ from rclpy.subscription import Subscription
 
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.messages import name_of_peer
-from bearing_twin.nodes.base_node import TALK, BaseNode, TakenAside, declare, guarded, run, taken
+from bearing_twin.nodes.base_node import TALK, BaseNode, PolledGroup, declare, guarded, run, taken
 from bearing_twin.nodes.graph import is_topic
-from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, WARN, interface, qos_words, suited
+from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, WARN, compatible_profile, interface, qos_words
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
 from bearing_twin.nodes.recording import (
     DEPTH,
@@ -53,7 +53,7 @@ class RecorderNode(BaseNode):
         self._taking = threading.Lock()
         period = SIM_TIME_PERIOD if self._by_ros_time else TAKE_PERIOD
         self._period = min(period, values["max_loss"])  # what waits is lost in a crash too
-        self._aside, self._stopping = TakenAside(), threading.Event()
+        self._aside, self._stopping = PolledGroup(), threading.Event()
         self._taker = threading.Thread(target=self._take, name="take", daemon=True)
         self._taker.start()
         self.every(DISCOVERY_PERIOD, self._on_discovery)
@@ -110,7 +110,7 @@ class RecorderNode(BaseNode):
 
     def _listen(self, name: str, message: type, profiles) -> None:
         options = {"raw": True, "callback_group": self._aside}
-        quality = suited(profiles, DEPTH)
+        quality = compatible_profile(profiles, DEPTH)
         self._subscribed[name] = self.create_subscription(message, name, lambda message: None, quality, **options)
 
     # In the thread that takes messages

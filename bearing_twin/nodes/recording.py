@@ -89,7 +89,7 @@ class Recording(Told):
         self._uncounted: set[str] = set()
 
     def wants(self, topic: str) -> bool:
-        """Whether `topic` matches a pattern and is not recorded yet; hidden ones, as of actions, are left out."""
+        """True if `topic` matches a pattern and is not recorded yet; hidden topics, as of actions, are not recorded."""
         if topic in self._numbers or "/_" in topic:
             return False
         return any(fnmatchcase(topic, pattern) for pattern in self._patterns)
@@ -157,7 +157,7 @@ class Recording(Told):
 
     @property
     def closed(self) -> bool:
-        """Whether the log is complete."""
+        """True once the log is complete."""
         return self._closed
 
     def summary(self) -> str:
@@ -167,7 +167,7 @@ class Recording(Told):
 
     @property
     def folder(self) -> Path:
-        """Where the log lies."""
+        """The folder of the log."""
         return self._log.path.parent
 
     def note_losses(self) -> None:
@@ -181,7 +181,7 @@ class Recording(Told):
             now = losses, status["mixed"]
             if now != self._noted and not self._log.problem:  # else once there is room
                 self._noted = now
-                self._log.add_metadata(RECORDING_RECORD, self._told(status))
+                self._log.add_metadata(RECORDING_RECORD, self._counts_of(status))
 
     def status(self) -> dict[str, float | str]:
         """Counts so far: topics, messages, bytes, and what was lost, of messages, solver outputs and rows of records.
@@ -234,13 +234,13 @@ class Recording(Told):
             self._closed = True
         try:
             ends = [stream.end for topic, stream in self.sequences.items() if RECORDS not in topic]
-            told = self._told(self.status()) | {ENDED_KEY: max(ends, default=0)}
-            self._log.add_metadata(RECORDING_RECORD, told)
+            counts = self._counts_of(self.status()) | {ENDED_KEY: max(ends, default=0)}
+            self._log.add_metadata(RECORDING_RECORD, counts)
         finally:
             self._log.close()
 
     @staticmethod
-    def _told(status: dict) -> dict:
+    def _counts_of(status: dict) -> dict:
         return {key: value for key, value in status.items() if key != "bytes"}
 
 
@@ -255,7 +255,7 @@ def _range_or_none(data: bytes, has_samples: bool) -> tuple[int, int] | None:
 
 
 def lost_in_words(count: int, records: bool) -> str:
-    """That so many solver outputs, or rows of `records`, were lost."""
+    """Message about lost solver outputs, or rows of `records`."""
     what = ("row" if count == 1 else "rows") + " of records" if records else f"solver output{'s' * (count != 1)}"
     return f"{count} {what} {'was' if count == 1 else 'were'} lost on the way"
 
@@ -267,7 +267,7 @@ def in_bytes(size: float) -> str:
 
 
 def default_topics(namespace: str = "/") -> list[str]:
-    """What is logged where nothing is named: all in the recorder's own namespace, and the frames.
+    """Topics of a recorder without the parameter `topics`: all in its own namespace, and the frames.
 
     A recorder that stands in none logs the namespaces of all kinds of scenes.
     """

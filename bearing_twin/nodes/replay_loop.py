@@ -19,8 +19,8 @@ DESCRIPTION = "robot_description"
 _NAMES = re.compile(r"(<(?:robot|link|joint|material) name=\"|<(?:parent|child) link=\")")
 
 
-class Retelling:
-    """What the topics `names` of a log are called in `namespace`, and their messages with `frame_prefix`.
+class Renaming:
+    """Topics `names` of a log under their names in `namespace`, and their messages with `frame_prefix`.
 
     Empty words leave everything as it is. A log of one scene has its namespace replaced, as a node's is; one of several
     has it put in front. What all scenes share, such as /tf, keeps its name. A type that is not known keeps its frames.
@@ -87,7 +87,7 @@ class ReplayLoop:
     """Delivers the messages of the log at `path` by their log times, from `start_ns` after the first one.
 
     What is latched comes first where a replay starts later: as it was last before, as late subscribers have it.
-    Topics of a type that has changed since are left out; `left_out` says which. With `namespace` and `frame_prefix`
+    Topics of a type that has changed since are not played; `notes` says which. With `namespace` and `frame_prefix`
     topics and frames have other names than in the log. Every method runs in the worker's thread; `deliver(timed)` sends
     one message. Raises LogError, also part way.
     """
@@ -106,17 +106,17 @@ class ReplayLoop:
             notes = LogReader(path, unfinished=True).notes
         logged = logged_topics(path)
         self._played = {name: topic for name, topic in logged.items() if not topic.changed}
-        self._retelling = Retelling(self._played, namespace, frame_prefix)
-        self.topics = {self._retelling.topic(name): topic for name, topic in self._played.items()}
-        self.left_out = notes + [
+        self._renaming = Renaming(self._played, namespace, frame_prefix)
+        self.topics = {self._renaming.topic(name): topic for name, topic in self._played.items()}
+        self.notes = notes + [
             f"{name} is not played: {topic.ros_type} has other fields now than when it was logged; play it with the "
             "bearing_twin that wrote it"
             for name, topic in logged.items()
             if topic.changed
         ]
         if not self.topics:
-            raise LogError(self.left_out[-1])
-        self.left_out += [
+            raise LogError(self.notes[-1])
+        self.notes += [
             f"messages of type {', '.join(sorted(topic.others))} on {name} are not played, for others there are of "
             f"type {topic.ros_type}"
             for name, topic in logged.items()
@@ -146,15 +146,15 @@ class ReplayLoop:
         before = latest_messages(self._path, self._start_ns, self._latched) if self._start_ns else []
         for topic, log_time, _, data in raw_messages(self._path, self._start_ns, unfinished=True):
             for latched in before:
-                yield from self._told(latched.topic, log_time, latched.data)
+                yield from self._renamed_message(latched.topic, log_time, latched.data)
             before = ()
-            yield from self._told(topic, log_time, data)
+            yield from self._renamed_message(topic, log_time, data)
 
-    def _told(self, topic: StoredTopic, time_ns: int, data: bytes) -> Iterator[Timed]:
+    def _renamed_message(self, topic: StoredTopic, time_ns: int, data: bytes) -> Iterator[Timed]:
         """A message as it goes out, if it does."""
         if not topic.foreign and topic.name in self._played and topic.ros_type == self._played[topic.name].ros_type:
-            told = self._retelling.data(topic.name, topic.ros_type, data)
-            yield Timed(time_ns, self._retelling.topic(topic.name), told)
+            renamed = self._renaming.data(topic.name, topic.ros_type, data)
+            yield Timed(time_ns, self._renaming.topic(topic.name), renamed)
 
     def _next_batch(self) -> list[Timed] | None:
         batch = list(islice(self._messages, BATCH))

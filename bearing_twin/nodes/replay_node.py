@@ -11,10 +11,10 @@ from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
     BaseNode,
     Outlet,
-    acknowledged,
     declare,
     guarded,
     run,
+    wait_for_acknowledgement,
     wait_for_subscribers,
 )
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, SERVICE, WARN
@@ -56,7 +56,7 @@ class ReplayNode(BaseNode):
             values["frame_prefix"],
         )
         self.loop.paced.paused = values["start_paused"]
-        for sentence in self.loop.left_out:
+        for sentence in self.loop.notes:
             self.get_logger().warning(sentence)
         topics = ((name, topic.ros_type, topic.qos) for name, topic in self.loop.topics.items())
         self._outlet = Outlet(self, topics, values["publish_clock"])
@@ -87,7 +87,7 @@ class ReplayNode(BaseNode):
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
         if self.loop.paced.finished and not self.done.is_set():
-            acknowledged(self._outlet.publishers)
+            wait_for_acknowledgement(self._outlet.publishers)
             self.get_logger().info(f"done, {self._outlet.published} messages")
             self.done.set()
         return wake_at
@@ -122,10 +122,10 @@ class ReplayNode(BaseNode):
 
     @guarded
     def _on_diagnostics(self):
-        pace, wanted = self.loop.paced.pacer.pace(), float(self.loop.paced.pacer.factor)
+        pace, requested = self.loop.paced.pacer.pace(), float(self.loop.paced.pacer.factor)
         values = {
             "real_time_factor": pace.real_time_factor(self._earlier),
-            "wanted_real_time_factor": wanted,
+            "wanted_real_time_factor": requested,
             "lag_s": pace.lag_ns * 1e-9,
             "given_up_s": pace.slipped_ns * 1e-9,
             "messages": self._outlet.published,

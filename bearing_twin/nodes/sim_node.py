@@ -31,12 +31,12 @@ from bearing_twin.nodes.base_node import (
     TALK,
     BaseNode,
     Outlet,
-    acknowledged,
     declare,
     given_parameters,
     guarded,
     run,
     values_of,
+    wait_for_acknowledgement,
     wait_for_subscribers,
 )
 from bearing_twin.nodes.messages import (
@@ -91,7 +91,7 @@ PARAMETERS = (
     NodeParameter(
         "real_time_factor",
         1.0,
-        f"wanted pace, for an impact 1e-5 or less; {FASTEST} = as fast as possible, which only the log gets without "
+        f"requested pace, for an impact 1e-5 or less; {FASTEST} = as fast as possible, which only the log gets without "
         "loss",
         "1",
         SLOWEST,
@@ -102,7 +102,7 @@ PARAMETERS = (
     NodeParameter(
         ALLOW_INVALID,
         False,
-        "run a model that is asked for outside its range too, every output marked; false refuses scenes that allow it",
+        "run specified models outside their ranges too, every output marked; false refuses scenes that allow it",
     ),
     NodeParameter("start_paused", False, "wait at time 0 until ~/pause is called with false"),
     NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),
@@ -122,11 +122,11 @@ PARAMETERS = (
 )
 
 
-def looked_up(options: dict[str, Any]) -> tuple[dict[str, Any], Scene]:
+def start_values(options: dict[str, Any]) -> tuple[dict[str, Any], Scene]:
     """The parameters with which a sim_node of these options will start, and their scene; raises BearingTwinError.
 
     Parameters are handed to a node by its full name, so nodes that live only here ask in the namespace of each kind
-    until one is told its scene. A namespace of the user's is the same for all of them.
+    until one has its scene. A namespace of the user's is the same for all of them.
     """
     found = None
     for namespace in dict.fromkeys(kind.namespace for kind in KINDS.values()):
@@ -172,7 +172,7 @@ class SimNode(BaseNode):
     """Publishes a running scene; see PARAMETERS. Raises BearingTwinError for parameters or scenes it cannot use."""
 
     def __init__(self, **options):
-        values, scene = looked_up(options)
+        values, scene = start_values(options)
         kind = KINDS[scene.kind]
         super().__init__(NAME, "simulation", namespace=kind.namespace, **options)
         declare(self, PARAMETERS, values)
@@ -206,7 +206,7 @@ class SimNode(BaseNode):
         # While kernels are still being compiled nothing has been computed, so there is nothing to wait for.
         if self.worker.stop(timeout=COMMAND_TIMEOUT if self.ready.is_set() else 0.0) and self.loop is not None:
             self.loop.close()
-            acknowledged(self._outlet.publishers, CLOSE_TIME)
+            wait_for_acknowledgement(self._outlet.publishers, CLOSE_TIME)
 
     def _serve(self, kind: Kind) -> None:
         """Creates services, subscriptions and timers."""
@@ -289,7 +289,7 @@ class SimNode(BaseNode):
         while self._commands.refusals:
             self.get_logger().warning(self._commands.refusals.popleft(), throttle_duration_sec=TALK)
         if self.loop.over and not self.done.is_set():
-            acknowledged(self._outlet.publishers)
+            wait_for_acknowledgement(self._outlet.publishers)
             self._report()
             self.get_logger().info(f"done at {self.loop.time_ns * 1e-9:.6f} s, {self._outlet.published} messages")
             self.done.set()

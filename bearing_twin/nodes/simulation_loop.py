@@ -41,7 +41,7 @@ class Commands:
 
     @property
     def waiting(self) -> bool:
-        """Whether a command is to be carried out."""
+        """True if a command is to be carried out."""
         return bool(self._waiting)
 
     def offer(self, command: Command, message) -> None:
@@ -91,7 +91,7 @@ class Commands:
             self._stale_at = max(time_ns, 0) + self._timeout
 
     def fresh_outputs(self, time_ns: int, period_ns: int) -> float:
-        """How many outputs after `time_ns` the load holds for; infinite where it does not grow stale."""
+        """Number of outputs after `time_ns` for which the load holds; infinite if it does not become stale."""
         return math.inf if self._stale_at is None else max(0, math.ceil((self._stale_at - time_ns) / period_ns))
 
     def let_go(self) -> None:
@@ -115,7 +115,7 @@ class Commands:
 
 
 def log_path(path: str | Path, run: int) -> Path:
-    """Where run 0, 1, 2 ... is logged: run.mcap, run_1.mcap, run_2.mcap ..."""
+    """Path of the log of run 0, 1, 2 ...: run.mcap, run_1.mcap, run_2.mcap ..."""
     path = Path(path)
     return path if run == 0 else path.with_name(f"{path.stem}_{run}{path.suffix}")
 
@@ -126,8 +126,8 @@ class SimulationLoop:
     `simulation` is a `Simulation`, `make_stream()` a new `MessageStream`, `deliver(timed)` sends one message.
     `open_log(run)` gives the log writer of run 0, 1 ... (a reset starts a new run) or None. `duration_ns` 0 = endless.
     A run that has ended begins again `repeat_ns` of wall time after it began, or at once where it took longer; below 0
-    it waits for a reset. A repeat sends the same messages again, so it is not logged. `wanted()` gives the names of the
-    topics that somebody listens to (None: all). Commands that wait in `commands` are carried out at most once in
+    it waits for a reset. A repeat sends the same messages again, so it is not logged. `subscribed()` gives the names
+    of the topics with subscribers (None: all). Commands that wait in `commands` are carried out at most once in
     `command_ns` of wall time, however many come.
     """
 
@@ -140,7 +140,7 @@ class SimulationLoop:
         duration_ns: int = 0,
         open_log: Callable[[int], object] = lambda run: None,
         repeat_ns: int = 0,
-        wanted: Callable[[], Container[str]] | None = None,
+        subscribed: Callable[[], Container[str]] | None = None,
         commands: Commands | None = None,
         command_ns: int = 0,
         clock: Callable[[], int] = time.monotonic_ns,
@@ -148,7 +148,7 @@ class SimulationLoop:
         self.runs, self._duration_ns, self._clock = 0, duration_ns, clock
         self._take(simulation)
         self.commands, self._command_ns, self.obeys_at = commands or Commands(), command_ns, 0
-        self._make_stream, self._open_log, self._wanted = make_stream, open_log, wanted
+        self._make_stream, self._open_log, self._subscribed = make_stream, open_log, subscribed
         self._stream, self._log = make_stream(), open_log(0)
         self._done = self._flushed = False
         self._repeat = repeat_ns
@@ -168,7 +168,7 @@ class SimulationLoop:
 
     @property
     def over(self) -> bool:
-        """Whether everything was delivered and nothing more will come by itself or by a reset."""
+        """True once everything was delivered and nothing more will come by itself or by a reset."""
         return self.paced.finished and not self._repeat
 
     def turn(self, now: int) -> int | None:
@@ -204,30 +204,32 @@ class SimulationLoop:
             self.commands.carry_out(lambda command, message: self.obey(now, command, message))
 
     def look(self, now: int = 0) -> tuple[bool, str, dict[str, float | str]]:
-        """Whether it cannot keep up, its state, and its numbers since the last look; from any thread.
+        """Failure to keep up, state, and numbers since the last look; from any thread.
 
         `now` tells how long the outputs that are computed meanwhile have taken so far.
         """
         held = 0 if (since := self._computing) is None or now - since < LONG_NS else now - since
-        pace, wanted = self.paced.pacer.pace(), float(self.paced.pacer.factor)
+        pace, requested = self.paced.pacer.pace(), float(self.paced.pacer.factor)
         factor, earlier = pace.real_time_factor(self._earlier), self._earlier
         self._earlier = pace
-        slow = wanted > 0.0 and pace.running_ns > earlier.running_ns and factor < SHORTFALL * wanted and pace.behind
+        slow = (
+            requested > 0.0 and pace.running_ns > earlier.running_ns and factor < SHORTFALL * requested and pace.behind
+        )
         if self.paced.paused:
             slow, message = False, "paused"
         elif self.paced.finished and not self.over:
             slow, message = False, "waiting for the next begin"
         elif held:
-            slow, word = (True, "slower than real time") if wanted else (False, "as fast as possible")
+            slow, word = (True, "slower than real time") if requested else (False, "as fast as possible")
             message = f"{word}: the next outputs have taken {1e-9 * held:.1f} s so far"
         elif slow:
-            message = f"cannot keep up: {factor:.3g} of {wanted:g} times real time"
+            message = f"cannot keep up: {factor:.3g} of {requested:g} times real time"
         else:
-            message = "running" if wanted else "running as fast as possible"
+            message = "running" if requested else "running as fast as possible"
         numbers = {
             "real_time_factor": factor,
-            "wanted_real_time_factor": wanted or FASTEST,
-            "lag_s": (pace.lag_ns + (held if wanted else 0)) * 1e-9,
+            "wanted_real_time_factor": requested or FASTEST,
+            "lag_s": (pace.lag_ns + (held if requested else 0)) * 1e-9,
             "given_up_s": pace.slipped_ns * 1e-9,
             "simulation_time_s": self.time_ns * 1e-9,
             "outputs": self.simulation.sequence + 1,
@@ -320,11 +322,11 @@ class SimulationLoop:
             raise BearingTwinError("the simulation is running: pause it before you step it")
         self._obey_waiting(now, early=True)
         period = self.simulation.output_period_ns
-        wanted = period * math.ceil((self.time_ns + max(1, round(seconds * 1e9))) / period)
-        while self.simulation.time_ns < wanted and not self._done:
-            self.paced.put(self._advance(min(self._chunk, (wanted - self.simulation.time_ns) // period)))
+        requested = period * math.ceil((self.time_ns + max(1, round(seconds * 1e9))) / period)
+        while self.simulation.time_ns < requested and not self._done:
+            self.paced.put(self._advance(min(self._chunk, (requested - self.simulation.time_ns) // period)))
             self.paced.drain(self.simulation.time_ns)
-        self.paced.drain(min(wanted, self.simulation.time_ns))
+        self.paced.drain(min(requested, self.simulation.time_ns))
         return f"at {self.time_ns * 1e-9:.6f} s"
 
     def close(self) -> None:
@@ -375,8 +377,8 @@ class SimulationLoop:
             self._errors = errors_of(run.report())
         self._done = self._total is not None and self.simulation.sequence + 1 >= self._total
         # A log takes every topic; without one, nothing is made that nobody listens to.
-        wanted = None if self._wanted is None or self._log is not None else self._wanted()
-        return self._messages(self._stream.messages(block, wanted), self._log)
+        subscribed = None if self._subscribed is None or self._log is not None else self._subscribed()
+        return self._messages(self._stream.messages(block, subscribed), self._log)
 
     def _messages(self, messages, log) -> list[Timed]:
         batch, last = [], None
@@ -387,7 +389,7 @@ class SimulationLoop:
             if cdr or stamp_ns >= self._silent_until:
                 batch.append(last)
                 self._silent_until = stamp_ns + (0 if self.tells_time else SILENCE_NS)
-        # The end of a run is told whatever was told before.
+        # The end of a run is always reported.
         return [*batch, last] if self._done and last is not None and last not in batch[-1:] else batch
 
 
@@ -409,7 +411,7 @@ def model(simulation) -> dict[str, str]:
 
 def errors_of(report) -> dict[str, float | str]:
     """The status of a report for diagnostics, with the error of each requested output and the horizon."""
-    wanted = report.errors.get("wanted_errors", {})
-    known = {f"{output}_error": one["error"] for output, one in wanted.items() if one["error"] is not None}
+    requested = report.errors.get("wanted_errors", {})
+    known = {f"{output}_error": one["error"] for output, one in requested.items() if one["error"] is not None}
     until = {"horizon_s": report.errors["horizon_s"]} if "horizon_s" in report.errors else {}
     return {"status": report.status, **known, **until}

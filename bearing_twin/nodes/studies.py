@@ -1,4 +1,4 @@
-"""Studies that uq_node is asked for, without ROS: reading a goal, running its study with a log, and the answer."""
+"""Studies of uq_node, without ROS: reading a goal, running its study with a log, and the answer."""
 
 import contextlib
 import dataclasses
@@ -41,7 +41,7 @@ class Goal(NamedTuple):
 
 
 class GoalAnswer(NamedTuple):
-    """How a goal ended (SUCCEEDED, ABORTED or CANCELLED), a sentence about it, and the result as far as there is one.
+    """End of a goal (SUCCEEDED, ABORTED or CANCELLED), a sentence about it, and the result as far as there is one.
 
     `problem` is what the operator of the node should know, empty where nothing is wrong.
     """

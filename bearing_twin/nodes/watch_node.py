@@ -26,7 +26,7 @@ from bearing_twin.base.units import UNITS, for_people
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
-from bearing_twin.nodes.base_node import BaseNode, TakenAside, declare, guarded, run, taken
+from bearing_twin.nodes.base_node import BaseNode, PolledGroup, declare, guarded, run, taken
 from bearing_twin.nodes.graph import quiet_time
 from bearing_twin.nodes.messages import interface, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
@@ -52,7 +52,7 @@ def vector_of(command: Mapping[str, Any], key: str) -> tuple[float, float, float
 
 
 def cut_short(text: str, longest: int) -> str:
-    """The text on one line, of at most so many characters, with an ellipsis where the rest is left out."""
+    """The text on one line, of at most so many characters, with an ellipsis in place of the rest."""
     line = " ".join(text.split())
     return line if len(line) <= longest else f"{line[: longest - 2]} …"
 
@@ -64,7 +64,7 @@ PARAMETERS = (
     NodeParameter("patience", 10.0, "wait at most this long for such a node", "s", 0.0, 3600.0),
 )
 LOOK_PERIOD = 0.05  # s between looks for viewers and for messages
-ASKED_FOR = 20.0  # s after a page was asked for in which it, and its viewer, may come
+REQUESTED_FOR = 20.0  # s after a request for the page, within which its viewer may come
 ANSWER = 5.0  # s for a service to answer
 COMING = 12.0  # s for the scene and a first sample to come: where time is slowed down they are rare
 DEPTH = 5  # samples that may wait: later ones are better than all of them
@@ -86,9 +86,9 @@ class WatchNode(BaseNode):
         self._watched, samples = self._found(values["node"], values["patience"])
         self._place = place = samples.removesuffix(SAMPLES)
         self._run: LiveRun | None = None
-        self._told, self._refused = threading.Event(), ""
-        self._shown, self._asked = threading.Event(), -ASKED_FOR
-        self._aside, self._listening = TakenAside(), []
+        self._described, self._refused = threading.Event(), ""
+        self._shown, self._asked = threading.Event(), -REQUESTED_FOR
+        self._aside, self._listening = PolledGroup(), []
         self._commands = MutuallyExclusiveCallbackGroup()
         clients = {"callback_group": self._commands}
         self._pause = self.create_client(SetBool, f"{self._watched}/pause", **clients)
@@ -141,14 +141,14 @@ class WatchNode(BaseNode):
         before = self._run
         if before is None or message.data != before.said:
             self._run = LiveRun(message.data)
-            self._told.set()
+            self._described.set()
             if before is not None:
                 self._begin_again()
 
     @guarded
     def _on_look(self):
-        wanted = bool(self.feed.viewers) or time.monotonic() - self._asked < ASKED_FOR
-        if wanted and not self._listening:
+        watched = bool(self.feed.viewers) or time.monotonic() - self._asked < REQUESTED_FOR
+        if watched and not self._listening:
             asked = (
                 (interface(cdr.SAMPLE_BLOCK, "msg"), f"{self._place}{SAMPLES}", self._on_samples),
                 (DiagnosticArray, "/diagnostics", self._on_diagnostics),
@@ -157,7 +157,7 @@ class WatchNode(BaseNode):
                 self.create_subscription(*one, qos_profile(Qos(DEPTH)), raw=True, callback_group=self._aside)
                 for one in asked
             ]
-        elif not wanted and self._listening:
+        elif not watched and self._listening:
             for subscription in self._listening:
                 self.destroy_subscription(subscription)
             self._listening, self._refused = [], ""
@@ -183,16 +183,16 @@ class WatchNode(BaseNode):
     def _on_diagnostics(self, data):
         for status in deserialize_message(data, DiagnosticArray).status[:1]:
             if status.name.partition(":")[0] == self._watched.lstrip("/"):
-                told = {pair.key: pair.value for pair in status.values}
-                pace, wanted = told.get("real_time_factor", ""), told.get("wanted_real_time_factor", "")
+                values = {pair.key: pair.value for pair in status.values}
+                pace, requested = values.get("real_time_factor", ""), values.get("wanted_real_time_factor", "")
                 at = f" at {pace[:5]} × real time" if pace and status.message in MOVING else ""
                 self.feed.send("status", cut_short(f"{status.message}{at}", LONGEST_STATUS))
-                refused, before = told.get("commands_refused", ""), self._refused
+                refused, before = values.get("commands_refused", ""), self._refused
                 self._refused = refused
                 if before not in ("", refused) and refused != "0":
-                    self.feed.send("refused", cut_short(told.get("last_refusal", ""), LONGEST_REFUSAL))
-                if _NUMBER.fullmatch(wanted):
-                    self.feed.send("pace", wanted)
+                    self.feed.send("refused", cut_short(values.get("last_refusal", ""), LONGEST_REFUSAL))
+                if _NUMBER.fullmatch(requested):
+                    self.feed.send("pace", requested)
 
     def _begin_again(self) -> None:
         self._shown.clear()
@@ -204,7 +204,7 @@ class WatchNode(BaseNode):
         """The page of the run as it is now."""
         self._asked = time.monotonic()
         said = "has not published its scene yet; the page comes when it does"
-        if self._told.wait(COMING):
+        if self._described.wait(COMING):
             if self._shown.wait(COMING):
                 return live_page(self._run, self._watched)
             said = "sends no samples: it may be paused, compiling or at its end; the page comes when they do"
