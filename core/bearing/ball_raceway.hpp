@@ -122,12 +122,12 @@ template <class F, class T, class P, class L>
 struct BallAction { F force; T torque; P power; L loss; };
 template <class F, class T, class P, class L> BallAction(F, T, P, L) -> BallAction<F, T, P, L>;
 
-// A contact that is differentiated first by the place, the relative velocity and the spin about the normal (columns 9 to
-// 12), and then by what these depend on: fewer columns through the friction.
+// A contact that is differentiated first by the place, the relative velocity and the spin about the normal (columns 10 to
+// 13), and then by what these depend on: fewer columns through the friction.
 template <bool PATCH, class P, class N, class U, class W>
 CORE_INLINE auto staged_action(const Bearing &bearing, const Raceway &raceway, const P &at, const N &normal_radial,
                                const U &relative, const W &spin) {
-  constexpr int FIRST = 9;
+  constexpr int FIRST = 10;
   if constexpr (!IsDual<decltype(relative.x)>) {
     auto action = contact_action<PATCH>(bearing, raceway, at, normal_radial, relative, spin);
     return BallAction{action.force, action.torque, action.power, action.loss};

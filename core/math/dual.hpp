@@ -177,6 +177,27 @@ CORE_INLINE auto chained(Function function, const X &x) {
   }
 }
 
+// y, whose columns 0, 1, ... are derivatives by the numbers x, with derivatives by what these depend on.
+template <class Y, class... X>
+CORE_INLINE auto composed(const Y &y, const X &...x) {
+  if constexpr (!IsDual<Y>) return y;
+  else {
+    constexpr unsigned own = columns_of<Y>;
+    return [&]<int... N>(std::integer_sequence<int, N...>) __attribute__((always_inline)) {
+      constexpr unsigned columns = (0u | ... | (own >> N & 1 ? columns_of<X> : 0u));
+      return dual<columns>(y.value, [&]<int C>() __attribute__((always_inline)) {
+        return (Zero{} + ... + (slope_of<N>(y) * slope_of<C>(x)));
+      });
+    }(std::make_integer_sequence<int, sizeof...(X)>{});
+  }
+}
+// The independent variable C where derivatives are wanted, else the value.
+template <bool DERIVATIVES, int C, class T>
+CORE_INLINE auto input(const T &value) {
+  if constexpr (DERIVATIVES) return variable<C>(value);
+  else return value;
+}
+
 // The derivative by the independent variables, of which x carries some at most: zero where it carries none.
 template <int C, class X>
 CORE_INLINE auto full_slope(const X &x) {

@@ -79,7 +79,7 @@ def numbers_of(bearing) -> tuple[np.ndarray, np.ndarray]:
 
 
 @functools.cache
-def _method_numbers(order: int, lands: bool) -> np.ndarray:
+def method_numbers(order: int, lands: bool) -> np.ndarray:
     from bearing_twin.numerics.steppers import ROSENBROCK
 
     method = next(one for one in ROSENBROCK.values() if (one.order, one.lands) == (order, lands))
@@ -120,7 +120,7 @@ def advance(bearing, drive, method: Rosenbrock, chunk, balls, moving, results) -
     numbers, points = numbers_of(bearing)
     balls = np.asarray(balls, np.int64)
     return _free_balls(
-        *(numbers, points, _method_numbers(method.order, method.lands), np.array(drive[1:], float)),
+        *(numbers, points, method_numbers(method.order, method.lands), np.array(drive[1:], float)),
         *(np.ascontiguousarray(chunk.scales), chunk.duration, len(chunk.times), np.ascontiguousarray(chunk.times)),
         *(results.stop, len(balls), balls, len(moving[0]), *moving),
         *(results.states, results.orientations, results.counts, results.failure),

@@ -1,0 +1,323 @@
+// Balls, ring, cage and shaft as one system with common steps: a chunk by a Rosenbrock method.
+#pragma once
+#include "coupled_system.hpp"
+#include "free_balls.hpp"
+
+namespace core {
+
+// State of the bodies at the chunk's begin, moved on in place, and at the instants (instants, BODY_NUMBERS).
+struct BodyResults { double *state, *states; };
+
+namespace coupled_balls {
+
+template <bool PATCH>
+class Integration {
+ public:
+  Integration(const Chunk &chunk, const CoupledBodies &bodies, const Results &results, const BodyResults &body_results)
+      : chunk(chunk), bearing(chunk.bearing), method(chunk.method), bodies(bodies), layout(bodies), out(results), body_out(body_results) {
+    for (int c = 0; c < MOTION; c++) over_scale[c] = 1.0 / chunk.scale[c];
+    varies = !bodies.torque_driven() && bodies.shaft_acceleration != 0.0;
+    for (int k = 0; k < layout.unknowns; k++) varies |= bodies.load_rate[layout.coordinate[k]] != 0.0;
+    varies |= bodies.unbalance != 0.0 && !bodies.torque_driven();
+    for (int i = 0; i < method.stages; i++) evaluations += !method.repeats_first(i);
+  }
+
+  // Moves the numbered balls, neighbours one after the other, and the bodies through the chunk.
+  Status run(const std::int64_t *numbers, int count) {
+    begin(numbers, count);
+    for (;;) {
+      if (*chunk.stop != 0) return STOPPED;
+      double wanted = step, left = chunk.duration - time;
+      step = wanted >= left - NEGLIGIBLE * chunk.duration ? left : wanted;
+      make_step();
+      out.counts[2] += count * (evaluations - again), out.counts[3] += count * !again;
+      double proposed = next_step(step, error, method.order);
+      if (!(error <= 1.0)) {
+        out.counts[1] += count;
+        step = proposed, again = true;
+        if (step < LEAST_STEP) return failed(STALLED, time, numbers[0]);
+        continue;
+      }
+      out.counts[0] += count;
+      bool last = time + step >= chunk.duration * (1.0 - NEGLIGIBLE);
+      give_out(last ? HUGE_VAL : time + step);
+      move_on();
+      step = proposed;
+      if (last) return finish(std::max(wanted, proposed));
+    }
+  }
+
+ private:
+  const Chunk &chunk;
+  const Bearing &bearing;
+  const RosenbrockMethod &method;
+  const CoupledBodies &bodies;
+  Layout layout;
+  const Results &out;
+  const BodyResults &body_out;
+  const std::int64_t *numbers = nullptr;
+  int count = 0, cursor = 0, evaluations = 0;
+  std::vector<BallBlock> blocks;
+  BodyStep e;
+  double time = 0.0, step = 0.0, gain = 0.0, error = 0.0, over_scale[MOTION];
+  bool varies, again = false;  // again: the step before was rejected, and rates and Jacobian at its start still hold
+
+  void begin(const std::int64_t *balls, int size) {
+    numbers = balls, count = size;
+    blocks.assign((count + LANES - 1) / LANES, BallBlock{});
+    step = chunk.duration;
+    for (int place = 0; place < int(blocks.size()) * LANES; place++) {
+      BallBlock &k = blocks[place / LANES];
+      int lane = place % LANES, ball = int(numbers[std::min(place, count - 1)]);
+      for (int c = 0; c < COLUMNS; c++) k.start[c][lane] = out.state[ball * COLUMNS + c];
+      for (int c = 0; c < 4; c++) k.before[c][lane] = out.orientation[ball * 4 + c];
+      k.start[ORBIT_RATE][lane] /= k.start[RADIUS][lane];
+      k.live[lane] = k.apart[lane] = place < count ? -1 : 0;
+      k.pocket[lane] = 2.0 * M_PI * ball / out.balls;
+      step = std::min(step, out.step[ball]);
+    }
+    std::copy(body_out.state, body_out.state + BODY_NUMBERS, e.start.begin());
+    for (BallBlock &k : blocks) follow_cage(k.start, e.start, k);
+    for (int k = 0; k < layout.unknowns; k++) e.over_inertia[k] = 1.0 / bodies.inertia[layout.coordinate[k]];
+  }
+
+  // Balls of an even cage go round with it.
+  void follow_cage(BallState &y, const BodyState &body, const BallBlock &k) const {
+    if (!layout.even) return;
+    y[ANGLE] = body[CAGE_ANGLE] + k.pocket, y[ORBIT_RATE] = broadcast<Pack>(body[COORDINATES + CAGE_ANGLE]);
+  }
+
+  void prescribe_shaft(BodyState &y, double moment) const {
+    if (bodies.torque_driven()) return;
+    y[SHAFT] = bodies.shaft_angle + moment * (bodies.shaft_speed + 0.5 * bodies.shaft_acceleration * moment);
+    y[COORDINATES + SHAFT] = bodies.shaft_speed + bodies.shaft_acceleration * moment;
+  }
+
+  // Rates of all at the states `y`, `moment` [s] into the chunk; those of the bodies by their inertia there.
+  template <bool DERIVATIVES>
+  void evaluate(double moment) {
+    Pushes push{};
+    Pack carried{};
+    prescribe_shaft(e.y, moment);
+    for (BallBlock &k : blocks) {
+      follow_cage(k.y, e.y, k);
+      forces_of_block<PATCH, DERIVATIVES>(bearing, bodies, layout, k, e.y, push);
+    }
+    for (BallBlock &k : blocks) finish_rates<DERIVATIVES>(bearing, layout, k, push, carried);
+    double over_inertia[MOST_FREE];
+    std::copy(e.over_inertia, e.over_inertia + MOST_FREE, over_inertia);
+    if (layout.even) over_inertia[layout.slot[CAGE_ANGLE]] = 1.0 / (bodies.inertia[CAGE_ANGLE] + total(carried));
+    body_rates<DERIVATIVES>(bodies, layout, moment, over_inertia, e, push);
+    if (DERIVATIVES) std::copy(over_inertia, over_inertia + MOST_FREE, e.over_inertia);
+  }
+
+  void linearise() {
+    for (BallBlock &k : blocks) k.y = k.start;
+    e.y = e.start;
+    evaluate<true>(time);
+    for (BallBlock &k : blocks) k.first = k.f;
+    e.first = e.f;
+    if (!layout.even) return;
+    double acceleration = e.first[COORDINATES + CAGE_ANGLE];  // the inertia of an even cage grows with its balls' radii
+    for (BallBlock &k : blocks)
+      k.tile[layout.row[ORBIT_ROW]][OWN_PLACES] -= masked(k.live, 2.0 * bearing.ball_mass * acceleration * k.start[RADIUS]);
+  }
+
+  // Rates a little later, for their change with time by itself.
+  void evaluate_later() {
+    for (BallBlock &k : blocks) k.y = k.start;
+    e.y = e.start;
+    evaluate<false>(time + TIME_DIFFERENCE * step);
+    for (BallBlock &k : blocks) k.slope = k.f;
+    e.slope = e.f;
+  }
+  void take_slope() {
+    for (BallBlock &k : blocks)
+      for (int c = 0; c < COLUMNS; c++) k.slope[c] = (k.slope[c] - k.first[c]) * (1.0 / TIME_DIFFERENCE);
+    for (int c = 0; c < BODY_NUMBERS; c++) e.slope[c] = (e.slope[c] - e.first[c]) * (1.0 / TIME_DIFFERENCE);
+  }
+
+  template <int I, class T>
+  CORE_INLINE static auto weighted(const double *weight, const T &stage, int c) {
+    auto sum = weight[0] * stage[0][c];
+    if constexpr (I > 1)
+      for (int i = 1; i < I; i++) sum += weight[i] * stage[i][c];
+    return sum;
+  }
+
+  void make_step() {
+    gain = method.gamma * step;
+    if (varies) evaluate_later();
+    if (!again) linearise();
+    if (varies) take_slope();
+    factorise(layout, blocks, e, gain);
+    make_stage<0>(), make_stage<1>(), make_stage<2>(), make_stage<3>();
+    if (method.stages > 4) make_stage<4>(), make_stage<5>();
+    end_step();
+  }
+
+  template <int I>
+  void make_stage() {
+    double over_step = 1.0 / step;
+    if constexpr (I == 0) {
+      for (BallBlock &k : blocks) k.right = k.f = k.first, k.y = k.start;
+      e.right = e.f = e.first, e.y = e.start;
+    } else {
+      for (BallBlock &k : blocks)
+        for (int c = 0; c < COLUMNS; c++) k.y[c] = k.start[c] + weighted<I>(method.a[I], k.stage, c);
+      for (int c = 0; c < BODY_NUMBERS; c++) e.y[c] = e.start[c] + weighted<I>(method.a[I], e.stage, c);
+      if (!method.repeats_first(I)) evaluate<false>(time + method.alpha[I] * step);
+      for (BallBlock &k : blocks)
+        for (int c = 0; c < COLUMNS; c++) k.right[c] = k.f[c] + over_step * weighted<I>(method.c[I], k.stage, c);
+      for (int c = 0; c < BODY_NUMBERS; c++) e.right[c] = e.f[c] + over_step * weighted<I>(method.c[I], e.stage, c);
+    }
+    if (varies) {
+      for (BallBlock &k : blocks)
+        for (int c = 0; c < COLUMNS; c++) k.right[c] += method.d[I] * k.slope[c];
+      for (int c = 0; c < BODY_NUMBERS; c++) e.right[c] += method.d[I] * e.slope[c];
+    }
+    solve_stage(I);
+  }
+
+  void solve_stage(int stage) {
+    double known[MOST_FREE] = {}, places[MOST_FREE] = {}, speeds[MOST_FREE] = {}, right[MOST_FREE];
+    Pack share[MOST_FREE] = {};
+    BodyState &x = e.stage[stage];
+    for (int k = 0; k < layout.unknowns; k++) known[k] = gain * e.right[layout.coordinate[k]];
+    for (BallBlock &k : blocks) sized(layout, [&]<bool EVEN, int M>() { eliminate_block<EVEN, M>(k, gain, known, share); });
+    for (int i = 0; i < layout.unknowns; i++) {
+      right[i] = e.right[COORDINATES + layout.coordinate[i]] + e.over_inertia[i] * total(share[i]);
+      for (int j = 0; j < layout.unknowns; j++) right[i] += e.answer_to_place[i][j] * known[j];
+    }
+    for (int i = 0; i < layout.unknowns; i++) {
+      for (int j = 0; j < layout.unknowns; j++) speeds[i] += e.inverse[i][j] * right[j];
+      places[i] = known[i] + gain * speeds[i];
+      x[layout.coordinate[i]] = places[i], x[COORDINATES + layout.coordinate[i]] = speeds[i];
+    }
+    for (int n = 0; n < INTEGRALS; n++) {
+      double sum = e.right[2 * COORDINATES + n];
+      for (int j = 0; j < layout.unknowns; j++) sum += e.by_place[MOST_FREE + n][j] * places[j] + e.by_speed[MOST_FREE + n][j] * speeds[j];
+      x[2 * COORDINATES + n] = gain * sum;
+    }
+    double cage[2] = {x[CAGE_ANGLE], x[COORDINATES + CAGE_ANGLE]};
+    for (BallBlock &k : blocks)
+      sized(layout, [&]<bool EVEN, int M>() { follow_block<EVEN, M>(k, gain, places, speeds, cage, k.stage[stage]); });
+  }
+
+  // States at the end, orientations there, and the error: the greatest of the balls' and the bodies' root mean squares.
+  void end_step() {
+    int last = method.stages - 1, judged = 0;
+    double squares = 0.0;
+    for (int c = 0; c < BODY_NUMBERS; c++) e.end[c] = e.y[c] + e.stage[last][c];
+    for (int k = 0; k < layout.unknowns; k++) {
+      int c = layout.coordinate[k];
+      for (auto [scale, change] : {std::pair{bodies.place_scale[c], e.stage[last][c]}, {bodies.speed_scale[c], e.stage[last][COORDINATES + c]}}) {
+        if (scale == 0.0) continue;
+        squares += change / scale * (change / scale), judged++;
+      }
+    }
+    error = std::sqrt(squares / std::max(judged, 1));
+    for (BallBlock &k : blocks) {
+      const BallState &s = k.stage[last];
+      for (int c = 0; c < COLUMNS; c++) k.end[c] = k.y[c] + s[c];
+      follow_cage(k.end, e.end, k);
+      Pack sum{};
+      for (int c = 0; c < MOTION; c++) {
+        Pack scaled = (c == ORBIT_RATE ? k.start[RADIUS] * s[c] + k.start[ORBIT_RATE] * s[RADIUS] : s[c]) * over_scale[c];
+        sum += scaled * scaled;
+      }
+      sum = square_root(sum * (1.0 / MOTION));
+      for (int lane = 0; lane < LANES; lane++)
+        if (k.live[lane] && !(sum[lane] <= error)) error = sum[lane];
+      for (int c : {ORBIT_RATE, int(SPIN), SPIN + 1, SPIN + 2}) prepare_interpolant(k, c);
+      auto middle = [&](int c) { return inside(k, 0.5, c); };
+      k.after = rotated(k.before, spin_in_frame(k.start), {middle(SPIN), middle(SPIN + 1), middle(SPIN + 2) - middle(ORBIT_RATE)},
+                        spin_in_frame(k.end), broadcast<Pack>(step));
+    }
+  }
+  static Triple spin_in_frame(const BallState &y) { return {y[SPIN], y[SPIN + 1], y[SPIN + 2] - y[ORBIT_RATE]}; }
+
+  template <class K>
+  void prepare_interpolant(K &k, int c) const {
+    k.third[c] = weighted<MOST_STAGES - 1>(method.dense[0], k.stage, c);
+    k.fourth[c] = weighted<MOST_STAGES - 1>(method.dense[1], k.stage, c);
+  }
+  template <class K>
+  CORE_INLINE static auto inside(const K &k, double share, int c) {
+    return interpolated(share, k.start[c], k.end[c], k.third[c], k.fourth[c]);
+  }
+
+  void give_out(double until) {
+    bool prepared = false;
+    for (; cursor < chunk.instants && chunk.instant[cursor] <= until; cursor++) {
+      if (!prepared) {
+        for (BallBlock &k : blocks)
+          for (int c = 0; c < COLUMNS; c++) prepare_interpolant(k, c);
+        for (int c = 0; c < BODY_NUMBERS; c++) prepare_interpolant(e, c);
+        prepared = true;
+      }
+      double share = (chunk.instant[cursor] - time) / step;
+      for (int c = 0; c < BODY_NUMBERS; c++) body_out.states[cursor * BODY_NUMBERS + c] = inside(e, share, c);
+      for (int n = 0; n < int(blocks.size()); n++) {
+        const BallBlock &k = blocks[n];
+        BallState there;
+        for (int c = 0; c < COLUMNS; c++) there[c] = inside(k, share, c);
+        auto middle = [&](int c) { return inside(k, 0.5 * share, c); };
+        Quaternion turned = rotated(k.before, spin_in_frame(k.start), {middle(SPIN), middle(SPIN + 1), middle(SPIN + 2) - middle(ORBIT_RATE)},
+                                    spin_in_frame(there), broadcast<Pack>(share * step));
+        there[ORBIT_RATE] *= there[RADIUS];
+        for (int lane = 0; lane < LANES && n * LANES + lane < count; lane++) {
+          long row = long(cursor) * out.balls + numbers[n * LANES + lane];
+          for (int c = 0; c < COLUMNS; c++) out.states[row * COLUMNS + c] = there[c][lane];
+          for (int c = 0; c < 4; c++) out.orientations[row * 4 + c] = turned[c][lane];
+        }
+      }
+    }
+  }
+
+  void move_on() {
+    time += step, again = false;
+    e.start = e.end;
+    for (BallBlock &k : blocks) k.start = k.end, k.before = k.after;
+  }
+
+  Status finish(double next) {
+    std::copy(e.start.begin(), e.start.end(), body_out.state);
+    for (int place = 0; place < count; place++) {
+      const BallBlock &k = blocks[place / LANES];
+      int lane = place % LANES, ball = int(numbers[place]);
+      double sum = 0.0, *y = out.state + ball * COLUMNS;
+      out.step[ball] = next;
+      for (int c = 0; c < COLUMNS; c++) y[c] = k.start[c][lane];
+      y[VELOCITY + 1] *= y[RADIUS];
+      for (int c = 0; c < COLUMNS; c++) sum += std::fabs(y[c]);
+      for (int c = 0; c < 4; c++) out.orientation[ball * 4 + c] = k.before[c][lane];
+      if (!(sum < HUGE_VAL)) return failed(NOT_FINITE, chunk.duration, ball);
+      double deepest = DEEPEST * bearing.ball_radius;
+      if (inner_approach(y) > deepest || free_balls::approach_at(bearing, bearing.outer, y[RADIUS], y[HEIGHT]) > deepest)
+        return failed(TOO_DEEP, chunk.duration, ball);
+    }
+    return OK;
+  }
+
+  // Approach [m] of a ball at the inner raceway, where the ring is at the step's start.
+  double inner_approach(const double *y) const {
+    if (bodies.ring == RingMotion::held) return free_balls::inner_approach(bearing, y[RADIUS], y[ANGLE], y[HEIGHT]);
+    double c = std::cos(y[ANGLE]), s = std::sin(y[ANGLE]);
+    Vector3 centre = about_z(c, -s, Vector3{e.start[RING_X], e.start[RING_Y], e.start[RING_Z]});
+    Vector3 offset = Vector3{y[RADIUS], 0.0, y[HEIGHT]} - centre;
+    if (bodies.ring == RingMotion::tilting) {
+      Vector3 tilt = about_z(c, -s, Vector3{e.start[TILT_X], e.start[TILT_Y], 0.0});
+      offset = into_ring(ring_axes(tilt.x, tilt.y), offset);
+    }
+    return free_balls::approach_at(bearing, bearing.inner, std::sqrt(offset.x * offset.x + offset.y * offset.y), offset.z);
+  }
+
+  Status failed(Status status, double when, std::int64_t ball) {
+    out.failure[0] = when, out.failure[1] = double(ball);
+    return status;
+  }
+};
+
+}  // namespace coupled_balls
+}  // namespace core

@@ -1,0 +1,98 @@
+// The bodies that all balls of a bearing meet: inner ring, cage and shaft. Each coordinate is free, where it follows from
+// the forces on it, or held; the shaft's angle that is not free is prescribed.
+//
+// Ring: M dv/dt = load + weight + unbalance + what the balls do - D v - K (q - rest), and about its diameters, at the
+// speed W of the shaft, I_t d2(theta_x) + I_p W d(theta_y) = M_x, I_t d2(theta_y) - I_p W d(theta_x) = M_y (small tilts).
+// Shaft: J dw/dt = torque - damping w + what balls and land do.
+#pragma once
+#include "ball_raceway.hpp"
+
+namespace core {
+
+// Places [m], [rad] in bearing_link; a state holds them, their velocities, and integrals that only listen.
+enum Coordinate { RING_X, RING_Y, RING_Z, TILT_X, TILT_Y, CAGE_X, CAGE_Y, CAGE_ANGLE, SHAFT };
+constexpr int COORDINATES = SHAFT + 1;
+// Work of the loads on the ring, what support and land lose, work of the drive through the land, work of the torque [J].
+enum Integral { LOAD_WORK, LOST, LAND_WORK, TORQUE_WORK };
+constexpr int INTEGRALS = TORQUE_WORK + 1, BODY_NUMBERS = 2 * COORDINATES + INTEGRALS;
+using BodyState = std::array<double, BODY_NUMBERS>;
+
+enum class RingMotion { held, level, tilting };  // what balls meet: level moves and does not tilt
+enum class CageKind { none, even, pockets };
+
+// A wall of the cage: a spring and a damper side by side, whose viscous part sets in over the roughness of the wall.
+struct Wall { double stiffness, relaxation_time, friction; };
+constexpr double ONSET = 1e-6;  // m
+
+struct Pockets { double radius, half_clearance; Wall wall; };  // on a circle of this radius [m]
+// The land of the outer ring (side 1) or the inner (-1) that guides a cage; 0 without one.
+struct Land { double side, radius, clearance, smoothing; Wall wall; };
+
+struct CoupledBodies {
+  RingMotion ring;
+  CageKind cage;
+  bool free[COORDINATES], guided;  // a guided cage's centre moves
+  double inertia[COORDINATES], stiffness[COORDINATES], damping[COORDINATES], rest[COORDINATES], weight[COORDINATES];
+  double load[COORDINATES], load_rate[COORDINATES];  // at the chunk's begin [N], [N m], and its growth a second
+  double place_scale[COORDINATES], speed_scale[COORDINATES];  // errors that a step may make; 0: not judged
+  double polar_inertia, unbalance, phase;  // [kg m^2]; mass times radius [kg m], its angle ahead of the shaft's [rad]
+  Pockets pockets;
+  double light;  // approach [m] at the outer raceway below which errors along the orbit count less
+  Land land;
+  double shaft_angle, shaft_speed, shaft_acceleration;  // prescribed, at the chunk's begin
+  bool torque_driven() const { return free[SHAFT]; }
+};
+
+// Elastic load of a wall, and that of spring and damper together, which do not pull [N].
+template <Number A, class R>
+CORE_INLINE auto wall_load(const Wall &wall, const A &approach, const R &rate) {
+  auto depth = maximum(approach, 0.0);
+  auto elastic = wall.stiffness * depth;
+  auto viscous = (wall.stiffness * wall.relaxation_time) * (rate * (depth / (depth + ONSET)));
+  return std::pair{elastic, maximum(elastic + viscous, 0.0)};
+}
+
+// Forces on the coordinates but for those of the balls, and powers of the integrals. `add`<ROW> takes a part of the force
+// on coordinate ROW, or of the power of integral ROW - COORDINATES. Where DERIVATIVES, its columns are those of `y`.
+template <bool DERIVATIVES, class Add>
+inline void body_forces(const CoupledBodies &b, double time, const BodyState &y, Add add) {
+  auto place = [&]<int C>() { return input<DERIVATIVES, C>(y[C]); };
+  auto velocity = [&]<int C>() { return input<DERIVATIVES, COORDINATES + C>(y[COORDINATES + C]); };
+  auto shaft_speed = velocity.template operator()<SHAFT>();
+  auto on_ring = [&]<int C>() {
+    if (!b.free[C]) return;
+    auto speed = velocity.template operator()<C>();
+    double load = b.load[C] + time * b.load_rate[C];
+    auto drag = b.damping[C] * speed;
+    add.template operator()<C>(load + b.weight[C] - drag - b.stiffness[C] * (place.template operator()<C>() - b.rest[C]));
+    add.template operator()<COORDINATES + LOAD_WORK>(load * speed);
+    add.template operator()<COORDINATES + LOST>(drag * speed);
+  };
+  on_ring.template operator()<RING_X>(), on_ring.template operator()<RING_Y>(), on_ring.template operator()<RING_Z>();
+  on_ring.template operator()<TILT_X>(), on_ring.template operator()<TILT_Y>();
+  if (b.polar_inertia != 0.0) {
+    auto spin = b.polar_inertia * shaft_speed;
+    if (b.free[TILT_X]) add.template operator()<TILT_X>(-(spin * velocity.template operator()<TILT_Y>()));
+    if (b.free[TILT_Y]) add.template operator()<TILT_Y>(spin * velocity.template operator()<TILT_X>());
+  }
+  if (b.unbalance != 0.0) {
+    auto [cosine, sine] = cosine_sine(place.template operator()<SHAFT>() + b.phase);
+    auto size = b.unbalance * (shaft_speed * shaft_speed);
+    auto turning = [&]<int C>(const auto &part) {
+      if (!b.free[C]) return;
+      auto force = size * part;
+      add.template operator()<C>(force);
+      add.template operator()<COORDINATES + LOAD_WORK>(force * velocity.template operator()<C>());
+    };
+    turning.template operator()<RING_X>(cosine), turning.template operator()<RING_Y>(sine);
+  }
+  if (b.free[SHAFT]) {
+    double torque = b.load[SHAFT] + time * b.load_rate[SHAFT];
+    auto drag = b.damping[SHAFT] * shaft_speed;
+    add.template operator()<SHAFT>(torque - drag);
+    add.template operator()<COORDINATES + TORQUE_WORK>(torque * shaft_speed);
+    add.template operator()<COORDINATES + LOST>(drag * shaft_speed);
+  }
+}
+
+}  // namespace core
