@@ -145,6 +145,19 @@ class Integration {
     return sum;
   }
 
+  // The state of stage I, and the weighted sum of those before it that its right-hand side takes.
+  template <int I, class S>
+  [[gnu::noinline]] static void mix(const double *a, const double *c, const S *stage, const S &start, S &y, S &before) {
+    double to_state[I], to_right[I];
+    for (int i = 0; i < I; i++) to_state[i] = a[i], to_right[i] = c[i];
+    for (int n = 0; n < int(start.size()); n++) {
+      auto state = start[n] + to_state[0] * stage[0][n];
+      auto right = to_right[0] * stage[0][n];
+      for (int i = 1; i < I; i++) state += to_state[i] * stage[i][n], right += to_right[i] * stage[i][n];
+      y[n] = state, before[n] = right;
+    }
+  }
+
   void make_step() {
     gain = method.gamma * step;
     if (varies) evaluate_later();
@@ -163,45 +176,45 @@ class Integration {
       for (BallBlock &k : blocks) k.right = k.f = k.first, k.y = k.start;
       e.right = e.f = e.first, e.y = e.start;
     } else {
-      for (BallBlock &k : blocks)
-        for (int c = 0; c < COLUMNS; c++) k.y[c] = k.start[c] + weighted<I>(method.a[I], k.stage, c);
-      for (int c = 0; c < BODY_NUMBERS; c++) e.y[c] = e.start[c] + weighted<I>(method.a[I], e.stage, c);
+      for (BallBlock &k : blocks) mix<I>(method.a[I], method.c[I], k.stage, k.start, k.y, k.right);
+      mix<I>(method.a[I], method.c[I], e.stage, e.start, e.y, e.right);
       if (!method.repeats_first(I)) evaluate<false>(time + method.alpha[I] * step);
       for (BallBlock &k : blocks)
-        for (int c = 0; c < COLUMNS; c++) k.right[c] = k.f[c] + over_step * weighted<I>(method.c[I], k.stage, c);
-      for (int c = 0; c < BODY_NUMBERS; c++) e.right[c] = e.f[c] + over_step * weighted<I>(method.c[I], e.stage, c);
+        for (int c = 0; c < COLUMNS; c++) k.right[c] = k.f[c] + over_step * k.right[c];
+      for (int c = 0; c < BODY_NUMBERS; c++) e.right[c] = e.f[c] + over_step * e.right[c];
     }
     if (varies) {
       for (BallBlock &k : blocks)
         for (int c = 0; c < COLUMNS; c++) k.right[c] += method.d[I] * k.slope[c];
       for (int c = 0; c < BODY_NUMBERS; c++) e.right[c] += method.d[I] * e.slope[c];
     }
-    solve_stage(I);
+    sized(layout, [&]<bool EVEN, int M>() { solve_stage<EVEN, M>(I); });
   }
 
-  void solve_stage(int stage) {
-    double known[MOST_FREE] = {}, places[MOST_FREE] = {}, speeds[MOST_FREE] = {}, right[MOST_FREE];
-    Pack share[MOST_FREE] = {};
+  // Solves for a stage; M is the room for unknowns of the bodies, filled up with zeros.
+  template <bool EVEN, int M>
+  [[gnu::noinline]] void solve_stage(int stage) {
+    double known[M] = {}, places[M] = {}, speeds[M] = {}, right[M] = {};
+    Pack share[M] = {};
     BodyState &x = e.stage[stage];
     for (int k = 0; k < layout.unknowns; k++) known[k] = gain * e.right[layout.coordinate[k]];
-    for (BallBlock &k : blocks) sized(layout, [&]<bool EVEN, int M>() { eliminate_block<EVEN, M>(k, gain, known, share); });
+    for (BallBlock &k : blocks) eliminate_block<EVEN, M>(k, gain, known, share);
     for (int i = 0; i < layout.unknowns; i++) {
       right[i] = e.right[COORDINATES + layout.coordinate[i]] + e.over_inertia[i] * total(share[i]);
-      for (int j = 0; j < layout.unknowns; j++) right[i] += e.answer_to_place[i][j] * known[j];
+      for (int j = 0; j < M; j++) right[i] += e.answer_to_place[i][j] * known[j];
     }
     for (int i = 0; i < layout.unknowns; i++) {
-      for (int j = 0; j < layout.unknowns; j++) speeds[i] += e.inverse[i][j] * right[j];
+      for (int j = 0; j < M; j++) speeds[i] += e.inverse[i][j] * right[j];
       places[i] = known[i] + gain * speeds[i];
       x[layout.coordinate[i]] = places[i], x[COORDINATES + layout.coordinate[i]] = speeds[i];
     }
     for (int n = 0; n < INTEGRALS; n++) {
       double sum = e.right[2 * COORDINATES + n];
-      for (int j = 0; j < layout.unknowns; j++) sum += e.by_place[MOST_FREE + n][j] * places[j] + e.by_speed[MOST_FREE + n][j] * speeds[j];
+      for (int j = 0; j < M; j++) sum += e.by_place[MOST_FREE + n][j] * places[j] + e.by_speed[MOST_FREE + n][j] * speeds[j];
       x[2 * COORDINATES + n] = gain * sum;
     }
     double cage[2] = {x[CAGE_ANGLE], x[COORDINATES + CAGE_ANGLE]};
-    for (BallBlock &k : blocks)
-      sized(layout, [&]<bool EVEN, int M>() { follow_block<EVEN, M>(k, gain, places, speeds, cage, k.stage[stage]); });
+    for (BallBlock &k : blocks) follow_block<EVEN, M>(k, gain, places, speeds, cage, k.stage[stage]);
   }
 
   // States at the end, orientations there, and the error: the greatest of the balls' and the bodies' root mean squares.
@@ -306,7 +319,7 @@ class Integration {
     double c = std::cos(y[ANGLE]), s = std::sin(y[ANGLE]);
     Vector3 centre = about_z(c, -s, Vector3{e.start[RING_X], e.start[RING_Y], e.start[RING_Z]});
     Vector3 offset = Vector3{y[RADIUS], 0.0, y[HEIGHT]} - centre;
-    if (bodies.ring == RingMotion::tilting) {
+    if (bodies.ring != RingMotion::level) {
       Vector3 tilt = about_z(c, -s, Vector3{e.start[TILT_X], e.start[TILT_Y], 0.0});
       offset = into_ring(ring_axes(tilt.x, tilt.y), offset);
     }

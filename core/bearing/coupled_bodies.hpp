@@ -17,7 +17,8 @@ enum Integral { LOAD_WORK, LOST, LAND_WORK, TORQUE_WORK };
 constexpr int INTEGRALS = TORQUE_WORK + 1, BODY_NUMBERS = 2 * COORDINATES + INTEGRALS;
 using BodyState = std::array<double, BODY_NUMBERS>;
 
-enum class RingMotion { held, level, tilting };  // what balls meet: level moves and does not tilt
+// What balls meet: a ring that is held, held and tilted, that moves and does not tilt, or moves and tilts.
+enum class RingMotion { held, tilted, level, tilting };
 enum class CageKind { none, even, pockets };
 
 // A wall of the cage: a spring and a damper side by side, whose viscous part sets in over the roughness of the wall.

@@ -72,6 +72,39 @@ CORE_INLINE auto into_ring(const A &axes, const V &v) { return Vector3{dot(axes.
 template <class A, class V>
 CORE_INLINE auto out_of_ring(const A &axes, const V &v) { return (v.x * axes.x + v.y * axes.y) + v.z * axes.z; }
 
+// The same for a ring of any motion, all in the ball's frame: `offset` of the ball's centre and its `velocity` against the
+// ring's centre, its spin, the ring's tilt (x, y) and the rate of that, and its speed.
+template <class A, class X, class Y>
+struct TiltedAction { A action; X moment_x; Y moment_y; };  // moments about the ring's centre as its tilts work
+template <class A, class X, class Y> TiltedAction(A, X, Y) -> TiltedAction<A, X, Y>;
+template <bool PATCH, bool DERIVATIVES, class O, class V, class S, class T, class R, class W>
+CORE_INLINE auto tilted_action(const Bearing &bearing, const O &offset, const V &velocity, const S &spin, const T &tilt,
+                               const R &turning, const W &speed) {
+  auto local = [&]<int C, class X>(const X &x) __attribute__((always_inline)) {
+    if constexpr (!IsDual<X>) return x;
+    else return variable<C>(value_of(x));
+  };
+  auto three = [&]<int C>(const auto &v) __attribute__((always_inline)) {
+    return Vector3{local.template operator()<C>(v.x), local.template operator()<C + 1>(v.y), local.template operator()<C + 2>(v.z)};
+  };
+  auto o = three.template operator()<0>(offset), v = three.template operator()<3>(velocity);
+  auto s = three.template operator()<6>(spin);
+  auto w = local.template operator()<9>(speed);
+  auto t = three.template operator()<10>(tilt), r = three.template operator()<13>(turning);
+  auto axes = ring_axes(t.x, t.y);
+  auto from_centre = into_ring(axes, o);
+  auto found = inner_action<PATCH, DERIVATIVES>(bearing, from_centre, into_ring(axes, v - cross(r, from_centre)), into_ring(axes, s - r), w);
+  auto through = [&](const auto &x) __attribute__((always_inline)) {
+    return composed(x, offset.x, offset.y, offset.z, velocity.x, velocity.y, velocity.z, spin.x, spin.y, spin.z, speed,
+                    tilt.x, tilt.y, tilt.z, turning.x, turning.y, turning.z);
+  };
+  auto vector = [&](const auto &x) __attribute__((always_inline)) { return Vector3{through(x.x), through(x.y), through(x.z)}; };
+  auto force = out_of_ring(axes, found.force), torque = out_of_ring(axes, found.torque);
+  auto moment = cross(from_centre, force) + torque;
+  return TiltedAction{RingAction{vector(force), vector(torque), through(found.moment), through(found.loss)},
+                      through(moment.x), through(moment.y)};
+}
+
 // A ball between its raceways: gives all rows but forces on the cage.
 template <RingMotion RING, bool PATCH, bool DERIVATIVES, class Give>
 CORE_INLINE void between_raceways(const Bearing &bearing, const ElementInput<DERIVATIVES> &in, Give give) {
@@ -82,53 +115,53 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const ElementInput<DER
   auto [cosine, sine] = cosine_sine(angle);
   auto c = cosine, s = sine, minus_s = -sine;
   auto in_ball_frame = [&](const auto &v) __attribute__((always_inline)) { return about_z(c, minus_s, v); };
-  auto in_fixed_frame = [&](const auto &v) __attribute__((always_inline)) { return about_z(c, s, v); };
-  Vector3 velocity{radial, radius * orbit_rate, axial};
+  Vector3 position{radius, Zero{}, height}, velocity{radial, radius * orbit_rate, axial};
 
-  auto [at, normal_radial] = contact_place(bearing, bearing.outer, Vector3{radius, Zero{}, height}, Zero{});
+  auto [at, normal_radial] = contact_place(bearing, bearing.outer, position, Zero{});
   auto outer = staged_action<PATCH>(bearing, bearing.outer, at, normal_radial, velocity + cross(spin, at.arm), dot(spin, at.normal));
-  auto finish = [&](const auto &force, const auto &torque, const auto &inner, const auto &offset) __attribute__((always_inline)) {
-    auto all = force + outer.force, turning = torque + outer.torque;
+  auto finish = [&](const auto &inner) __attribute__((always_inline)) {
+    auto force = inner.force + outer.force, torque = inner.torque + outer.torque;
     auto gravity = in_ball_frame(Vector3{bearing.gravity[0], bearing.gravity[1], bearing.gravity[2]});
     double over_mass = 1.0 / bearing.ball_mass, over_inertia = 1.0 / bearing.ball_inertia;
-    give.template operator()<RADIAL_ROW>(over_mass * all.x + gravity.x + orbit_rate * velocity.y);
-    give.template operator()<ORBIT_ROW>(radius * (all.y + bearing.ball_mass * (gravity.y - 2.0 * (orbit_rate * radial))));
-    give.template operator()<AXIAL_ROW>(over_mass * all.z + gravity.z);
-    give.template operator()<SPIN_ROW>(over_inertia * turning.x + orbit_rate * spin.y);
-    give.template operator()<SPIN_ROW + 1>(over_inertia * turning.y - orbit_rate * spin.x);
-    give.template operator()<SPIN_ROW + 2>(over_inertia * turning.z);
+    give.template operator()<RADIAL_ROW>(over_mass * force.x + gravity.x + orbit_rate * velocity.y);
+    give.template operator()<ORBIT_ROW>(radius * (force.y + bearing.ball_mass * (gravity.y - 2.0 * (orbit_rate * radial))));
+    give.template operator()<AXIAL_ROW>(over_mass * force.z + gravity.z);
+    give.template operator()<SPIN_ROW>(over_inertia * torque.x + orbit_rate * spin.y);
+    give.template operator()<SPIN_ROW + 1>(over_inertia * torque.y - orbit_rate * spin.x);
+    give.template operator()<SPIN_ROW + 2>(over_inertia * torque.z);
     give.template operator()<POWER_ROW>(shaft_speed * inner.moment);
     give.template operator()<LOSS_ROW>(inner.loss + outer.loss);
     give.template operator()<ON_BODY + SHAFT>(-inner.moment);
-    if constexpr (RING != RingMotion::held) {
-      auto on_ring = in_fixed_frame(force);
+    if constexpr (RING == RingMotion::level || RING == RingMotion::tilting) {
+      auto on_ring = about_z(c, s, inner.force);
       give.template operator()<ON_BODY + RING_X>(-on_ring.x), give.template operator()<ON_BODY + RING_Y>(-on_ring.y);
       give.template operator()<ON_BODY + RING_Z>(-on_ring.z);
     }
-    if constexpr (RING == RingMotion::tilting) {
-      auto moment = in_fixed_frame(cross(offset, force) + torque);
-      give.template operator()<ON_BODY + TILT_X>(-moment.x), give.template operator()<ON_BODY + TILT_Y>(-moment.y);
-    }
   };
-  Vector3 position{radius, Zero{}, height};
   if constexpr (RING == RingMotion::held) {
     auto offset = position - in_ball_frame(Vector3{bearing.offset[0], bearing.offset[1], bearing.offset[2]});
-    auto inner = inner_action<PATCH, DERIVATIVES>(bearing, offset, velocity, spin, shaft_speed);
-    finish(inner.force, inner.torque, inner, offset);
+    finish(inner_action<PATCH, DERIVATIVES>(bearing, offset, velocity, spin, shaft_speed));
   } else {
-    auto from_centre = position - in_ball_frame(Vector3{in.template place<RING_X>(), in.template place<RING_Y>(), in.template place<RING_Z>()});
-    auto against = velocity - in_ball_frame(Vector3{in.template speed<RING_X>(), in.template speed<RING_Y>(), in.template speed<RING_Z>()});
+    constexpr bool MOVES = RING != RingMotion::tilted;
+    ElementInput<DERIVATIVES && MOVES> ring{in.ball, in.bodies};
+    auto rate = [&]<int C>() __attribute__((always_inline)) {
+      if constexpr (MOVES) return ring.template speed<C>();
+      else return Zero{};
+    };
+    Vector3 centre{ring.template place<RING_X>(), ring.template place<RING_Y>(), ring.template place<RING_Z>()};
+    Vector3 drift{rate.template operator()<RING_X>(), rate.template operator()<RING_Y>(), rate.template operator()<RING_Z>()};
+    auto offset = position - in_ball_frame(centre), against = velocity - in_ball_frame(drift);
     if constexpr (RING == RingMotion::level) {
-      auto inner = inner_action<PATCH, DERIVATIVES>(bearing, from_centre, against, spin, shaft_speed);
-      finish(inner.force, inner.torque, inner, from_centre);
+      finish(inner_action<PATCH, DERIVATIVES>(bearing, offset, against, spin, shaft_speed));
     } else {
-      auto tilt = in_ball_frame(Vector3{in.template place<TILT_X>(), in.template place<TILT_Y>(), Zero{}});
-      auto turning = in_ball_frame(Vector3{in.template speed<TILT_X>(), in.template speed<TILT_Y>(), Zero{}});
-      auto axes = ring_axes(tilt.x, tilt.y);
-      auto offset = into_ring(axes, from_centre);
-      auto inner = inner_action<PATCH, DERIVATIVES>(bearing, offset, into_ring(axes, against - cross(turning, offset)),
-                                                    into_ring(axes, spin - turning), shaft_speed);
-      finish(out_of_ring(axes, inner.force), out_of_ring(axes, inner.torque), inner, offset);
+      auto tilt = in_ball_frame(Vector3{ring.template place<TILT_X>(), ring.template place<TILT_Y>(), Zero{}});
+      auto turning = in_ball_frame(Vector3{rate.template operator()<TILT_X>(), rate.template operator()<TILT_Y>(), Zero{}});
+      auto inner = tilted_action<PATCH, DERIVATIVES>(bearing, offset, against, spin, tilt, turning, shaft_speed);
+      finish(inner.action);
+      if constexpr (RING == RingMotion::tilting) {
+        auto moment = about_z(c, s, Vector3{inner.moment_x, inner.moment_y, Zero{}});
+        give.template operator()<ON_BODY + TILT_X>(-moment.x), give.template operator()<ON_BODY + TILT_Y>(-moment.y);
+      }
     }
   }
 }

@@ -52,7 +52,7 @@ struct BallBlock {
   Pack tile[TILE_ROWS][TILE_COLUMNS]{};
   Pack inverse[3][3]{}, coupling[3][3]{}, below[3][3]{};
   Matrix3 schur{};
-  Pack answer[6][MOST_FREE]{}, known[6]{}, eliminated[6]{};
+  Pack to_bodies[MOST_FREE][6]{}, answer[6][MOST_FREE]{}, known[6]{}, eliminated[6]{};
 };
 
 // The bodies in a step; `force` and its derivatives by places and velocities of the free coordinates are their own.
@@ -116,6 +116,7 @@ template <bool PATCH, bool DERIVATIVES>
 inline void forces_of_block(const Bearing &bearing, const CoupledBodies &bodies, const Layout &layout, BallBlock &k, const BodyState &y, Pushes &push) {
   switch (bodies.ring) {
     case RingMotion::held: raceways_of_block<RingMotion::held, PATCH, DERIVATIVES>(bearing, layout, k, y, push); break;
+    case RingMotion::tilted: raceways_of_block<RingMotion::tilted, PATCH, DERIVATIVES>(bearing, layout, k, y, push); break;
     case RingMotion::level: raceways_of_block<RingMotion::level, PATCH, DERIVATIVES>(bearing, layout, k, y, push); break;
     case RingMotion::tilting: raceways_of_block<RingMotion::tilting, PATCH, DERIVATIVES>(bearing, layout, k, y, push); break;
   }
@@ -238,11 +239,10 @@ template <bool EVEN, int M>
       for (int n = 0; n < N; n++) schur[i][j] -= k.below[i][n] * k.coupling[n][j];
     }
   k.schur = inverse_of(schur);
-  Pack border[M][N + 3];
   for (int r = 0; r < M; r++) {
     const Pack *row = k.tile[BODY_ROWS + r];
-    for (int j = 0; j < N; j++) border[r][j] = folded_own(row, j, g);
-    for (int j = 0; j < 3; j++) border[r][N + j] = row[OWN_SPINS + j];
+    for (int j = 0; j < N; j++) k.to_bodies[r][j] = folded_own(row, j, g);
+    for (int j = 0; j < 3; j++) k.to_bodies[r][N + j] = row[OWN_SPINS + j];
   }
   for (int c = 0; c < M; c++) {
     Pack right[N + 3], x[N + 3];
@@ -250,8 +250,8 @@ template <bool EVEN, int M>
     solve_ball<N>(k, right, x);
     for (int i = 0; i < N + 3; i++) k.answer[i][c] = x[i];
     for (int r = 0; r < M; r++) {
-      Pack sum = border[r][0] * x[0];
-      for (int i = 1; i < N + 3; i++) sum += border[r][i] * x[i];
+      Pack sum = k.to_bodies[r][0] * x[0];
+      for (int i = 1; i < N + 3; i++) sum += k.to_bodies[r][i] * x[i];
       corner[r][c] += folded_body(k.tile[BODY_ROWS + r], c, g) + masked(k.apart, sum);
       by_place[r][c] += k.tile[BODY_ROWS + r][BODY_PLACES + c];
     }
@@ -276,9 +276,9 @@ template <bool EVEN, int M>
   solve_ball<N>(k, k.known, k.eliminated);
   for (int r = 0; r < M; r++) {
     const Pack *row = k.tile[BODY_ROWS + r];
-    Pack sum = row[OWN_PLACES] * at[0], more = folded_own(row, 0, g) * k.eliminated[0];
-    for (int j = 1; j < N; j++) sum += row[OWN_PLACES + j] * at[j], more += folded_own(row, j, g) * k.eliminated[j];
-    for (int j = 0; j < 3; j++) more += row[OWN_SPINS + j] * k.eliminated[N + j];
+    Pack sum = row[OWN_PLACES] * at[0], more = k.to_bodies[r][0] * k.eliminated[0];
+    for (int j = 1; j < N; j++) sum += row[OWN_PLACES + j] * at[j];
+    for (int j = 1; j < N + 3; j++) more += k.to_bodies[r][j] * k.eliminated[j];
     share[r] += sum + masked(k.apart, more);
   }
 }
@@ -349,7 +349,9 @@ inline void invert(const double (&matrix)[MOST_FREE][MOST_FREE], int n, double (
 
 inline void factorise(const Layout &layout, std::vector<BallBlock> &blocks, BodyStep &e, double g) {
   Corner corner{}, by_place{};
-  for (BallBlock &k : blocks) sized(layout, [&]<bool EVEN, int M>() { factorise_block<EVEN, M>(k, g, corner, by_place); });
+  sized(layout, [&]<bool EVEN, int M>() __attribute__((always_inline)) {
+    for (BallBlock &k : blocks) factorise_block<EVEN, M>(k, g, corner, by_place);
+  });
   for (int i = 0; i < layout.unknowns; i++)
     for (int j = 0; j < layout.unknowns; j++) {
       e.answer_to_place[i][j] = e.over_inertia[i] * (total(by_place[i][j]) + e.by_place[i][j]);

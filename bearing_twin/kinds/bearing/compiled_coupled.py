@@ -12,7 +12,7 @@ from bearing_twin.kinds.bearing.forces.layout import BORDER, CAGE, SHAFT_ANGLE, 
 COORDINATES, INTEGRALS = 9, 4  # ring x, y, z, its tilt about x and y, cage x, y, its angle, shaft
 CAGE_ANGLE, SHAFT = 7, 8
 BODY_NUMBERS = 2 * COORDINATES + INTEGRALS
-HELD, LEVEL, TILTING = range(3)  # RingMotion of coupled_bodies.hpp
+HELD, TILTED, LEVEL, TILTING = range(4)  # RingMotion of coupled_bodies.hpp
 NO_CAGE, EVEN, POCKETS = range(3)  # CageKind
 # The number of the bodies' state that stands at each place of a border (BORDER,): a ring with tilt, and a cage whose
 # centre moves beside a ring without.
@@ -45,10 +45,12 @@ def _walls(bearing, partners) -> list[float]:
     return [*pockets, *land]
 
 
-def _ring_motion(bearing) -> int:
+def _ring_motion(bearing, partners) -> int:
     if not bearing.ring:
         return HELD
-    return LEVEL if len(bearing.ring) == 1 else TILTING
+    if len(bearing.ring) == 1:
+        return LEVEL
+    return TILTING if partners.ring else TILTED
 
 
 def _numbers_of_bodies(bearing, partners) -> np.ndarray:
@@ -62,7 +64,7 @@ def _numbers_of_bodies(bearing, partners) -> np.ndarray:
     cage = NO_CAGE if not partners.free[CAGE] else EVEN if partners.even else POCKETS
     return np.array(
         [
-            *(_ring_motion(bearing), cage, guided, *free),
+            *(_ring_motion(bearing, partners), cage, guided, *free),
             *_spread(partners.mass, guided, shaft.inertia if shaft else 1.0),
             *_spread(partners.stiffness, guided),
             *_spread(partners.damping, guided, shaft.damping if shaft else 0.0),
