@@ -1,7 +1,7 @@
 // Balls, ring, cage and shaft as one system with common steps: a chunk by a Rosenbrock method.
 #pragma once
-#include "coupled_system.hpp"
 #include "free_balls.hpp"
+#include "touching_balls.hpp"
 
 namespace core {
 
@@ -16,6 +16,7 @@ class Integration {
   Integration(const Chunk &chunk, const CoupledBodies &bodies, const Results &results, const BodyResults &body_results)
       : chunk(chunk), bearing(chunk.bearing), method(chunk.method), bodies(bodies), layout(bodies), out(results), body_out(body_results) {
     for (int c = 0; c < MOTION; c++) over_scale[c] = 1.0 / chunk.scale[c];
+    alone = layout.unknowns == 0;
     varies = !bodies.torque_driven() && bodies.shaft_acceleration != 0.0;
     for (int k = 0; k < layout.unknowns; k++) varies |= bodies.load_rate[layout.coordinate[k]] != 0.0;
     varies |= bodies.unbalance != 0.0 && !bodies.torque_driven();
@@ -23,27 +24,33 @@ class Integration {
   }
 
   // Moves the numbered balls, neighbours one after the other, and the bodies through the chunk.
-  Status run(const std::int64_t *numbers, int count) {
+  // `near` says which of all balls may touch the next ahead.
+  Status run(const std::int64_t *numbers, int count, const std::uint8_t *near) {
     begin(numbers, count);
+    touching.begin(near, out.balls, numbers, count);
     for (;;) {
       if (*chunk.stop != 0) return STOPPED;
       double wanted = step, left = chunk.duration - time;
+      if (alone && wanted > LONGEST_FLIGHT && any_flies()) wanted = LONGEST_FLIGHT;
       step = wanted >= left - NEGLIGIBLE * chunk.duration ? left : wanted;
+      double resume = cut_at_walls();
       make_step();
       out.counts[2] += count * (evaluations - again), out.counts[3] += count * !again;
       double proposed = next_step(step, error, method.order);
-      if (!(error <= 1.0)) {
+      double share = error <= 1.0 && method.ends_steps_at_contacts ? landing_share() : 1.0;
+      if (!(error <= 1.0) || share < LANDED) {
         out.counts[1] += count;
-        step = proposed, again = true;
-        if (step < LEAST_STEP) return failed(STALLED, time, numbers[0]);
+        bool landed = error <= 1.0;
+        step = landed ? step * share : proposed, again = true;
+        if (step < LEAST_STEP && !landed) return failed(STALLED, time, numbers[0]);
         continue;
       }
       out.counts[0] += count;
       bool last = time + step >= chunk.duration * (1.0 - NEGLIGIBLE);
       give_out(last ? HUGE_VAL : time + step);
       move_on();
-      step = proposed;
-      if (last) return finish(std::max(wanted, proposed));
+      step = std::max(proposed, resume);
+      if (last) return finish(std::max(wanted, step));
     }
   }
 
@@ -60,6 +67,9 @@ class Integration {
   std::vector<BallBlock> blocks;
   BodyStep e;
   double time = 0.0, step = 0.0, gain = 0.0, error = 0.0, over_scale[MOTION];
+  TouchingBalls touching;
+  double land_closing = 0.0;  // m/s^2: how fast the cage's centre comes to move towards its land
+  bool alone = false;  // no ring and no cage couples the balls
   bool varies, again = false;  // again: the step before was rejected, and rates and Jacobian at its start still hold
 
   void begin(const std::int64_t *balls, int size) {
@@ -101,8 +111,10 @@ class Integration {
     prescribe_shaft(e.y, moment);
     for (BallBlock &k : blocks) {
       follow_cage(k.y, e.y, k);
+      if (DERIVATIVES && touching.active()) std::fill(&k.tile[0][0], &k.tile[0][0] + TILE_ROWS * TILE_COLUMNS, Pack{});
       forces_of_block<PATCH, DERIVATIVES>(bearing, bodies, layout, k, e.y, push);
     }
+    if (touching.active()) touching.add<DERIVATIVES>(bearing, blocks);
     for (BallBlock &k : blocks) finish_rates<DERIVATIVES>(bearing, layout, k, push, carried);
     double over_inertia[MOST_FREE];
     std::copy(e.over_inertia, e.over_inertia + MOST_FREE, over_inertia);
@@ -163,7 +175,9 @@ class Integration {
     if (varies) evaluate_later();
     if (!again) linearise();
     if (varies) take_slope();
+    if (touching.active()) touching.choose_members(blocks);
     factorise(layout, blocks, e, gain);
+    if (touching.meets()) touching.factorise(layout, blocks, e, gain);
     make_stage<0>(), make_stage<1>(), make_stage<2>(), make_stage<3>();
     if (method.stages > 4) make_stage<4>(), make_stage<5>();
     end_step();
@@ -203,8 +217,11 @@ class Integration {
       right[i] = e.right[COORDINATES + layout.coordinate[i]] + e.over_inertia[i] * total(share[i]);
       for (int j = 0; j < M; j++) right[i] += e.answer_to_place[i][j] * known[j];
     }
+    if (touching.meets()) touching.solve(layout, blocks, gain, right);
     for (int i = 0; i < layout.unknowns; i++) {
-      for (int j = 0; j < M; j++) speeds[i] += e.inverse[i][j] * right[j];
+      if (touching.meets()) speeds[i] = right[i];
+      else
+        for (int j = 0; j < M; j++) speeds[i] += e.inverse[i][j] * right[j];
       places[i] = known[i] + gain * speeds[i];
       x[layout.coordinate[i]] = places[i], x[COORDINATES + layout.coordinate[i]] = speeds[i];
     }
@@ -215,6 +232,7 @@ class Integration {
     }
     double cage[2] = {x[CAGE_ANGLE], x[COORDINATES + CAGE_ANGLE]};
     for (BallBlock &k : blocks) follow_block<EVEN, M>(k, gain, places, speeds, cage, k.stage[stage]);
+    if (touching.meets()) touching.add_losses(blocks, gain, stage);
   }
 
   // States at the end, orientations there, and the error: the greatest of the balls' and the bodies' root mean squares.
@@ -234,14 +252,20 @@ class Integration {
       const BallState &s = k.stage[last];
       for (int c = 0; c < COLUMNS; c++) k.end[c] = k.y[c] + s[c];
       follow_cage(k.end, e.end, k);
-      Pack sum{};
+      Pack weight = broadcast<Pack>(1.0), sum{};
+      if (bodies.cage == CageKind::pockets)
+        weight = walls::weight_of_light(free_balls::outer_approach(bearing, k.start), free_balls::outer_approach(bearing, k.end), bodies.light);
       for (int c = 0; c < MOTION; c++) {
         Pack scaled = (c == ORBIT_RATE ? k.start[RADIUS] * s[c] + k.start[ORBIT_RATE] * s[RADIUS] : s[c]) * over_scale[c];
+        if (c == ANGLE || c > VELOCITY) scaled *= weight;
         sum += scaled * scaled;
       }
       sum = square_root(sum * (1.0 / MOTION));
-      for (int lane = 0; lane < LANES; lane++)
-        if (k.live[lane] && !(sum[lane] <= error)) error = sum[lane];
+      for (int lane = 0; lane < LANES; lane++) {
+        if (!k.live[lane]) continue;
+        double own = alone && sum[lane] <= 1.0 ? std::max(double(sum[lane]), least_error(k, lane)) : double(sum[lane]);
+        if (!(own <= error)) error = own;
+      }
       for (int c : {ORBIT_RATE, int(SPIN), SPIN + 1, SPIN + 2}) prepare_interpolant(k, c);
       auto middle = [&](int c) { return inside(k, 0.5, c); };
       k.after = rotated(k.before, spin_in_frame(k.start), {middle(SPIN), middle(SPIN + 1), middle(SPIN + 2) - middle(ORBIT_RATE)},
@@ -289,9 +313,14 @@ class Integration {
   }
 
   void move_on() {
+    note_closing();
     time += step, again = false;
     e.start = e.end;
     for (BallBlock &k : blocks) k.start = k.end, k.before = k.after;
+    if (!touching.active()) return;
+    BallBlock &tail = blocks.back();  // no contact holds what spare lanes repeat
+    for (int lane = (count - 1) % LANES + 1; lane < LANES; lane++)
+      for (int c = 0; c < COLUMNS; c++) tail.start[c][lane] = tail.start[c][(count - 1) % LANES];
   }
 
   Status finish(double next) {
@@ -307,14 +336,48 @@ class Integration {
       for (int c = 0; c < 4; c++) out.orientation[ball * 4 + c] = k.before[c][lane];
       if (!(sum < HUGE_VAL)) return failed(NOT_FINITE, chunk.duration, ball);
       double deepest = DEEPEST * bearing.ball_radius;
-      if (inner_approach(y) > deepest || free_balls::approach_at(bearing, bearing.outer, y[RADIUS], y[HEIGHT]) > deepest)
+      if (inner_approach(y) > deepest || outer_approach(y) > deepest)
         return failed(TOO_DEEP, chunk.duration, ball);
     }
     return OK;
   }
 
+  // Steps end where a ball meets a wall of its pocket or leaves it; the least step to go on with [s], 0 where uncut.
+  double cut_at_walls() {
+    if (bodies.cage != CageKind::pockets) return 0.0;
+    double wanted = step, mass = walls::mass_between(bearing, bodies);
+    double blur = chunk.scale[ORBIT_RATE] * bearing.ball_mass / bodies.pockets.wall.stiffness;
+    walls::Cut cut{step, 0.0};
+    for (int place = 0; place < count; place++) {
+      const BallBlock &k = blocks[place / LANES];
+      int lane = place % LANES;
+      double y[MOTION];
+      for (int c = 0; c < MOTION; c++) y[c] = k.start[c][lane];
+      walls::Gap gap = walls::gap_of(bodies, y, k.pocket[lane], e.start);
+      double until = walls::next_bend(bodies.pockets.wall, mass, blur, gap, gap.side * k.closing[lane]);
+      if (until < cut.step) cut = {until, gap.approach < 0.0 ? std::min(wanted, walls::FIRST * ONSET / gap.rate) : wanted};
+    }
+    if (bodies.guided) cut = walls::cut_at_land(bodies, e.start, land_closing, wanted, cut);
+    step = cut.step;
+    return cut.resume;
+  }
+
+  // Keeps how fast balls come forward in their pockets, and the cage towards its land, at the end of an accepted step.
+  void note_closing() {
+    if (bodies.cage != CageKind::pockets) return;
+    const double *growth = e.f.data() + COORDINATES;
+    for (BallBlock &k : blocks) {
+      k.closing = bodies.pockets.radius * (k.f[ORBIT_RATE] - growth[CAGE_ANGLE]);
+      if (!bodies.guided) continue;
+      auto [cosine, sine] = cosine_sine_value(k.end[ANGLE]);
+      k.closing -= cosine * growth[CAGE_Y] - sine * growth[CAGE_X];
+    }
+    if (bodies.guided) land_closing = walls::land_closing(bodies, e.end, e.f);
+  }
+
   // Approach [m] of a ball at the inner raceway, where the ring is at the step's start.
-  double inner_approach(const double *y) const {
+  template <class Y>
+  double inner_approach(const Y &y) const {
     if (bodies.ring == RingMotion::held) return free_balls::inner_approach(bearing, y[RADIUS], y[ANGLE], y[HEIGHT]);
     double c = std::cos(y[ANGLE]), s = std::sin(y[ANGLE]);
     Vector3 centre = about_z(c, -s, Vector3{e.start[RING_X], e.start[RING_Y], e.start[RING_Z]});
@@ -324,6 +387,56 @@ class Integration {
       offset = into_ring(ring_axes(tilt.x, tilt.y), offset);
     }
     return free_balls::approach_at(bearing, bearing.inner, std::sqrt(offset.x * offset.x + offset.y * offset.y), offset.z);
+  }
+  template <class Y>
+  double outer_approach(const Y &y) const { return free_balls::approach_at(bearing, bearing.outer, y[RADIUS], y[HEIGHT]); }
+  static std::array<double, 3> place_of(const BallState &y, int lane) { return {y[RADIUS][lane], y[ANGLE][lane], y[HEIGHT][lane]}; }
+
+  bool any_flies() const {
+    for (int place = 0; place < count; place++) {
+      auto y = place_of(blocks[place / LANES].start, place % LANES);
+      if (outer_approach(y) < 0.0 && inner_approach(y) < 0.0) return true;
+    }
+    return false;
+  }
+
+  // The least error of a step in which a contact of the ball with a raceway begins or ends, as in free_balls.hpp.
+  double least_error(const BallBlock &k, int lane) const {
+    auto begin = place_of(k.start, lane), end = place_of(k.end, lane);
+    double first = outer_approach(begin), last = outer_approach(end);
+    double lag = bearing.power * bearing.relaxation_time * std::min(last - first, 0.0) / step;
+    if (!(std::min(first, last) + lag <= 0.0)) return 0.0;
+    double change = std::max(free_balls::contact_change(bearing, bearing.outer, first, last, step),
+                             free_balls::contact_change(bearing, bearing.inner, inner_approach(begin), inner_approach(end), step));
+    return LANDING_SHARE / (chunk.scale[VELOCITY] * std::sqrt(double(MOTION))) * change;
+  }
+
+  // The share of the step after which a contact of a ball with a raceway has just begun or ended; 1 where none does.
+  double landing_share() {
+    double least = 1.0;
+    for (int place = 0; place < count; place++) {
+      BallBlock &k = blocks[place / LANES];
+      int lane = place % LANES;
+      auto begin = place_of(k.start, lane);
+      double before[2] = {inner_approach(begin), outer_approach(begin)};
+      auto changes = [&](double share) {
+        std::array<double, 3> there;
+        for (int c = 0; c < 3; c++) there[c] = share < 1.0 ? inside(k, share, c)[lane] : k.end[c][lane];
+        double after[2] = {inner_approach(there), outer_approach(there)};
+        for (int i = 0; i < 2; i++)
+          if (before[i] * after[i] < 0.0 && std::min(std::fabs(before[i]), std::fabs(after[i])) > TOUCHING) return true;
+        return false;
+      };
+      if (!changes(1.0)) continue;
+      for (int c = 0; c < VELOCITY; c++) prepare_interpolant(k, c);
+      double low = 0.0, high = 1.0;
+      while (high - low > 1e-6) {
+        double middle = 0.5 * (low + high);
+        (changes(middle) ? high : low) = middle;
+      }
+      least = std::min(least, high);
+    }
+    return least;
   }
 
   Status failed(Status status, double when, std::int64_t ball) {

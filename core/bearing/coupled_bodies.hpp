@@ -53,6 +53,35 @@ CORE_INLINE auto wall_load(const Wall &wall, const A &approach, const R &rate) {
   return std::pair{elastic, maximum(elastic + viscous, 0.0)};
 }
 
+// The land of a ring that guides a cage, two round surfaces in the plane across the axis; `add` as for `body_forces`.
+template <class P, class V, class Add>
+inline void land_forces(const CoupledBodies &b, P place, V velocity, Add add) {
+  bool inner = b.land.side < 0.0;
+  double moves = inner ? 1.0 : 0.0;
+  auto off = [&]<int C, int R>(const auto &of) { return of.template operator()<C>() - moves * of.template operator()<R>(); };
+  auto x = off.template operator()<CAGE_X, RING_X>(place), y = off.template operator()<CAGE_Y, RING_Y>(place);
+  auto u = off.template operator()<CAGE_X, RING_X>(velocity), v = off.template operator()<CAGE_Y, RING_Y>(velocity);
+  auto square = x * x + y * y;
+  if (!(std::sqrt(value_of(square)) > b.land.clearance)) return;
+  auto [distance, inverse] = root_and_inverse(square);
+  auto along = x * inverse, across = y * inverse;
+  auto rate = along * u + across * v;
+  auto [elastic, load] = wall_load(b.land.wall, distance - b.land.clearance, rate);
+  auto lever = b.land.side * b.land.radius - distance;  // from the cage's centre to where they touch
+  auto ring_speed = moves * velocity.template operator()<SHAFT>();
+  auto slip = along * v - across * u + velocity.template operator()<CAGE_ANGLE>() * lever - b.land.side * b.land.radius * ring_speed;
+  auto drag = -(b.land.wall.friction * load) * slip * root_and_inverse(slip * slip + b.land.smoothing * b.land.smoothing).second;
+  auto force_x = -(load * along) - drag * across, force_y = drag * along - load * across;
+  auto ring_torque = -(b.land.side * b.land.radius) * drag;
+  add.template operator()<CAGE_X>(force_x), add.template operator()<CAGE_Y>(force_y), add.template operator()<CAGE_ANGLE>(lever * drag);
+  add.template operator()<COORDINATES + LOST>((load - elastic) * rate - drag * slip);
+  if (!inner) return;
+  if (b.free[RING_X]) add.template operator()<RING_X>(-force_x);
+  if (b.free[RING_Y]) add.template operator()<RING_Y>(-force_y);
+  add.template operator()<SHAFT>(ring_torque);
+  add.template operator()<COORDINATES + LAND_WORK>(-(ring_speed * ring_torque));
+}
+
 // Forces on the coordinates but for those of the balls, and powers of the integrals. `add`<ROW> takes a part of the force
 // on coordinate ROW, or of the power of integral ROW - COORDINATES. Where DERIVATIVES, its columns are those of `y`.
 template <bool DERIVATIVES, class Add>
@@ -86,6 +115,10 @@ inline void body_forces(const CoupledBodies &b, double time, const BodyState &y,
       add.template operator()<COORDINATES + LOAD_WORK>(force * velocity.template operator()<C>());
     };
     turning.template operator()<RING_X>(cosine), turning.template operator()<RING_Y>(sine);
+  }
+  if (b.guided) {
+    add.template operator()<CAGE_X>(b.weight[CAGE_X]), add.template operator()<CAGE_Y>(b.weight[CAGE_Y]);
+    land_forces(b, place, velocity, add);
   }
   if (b.free[SHAFT]) {
     double torque = b.load[SHAFT] + time * b.load_rate[SHAFT];

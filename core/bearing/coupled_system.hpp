@@ -3,7 +3,7 @@
 // velocities; then each ball is eliminated, a small system of the bodies is left, and its solution goes back to the balls.
 #pragma once
 #include <vector>
-#include "coupled_elements.hpp"
+#include "cage_pockets.hpp"
 #include "../methods/rosenbrock.hpp"
 
 namespace core {
@@ -111,15 +111,27 @@ template <RingMotion RING, bool PATCH, bool DERIVATIVES>
   between_raceways<RING, PATCH>(bearing, ElementInput<DERIVATIVES>{k.y, y}, store);
 }
 
-// Forces of raceways on a block of balls and on the bodies; with DERIVATIVES its tile, too.
+template <bool DERIVATIVES>
+[[gnu::noinline]] inline void pockets_of_block(const Bearing &bearing, const CoupledBodies &bodies, const Layout &layout, BallBlock &k, const BodyState &y, Pushes &push) {
+  ElementStore<true, DERIVATIVES> store{layout, k, push};
+  ElementInput<DERIVATIVES> in{k.y, y};
+  if (bodies.guided) in_moving_pocket(bearing, bodies.pockets, k.pocket, in, store);
+  else in_pocket(bearing, bodies.pockets, k.pocket, in, store);
+}
+
+// Forces of raceways and pockets on a block of balls and on the bodies; with DERIVATIVES its tile, too.
 template <bool PATCH, bool DERIVATIVES>
 inline void forces_of_block(const Bearing &bearing, const CoupledBodies &bodies, const Layout &layout, BallBlock &k, const BodyState &y, Pushes &push) {
+  if (DERIVATIVES && bodies.cage == CageKind::pockets)
+    for (auto &row : k.tile)
+      for (Pack &entry : row) entry = Pack{};  // raceways leave what pockets add to
   switch (bodies.ring) {
     case RingMotion::held: raceways_of_block<RingMotion::held, PATCH, DERIVATIVES>(bearing, layout, k, y, push); break;
     case RingMotion::tilted: raceways_of_block<RingMotion::tilted, PATCH, DERIVATIVES>(bearing, layout, k, y, push); break;
     case RingMotion::level: raceways_of_block<RingMotion::level, PATCH, DERIVATIVES>(bearing, layout, k, y, push); break;
     case RingMotion::tilting: raceways_of_block<RingMotion::tilting, PATCH, DERIVATIVES>(bearing, layout, k, y, push); break;
   }
+  if (bodies.cage == CageKind::pockets) pockets_of_block<DERIVATIVES>(bearing, bodies, layout, k, y, push);
 }
 
 // The rates once all forces are known; `carried` gathers m r^2 of an even cage's balls, whose moments push the cage.
