@@ -2,7 +2,6 @@
 #include "../door.hpp"
 #include "free_balls.hpp"
 #include "numbers.hpp"
-#include "outputs.hpp"
 #include "start.hpp"
 
 using namespace core;
@@ -19,20 +18,6 @@ CORE_EXPORT int core_free_balls(
   Results results{int(balls), state, orientation, steps, states, orientations, counts, failure};
   if (bearing.over_patch()) return free_balls::Integration<true>(chunk, results).run(numbers, int(count));
   return free_balls::Integration<false>(chunk, results).run(numbers, int(count));
-}
-
-// Fills rows of all channels; `place` holds the numbers of RowPlaces in their order.
-CORE_EXPORT void core_held_ring_outputs(
-    const double *bearing_numbers, const double *points, const double *drive, std::int64_t instants, std::int64_t balls,
-    const double *times, const double *states, const double *orientations, const std::int64_t *place, double *out) {
-  Bearing bearing = bearing_of(bearing_numbers, points);
-  RowPlaces places;
-  for (int &one : places.first) one = int(*place++);
-  for (int &one : places.width) one = int(*place++);
-  for (int *one : {&places.ring, &places.shared, &places.neighbours, &places.position, &places.columns}) *one = int(*place++);
-  DriveNow now{drive[0], drive[1], drive[2]};
-  if (bearing.over_patch()) outputs::write<true>(bearing, now, int(instants), int(balls), times, states, orientations, places, out);
-  else outputs::write<false>(bearing, now, int(instants), int(balls), times, states, orientations, places, out);
 }
 
 // Rates (12,) and Jacobian (9, 9) of one ball's motion, for tests: values and derivatives of the same functions.

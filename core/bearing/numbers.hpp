@@ -1,6 +1,7 @@
 // Reads the numbers that the doors of the bearing are handed.
 #pragma once
 #include "../methods/rosenbrock.hpp"
+#include "coupled_bodies.hpp"
 #include "model.hpp"
 
 namespace core {
@@ -46,6 +47,23 @@ inline RosenbrockMethod method_of(const double *numbers) {
   read(m.alpha), read(m.d);
   for (auto &row : m.dense) read(row);
   return m;
+}
+
+// Reads numbers in the order in which kinds/bearing/compiled_coupled.py writes them.
+inline CoupledBodies bodies_of(const double *numbers, const double *shaft) {
+  CoupledBodies b{};
+  Reader read(numbers);
+  b.ring = RingMotion(read.integer()), b.cage = CageKind(read.integer()), b.guided = read.integer() != 0;
+  for (bool &one : b.free) one = read.integer() != 0;
+  for (auto *of_each : {&b.inertia, &b.stiffness, &b.damping, &b.rest, &b.weight, &b.place_scale, &b.speed_scale}) read(*of_each);
+  read(b.polar_inertia), read(b.unbalance), read(b.phase), read(b.light);
+  auto read_wall = [&](Wall &wall) { read(wall.stiffness), read(wall.relaxation_time), read(wall.friction); };
+  read(b.pockets.radius), read(b.pockets.half_clearance), read_wall(b.pockets.wall);
+  read(b.land.side), read(b.land.radius), read(b.land.clearance), read_wall(b.land.wall), read(b.land.smoothing);
+  Reader read_motion(shaft);
+  read_motion(b.load), read_motion(b.load_rate);
+  read_motion(b.shaft_angle), read_motion(b.shaft_speed), read_motion(b.shaft_acceleration);
+  return b;
 }
 
 }  // namespace core

@@ -1,23 +1,27 @@
-// What a bearing whose rings are held gives out: one row of all channels an instant (kinds/bearing/outputs.py), filled
-// from the balls' states. Contacts are those of the equations of motion themselves.
+// What a bearing gives out: one row of all channels an instant (kinds/bearing/outputs.py), filled from the states of the
+// balls and of ring, cage and shaft. Contacts are those of the equations of motion themselves.
 #pragma once
-#include <vector>
 #include "ball_ball.hpp"
-#include "ball_rates.hpp"
+#include "cage_pockets.hpp"
 
 namespace core {
 
 constexpr int OWN_CHANNELS = 19, SUMS = 18;
 // Where the numbers of a row stand: those of ball k in own channel i at first[i] + k width[i]; then the first of the
-// ring's, of the sums over the balls and of the contacts between neighbours; positions.
-struct RowPlaces { int first[OWN_CHANNELS], width[OWN_CHANNELS], ring, shared, neighbours, position, columns; };
+// ring's, of the sums over the balls and of the contacts between neighbours; positions, forces of the raceways.
+struct RowPlaces { int first[OWN_CHANNELS], width[OWN_CHANNELS], ring, shared, neighbours, position, force, columns; };
 
 struct DriveNow { double angle, speed, acceleration; };
 
 namespace outputs {
 
-constexpr int DRIVE_TORQUE = 16;  // columns after the ring's angle
-constexpr int ELASTIC_ENERGY = 13, INNER_TORQUE_Z = 5;  // among the sums
+// Columns after the ring's angle.
+enum RingColumn {
+  RING_SPEED = 1, RING_OFFSET, RING_TILT = 5, RING_VELOCITY = 7, TILT_RATE = 10, RING_LOAD = 12, RING_LOAD_WORK = 15,
+  DRIVE_TORQUE, CAGE_TURN, CAGE_SPEED, CAGE_SLIP, POCKET_FORCE
+};
+// Sums over the balls.
+enum Sum { INNER_FORCE, INNER_TORQUE = 3, OUTER_FORCE = 6, OUTER_TORQUE = 9, KINETIC = 12, ELASTIC, POTENTIAL, WORK, LOSS, GROSS };
 
 using Vector = Vector3<Pack>;
 
@@ -26,37 +30,76 @@ CORE_INLINE Pack filled(const Pack &x) { return x; }
 template <class X, class Y, class Z>
 CORE_INLINE Vector filled(const Vector3<X, Y, Z> &v) { return {filled(v.x), filled(v.y), filled(v.z)}; }
 
-// One contact in the ball's frame, and what it does to ring and ball in bearing_link.
-struct Side {
+// The inner ring as the balls in lanes meet it, in bearing_link; a ring that is held has neither tilt nor motion.
+struct RingPose { Vector centre, tilt, drift, turning; Pack speed; };
+
+// A contact in the axes in which it was computed.
+struct Contact {
   Pack approach, normal_load, energy, contact_angle, spin_rate, small, large, drilling;
-  Vector point, normal, friction, slip, force, torque, reaction;  // in bearing_link; normal in the direction of the load
+  Vector arm, normal, friction, slip;
 };
 
 template <bool PATCH, class O, class W>
-CORE_INLINE Side side_of(const Bearing &bearing, const Raceway &raceway, double outwards, const O &offset, const W &speed,
-                         const Vector &position, const Vector &centre, const Vector &velocity, const Vector &spin,
-                         const Pack &cosine, const Pack &sine) {
+CORE_INLINE Contact contact_of(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &speed,
+                               const Vector &velocity, const Vector &spin) {
   auto [at, normal_radial] = contact_place(bearing, raceway, offset, speed);
   auto relative = (velocity + cross(spin, at.arm)) - at.surface_velocity;
   auto spin_rate = dot(spin, at.normal) - speed * at.normal.z;
   auto action = contact_action<PATCH>(bearing, raceway, at, normal_radial, relative, spin_rate);
-  Side side;
-  Vector normal = filled(at.normal), arm = filled(at.arm), friction = filled(action.friction);
+  Contact contact;
+  contact.normal = filled(at.normal), contact.arm = filled(at.arm);
+  contact.friction = filled(action.friction), contact.slip = filled(action.slip);
   Pack ball = broadcast<Pack>(1.0 / bearing.ball_radius);
-  side.approach = at.approach, side.normal_load = action.normal_load, side.spin_rate = spin_rate;
-  side.energy = 1.0 / (bearing.power + 1.0) * at.load * maximum(at.approach, 0.0);
-  side.small = 0.5 * (ball - 1.0 / raceway.groove_radius);
-  side.large = 0.5 * (ball - normal_radial / (raceway.locus_radius + raceway.groove_radius * normal_radial));
-  side.contact_angle = arctangent(Pack((outwards * normal.z + 0.0) / square_root(normal.x * normal.x + normal.y * normal.y)));
-  side.drilling = filled(action.drilling);
+  contact.approach = at.approach, contact.normal_load = action.normal_load, contact.spin_rate = spin_rate;
+  contact.energy = 1.0 / (bearing.power + 1.0) * at.load * maximum(at.approach, 0.0);
+  contact.small = 0.5 * (ball - 1.0 / raceway.groove_radius);
+  contact.large = 0.5 * (ball - normal_radial / (raceway.locus_radius + raceway.groove_radius * normal_radial));
+  contact.drilling = filled(action.drilling);
+  return contact;
+}
+
+template <bool PATCH, RingMotion RING>
+CORE_INLINE Contact inner_contact(const Bearing &bearing, const RingPose &ring, const Pack &cosine, const Pack &sine,
+                                  const Vector &local, const Vector &velocity, const Vector &spin) {
+  auto seen = [&](const Vector &v) __attribute__((always_inline)) { return about_z(cosine, Pack(-sine), v); };
+  Vector offset = local - seen(ring.centre);
+  if constexpr (RING == RingMotion::held) return contact_of<PATCH>(bearing, bearing.inner, offset, ring.speed, velocity, spin);
+  Vector against = velocity - seen(ring.drift);
+  if constexpr (RING == RingMotion::held || RING == RingMotion::level)
+    return contact_of<PATCH>(bearing, bearing.inner, offset, ring.speed, against, spin);
+  else {
+    Vector tilt = seen(ring.tilt), turning = seen(ring.turning);
+    auto axes = ring_axes(tilt.x, tilt.y);
+    Vector from_centre = into_ring(axes, offset);
+    Contact contact = contact_of<PATCH>(bearing, bearing.inner, from_centre, ring.speed,
+                                        into_ring(axes, against - cross(turning, from_centre)), into_ring(axes, spin - turning));
+    for (Vector *v : {&contact.arm, &contact.normal, &contact.friction, &contact.slip}) *v = out_of_ring(axes, *v);
+    return contact;
+  }
+}
+
+// Against the radial plane, above zero where the inner ring is pushed along +z; `outwards` is 1 at the outer ring, -1 at
+// the inner one.
+CORE_INLINE Pack contact_angle(const Contact &contact, double outwards) {
+  Pack in_plane = square_root(contact.normal.x * contact.normal.x + contact.normal.y * contact.normal.y);
+  return arctangent(Pack((outwards * contact.normal.z + 0.0) / in_plane));
+}
+
+// A contact in bearing_link, the normal in the direction of the load; force and torque on the ball about its centre.
+struct Placed { Vector point, normal, friction, slip, drilling, force, torque; };
+CORE_INLINE Placed placed(const Contact &contact, const Vector &local, const Pack &cosine, const Pack &sine) {
   auto turned = [&](const Vector &v) __attribute__((always_inline)) { return about_z(cosine, sine, v); };
-  Vector drilling = side.drilling * normal;
-  side.point = turned(position + arm), side.normal = turned(-1.0 * normal);
-  side.friction = turned(friction), side.slip = turned(filled(action.slip));
-  side.force = turned(friction - side.normal_load * normal);
-  side.torque = turned(cross(arm, friction) + drilling);
-  side.reaction = -1.0 * (cross(side.point - centre, side.force) + turned(drilling));
-  return side;
+  Vector drilling = contact.drilling * contact.normal;
+  return {turned(local + contact.arm), turned(-1.0 * contact.normal), turned(contact.friction), turned(contact.slip), turned(drilling),
+          turned(contact.friction - contact.normal_load * contact.normal), turned(cross(contact.arm, contact.friction) + drilling)};
+}
+
+// What a contact does to the inner ring about its centre: about x and y as the tilts work, about z about the ring's axis.
+CORE_INLINE Vector moment_on_tilted(const RingPose &ring, const Vector &position, const Vector &force, const Vector &torque) {
+  Vector offset = into_ring(ring_axes(ring.tilt.x, ring.tilt.y), position - ring.centre);
+  Vector level = cross(offset, force) + torque;
+  Vector turned = cross(offset, force - cross(ring.tilt, force)) + (torque - cross(ring.tilt, torque));
+  return {-level.x, -level.y, -turned.z};
 }
 
 // The numbers of one ball in the order of the own channels, then its shares in the sums.
@@ -67,43 +110,44 @@ struct BallRow {
   CORE_INLINE void put(const Vector &v) { put(v.x), put(v.y), put(v.z); }
 };
 
-template <bool PATCH>
-[[gnu::noinline]] inline void fill(const Bearing &bearing, const Pack &ring_speed, const BallState &y,
+template <bool PATCH, RingMotion RING>
+[[gnu::noinline]] inline void fill(const Bearing &bearing, const RingPose &ring, const BallState &y,
                                    const Quaternion &own_orientation, BallRow &row) {
   auto [cosine, sine] = cosine_sine_value(y[ANGLE]);
-  auto c = cosine, s = sine;
+  Pack c = cosine, s = sine;
   Vector local{y[RADIUS], Pack{}, y[HEIGHT]}, velocity{y[VELOCITY], y[VELOCITY + 1], y[VELOCITY + 2]};
   Vector spin{y[SPIN], y[SPIN + 1], y[SPIN + 2]};
-  const double *o = bearing.offset;
-  Vector centre{broadcast<Pack>(o[0]), broadcast<Pack>(o[1]), broadcast<Pack>(o[2])};
-  Vector offset = local - about_z(c, -s, centre);
-  Side inner = side_of<PATCH>(bearing, bearing.inner, -1.0, offset, ring_speed, local, centre, velocity, spin, c, s);
-  Vector3 on_axis{y[RADIUS], Zero{}, y[HEIGHT]};
-  Side outer = side_of<PATCH>(bearing, bearing.outer, 1.0, on_axis, Zero{}, local, Vector{}, velocity, spin, c, s);
+  Contact at_inner = inner_contact<PATCH, RING>(bearing, ring, c, s, local, velocity, spin);
+  Contact at_outer = contact_of<PATCH>(bearing, bearing.outer, Vector3{y[RADIUS], Zero{}, y[HEIGHT]}, Zero{}, velocity, spin);
+  Placed inner = placed(at_inner, local, c, s), outer = placed(at_outer, local, c, s);
   Vector position = about_z(c, s, local);
   auto [half_cosine, half_sine] = cosine_sine_value(Pack(0.5 * y[ANGLE]));
   Quaternion orientation = product({Pack{}, Pack{}, half_sine, half_cosine}, own_orientation);
 
+  at_inner.contact_angle = contact_angle(at_inner, -1.0), at_outer.contact_angle = contact_angle(at_outer, 1.0);
   row.next = 0;
   row.put(y[ANGLE]), row.put(position), row.put(about_z(c, s, velocity));
   for (const Pack &part : orientation) row.put(part);
   row.put(about_z(c, s, spin)), row.put(y[VELOCITY + 1] / y[RADIUS] - y[SPIN + 2]);
   row.put(inner.force + outer.force), row.put(inner.torque + outer.torque);
-  for (auto number : {&Side::approach, &Side::normal_load, &Side::contact_angle, &Side::spin_rate, &Side::small, &Side::large})
-    row.put(inner.*number), row.put(outer.*number);
-  for (auto vector : {&Side::point, &Side::normal, &Side::friction, &Side::slip}) row.put(inner.*vector), row.put(outer.*vector);
-  row.put(inner.drilling), row.put(outer.drilling);
+  for (auto number : {&Contact::approach, &Contact::normal_load, &Contact::contact_angle, &Contact::spin_rate, &Contact::small, &Contact::large})
+    row.put(at_inner.*number), row.put(at_outer.*number);
+  for (auto vector : {&Placed::point, &Placed::normal, &Placed::friction, &Placed::slip}) row.put(inner.*vector), row.put(outer.*vector);
+  row.put(at_inner.drilling), row.put(at_outer.drilling);
 
+  Vector on_inner, on_outer = -1.0 * (cross(outer.point, outer.force) + outer.drilling);
+  if constexpr (RING == RingMotion::tilted || RING == RingMotion::tilting)
+    on_inner = moment_on_tilted(ring, position, inner.force, inner.torque);
+  else on_inner = -1.0 * (cross(inner.point - ring.centre, inner.force) + inner.drilling);
   Pack *share = row.shares;
-  for (const Vector &v : {-1.0 * inner.force, inner.reaction, -1.0 * outer.force, outer.reaction})
-    *share++ = v.x, *share++ = v.y, *share++ = v.z;
+  for (const Vector &v : {-1.0 * inner.force, on_inner, -1.0 * outer.force, on_outer}) *share++ = v.x, *share++ = v.y, *share++ = v.z;
   *share++ = 0.5 * (bearing.ball_mass * dot(velocity, velocity) + bearing.ball_inertia * dot(spin, spin));
-  *share++ = inner.energy + outer.energy;
+  *share++ = at_inner.energy + at_outer.energy;
   *share++ = -bearing.ball_mass * (bearing.gravity[0] * position.x + bearing.gravity[1] * position.y + bearing.gravity[2] * position.z);
   *share++ = y[DRIVE_WORK], *share++ = y[DISSIPATED], *share++ = y[GROSS_WORK];
 }
 
-inline double wrapped_angle_ahead(const double *state, int balls, int k) {
+inline double angle_ahead(const double *state, int balls, int k) {
   int j = k + 1 < balls ? k + 1 : 0;
   double angle = state[j * COLUMNS + ANGLE] - state[k * COLUMNS + ANGLE];
   return j == k + 1 ? angle : angle + 2.0 * M_PI;
@@ -116,7 +160,7 @@ inline void write_neighbours(const Bearing &bearing, const double *state, int ba
   for (int k = 0; k < balls; k++) {
     int j = k + 1 < balls ? k + 1 : 0;
     approach[k] = 0.0;
-    if (balls < 2 || (balls == 2 && wrapped_angle_ahead(state, balls, k) > M_PI)) continue;
+    if (balls < 2 || (balls == 2 && angle_ahead(state, balls, k) > M_PI)) continue;
     const double *a = row + places.position + 3 * k, *b = row + places.position + 3 * j;
     double x = b[0] - a[0], y = b[1] - a[1], z = b[2] - a[2];
     approach[k] = 2.0 * bearing.ball_radius - std::sqrt(x * x + y * y + z * z);
@@ -126,7 +170,7 @@ inline void write_neighbours(const Bearing &bearing, const double *state, int ba
       return Vector3{one[0], one[1], one[2]};
     };
     auto place = [&](int ball) { return Vector3{state[ball * COLUMNS + RADIUS], 0.0, state[ball * COLUMNS + HEIGHT]}; };
-    double angle = wrapped_angle_ahead(state, balls, k), c = std::cos(angle), s = std::sin(angle);
+    double angle = angle_ahead(state, balls, k), c = std::cos(angle), s = std::sin(angle);
     auto contact = pair_contact(bearing, about_z(c, s, place(j)) - place(k),
                                 vector(k, VELOCITY) - about_z(c, s, vector(j, VELOCITY)),
                                 vector(k, SPIN) + about_z(c, s, vector(j, SPIN)));
@@ -136,51 +180,187 @@ inline void write_neighbours(const Bearing &bearing, const double *state, int ba
       double *to = point + 3 * (balls * block + k);
       to[0] = v.x, to[1] = v.y, to[2] = v.z;
     };
-    row[places.shared + ELASTIC_ENERGY] += contact.energy;
+    row[places.shared + ELASTIC] += contact.energy;
     load[k] = contact.normal_load;
     store(place(k) + contact.arm, 0), store(-1.0 * contact.normal, 1), store(contact.friction, 2);
   }
 }
 
-// Fills `out` (instants, columns) from states (instants, balls, COLUMNS), orientations (instants, balls, 4) and times.
-template <bool PATCH>
-void write(const Bearing &bearing, const DriveNow &drive, int instants, int balls, const double *times, const double *states,
-           const double *orientations, const RowPlaces &places, double *out) {
-  long total = long(instants) * balls;
-  BallRow filled_row;
+// Forces of an even cage on its balls: what keeps them in step, from the raceways' forces and the balls' places.
+inline void write_even_cage(const Bearing &bearing, const CoupledBodies &b, const BodyState &e, const double *state, int balls,
+                            const RowPlaces &places, double *row) {
+  double *force = row + places.ring + POCKET_FORCE, mass = bearing.ball_mass, torque = 0.0, inertia = b.inertia[CAGE_ANGLE];
+  for (int k = 0; k < balls; k++) {
+    const double *at = row + places.position + 3 * k, *on = row + places.force + 3 * k, *y = state + k * COLUMNS;
+    double moment = at[0] * (on[1] + mass * bearing.gravity[1]) - at[1] * (on[0] + mass * bearing.gravity[0]) -
+                    2.0 * mass * y[VELOCITY] * e[COORDINATES + CAGE_ANGLE] * y[RADIUS];
+    force[k] = moment / y[RADIUS];
+    torque += moment, inertia += mass * y[RADIUS] * y[RADIUS];
+  }
+  double growth = mass * torque / inertia;
+  for (int k = 0; k < balls; k++) force[k] = state[k * COLUMNS + RADIUS] * growth - force[k];
+}
+
+// Forces of the pockets on their balls along the orbit; their energy joins the elastic one.
+inline void write_pockets(const Bearing &bearing, const CoupledBodies &b, const BodyState &e, const double *state, int balls,
+                          const RowPlaces &places, double *row) {
+  for (int k = 0; k < balls; k++) {
+    double pocket = 2.0 * M_PI * k / balls, motion[COLUMNS], moment = 0.0;
+    std::copy(state + k * COLUMNS, state + (k + 1) * COLUMNS, motion);
+    motion[ORBIT_RATE] /= motion[RADIUS];
+    BallState y;
+    for (int c = 0; c < COLUMNS; c++) y[c] = broadcast<Pack>(motion[c]);
+    ElementInput<false> in{y, e};
+    auto give = [&]<int ROW>(const auto &part) {
+      if constexpr (ROW == ORBIT_ROW) moment += filled(part)[0];
+    };
+    if (b.guided) in_moving_pocket(bearing, b.pockets, broadcast<Pack>(pocket), in, give);
+    else in_pocket(bearing, b.pockets, broadcast<Pack>(pocket), in, give);
+    row[places.ring + POCKET_FORCE + k] = moment / motion[RADIUS];
+    double depth = std::max(walls::gap_of(b, motion, pocket, e).approach, 0.0);
+    row[places.shared + ELASTIC] += 0.5 * b.pockets.wall.stiffness * depth * depth;
+  }
+}
+
+// The centre of a guided cage, and what its land does to it and to the ring that has the land.
+inline void write_land(const CoupledBodies &b, const BodyState &e, int balls, const RowPlaces &places, double *row) {
+  double force[2] = {}, cage_torque = 0.0, inner = b.land.side < 0.0 ? 1.0 : 0.0;
+  land_forces(b, [&]<int C>() { return e[C]; }, [&]<int C>() { return e[COORDINATES + C]; }, [&]<int ROW>(double part) {
+    if constexpr (ROW == CAGE_X || ROW == CAGE_Y) force[ROW - CAGE_X] += part;
+    if constexpr (ROW == CAGE_ANGLE) cage_torque += part;
+  });
+  double *centre = row + places.ring + POCKET_FORCE + balls, *sum = row + places.shared;
+  double off[2] = {e[CAGE_X] - inner * e[RING_X], e[CAGE_Y] - inner * e[RING_Y]}, distance = std::sqrt(off[0] * off[0] + off[1] * off[1]);
+  double lever = b.land.side * b.land.radius - distance, ring_torque = -b.land.side * b.land.radius * cage_torque / lever;
+  for (int i = 0; i < 2; i++) {
+    centre[i] = e[CAGE_X + i], centre[2 + i] = e[COORDINATES + CAGE_X + i], centre[4 + i] = force[i];
+    sum[INNER_FORCE + i] -= inner * force[i], sum[OUTER_FORCE + i] -= (1.0 - inner) * force[i];
+  }
+  sum[INNER_TORQUE + 2] += inner * ring_torque, sum[OUTER_TORQUE + 2] += (1.0 - inner) * ring_torque;
+  double depth = std::max(distance - b.land.clearance, 0.0);
+  sum[ELASTIC] += 0.5 * b.land.wall.stiffness * depth * depth;
+}
+
+// Ring, cage and shaft, whose shares join the energies; `rolling` is the speed of balls that roll, over the ring's.
+inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const BodyState &e, double time, double rolling,
+                         const double *state, int balls, const RowPlaces &places, double *row) {
+  double *ring = row + places.ring, *sum = row + places.shared;
+  const double *speed = e.data() + COORDINATES, *integral = e.data() + 2 * COORDINATES;
+  bool driven = b.torque_driven();
+  if (b.ring == RingMotion::level || b.ring == RingMotion::tilting || b.ring == RingMotion::tilted) {
+    std::copy(e.data(), e.data() + 5, ring + RING_OFFSET);
+    std::copy(speed, speed + 5, ring + RING_VELOCITY);
+  }
+  for (int c : {RING_X, RING_Y, RING_Z})
+    if (b.free[c]) ring[RING_LOAD + c] = b.load[c] + time * b.load_rate[c];
+  if (b.unbalance != 0.0) {
+    double turn = b.phase + (driven ? e[SHAFT] : b.shaft_angle + time * (b.shaft_speed + 0.5 * b.shaft_acceleration * time));
+    double pull = b.unbalance * ring[RING_SPEED] * ring[RING_SPEED];
+    ring[RING_LOAD] += b.free[RING_X] * pull * std::cos(turn), ring[RING_LOAD + 1] += b.free[RING_Y] * pull * std::sin(turn);
+  }
+  for (int c = 0; c < SHAFT; c++) {
+    if (!b.free[c]) continue;
+    double off = e[c] - b.rest[c];
+    sum[KINETIC] += 0.5 * b.inertia[c] * speed[c] * speed[c];
+    sum[ELASTIC] += 0.5 * b.stiffness[c] * off * off;
+    sum[POTENTIAL] -= b.weight[c] * e[c];
+  }
+  ring[RING_LOAD_WORK] = integral[LOAD_WORK];
+  sum[WORK] += integral[LOAD_WORK] + integral[LAND_WORK];
+  sum[LOSS] += integral[LOST];
+  sum[GROSS] += std::fabs(integral[LOAD_WORK]) + std::fabs(integral[LAND_WORK]);
+  if (b.cage != CageKind::none) {
+    double rolls = rolling * ring[RING_SPEED];
+    ring[CAGE_TURN] = e[CAGE_ANGLE], ring[CAGE_SPEED] = speed[CAGE_ANGLE];
+    ring[CAGE_SLIP] = rolls != 0.0 ? 1.0 - speed[CAGE_ANGLE] / rolls : 0.0;
+    if (b.cage == CageKind::even) write_even_cage(bearing, b, e, state, balls, places, row);
+    else write_pockets(bearing, b, e, state, balls, places, row);
+    if (b.guided) write_land(b, e, balls, places, row);
+    ring[DRIVE_TORQUE] = -sum[INNER_TORQUE + 2];
+  }
+  if (driven) {
+    ring[DRIVE_TORQUE] = b.load[SHAFT] + time * b.load_rate[SHAFT];
+    sum[KINETIC] += 0.5 * b.inertia[SHAFT] * speed[SHAFT] * speed[SHAFT];
+    sum[WORK] = integral[LOAD_WORK] + integral[TORQUE_WORK];
+    sum[GROSS] += std::fabs(integral[TORQUE_WORK]);
+  }
+}
+
+// What rows are filled from: states (instants, balls, COLUMNS), orientations (instants, balls, 4), times [s], and where
+// there are `bodies`, ring, cage and shaft, their states (instants, BODY_NUMBERS).
+struct Source {
+  const Bearing &bearing;
+  DriveNow drive;
+  int instants, balls;
+  const double *times, *states, *orientations;
+  const CoupledBodies *bodies;
+  const BodyState *body_states;
+  double rolling;
+};
+
+template <bool PATCH, RingMotion RING>
+void write_balls(const Source &from, const RowPlaces &places, double *out) {
+  long total = long(from.instants) * from.balls;
+  BallRow row;
+  RingPose ring{};
+  for (int axis = 0; axis < 3; axis++) (axis == 0 ? ring.centre.x : axis == 1 ? ring.centre.y : ring.centre.z) += from.bearing.offset[axis];
+  bool driven = from.bodies && from.bodies->torque_driven();
   for (long begin = 0; begin < total; begin += LANES) {
     BallState y;
     Quaternion orientation;
-    Pack speed;
     for (int lane = 0; lane < LANES; lane++) {
-      long pair = std::min(begin + lane, total - 1);
-      for (int c = 0; c < COLUMNS; c++) y[c][lane] = states[pair * COLUMNS + c];
-      for (int c = 0; c < 4; c++) orientation[c][lane] = orientations[pair * 4 + c];
-      speed[lane] = drive.speed + drive.acceleration * times[pair / balls];
+      long pair = std::min(begin + lane, total - 1), instant = pair / from.balls;
+      for (int c = 0; c < COLUMNS; c++) y[c][lane] = from.states[pair * COLUMNS + c];
+      for (int c = 0; c < 4; c++) orientation[c][lane] = from.orientations[pair * 4 + c];
+      ring.speed[lane] = from.drive.speed + from.drive.acceleration * from.times[instant];
+      if (!from.bodies) continue;
+      const double *place = from.body_states[instant].data(), *speed = place + COORDINATES;
+      if (driven) ring.speed[lane] = speed[SHAFT];
+      if constexpr (RING != RingMotion::held) {
+        ring.centre.x[lane] = place[RING_X], ring.centre.y[lane] = place[RING_Y], ring.centre.z[lane] = place[RING_Z];
+        ring.drift.x[lane] = speed[RING_X], ring.drift.y[lane] = speed[RING_Y], ring.drift.z[lane] = speed[RING_Z];
+        ring.tilt.x[lane] = place[TILT_X], ring.tilt.y[lane] = place[TILT_Y];
+        ring.turning.x[lane] = speed[TILT_X], ring.turning.y[lane] = speed[TILT_Y];
+      }
     }
-    fill<PATCH>(bearing, speed, y, orientation, filled_row);
+    fill<PATCH, RING>(from.bearing, ring, y, orientation, row);
     for (int lane = 0; lane < LANES && begin + lane < total; lane++) {
-      long instant = (begin + lane) / balls, ball = (begin + lane) % balls;
-      double *row = out + instant * places.columns;
-      const Pack *number = filled_row.own;
+      long instant = (begin + lane) / from.balls, ball = (begin + lane) % from.balls;
+      double *to_row = out + instant * places.columns;
+      const Pack *number = row.own;
       for (int i = 0; i < OWN_CHANNELS; i++) {
-        double *to = row + places.first[i] + ball * places.width[i];
+        double *to = to_row + places.first[i] + ball * places.width[i];
         for (int part = 0; part < places.width[i]; part++) to[part] = (*number++)[lane];
       }
       for (int i = 0; i < SUMS; i++) {
-        double &sum = row[places.shared + i];
-        sum = (ball > 0 ? sum : -0.0) + filled_row.shares[i][lane];
+        double &sum = to_row[places.shared + i];
+        sum = (ball > 0 ? sum : -0.0) + row.shares[i][lane];
       }
     }
   }
-  for (int instant = 0; instant < instants; instant++) {
-    double *row = out + long(instant) * places.columns, *ring = row + places.ring, time = times[instant];
+}
+
+template <bool PATCH>
+void write(const Source &from, const RowPlaces &places, double *out) {
+  switch (from.bodies ? from.bodies->ring : RingMotion::held) {
+    case RingMotion::held: write_balls<PATCH, RingMotion::held>(from, places, out); break;
+    case RingMotion::level: write_balls<PATCH, RingMotion::level>(from, places, out); break;
+    default: write_balls<PATCH, RingMotion::tilting>(from, places, out);
+  }
+  for (int instant = 0; instant < from.instants; instant++) {
+    double *row = out + long(instant) * places.columns, *ring = row + places.ring, time = from.times[instant];
+    const double *state = from.states + long(instant) * from.balls * COLUMNS;
+    const DriveNow &drive = from.drive;
     ring[0] = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time);
-    ring[1] = drive.speed + drive.acceleration * time;
-    std::copy(bearing.offset, bearing.offset + 3, ring + 2);
-    std::fill(ring + 5, row + places.shared, 0.0);
-    ring[DRIVE_TORQUE] = -row[places.shared + INNER_TORQUE_Z];
-    write_neighbours(bearing, states + long(instant) * balls * COLUMNS, balls, places, row);
+    ring[RING_SPEED] = drive.speed + drive.acceleration * time;
+    if (from.bodies && from.bodies->torque_driven())
+      ring[0] = from.body_states[instant][SHAFT], ring[RING_SPEED] = from.body_states[instant][COORDINATES + SHAFT];
+    std::copy(from.bearing.offset, from.bearing.offset + 3, ring + RING_OFFSET);
+    std::fill(ring + RING_TILT, row + places.shared, 0.0);
+    ring[DRIVE_TORQUE] = -row[places.shared + INNER_TORQUE + 2];
+    write_neighbours(from.bearing, state, from.balls, places, row);
+    if (from.bodies)
+      write_bodies(from.bearing, *from.bodies, from.body_states[instant], time, from.rolling, state, from.balls, places, row);
   }
 }
 

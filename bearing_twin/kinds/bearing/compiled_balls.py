@@ -28,11 +28,6 @@ _free_balls = Function(
         *(REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT),
     ),
 )
-_outputs = Function(
-    "core_held_ring_outputs",
-    None,
-    (REALS, REALS, REALS, INTEGER, INTEGER, REALS, REALS, REALS, INTEGERS, REALS_OUT),
-)
 _place = Function("core_place_balls", INTEGER, (REALS, REALS, REAL, INTEGER, INTEGER, REALS_OUT))
 _rates = Function("core_ball_rates", None, (REALS, REALS, REAL, REALS, REALS_OUT, REALS_OUT))
 
@@ -125,16 +120,6 @@ def advance(bearing, drive, method: Rosenbrock, chunk, balls, moving, results) -
         *(results.stop, len(balls), balls, len(moving[0]), *moving),
         *(results.states, results.orientations, results.counts, results.failure),
     )
-
-
-def write_rows(bearing, drive, times, states, orientations, places: np.ndarray, out: np.ndarray) -> None:
-    """Fills rows of all channels with states (count, N, COLUMNS), orientations (count, N, 4) at `times` (count,) [s].
-
-    `drive` holds angle, speed and acceleration of the ring at time 0; `places` the numbers of RowPlaces.
-    """
-    numbers, points = numbers_of(bearing)
-    count, balls = states.shape[:2]
-    _outputs(numbers, points, np.array(drive, float), count, balls, times, states, orientations, places, out)
 
 
 def rates_and_jacobian(bearing, ring_speed: float, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

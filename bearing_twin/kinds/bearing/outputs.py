@@ -9,16 +9,12 @@ from bearing_twin.base.sample import Block, Channel, Columns, Layout, Sample, la
 from bearing_twin.compiled import kernel
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.kinds.bearing import compiled_balls
-from bearing_twin.kinds.bearing.forces.layout import CAGE_X, CAGE_Y, PLACES
-from bearing_twin.kinds.bearing.output_border import write_border
-from bearing_twin.kinds.bearing.output_lanes import OWN_WIDTHS, SHARED_WIDTHS
-from bearing_twin.kinds.bearing.output_rows import RowPlaces, write_rows
+from bearing_twin.kinds.bearing.compiled_outputs import write_rows
 from bearing_twin.kinds.bearing.parameters import BearingScene
 
 IN_PLANE = ("in_plane",)  # axes: x and y
 ALIKE = 1e-3  # sines of angles by different ways differ by less
-OWN = len(OWN_WIDTHS)  # channels with a ball's own numbers
+OWN = 19  # channels with a ball's own numbers
 
 
 def channels(parameters: BearingScene) -> tuple[Channel, ...]:
@@ -118,21 +114,13 @@ def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
 
 
 @functools.cache
-def _places(n: int) -> RowPlaces:
-    """Where the numbers of a bearing with n balls stand in a row of all channels."""
-    rows = _channels(n)
-    edges = {name: columns.start for name, (columns, _) in _layout(n).places.items()}
-    first, width = np.array([(edges[channel.name], channel.width // n) for channel in rows[:OWN]]).T.copy()
+def _places(n: int) -> np.ndarray:
+    """Where the numbers of a bearing with n balls stand in a row of all channels: those of RowPlaces."""
+    rows, layout = _channels(n), _layout(n)
+    edges = {name: columns.start for name, (columns, _) in layout.places.items()}
+    first, width = zip(*((edges[channel.name], channel.width // n) for channel in rows[:OWN]), strict=True)
     named = "inner_ring_angle", "inner_ring_force", "neighbour_approach", "position", "raceway_force"
-    ring, shared, *others = (edges[name] for name in named)
-    return RowPlaces(first, width, ring, shared, sum(SHARED_WIDTHS), *others)
-
-
-@functools.cache
-def _held_places(n: int) -> np.ndarray:
-    """The same as `compiled_balls.write_rows` takes it."""
-    at = _places(n)
-    return np.array([*at.first, *at.width, at.ring, at.shared, at.neighbours, at.position, _layout(n).width], np.int64)
+    return np.array([*first, *width, *(edges[name] for name in named), layout.width])
 
 
 @functools.cache
@@ -147,32 +135,16 @@ def empty_outputs(parameters: BearingScene, count: int) -> Rows:
     return Rows(layout, np.empty((count, layout.width)))
 
 
-def _tilting(partners, borders: np.ndarray) -> np.ndarray:
-    """`borders` as the ring has them: a cage whose centre moves has it in the places of a tilt, which is 0 then."""
-    if not partners.land:
-        return borders
-    borders = borders.copy()
-    borders[:, [CAGE_X, CAGE_Y, PLACES + CAGE_X, PLACES + CAGE_Y]] = 0.0
-    return borders
-
-
 def write_outputs(parameters, bearing, partners, drive, times, states, orientations, borders, out, first):
     """Fills the matrix `out` from row `first` with states (count, N, columns) and orientations (count, N, 4).
 
     They are those at `times` [s], which count from the instant the drive's angle and speed belong to; `borders`
     (count, BORDER) are those of the `partners`, ring and cage. Every column of a row is written.
     """
-    balls = parameters.geometry.balls
-    if not partners.active and compiled_balls.takes(bearing):
-        rows = out[first : first + len(times)]
-        compiled_balls.write_rows(bearing, drive, times, states, orientations, _held_places(balls), rows)
-        return
-    places = _places(balls)
-    bodies = _tilting(partners, borders)
-    write_rows(bearing, drive, times, states, orientations, bodies, len(partners.shaft) > 0, places, out, first)
-    if partners.active:
-        pitch = parameters.geometry.ball_diameter / parameters.geometry.pitch_diameter
-        write_border(bearing, partners, drive, 0.5 * (1.0 - pitch), times, states, borders, places, out, first)
+    geometry = parameters.geometry
+    rolling = 0.5 * (1.0 - geometry.ball_diameter / geometry.pitch_diameter)
+    rows, places = out[first : first + len(times)], _places(geometry.balls)
+    write_rows(bearing, partners, drive, rolling, times, states, orientations, borders, places, rows)
 
 
 @kernel

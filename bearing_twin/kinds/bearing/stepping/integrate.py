@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import IntegrationError, Stopped
-from bearing_twin.kinds.bearing import compiled_balls
+from bearing_twin.kinds.bearing import compiled_balls, compiled_coupled
 from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.forces.layout import BORDER
 from bearing_twin.kinds.bearing.forces.pairs import add_stored
@@ -129,13 +129,21 @@ def _by_rosenbrock(task, partners, near, moving, results) -> int:
         alone, together = [group[0] for group in groups if len(group) == 1], [one for one in groups if len(one) > 1]
     else:
         alone, together = np.arange(len(near)), []
-    status = OK
-    if len(alone) and compiled_balls.takes(task.bearing):
-        status = compiled_balls.advance(task.bearing, task.drive, task.method, task, alone, moving, results)
-    elif len(alone):
-        status = rosenbrock_chunk(task, (), np.asarray(alone), *moving, results)
+    status = _alone(task, partners, near, alone, moving, results) if len(alone) else OK
     for group in together:
         if status == OK:
-            balls = np.array(group)
-            status = rosenbrock_chunk(task, (near, partners), balls, *moving, results)
+            status = _together(task, partners, near, group, moving, results)
     return status
+
+
+def _alone(task, partners, near, balls, moving, results) -> int:
+    if compiled_balls.takes(task.bearing):
+        return compiled_balls.advance(task.bearing, task.drive, task.method, task, balls, moving, results)
+    return rosenbrock_chunk(task, (), np.asarray(balls), *moving, results)
+
+
+def _together(task, partners, near, balls, moving, results) -> int:
+    if compiled_coupled.takes(task.bearing):
+        what = task.bearing, task.drive, task.method, task
+        return compiled_coupled.advance(*what, near, partners, balls, moving, results)
+    return rosenbrock_chunk(task, (near, partners), np.array(balls), *moving, results)
