@@ -128,26 +128,6 @@ def begins_again(coupling, blocks):
 
 
 @inlined
-def first_of(row):
-    """Where a row begins in the array."""
-    return row * LANES
-
-
-@inlined
-def put_beside(lanes, row, width, number, k, value):
-    """Writes number `number` of `width` of lane k where these stand side by side, lane after lane, from `row` on."""
-    lanes[row * LANES + width * k + number] = value
-
-
-@inlined
-def put_vector_beside(lanes, row, width, number, k, vector):
-    """Three such numbers from number `number` on."""
-    put_beside(lanes, row, width, number, k, vector[0])
-    put_beside(lanes, row, width, number + 1, k, vector[1])
-    put_beside(lanes, row, width, number + 2, k, vector[2])
-
-
-@inlined
 def put_six(lanes, row, k, numbers):
     """Writes six numbers into six rows of lane k from `row` on."""
     put_vector(lanes, row, k, (numbers[0], numbers[1], numbers[2]))

@@ -77,29 +77,6 @@ def cosine_sine(angle):
 
 
 @inlined
-def arctangent(x):
-    """The angle [rad] within a right angle of zero whose tangent is `x`, within 3e-16, without a branch.
-
-    Reduced at tan(pi/8) and tan(3 pi/8) to a quarter of a right angle, there a quotient of polynomials (Moshier,
-    Cephes, `atan`). Infinite tangents give right angles.
-    """
-    size = abs(x)
-    steep, even = size > 2.414213562373095, size > 0.66
-    over = -1.0 if steep else (size - 1.0 if even else size)
-    under = size if steep else (size + 1.0 if even else 1.0)
-    start = 1.5707963267948966 if steep else (0.7853981633974483 if even else 0.0)
-    more = 6.123233995736766e-17 if steep else (3.061616997868383e-17 if even else 0.0)
-    z = over / under
-    y = z * z
-    p = -8.750608600031904e-1 * y - 1.615753718733365e1
-    p = ((p * y - 7.500855792314705e1) * y - 1.228866684490136e2) * y - 6.485021904942025e1
-    q = (y + 2.485846490142306e1) * y + 1.650270098316989e2
-    q = ((q * y + 4.328810604912903e2) * y + 4.853903996359137e2) * y + 1.945506571482614e2
-    angle = start + (z * (y * p / q) + more + z)
-    return angle if x >= 0.0 else -angle
-
-
-@inlined
 def about_z(cosine, sine, a):
     """The vector `a` turned about z by the angle of the given cosine and sine."""
     return (cosine * a[0] - sine * a[1], sine * a[0] + cosine * a[1], a[2])

@@ -75,6 +75,7 @@ def numbers_of(bearing) -> tuple[np.ndarray, np.ndarray]:
 
 @functools.cache
 def method_numbers(order: int, lands: bool) -> np.ndarray:
+    """The numbers of the RosenbrockMethod of that order, which ends steps where contacts begin or end if it `lands`."""
     from bearing_twin.numerics.steppers import ROSENBROCK
 
     method = next(one for one in ROSENBROCK.values() if (one.order, one.lands) == (order, lands))

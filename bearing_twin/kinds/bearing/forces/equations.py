@@ -374,17 +374,6 @@ def pair_contact(bearing, state, k, side):
     return ball_on_ball(bearing, True, between, velocity, spin)
 
 
-@kernel
-def touchable(bearing, near, k, side):
-    """Whether ball k may touch its neighbour on this side; `near[k]` speaks of the gap from ball k to the next ahead.
-
-    Two balls share both gaps and one contact, so only the shorter way round counts.
-    """
-    if side > 0:
-        return near[k]
-    return near[(k - 1) % bearing.balls]
-
-
 @inlined
 def _put_push(ring, place, cosine, sine, position, contact, lanes, k):
     """Writes what a ball does to a ring that may move: force, and moment about its centre where it may tilt.

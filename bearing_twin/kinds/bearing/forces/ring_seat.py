@@ -17,7 +17,7 @@ from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.forces.layout import BORDER_MOTION, PLACES
 from bearing_twin.numerics.block_solve import times
 from bearing_twin.numerics.lanes import LANES, get, get_vector, put
-from bearing_twin.numerics.rotation import about_z, add, cross, minus
+from bearing_twin.numerics.rotation import about_z, cross, minus
 
 
 class RingMotion(NamedTuple):
@@ -93,22 +93,6 @@ def from_ring(ring, place, cosine, sine, position):
         return minus(position, about_z(cosine, -sine, place))
     still = (0.0, 0.0, 0.0)
     return seen_from(seat_of(ring, place, cosine, sine), position, still, still)[0]
-
-
-@inlined
-def moment_on(ring, place, position, force, torque, moment):
-    """What a contact does to the ring at `place` by its force on a ball at `position` and torque about its centre.
-
-    In `bearing_link`: about x and y as the tilts work, about z as the spin does, which is about the ring's own axis.
-    `moment` is that about its centre, which it is of a ring whose axis stays z.
-    """
-    if len(ring) < 2:
-        return moment
-    tilt = (ring.tilt[0], ring.tilt[1], 0.0)
-    offset = from_ring(ring, place, 1.0, 0.0, position)
-    level = add(cross(offset, force), torque)
-    turned = add(cross(offset, minus(force, cross(tilt, force))), minus(torque, cross(tilt, torque)))
-    return (-level[0], -level[1], -turned[2])
 
 
 @inlined
