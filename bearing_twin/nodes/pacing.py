@@ -92,12 +92,20 @@ class Pacer:
 
 
 class PacedStream:
-    """Delivers batches of timed messages when they are due; it can be paused.
+    """Batches of timed messages, delivered when they are due; the stream can be paused.
 
-    `next_batch()` gives messages in the order they go out, or None at the end; `deliver(message)` sends one.
-    `tick(time_ns)` tells the time, before what goes out at that time: of several instants that are due at once the
-    last, so that who keeps few ticks misses none that counts. It goes back by `restart` alone.
     Not thread-safe: everything is called by the one thread that calls `turn`.
+
+    Parameters
+    ----------
+    next_batch : function
+        Gives messages in the order in which they go out, or None at the end.
+    deliver : function
+        Sends one message.
+    pacer : Pacer
+    tick : function
+        Publishes the time [ns] before the messages of that time; of several instants that are due at once the last
+        one only. It goes back by `restart` alone.
     """
 
     def __init__(

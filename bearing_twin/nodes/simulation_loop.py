@@ -121,14 +121,33 @@ def log_path(path: str | Path, run: int) -> Path:
 
 
 class SimulationLoop:
-    """Computes ahead by a chunk and delivers each message when it is due; every method runs in the worker's thread.
+    """A simulation that is computed ahead by a chunk, and whose messages are delivered when they are due.
 
-    `simulation` is a `Simulation`, `make_stream()` a new `MessageStream`, `deliver(timed)` sends one message.
-    `open_log(run)` gives the log writer of run 0, 1 ... (a reset starts a new run) or None. `duration_ns` 0 = endless.
-    A run that has ended begins again `repeat_ns` of wall time after it began, or at once where it took longer; below 0
-    it waits for a reset. A repeat sends the same messages again, so it is not logged. `subscribed()` gives the names
-    of the topics with subscribers (None: all). Commands that wait in `commands` are carried out at most once in
-    `command_ns` of wall time, however many come.
+    Every method runs in the worker's thread, except `look`.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    make_stream : function
+        Gives a new `MessageStream` of the simulation.
+    deliver : function
+        Sends one `Timed` message.
+    factor : float or str
+        Multiple of real time, or FASTEST.
+    duration_ns : int
+        Simulated time of a run; 0 = endless.
+    open_log : function
+        Gives the log writer of run 0, 1 ..., or None. A reset begins the next run; a repeat sends the same messages
+        again and is not logged.
+    repeat_ns : int
+        Wall time from one begin of a run to the next, 0 = once; below 0 a run that has ended waits for a reset.
+    subscribed : function, optional
+        Gives the names of the topics with subscribers, the only ones that are made where there is no log.
+    commands : Commands, optional
+    command_ns : int
+        Shortest wall time between two times at which the waiting commands are carried out.
+    clock : function
+        Monotonic time [ns].
     """
 
     def __init__(

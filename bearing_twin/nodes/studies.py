@@ -191,11 +191,25 @@ def free_path(folder: Path, study: str, date: str) -> Path:
 
 
 class Studies:
-    """Runs the studies of goals one after the other, in the thread that calls `run`.
+    """The studies of goals, run one after the other in the thread that calls `run`.
 
-    `log_folder` gets a log of every study, empty = none. `limits` bound what a study may use, whatever it says itself;
-    `folders` are those in which files may be read for a goal. `run_study` and `open_log` are those of the library,
-    `clock` gives monotonic time [s].
+    Parameters
+    ----------
+    log_folder : str
+        Folder for a log of every study; empty = none.
+    limits : StudyLimits
+        What a study may use, whatever it specifies itself.
+    folders : iterable of str
+        Folders in which files may be read for a goal.
+    run_study, open_log : function
+        Those of the library.
+    clock : function
+        Monotonic time [s].
+
+    Raises
+    ------
+    LogError
+        If `log_folder` cannot be made or written.
     """
 
     def __init__(
