@@ -160,6 +160,13 @@ CORE_INLINE auto minimum(const X &x, double most) {
   using T = ValueOf<X>;
   return with_slope(x, minimum(x.value, most), [&] { return select(x.value < most, broadcast<T>(1.0), T{}); });
 }
+// Lane by lane one of two numbers with the same columns.
+template <class M, IsDual X>
+CORE_INLINE X select(const M &which, const X &yes, const X &no) {
+  return dual<columns_of<X>>(select(which, yes.value, no.value), [&]<int C>() __attribute__((always_inline)) {
+    return select(which, slope_of<C>(yes), slope_of<C>(no));
+  });
+}
 // The root of a square above zero, and its inverse, which does not wait for the root.
 template <Number X>
 CORE_INLINE auto root_and_inverse(const X &square) {

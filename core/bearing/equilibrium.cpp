@@ -1,0 +1,149 @@
+// The door to equilibria of rings and shafts; arrays are C-contiguous. `seats` (count, SEAT_NUMBERS) are `Seat`s,
+// `balls` (count,) their numbers of balls, whose arrays stand one behind the other: `azimuth` [rad] (N,), `memory`
+// (N, BALL_MEMORY), `contacts` (N, CONTACT_NUMBERS); see equilibrium.hpp.
+#include "equilibrium.hpp"
+
+#define CORE_EXPORT extern "C" [[gnu::visibility("default")]]
+
+using namespace core;
+using namespace core::equilibria;
+
+namespace {
+
+static_assert(sizeof(Seat) == 42 * sizeof(double), "Setting.numbers in bearing_twin writes a Seat as so many doubles");
+
+const Seat *seats_in(const double *numbers) { return reinterpret_cast<const Seat *>(numbers); }
+Five five(const double *numbers) { return {numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]}; }
+FreeOnes free_ones(const std::uint8_t *free) { return {free[0] != 0, free[1] != 0, free[2] != 0, free[3] != 0, free[4] != 0}; }
+void write(const Five &five, double *out) { std::copy(five.begin(), five.end(), out); }
+void write(const Matrix5 &matrix, double *out) {
+  for (const Five &row : matrix) write(row, out), out += COORDINATES;
+}
+
+// Room that stays between calls of a thread.
+System &system_of(const double *seats, int count, const std::int64_t *balls) {
+  static thread_local System system;
+  system.set(seats_in(seats), count, balls);
+  return system;
+}
+
+// The mean of orbits by load on the inner ring: balls in one cage share it.
+double shared_orbit(const double *contacts, int balls) {
+  double weight = 0.0, total = 0.0, sum = 0.0;
+  for (int k = 0; k < balls; k++, contacts += CONTACT_NUMBERS)
+    weight += contacts[2], total += contacts[2] * contacts[12], sum += contacts[12];
+  return weight > 0.0 ? total / weight : sum / balls;
+}
+
+}  // namespace
+
+// Cases of equilibria, each from nothing: of `free` (5,) coordinates the loads `wanted` (cases, 5) are given, of the others
+// `held` (cases, 5). Seats and azimuths are one for all cases, or one for each. Stops between two cases.
+CORE_EXPORT void core_equilibria(std::int64_t cases, int count, const std::int64_t *balls, const double *seats, int many_seats,
+                                 const double *azimuth, int many_azimuths, const std::uint8_t *free, const double *wanted,
+                                 const double *held, const volatile std::int64_t *stop, double *q, double *load,
+                                 double *stiffness, double *memory, double *contacts, double *left, std::int64_t *status) {
+  std::int64_t all = 0;
+  for (int i = 0; i < count; i++) all += balls[i];
+  for (std::int64_t k = 0; k < cases; k++) {
+    System &system = system_of(seats, count, balls);
+    system.place(azimuth);
+    status[k] = *stop ? STOPPED : system.settle(free_ones(free), five(wanted + COORDINATES * k), five(held + COORDINATES * k));
+    left[k] = system.left;
+    write(system.q, q + COORDINATES * k);
+    write(system.load, load + COORDINATES * k);
+    write(system.stiffness, stiffness + COORDINATES * COORDINATES * k);
+    system.write_memory(memory + BALL_MEMORY * all * k);
+    system.write_contacts(contacts + CONTACT_NUMBERS * all * k);
+    if (many_seats) seats += count * (sizeof(Seat) / sizeof(double));
+    if (many_azimuths) azimuth += all;
+  }
+}
+
+// External load (5,) that holds rings or shaft at `q` (5,), and its derivative (5, 5), with those of each ring (count, 5),
+// (count, 5, 5) and its coordinates (count, 5) in its own frame. Balances begin at `memory` and end there; `contacts` may
+// be null. Returns the scale of the loads [N].
+CORE_EXPORT double core_ring_loads(int count, const std::int64_t *balls, const double *seats, const double *azimuth,
+                                   const double *q, double *memory, double *ring_q, double *ring_load,
+                                   double *ring_stiffness, double *load, double *stiffness, double *contacts) {
+  System &system = system_of(seats, count, balls);
+  system.place(azimuth);
+  system.remember(memory);
+  double scale = system.loads_at(system.q = five(q));
+  system.write_memory(memory);
+  for (int i = 0; i < count; i++) {
+    write(system.ring_q[i], ring_q + COORDINATES * i);
+    write(system.ring_load[i], ring_load + COORDINATES * i);
+    write(system.ring_stiffness[i], ring_stiffness + COORDINATES * COORDINATES * i);
+  }
+  write(system.load, load);
+  write(system.stiffness, stiffness);
+  if (contacts) system.write_contacts(contacts);
+  return scale;
+}
+
+// The contacts of balls at the places of `memory`, and for each ball what changes of place and opening do: derivatives of
+// what is left (radial, axial), of the force on the ring (radial, axial) and of the friction's moment by the place and by
+// the opening, each (radial, axial): (N, 5, 2, 2); and of the opening (radial, axial) by the coordinates: (N, 2, 5).
+CORE_EXPORT void core_ball_balances(const std::int64_t *balls, const double *seats, const double *azimuth, const double *q,
+                                    const double *memory, double *contacts, double *balances, double *openings) {
+  System &system = system_of(seats, 1, balls);
+  system.place(azimuth);
+  system.remember(memory);
+  system.q = five(q);
+  system.write_contacts(contacts);
+  system.rings[0].write_balances(system.q, balances, openings);
+}
+
+// A run of equilibria: a ring of which the coordinates that are not `free` are `held` (instants, 5), turned by `turn` [rad]
+// and at `speed` [rad/s], `step` [s] after the instant before. The balls orbit by the cage's share `cage[1]` of the turn
+// from the instant before on, where `cage[0]` [rad] was the azimuth of ball 0, and turn about themselves as at the instant;
+// `attitude` (N, 4) are their orientations in the frame that goes round with each. Returns the status of the last instant,
+// whose number is in `instant`: FOUND for all.
+CORE_EXPORT int core_equilibrium_run(const double *seat_numbers, std::int64_t balls, std::int64_t instants, const double *step,
+                                     const double *turn, const double *speed, const double *held, const std::uint8_t *free,
+                                     const double *wanted, const volatile std::int64_t *stop, double *cage, double *q,
+                                     double *memory, double *attitude, double *azimuths, double *orbits, double *coordinates,
+                                     double *loads, double *places, double *attitudes, double *contacts,
+                                     std::int64_t *instant) {
+  Seat seat = *seats_in(seat_numbers);
+  System system;
+  const FreeOnes freed = free_ones(free);
+  const Five load = five(wanted);
+  std::vector<double> azimuth(balls);
+  system.set(&seat, 1, &balls);
+  system.remember(memory);
+  system.q = five(q);
+  for (std::int64_t &t = *instant = 0; t < instants; t++, contacts += CONTACT_NUMBERS * balls) {
+    if (*stop) return STOPPED;
+    seat.speed = speed[t];
+    cage[0] += cage[1] * turn[t];
+    for (int k = 0; k < balls; k++) azimuth[k] = cage[0] + 2.0 * M_PI * k / double(balls);
+    system.place(azimuth.data());
+    const Five here = five(held + COORDINATES * t);
+    for (int i = 0; i < COORDINATES; i++)
+      if (!freed[i]) system.q[i] = here[i];
+    Status status = system.balance(freed, load);
+    if (status != FOUND) status = system.begin_and_balance(freed, load, here);
+    if (status != FOUND) return status;
+    system.write_contacts(contacts);
+    cage[1] = seat.speed != 0.0 ? shared_orbit(contacts, int(balls)) / seat.speed : 0.5 * (1.0 - seat.gamma());
+    azimuths[t] = cage[0], orbits[t] = cage[1] * seat.speed;
+    write(system.q, coordinates + COORDINATES * t);
+    write(system.load, loads + COORDINATES * t);
+    write(system.q, q);
+    system.write_memory(memory);
+    for (int k = 0; k < balls; k++) {
+      const double *contact = contacts + CONTACT_NUMBERS * k;
+      const std::int64_t row = balls * t + k;
+      places[2 * row] = memory[BALL_MEMORY * k], places[2 * row + 1] = memory[BALL_MEMORY * k + 1];
+      Triple spin{broadcast<Pack>(contact[14]), Pack{}, broadcast<Pack>(-contact[13])};
+      Quaternion own, about{Pack{}, Pack{}, broadcast<Pack>(std::sin(0.5 * azimuth[k])), broadcast<Pack>(std::cos(0.5 * azimuth[k]))};
+      for (int i = 0; i < 4; i++) own[i] = broadcast<Pack>(attitude[4 * k + i]);
+      own = rotated(own, spin, spin, spin, broadcast<Pack>(step[t]));
+      const Quaternion fixed = product(about, own);
+      for (int i = 0; i < 4; i++) attitude[4 * k + i] = own[i][0], attitudes[4 * row + i] = fixed[i][0];
+    }
+  }
+  return FOUND;
+}

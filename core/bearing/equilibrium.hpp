@@ -1,0 +1,463 @@
+// A ring on its balls, or a shaft on two rings, in equilibrium: five coordinates (x, y, z, theta_x, theta_y), each held or
+// free. A ball sees the coordinates as its `opening`; forces and moments come back through its derivatives. The free
+// coordinates are found by Newton's method with the condensed stiffness of the balls, guarded by a bracketed search along
+// the step for the place where the step does no more work (without speed the energy is nearly convex).
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <vector>
+#include "ball_equilibrium.hpp"
+
+namespace core::equilibria {
+
+constexpr int COORDINATES = 5;
+constexpr int BALL_MEMORY = 8;  // of a ball: place, opening, d(place)/d(opening); NaN where nothing is known
+constexpr int CONTACT_NUMBERS = 16;  // of a ball: see `System::contacts`
+constexpr int MOST_STEPS = 80, MOST_TRIALS = 40, MOST_RING_LOOKS = 300, STAGES = 12, FIRST_BISECTIONS = 24;
+constexpr double RING_EXACT = 1e-11;  // of the loads: what is left of the ring's balance
+constexpr double RING_ENOUGH = 1e-10;  // as above, where no step improves any more
+constexpr double RING_LEFT = 1e-9;  // as above: more is no balance
+constexpr double ROUNDING = 4e-15;  // of the opening: what the place of a ball is known to
+constexpr double SOFT = 1e-9;  // of the greatest stiffness: what is softer counts as not held
+constexpr double LONGEST = 0.2;  // of the ball diameter: no coordinate goes further
+
+using Five = std::array<double, COORDINATES>;
+using Matrix5 = std::array<Five, COORDINATES>;
+using FreeOnes = std::array<bool, COORDINATES>;
+
+enum Status { FOUND, NOTHING_CARRIES, TOO_MUCH, STOPPED };
+
+// LANES balls of one ring; `present` is 0 in lanes that only repeat the last ball.
+struct Balls {
+  Pack cosine, sine, present;
+  Plane<Pack> weight, place, seen, by_radial, by_axial;
+
+  void forget() { place.r = place.z = broadcast<Pack>(NAN); }
+};
+
+// The derivative of something by the five coordinates, given by the opening.
+template <class R, class Z>
+CORE_INLINE auto through_opening(const Pack &value, const Plane<Pack> &by, const R &radial, const Z &axial) {
+  return dual<columns_of<R> | columns_of<Z>>(value, [&]<int C>() __attribute__((always_inline)) {
+    return by.r * slope_of<C>(radial) + by.z * slope_of<C>(axial);
+  });
+}
+
+// The inner groove's centre against the outer one's [m], and what its slopes are made of: see ball_equilibrium.hpp.
+template <class R, class Z, class S, class L>
+struct Opening { R radial; Z axial; S aside, side; L across; };
+template <class R, class Z, class S, class L> Opening(R, Z, S, S, L) -> Opening<R, Z, S, L>;
+
+class Ring {
+ public:
+  const Seat *seat = nullptr;
+  int count = 0;
+  std::vector<Balls> balls;
+
+  void set(const Seat &its_seat, int its_count) {
+    seat = &its_seat, count = its_count;
+    balls.resize((count + LANES - 1) / LANES);
+  }
+  // Puts the balls at these azimuths [rad].
+  void place(const double *azimuth) {
+    each([&](Balls &b, int lane, int ball, bool present) {
+      b.cosine[lane] = std::cos(azimuth[ball]), b.sine[lane] = std::sin(azimuth[ball]), b.present[lane] = present;
+    });
+    const double *g = seat->gravity;
+    for (Balls &b : balls)
+      b.weight = {seat->ball_mass * (g[0] * b.cosine + g[1] * b.sine), broadcast<Pack>(seat->ball_mass * g[2])};
+  }
+  void forget() { for (Balls &b : balls) b.forget(); }
+  void remember(const double *memory) {
+    each([&](Balls &b, int lane, int ball, bool) {
+      const double *row = memory + BALL_MEMORY * ball;
+      int i = 0;
+      for (Pack *one : parts(b)) (*one)[lane] = row[i++];
+    });
+  }
+  void write_memory(double *memory) {
+    for (int ball = 0; ball < count; ball++) {
+      int i = 0;
+      for (Pack *one : parts(balls[ball / LANES])) memory[BALL_MEMORY * ball + i++] = (*one)[ball % LANES];
+    }
+  }
+
+  template <class A, class B, class C, class D, class E>
+  CORE_INLINE auto opening_of(const Balls &b, const A &x, const B &y, const C &z, const D &tilt_x, const E &tilt_y) const {
+    auto outwards = b.cosine * x + b.sine * y, aside = b.cosine * y - b.sine * x;
+    auto along = b.sine * tilt_x - b.cosine * tilt_y, across = b.cosine * tilt_x + b.sine * tilt_y;
+    auto side = (2.0 / seat->pitch_diameter) * aside;
+    auto radial = outwards + (seat->inner.locus_radius - seat->outer.locus_radius) - 0.5 * side * aside;
+    auto axial = z + seat->arm * along - aside * across;
+    return Opening{radial, axial, aside, side, across};
+  }
+  CORE_INLINE auto opening_and_slopes(const Balls &b, const Five &q) const {
+    auto at = [&](int i) { return broadcast<Pack>(q[i]); };
+    return opening_of(b, variable<0>(at(0)), variable<1>(at(1)), variable<2>(at(2)), variable<3>(at(3)), variable<4>(at(4)));
+  }
+  CORE_INLINE Plane<Pack> opening_at(const Balls &b, const Five &q) const {
+    auto at = [&](int i) { return broadcast<Pack>(q[i]); };
+    auto found = opening_of(b, at(0), at(1), at(2), at(3), at(4));
+    return {found.radial, found.axial};
+  }
+
+  // External load (5,) [N, N m] that holds the ring at `q`, and its derivative; returns the scale of the loads [N].
+  double loads_at(const Five &q, Five &load, Matrix5 &stiffness) {
+    constexpr unsigned ALL = 0b11111;
+    Dual<ALL, Pack> total[COORDINATES]{};
+    Pack scale{};
+    for (Balls &b : balls) {
+      auto seen = opening_and_slopes(b, q);
+      Plane<Pack> opening{seen.radial.value, seen.axial.value};
+      Plane<Pack> change{opening.r - b.seen.r, opening.z - b.seen.z};
+      Plane<Pack> begin{b.place.r + dot(b.by_radial, change), b.place.z + dot(b.by_axial, change)};
+      Settled found = settled(*seat, opening, begin, b.weight);
+      const Balance<Number> &here = found.here;
+      // d(place)/d(opening): what is left stays nothing
+      PlaceEquations equations(here);
+      Plane<Pack> by_r = equations.solved(here.left_r.slope[0], here.left_z.slope[0]);
+      Plane<Pack> by_z = equations.solved(here.left_r.slope[1], here.left_z.slope[1]);
+      b.place = found.place, b.seen = opening;
+      b.by_radial = {by_r.r, by_z.r}, b.by_axial = {by_r.z, by_z.z};
+      auto condensed = [&](const Number &one) __attribute__((always_inline)) {
+        Plane<Pack> place = by_place(one), own = by_opening(one);
+        Plane<Pack> by{own.r + dot(place, by_r), own.z + dot(place, by_z)};
+        return b.present * through_opening(one.value, by, seen.radial, seen.axial);
+      };
+      auto radial = condensed(here.force_r), axial = condensed(here.force_z), moment = condensed(here.moment);
+      // virtual work: each load is the ball's force along the opening's slope by that coordinate
+      auto add = [&](int i, const auto &more) __attribute__((always_inline)) { total[i] = total[i] + widened<ALL>(more); };
+      add(0, radial * (b.cosine + seen.side * b.sine) + axial * (seen.across * b.sine));
+      add(1, radial * (b.sine - seen.side * b.cosine) - axial * (seen.across * b.cosine));
+      add(2, axial);
+      add(3, axial * (seat->arm * b.sine - seen.aside * b.cosine) + b.sine * moment);
+      add(4, -(axial * (seat->arm * b.cosine + seen.aside * b.sine)) - b.cosine * moment);
+      scale += b.present * here.scale;
+    }
+    for (int i = 0; i < COORDINATES; i++) {
+      load[i] = sum(total[i].value);
+      for (int j = 0; j < COORDINATES; j++) stiffness[i][j] = sum(total[i].slope[j]);
+    }
+    return sum(scale);
+  }
+
+  // Of each ball at its place, the ring at `q`: approach, load, angle, friction, small and large curvature, each inner and
+  // outer, then orbit, roll along the axis and pitch along the radius [rad/s], both against the orbit, centrifugal load.
+  void write_contacts(const Five &q, double *out) {
+    for (Balls &b : balls) {
+      Plane<Pack> opening = opening_at(b, q);
+      auto inner = push_of(*seat, seat->inner, Plane<Pack>{opening.r - b.place.r, opening.z - b.place.z});
+      auto outer = push_of(*seat, seat->outer, b.place);
+      auto speeds = speeds_of(*seat, inner, outer);
+      Pack gyroscopic = select(inner.load > 0.0, speeds.gyroscopic, Pack{});
+      for (int lane = 0; lane < LANES; lane++) {
+        int ball = int(&b - balls.data()) * LANES + lane;
+        if (ball >= count) break;
+        double *row = out + CONTACT_NUMBERS * ball;
+        for (int race = 0; race < 2; race++) {
+          const Push<Pack> &push = race == 0 ? inner : outer;
+          const Groove &groove = race == 0 ? seat->inner : seat->outer;
+          double n = push.n_r[lane], share = race == 0 ? seat->share_inner : -seat->share_outer;
+          row[0 + race] = push.approach[lane], row[2 + race] = push.load[lane];
+          row[4 + race] = std::atan2(push.n_z[lane], n), row[6 + race] = share * gyroscopic[lane];
+          // of the gap: across the groove, and along it, where the groove goes about the ring's axis
+          const double ball_curvature = 1.0 / seat->ball_radius, radial = race == 0 ? -n : n;
+          row[8 + race] = 0.5 * (ball_curvature - 1.0 / groove.groove_radius);
+          row[10 + race] = 0.5 * (ball_curvature - radial / (groove.locus_radius + radial * groove.groove_radius));
+        }
+        const double gamma = seat->gamma();
+        bool rolls = inner.load[lane] > 0.0 && inner.n_r[lane] >= LEVEL && outer.n_r[lane] >= LEVEL;
+        row[12] = seat->speed * (rolls ? speeds.orbit[lane] : 0.5 * (1.0 - gamma));
+        row[13] = seat->speed * (rolls ? speeds.roll[lane] : 0.5 * (1.0 - gamma * gamma)) / gamma;
+        row[14] = seat->speed * (rolls ? speeds.pitch[lane] : 0.0) / gamma;
+        row[15] = speeds.centrifugal[lane];
+      }
+    }
+  }
+
+  // Derivatives of the balances (N, 5, 2, 2) and of the openings (N, 2, 5): see `core_ball_balances`.
+  void write_balances(const Five &q, double *balances, double *openings) const {
+    for (int ball = 0; ball < count; ball++, balances += 20, openings += 10) {
+      const Balls &b = balls[ball / LANES];
+      const int lane = ball % LANES;
+      auto seen = opening_and_slopes(b, q);
+      Balance<Number> here = balance_at(*seat, {seen.radial.value, seen.axial.value}, b.place, b.weight);
+      double *row = balances;
+      for (const Number *one : {&here.left_r, &here.left_z, &here.force_r, &here.force_z, &here.moment})
+        for (Plane<Pack> by : {by_place(*one), by_opening(*one)}) *row++ = by.r[lane], *row++ = by.z[lane];
+      auto slopes = [&]<int... C>(const auto &one, double *out, std::integer_sequence<int, C...>) {
+        ((out[C] = full_slope<C>(one)[lane]), ...);
+      };
+      slopes(seen.radial, openings, std::make_integer_sequence<int, COORDINATES>());
+      slopes(seen.axial, openings + COORDINATES, std::make_integer_sequence<int, COORDINATES>());
+    }
+  }
+
+  // The scale of the load of two springs in line, of half the approach each, at contact angle zero [N/m^power].
+  double spring() const {
+    double one[2];
+    for (int race = 0; race < 2; race++) {
+      const Groove &groove = race == 0 ? seat->inner : seat->outer;
+      Plane<Pack> level{broadcast<Pack>(seat->reach(groove) + PROBE), Pack{}};
+      one[race] = push_of(*seat, groove, level).load[0] / std::pow(PROBE, seat->power);
+    }
+    return std::pow(std::pow(one[0], -1.0 / seat->power) + std::pow(one[1], -1.0 / seat->power), -seat->power);
+  }
+  // Such springs' load along `step`, the ring at `q`.
+  double springs_along(const Five &step, const Five &q, double spring) const {
+    const double reach = seat->reach(seat->inner) + seat->reach(seat->outer);
+    Pack total{};
+    for (const Balls &b : balls) {
+      Pack along_r = b.cosine * step[0] + b.sine * step[1];
+      Pack along_z = step[2] + seat->arm * (b.sine * step[3] - b.cosine * step[4]);
+      auto [r, z] = opening_at(b, q);
+      Pack distance = square_root(r * r + z * z), depth = maximum(distance - reach, 0.0);
+      Pack load = spring * depth * (seat->power == 1.5 ? square_root(depth) : broadcast<Pack>(1.0));
+      total += b.present * load * (r * along_r + z * along_z) / distance;
+    }
+    return sum(total);
+  }
+
+ private:
+  static std::array<Pack *, BALL_MEMORY> parts(Balls &b) {
+    return {&b.place.r, &b.place.z, &b.seen.r, &b.seen.z, &b.by_radial.r, &b.by_radial.z, &b.by_axial.r, &b.by_axial.z};
+  }
+  static double sum(const Pack &lanes) {
+    double total = 0.0;
+    for (int lane = 0; lane < LANES; lane++) total += lanes[lane];
+    return total;
+  }
+  // Each lane with the ball that it holds, or the last one, which it only repeats.
+  template <class Function>
+  void each(Function function) {
+    for (int slot = 0; slot < int(balls.size()) * LANES; slot++)
+      function(balls[slot / LANES], slot % LANES, std::min(slot, count - 1), slot < count);
+  }
+};
+
+// One ring alone, or a shaft on several: the inner ring of a bearing at the place a, facing s, stands in its own frame at
+// (x + a theta_y, y - a theta_x, s z + middle, s theta_x, s theta_y); its loads come back through the transpose.
+class System {
+ public:
+  std::vector<Ring> rings;
+  std::vector<Five> ring_q, ring_load;
+  std::vector<Matrix5> ring_stiffness;
+  Five q{}, load{}, scales{};  // scales [1 or m] make displacements of tilts
+  Matrix5 stiffness{};
+  double rounding = 0.0, longest = 0.0, left = 0.0;
+
+  void set(const Seat *seats, int count, const std::int64_t *balls) {
+    double lever = 0.0, widest = 0.0, middle = 0.0, opening = 0.0;
+    rings.resize(count), ring_q.resize(count), ring_load.resize(count), ring_stiffness.resize(count);
+    for (int i = 0; i < count; i++) {
+      const Seat &seat = seats[i];
+      rings[i].set(seat, int(balls[i]));
+      lever = std::max(lever, std::fabs(seat.place) + seat.arm), widest = std::max(widest, 2.0 * seat.ball_radius);
+      middle = std::max(middle, std::fabs(seat.middle));
+      opening = std::max(opening, seat.inner.locus_radius - seat.outer.locus_radius);
+    }
+    scales = {1.0, 1.0, 1.0, lever, lever};
+    longest = LONGEST * widest + middle, rounding = ROUNDING * opening;
+  }
+  void place(const double *azimuth) {
+    for (Ring &ring : rings) ring.place(azimuth), azimuth += ring.count;
+  }
+  void forget() { for (Ring &ring : rings) ring.forget(); }
+  void remember(const double *memory) {
+    for (Ring &ring : rings) ring.remember(memory), memory += BALL_MEMORY * ring.count;
+  }
+  void write_memory(double *memory) {
+    for (Ring &ring : rings) ring.write_memory(memory), memory += BALL_MEMORY * ring.count;
+  }
+  void write_contacts(double *out) {
+    for (std::size_t i = 0; i < rings.size(); i++) {
+      rings[i].write_contacts(turned_in(*rings[i].seat, q), out);
+      out += CONTACT_NUMBERS * rings[i].count;
+    }
+  }
+
+  // Load and stiffness at these coordinates, and the scale of the loads.
+  double loads_at(const Five &at) {
+    load = {}, stiffness = {};
+    double scale = 0.0;
+    for (std::size_t i = 0; i < rings.size(); i++) {
+      const Seat &seat = *rings[i].seat;
+      ring_q[i] = turned_in(seat, at);
+      scale += rings[i].loads_at(ring_q[i], ring_load[i], ring_stiffness[i]);
+      if (rings.size() == 1 && seat.place == 0.0 && seat.facing == 1.0) {
+        load = ring_load[i], stiffness = ring_stiffness[i];
+        continue;
+      }
+      const double s = seat.facing, a = seat.place;
+      const double turn[COORDINATES][COORDINATES] = {
+          {1, 0, 0, 0, a}, {0, 1, 0, -a, 0}, {0, 0, s, 0, 0}, {0, 0, 0, s, 0}, {0, 0, 0, 0, s}};
+      for (int r = 0; r < COORDINATES; r++)
+        for (int m = 0; m < COORDINATES; m++) {
+          load[m] += turn[r][m] * ring_load[i][r];
+          for (int c = 0; c < COORDINATES && turn[r][m] != 0.0; c++)
+            for (int n = 0; n < COORDINATES; n++) stiffness[m][n] += turn[r][m] * ring_stiffness[i][r][c] * turn[c][n];
+        }
+    }
+    return scale;
+  }
+
+  // Moves the free coordinates to where `wanted` [N, N m] loads them, from where they are; `left` [N] is missing then.
+  Status balance(const FreeOnes &free, const Five &wanted) {
+    Five missing{}, step{}, trial{};
+    double scale = loads_at(q), asked = 0.0;
+    double size = missing_of(free, wanted, missing);
+    for (int i = 0; i < COORDINATES; i++)
+      if (free[i]) asked = std::max(asked, std::fabs(wanted[i]) / scales[i]);
+    const double cap = 0.05 * longest;
+    for (int steps = 0, looks = 0; steps < MOST_STEPS; steps++) {
+      if (size <= RING_EXACT * std::max(asked, 1e-3 * scale) || size <= rounding * stiffest()) break;
+      bool held = solve(missing, free, step);
+      double length = size_of(step);
+      if (work(step, missing) <= 0.0 || length == 0.0) {  // nothing resists: along what is missing
+        for (int i = 0; i < COORDINATES; i++) step[i] = missing[i] / (scales[i] * scales[i]) / size * cap;
+        held = false, length = cap;
+      }
+      if (length > cap)
+        for (double &one : step) one *= cap / length;
+      const double begin = work(step, missing), before = size;
+      double factor = 1.0, low = 0.0, high = HUGE_VAL;
+      for (int i = 0; i < MOST_TRIALS; i++) {
+        looks++;
+        for (int j = 0; j < COORDINATES; j++) trial[j] = q[j] + factor * step[j];
+        if (size_of(trial) > longest) return left = size, TOO_MUCH;
+        scale = loads_at(trial);
+        size = missing_of(free, wanted, missing);
+        double done = work(step, missing);
+        if (size < 0.7 * before || std::fabs(done) <= 0.3 * begin) break;
+        if (done > 0.0) {
+          low = factor;
+          if (held) break;
+        } else high = factor;
+        factor = high == HUGE_VAL ? 2.0 * factor : 0.5 * (low + high);
+      }
+      q = trial;
+      if (looks >= MOST_RING_LOOKS || (size >= before && size <= RING_ENOUGH * std::max(asked, 1e-3 * scale))) break;
+    }
+    left = size;
+    if (!(size <= std::max(RING_LEFT * std::max(asked, 1e-3 * scale), rounding * stiffest()))) return TOO_MUCH;
+    bool carried = stiffness[0][0] != 0.0 || stiffness[2][2] != 0.0;
+    for (double one : load) carried |= one != 0.0;
+    return carried || std::find(free.begin(), free.end(), true) == free.end() ? FOUND : NOTHING_CARRIES;
+  }
+
+  // As `balance`, from nothing: the coordinates first go along their loads.
+  Status begin_and_balance(const FreeOnes &free, const Five &wanted, const Five &held) {
+    for (int i = 0; i < COORDINATES; i++) q[i] = free[i] ? 0.0 : held[i];
+    forget();
+    if (rings.size() == 1) go_along(free, wanted);  // a shaft begins in the middle, where preload may hold it
+    return balance(free, wanted);
+  }
+
+  // As above; where that leads nowhere, each part of loads and held coordinates begins where the one before ended.
+  Status settle(const FreeOnes &free, const Five &wanted, const Five &held) {
+    Status status = begin_and_balance(free, wanted, held);
+    if (status != TOO_MUCH || std::find(free.begin(), free.end(), true) == free.end()) return status;
+    Five part_wanted, part_held;
+    for (int stage = 1; stage <= STAGES; stage++) {
+      for (int i = 0; i < COORDINATES; i++) {
+        part_wanted[i] = wanted[i] * stage / STAGES, part_held[i] = held[i] * stage / STAGES;
+        if (!free[i]) q[i] = part_held[i];
+      }
+      status = stage == 1 ? begin_and_balance(free, part_wanted, part_held) : balance(free, part_wanted);
+      if (status != FOUND) return status;
+    }
+    return status;
+  }
+
+ private:
+  static Five turned_in(const Seat &seat, const Five &at) {
+    return {at[0] + seat.place * at[4], at[1] - seat.place * at[3], seat.facing * at[2] + seat.middle, seat.facing * at[3],
+            seat.facing * at[4]};
+  }
+  double missing_of(const FreeOnes &free, const Five &wanted, Five &missing) const {
+    double size = 0.0;
+    for (int i = 0; i < COORDINATES; i++) {
+      missing[i] = free[i] ? wanted[i] - load[i] : 0.0;
+      size = std::max(size, std::fabs(missing[i]) / scales[i]);
+    }
+    return size;
+  }
+  // Work of the missing loads along a step: positive while going on lowers the energy.
+  static double work(const Five &step, const Five &missing) {
+    double total = 0.0;
+    for (int i = 0; i < COORDINATES; i++) total += step[i] * missing[i];
+    return total;
+  }
+  // The greatest coordinate as a displacement [m].
+  double size_of(const Five &at) const {
+    double greatest = 0.0;
+    for (int i = 0; i < COORDINATES; i++) greatest = std::max(greatest, std::fabs(at[i]) * scales[i]);
+    return greatest;
+  }
+  // The greatest stiffness against a displacement [N/m].
+  double stiffest() const {
+    double greatest = 0.0;
+    for (int i = 0; i < COORDINATES; i++) greatest = std::max(greatest, std::fabs(stiffness[i][i]) / (scales[i] * scales[i]));
+    return greatest;
+  }
+
+  // The Newton step of the free coordinates by elimination; false where something does not hold the ring. Rows and columns
+  // are scaled and taken by the greatest pivot on the diagonal, as the matrix is nearly symmetric and has no negative
+  // direction; a soft pivot is lifted: what nothing holds stays where it is.
+  bool solve(const Five &right, const FreeOnes &free, Five &step) const {
+    int n = 0, index[COORDINATES];
+    double a[COORDINATES][COORDINATES + 1], greatest = 0.0;
+    step = {};
+    for (int i = 0; i < COORDINATES; i++)
+      if (free[i]) index[n++] = i;
+    for (int i = 0; i < n; i++) {
+      for (int j = 0; j < n; j++) a[i][j] = stiffness[index[i]][index[j]] / (scales[index[i]] * scales[index[j]]);
+      a[i][n] = right[index[i]] / scales[index[i]];
+      greatest = std::max(greatest, std::fabs(a[i][i]));
+    }
+    if (greatest == 0.0) return false;
+    bool held = true;
+    for (int i = 0; i < n; i++) {
+      int best = i;
+      for (int r = i + 1; r < n; r++)
+        if (a[r][r] > a[best][best]) best = r;
+      if (best != i) {
+        std::swap(index[i], index[best]);
+        std::swap(a[i], a[best]);
+        for (int r = 0; r < n; r++) std::swap(a[r][i], a[r][best]);
+      }
+      if (a[i][i] < SOFT * greatest) held = false, a[i][i] = greatest;
+      for (int r = i + 1; r < n; r++) {
+        double factor = a[r][i] / a[i][i];
+        for (int j = i; j <= n; j++) a[r][j] -= factor * a[i][j];
+      }
+    }
+    for (int i = n - 1; i >= 0; i--) {
+      for (int j = i + 1; j < n; j++) a[i][n] -= a[i][j] * a[j][n];
+      a[i][n] /= a[i][i];
+      step[index[i]] = a[i][n] / scales[index[i]];
+    }
+    return held;
+  }
+
+  // Moves the free coordinates along their loads until two springs a ball, in line, would carry them.
+  void go_along(const FreeOnes &free, const Five &wanted) {
+    double size = 0.0, low = 0.0, high = longest;
+    Five step{}, at = q;
+    for (int i = 0; i < COORDINATES; i++)
+      if (free[i]) step[i] = wanted[i] / (scales[i] * scales[i]), size += wanted[i] * wanted[i] / (scales[i] * scales[i]);
+    size = std::sqrt(size);
+    if (size == 0.0) return;
+    for (double &one : step) one /= size;
+    const double spring = rings[0].spring();
+    for (int i = 0; i < FIRST_BISECTIONS; i++) {
+      double middle = 0.5 * (low + high);
+      for (int j = 0; j < COORDINATES; j++) at[j] = q[j] + middle * step[j];
+      (rings[0].springs_along(step, at, spring) < size ? low : high) = middle;
+    }
+    q = at;
+  }
+};
+
+}  // namespace core::equilibria
