@@ -94,6 +94,18 @@ class _NamedCompiler(Compiler):
 class _Dispatcher(CPUDispatcher):
     """Numba's table of a function's compiled forms, where a form that only compiled code calls has no way in."""
 
+    plain = False  # whether Python runs it as it is written, with all that it calls
+
+    def __call__(self, *values):
+        """The function's result; see `plain`."""
+        if not (self.plain or getattr(_within, "plain", False)):
+            return super().__call__(*values)
+        before, _within.plain = getattr(_within, "plain", False), True
+        try:
+            return self.py_func(*values)
+        finally:
+            _within.plain = before
+
     def compile(self, sig):
         """The way into the form for these types, compiled with one where Python wants it and there is none.
 

@@ -28,6 +28,12 @@ def kernel(function):
     return kept(function, nogil=True)
 
 
+def plain(compiled):
+    """The same, but that Python runs it as it is written, with all that it calls: a few numbers are worth no compiling."""
+    compiled.plain = True
+    return compiled
+
+
 def inlined(function):
     """Compiles `function` into its callers."""
     return kept(function, alone=False, **INLINED)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.compiled import inlined, kernel, plain
 from bearing_twin.contact import differential, line
 from bearing_twin.contact.differential import Shape
 from bearing_twin.contact.dispatch import chosen
@@ -51,18 +51,21 @@ _FOLLOWS = np.array([row.follows for row in _POINT])
 _CARRIES = np.array([row.state is not None for row in _POINT])
 
 
+@plain
 @inlined
 def looked_up(law):
     """Whether a law must be asked at each contact before the lanes are evaluated: for its states, or a rare power."""
     return _CARRIES[law.number] or (law.power != HERTZIAN and law.power != 1.0)
 
 
+@plain
 @inlined
 def follows(law):
     """Whether a law's coefficient follows the curvatures."""
     return _FOLLOWS[law.number]
 
 
+@plain
 @inlined
 def carries(law):
     """Whether a law carries states."""
@@ -75,6 +78,7 @@ def coefficient_at(law, curvature_small, curvature_large, shape):
     return _coefficient(law.number, Place(curvature_small, curvature_large, law.modulus, law.given, shape))
 
 
+@plain
 @kernel
 def fresh_coefficient(law, curvature_small, curvature_large):
     """c [N/m^power] of a law (`Elasticity`), its states, if any, solved afresh."""

@@ -14,7 +14,10 @@ hold the same information without subtraction: K = B + D, E = B + (1-m) D, (K - 
 import math
 from typing import NamedTuple
 
-from bearing_twin.compiled import inlined, kernel
+import numpy as np
+
+from bearing_twin.compiled import inlined, kernel, plain
+from bearing_twin.core import INTEGER, REALS, REALS_OUT, Function
 
 AXIS_RATIO_MIN = 1e-6
 """Below this b/a the contact is a line for every practical purpose and is not treated as an ellipse."""
@@ -63,6 +66,7 @@ class Ellipse(NamedTuple):
     peak_pressure: float
 
 
+@plain
 @kernel
 def elliptic_b_d(complementary):
     """The complete elliptic integrals B(m) and D(m) as functions of kc = sqrt(1 - m) in (0, 1].
@@ -89,6 +93,7 @@ def elliptic_b_d(complementary):
     return scale * (b_b + a_b * mean), scale * (b_d + a_d * mean)
 
 
+@plain
 @kernel
 def curvature_ratio(axis_ratio):
     """Q/P of the gap whose contact ellipse has semi-axis ratio b/a in (0, 1] (paper 1, eq. 8, solved for P/Q)."""
@@ -113,6 +118,7 @@ def _narrowness(curvature_small, curvature_large):
     return (q - p) / (q + p)
 
 
+@plain
 @kernel
 def axis_ratio(curvature_small, curvature_large):
     """Semi-axis ratio b/a in (0, 1] of the contact ellipse, the unique root of paper 1, eq. (8) (Theorem 1).
@@ -153,6 +159,7 @@ def axis_ratio(curvature_small, curvature_large):
     return math.exp(x)
 
 
+@plain
 @kernel
 def hertz_coefficient(curvature_small, curvature_large, effective_modulus):
     """c [N/m^1.5] of the exact Hertz load c h^1.5 for approach h [m] (Hertz 1882; paper 1, eqs. 7-8).
@@ -186,6 +193,7 @@ def hertz_rational(curvature_small, curvature_large, effective_modulus):
     return effective_modulus * p / (q * math.sqrt(math.sqrt(curvature_small * curvature_large)))
 
 
+@plain
 @inlined
 def semi_axes(curvature_small, curvature_large, approach):
     """Semi-axes [m] of the ellipse at this approach [m] by rational functions, within 1e-5 for b/a in [0.01, 1].
@@ -206,6 +214,7 @@ def semi_axes(curvature_small, curvature_large, approach):
     return semi_minor / ratio, semi_minor
 
 
+@plain
 @kernel
 def ellipse(curvature_small, curvature_large, effective_modulus, normal_load):
     """Semi-axes [m] and peak pressure [Pa] of an elliptic Hertz contact under `normal_load` [N].
@@ -219,3 +228,15 @@ def ellipse(curvature_small, curvature_large, effective_modulus, normal_load):
     semi_major = (1.5 * normal_load * d / (math.pi * effective_modulus * curvature_small)) ** (1.0 / 3.0)
     semi_minor = semi_major * ratio
     return Ellipse(semi_major, semi_minor, 1.5 * normal_load / (math.pi * semi_major * semi_minor))
+
+
+_ellipses = Function("core_ellipses", None, (INTEGER, *(REALS,) * 4, *(REALS_OUT,) * 3))
+
+
+def ellipses(curvature_small, curvature_large, effective_modulus, normal_load) -> Ellipse:
+    """As `ellipse`, of arrays of contacts that broadcast."""
+    arrays = np.broadcast_arrays(curvature_small, curvature_large, effective_modulus, normal_load)
+    given = [np.ascontiguousarray(one, float) for one in arrays]
+    found = Ellipse(*(np.empty(arrays[0].shape) for _ in range(3)))
+    _ellipses(arrays[0].size, *given, *found)
+    return found

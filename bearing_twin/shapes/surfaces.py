@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.compiled import inlined, kernel, plain
 from bearing_twin.numerics.rotation import cross, dot, root_and_inverse
 
 
@@ -17,6 +17,7 @@ class GrooveContact(NamedTuple):
     curvature_large: float
 
 
+@plain
 @inlined
 def groove_curvatures(ball_radius, locus_radius, groove_radius, normal_radial):
     """Curvatures (small, large) of the gap [1/m] where the normal has this radial part; see `ball_in_groove`."""
@@ -24,6 +25,7 @@ def groove_curvatures(ball_radius, locus_radius, groove_radius, normal_radial):
     return 0.5 * (ball - 1.0 / groove_radius), 0.5 * (ball - rolling)
 
 
+@plain
 @inlined
 def ball_in_groove(axis_distance, axial, ball_radius, locus_radius, groove_radius):
     """Approach [m], outward normal and gap curvatures [1/m] of a ball in a toroidal groove (paper 1, section 5).

@@ -14,16 +14,16 @@ static_assert(sizeof(Seat) == 42 * sizeof(double), "Setting.numbers in bearing_t
 
 const Seat *seats_in(const double *numbers) { return reinterpret_cast<const Seat *>(numbers); }
 Five five(const double *numbers) { return {numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]}; }
-FreeOnes free_ones(const std::uint8_t *free) { return {free[0] != 0, free[1] != 0, free[2] != 0, free[3] != 0, free[4] != 0}; }
+FreeOnes free_ones(const std::int64_t *free) { return {free[0] != 0, free[1] != 0, free[2] != 0, free[3] != 0, free[4] != 0}; }
 void write(const Five &five, double *out) { std::copy(five.begin(), five.end(), out); }
 void write(const Matrix5 &matrix, double *out) {
   for (const Five &row : matrix) write(row, out), out += COORDINATES;
 }
 
 // Room that stays between calls of a thread.
-System &system_of(const double *seats, int count, const std::int64_t *balls) {
+System &system_of(const double *seats, std::int64_t count, const std::int64_t *balls) {
   static thread_local System system;
-  system.set(seats_in(seats), count, balls);
+  system.set(seats_in(seats), int(count), balls);
   return system;
 }
 
@@ -39,9 +39,10 @@ double shared_orbit(const double *contacts, int balls) {
 
 // Cases of equilibria, each from nothing: of `free` (5,) coordinates the loads `wanted` (cases, 5) are given, of the others
 // `held` (cases, 5). Seats and azimuths are one for all cases, or one for each. Stops between two cases.
-CORE_EXPORT void core_equilibria(std::int64_t cases, int count, const std::int64_t *balls, const double *seats, int many_seats,
-                                 const double *azimuth, int many_azimuths, const std::uint8_t *free, const double *wanted,
-                                 const double *held, const volatile std::int64_t *stop, double *q, double *load,
+CORE_EXPORT void core_equilibria(std::int64_t cases, std::int64_t count, const std::int64_t *balls,
+                                 const double *seats, std::int64_t many_seats, const double *azimuth,
+                                 std::int64_t many_azimuths, const std::int64_t *free, const double *wanted,
+                                 const double *held, const volatile std::uint8_t *stop, double *q, double *load,
                                  double *stiffness, double *memory, double *contacts, double *left, std::int64_t *status) {
   std::int64_t all = 0;
   for (int i = 0; i < count; i++) all += balls[i];
@@ -63,7 +64,7 @@ CORE_EXPORT void core_equilibria(std::int64_t cases, int count, const std::int64
 // External load (5,) that holds rings or shaft at `q` (5,), and its derivative (5, 5), with those of each ring (count, 5),
 // (count, 5, 5) and its coordinates (count, 5) in its own frame. Balances begin at `memory` and end there; `contacts` may
 // be null. Returns the scale of the loads [N].
-CORE_EXPORT double core_ring_loads(int count, const std::int64_t *balls, const double *seats, const double *azimuth,
+CORE_EXPORT double core_ring_loads(std::int64_t count, const std::int64_t *balls, const double *seats, const double *azimuth,
                                    const double *q, double *memory, double *ring_q, double *ring_load,
                                    double *ring_stiffness, double *load, double *stiffness, double *contacts) {
   System &system = system_of(seats, count, balls);
@@ -82,17 +83,25 @@ CORE_EXPORT double core_ring_loads(int count, const std::int64_t *balls, const d
   return scale;
 }
 
-// The contacts of balls at the places of `memory`, and for each ball what changes of place and opening do: derivatives of
-// what is left (radial, axial), of the force on the ring (radial, axial) and of the friction's moment by the place and by
-// the opening, each (radial, axial): (N, 5, 2, 2); and of the opening (radial, axial) by the coordinates: (N, 2, 5).
-CORE_EXPORT void core_ball_balances(const std::int64_t *balls, const double *seats, const double *azimuth, const double *q,
-                                    const double *memory, double *contacts, double *balances, double *openings) {
-  System &system = system_of(seats, 1, balls);
+// The contacts of balls at the places of `memory`, rings or shaft at `q` (5,).
+CORE_EXPORT void core_ball_contacts(std::int64_t count, const std::int64_t *balls, const double *seats, const double *azimuth,
+                                    const double *q, const double *memory, double *contacts) {
+  System &system = system_of(seats, count, balls);
   system.place(azimuth);
   system.remember(memory);
   system.q = five(q);
   system.write_contacts(contacts);
-  system.rings[0].write_balances(system.q, balances, openings);
+}
+
+// What changes of place and opening do to balls of one ring at the places of `memory`: derivatives of what is left (radial,
+// axial), of the force on the ring (radial, axial) and of the friction's moment by the place and by the opening, each
+// (radial, axial): (N, 5, 2, 2); and of the opening (radial, axial) by the ring's coordinates: (N, 2, 5).
+CORE_EXPORT void core_ball_balances(const std::int64_t *balls, const double *seats, const double *azimuth, const double *q,
+                                    const double *memory, double *balances, double *openings) {
+  System &system = system_of(seats, 1, balls);
+  system.place(azimuth);
+  system.remember(memory);
+  system.rings[0].write_balances(five(q), balances, openings);
 }
 
 // A run of equilibria: a ring of which the coordinates that are not `free` are `held` (instants, 5), turned by `turn` [rad]
@@ -100,9 +109,9 @@ CORE_EXPORT void core_ball_balances(const std::int64_t *balls, const double *sea
 // from the instant before on, where `cage[0]` [rad] was the azimuth of ball 0, and turn about themselves as at the instant;
 // `attitude` (N, 4) are their orientations in the frame that goes round with each. Returns the status of the last instant,
 // whose number is in `instant`: FOUND for all.
-CORE_EXPORT int core_equilibrium_run(const double *seat_numbers, std::int64_t balls, std::int64_t instants, const double *step,
-                                     const double *turn, const double *speed, const double *held, const std::uint8_t *free,
-                                     const double *wanted, const volatile std::int64_t *stop, double *cage, double *q,
+CORE_EXPORT std::int64_t core_equilibrium_run(const double *seat_numbers, std::int64_t balls, std::int64_t instants, const double *step,
+                                     const double *turn, const double *speed, const double *held, const std::int64_t *free,
+                                     const double *wanted, const volatile std::uint8_t *stop, double *cage, double *q,
                                      double *memory, double *attitude, double *azimuths, double *orbits, double *coordinates,
                                      double *loads, double *places, double *attitudes, double *contacts,
                                      std::int64_t *instant) {

@@ -6,8 +6,7 @@ from collections import namedtuple
 import numpy as np
 
 from bearing_twin.base.sample import Block, Channel, Columns, Layout, Sample, layout_of
-from bearing_twin.compiled import kernel
-from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.contact import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.compiled_outputs import write_rows
 from bearing_twin.kinds.bearing.parameters import BearingScene
@@ -147,17 +146,6 @@ def write_outputs(parameters, bearing, partners, drive, times, states, orientati
     write_rows(bearing, partners, drive, rolling, times, states, orientations, borders, places, rows)
 
 
-@kernel
-def _ellipses(moduli, small, large, load, semi_major, semi_minor, pressure):
-    for k in range(load.shape[0]):
-        for side in range(2):
-            if load[k, side] > 0.0:
-                found = ellipse(small[k, side], large[k, side], moduli[side], load[k, side])
-                semi_major[k, side] = found.semi_major
-                semi_minor[k, side] = found.semi_minor
-                pressure[k, side] = found.peak_pressure
-
-
 def moduli(materials) -> tuple[float, float]:
     """E* [Pa] of a ball on the inner and on the outer raceway."""
     ball = materials.ball
@@ -166,9 +154,7 @@ def moduli(materials) -> tuple[float, float]:
 
 def ellipses(moduli, small, large, load) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Semi-axes [m] and peak pressures [Pa], each (N, 2), of contacts (ball, raceway); `moduli` are the races' E*."""
-    found = np.zeros_like(load), np.zeros_like(load), np.zeros_like(load)
-    _ellipses(moduli, small, large, load, *found)
-    return found
+    return ellipse.ellipses(small, large, np.array(moduli), load)
 
 
 def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:

@@ -14,7 +14,7 @@ coefficient stays. The polynomial is off by 6e-14 in a 6203 and by 3e-11 where b
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.compiled import inlined
 from bearing_twin.contact.elasticity import Elasticity, follows, fresh_coefficient, looked_up
 from bearing_twin.contact.ellipse import semi_axes
 from bearing_twin.shapes.surfaces import groove_curvatures
@@ -40,18 +40,9 @@ def _points_and_fit() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 _POINTS, _SERIES, _POWERS = _points_and_fit()
 
 
-@kernel
-def _fill_coefficients(law, ball_radius, locus_radius, groove_radius, side, radials, found):
-    for i in range(len(radials)):
-        small, large = groove_curvatures(ball_radius, locus_radius, groove_radius, side * radials[i])
-        found[i] = fresh_coefficient(law, small, large)
-
-
-@kernel
-def _fill_axes(ball_radius, locus_radius, groove_radius, side, radials, major, minor):
-    for i in range(len(radials)):
-        small, large = groove_curvatures(ball_radius, locus_radius, groove_radius, side * radials[i])
-        major[i], minor[i] = semi_axes(small, large, 1.0)
+def _along(ball_radius, locus_radius, groove_radius, side, radials, what) -> list:
+    """What `what(small, large)` makes of the gap's curvatures where the normal has these radial parts."""
+    return [what(*groove_curvatures(ball_radius, locus_radius, groove_radius, side * one)) for one in radials.tolist()]
 
 
 def _reach_of(locus_radius, groove_radius, side):
@@ -70,9 +61,9 @@ def axes_along(ball_radius, locus_radius, groove_radius, side) -> tuple[tuple[fl
 
     They are those of `ellipse.semi_axes`, off by 2e-3 along a groove where these come to b/a = 0.01 and have a bend.
     """
-    reach, (major, minor) = _reach_of(locus_radius, groove_radius, side), np.empty((2, TERMS))
-    _fill_axes(ball_radius, locus_radius, groove_radius, float(side), 1.0 + reach * _POINTS, major, minor)
-    return _terms(major, reach), _terms(minor, reach)
+    reach, groove = _reach_of(locus_radius, groove_radius, side), (ball_radius, locus_radius, groove_radius, side)
+    found = np.array(_along(*groove, 1.0 + reach * _POINTS, lambda small, large: semi_axes(small, large, 1.0)))
+    return _terms(found[:, 0], reach), _terms(found[:, 1], reach)
 
 
 def terms_along(law: Elasticity, ball_radius, locus_radius, groove_radius, side) -> tuple[float, ...]:
@@ -82,9 +73,9 @@ def terms_along(law: Elasticity, ball_radius, locus_radius, groove_radius, side)
     """
     if not follows(law):
         return (law.given, *(0.0,) * TERMS)
-    reach, found = _reach_of(locus_radius, groove_radius, side), np.empty(TERMS)
-    _fill_coefficients(law, ball_radius, locus_radius, groove_radius, float(side), 1.0 + reach * _POINTS, found)
-    return _terms(found, reach)
+    reach, groove = _reach_of(locus_radius, groove_radius, side), (ball_radius, locus_radius, groove_radius, side)
+    found = _along(*groove, 1.0 + reach * _POINTS, lambda small, large: fresh_coefficient(law, small, large))
+    return _terms(np.array(found), reach)
 
 
 @inlined

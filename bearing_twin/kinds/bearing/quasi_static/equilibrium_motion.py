@@ -8,31 +8,25 @@ import numpy as np
 from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.base.report import Choice
 from bearing_twin.base.stopping import SIGNALLED
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.outputs import Outputs, channels
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import (
+    FOUND,
+    OF_CONTACTS,
     PLACES,
-    Contacts,
-    empty_contacts,
+    STOP,
+    STOPPED,
+    contacts_in,
     limits_used,
-    shared,
-    write_contacts,
 )
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
-    FOUND,
-    at_speed,
     azimuths_of,
     controlled,
-    first_ring,
-    place_balls,
-    ring_in_balance,
     setting_of,
     support_of,
     weighed_solver,
 )
-from bearing_twin.numerics.rotation import quaternion_product, turned
-from bearing_twin.numerics.statuses import STOPPED
 
 MOVING = (
     "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored",
@@ -74,91 +68,32 @@ class Instants(NamedTuple):
     load: np.ndarray
     place: np.ndarray
     attitude: np.ndarray
-    contacts: Contacts
+    contacts: np.ndarray
 
 
 def new_instants(count: int, balls: int) -> Instants:
     """Room for so many instants."""
-    shapes = ((), (), (5,), (5,), (balls, 2), (balls, 4))
-    return Instants(*(np.zeros((count, *shape)) for shape in shapes), empty_contacts(count, balls))
+    shapes = (), (), (5,), (5,), (balls, 2), (balls, 4), (balls, OF_CONTACTS)
+    return Instants(*(np.zeros((count, *shape)) for shape in shapes))
 
 
-@inlined
-def _row(contacts, t):
-    return Contacts(
-        contacts.approach[t],
-        contacts.load[t],
-        contacts.angle[t],
-        contacts.friction[t],
-        contacts.curvature_small[t],
-        contacts.curvature_large[t],
-        contacts.orbit[t],
-        contacts.roll[t],
-        contacts.pitch[t],
-        contacts.centrifugal[t],
-    )
+_run = Function(
+    "core_equilibrium_run",
+    INTEGER,
+    (REALS, INTEGER, INTEGER, *(REALS,) * 4, INTEGERS, REALS, STOP, *(REALS_OUT,) * 11, INTEGERS_OUT),
+)
 
 
-@kernel
-def _solve(setting, directions, course, t, wanted, state, weight, longest, load, stiffness):
-    """The equilibrium of instant t, from the one before, and if that leads nowhere from nothing."""
-    for i in range(5):
-        if not course.free[i]:
-            state.q[i] = course.held[t, i]
-    status, _, _ = ring_in_balance(
-        setting, directions, state.q, course.free, wanted, state.place, weight, longest, load, stiffness
-    )
-    if status == FOUND:
-        return status
-    for i in range(5):
-        state.q[i] = 0.0 if course.free[i] else course.held[t, i]
-    state.place[:] = np.nan
-    scales = np.array([1.0, 1.0, 1.0, setting.arm, setting.arm])
-    first_ring(setting, directions, course.free, wanted, scales, longest, state.q)
-    status, _, _ = ring_in_balance(
-        setting, directions, state.q, course.free, wanted, state.place, weight, longest, load, stiffness
-    )
-    return status
+def equilibria(seat: np.ndarray, course: Course, state: State, out: Instants, stop: np.ndarray) -> tuple[int, int]:
+    """Fills `out`; returns (status, instant) of the first that has no equilibrium, else (FOUND, T).
 
-
-@kernel
-def equilibria(setting, gravity, course, state, longest, out, stop):
-    """Fills `out` (`Instants`); returns (status, instant) of the first that has no equilibrium, else (FOUND, T).
-
-    Looks at `stop` (1,) before every instant, and ends with STOPPED there where it is not 0. Between two instants the
-    balls orbit by the cage's share of the ring's turn at the first, and turn about themselves as at the second.
+    `seat` is `Setting.numbers`. Looks at `stop` (1,) before every instant, and ends with STOPPED there where it is not
+    0. Between two instants the balls orbit by the cage's share of the ring's turn at the first, and turn about
+    themselves as at the second.
     """
-    balls = len(state.place)
-    directions, weight = np.empty((balls, 2)), np.empty((balls, 2))
-    load, stiffness = np.zeros(5), np.zeros((5, 5))
-    gamma = 2.0 * setting.ball_radius / setting.pitch_diameter
-    for t in range(len(course.turn)):
-        if stop[0] != 0:
-            return STOPPED, t
-        here = at_speed(setting, course.speed[t])
-        state.cage[0] += state.cage[1] * course.turn[t]
-        place_balls(here, gravity, state.cage[0], directions, weight)
-        status = _solve(here, directions, course, t, course.wanted, state, weight, longest, load, stiffness)
-        if status != FOUND:
-            return status, t
-        contacts = _row(out.contacts, t)
-        write_contacts(here, directions, state.q, state.place, contacts)
-        ratio = 0.5 * (1.0 - gamma)
-        if course.speed[t] != 0.0:
-            ratio = shared(contacts, contacts.orbit) / course.speed[t]
-        state.cage[1] = ratio
-        out.azimuth[t], out.orbit[t] = state.cage[0], ratio * course.speed[t]
-        out.q[t], out.load[t], out.place[t] = state.q, load, state.place[:, :2]
-        for k in range(balls):
-            spin = (contacts.pitch[k], 0.0, -contacts.roll[k])
-            own = (state.attitude[k, 0], state.attitude[k, 1], state.attitude[k, 2], state.attitude[k, 3])
-            own = turned(own, spin, spin, spin, course.step[t])
-            angle = 0.5 * (state.cage[0] + 2.0 * math.pi * k / balls)
-            fixed = quaternion_product((0.0, 0.0, math.sin(angle), math.cos(angle)), own)
-            for i in range(4):
-                state.attitude[k, i] = own[i]
-                out.attitude[t, k, i] = fixed[i]
-    return FOUND, len(course.turn)
+    instant = np.zeros(1, np.int64)
+    status = _run(seat, len(state.place), len(course.turn), *course, stop, *state, *out, instant)
+    return status, int(instant[0])
 
 
 def _about_z(cosine, sine, radial, tangential, axial) -> np.ndarray:
@@ -174,7 +109,7 @@ def write_channels(setting, gravity, found: Instants, speeds, angles, out: Outpu
     are 0. Friction is that across the grooves, which gyroscopic moments need; slip is that of balls in one cage, which
     carries what the inner contacts of a ring that is off the axis push along the orbit. Works and losses are left at 0.
     """
-    contacts, balls = found.contacts, found.place.shape[1]
+    contacts, balls = contacts_in(found.contacts), found.place.shape[1]
     azimuth = found.azimuth[:, None] + azimuths_of(balls, 0.0)
     cosine, sine, orbit = np.cos(azimuth), np.sin(azimuth), found.orbit[:, None]
     distance = setting.outer.locus_radius + found.place[..., 0]
@@ -252,15 +187,13 @@ class QuasiStaticMotion:
         solver = weighed_solver(parameters, self.setting, azimuths)
         self._start = controlled(parameters, solver, self.support)
         self.setting = solver.setting
-        self._gravity = tuple(map(float, parameters.gravity))
-        self._longest, self.stop = solver.longest, SIGNALLED
+        self._seat, self.stop = self.setting.numbers(parameters.gravity), SIGNALLED
         self.reset()
 
     def reset(self) -> None:
         """Back to the start."""
         balls = self.parameters.geometry.balls
-        place = np.zeros((balls, PLACES))
-        place[:] = np.nan
+        place = np.full((balls, PLACES), np.nan)
         half = -np.pi * np.arange(balls) / balls
         zero = np.zeros(balls)
         attitude = np.stack([zero, zero, np.sin(half), np.cos(half)], axis=1)
@@ -323,7 +256,7 @@ class QuasiStaticMotion:
         """What is prescribed at `instants` [s] from now, and the ring's angle there; moves the drive on."""
         drive, change = self.parameters.drive, self.parameters.drive.change
         begin, speed, angle, parts = 0.0, self.speed, self.angle, []
-        free = np.array(self.support.free, np.bool_)
+        free = np.array(self.support.free, np.int64)
         wanted = np.where(free, self.loads, 0.0)
         if speed == self.goal_speed and (self._changed or change.time == 0.0):
             return self._even_course(instants, free, wanted)
@@ -367,7 +300,7 @@ class QuasiStaticMotion:
 
     def _outputs(self, course: Course, angle) -> Outputs:
         found = new_instants(len(angle), self.parameters.geometry.balls)
-        status, instant = equilibria(self.setting, self._gravity, course, self.state, self._longest, found, self.stop)
+        status, instant = equilibria(self._seat, course, self.state, found, self.stop)
         seconds = self.elapsed + float(course.step[: instant + 1].sum())
         if status == STOPPED:
             raise Stopped(f"the computation was stopped at {seconds:.9g} s")
@@ -383,13 +316,13 @@ class QuasiStaticMotion:
         self.solved += len(angle)
         count = len(angle)
         out = Outputs(*(np.zeros((count, *channel.shape)) for channel in channels(self.parameters)))
-        write_channels(self.setting, self._gravity, found, course.speed, angle, out)
+        write_channels(self.setting, self.parameters.gravity, found, course.speed, angle, out)
         self._write_work(out)
         return out
 
     def _refuse_illegal(self, found, course) -> None:
         """Raises IntegrationError at the first output whose contacts bear too much or leave the grooves."""
-        contacts = found.contacts
+        contacts = contacts_in(found.contacts)
         bad = np.maximum(*limits_used(self.setting, contacts.load, contacts.approach, contacts.angle)) > 1.0
         if bad.any():
             row, ball = np.argwhere(bad)[0]

@@ -13,7 +13,7 @@ from bearing_twin.kinds.bearing.drive import with_speeds
 from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.loading import Loading
-from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import balance_at, opening_of, slopes_of
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import ball_balances
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     Equilibrium,
     EquilibriumSolver,
@@ -105,21 +105,20 @@ def followed(
 def pushed_by(solver: EquilibriumSolver, found: Equilibrium, shares: np.ndarray) -> Pushed:
     """What contacts that bear these shares (N, 2) more than their law gives do while the ring is held."""
     load, angle = found.contacts.load, found.contacts.angle
-    normal = _normals(angle)
-    pushes = (shares * load)[..., None] * normal
-    seen = [opening_of(solver.setting, *one, found.coordinates) for one in solver.directions]
-    opened = np.array([_slopes(solver, k, opening) for k, opening in enumerate(seen)])  # (N, 2, 5)
-    moved, follows, ring = np.zeros((len(load), 2)), np.zeros((len(load), 2, 2)), np.zeros(5)
-    for k in range(len(load)):
-        here = balance_at(solver.setting, seen[k].radial, seen[k].axial, *found.places[k], *solver.weights[k])
-        inverse = np.linalg.pinv(np.reshape(here.left_p, (2, 2)))
-        moved[k] = -inverse @ (pushes[k, 0] - pushes[k, 1])
-        follows[k] = -inverse @ np.reshape(here.left_o, (2, 2))
-        force = pushes[k, 0] + np.reshape(here.force_p, (2, 2)) @ moved[k]
-        ring += opened[k].T @ force
-        turned = np.array(here.friction_moment_p) @ moved[k]
-        ring[3:] += turned * np.array([solver.directions[k, 1], -solver.directions[k, 0]])
+    pushes = (shares * load)[..., None] * _normals(angle)
+    by_ball, opened = ball_balances(solver.seats(), found.azimuths, found.coordinates, found.places)
+    left, force, moment = by_ball[:, :2], by_ball[:, 2:4, 0], by_ball[:, 4, 0]
+    inverse = np.linalg.pinv(left[:, :, 0])
+    moved = -np.einsum("kij,kj->ki", inverse, pushes[:, 0] - pushes[:, 1])
+    follows = -inverse @ left[:, :, 1]
+    ring = np.einsum("kic,ki->c", opened, pushes[:, 0] + np.einsum("kij,kj->ki", force, moved))
+    ring[3:] += (moment * moved).sum(1) @ _levers(found.azimuths)
     return Pushed(solver, found, shares * load, ring, moved, follows, opened)
+
+
+def _levers(azimuths) -> np.ndarray:
+    """How far each ball is moved along its own axis by tilts (N, 2), over the arm: b of each ball by theta_x, theta_y."""
+    return np.stack([np.sin(azimuths), -np.cos(azimuths)], axis=1)
 
 
 def _normals(angle: np.ndarray) -> np.ndarray:
@@ -131,18 +130,12 @@ def _raceways(solver: EquilibriumSolver):
     return solver.setting.inner, solver.setting.outer
 
 
-def _slopes(solver: EquilibriumSolver, k: int, opening) -> np.ndarray:
-    """Derivatives (2, 5) of ball k's opening, radial and axial, by the ring's coordinates."""
-    radial, axial = slopes_of(solver.setting, *solver.directions[k], opening)
-    return np.array([[*radial, 0.0, 0.0, 0.0], [*axial[:2], 1.0, *axial[2:]]])
-
-
 def response_to_tilt(solver: EquilibriumSolver, support: Support, found: Equilibrium) -> Response | None:
     """What the true circle changes, in first order; None of a ring that is not tilted."""
     setting, contacts, tilt = solver.setting, found.contacts, found.coordinates[3:]
     if not tilt.any():
         return None
-    lever = np.stack([solver.directions[:, 1], -solver.directions[:, 0]], axis=1)  # b by the tilts
+    lever = _levers(found.azimuths)
     lifted = lever @ tilt
     cosine = np.cos(contacts.angle[:, 0])
     load, approach = contacts.load, contacts.approach
