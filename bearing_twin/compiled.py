@@ -29,7 +29,7 @@ def kernel(function):
 
 
 def plain(compiled):
-    """The same, but that Python runs it as it is written, with all that it calls: a few numbers are worth no compiling."""
+    """The same, but that Python runs it as it is written, with all that it calls: few numbers deserve no compiler."""
     compiled.plain = True
     return compiled
 

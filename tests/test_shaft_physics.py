@@ -281,6 +281,7 @@ def test_the_motion_is_that_of_scipy_with_an_own_balance_of_balls():
     motion = motion_of(*changes)
     seats = tuple(seat._replace(setting=seat.setting._replace(ball_mass=0.0)) for seat in motion.rotor.seats)
     motion.rotor = motion.rotor._replace(seats=seats)
+    motion.reset()
     parameters = motion.parameters
     inertia = np.array([parameters.shaft.mass] * 3 + [parameters.shaft.inertia[0]] * 2)
     stays = middles(parameters)

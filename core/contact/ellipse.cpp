@@ -9,13 +9,12 @@ extern "C" [[gnu::visibility("default")]] void core_ellipses(std::int64_t count,
                                                              const double *modulus, const double *load, double *semi_major,
                                                              double *semi_minor, double *peak_pressure) {
   for (std::int64_t begin = 0; begin < count; begin += LANES) {
-    Pack given[4]{};
-    auto in_lane = [&](int lane) { return std::min(begin + lane, count - 1); };
-    for (int lane = 0; lane < LANES; lane++) {
-      const double *from[4] = {small, large, modulus, load};
-      for (int i = 0; i < 4; i++) given[i][lane] = from[i][in_lane(lane)];
-    }
-    Ellipse found = ellipse(given[0], given[1], given[2], given[3]);
+    auto lanes_of = [&](const double *numbers) {
+      Pack lanes{};
+      for (int lane = 0; lane < LANES; lane++) lanes[lane] = numbers[std::min(begin + lane, count - 1)];
+      return lanes;
+    };
+    Ellipse found = ellipse(lanes_of(small), lanes_of(large), lanes_of(modulus), lanes_of(load));
     for (int lane = 0; lane < LANES && begin + lane < count; lane++) {
       semi_major[begin + lane] = found.semi_major[lane], semi_minor[begin + lane] = found.semi_minor[lane];
       peak_pressure[begin + lane] = found.peak_pressure[lane];

@@ -7,7 +7,7 @@ import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.loading import SAME, Loading, apart
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import COORDINATES
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import COORDINATES
 from bearing_twin.kinds.shaft.derived import course_of
 from bearing_twin.kinds.shaft.parameters import ShaftScene
 

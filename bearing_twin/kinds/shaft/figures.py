@@ -10,13 +10,13 @@ from bearing_twin.base.sample import Block
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
-from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import curvatures_at
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import setting_of
 from bearing_twin.kinds.bearing.ratings import hours_of, lives_of, ratings_of
 from bearing_twin.kinds.energy import adds_up
 from bearing_twin.kinds.shaft.derived import bearing_scene
 from bearing_twin.kinds.shaft.modes import modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
+from bearing_twin.shapes.surfaces import groove_curvatures
 
 HALF = "over the second half of the run"
 LATE = f"mean {HALF}"
@@ -196,7 +196,10 @@ class ShaftFigures:
             for k, (raceway, ring) in enumerate(
                 ((setting.inner, materials.inner_ring), (setting.outer, materials.outer_ring))
             ):
-                small, large = curvatures_at(setting, raceway, 2.0 * k - 1.0, math.cos(own.angle[k]))
+                radial = (2.0 * k - 1.0) * math.cos(own.angle[k])
+                small, large = groove_curvatures(
+                    setting.ball_radius, raceway.locus_radius, raceway.groove_radius, radial
+                )
                 found.append(ellipse(small, large, effective_modulus(materials.ball, ring), float(own.load[k])))
             own.spots = tuple(found)
         return own.spots

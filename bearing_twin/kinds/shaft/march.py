@@ -7,7 +7,7 @@ cut. Steps end where drive or load change. Outputs have balls of their own: look
 import math
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import COORDINATES
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import COORDINATES
 from bearing_twin.kinds.shaft.course import CoursePart, whirl_of
 from bearing_twin.kinds.shaft.outputs import write_row
 from bearing_twin.kinds.shaft.rotor import (
@@ -94,11 +94,11 @@ def begin_again(clock, kept, time, state):
 def write_outputs(rotor, course, shown, clock, kept, times, rows):
     """Writes the outputs at those of the `times` [s] that the step kept reaches; `shown` is what they are computed in.
 
-    That is (balls, moment, contacts, state) of their own. Returns TOO_DEEP at the first whose contacts leave their
+    That is (balls, moment, state) of their own. Returns TOO_DEEP at the first whose contacts leave their
     limits, else OK.
     """
     phase = int(clock[PHASE])
-    balls, moment, contacts, state = shown
+    balls, moment, state = shown
     system = (rotor, _part_of(course, phase), balls, moment)
     while clock[CURSOR] < len(times) and times[int(clock[CURSOR])] <= clock[TIME]:
         cursor = int(clock[CURSOR])
@@ -107,7 +107,7 @@ def write_outputs(rotor, course, shown, clock, kept, times, rows):
             place, rate, _ = whirl_of(rotor, system[1], times[cursor], i)
             state[i] += place
             state[RATE + i] += rate
-        if write_row(system, times[cursor], state, gross, contacts, rows[cursor]) > 1.0:
+        if write_row(system, times[cursor], state, gross, rows[cursor]) > 1.0:
             clock[TIME] = times[cursor]
             return TOO_DEEP
         clock[CURSOR] += 1.0

@@ -13,8 +13,8 @@ from bearing_twin.kinds.shaft import march
 from bearing_twin.kinds.shaft.course import ShaftCourse, add_unbalances
 from bearing_twin.kinds.shaft.modes import matrices_of, stiffest_mode, unbalance_response
 from bearing_twin.kinds.shaft.operating import explained
-from bearing_twin.kinds.shaft.outputs import channels, contacts_of
-from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene
+from bearing_twin.kinds.shaft.outputs import channels
+from bearing_twin.kinds.shaft.parameters import SETTLED, ShaftScene
 from bearing_twin.kinds.shaft.rotor import BEARING_WORK, LOAD_WORK, MOVING, RATE, STATE, new_balls, new_moment
 from bearing_twin.kinds.shaft.statics import balance_of, lever_of, longest_of, rotor_of
 from bearing_twin.numerics.rosenbrock_step import rosenbrock_work
@@ -66,12 +66,11 @@ class ShaftMotion:
 
     def reset(self) -> None:
         """Back to the start."""
-        balls = [getattr(self.parameters, side).geometry.balls for side in SIDES]
         scales = np.concatenate([self._scales, self._fastest * self._scales])
         self._follow(ShaftCourse(self.parameters, Loading(self.parameters.shaft)))
         self._work = rosenbrock_work(STATE, MOVING, len(RODAS4.alpha), scales)
-        self._moved = tuple(map(new_balls, balls)), new_moment()
-        self._shown = tuple(map(new_balls, balls)), new_moment(), contacts_of(self.parameters), np.zeros(STATE)
+        self._moved = new_balls(self.rotor), new_moment()
+        self._shown = new_balls(self.rotor), new_moment(), np.zeros(STATE)
         self.clock, self.kept = np.zeros(march.CLOCK), np.zeros((march.KEPT, STATE))
         self.clock[march.STEP] = FIRST / self._fastest
         self.kept[march.START] = self.kept[march.END] = self._begin
@@ -85,7 +84,8 @@ class ShaftMotion:
     @property
     def places(self) -> list[np.ndarray]:
         """Where the balls of both bearings were found in balance last: in the motion, then in its outputs."""
-        return [own.place for balls in (self._moved[0], self._shown[0]) for own in balls]
+        first = self.rotor.seats[0].balls
+        return [part for balls in (self._moved[0], self._shown[0]) for part in np.split(balls.places, [first])]
 
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""

@@ -5,8 +5,7 @@ import functools
 from bearing_twin.base.sample import Channel
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
-from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import IDLE, Contacts, empty_contacts, write_contacts
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import COORDINATES
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import COORDINATES, IDLE
 from bearing_twin.kinds.shaft.course import outer_loads, turned_to
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
 from bearing_twin.kinds.shaft.rotor import (
@@ -20,6 +19,7 @@ from bearing_twin.kinds.shaft.rotor import (
 )
 
 BEARING, ABOUT, RACE = "bearing", "about", "race"  # axes: left, right; x, y; inner, outer
+LOADS, ANGLES = 2, 4  # where a ball's contacts have them, inner and outer
 LOAD, HEAD, REST = 30, 35, 8  # where the load stands; numbers before and after those of the balls
 
 
@@ -80,23 +80,18 @@ def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
     return (f"{SIDES[index[0]]} bearing" if channel.axes[:1] == (BEARING,) else "shaft"), ""
 
 
-def contacts_of(parameters: ShaftScene) -> tuple[Contacts, Contacts]:
-    """Room for the contacts of both bearings."""
-    return tuple(empty_contacts(getattr(parameters, side).geometry.balls) for side in SIDES)
-
-
 @inlined
-def _write_bearing(seat, own, at, b, row):
+def _write_bearing(seat, load, at, b, row):
     """Force and moment on the shaft by bearing b, in the shaft's axes."""
     s = seat.facing
     for i in range(3):
         turn = s if i == 2 else 1.0
-        row[at + 6 + 3 * b + i] = -turn * own.load[i]
-    row[at + 12 + 2 * b], row[at + 13 + 2 * b] = -s * own.load[3], -s * own.load[4]
+        row[at + 6 + 3 * b + i] = -turn * load[i]
+    row[at + 12 + 2 * b], row[at + 13 + 2 * b] = -s * load[3], -s * load[4]
 
 
 @kernel
-def write_row(system, time, state, gross, contacts, row):
+def write_row(system, time, state, gross, row):
     """Writes all channels of a state (STATE,) at `time` [s], side by side in their order.
 
     Returns the greatest squeeze or contact angle of a ball over its limit.
@@ -113,35 +108,35 @@ def write_row(system, time, state, gross, contacts, row):
         steady += rotor.steady[i] * state[i]
         kinetic += 0.5 * (rotor.mass if i < 3 else rotor.transverse) * state[RATE + i] ** 2
         potential -= rotor.weight[i] * state[i]
-    shaft_loads(rotor, angle, speed, moment.ahead, balls, moment.load, moment.stiffness)
+    shaft_loads(rotor, angle, speed, moment.ahead, balls, moment.load, moment.stiffness, True)
     late = rotor.relaxation_time
     for i in range(COORDINATES):
         # contacts hold what they do a relaxation time later, less the work until then
         elastic -= late * moment.load[i] * state[RATE + i]
         for j in range(COORDINATES):
             elastic += 0.5 * late * late * state[RATE + i] * moment.stiffness[i, j] * state[RATE + j]
-    at, worst = HEAD, 0.0
+    at, worst, first = HEAD, 0.0, 0
     for b in range(2):
-        seat, own, found = rotor.seats[b], balls[b], contacts[b]
-        _write_bearing(seat, own, 12, b, row)
+        seat, n = rotor.seats[b], rotor.seats[b].balls
+        found = balls.contacts[first : first + n]
+        first += n
+        _write_bearing(seat, balls.loads[b], 12, b, row)
         ring_at(seat, state, moment.work)
         row[12 + 3 * b], row[13 + 3 * b] = moment.work[0], moment.work[1]
         row[14 + 3 * b] = seat.facing * (moment.work[2] - seat.middle)
         row[28 + b] = seat.first + seat.ratio * angle
         power = seat.setting.inner.law.power + 1.0
-        write_contacts(seat.setting, own.directions, own.ring, own.place, found)
-        n, greatest = len(own.place), found.load.max()
+        greatest = found[:, LOADS : LOADS + 2].max()
         for k in range(n):
-            if found.load[k, 0] > 0.0 and found.load[k, 1] > 0.0:
-                squeeze = found.approach[k, 0] + found.approach[k, 1]
-                worst = max(worst, squeeze / (GREATEST_SQUEEZE * 2.0 * seat.setting.ball_radius))
+            approach, load, lean = found[k, 0:2], found[k, LOADS : LOADS + 2], found[k, ANGLES : ANGLES + 2]
+            if load[0] > 0.0 and load[1] > 0.0:
+                worst = max(worst, (approach[0] + approach[1]) / (GREATEST_SQUEEZE * 2.0 * seat.setting.ball_radius))
             for side in range(2):
-                loaded = found.load[k, side] > 0.0
-                row[at + 2 * k + side] = found.load[k, side]
-                elastic += found.load[k, side] * max(found.approach[k, side], 0.0) / power
-                row[at + 2 * (n + k) + side] = found.angle[k, side] if loaded else 0.0
-                if found.load[k, side] > IDLE * greatest:
-                    worst = max(worst, abs(found.angle[k, side]) / GREATEST_ANGLE)
+                row[at + 2 * k + side] = load[side]
+                elastic += load[side] * max(approach[side], 0.0) / power
+                row[at + 2 * (n + k) + side] = lean[side] if load[side] > 0.0 else 0.0
+                if load[side] > IDLE * greatest:
+                    worst = max(worst, abs(lean[side]) / GREATEST_ANGLE)
         at += 4 * n
     row[at], row[at + 1], row[at + 2] = kinetic, potential, elastic
     row[at + 3], row[at + 4] = state[LOAD_WORK] + steady, state[BEARING_WORK] + steady - potential

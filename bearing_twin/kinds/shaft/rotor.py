@@ -15,14 +15,23 @@ The balls go round as prescribed, so that their cage does work. A bearing with i
 before, so that its energy changes with the balls' azimuth by y F_x - x F_y + theta_y M_x - theta_x M_y.
 """
 
+import ctypes
+import math
 from typing import NamedTuple
 
+import llvmlite.binding as llvm
 import numpy as np
+from numba import types
 
+from bearing_twin import core
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import PLACES, Setting
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import COORDINATES, at_speed, place_balls, ring_loads
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import COORDINATES, OF_CONTACTS, PLACES, SPEED, Setting
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import azimuths_of
 from bearing_twin.kinds.shaft.course import outer_loads, turned_to, whirl_of
+
+# What the core does is called by its address, which kernels know by this name.
+llvm.add_symbol("core_ring_loads", ctypes.cast(core.library().core_ring_loads, ctypes.c_void_p).value)
+_ring_loads = types.ExternalFunction("core_ring_loads", types.float64(*(types.intp,) * 12))
 
 RATE = COORDINATES  # where the rates stand in a state, behind the coordinates
 MOVING = 2 * COORDINATES
@@ -39,6 +48,7 @@ class ShaftSeat(NamedTuple):
     """
 
     setting: Setting
+    balls: int
     place: float
     facing: float
     middle: float
@@ -65,17 +75,20 @@ class Rotor(NamedTuple):
 
 
 class Balls(NamedTuple):
-    """The balls of one bearing at work: directions and weights (N, 2), balances (N, PLACES); its ring and loads.
+    """The balls of both bearings at work, one behind the other: azimuths (N,) [rad] and balances (N, PLACES).
 
-    `row` (5,) is room.
+    `seats` (2, SEAT) are what the core is told of each bearing, `counts` (2,) its balls; `rings` (2, 5), `loads` and
+    `stiffness` are those of the rings in their own frames, `contacts` (N, OF_CONTACTS) of the balls. `row` is room.
     """
 
-    directions: np.ndarray
-    weight: np.ndarray
-    place: np.ndarray
-    ring: np.ndarray
-    load: np.ndarray
+    seats: np.ndarray
+    counts: np.ndarray
+    azimuths: np.ndarray
+    places: np.ndarray
+    rings: np.ndarray
+    loads: np.ndarray
     stiffness: np.ndarray
+    contacts: np.ndarray
     row: np.ndarray
 
 
@@ -95,12 +108,24 @@ class Moment(NamedTuple):
     work: np.ndarray
 
 
-def new_balls(count: int) -> Balls:
-    """Room for so many balls, whose balances begin from nothing."""
-    shapes = (count, 2), (count, 2), (count, PLACES), (5,), (5,), (5, 5), (5,)
-    balls = Balls(*(np.zeros(shape) for shape in shapes))
-    balls.place[:] = np.nan
+def seats_of(rotor: Rotor) -> np.ndarray:
+    """What the core is told of both bearings (2, SEAT)."""
+    return np.array([one.setting.numbers(one.gravity, one.place, one.facing, one.middle) for one in rotor.seats])
+
+
+def new_balls(rotor: Rotor) -> Balls:
+    """Room for the balls of both bearings, whose balances begin from nothing."""
+    counts = np.array([seat.balls for seat in rotor.seats])
+    count = int(counts.sum())
+    shapes = (count,), (count, PLACES), (2, 5), (2, 5), (2, 5, 5), (count, OF_CONTACTS), (5,)
+    balls = Balls(seats_of(rotor), counts, *(np.zeros(shape) for shape in shapes))
+    balls.places[:] = np.nan
     return balls
+
+
+def azimuths_at(rotor: Rotor, angle: float) -> np.ndarray:
+    """Azimuths [rad] (N,) of the balls of both bearings, the shaft turned by `angle` [rad]."""
+    return np.concatenate([azimuths_of(seat.balls, seat.first + seat.ratio * angle) for seat in rotor.seats])
 
 
 def new_moment() -> Moment:
@@ -126,40 +151,34 @@ def _add_loads(seat, load, total):
     total[4] += seat.facing * load[4] + seat.place * load[0]
 
 
-@inlined
-def _add_stiffness(seat, stiffness, total):
-    """Adds T^t K T, row by row: first the columns of the shaft's coordinates, then the rows of its loads."""
-    a, s = seat.place, seat.facing
-    for i in range(COORDINATES):
-        row = stiffness[i]
-        by = (row[0], row[1], s * row[2], s * row[3] - a * row[1], s * row[4] + a * row[0])
-        for j in range(COORDINATES):
-            if i < 2:
-                total[i, j] += by[j]
-                arm = a if i == 0 else -a
-                total[4 - i, j] += arm * by[j]
-            else:
-                total[i, j] += s * by[j]
-
-
 @kernel
-def shaft_loads(rotor, angle, speed, q, balls, load, stiffness):
+def shaft_loads(rotor, angle, speed, q, balls, load, stiffness, contacts):
     """External load (5,) [N, N m] that holds the shaft at `q` against its bearings, and its derivative; its scale.
 
-    The shaft has turned by `angle` [rad] and turns at `speed`; `balls` (two `Balls`) are left as they are there.
+    The shaft has turned by `angle` [rad] and turns at `speed`; `balls` are left as they are there, with their contacts
+    where these are wanted.
     """
-    load[:] = 0.0
-    stiffness[:] = 0.0
-    scale = 0.0
+    at = 0
     for b in range(2):
-        seat, own = rotor.seats[b], balls[b]
-        setting = at_speed(seat.setting, speed)
-        place_balls(setting, seat.gravity, seat.first + seat.ratio * angle, own.directions, own.weight)
-        ring_at(seat, q, own.ring)
-        scale += ring_loads(setting, own.directions, own.ring, own.place, own.weight, own.load, own.stiffness)
-        _add_loads(seat, own.load, load)
-        _add_stiffness(seat, own.stiffness, stiffness)
-    return scale
+        seat = rotor.seats[b]
+        balls.seats[b, SPEED] = speed
+        for k in range(seat.balls):
+            balls.azimuths[at] = seat.first + seat.ratio * angle + 2.0 * math.pi * k / seat.balls
+            at += 1
+    return _ring_loads(
+        2,
+        balls.counts.ctypes.data,
+        balls.seats.ctypes.data,
+        balls.azimuths.ctypes.data,
+        q.ctypes.data,
+        balls.places.ctypes.data,
+        balls.rings.ctypes.data,
+        balls.loads.ctypes.data,
+        balls.stiffness.ctypes.data,
+        load.ctypes.data,
+        stiffness.ctypes.data,
+        balls.contacts.ctypes.data if contacts else 0,
+    )
 
 
 @inlined
@@ -177,7 +196,7 @@ def rates(system, time, state, slopes):
         place, rate, _ = whirl_of(rotor, part, time, i)
         moment.rate[i] = rate + state[RATE + i]
         moment.ahead[i] = place + state[i] + rotor.relaxation_time * moment.rate[i]
-    shaft_loads(rotor, angle, speed, moment.ahead, balls, moment.load, moment.stiffness)
+    shaft_loads(rotor, angle, speed, moment.ahead, balls, moment.load, moment.stiffness, False)
     outer_loads(rotor, part, time, angle, speed, moment.outer)
     spin = rotor.polar * speed
     outer = given = viscous = 0.0
@@ -199,7 +218,7 @@ def rates(system, time, state, slopes):
     slopes[CAGE_WORK] = 0.0
     for b in range(2):
         orbit = rotor.seats[b].ratio * speed
-        slopes[CAGE_WORK] += orbit * _cage_load(balls[b].ring, balls[b].load)
+        slopes[CAGE_WORK] += orbit * _cage_load(balls.rings[b], balls.loads[b])
 
 
 @kernel
@@ -229,22 +248,22 @@ def jacobian(system, _state, matrix):
     matrix[RATE + 4, RATE + 3] += spin
     for b in range(2):
         orbit = rotor.seats[b].ratio * moment.turning[1]
-        _cage_row(rotor.seats[b], balls[b], moment.work)
+        _cage_row(rotor.seats[b], balls, b, moment.work)
         for i in range(COORDINATES):
             matrix[CAGE_WORK, i] += orbit * moment.work[i]
             matrix[CAGE_WORK, RATE + i] += late * orbit * moment.work[i]
 
 
 @inlined
-def _cage_row(seat, own, out):
+def _cage_row(seat, balls, b, out):
     """Derivatives (5,) of a cage's load, as of `_cage_load`, by the shaft's coordinates."""
-    ring, load, row = own.ring, own.load, own.row
+    ring, load, stiffness, row = balls.rings[b], balls.loads[b], balls.stiffness[b], balls.row
     row[0], row[1], row[2], row[3], row[4] = -load[1], load[0], 0.0, -load[4], load[3]
     for i in range(COORDINATES):
         for j in range(COORDINATES):
             if i == 0 or i == 3:
-                row[j] += own.stiffness[i, j] * ring[i + 1]
+                row[j] += stiffness[i, j] * ring[i + 1]
             elif i == 1 or i == 4:
-                row[j] -= own.stiffness[i, j] * ring[i - 1]
+                row[j] -= stiffness[i, j] * ring[i - 1]
     out[:] = 0.0
     _add_loads(seat, row, out)

@@ -6,22 +6,25 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import Contacts, contacts_at, limits_used, shared
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import (
     COORDINATES,
+    SPEED,
+    Contacts,
+    contacts_at,
+    limits_used,
+    shared,
+)
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     LONGEST,
-    ROUNDING,
     EquilibriumSolver,
     Support,
-    coordinates_in_balance,
     loose_directions,
     setting_of,
 )
 from bearing_twin.kinds.shaft.course import loads_of
 from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
-from bearing_twin.kinds.shaft.rotor import Rotor, ShaftSeat, new_balls, shaft_loads
+from bearing_twin.kinds.shaft.rotor import Rotor, ShaftSeat, azimuths_at, ring_at, seats_of
 
 UNSEEN = 1e-12  # of the loads: what a ball's last step may leave, which spares a quarter of a step's time
 
@@ -46,7 +49,8 @@ def rotor_of(parameters: ShaftScene, law: str, ratios=(0.0, 0.0)) -> Rotor:
         mounted, scene = getattr(parameters, side), bearing_scene(parameters, side)
         places = (mounted.place, mounted.facing, middle_of(mounted), mounted.ball_angle, ratio)
         setting = setting_of(scene, law, parameters.drive.speed)._replace(unseen=UNSEEN)
-        seats.append(ShaftSeat(setting, *map(float, places), tuple(map(float, scene.gravity))))
+        balls, gravity = int(mounted.geometry.balls), tuple(map(float, scene.gravity))
+        seats.append(ShaftSeat(setting, balls, *map(float, places), gravity))
     weight = shaft.mass * np.array([*parameters.gravity, 0.0, 0.0])
     unbalances = np.array(shaft.unbalances, float).reshape(-1, 3)
     return Rotor(
@@ -72,53 +76,35 @@ def longest_of(rotor: Rotor) -> float:
     return LONGEST * balls + max(abs(seat.middle) for seat in rotor.seats)
 
 
-@inlined
-def _of_shaft(system, q, load, stiffness):
-    rotor, speed, balls = system
-    return shaft_loads(rotor, 0.0, speed, q, balls, load, stiffness)
-
-
-@kernel
-def shaft_in_balance(rotor, speed, balls, q, free, wanted, scales, rounding, longest, load, stiffness):
-    """As `ring_in_balance`, of the shaft's coordinates."""
-    system = (rotor, speed, balls)
-    return coordinates_in_balance(_of_shaft, system, scales, rounding, free, wanted, longest, q, load, stiffness)
-
-
 class ShaftSolver(EquilibriumSolver):
     """Equilibria of a shaft on two bearings with their balls where they start."""
 
     body = "the shaft"
     remedy = "load it, or give less clearance, or preload by offsets of the outer rings"
 
-    def __init__(self, rotor: Rotor, balls: tuple[int, int], speed: float):
-        self.rotor, self.counts, self._speed = rotor, balls, speed
-        self.place = np.full((sum(balls), 8), np.nan)
-        parts = self.place[: balls[0]], self.place[balls[0] :]
-        self.balls = tuple(new_balls(len(part))._replace(place=part) for part in parts)
-        lever, settings = lever_of(rotor), [seat.setting for seat in rotor.seats]
+    def __init__(self, rotor: Rotor, speed: float):
+        self.rotor, self._speed = rotor, speed
+        self.balls, self.azimuths = tuple(seat.balls for seat in rotor.seats), azimuths_at(rotor, 0.0)
+        lever = lever_of(rotor)
         self.scales = np.array([1.0, 1.0, 1.0, lever, lever])
         self.longest = longest_of(rotor)
-        self.rounding = ROUNDING * max(one.inner.locus_radius - one.outer.locus_radius for one in settings)
-        self.q, self.load, self.stiffness = np.zeros(5), np.zeros(5), np.zeros((5, 5))
 
     @property
     def speed(self) -> float:
         """At which the shaft turns [rad/s]."""
         return self._speed
 
+    def seats(self) -> np.ndarray:
+        """The numbers of both rings (2, SEAT) for the core."""
+        return self._seats_at(self._speed)
+
+    def _seats_at(self, speed: float) -> np.ndarray:
+        seats = seats_of(self.rotor)
+        seats[:, SPEED] = speed
+        return seats
+
     def _at_rest(self) -> "ShaftSolver":
-        return ShaftSolver(self.rotor, self.counts, 0.0)
-
-    def _begin(self, free, wanted) -> None:
-        """At the middle, where preloaded bearings hold it; else it goes along its load until they do."""
-
-    def _newton(self, free, wanted):
-        limits = self.scales, self.rounding, self.longest
-        status, left, _ = shaft_in_balance(
-            self.rotor, self._speed, self.balls, self.q, free, wanted, *limits, self.load, self.stiffness
-        )
-        return status, left
+        return ShaftSolver(self.rotor, 0.0)
 
     def refuse_thrown_out(self, support: Support) -> None:
         """Raises SceneError where at this speed nothing holds the shaft in a direction in which it is held at rest."""
@@ -131,21 +117,28 @@ class ShaftSolver(EquilibriumSolver):
                     f"{', '.join(loose)}; lower the speed, or preload the bearings more"
                 )
 
-    def contacts(self) -> list[Contacts]:
+    def both_contacts(self) -> list[Contacts]:
         """The contacts of both bearings where the shaft stands."""
-        found = []
-        for seat, own in zip(self.rotor.seats, self.balls, strict=True):
-            # Orbits are shares of the ring's speed, that of 1 rad/s where it is at rest.
-            setting = seat.setting._replace(speed=self._speed or 1.0)
-            found.append(contacts_at(setting, own.directions, own.ring, own.place))
-        return found
+        # Orbits are shares of the ring's speed, that of 1 rad/s where it is at rest.
+        seats = self._seats_at(self._speed or 1.0)
+        found = contacts_at(seats, self.balls, self.azimuths, self.q, self.place[:, :2])
+        first = self.balls[0]
+        return [Contacts(*(one[:first] for one in found)), Contacts(*(one[first:] for one in found))]
 
-    def _legal(self) -> tuple[float, float]:
+    def legal(self) -> tuple[float, float]:
+        """Greatest squeeze and greatest contact angle of what was found last, each over its limit."""
         used = [
             [float(one.max()) for one in limits_used(seat.setting, each.load, each.approach, each.angle)]
-            for seat, each in zip(self.rotor.seats, self.contacts(), strict=True)
+            for seat, each in zip(self.rotor.seats, self.both_contacts(), strict=True)
         ]
         return tuple(map(max, zip(*used, strict=True)))
+
+
+def ring_of(seat: ShaftSeat, q: np.ndarray) -> np.ndarray:
+    """The inner ring of a bearing in its own frame (5,), the shaft at `q` (5,)."""
+    ring = np.empty(COORDINATES)
+    ring_at.py_func(seat, q, ring)
+    return ring
 
 
 @functools.lru_cache(maxsize=8)
@@ -157,10 +150,10 @@ def balance_of(parameters: ShaftScene, law: str, speed: float, time: float = 0.0
     solver, support = solver_of(parameters, law, speed), weighed_support(parameters, loads_of(parameters, time))
     solver.settle(support)
     solver.refuse_thrown_out(support)
-    contacts = solver.contacts()
+    contacts = solver.both_contacts()
     ratios = tuple(float(shared(one, one.orbit)) / (speed or 1.0) for one in contacts)
-    rings = tuple(own.ring.copy() for own in solver.balls)
-    return ShaftBalance(solver.q.copy(), solver.stiffness.copy(), rings, tuple(contacts), ratios)
+    rings = tuple(ring_of(seat, solver.q) for seat in solver.rotor.seats)
+    return ShaftBalance(solver.q, solver.stiffness, rings, tuple(contacts), ratios)
 
 
 def solver_of(parameters: ShaftScene, law: str, speed: float, first=None) -> ShaftSolver:
@@ -168,11 +161,10 @@ def solver_of(parameters: ShaftScene, law: str, speed: float, first=None) -> Sha
 
     Else `first(balls)` says at which azimuth [rad] the first of so many stands.
     """
-    balls, rotor = tuple(getattr(parameters, side).geometry.balls for side in SIDES), rotor_of(parameters, law)
+    rotor = rotor_of(parameters, law)
     if first is not None:
-        seats = zip(rotor.seats, balls, strict=True)
-        rotor = rotor._replace(seats=tuple(seat._replace(first=float(first(count))) for seat, count in seats))
-    return ShaftSolver(rotor, balls, float(speed))
+        rotor = rotor._replace(seats=tuple(seat._replace(first=float(first(seat.balls))) for seat in rotor.seats))
+    return ShaftSolver(rotor, float(speed))
 
 
 def weighed_support(parameters: ShaftScene, loads: np.ndarray) -> Support:

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.kinds.bearing.law_error import half_space_error
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import COORDINATES
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
-    COORDINATES,
     Support,
     azimuths_of,
     spots_of,

@@ -1,4 +1,4 @@
-"""Balls between two rings in equilibrium (Jones 1960; Harris, Rolling Bearing Analysis): what the compiled core is told.
+"""Balls between two rings in equilibrium (Jones 1960; Harris, Rolling Bearing Analysis): the door to the compiled core.
 
 The equations and the coordinates are those of `core/bearing/ball_equilibrium.hpp` and `equilibrium.hpp`, which solve
 them; here are their numbers, and what is found of contacts.
@@ -17,7 +17,7 @@ from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEE
 IDLE = 1e-3  # of the greatest load: below it the angle of a contact has no limit
 FOUND, NOTHING_CARRIES, TOO_MUCH, STOPPED = range(4)  # what the core tells of an equilibrium
 COORDINATES = 5  # of a ring: x, y, z, theta_x, theta_y
-PLACES = 8  # numbers kept of a ball's equilibrium: place, opening, d(place)/d(opening); NaN where it begins from nothing
+PLACES = 8  # numbers kept of a ball's equilibrium: place, opening, d(place)/d(opening); NaN to begin from nothing
 OF_CONTACTS = 16  # numbers of the `Contacts` of a ball
 SPEED = 32  # where the speed stands among a setting's numbers
 
@@ -49,7 +49,7 @@ class Setting(NamedTuple):
     unseen: float
 
     def numbers(self, gravity=(0.0, 0.0, 0.0), place=0.0, facing=1.0, middle=0.0) -> np.ndarray:
-        """The `Seat` of the core: with `gravity` [m/s^2], and `place` [m], side and `middle` [m] of a ring on a shaft."""
+        """The core's `Seat`: with `gravity` [m/s^2], and `place` [m], side and `middle` [m] of a ring on a shaft."""
         grooves = [(one.locus_radius, one.groove_radius, *one.terms) for one in (self.inner, self.outer)]
         return np.array([*grooves[0], *grooves[1], self.inner.law.power, *self[2:], *gravity, place, facing, middle])
 
@@ -79,7 +79,7 @@ def contacts_in(numbers: np.ndarray) -> Contacts:
 
 
 class Solved(NamedTuple):
-    """Equilibria (C, ...): coordinates, loads and stiffness, balls' `places` (C, N, PLACES), what is `left` [N], status.
+    """Equilibria (C, ...): coordinates, loads, stiffness, balls' `places` (C, N, PLACES), what is `left` [N], status.
 
     `contacts` (C, N, OF_CONTACTS) are read by `contacts_in`.
     """
@@ -116,7 +116,7 @@ def contacts_at(seats, balls, azimuths, coordinates, places) -> Contacts:
 
 
 def ball_balances(seat, azimuths, coordinates, places) -> tuple[np.ndarray, np.ndarray]:
-    """What changes of place and opening do to balls at their places (N, 2), and the ring's coordinates to their openings.
+    """What changes of place and opening do to balls at their places (N, 2), and coordinates to their openings.
 
     Derivatives (N, 5, 2, 2) of what is left of a ball's balance (radial, axial), of its force on the ring (radial,
     axial) and of the moment of its friction, by place and by opening (radial, axial); and (N, 2, 5) of the openings.

@@ -1,6 +1,5 @@
 """A run of equilibria: the ring turns as driven, the balls orbit in one cage, every output is an equilibrium."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np

@@ -117,7 +117,7 @@ def pushed_by(solver: EquilibriumSolver, found: Equilibrium, shares: np.ndarray)
 
 
 def _levers(azimuths) -> np.ndarray:
-    """How far each ball is moved along its own axis by tilts (N, 2), over the arm: b of each ball by theta_x, theta_y."""
+    """Derivatives (N, 2) of the tilt in each ball's plane by theta_x and theta_y."""
     return np.stack([np.sin(azimuths), -np.cos(azimuths)], axis=1)
 
 
