@@ -11,6 +11,7 @@ _HOMES = {
     "load_scene": "bearing_twin.run.scene",
     "parse_scene": "bearing_twin.run.scene",
     "scene_names": "bearing_twin.run.scene",
+    "equilibrium": "bearing_twin.run.equilibrium",
     "simulate": "bearing_twin.run.simulation",
     "load_study": "bearing_twin.uq.study",
     "parse_study": "bearing_twin.uq.study",

@@ -13,6 +13,7 @@ from bearing_twin.log.run_log import read_log as read_log
 from bearing_twin.log.run_log import write_log as write_log
 from bearing_twin.log.study_log import read_study as read_study
 from bearing_twin.log.study_log import write_study as write_study
+from bearing_twin.run.equilibrium import equilibrium as equilibrium
 from bearing_twin.run.passes import simulate as simulate
 from bearing_twin.run.scene import load_scene as load_scene
 from bearing_twin.run.scene import parse_scene as parse_scene

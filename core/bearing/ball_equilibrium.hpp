@@ -276,20 +276,22 @@ inline Plane<Pack> bracketed(const Seat &seat, const Plane<Pack> &opening, const
 
 // The balance of balls, begun at a place, NaN for a cold start: Newton's method, then nested bisection.
 inline Settled settled(const Seat &seat, const Plane<Pack> &opening, Plane<Pack> begin, const Plane<Pack> &weight) {
-  Mask cold = begin.r != begin.r, alone{};
+  Mask cold = begin.r != begin.r;
+  FirstPlace first{};
   if (any(cold)) {
-    FirstPlace first = first_place(seat, opening, weight);
+    first = first_place(seat, opening, weight);
     begin = select(cold, first.place, begin);
-    alone = cold & first.alone;
   }
   Settled found = newton(seat, opening, begin, weight);
-  Mask lost = ~(found.done | alone);
-  if (any(lost)) {
-    FirstPlace first = first_place(seat, opening, weight);
-    Plane<Pack> place = any(lost & ~first.alone) ? bracketed(seat, opening, weight) : first.place;
-    Settled again = newton(seat, opening, select(first.alone, first.place, place), weight);
+  auto begin_again = [&](const Plane<Pack> &place, const Mask &lost) {
+    Settled again = newton(seat, opening, place, weight);
     found = {select(lost, again.place, found.place), select(lost, again.here, found.here), found.done | again.done};
+  };
+  if (Mask lost = ~(found.done | cold); any(lost)) {
+    first = first_place(seat, opening, weight);
+    begin_again(first.place, lost);
   }
+  if (Mask lost = ~(found.done | first.alone); any(lost)) begin_again(bracketed(seat, opening, weight), lost);
   return found;
 }
 

@@ -128,7 +128,7 @@ class ShaftSolver(EquilibriumSolver):
     def legal(self) -> tuple[float, float]:
         """Greatest squeeze and greatest contact angle of what was found last, each over its limit."""
         used = [
-            [float(one.max()) for one in limits_used(seat.setting, each.load, each.approach, each.angle)]
+            [float(one.max()) for one in limits_used(seat.setting.ball_radius, each.load, each.approach, each.angle)]
             for seat, each in zip(self.rotor.seats, self.both_contacts(), strict=True)
         ]
         return tuple(map(max, zip(*used, strict=True)))

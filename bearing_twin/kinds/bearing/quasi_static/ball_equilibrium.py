@@ -138,11 +138,12 @@ def shared(contacts: Contacts, values: np.ndarray) -> float:
     return float(load @ values / weight if weight > 0.0 else values.mean())
 
 
-def limits_used(setting, load, approach, angle) -> tuple[np.ndarray, np.ndarray]:
+def limits_used(ball_radius, load, approach, angle) -> tuple[np.ndarray, np.ndarray]:
     """Squeeze and greatest contact angle of each ball, each over its limit, from arrays (..., N, 2) of both raceways.
 
+    `ball_radius` [m] broadcasts against (..., N).
     The angle of a contact that bears less than IDLE of the greatest load does not count: no edge of a groove feels it.
     """
     squeeze = np.where((load > 0.0).all(-1), approach.sum(-1), 0.0)
     greatest = np.where(load > IDLE * load.max(axis=(-2, -1), keepdims=True), np.abs(angle), 0.0).max(-1)
-    return squeeze / (GREATEST_SQUEEZE * 2.0 * setting.ball_radius), greatest / GREATEST_ANGLE
+    return squeeze / (GREATEST_SQUEEZE * 2.0 * ball_radius), greatest / GREATEST_ANGLE

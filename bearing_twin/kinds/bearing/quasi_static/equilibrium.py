@@ -11,12 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.contact.ellipse import elliptic_b_d
-from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.ellipse import ellipses as spots_at
 from bearing_twin.contact.names import AUTO, POINT
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.controls import CONTROLS, OUTER, SHARED
-from bearing_twin.kinds.bearing.outputs import ellipses
+from bearing_twin.kinds.bearing.outputs import moduli
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, rubbing_by
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import (
     FOUND,
@@ -141,7 +140,7 @@ class EquilibriumSolver:
     def legal(self) -> tuple[float, float]:
         """Greatest squeeze and greatest contact angle of what was found last, each over its limit."""
         contacts = contacts_in(self.contacts)
-        squeeze, angle = limits_used(self.setting, contacts.load, contacts.approach, contacts.angle)
+        squeeze, angle = limits_used(self.setting.ball_radius, contacts.load, contacts.approach, contacts.angle)
         return float(squeeze.max()), float(angle.max())
 
     def _tried(self, support: Support, share: float) -> tuple[int, float, bool]:
@@ -284,27 +283,27 @@ def solver_of(parameters, law, ball_angle=0.0, arm="groove") -> EquilibriumSolve
 
 def spots_of(parameters, contacts: Contacts) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Semi-axes [m] across and along a groove, and peak pressure [Pa], each (N, 2)."""
-    materials = parameters.materials
-    moduli = tuple(effective_modulus(materials.ball, ring) for ring in (materials.inner_ring, materials.outer_ring))
-    return ellipses(moduli, contacts.curvature_small, contacts.curvature_large, contacts.load)
+    given = contacts.curvature_small, contacts.curvature_large, np.array(moduli(parameters.materials)), contacts.load
+    return tuple(spots_at(*given))
 
 
-def outer_control(parameters, contacts: Contacts) -> bool:
+def outer_controls(moduli: np.ndarray, contacts: Contacts) -> np.ndarray:
     """Harris' criterion of outer raceway control, Q_o a_o E_o cos(a_i - a_o) > Q_i a_i E_i, for the ball loaded most.
 
     a is the semi-major axis, E the complete elliptic integral of the second kind of the contact ellipse (Harris,
     Rolling Bearing Analysis, chapter on ball speeds: on the raceway that resists spin more the ball does not spin).
+    `moduli` ([...,] 2) are E* of the raceways [Pa], `contacts` (..., N, 2).
     """
-    ball = int(contacts.load[:, 0].argmax())
-    if contacts.load[ball].min() <= 0.0:
-        return False
-    major, minor, _ = spots_of(parameters, contacts)
-    holds = []
-    for side in range(2):
-        ratio = float(minor[ball, side] / major[ball, side])
-        b, d = elliptic_b_d(ratio)
-        holds.append(contacts.load[ball, side] * major[ball, side] * (b + ratio * ratio * d))
-    return bool(holds[1] * math.cos(contacts.angle[ball, 0] - contacts.angle[ball, 1]) > holds[0])
+    from scipy.special import ellipe
+
+    ball = contacts.load[..., 0].argmax(-1)[..., None, None]
+    rows = contacts.curvature_small, contacts.curvature_large, contacts.load, contacts.angle
+    small, large, load, angle = (np.take_along_axis(one, ball, axis=-2)[..., 0, :] for one in rows)
+    spots = spots_at(small, large, moduli, load)
+    ratio = np.divide(spots.semi_minor, spots.semi_major, out=np.ones_like(load), where=load > 0.0)
+    holds = load * spots.semi_major * ellipe(1.0 - ratio**2)
+    held_outside = holds[..., 1] * np.cos(angle[..., 0] - angle[..., 1]) > holds[..., 0]
+    return held_outside & (load.min(-1) > 0.0)
 
 
 def control_named(setting: Setting) -> str:
@@ -320,7 +319,8 @@ def controlled(parameters, solver: EquilibriumSolver, support: Support) -> Equil
     else it stays so (Harris: both raceways carry the moment). `solver` keeps the control. Raises SceneError.
     """
     found = solver.solve(support)
-    if parameters.model.control == AUTO and solver.speed and outer_control(parameters, found.contacts):
+    auto = parameters.model.control == AUTO and solver.speed
+    if auto and outer_controls(np.array(moduli(parameters.materials)), found.contacts):
         inner, outer = CONTROLS[OUTER]
         solver.setting = solver.setting._replace(share_inner=inner, share_outer=outer)
         found = solver.solve(support)

@@ -322,7 +322,7 @@ class QuasiStaticMotion:
     def _refuse_illegal(self, found, course) -> None:
         """Raises IntegrationError at the first output whose contacts bear too much or leave the grooves."""
         contacts = contacts_in(found.contacts)
-        bad = np.maximum(*limits_used(self.setting, contacts.load, contacts.approach, contacts.angle)) > 1.0
+        bad = np.maximum(*limits_used(self.setting.ball_radius, contacts.load, contacts.approach, contacts.angle)) > 1.0
         if bad.any():
             row, ball = np.argwhere(bad)[0]
             seconds = self.elapsed + float(course.step[: row + 1].sum())
