@@ -36,7 +36,7 @@ def equilibrium(scene, loads, *, ball_angle=None, **changes) -> Equilibria:
     Raises
     ------
     SceneError
-        A scene that is no bearing or is not possible, a key that is none, loads that are not finite or of another shape.
+        A scene that is no bearing or not possible, a key that is none, loads that are not finite or of another shape.
 
     Notes
     -----

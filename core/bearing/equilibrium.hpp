@@ -14,7 +14,7 @@ namespace core::equilibria {
 constexpr int COORDINATES = 5;
 constexpr int BALL_MEMORY = 8;  // of a ball: place, opening, d(place)/d(opening); NaN where nothing is known
 constexpr int CONTACT_NUMBERS = 16;  // of a ball: see `System::contacts`
-constexpr int MOST_STEPS = 80, MOST_TRIALS = 40, MOST_RING_LOOKS = 300, STAGES = 12, FIRST_BISECTIONS = 24;
+constexpr int MOST_STEPS = 80, MOST_TRIALS = 40, MOST_RING_LOOKS = 300, STAGES = 12, FIRST_BISECTIONS = 14;
 constexpr double RING_EXACT = 1e-11;  // of the loads: what is left of the ring's balance
 constexpr double RING_ENOUGH = 1e-10;  // as above, where no step improves any more
 constexpr double RING_LEFT = 1e-9;  // as above: more is no balance

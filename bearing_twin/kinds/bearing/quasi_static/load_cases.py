@@ -15,12 +15,12 @@ from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import (
 )
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import azimuths_of, outer_controls, setting_of
 
-AT_ONCE = 10_000  # cases solved in one go, in about 0.1 s
+AT_ONCE = 1000  # cases solved in one go: their arrays stay in the cache
 SHARES = slice(33, 35)  # of the gyroscopic moment, among a setting's numbers
 ASK = "`bearing_twin bearing` tells the greatest load in this direction"
 REASONS = (  # by what the core says, and then by what of an equilibrium is beyond its limit
     "",
-    "no ball touches both rings, so that nothing holds the ring along what is free; load it more, or take less clearance",
+    "no ball touches both rings, so that nothing holds the ring; load it, or take less clearance",
     f"no balance is found: the load pushes the ring through the balls, or no contact carries it; {ASK}",
     "stopped",
     f"a contact is squeezed by more than 2 % of the ball's diameter; {ASK}",
@@ -66,7 +66,7 @@ def azimuths_on(loads: np.ndarray) -> np.ndarray:
 
 
 def solved_cases(scenes, laws, which, loads, tilting: bool, first) -> Equilibria:
-    """Equilibria (C, ...) of the parameters `scenes[which[case]]` under `loads` (C, 5); `first` (C,) are ball 0's places.
+    """Equilibria (C, ...) of the parameters `scenes[which]` under `loads` (C, 5), ball 0 at the azimuths `first` (C,).
 
     Tilts are free where `tilting`, else as the drive of each scene holds them.
     """
