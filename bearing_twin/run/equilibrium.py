@@ -1,6 +1,10 @@
 """Equilibria of a bearing under arrays of loads and of its scene's keys: the public function `equilibrium`."""
 
+from collections.abc import Mapping
+from os import PathLike
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.messages import echo
@@ -8,7 +12,13 @@ from bearing_twin.kinds.bearing.quasi_static.load_cases import Equilibria, azimu
 from bearing_twin.run.scene import Scene, choose, load_scene
 
 
-def equilibrium(scene, loads, *, ball_angle=None, **changes) -> Equilibria:
+def equilibrium(
+    scene: Scene | str | PathLike | Mapping,
+    loads: ArrayLike,
+    *,
+    ball_angle: ArrayLike | None = None,
+    **changes: ArrayLike,
+) -> Equilibria:
     """Equilibria of a ball bearing (Jones, Harris) under any number of loads, in one call.
 
     Centrifugal loads and gyroscopic moments of the balls count at the scene's speed, friction and the balls' weights do
@@ -51,6 +61,7 @@ def equilibrium(scene, loads, *, ball_angle=None, **changes) -> Equilibria:
     >>> import numpy as np, bearing_twin
     >>> found = bearing_twin.equilibrium("6308", [[0, -1000, 0], [0, -3000, 0]])
     >>> np.round(1e6 * found.displacement[:, 1], 1)
+    array([-19.9, -33.1])
     """
     given = np.asarray(loads, float)
     if given.ndim == 0 or given.shape[-1] not in (3, 5) or not np.isfinite(given).all():
@@ -76,7 +87,7 @@ def equilibrium(scene, loads, *, ball_angle=None, **changes) -> Equilibria:
     first = azimuths_on(forces) if ball_angle is None else np.broadcast_to(angle, shape).ravel()
     laws = [choose(one).law for one in scenes]
     found = solved_cases([one.parameters for one in scenes], laws, which, forces, given.shape[-1] == 5, first)
-    return Equilibria(*(one.reshape(*shape, *one.shape[1:]) for one in vars(found).values()))
+    return Equilibria(*(one.reshape((*shape, *one.shape[1:])) for one in vars(found).values()))
 
 
 def _scenes(scene, keys, values, cases: int) -> tuple[list[Scene], np.ndarray]:

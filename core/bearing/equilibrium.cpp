@@ -1,9 +1,8 @@
 // The door to equilibria of rings and shafts; arrays are C-contiguous. `seats` (count, SEAT_NUMBERS) are `Seat`s,
 // `balls` (count,) their numbers of balls, whose arrays stand one behind the other: `azimuth` [rad] (N,), `memory`
 // (N, BALL_MEMORY), `contacts` (N, CONTACT_NUMBERS); see equilibrium.hpp.
+#include "../door.hpp"
 #include "equilibrium.hpp"
-
-#define CORE_EXPORT extern "C" [[gnu::visibility("default")]]
 
 using namespace core;
 using namespace core::equilibria;

@@ -1,13 +1,13 @@
 // The door to contact ellipses; arrays are C-contiguous doubles.
 #include <algorithm>
+#include "../door.hpp"
 #include "ellipse.hpp"
 
 using namespace core;
 
 // Semi-axes [m] and peak pressures [Pa] of contacts with these curvatures [1/m], effective moduli [Pa] and loads [N].
-extern "C" [[gnu::visibility("default")]] void core_ellipses(std::int64_t count, const double *small, const double *large,
-                                                             const double *modulus, const double *load, double *semi_major,
-                                                             double *semi_minor, double *peak_pressure) {
+CORE_EXPORT void core_ellipses(std::int64_t count, const double *small, const double *large, const double *modulus,
+                               const double *load, double *semi_major, double *semi_minor, double *peak_pressure) {
   for (std::int64_t begin = 0; begin < count; begin += LANES) {
     auto lanes_of = [&](const double *numbers) {
       Pack lanes{};

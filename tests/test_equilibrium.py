@@ -1,0 +1,136 @@
+"""`bearing_twin.equilibrium`: closed forms, balances, the command and the run of the same scene, refusals."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from bearing_twin import SceneError, equilibrium, load_scene, simulate
+from bearing_twin.command import cli
+from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.materials import MATERIALS, effective_modulus
+
+STEEL = effective_modulus(MATERIALS["steel"], MATERIALS["steel"])
+BALL, PITCH, CONFORMITY, BALLS = 6.75e-3, 28.55e-3, 0.52, 8
+RIG = "bearing_6203_rig_1000N"
+AT_REST = {"drive__speed": 0.0, "geometry__radial_clearance": 1e-5}
+
+
+def spring(angle: float) -> float:
+    """Load over approach^1.5 of a ball between both raceways at this contact angle: Hertz, two springs in line."""
+    gamma, ball = BALL * math.cos(angle) / PITCH, 2.0 / BALL
+    groove = 1.0 / (CONFORMITY * BALL)
+    around = (0.5 * ball / (1.0 - gamma), 0.5 * ball / (1.0 + gamma))  # of ball and raceway, inner and outer
+    both = [hertz_coefficient(0.5 * (ball - groove), one, STEEL) for one in around]
+    return sum(one ** (-2.0 / 3.0) for one in both) ** -1.5
+
+
+def test_a_thrust_leans_the_contacts_as_harris_says():
+    """F = Z K (A (cos a0 / cos a - 1))^1.5 sin a, A the distance of the grooves' centres, a0 the angle without load."""
+    between = (2.0 * CONFORMITY - 1.0) * BALL
+    free = math.acos(1.0 - 0.5e-5 / between)
+    thrust = np.array([10.0, 300.0, 2000.0])
+    found = equilibrium(RIG, np.stack([0.0 * thrust, 0.0 * thrust, thrust], axis=-1), **AT_REST)
+    for force, z, loads, angles in zip(
+        thrust, found.displacement[:, 2], found.ball_load, found.contact_angle, strict=True
+    ):
+        angle = brentq(
+            lambda a, force=force: (
+                BALLS * spring(a) * (between * (math.cos(free) / math.cos(a) - 1.0)) ** 1.5 * math.sin(a) - force
+            ),
+            free + 1e-9,
+            1.0,
+        )
+        assert angles == pytest.approx(angle, rel=2e-4)  # curvatures at the raceways' bottoms, squeezed by nothing
+        assert loads == pytest.approx(force / (BALLS * math.sin(angle)), rel=2e-4)
+        assert z == pytest.approx(between * math.cos(free) * math.tan(angle), rel=2e-4)
+
+
+@pytest.mark.parametrize("clearance", [0.0, 1e-5])
+def test_a_radial_load_moves_the_ring_as_sjoevalls_integral_says(clearance):
+    """Of infinitely many balls; over the places of eight the mean is nearly that."""
+    azimuth = np.linspace(-np.pi, np.pi, 20001)
+
+    def force(moved):
+        depth = np.maximum(moved * np.cos(azimuth) - 0.5 * clearance, 0.0)
+        return BALLS * spring(0.0) * np.trapezoid(depth**1.5 * np.cos(azimuth), azimuth) / (2.0 * np.pi)
+
+    angles = np.linspace(0.0, 2.0 * np.pi / BALLS, 16, endpoint=False)
+    found = equilibrium(
+        RIG, [500.0, 0.0, 0.0], ball_angle=angles, drive__speed=0.0, geometry__radial_clearance=clearance
+    )
+    assert found.displacement[:, 0].mean() == pytest.approx(brentq(lambda x: force(x) - 500.0, 0.0, 1e-4), rel=3e-3)
+    # Operating points of a public test rig, a ball on the load line and two beside it; they leave out that a circle moved
+    # sideways goes back.
+    for angle, moved, greatest in ((0.0, 21.853e-6, 591.5), (math.pi / 8.0, 22.118e-6, 518.4)):
+        point = equilibrium(RIG, [1000.0, 0.0, 0.0], ball_angle=angle, **AT_REST)
+        assert point.displacement[0] == pytest.approx(moved, rel=5e-4)
+        assert point.ball_load[:, 0].max() == pytest.approx(greatest, rel=1e-3)
+
+
+def test_loads_are_balanced_and_the_stiffness_is_their_slope():
+    loads = np.random.default_rng(1).normal(scale=[300.0, 300.0, 300.0, 1.0, 1.0], size=(40, 5))
+    found = equilibrium(RIG, loads, drive__speed=0.0)
+    assert found.converged.all()
+    azimuth = found.ball_azimuth
+    across, along = (part(found.contact_angle[..., 1]) * found.ball_load[..., 1] for part in (np.cos, np.sin))
+    # the outer ring is pushed as the inner one is, but for how far that stands beside a ball, over the pitch radius
+    sums = [(across * np.cos(azimuth)).sum(1), (across * np.sin(azimuth)).sum(1), along.sum(1)]
+    assert np.stack(sums, axis=1) == pytest.approx(loads[:, :3], abs=0.5)
+    step = 1e-4 * np.array([300.0, 300.0, 300.0, 1.0, 1.0])
+    first = found.ball_azimuth[:, 0]
+    ends = [equilibrium(RIG, loads + sign * step, ball_angle=first, drive__speed=0.0).displacement for sign in (1, -1)]
+    slope = np.einsum("kij,kj->ki", found.stiffness, ends[0] - ends[1])
+    assert slope == pytest.approx(np.tile(2.0 * step, (40, 1)), rel=1e-3, abs=1e-7)
+
+
+def test_it_is_what_the_command_and_the_run_of_the_scene_find(capsys):
+    """Cases of one array are each as if alone."""
+    clearance, speed = np.array([[5e-6], [2e-5]]), np.array([0.0, 1500.0])
+    load = [100.0, -700.0, 200.0, 0.5, -1.0]
+    found = equilibrium(RIG, load, geometry__radial_clearance=clearance, drive__speed=speed)
+    assert found.displacement.shape == (2, 2, 5)
+    assert found.ball_load.shape == (2, 2, BALLS, 2)
+    for i, j in np.ndindex(2, 2):
+        words = "--load", "100,-700,200", "--moment", "0.5,-1", "--clearance", repr(clearance[i, 0].item())
+        cli.main(["bearing", RIG, *words, "--speed", repr(speed[j].item()), "--json"])
+        told = json.loads(capsys.readouterr().out)
+        assert found.displacement[i, j, :3] == pytest.approx(told["ring_displacement_m"], rel=1e-9)
+        assert found.ball_load[i, j, :, 0] == pytest.approx(told["normal_load_inner_n"], rel=1e-9)
+        assert found.stiffness[i, j] == pytest.approx(np.array(told["stiffness"]), rel=1e-9, abs=1e-3)
+    changed = ["gravity=[0,0,0]", "model.dimension=quasi_static", "rings.inner.load=[0,-700,200]", "run.duration=1e-3"]
+    scene = load_scene(RIG, changed)
+    sample = next(iter(simulate(scene).blocks())).values
+    alone = equilibrium(scene, [0.0, -700.0, 200.0], ball_angle=0.0)
+    assert alone.displacement[:3] == pytest.approx(sample["inner_ring_offset"][0], rel=1e-9)
+    assert alone.ball_load == pytest.approx(sample["normal_load"][0], rel=1e-9, abs=1e-9)
+
+
+def test_what_has_no_equilibrium_says_why_and_leaves_the_others():
+    loads = [[0.0, -500.0, 0.0], [0.0, 0.0, 0.0], [0.0, -3e5, 0.0], [0.0, 0.0, 1e5]]
+    found = equilibrium(RIG, loads, geometry__radial_clearance=[[1e-5], [2.5e-4]])
+    assert found.converged.tolist() == [[True, False, False, False]] * 2
+    assert [bool(one) for one in found.reason.ravel()] == [False, True, True, True] * 2
+    assert "no ball touches both rings" in found.reason[0, 1]
+    for values in (found.displacement, found.ball_load, found.contact_angle, found.stiffness):
+        assert np.isnan(values[~found.converged]).all()
+        assert np.isfinite(values[found.converged]).all()
+
+
+@pytest.mark.parametrize(
+    ("scene", "loads", "changes", "words"),
+    [
+        (RIG, [1.0, 2.0], {}, r"\(\.\.\., 3\)"),
+        (RIG, [0.0, math.nan, 0.0], {}, "finite"),
+        (RIG, [0.0, 1.0, 0.0], {"drive__sped": 1.0}, r"drive\.sped is not a key"),
+        (RIG, [0.0, 1.0, 0.0], {"drive__speed": math.inf}, "drive.speed"),
+        (RIG, np.ones((4, 3)), {"drive__speed": [1.0, 2.0]}, "broadcast"),
+        (RIG, np.ones((2, 3)), {"geometry__balls": [7, 8]}, "geometry.balls"),
+        ("two_spheres", [0.0, 1.0, 0.0], {}, "no bearing"),
+    ],
+)
+def test_what_is_not_possible_is_refused_in_a_sentence(scene, loads, changes, words):
+    with pytest.raises(SceneError, match=words):
+        equilibrium(scene, loads, **changes)
