@@ -90,7 +90,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
     from bearing_twin.command.terminal import progress
 
-    with progress("solving; the first time on a machine its kernels are compiled"):
+    with progress("solving"):
         result = _swept(arguments, given, angle, *sweep) if sweep else _solved(arguments, given, angle)
     from bearing_twin.command import bearing_table
 

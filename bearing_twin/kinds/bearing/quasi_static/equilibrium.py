@@ -12,6 +12,7 @@ import numpy as np
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.ellipse import ellipses as spots_at
+from bearing_twin.contact.ellipse import elliptic_e
 from bearing_twin.contact.names import AUTO, POINT
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.controls import CONTROLS, OUTER, SHARED
@@ -294,14 +295,12 @@ def outer_controls(moduli: np.ndarray, contacts: Contacts) -> np.ndarray:
     Rolling Bearing Analysis, chapter on ball speeds: on the raceway that resists spin more the ball does not spin).
     `moduli` ([...,] 2) are E* of the raceways [Pa], `contacts` (..., N, 2).
     """
-    from scipy.special import ellipe
-
     ball = contacts.load[..., 0].argmax(-1)[..., None, None]
     rows = contacts.curvature_small, contacts.curvature_large, contacts.load, contacts.angle
     small, large, load, angle = (np.take_along_axis(one, ball, axis=-2)[..., 0, :] for one in rows)
     spots = spots_at(small, large, moduli, load)
     ratio = np.divide(spots.semi_minor, spots.semi_major, out=np.ones_like(load), where=load > 0.0)
-    holds = load * spots.semi_major * ellipe(1.0 - ratio**2)
+    holds = load * spots.semi_major * elliptic_e(ratio)
     held_outside = holds[..., 1] * np.cos(angle[..., 0] - angle[..., 1]) > holds[..., 0]
     return held_outside & (load.min(-1) > 0.0)
 
