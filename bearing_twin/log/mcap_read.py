@@ -55,6 +55,7 @@ _CHUNK_INDEX = struct.Struct("<QQQQI")  # start and end time, place, length, len
 _PIECE = 1 << 20  # bytes that are read, unpacked or put into a stretch of messages together
 _DATA_END_RECORD, _FOOTER_RECORD = _HEAD.size + 4, _HEAD.size + 20
 _USED = frozenset({Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA})
+_DATA = (Opcode.CHUNK, Opcode.MESSAGE)
 _PARSE_ERRORS = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError)
 
 
@@ -203,10 +204,8 @@ class McapReader:
         whole = begin == len(MAGIC)
         self._want(wanted, whole)
         for offset, opcode, content in self._raw(begin, _USED | {Opcode.ATTACHMENT} if attachments else _USED, whole):
-            if opcode == Opcode.CHUNK:
-                yield from self._in_chunk(offset, content, by_time=False)
-            elif opcode == Opcode.MESSAGE:
-                yield from self._alone(offset, content)
+            if opcode in _DATA:
+                yield from self._messages(offset, self._data_of(offset, opcode, content), by_time=False)
             elif opcode in (Opcode.METADATA, Opcode.ATTACHMENT):
                 yield self._parse(offset, Metadata if opcode == Opcode.METADATA else Attachment, content)
             else:
@@ -306,20 +305,18 @@ class McapReader:
         """The contents of a file without a usable summary, read through."""
         self._want(())
         del self._stretches[:]
-        counts, metadata, rows, end = Counter(), [], self._stretches, len(MAGIC)
+        counts, metadata, rows, end, run_end = Counter(), [], self._stretches, len(MAGIC), 0
         for offset, opcode, content in self._raw(len(MAGIC), _USED, True):
             end = offset + _HEAD.size + len(content)
-            if opcode == Opcode.CHUNK:
-                numbers, times, _ = self._walked(offset, self._unpacked_chunk(offset, content))
+            if opcode in _DATA:
+                numbers, times, _ = self._walked(offset, self._data_of(offset, opcode, content))
                 counts.update(numbers)
-                rows.extend((min(times, default=0), max(times, default=0), offset, len(content)))
-            elif opcode == Opcode.MESSAGE:
-                number, _, time_ns, _ = self._lone(offset, content)
-                counts[number] += 1
-                if rows and offset == rows[-2] + rows[-1] and rows[-1] < _PIECE:
-                    rows[-4:] = array("Q", (min(rows[-4], time_ns), max(rows[-3], time_ns), rows[-2], end - rows[-2]))
-                else:
-                    rows.extend((time_ns, time_ns, offset, end - offset))
+                row = array("Q", (min(times, default=0), max(times, default=0), offset, end - offset))
+                if opcode == Opcode.MESSAGE and offset == run_end and rows[-1] < _PIECE:
+                    row = array("Q", (min(rows[-4], row[0]), max(rows[-3], row[1]), rows[-2], end - rows[-2]))
+                    del rows[-4:]
+                rows.extend(row)
+                run_end = end if opcode == Opcode.MESSAGE else 0
             elif opcode == Opcode.METADATA:
                 metadata.append(self._parse(offset, Metadata, content))
             else:
@@ -359,17 +356,16 @@ class McapReader:
 
     def _stretch(self, begin: int, length: int) -> Iterator[LoggedMessage]:
         """The messages of a chunk, or of a run of messages outside chunks, in the order of time."""
-        found: list[LoggedMessage] = []
+        data = b""
         for offset, opcode, content in self._raw(begin, _USED, False):
-            if offset == begin and opcode == Opcode.CHUNK:
-                yield from self._in_chunk(offset, content, by_time=True)
-                return
             if offset >= begin + length:
                 break
-            if opcode != Opcode.MESSAGE:
+            if opcode not in _DATA:
                 raise DamagedLog(self.path, begin, "the index points to something else than a chunk")
-            found += self._alone(offset, content)
-        yield from sorted(found, key=lambda one: one.log_time)
+            data += self._data_of(offset, opcode, content)
+            if opcode == Opcode.CHUNK:
+                break
+        yield from self._messages(begin, data, by_time=True)
 
     def _raw(self, position: int, used: Container[int], check: bool) -> Iterator[tuple[int, int, bytes]]:
         """Offset, opcode and content of the records of the kinds `used`, from byte `position` to the end of a section.
@@ -461,28 +457,17 @@ class McapReader:
             self._topics[number] = topic if wanted else None
         return self._topics[number]
 
-    def _count(self, offset: int, records: int) -> None:
-        self._records += records
-        if self._records > (most := FREE_RECORDS + RECORDS_PER_BYTE * self._size):
-            raise LogLimit(self.path, offset, f"it holds more records than a file of its size may have here, {most}")
-
-    def _lone(self, offset: int, content: bytes) -> tuple[int, int, int, int]:
-        """Channel, sequence, log and publish time of a message outside chunks."""
-        if len(content) < _FIELDS:
-            raise DamagedLog(self.path, offset, "a message is too short")
-        self._count(offset, 1)
-        return struct.unpack_from("<HIQQ", content)
-
-    def _alone(self, offset: int, content: bytes) -> Iterator[LoggedMessage]:
-        number, sequence, log_time, publish_time = self._lone(offset, content)
+    def _data_of(self, offset: int, opcode: int, content: bytes) -> bytes:
+        """The records in a chunk, or the one of a message outside chunks."""
+        if opcode == Opcode.CHUNK:
+            return self._unpacked_chunk(offset, content)
+        sequence = int.from_bytes(content[2:6], "little")
         if self._packed and sequence == len(content) - 6 and not sequence % 16:  # as stands in an index behind a chunk
             raise DamagedLog(self.path, offset, "the index of messages of a chunk has the kind of a message")
-        if (topic := self._topic(number)) is not None:
-            yield LoggedMessage(topic, log_time, publish_time, content[_FIELDS:])
+        return _HEAD.pack(opcode, len(content)) + content
 
-    def _in_chunk(self, offset: int, content: bytes, by_time: bool) -> Iterator[LoggedMessage]:
-        """The wanted messages of a chunk, in its order or that of time."""
-        data = self._unpacked_chunk(offset, content)
+    def _messages(self, offset: int, data: bytes, by_time: bool) -> Iterator[LoggedMessage]:
+        """The wanted messages among records, in their order or that of time."""
         numbers, times, places = map(np.frombuffer, self._walked(offset, data), (np.uint16, np.uint64, np.uint64))
         topics = {number: self._topic(number) for number in np.unique(numbers).tolist()}
         rows = np.flatnonzero(np.isin(numbers, [number for number, topic in topics.items() if topic is not None]))
@@ -494,7 +479,7 @@ class McapReader:
             yield LoggedMessage(topics[number], log_time, publish_time, payload)
 
     def _walked(self, offset: int, data: bytes) -> tuple[array, array, array]:
-        """Channel, log time and place of each message of a chunk; learns the descriptions in it."""
+        """Channel, log time and place of each message among records; learns the descriptions among them."""
         numbers, times, places = array("H"), array("Q"), array("Q")
         position, end, head, unpack = 0, len(data), _HEAD.size, _MESSAGE.unpack_from
         whole, records, left = end - _MESSAGE.size, 0, FREE_RECORDS + RECORDS_PER_BYTE * self._size - self._records
@@ -517,7 +502,9 @@ class McapReader:
                 places.append(begin)
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
                 self._learn(offset, opcode, data[begin + head : position])
-        self._count(offset, records)
+        self._records += records
+        if self._records > (most := FREE_RECORDS + RECORDS_PER_BYTE * self._size):
+            raise LogLimit(self.path, offset, f"it holds more records than a file of its size may have here, {most}")
         return numbers, times, places
 
     def _unpacked_chunk(self, offset: int, content: bytes) -> bytes:
