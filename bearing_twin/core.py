@@ -40,6 +40,7 @@ REALS = ndpointer(np.float64, flags="C_CONTIGUOUS")
 INTEGERS = ndpointer(np.int64, flags="C_CONTIGUOUS")
 REALS_OUT = ndpointer(np.float64, flags=("C_CONTIGUOUS", "WRITEABLE"))
 FLAG = ndpointer(np.uint8, flags="C_CONTIGUOUS")
+FLAGS = ndpointer(np.bool_, flags="C_CONTIGUOUS")
 FLAGS_OUT = ndpointer(np.bool_, flags=("C_CONTIGUOUS", "WRITEABLE"))
 INTEGERS_OUT = ndpointer(np.int64, flags=("C_CONTIGUOUS", "WRITEABLE"))
 

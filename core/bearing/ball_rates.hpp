@@ -40,6 +40,9 @@ CORE_INLINE auto ball_rates(const Bearing &bearing, const Pack &ring_speed, cons
 
 using BallState = std::array<Pack, COLUMNS>;
 
+// Angular velocity [rad/s] against the frame that turns with the ball.
+CORE_INLINE Triple spin_in_frame(const BallState &y) { return {y[SPIN], y[SPIN + 1], y[SPIN + 2] - y[VELOCITY + 1] / y[RADIUS]}; }
+
 // Partial derivatives of a ball's rates; `power` and `loss` by position, velocity and spin.
 struct BallJacobian {
   Pack orbit_by_radius, orbit_by_velocity, power_sign;

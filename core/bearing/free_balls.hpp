@@ -3,6 +3,7 @@
 // reached the end of the chunk takes the next one.
 #pragma once
 #include "../methods/rosenbrock.hpp"
+#include "approaches.hpp"
 #include "ball_rates.hpp"
 
 namespace core {
@@ -10,7 +11,6 @@ namespace core {
 constexpr double LONGEST_FLIGHT = 5e-5;  // s, of a step that begins in flight: a bounce takes about as long
 constexpr double LANDED = 0.95;  // share of a step: a contact that changes later in it is as good as at its end
 constexpr double TOUCHING = 1e-11;  // m: approaches below are neither contact nor gap
-constexpr double DEEPEST = 0.1;  // approach over ball radius beyond which bodies have run through each other
 // Of what a contact that begins or ends does to a ball's speed: a step's error is no less, as the estimate passes
 // through zero by chance where the instant moves through the step.
 constexpr double LANDING_SHARE = 0.1;
@@ -37,22 +37,6 @@ struct Results {
 };
 
 namespace free_balls {
-
-CORE_INLINE Triple spin_in_frame(const BallState &y) { return {y[SPIN], y[SPIN + 1], y[SPIN + 2] - y[VELOCITY + 1] / y[RADIUS]}; }
-
-template <class T>
-CORE_INLINE T approach_at(const Bearing &bearing, const Raceway &raceway, const T &axis_distance, const T &height) {
-  T outwards = axis_distance - raceway.locus_radius;
-  return root_and_inverse(outwards * outwards + height * height + 1e-300).first + bearing.ball_radius - raceway.groove_radius;
-}
-CORE_INLINE Pack outer_approach(const Bearing &bearing, const BallState &y) {
-  return approach_at(bearing, bearing.outer, y[RADIUS], y[HEIGHT]);
-}
-inline double inner_approach(const Bearing &bearing, double radius, double angle, double height) {
-  double x = radius - (std::cos(angle) * bearing.offset[0] + std::sin(angle) * bearing.offset[1]);
-  double y = std::sin(angle) * bearing.offset[0] - std::cos(angle) * bearing.offset[1];
-  return approach_at(bearing, bearing.inner, std::sqrt(x * x + y * y), height - bearing.offset[2]);
-}
 
 // Speed [m/s] that a contact which begins in a step gives a ball in it, or would take where one ends; 0 where none does.
 inline double contact_change(const Bearing &bearing, const Raceway &raceway, double begin, double end, double step) {
@@ -308,15 +292,9 @@ class Integration {
     step[lane] = proposed;
     if (until[lane] < HUGE_VAL) return OK;
     out.step[ball] = std::max(wanted[lane], proposed);  // a step cut short by the end counts only if it is longer
-    double sum = 0.0;
-    for (int c = 0; c < COLUMNS; c++) sum += std::fabs(out.state[ball * COLUMNS + c] = start[c][lane]);
+    for (int c = 0; c < COLUMNS; c++) out.state[ball * COLUMNS + c] = start[c][lane];
     for (int c = 0; c < 4; c++) out.orientation[ball * 4 + c] = before[c][lane];
-    if (!(sum < HUGE_VAL)) return failed(NOT_FINITE, chunk.duration, ball);
-    const double *y = out.state + ball * COLUMNS;
-    double deepest = DEEPEST * bearing.ball_radius;
-    if (inner_approach(bearing, y[RADIUS], y[ANGLE], y[HEIGHT]) > deepest ||
-        approach_at(bearing, bearing.outer, y[RADIUS], y[HEIGHT]) > deepest)
-      return failed(TOO_DEEP, chunk.duration, ball);
+    if (Status status = check_ball(bearing, out.state + ball * COLUMNS); status != OK) return failed(status, chunk.duration, ball);
     running -= !begin(lane);
     return OK;
   }

@@ -11,9 +11,10 @@ from bearing_twin.contact.elastic import HERTZIAN
 from bearing_twin.contact.elasticity import carries
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.spot_rules import POINTS
-from bearing_twin.core import FLAG, INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
+from bearing_twin.core import FLAG, FLAGS, INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.forces.along_groove import TERMS
-from bearing_twin.numerics.steppers import MOST_STAGES, Rosenbrock
+from bearing_twin.numerics.statuses import OK
+from bearing_twin.numerics.steppers import MOST_STAGES, ROSENBROCK, Rosenbrock, RungeKutta
 
 NO_AXES = ((0.0,) * (TERMS + 1),) * 2
 NO_POINTS = np.zeros((0, 3))
@@ -28,6 +29,16 @@ _free_balls = Function(
         *(REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT),
     ),
 )
+_common_balls = Function(
+    "core_common_balls",
+    INTEGER,
+    (
+        *(REALS, REALS, REALS, REALS, REALS, REAL, REAL, INTEGER, REALS, FLAG, INTEGER, FLAGS),
+        *(REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT, REALS_OUT),
+    ),
+)
+_all_rates = Function("core_all_rates", None, (REALS, REALS, REAL, INTEGER, FLAGS, REALS, REALS_OUT))
+_add_stored = Function("core_add_stored", None, (REALS, REALS, INTEGER, FLAGS, REAL, INTEGER, REALS_OUT))
 _place = Function("core_place_balls", INTEGER, (REALS, REALS, REAL, INTEGER, INTEGER, REALS_OUT))
 _rates = Function("core_ball_rates", None, (REALS, REALS, REAL, REALS, REALS_OUT, REALS_OUT))
 
@@ -73,28 +84,38 @@ def numbers_of(bearing) -> tuple[np.ndarray, np.ndarray]:
     return found
 
 
+def _padded(values, *shape: int) -> np.ndarray:
+    """The numbers of an array in one row, with zeros up to this shape."""
+    room = np.zeros(shape)
+    room[tuple(slice(0, size) for size in np.shape(values))] = values
+    return room.ravel()
+
+
+_SQUARE = MOST_STAGES, MOST_STAGES - 1
+
+
 @functools.cache
 def method_numbers(order: int, lands: bool) -> np.ndarray:
     """The numbers of the RosenbrockMethod of that order, which ends steps where contacts begin or end if it `lands`."""
-    from bearing_twin.numerics.steppers import ROSENBROCK
-
     method = next(one for one in ROSENBROCK.values() if (one.order, one.lands) == (order, lands))
-
-    def padded(values, *shape):
-        room = np.zeros(shape)
-        room[tuple(slice(0, size) for size in np.shape(values))] = values
-        return room.ravel()
-
-    square = MOST_STAGES, MOST_STAGES - 1
     return np.concatenate(
         [
             [len(method.alpha), method.order, method.lands, method.gamma],
-            *(padded(method.a, *square), padded(method.c, *square)),
-            *(
-                padded(method.alpha, MOST_STAGES),
-                padded(method.d, MOST_STAGES),
-                padded(method.dense, 2, MOST_STAGES - 1),
-            ),
+            *(_padded(method.a, *_SQUARE), _padded(method.c, *_SQUARE)),
+            *(_padded(method.alpha, MOST_STAGES), _padded(method.d, MOST_STAGES)),
+            _padded(method.dense, 2, MOST_STAGES - 1),
+        ]
+    )
+
+
+def _runge_kutta_numbers(method: RungeKutta | None) -> np.ndarray:
+    if method is None:
+        return np.zeros(1)
+    return np.concatenate(
+        [
+            [len(method.nodes), method.order],
+            *(_padded(method.a, *_SQUARE), _padded(method.nodes, MOST_STAGES)),
+            *(_padded(method.weights, MOST_STAGES), _padded(method.error, MOST_STAGES + 1)),
         ]
     )
 
@@ -121,6 +142,49 @@ def advance(bearing, drive, method: Rosenbrock, chunk, balls, moving, results) -
         *(results.stop, len(balls), balls, len(moving[0]), *moving),
         *(results.states, results.orientations, results.counts, results.failure),
     )
+
+
+def advance_together(bearing, drive, method: RungeKutta | None, chunk, moving, results) -> int:
+    """Moves all balls through a chunk by an explicit method, or for None by the implicit-explicit one, in common steps.
+
+    As `advance`; steps of methods without an error estimate are `chunk.step` [s] at most.
+    """
+    numbers, points = numbers_of(bearing)
+    state, orientation, steps = moving
+    adaptive, following = method is not None and bool(method.error.any()), np.empty(1)
+    status = _common_balls(
+        *(numbers, points, _runge_kutta_numbers(method), np.array(drive[1:], float)),
+        *(np.ascontiguousarray(chunk.scales), float(steps[0]) if adaptive else chunk.step, chunk.duration),
+        *(
+            len(chunk.times),
+            np.ascontiguousarray(chunk.times),
+            results.stop,
+            len(state),
+            chunk.near,
+            state,
+            orientation,
+        ),
+        *(results.states, results.orientations, results.counts, results.failure, following),
+    )
+    if status == OK:
+        steps[:] = following
+    return status
+
+
+def rates(bearing, ring_speed: float, near: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """Rates (N, COLUMNS) of all balls in a state (N, COLUMNS); near[k] says whether ball k may touch the next ahead.
+
+    Losses take in what contacts of balls store.
+    """
+    found = np.empty_like(state)
+    _all_rates(*numbers_of(bearing), float(ring_speed), len(state), near, state, found)
+    return found
+
+
+def add_stored(bearing, near: np.ndarray, share: float, states: np.ndarray) -> None:
+    """Adds a share of what contacts of neighbours store [J] to losses in states (..., N, COLUMNS), in place."""
+    balls = len(near)
+    _add_stored(*numbers_of(bearing), balls, near, share, states.size // (balls * states.shape[-1]), states)
 
 
 def rates_and_jacobian(bearing, ring_speed: float, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

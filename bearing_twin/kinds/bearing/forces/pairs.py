@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel
-from bearing_twin.kinds.bearing.forces.equations import ball_on_ball, pair_contact
+from bearing_twin.kinds.bearing.forces.equations import ball_on_ball
 from bearing_twin.kinds.bearing.forces.layout import (
     AHEAD,
     AHEAD_BY_AHEAD,
@@ -166,14 +166,6 @@ def add_pairs(bearing, pairs, motions, rates, row):
     for block in range(len(pairs.blocks)):
         _pushes(bearing, pairs.storing, pairs.blocks[block])
     _add_pushes(pairs, rates, row + VELOCITY)
-
-
-@kernel
-def add_stored(bearing, near, share, state):
-    """Adds a share of what each contact of balls stores [J] to the losses of the ball behind; `state` (N, COLUMNS)."""
-    for k in range(bearing.balls):
-        if near[k]:
-            state[k, DISSIPATED] += share * 2.0 * pair_contact(bearing, state, k, 1).energy
 
 
 @inlined

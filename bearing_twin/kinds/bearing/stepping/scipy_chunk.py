@@ -3,8 +3,8 @@
 import numpy as np
 
 from bearing_twin.base.errors import Stopped
+from bearing_twin.kinds.bearing import compiled_balls
 from bearing_twin.kinds.bearing.forces.layout import MOTION
-from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.stepping.steps import relative_spin
 from bearing_twin.numerics.lanes import COLUMNS
 from bearing_twin.numerics.rotation import turned
@@ -18,13 +18,12 @@ def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, or
     0.
     """
     shape = state.shape
-    rates = np.zeros(shape)
 
     def right_hand_side(time, flat):
         if results.stop[0] != 0:
             raise Stopped("the computation was stopped within a chunk")
-        bearing_rates(bearing, drive, near, time, flat.reshape(shape), rates)
-        return rates.ravel().copy()
+        speed = drive.speed + drive.acceleration * time
+        return compiled_balls.rates(bearing, speed, near, flat.reshape(shape)).ravel()
 
     method = solver(
         right_hand_side,
