@@ -254,7 +254,7 @@ class Integration {
       follow_cage(k.end, e.end, k);
       Pack weight = broadcast<Pack>(1.0), sum{};
       if (bodies.cage == CageKind::pockets)
-        weight = walls::weight_of_light(free_balls::outer_approach(bearing, k.start), free_balls::outer_approach(bearing, k.end), bodies.light);
+        weight = walls::weight_of_light(core::outer_approach(bearing, k.start), core::outer_approach(bearing, k.end), bodies.light);
       for (int c = 0; c < MOTION; c++) {
         Pack scaled = (c == ORBIT_RATE ? k.start[RADIUS] * s[c] + k.start[ORBIT_RATE] * s[RADIUS] : s[c]) * over_scale[c];
         if (c == ANGLE || c > VELOCITY) scaled *= weight;
@@ -378,7 +378,7 @@ class Integration {
   // Approach [m] of a ball at the inner raceway, where the ring is at the step's start.
   template <class Y>
   double inner_approach(const Y &y) const {
-    if (bodies.ring == RingMotion::held) return free_balls::inner_approach(bearing, y[RADIUS], y[ANGLE], y[HEIGHT]);
+    if (bodies.ring == RingMotion::held) return core::inner_approach(bearing, y[RADIUS], y[ANGLE], y[HEIGHT]);
     double c = std::cos(y[ANGLE]), s = std::sin(y[ANGLE]);
     Vector3 centre = about_z(c, -s, Vector3{e.start[RING_X], e.start[RING_Y], e.start[RING_Z]});
     Vector3 offset = Vector3{y[RADIUS], 0.0, y[HEIGHT]} - centre;
@@ -386,10 +386,10 @@ class Integration {
       Vector3 tilt = about_z(c, -s, Vector3{e.start[TILT_X], e.start[TILT_Y], 0.0});
       offset = into_ring(ring_axes(tilt.x, tilt.y), offset);
     }
-    return free_balls::approach_at(bearing, bearing.inner, std::sqrt(offset.x * offset.x + offset.y * offset.y), offset.z);
+    return approach_at(bearing, bearing.inner, std::sqrt(offset.x * offset.x + offset.y * offset.y), offset.z);
   }
   template <class Y>
-  double outer_approach(const Y &y) const { return free_balls::approach_at(bearing, bearing.outer, y[RADIUS], y[HEIGHT]); }
+  double outer_approach(const Y &y) const { return approach_at(bearing, bearing.outer, y[RADIUS], y[HEIGHT]); }
   static std::array<double, 3> place_of(const BallState &y, int lane) { return {y[RADIUS][lane], y[ANGLE][lane], y[HEIGHT][lane]}; }
 
   bool any_flies() const {
