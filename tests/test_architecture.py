@@ -74,7 +74,7 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
     "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),
     "kinds/bearing/forces/layout.py": ("JACOBIAN_END", "where the rows of the Jacobian end, for tests of it alone"),
     "kinds/bearing/forces/equations.py": (
-        "raceway_rates single_contact",
+        "raceway_rates single_contact ball_position ball_vector",
         "contacts alone; they go when these kernels do",
     ),
     "uq/statistics.py": ("half_widths HalfWidths", "the theory that tests hold the convergence of samples to"),

@@ -14,7 +14,8 @@ from bearing_twin.contact.damping import damping_number, restitution_of
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
-from bearing_twin.kinds.bearing.forces.equations import pair_contact, single_contact
+from bearing_twin.kinds.bearing.compiled_balls import rates
+from bearing_twin.kinds.bearing.forces.equations import single_contact
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     HEIGHT,
@@ -233,12 +234,14 @@ def test_balls_push_each_other_off():
     apart = 2.0 * math.asin((6.746e-3 - 2e-6) / (2.0 * state[0, AXIS_DISTANCE]))
     state[0, ORBIT_ANGLE] = state[1, ORBIT_ANGLE] - apart
     state[0, SPIN + 2] *= 0.5
-    ahead, behind = pair_contact(bearing, state, 0, 1), pair_contact(bearing, state, 1, -1)
+    near = np.arange(bearing.balls) == 0
+    pushed = rates(bearing, 0.0, near, state) - rates(bearing, 0.0, np.zeros_like(near), state)
     angle = state[1, ORBIT_ANGLE] - state[0, ORBIT_ANGLE]
-    back = Rotation.from_rotvec([0.0, 0.0, angle]).apply(behind.force)
-    assert np.linalg.norm(ahead.force) > 0.1
-    assert np.array(ahead.force) == pytest.approx(-back, rel=1e-12)
-    assert ahead.torque[2] == pytest.approx(behind.torque[2], rel=1e-9)
+    back = Rotation.from_rotvec([0.0, 0.0, angle]).apply(pushed[1, VELOCITY : VELOCITY + 3])
+    assert bearing.ball_mass * np.linalg.norm(back) > 0.1
+    assert pushed[0, VELOCITY : VELOCITY + 3] == pytest.approx(-back, rel=1e-9)
+    assert pushed[0, SPIN + 2] == pytest.approx(pushed[1, SPIN + 2], rel=1e-9)
+    assert not pushed[2:].any()
     start = stored_energy(moving.first_outputs())[0]
     out = moving.advance(np.arange(1, 21) * 1e-4, 2e-3)
     assert least_gap(moving) >= 0.0

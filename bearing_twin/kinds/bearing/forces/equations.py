@@ -302,25 +302,6 @@ def single_contact(bearing, raceway, centre, ring_speed, position, velocity, spi
 
 
 @inlined
-def _neighbour(balls, k, side):
-    """The number of the next ball ahead of ball k (side = 1) or behind it (side = -1); a division would cost more."""
-    j = k + side
-    if j == balls:
-        return 0
-    return j if j >= 0 else balls - 1
-
-
-@kernel
-def neighbour_angle(state, k, side):
-    """Orbit angle [rad] from ball k to its neighbour ahead (side = 1) or behind (side = -1)."""
-    j = _neighbour(len(state), k, side)
-    angle = state[j, ORBIT_ANGLE] - state[k, ORBIT_ANGLE]
-    if j != k + side:
-        angle += side * 2.0 * math.pi
-    return angle
-
-
-@inlined
 def ball_on_ball(bearing, may_touch, between, velocity, spin):
     """Contact of a ball with another, sphere on sphere with the raceways' damping and friction; see `NeighbourContact`.
 
@@ -354,24 +335,6 @@ def ball_on_ball(bearing, may_touch, between, velocity, spin):
         dissipation=resistance * dot(slip, slip) + (normal_load - spring.load) * approach_rate,
         storing=spring.load * approach_rate,
     )
-
-
-@kernel
-def pair_contact(bearing, state, k, side):
-    """Contact of ball k with its neighbour ahead (side = 1) or behind (side = -1); there is no cage to keep them apart.
-
-    Balls never pass each other in the groove, so neighbours stay neighbours. All zeros when they are apart.
-    """
-    angle = neighbour_angle(state, k, side)
-    j = _neighbour(len(state), k, side)
-    cosine, sine = math.cos(angle), math.sin(angle)
-    between = minus(about_z(cosine, sine, ball_position(state, j)), ball_position(state, k))
-    velocity = minus(ball_vector(state, k, VELOCITY), about_z(cosine, sine, ball_vector(state, j, VELOCITY)))
-    spin = add(ball_vector(state, k, SPIN), about_z(cosine, sine, ball_vector(state, j, SPIN)))
-    if dot(between, between) >= 4.0 * bearing.ball_radius * bearing.ball_radius:
-        nothing = (0.0, 0.0, 0.0)
-        return NeighbourContact(0.0, 0.0, 0.0, 0.0, nothing, nothing, nothing, nothing, nothing, nothing, 0.0, 0.0)
-    return ball_on_ball(bearing, True, between, velocity, spin)
 
 
 @inlined
