@@ -452,24 +452,6 @@ def test_outputs_that_take_long_are_told_of_while_they_are_computed(factor, slow
     assert "have taken" not in loop.look(clock[0] + 10**12)[1]
 
 
-def test_outputs_that_take_long_are_computed_a_few_at_a_time_and_are_the_same():
-    """What is there is published, and a pause, a reset or a load waits for a few outputs only."""
-    wall = [0]
-    loop, delivered, clock = made_up_loop(factor=FASTEST, duration_ns=234 * MS, clock=lambda: wall[0])
-    advance, asked = loop.simulation.advance, []
-
-    def slowly(outputs):
-        asked.append(outputs)
-        wall[0] += outputs * 100 * MS
-        return advance(outputs)
-
-    loop.simulation.advance = slowly
-    drive(loop, clock, 10_000 * MS)
-    assert loop.over
-    assert set(asked[4:]) == {1}
-    assert delivered == expected(235)
-
-
 def test_a_flood_of_commands_is_carried_out_once_in_a_period():
     """Of each topic the last legal one; those before are superseded."""
     loop, _, _ = made_up_loop(command_ns=10 * MS)

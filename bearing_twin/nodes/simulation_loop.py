@@ -2,7 +2,6 @@
 
 import math
 import threading
-import time
 from collections import Counter, deque
 from collections.abc import Callable, Container
 from pathlib import Path
@@ -17,7 +16,6 @@ LONGEST_STEP = 10.0  # s
 SILENCE_NS = 10_000_000  # between reports of progress where nobody listens: each wakes the worker
 SHORTFALL = 0.95  # of the requested pace, below which the loop warns
 LONG_NS = 500_000_000  # of computing one batch, from which on the loop warns that nothing comes meanwhile
-SHORT_NS = 250_000_000  # of computing one batch, from which on batches get shorter, so that commands wait no longer
 JUDGED_NS = 1_000_000_000  # of simulated time between reports of the run's errors
 GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
 WAITING = 8  # commands of one topic, of which the last legal one is carried out
@@ -146,8 +144,6 @@ class SimulationLoop:
     commands : Commands, optional
     command_ns : int
         Shortest wall time between two times at which the waiting commands are carried out.
-    clock : function
-        Monotonic time [ns].
     """
 
     def __init__(
@@ -162,9 +158,8 @@ class SimulationLoop:
         subscribed: Callable[[], Container[str]] | None = None,
         commands: Commands | None = None,
         command_ns: int = 0,
-        clock: Callable[[], int] = time.monotonic_ns,
     ):
-        self.runs, self._duration_ns, self._clock = 0, duration_ns, clock
+        self.runs, self._duration_ns = 0, duration_ns
         self._take(simulation)
         self.commands, self._command_ns, self.obeys_at = commands or Commands(), command_ns, 0
         self._make_stream, self._open_log, self._subscribed = make_stream, open_log, subscribed
@@ -320,7 +315,6 @@ class SimulationLoop:
     def _take(self, simulation) -> None:
         self.simulation, period = simulation, simulation.output_period_ns
         self._chunk = max(1, min(CHUNK_NS // period, simulation.chunk_outputs))
-        self._whole, self._divisor = (self._chunk, simulation.chunk_outputs), 1
         self._total = self._duration_ns // period + 1 if self._duration_ns else None
 
     def _begin_again(self, log) -> None:
@@ -375,8 +369,7 @@ class SimulationLoop:
         return None
 
     def _advance(self, outputs: int) -> list[Timed]:
-        """Messages of the next outputs; where these take long, fewer are computed at once from then on."""
-        run, began = self.simulation, self._clock()
+        run = self.simulation
         if self._total is not None:
             outputs = min(outputs, self._total - run.sequence - 1)
         fresh = self.commands.fresh_outputs(run.time_ns, run.output_period_ns)
@@ -387,10 +380,6 @@ class SimulationLoop:
             block = run.advance(min(outputs, fresh) if fresh else outputs)
         except Interrupted:  # by a command, which is obeyed between turns
             return []
-        took = self._clock() - began
-        if took > SHORT_NS or (took < SHORT_NS // 8 and self._divisor > 1):
-            self._divisor = 4 * self._divisor if took > SHORT_NS else self._divisor // 2
-            self._chunk, run.chunk_outputs = (max(1, whole // self._divisor) for whole in self._whole)
         if run.time_ns >= self._judge_at:
             self._judge_at = run.time_ns + JUDGED_NS
             self._errors = errors_of(run.report())
