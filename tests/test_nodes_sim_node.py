@@ -40,6 +40,7 @@ from ros import (
 from bearing_twin.base.errors import SceneError
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.topics import POSE, WRENCH
+from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.sample_block import sample_range
 from bearing_twin.log.stream import MessageStream, topics
