@@ -50,7 +50,7 @@ def test_every_replicate_of_a_latin_hypercube_has_one_point_in_each_slice():
             assert np.array_equal(np.sort(np.floor(1000 / REPLICATES * column)), np.arange(1000 // REPLICATES))
     assert not np.any(every[0::REPLICATES] == every[1::REPLICATES])
     assert UnitPoints("latin_hypercube", 3, 4, 1001).note == (
-        "1001 samples became 1008: latin_hypercube wants a multiple of 8"
+        "1001 samples became 1008: latin_hypercube needs a multiple of 8"
     )
 
 

@@ -1,4 +1,4 @@
-"""What the rules choose in every shipped scene, against every cheaper and dearer model that the scene may have.
+"""The choices of the rules in every shipped scene, against every cheaper and dearer model that the scene may have.
 
 A scene is run at its own tolerance and at 5 %, shortened. Others are models of what it leaves open: settings of steps,
 steppers, elastic laws, contact points, beam theories, modes, steps and meshes. A model that gives other outputs is none
@@ -123,7 +123,7 @@ def entries(problem: str, quick: bool) -> Iterator[tuple[str, float, float]]:
 
 
 def met(row: Row) -> bool:
-    """Whether a run meets the tolerance requested."""
+    """True for a run that meets the tolerance requested."""
     return row.status == DONE and row.error <= float(row.more["tolerance"])
 
 
@@ -135,7 +135,7 @@ def cheaper(rows: list[Row], problem: str) -> list[Row]:
 
 
 def read(contest: Contest, rows: list[Row]) -> Iterator[str]:
-    """How many choices meet the tolerance, how many have no model of half their cost, and the exceptions."""
+    """Numbers of choices that meet the tolerance, and that have no model of half their cost; the exceptions."""
     choices = of_methods(rows)[CHOICE]
     wrong = [row for row in choices if not met(row)]
     dear = [(row, found[0]) for row in choices if (found := cheaper(rows, row.problem))]

@@ -44,7 +44,7 @@ Entry = tuple[str, str, float, float]  # problem, method, setting, across
 
 
 class Asked(NamedTuple):
-    """What is asked of a chart: problems by name (empty: all), progress, processes (0: this one), limit [s], size."""
+    """Options of a chart: problems by name (empty: all), progress, processes (0: this one), limit [s], size."""
 
     problems: tuple[str, ...] = ()
     update: Callable[[float], None] = lambda share: None
@@ -123,7 +123,7 @@ class Contest:
         return sheet
 
     def reading(self, rows: list[Row]) -> list[str]:
-        """What the rows show."""
+        """Sentences that read the rows."""
         return [*self.read(self, rows), *found_again(rows, self.own), *without_result(rows), *unsure(rows)]
 
     def make(self, folder: Path, name: str, asked: Asked) -> Made:
@@ -135,7 +135,7 @@ class Contest:
         return Made(self.reading(rows), [str(picture)], [str(table)], rows)
 
     def read_again(self, folder: Path, name: str) -> list[str]:
-        """What the table of an earlier run says; raises OSError or ValueError where there is none."""
+        """Sentences that read the table of an earlier run; raises OSError or ValueError where there is none."""
         return self.reading(read_table(folder / f"{name}.csv"))
 
 
@@ -256,7 +256,7 @@ def limited(seconds: float) -> Iterator[None]:
 
 
 def timed(work: Callable[[], Any], times: float = 1.0) -> tuple[Any, dict[str, float]]:
-    """What `work` gives; its CPU `seconds` over `times`, the median of repeats, and their `spread`.
+    """The result of `work`; its CPU `seconds` over `times`, the median of repeats, and their `spread`.
 
     The first run is not timed: it may import and compile.
     """

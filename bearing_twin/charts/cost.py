@@ -1,4 +1,4 @@
-"""Where the CPU time of a run goes: the motion with its outputs, the check beside it, samples one by one, a log."""
+"""CPU time of a run by stage: the motion with its outputs, the check beside it, samples one by one, a log."""
 
 import tempfile
 from pathlib import Path
@@ -61,7 +61,7 @@ def panels(contest, rows) -> list[list[Panel]]:
 
 
 def read(contest, rows):
-    """What every stage takes, and what a second on the clock is to it."""
+    """CPU time of every stage, and its speed against real time."""
     for name, (title, _, _) in RUNS.items():
         words = ", ".join(
             f"{row.method} {seconds(row.seconds)} ({1.0 / row.seconds:.2g} times real time)"

@@ -1,4 +1,4 @@
-"""What one tries first against the product: SciPy with its defaults, a fixed step of 0.1 ms, explicit Euler.
+"""First attempts against the product: SciPy with its defaults, a fixed step of 0.1 ms, explicit Euler.
 
 The equations are the product's, their right-hand side is compiled: what differs is the method and its setting. `rodas4`
 and `rk4` are runs of the product, which refuses steps that are too long.
@@ -99,7 +99,7 @@ def entries(name: str, quick: bool):
 
 
 def read(contest, rows):
-    """What each method gives as it is first tried, and what an error wanted costs."""
+    """Error of each method as it is first tried, and the cost of the requested error."""
     first = {"rodas4": 1e-3, "rk4": COARSE, **{name: ladder[0] for name, ladder in NAIVE.items()}}
     for method, setting in first.items():
         mine = [row for row in rows if (row.method, row.setting) == (method, setting)]

@@ -94,7 +94,7 @@ def panels(contest, rows) -> list[list[Panel]]:
 
 
 def read(contest, rows) -> Iterator[str]:
-    """How many runs meet their tolerance, by kind, and which do not."""
+    """Numbers of runs that meet their tolerance, by kind, and those that do not."""
     for kind in contest.problems:
         if not (good := of_problem(rows, kind, DONE)):
             continue

@@ -35,8 +35,10 @@ class DiscreteValues:
     def __init__(self, values, weights=None):
         values = np.atleast_1d(np.asarray(values, float))
         weights = np.ones(len(values)) if weights is None else np.asarray(weights, float)
-        _want(len(weights) == len(values), f"there are {len(weights)} weights for {len(values)} values; give one each")
-        _want(np.all(weights >= 0.0) and weights.sum() > 0.0, "weights are 0 or above, and one is above 0")
+        _require(
+            len(weights) == len(values), f"there are {len(weights)} weights for {len(values)} values; give one each"
+        )
+        _require(np.all(weights >= 0.0) and weights.sum() > 0.0, "weights are 0 or above, and one is above 0")
         order = np.argsort(values)
         order = order[weights[order] > 0.0]
         self.values, self.shares = values[order], weights[order] / weights.sum()
@@ -91,7 +93,7 @@ class Truncated(_Continuous):
         below, above = whole.cdf(low), whole.sf(high)
         self._whole, self._mass = whole, whole.sf(low) - above if below > 0.5 else whole.cdf(high) - below
         self._below, self._above = below, above
-        _want(self._mass > 1e-9, "less than 1e-9 of the whole distribution lies between the bounds; give others")
+        _require(self._mass > 1e-9, "less than 1e-9 of the whole distribution lies between the bounds; give others")
         super().__init__(*(float(end) for end in (max(low, whole.support()[0]), min(high, whole.support()[1]))))
 
     def ppf(self, u):
@@ -131,9 +133,9 @@ class TableDensity(_Continuous):
 
     def __init__(self, x, density):
         x, density = np.asarray(x, float), np.asarray(density, float)
-        _want(len(x) == len(density) >= 2, "x and density are lists of the same length, two places at least")
-        _want(np.all(np.diff(x) > 0.0), "the places x must rise")
-        _want(np.all(density >= 0.0) and density.max() > 0.0, "a density is 0 or above, and somewhere above 0")
+        _require(len(x) == len(density) >= 2, "x and density are lists of the same length, two places at least")
+        _require(np.all(np.diff(x) > 0.0), "the places x must rise")
+        _require(np.all(density >= 0.0) and density.max() > 0.0, "a density is 0 or above, and somewhere above 0")
         masses = 0.5 * np.diff(x) * (density[1:] + density[:-1])
         self._x, self._density = x, density / masses.sum()
         self._until = np.append(0.0, np.cumsum(masses)) / masses.sum()
@@ -264,20 +266,20 @@ class Distribution(NamedTuple):
 
 def _gamma(mean=None, std=None, shape=None, scale=None):
     if shape is None:
-        _want(mean > 0.0, "the mean of a gamma distribution is above 0")
+        _require(mean > 0.0, "the mean of a gamma distribution is above 0")
         shape, scale = (mean / std) ** 2, std**2 / mean
     return stats.gamma(shape, scale=scale)
 
 
 def _uniform(low, high):
-    _want(low < high, "low must be below high")
+    _require(low < high, "low must be below high")
     return stats.uniform(low, high - low)
 
 
 def _truncated_normal(mean, std, low=-math.inf, high=math.inf):
-    _want(low < high, "low must be below high")
+    _require(low < high, "low must be below high")
     cut, top = (low - mean) / std, (high - mean) / std
-    _want(
+    _require(
         cut <= FARTHEST_CUT and top >= -FARTHEST_CUT,
         f"a bound lies more than {FARTHEST_CUT:g} std out on the tail of the normal, of which nothing is left",
     )
@@ -286,18 +288,18 @@ def _truncated_normal(mean, std, low=-math.inf, high=math.inf):
 
 def _lognormal(mean=None, std=None, mean_log=None, std_log=None):
     if mean_log is None:
-        _want(mean > 0.0, "the mean of a lognormal distribution is above 0")
+        _require(mean > 0.0, "the mean of a lognormal distribution is above 0")
         variance = math.log1p((std / mean) ** 2)
         mean_log, std_log = math.log(mean) - 0.5 * variance, math.sqrt(variance)
     return stats.lognorm(std_log, scale=math.exp(mean_log))
 
 
 def _beta(low, high, mean=None, std=None, a=None, b=None):
-    _want(low < high, "low must be below high")
+    _require(low < high, "low must be below high")
     if a is None:
-        _want(low < mean < high, "the mean must lie between low and high")
+        _require(low < mean < high, "the mean must lie between low and high")
         share, spread = (mean - low) / (high - low), std / (high - low)
-        _want(
+        _require(
             spread**2 < share * (1.0 - share), "no distribution between these bounds has this mean and so great a std"
         )
         both = share * (1.0 - share) / spread**2 - 1.0
@@ -306,7 +308,7 @@ def _beta(low, high, mean=None, std=None, a=None, b=None):
 
 
 def _exponential(mean):
-    _want(mean > 0.0, "the mean of an exponential distribution is above 0")
+    _require(mean > 0.0, "the mean of an exponential distribution is above 0")
     return stats.expon(scale=mean)
 
 
@@ -315,12 +317,12 @@ def _weibull(shape, scale):
 
 
 def _triangular(low, mode, high):
-    _want(low < high and low <= mode <= high, "low must be below high, and the mode between them")
+    _require(low < high and low <= mode <= high, "low must be below high, and the mode between them")
     return stats.triang((mode - low) / (high - low), loc=low, scale=high - low)
 
 
 def _truncated_gamma(low=0.0, high=math.inf, **whole):
-    _want(0.0 <= low < high, "low must be below high, and 0 or above")
+    _require(0.0 <= low < high, "low must be below high, and 0 or above")
     return Truncated(_gamma(**whole), low, high)
 
 
@@ -337,9 +339,9 @@ def of_scipy(name, **parameters):
     if wrong:
         raise ValueError(f"{echo(wrong[0])} is no parameter of scipy.stats.{name}; {unknown(wrong[0], legal)}")
     lacking = [one for one in legal[: family.numargs] if one not in parameters]
-    _want(not lacking, f"scipy.stats.{name} needs {', '.join(lacking)} too")
+    _require(not lacking, f"scipy.stats.{name} needs {', '.join(lacking)} too")
     frozen = family(**parameters)
-    _want(frozen.support()[0] <= frozen.support()[1], f"these parameters make no distribution scipy.stats.{name}")
+    _require(frozen.support()[0] <= frozen.support()[1], f"these parameters make no distribution scipy.stats.{name}")
     return frozen
 
 
@@ -348,7 +350,7 @@ def as_mapping(frozen) -> dict:
     family = frozen.dist
     if type(getattr(stats, family.name, None)) is not type(family):
         raise ValueError(
-            "only distributions by a name of scipy.stats can be kept with a study; give others as a table of x and "
+            "only distributions by a name of scipy.stats can be stored with a study; give others as a table of x and "
             "density, or as values with weights"
         )
     names = [*filter(None, (family.shapes or "").replace(" ", "").split(",")), "loc", "scale"]
@@ -358,7 +360,7 @@ def as_mapping(frozen) -> dict:
     return {"distribution": f"{SCIPY}{family.name}", **{key: float(one) for key, one in given.items()}}
 
 
-def _want(condition, reason):
+def _require(condition, reason):
     if not condition:
         raise ValueError(reason)
 

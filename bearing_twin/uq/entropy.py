@@ -42,7 +42,7 @@ def greatest_entropy(facts: Mapping) -> tuple[str, dict]:
     """
     wrong = [fact for fact in facts if fact not in FACTS]
     if wrong:
-        raise StudyError(f"{echo(wrong[0])} is nothing that can be known; {unknown(wrong[0], FACTS)}")
+        raise StudyError(f"{echo(wrong[0])} is no fact; {unknown(wrong[0], FACTS)}")
     if not isinstance(facts.get("positive", True), bool):
         raise StudyError(f"positive = {echo(facts['positive'])} must be true or false")
     given = frozenset(fact for fact in facts if fact != "positive" or facts[fact])
@@ -53,23 +53,23 @@ def greatest_entropy(facts: Mapping) -> tuple[str, dict]:
             f"state one of these: {legal}"
         )
     for fact in given & {"std", "std_log"}:
-        _want(facts[fact] > 0.0, f"{fact} must be above 0; a value without doubt is fixed")
-    _want("positive" not in given or facts.get("mean", 1.0) > 0.0, "the mean of a positive quantity is above 0")
+        _require(facts[fact] > 0.0, f"{fact} must be above 0; a certain value is fixed")
+    _require("positive" not in given or facts.get("mean", 1.0) > 0.0, "the mean of a positive quantity is above 0")
     return _SOLVERS[given](**{fact: facts[fact] for fact in FACTS if fact in given and fact != "positive"})
 
 
-def _want(condition, reason):
+def _require(condition, reason):
     if not condition:
         raise StudyError(reason)
 
 
 def _between(low, high):
-    _want(low < high, f"low = {low:g} must be below high = {high:g}")
+    _require(low < high, f"low = {low:g} must be below high = {high:g}")
     return "uniform", {"low": low, "high": high}
 
 
 def _between_with_mean(low, high, mean):
-    _want(low < mean < high, f"mean = {mean:g} must lie between low = {low:g} and high = {high:g}")
+    _require(low < mean < high, f"mean = {mean:g} must lie between low = {low:g} and high = {high:g}")
     if abs(mean - 0.5 * (low + high)) < 1e-9 * (high - low):
         return _between(low, high)
     return "truncated_exponential", {"low": low, "high": high, "mean": mean}
@@ -77,22 +77,22 @@ def _between_with_mean(low, high, mean):
 
 def _between_with_mean_std(low, high, mean, std):
     """exp(l t + q t^2) on 0 <= t <= 1 with q < 0: Newton on the convex dual, l and q so that E[t], E[t^2] are met."""
-    _want(low < mean < high, f"mean = {mean:g} must lie between low = {low:g} and high = {high:g}")
+    _require(low < mean < high, f"mean = {mean:g} must lie between low = {low:g} and high = {high:g}")
     share, spread = (mean - low) / (high - low), std / (high - low)
     if min(share, 1.0 - share) > PLENTY * spread:  # the bounds cut nothing off
         return "truncated_normal", {"mean": mean, "std": std, "low": low, "high": high}
-    _want(spread > LEAST_SPREAD, "std is so small against the bounds that one of them says nothing; leave it out")
-    _want(spread**2 < share * (1.0 - share), "no distribution between these bounds has this mean and so great a std")
+    _require(spread > LEAST_SPREAD, "std is so small against the bounds that one of them says nothing; leave it out")
+    _require(spread**2 < share * (1.0 - share), "no distribution between these bounds has this mean and so great a std")
     points, weights = _interval_rule()
     powers = np.stack([points, points**2])
-    wanted = np.array([share, spread**2 + share**2])
+    moments = np.array([share, spread**2 + share**2])
     found = np.array([share, -0.5]) / spread**2
     for _ in range(NEWTON_STEPS):
-        found, miss = _dual_step(found, wanted, powers, weights)
-        if miss < 1e-13:
+        found, error = _dual_step(found, moments, powers, weights)
+        if error < 1e-13:
             break
-    _want(
-        miss < 1e-10 and found[1] < 0.0,
+    _require(
+        error < 1e-10 and found[1] < 0.0,
         f"with std = {std:g} the density of greatest entropy does not fall towards both bounds; "
         "give a smaller std, or leave it out, or name a beta distribution",
     )
@@ -102,17 +102,17 @@ def _between_with_mean_std(low, high, mean, std):
     return "truncated_normal", {"mean": low + scale * center, "std": scale * width, "low": low, "high": high}
 
 
-def _dual_step(found, wanted, powers, weights):
-    """A damped Newton step of the convex  ln integral exp(found . powers) - found . wanted; the miss in the moments."""
+def _dual_step(found, moments, powers, weights):
+    """A damped Newton step of the convex ln integral exp(found . powers) - found . moments; error of the moments."""
 
     def dual(at):
         exponent = at @ powers
         top = exponent.max()
         mass = weights * np.exp(exponent - top)
-        return top + math.log(mass.sum()) - at @ wanted, mass / mass.sum()
+        return top + math.log(mass.sum()) - at @ moments, mass / mass.sum()
 
     value, mass = dual(found)
-    centred = powers - wanted[:, None]
+    centred = powers - moments[:, None]
     gradient = centred @ mass
     away = powers - (powers @ mass)[:, None]
     step = np.linalg.solve((away * mass) @ away.T, gradient)
@@ -132,8 +132,10 @@ def _interval_rule():
 def _positive_with_mean_log(mean, mean_log):
     """ln k - psi(k) = ln E[X] - E[ln X], whose left side falls from infinity to 0 over the shapes k."""
     gap = math.log(mean) - mean_log
-    _want(gap > 0.0, f"mean_log = {mean_log:g} must be below ln(mean) = {math.log(mean):g}, whatever the distribution")
-    _want(1e-12 < gap < 1e3, f"ln(mean) - mean_log = {gap:g} is too small or too large for a gamma distribution")
+    _require(
+        gap > 0.0, f"mean_log = {mean_log:g} must be below ln(mean) = {math.log(mean):g}, whatever the distribution"
+    )
+    _require(1e-12 < gap < 1e3, f"ln(mean) - mean_log = {gap:g} is too small or too large for a gamma distribution")
 
     def excess(log_shape):
         shape = math.exp(log_shape)
@@ -147,7 +149,7 @@ def _positive_with_mean_log(mean, mean_log):
 
 def _positive_with_mean_std(mean, std):
     variation = std / mean
-    _want(
+    _require(
         variation < 1.0 + 1e-9,
         f"std/mean = {variation:g} above 1: on (0, inf) no distribution of greatest entropy exists; "
         "name one that fits, such as lognormal or gamma, or state mean and mean_log",
@@ -155,7 +157,7 @@ def _positive_with_mean_std(mean, std):
     if variation > 1.0 - 1e-9:
         return "exponential", {"mean": mean}
     greatest = math.sqrt(_cut_normal(FARTHEST_CUT)[1]) / _cut_normal(FARTHEST_CUT)[0]
-    _want(
+    _require(
         variation < greatest,
         f"std/mean = {variation:g}, between {greatest:.4f} and 1, is exponential but for its last digits; "
         "state the mean alone",

@@ -1,7 +1,7 @@
 """Statistics of an ensemble of histories, force over time, on one time grid (paper 3, figures 8 and 17 to 24).
 
 All of them, quantiles too, are those of every history. They are computed ROWS histories or COLUMNS instants at a time,
-so that little memory is taken beside the histories themselves.
+so that little memory is needed besides the histories themselves.
 """
 
 from typing import NamedTuple
@@ -88,7 +88,7 @@ def history_statistics(histories: np.ndarray, inputs: np.ndarray) -> HistoryStat
 
 
 class SignChange(NamedTuple):
-    """Where the correlation with an input changes its sign, nearest to a least deviation, and how much later [s].
+    """The instant at which the correlation with an input changes its sign, and how much `later` that is [s].
 
     `low` and `high` are the 95 % interval of `later`, by resampling both instants together.
     """
@@ -143,7 +143,7 @@ def narrowing(times: np.ndarray, histories: np.ndarray, inputs: np.ndarray, seed
 def _resampled(histories, inputs, seed):
     """Means and deviations (1 + r, t), and covariances with each input (d, 1 + r, t), of the sample and r resamples.
 
-    Memory: RESAMPLES n bytes and 8 RESAMPLES t (2 + d) beside the histories.
+    Memory: RESAMPLES n bytes and 8 RESAMPLES t (2 + d) besides the histories.
     """
     random, (count, size) = np.random.default_rng(seed), histories.shape
     inputs = inputs - inputs.mean(axis=0)
@@ -174,7 +174,7 @@ def _sign_change(times, least, covariances) -> SignChange | None:
 
 
 def _zero(times, values, near) -> float:
-    """Where values (t,) change their sign, nearest to `near`, by a straight line; NaN where they do not."""
+    """The instant nearest to `near` at which values (t,) change their sign, by a straight line; NaN without one."""
     places = np.flatnonzero(values[:-1] * values[1:] < 0.0)
     if not len(places) or np.isnan(near):
         return np.nan

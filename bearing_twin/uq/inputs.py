@@ -72,7 +72,7 @@ def first_name(key):
 def checked_key(kind: str, key) -> str:
     """The first name of the key, if it is a number of that kind of scene; raises StudyError with the nearest one."""
     known, first = numeric_keys(kind), first_name(key)
-    if first in known:
+    if isinstance(first, str) and first in known:
         return first
     raise StudyError(f"{echo(key)} is no number of a scene of kind {kind}; {unknown(key, known)}")
 
@@ -127,10 +127,10 @@ def _replaced(holder, words, value):
 
 # Uncertain inputs: any numeric value of a scene as a distribution, by its parameters or by what is known of it.
 #
-# In a study an input is a number (no doubt), `{distribution: gamma, mean: .., std: ..}` with a name of DISTRIBUTIONS
+# In a study an input is a number (certain), `{distribution: gamma, mean: .., std: ..}` with a name of DISTRIBUTIONS
 # and one of its forms, or `{know: {positive: true, mean: .., mean_log: ..}}`, see `knowledge`. All values are SI.
 
-LEAST_UNIT, GREATEST_UNIT = 2.0**-54, 1.0 - 2.0**-53  # inside which unit coordinates are kept
+LEAST_UNIT, GREATEST_UNIT = 2.0**-54, 1.0 - 2.0**-53  # limits of unit coordinates
 
 
 @dataclass(frozen=True)
@@ -196,7 +196,7 @@ class Input:
 
     @property
     def whole(self) -> bool:
-        """Whether every value is a whole number."""
+        """True where every value is a whole number."""
         values = getattr(self.distribution, "values", None)
         return not self.has_density if values is None else bool(np.all(values == np.round(values)))
 
@@ -261,7 +261,7 @@ def _from_knowledge(mapping):
 
 def _from_parameters(mapping):
     if "distribution" not in mapping:
-        raise ValueError(f"say distribution: with its parameters, or know: with facts; {unknown('', DISTRIBUTIONS)}")
+        raise ValueError(f"give distribution: with its parameters, or know: with facts; {unknown('', DISTRIBUTIONS)}")
     name = mapping["distribution"]
     given = {word: value for word, value in mapping.items() if word != "distribution"}
     if isinstance(name, str) and name.startswith(SCIPY):

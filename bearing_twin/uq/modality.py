@@ -1,4 +1,4 @@
-"""How many modes a sample shows, and how sure that is: Silverman's test with the critical bandwidth.
+"""Number of modes of a sample, with a p-value: Silverman's test with the critical bandwidth.
 
 B. W. Silverman, Using kernel density estimates to investigate multimodality, J. R. Statist. Soc. B 43 (1981). The
 critical bandwidth h_k is the least at which a normal kernel estimate has at most k modes. Samples are drawn from the
@@ -8,14 +8,14 @@ samples show two.
 
 As printed the test finds two modes in 20 to 80 % of exponential, lognormal and uniform samples of 2000, because of
 stray values on long tails and of flat tops. Two changes cure this: modes count only within the central 95 % of the
-sample, and one mode must also be refuted by the excess mass against flat samples, the one-mode density hardest to tell
-from two; the p-value is then the greater one. What is left is at most 8 % on flat samples and next to none on round
-ones, while two normals 4 deviations apart are found from 200 samples on, 3 apart in most samples of 2000. The price: a
-mode holding less than 2.5 % at an end is not seen.
+sample, and one mode must also be refuted by the excess mass against flat samples, the one-mode density hardest to
+distinguish from two; the p-value is then the greater one. Wrong are then at most 8 % on flat samples and next to none
+on round ones, while two normals 4 deviations apart are found from 200 samples on, 3 apart in most samples of 2000.
+The price: a mode holding less than 2.5 % at an end is not seen.
 
-Most samples have one mode and a p-value far above the level, which few draws tell: drawing ends at the draw with which
-a share CLEAR of the draws allowed has more modes (J. Besag, P. Clifford, Sequential Monte Carlo p-values, Biometrika 78
-(1991)). The number of modes, and p-values below CLEAR, are those of all draws, to the bit.
+Most samples have one mode and a p-value far above the level, for which few draws suffice: drawing ends at the draw
+with which a share CLEAR of the draws allowed has more modes (J. Besag, P. Clifford, Sequential Monte Carlo p-values,
+Biometrika 78 (1991)). The number of modes, and p-values below CLEAR, are those of all draws, to the bit.
 """
 
 import math
@@ -162,7 +162,7 @@ def _p_value(more: Callable[[int], np.ndarray], resamples: int) -> float:
 
 
 def _silverman_test(counts, bandwidth, modes, window, rng):
-    """Whether samples drawn from the smoothed counts, shrunk, show more modes in the window.
+    """A function of a number of draws: which of them, from the smoothed counts, shrunk, show more modes in the window.
 
     Drawn into wider bins where the bandwidth hides these: most of the time goes into drawing.
     """
@@ -178,7 +178,7 @@ def _silverman_test(counts, bandwidth, modes, window, rng):
 
 
 def _excess_mass_test(central, rng):
-    """Whether the second mode of samples of a flat density has more excess mass than that of the central values.
+    """A function of a number of draws from a flat density: which of them have more excess mass in the second mode.
 
     D. W. Mueller and G. Sawitzki, Excess mass estimates and tests for multimodality, J. Am. Stat. Assoc. 86 (1991); it
     is twice Hartigan's dip, whose distribution is widest for the flat density.

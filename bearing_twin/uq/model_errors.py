@@ -1,8 +1,8 @@
 """Errors of the model in a study, from a few realisations that are checked by a second run.
 
-They are kept apart from those of sampling. Checked are the realisations in which the quantities are least, greatest and
-in the middle, the watched quantity first; without a sample those at the medians of the inputs and at their ends. The
-greatest error of each source stands for all, and the sum of the sources for the model.
+They are reported apart from those of sampling. Checked are the realisations in which the quantities are least,
+greatest and in the middle, the watched quantity first; without a sample those at the medians of the inputs and at
+their ends. The greatest error of each source stands for all, and the sum of the sources for the model.
 """
 
 import math
@@ -47,7 +47,7 @@ def no_model_errors(because: str) -> ModelErrors:
 def checked_rows(quantities: np.ndarray, first: int, count: int) -> list[int]:
     """Rows of a sample (n, q), at most `count`: in the middle of a quantity, its greatest and its least in turn.
 
-    Quantity number `first` leads; rows that failed (NaN) are never taken.
+    Quantity number `first` leads; never rows that failed (NaN).
     """
     rows: list[int] = []
     for column in [first, *(place for place in range(quantities.shape[1]) if place != first)]:

@@ -1,4 +1,6 @@
-"""Which moments of a quantity exist: how fast it grows where an input runs into its tails.
+"""Propagation of one or a few inputs without sampling: existing moments, change of variable, polynomial chaos.
+
+Moments exist by how fast the quantity grows where an input runs into its tails.
 
 With u the probability left on a tail of the input X, a quantity y = g(X) that grows as u^-s there has a moment of
 order k only if k s < 1. For a gamma input of shape a and y = X^-p the lower tail has s = p/a: with the contact time of
@@ -27,7 +29,7 @@ SURE_SCORE = 4.0  # within +-4 a quantity must be finite
 SCORES = np.arange(-FARTHEST_SCORE, FARTHEST_SCORE + 1.0 / 32.0, 1.0 / 16.0)
 COARSE = np.arange(-6.0, 6.5)  # scores at which runs are made to find an exponent
 LIGHT = 0.1  # exponent
-FAITHFUL = 1e-4  # relative; how well a quantile gives its probability back
+FAITHFUL = 1e-4  # relative error of the probability of a quantile
 FALLING = 0.9  # an exponent that falls by more when ln u doubles tends to 0
 ORDERS = {"mean": 1, "std": 2, "skewness": 3}
 
@@ -73,7 +75,7 @@ def tails(source: Input, function, scores=SCORES, strict=True) -> Tails:
 
 
 def is_heavy(source: Input) -> bool:
-    """Whether a power of the input below the third may lack the mean, deviation or skewness.
+    """True where a power of the input below the third may lack the mean, deviation or skewness.
 
     Near 0 a gamma variable of shape a has the probability x^a, a Pareto or Student variable runs to infinity as a power
     of its probability: exponents 1/a below 0.1 matter for powers above the third alone.
@@ -184,7 +186,7 @@ class Derived:
         """E[(y - center)^order] by the trapezoidal rule in the normal score, which converges exponentially here.
 
         Beyond the last finite value a power tail y ~ u^-s adds (y - center)^order u / (1 - order s). Relative errors
-        are 1e-10, but 1e-4 where order s is within 1 % of the 1 at which the moment ceases to exist.
+        are 1e-10, but 1e-4 where order s is within 1 % of 1, at which the moment ceases to exist.
         """
         scores, values = self.found.scores, (self.found.values - center) ** order
         terms = values * np.exp(-0.5 * scores**2) / math.sqrt(2.0 * math.pi)
@@ -267,9 +269,8 @@ def _until_it_turns(found: Tails, sign: float, noise: float) -> Tails:
 #
 # Section 6 of paper 3: with one stochastic parameter a numerical function of it is enough, and 10 to 50 runs suffice.
 # The function is a polynomial in the normal score of the input, from runs at Chebyshev's points, straight beyond the
-# last of them. Its degree is that of which each run is best foretold by the others (least leave-one-out error), so that
-# noise of runs is not followed; this error is told. Runs are doubled, the old ones kept, until it is below TOLERANCE.
-# Kinks and jumps spoil it, and the error says so.
+# last of them. Its degree is that of the least leave-one-out error, so that noise is not followed; this error is
+# reported. Runs are doubled, the old ones reused, until it is below TOLERANCE. Kinks and jumps make it large.
 
 REACHES = (4.0, 3.0)  # normal scores of the last points; the next where a run fails at the first
 LADDER = (9, 17, 33)  # runs
@@ -280,8 +281,8 @@ SPARE = 3  # runs more than the degree, at least
 class Interpolated(NamedTuple):
     """The distribution by all runs and `before` their last doubling; the runs' inputs and quantities (n,).
 
-    `error`: root mean square by which runs are missed by the polynomial of the others, over the deviation. `left_out`:
-    probability of the inputs beyond the last points, where the function goes on straight.
+    `error`: root mean square leave-one-out error of the polynomial over the deviation. `left_out`: probability of the
+    inputs beyond the last points, where the function goes on straight.
     """
 
     derived: Derived

@@ -1,4 +1,4 @@
-"""What a study may ask of a kind of scene: the rows of the kinds' own tables, by name, and their errors."""
+"""Realisations of a study: quantities and histories at given inputs, by closed forms or by simulation."""
 
 import contextlib
 import dataclasses
@@ -25,7 +25,7 @@ from bearing_twin.uq.study import Study
 
 
 def has_closed_form(kind: str, parameters, names, histories=(), varied=()) -> bool:
-    """Whether closed forms give all these quantities and histories of a scene, the `varied` keys being uncertain."""
+    """True where closed forms give all these quantities and histories of a scene, the `varied` keys being uncertain."""
     form, known = KINDS[kind].closed_form(), quantities_of(kind)
     return (
         form is not None
@@ -82,7 +82,7 @@ _NUMBER = re.compile(r"(?<![\w.^])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
 
 
 class Task(NamedTuple):
-    """What a worker must know of a study: small and plain, so that it can be sent to any process.
+    """The part of a study that a worker needs: small and plain, so that it can be sent to any process.
 
     `instants` of the histories run from 0 to `duration` [s], `points` of them. `home` is the module that registers the
     scene's kind, imported where the kind is not known. `checked`: a second run goes with each realisation, as the
@@ -120,7 +120,7 @@ class RealisationErrors(NamedTuple):
 class Realised(NamedTuple):
     """Of n realisations: `quantities` (n, q), `histories` (n, h, points), both NaN where it failed.
 
-    `failures` maps the row of a failed realisation to the reason, `doubts` others to what is doubtful about them,
+    `failures` maps the row of a failed realisation to the reason, `doubts` others to their warnings,
     `errors` those of a checked task to their errors.
     """
 
@@ -250,7 +250,7 @@ def load(task: Task, values: np.ndarray) -> None:
 
 
 def simulated_scene(task: Task) -> dict:
-    """The scene with outputs at the histories' instants, or without any where figures alone are wanted.
+    """The scene with outputs at the histories' instants, or without any where figures alone are needed.
 
     There is no second run but in checked tasks, whose few realisations stand for all (`run.model_errors`).
     """
@@ -288,7 +288,7 @@ def _outputs(run, task) -> np.ndarray:
 
 
 def task_of(study: Study) -> Task:
-    """What a worker must know of a study."""
+    """The task of a study."""
     settings, histories = study.settings, study.histories
     at_medians = study.scene_at(median_inputs(study))
     refuse_outside(at_medians)
@@ -329,7 +329,7 @@ def uncertain_inputs(study: Study) -> list[int]:
 def exact_distributions(study: Study, task: Task, method: str) -> dict[str, Derived]:
     """The quantities that a change of variable of a closed form gives.
 
-    Raises StudyError where it was asked for and does not fit; without a closed form see `interpolation`.
+    Raises StudyError where that method is specified and does not fit; without a closed form see `interpolate`.
     """
     random = uncertain_inputs(study)
     if method not in ("auto", "change_of_variable"):

@@ -38,9 +38,9 @@ PIECE = 16384  # points drawn at once, so that a cancel need not wait for a whol
 
 
 class Progress(NamedTuple):
-    """How far a study is: realisations `done` of `total` at most; the watched statistic as last looked at.
+    """Progress of a study: realisations `done` of `total` at most; the last estimate of the watched statistic.
 
-    `estimate` and `half_width` are NaN before the first look, `seconds_left` if all of `total` are needed. `at` names
+    `estimate` and `half_width` are NaN before the first check, `seconds_left` if all of `total` are needed. `at` names
     the value of a sweep that the estimate is at, empty without one.
     """
 
@@ -106,19 +106,19 @@ class Drawn:
             narrow = narrow + 1 if self._is_narrow(sample) else 0
             self.report(0)
             if narrow == IN_A_ROW:
-                self.because = f"{self.rule.text()}, at {IN_A_ROW} looks in a row"
+                self.because = f"{self.rule.text()}, at {IN_A_ROW} checks in a row"
                 break
 
     def _realise(self, ensemble, size) -> None:
         """Realisations up to number `size`, fewer when cancelled."""
         while self.done < size:
-            first, wanted = self.done, min(size - self.done, PIECE)
-            values = self.study.joint.values(self.points.chunk(first, wanted))
+            first, count = self.done, min(size - self.done, PIECE)
+            values = self.study.joint.values(self.points.chunk(first, count))
             for found in ensemble.parts(values, lambda more, first=first: self.report(first + more - self.done)):
-                count = len(found.quantities)
-                codes, bits = self.reasons.codes(count, found.failures), self.warnings.bits(count, found.doubts)
-                self._add(values[self.done - first :][:count], found.quantities, found.histories, codes, bits)
-            if self.done < first + wanted:
+                rows = len(found.quantities)
+                codes, bits = self.reasons.codes(rows, found.failures), self.warnings.bits(rows, found.doubts)
+                self._add(values[self.done - first :][:rows], found.quantities, found.histories, codes, bits)
+            if self.done < first + count:
                 return
 
     def _add(self, *columns) -> None:
@@ -135,7 +135,7 @@ class Drawn:
     def _is_narrow(self, sample) -> bool:
         """Adds to the convergence path; whether the interval is narrow enough."""
         try:
-            found = estimate(sample, self.rule.asked, replicates=self.points.replicates)
+            found = estimate(sample, self.rule.of, replicates=self.points.replicates)
         except StatisticError:
             return False
         self.path.append((len(sample), found))
@@ -160,15 +160,15 @@ class Drawn:
 class Evaluator:
     """Values (n, d) of the inputs in, quantities (n, q) out, NaN where one fails; raises Stopped for a cancel."""
 
-    def __init__(self, ensemble: Ensemble, study: Study, tell: Callable[[int], None]):
-        self._ensemble, self._study, self._tell = ensemble, study, tell
+    def __init__(self, ensemble: Ensemble, study: Study, report: Callable[[int], None]):
+        self._ensemble, self._study, self._report = ensemble, study, report
         self._known: dict[bytes, np.ndarray] = {}
         self.runs = 0
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         key = np.ascontiguousarray(values).tobytes()
         if key not in self._known:
-            found = self._ensemble.evaluate(values, lambda more: self._tell(self.runs + more)).quantities
+            found = self._ensemble.evaluate(values, lambda more: self._report(self.runs + more)).quantities
             if len(found) < len(values):
                 raise Stopped("the study was cancelled before all points had run")
             self.runs += len(found)
@@ -202,7 +202,7 @@ WORKING_COPIES = 8  # of one column, while its statistics are made
 FINITE = 1.125  # histories, and a byte a number that says whether it is one
 BLOCKS = 4  # of ROWS histories, while products of them are summed
 SENSITIVITY_COPIES = 5  # of one quantity at the points of Sobol indices, while these are made
-# What must be the same where samples are taken over from an earlier result.
+# Keys that must be the same where the samples of an earlier result are reused.
 SAME = (
     "scene", "inputs", "correlation", "quantities", "histories", "history_points", "history_duration",
     "sampler", "seed",
@@ -249,7 +249,7 @@ def run_study(
     study = study if isinstance(study, Study) else load_study(study)
     asked = getattr(cancelled, "is_set", cancelled) or (lambda: False)
     limit = study.settings.time_limit or np.inf
-    tell = progress or (lambda _: None)
+    report = progress or (lambda _: None)
     parts = 1 if study.sweep is None else 1 + len(study.sweep[1])
     refuse_too_large(study)
     if start is not None:
@@ -261,7 +261,7 @@ def run_study(
     def ends() -> bool:
         return asked() or time.monotonic() - began > limit
 
-    drawn = Drawn(study, task, _part(tell, 0, parts, began), ends, began, start, keep)
+    drawn = Drawn(study, task, _part(report, 0, parts, began), ends, began, start, keep)
     model, at_mean, found, sobol = no_model_errors(NOT_CHECKED), empty(task, 0), exact, {}
     missing = {name: missing_moments(study, task, name) for name in sampled} if task.closed else {}
     with heeding(ends), Ensemble(task, study.settings.workers, study.executor, ends) as ensemble:
@@ -290,7 +290,7 @@ def run_study(
     for name, one in sobol.items():
         summary["quantities"][name]["sobol"] = one
     if study.sweep is not None:
-        summary["sweep"] = _sweep(study, tell, ends, began)
+        summary["sweep"] = _sweep(study, report, ends, began)
     summary["seconds"] = time.monotonic() - began
     return dataclasses.replace(result, summary=summary)
 
@@ -323,7 +323,7 @@ def memory_needed(study: Study) -> float:
     inputs, quantities = len(study.inputs), len(study.quantities)
     row = inputs + quantities + FINITE * histories + 2.0 + WORKING_COPIES
     rows = study.sensitivity_rows
-    # Their points are kept three times: in the unit cube, as values, and as the key by which they are found again.
+    # Their points are held three times: in the unit cube, as values, and as the key by which they are found again.
     further = rows * (inputs + 2) * (3.0 * inputs + quantities + SENSITIVITY_COPIES)
     columns = settings.samples * (2 * COLUMNS + RESAMPLES / 8) if study.histories else 0.0
     columns += BLOCKS * ROWS * settings.history_points if study.histories else 0.0
@@ -351,25 +351,25 @@ def _refuse_another_study(study, start):
         raise StudyError("a latin hypercube has a fixed size and cannot be continued; use sobol or random")
 
 
-def _part(tell, place, parts, began, at=""):
+def _part(report, place, parts, began, at=""):
     """Progress of one of `parts` studies of the same size as that of all of them, `began` at a monotonic time."""
 
     def of_all(one: Progress) -> None:
         done, total = one.done + place * one.total, parts * one.total
         left = (time.monotonic() - began) * (total - done) / max(done, 1)
-        tell(one._replace(done=done, total=total, seconds_left=left, at=at))
+        report(one._replace(done=done, total=total, seconds_left=left, at=at))
 
-    return tell if parts == 1 else of_all
+    return report if parts == 1 else of_all
 
 
-def _sweep(study, tell, asked, began) -> dict:
+def _sweep(study, report, ends, began) -> dict:
     """The summaries at each value of a sweep, one study each, by the same method and seed."""
     key, values = study.sweep
     found = []
     for place, value in enumerate(values, start=1):
-        if asked():
+        if ends():
             break
-        part = _part(tell, place, 1 + len(values), began, f"{key} = {value:g}")
-        summary = run_study(study.at(value), part, asked).summary
+        part = _part(report, place, 1 + len(values), began, f"{key} = {value:g}")
+        summary = run_study(study.at(value), part, ends).summary
         found.append({"value": value, "samples": summary["samples"], "quantities": summary["quantities"]})
     return {**sweep_head(study), "studies": found}

@@ -36,15 +36,15 @@ class Sampler(NamedTuple):
     """A row of SAMPLERS.
 
     `chunk(points, start, count)` -> (count, dimension); `replicates` of the design; `size(samples)`, the least legal
-    number of samples that is not below `samples`, and `wants`, which numbers are legal; `grows`: a smaller design is
-    the beginning of a larger one, so that a study may look at it and be continued.
+    number of samples that is not below `samples`, and `legal`, in words; `grows`: a smaller design is
+    the beginning of a larger one, so that a study may be checked there and continued.
     """
 
     chunk: Callable
     replicates: int
     help: str
     size: Callable = int
-    wants: str = "any number"
+    legal: str = "any number"
     grows: bool = True
 
 
@@ -61,7 +61,7 @@ def _latin_hypercube(points, start, count):
 
 @lru_cache(maxsize=2)
 def _hypercubes(dimension, seed, samples):
-    """All points (samples, dimension), interleaved; kept because chunks are drawn one after the other."""
+    """All points (samples, dimension), interleaved; cached, as chunks are drawn one after the other."""
     each = samples // REPLICATES
     cubes = []
     for part in range(REPLICATES):
@@ -71,7 +71,7 @@ def _hypercubes(dimension, seed, samples):
 
 
 def _sobol(points, start, count):
-    """Interleaved replicates; each is moved on to its first point that the chunk wants."""
+    """Interleaved replicates; each is moved on to its first point of the chunk."""
     replicates = points.replicates
     first, last = start // replicates, (start + count - 1) // replicates
     rows = np.empty((last - first + 1, replicates, points.dimension))
@@ -110,7 +110,7 @@ SAMPLERS = {
 class UnitPoints:
     """The points of one study in the open unit cube, `chunk` by chunk.
 
-    `samples` is the number in all, rounded up to what the sampler wants (then `note` says so). A latin hypercube exists
+    `samples` is the number in all, rounded up to a legal one (then `note` says so). A latin hypercube exists
     only as a whole: with another `samples` all its points change. The first points of the other two stay the same, so
     these studies can be continued. Raises StudyError for an unknown method, no dimension or an impossible number.
     """
@@ -119,7 +119,7 @@ class UnitPoints:
     dimension: int
     seed: int
     samples: int
-    asked: int = field(init=False, default=0)
+    requested: int = field(init=False, default=0)
 
     def __post_init__(self):
         if self.method not in SAMPLERS:
@@ -134,7 +134,7 @@ class UnitPoints:
             if problem:
                 raise StudyError(f"{name} = {echo(given)} {problem}")
             object.__setattr__(self, name, value)
-        object.__setattr__(self, "asked", self.samples)
+        object.__setattr__(self, "requested", self.samples)
         object.__setattr__(self, "samples", rounded(self.method, self.samples))
 
     @property
@@ -145,9 +145,9 @@ class UnitPoints:
     @property
     def note(self) -> str:
         """A sentence when the number of samples was rounded, else nothing."""
-        if self.samples == self.asked:
+        if self.samples == self.requested:
             return ""
-        return f"{self.asked} samples became {self.samples}: {self.method} wants {SAMPLERS[self.method].wants}"
+        return f"{self.requested} samples became {self.samples}: {self.method} needs {SAMPLERS[self.method].legal}"
 
     def chunk(self, start: int, count: int):
         """Points (count, dimension) from number `start` on, all inside (0, 1); raises ValueError outside `samples`."""

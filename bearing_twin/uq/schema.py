@@ -31,7 +31,7 @@ ONE_OR_MORE = {"type": ["string", "array"], "minLength": 1, "minItems": 1, "uniq
 
 
 def schema() -> dict[str, Any]:
-    """The schema whose root takes a scene of any kind, told by its `kind`, or a study, told by its `scene`."""
+    """The schema whose root takes a scene of any kind, known by its `kind`, or a study, known by its `scene`."""
     return {
         "$schema": DIALECT,
         "title": "a scene or a study of bearing_twin",
@@ -44,7 +44,7 @@ def schema() -> dict[str, Any]:
 
 
 def study_schema() -> dict[str, Any]:
-    """The schema of studies; inputs, sweep and quantities are those of the scene's kind where it can be told."""
+    """The schema of studies; inputs, sweep and quantities are those of the scene's kind where it is known."""
     found = section_schema(Settings)
     found["properties"]["stop"]["properties"]["quantity"] = {
         "type": "string",
@@ -61,37 +61,39 @@ def study_schema() -> dict[str, Any]:
             "then": {"$ref": "#/$defs/scene"},
             "else": {"type": "string"},
         },
-        "set": _told(
+        "set": _described(
             "changes of the scene, such as motion.first_velocity=50",
             type="array",
             items={"type": "string", "pattern": "="},
         ),
-        "inputs": _told(
+        "inputs": _described(
             "keys of the scene and what is known of them",
             type="object",
             minProperties=1,
             additionalProperties={"$ref": "#/$defs/input"},
         ),
-        "correlation": _told(
+        "correlation": _described(
             "[key, key, value]: of the normal scores of two inputs",
             type="array",
             items={"type": "array", "prefixItems": pair, "minItems": 3, "maxItems": 3},
         ),
-        "quantities": _told("what shall be found out", items={"type": "string"}, **ONE_OR_MORE),
-        "histories": _told("channels of one number, over time", items={"type": "string"}, type=["string", "array"]),
-        "densities": _told(
-            "quantities and the values at which their density is asked for",
+        "quantities": _described("the quantities wanted", items={"type": "string"}, **ONE_OR_MORE),
+        "histories": _described(
+            "channels of one number, over time", items={"type": "string"}, type=["string", "array"]
+        ),
+        "densities": _described(
+            "quantities and the values at which their density is wanted",
             type="object",
             additionalProperties=numbers,
         ),
-        "sweep": _told(
+        "sweep": _described(
             "one key of the scene and its values",
             type="object",
             minProperties=1,
             maxProperties=1,
             additionalProperties=numbers,
         ),
-        "executor": _told(
+        "executor": _described(
             "where realisations run", type="string", pattern="^(processes$|dask://)", default="processes"
         ),
     } | found["properties"]
@@ -117,13 +119,13 @@ def input_schema() -> dict[str, Any]:
     for form in FORMS:
         # `positive: false` says nothing, so it may stand anywhere
         facts.append(_exactly(form - {"positive"}, {"positive": {"const": "positive" in form}}, form & {"positive"}))
-    known = _told("the distribution of greatest entropy follows", anyOf=facts)
+    known = _described("the distribution of greatest entropy follows", anyOf=facts)
     ways.append(_exactly((), {"know": known, "also": also}, ("know",)))
     return {"if": {"type": "object"}, "then": {"anyOf": ways}, "else": number_schema()}
 
 
 def _exactly(form, head: dict, required) -> dict:
-    """An object with numbers at the words of `form`, all of them, beside `head`."""
+    """An object with numbers at the words of `form`, all of them, and `head`."""
     found = object_schema()
     found["properties"] = head | {word: _parameter(word) for word in sorted(form)}
     found["required"] = [*sorted(required), *sorted(form)]
@@ -137,19 +139,19 @@ def _parameter(word: str) -> dict:
 
 
 def _of_kind(kind: str, names: list[str]) -> dict:
-    """What a study whose scene is of that kind may name."""
+    """Names that a study of a scene of that kind may use."""
     keys = {"propertyNames": {"enum": list(numeric_keys(kind))}}
     quantity = {"enum": list(KINDS[kind].quantities_of())}
     own = {"properties": {"kind": {"const": kind}}, "required": ["kind"]}
     scene = {"if": {"type": "object"}, "then": own, "else": {"enum": names}}
-    asked = {"if": {"type": "string"}, "then": quantity, "else": {"items": quantity}}
+    wanted = {"if": {"type": "string"}, "then": quantity, "else": {"items": quantity}}
     return {
         "if": {"properties": {"scene": scene}},
-        "then": {"properties": {"inputs": keys, "sweep": keys, "quantities": asked}},
+        "then": {"properties": {"inputs": keys, "sweep": keys, "quantities": wanted}},
     }
 
 
-def _told(description: str, **schema) -> dict:
+def _described(description: str, **schema) -> dict:
     return {"description": description, **schema}
 
 
@@ -167,23 +169,23 @@ def number_schema(limits: Limits = NO_LIMITS, whole: bool = False) -> dict:
 
 def parameter_schema(row: Parameter) -> dict:
     """The schema of one key; `row` as `describe` gives it."""
-    told = {"description": f"{row.help}{with_unit(row.unit) and f' [{row.unit}]'}", "default": _plain(row.default)}
+    found = {"description": f"{row.help}{with_unit(row.unit) and f' [{row.unit}]'}", "default": _plain(row.default)}
     if row.type == "table":
         lines = {"type": "array", "items": {"type": "array", "items": number_schema()}}
-        return told | {"anyOf": [lines, {"type": "string"}]}
+        return found | {"anyOf": [lines, {"type": "string"}]}
     if row.type == "free text":
-        return told | {"type": ["string", "integer"], "examples": list(row.options)}
+        return found | {"type": ["string", "integer"], "examples": list(row.options)}
     if row.type == "text":
-        return told | {"enum": list(row.options)}
+        return found | {"enum": list(row.options)}
     if row.type == "words":
         word = {"enum": list(row.options)}
-        return told | {"anyOf": [word, {"type": "array", "items": word, "minItems": 1}]}
+        return found | {"anyOf": [word, {"type": "array", "items": word, "minItems": 1}]}
     if row.options:
-        return told | {"anyOf": [{"enum": list(row.options)}, object_schema()]}
+        return found | {"anyOf": [{"enum": list(row.options)}, object_schema()]}
     if row.type.endswith(" numbers"):
         size = len(row.default)
-        return told | {"type": "array", "items": number_schema(row.bounds), "minItems": size, "maxItems": size}
-    return told | number_schema(row.bounds, row.type == "integer")
+        return found | {"type": "array", "items": number_schema(row.bounds), "minItems": size, "maxItems": size}
+    return found | number_schema(row.bounds, row.type == "integer")
 
 
 def section_schema(cls: type) -> dict:

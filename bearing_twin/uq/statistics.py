@@ -152,7 +152,7 @@ def _student(freedom: int) -> float:
 
 
 def half_width(sample, statistic, replicates: int = 1) -> float:
-    """Half the width of a statistic's interval, as a stop rule wants it; inf where there is no interval yet."""
+    """Half the width of a statistic's interval, as a stop rule needs it; inf where there is no interval yet."""
     try:
         return estimate(sample, statistic, replicates).half_width
     except StatisticError:

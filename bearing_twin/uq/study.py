@@ -1,4 +1,4 @@
-"""A study: a scene, which of its numbers are uncertain and how, and what is asked about it."""
+"""Studies: a scene, the distributions of its uncertain numbers, the quantities wanted, and when sampling ends."""
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
 import contextlib
@@ -181,12 +181,12 @@ class StopRule(NamedTuple):
     quantity: str
 
     @property
-    def asked(self) -> str | float:
+    def of(self) -> str | float:
         """The statistic as `statistics.estimate` takes it."""
         return self.stop.probability if self.stop.statistic == "quantile" else self.stop.statistic
 
     def satisfied(self, estimate: float, half_width: float) -> bool:
-        """Whether an interval is narrow enough; never without a tolerance, or for a NaN."""
+        """True for an interval that is narrow enough; never without a tolerance, or for a NaN."""
         bound = max(self.stop.tolerance, self.stop.relative_tolerance * abs(estimate))
         return bool(self.stop.tolerance or self.stop.relative_tolerance) and half_width <= bound
 
@@ -194,7 +194,7 @@ class StopRule(NamedTuple):
     def watched(self) -> str:
         """The statistic and its quantity in words: `std of contact_duration`."""
         quantile = self.stop.statistic == "quantile"
-        return f"{f'{self.asked:g} quantile' if quantile else self.asked} of {self.quantity}"
+        return f"{f'{self.of:g} quantile' if quantile else self.of} of {self.quantity}"
 
     def text(self) -> str:
         """The rule in words, for reports."""

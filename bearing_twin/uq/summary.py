@@ -31,7 +31,7 @@ BEYOND = 0.0005  # probability left out on either side where modes of an exact d
 
 
 class _Statistics(NamedTuple):
-    """Where the statistics of a quantity come from: functions that raise StatisticError where there are none.
+    """The sources of a quantity's statistics: functions that raise StatisticError where there are none.
 
     `of(statistic)` is an Estimate of a moment by name or of a quantile by its probability, `modes()` plain data,
     `densities(values)` estimates.
@@ -145,7 +145,7 @@ def _of_quantity(result: StudyResult, name: str, found, missing, drawn, modes: b
     one = statistics.summary(missing, at, modes)
     if drawn.because.startswith(OUT_OF_TIME):  # more were requested
         one["refused"] = {key: why.replace(MORE, "raise time_limit") for key, why in one["refused"].items()}
-    statistic, half_width = rule.asked if name == rule.quantity else "mean", None
+    statistic, half_width = rule.of if name == rule.quantity else "mean", None
     if statistic not in one["refused"]:
         try:
             half_width = finite(statistics.of(statistic).half_width)
@@ -270,7 +270,7 @@ def _of_history(result, channel, instants, at_mean, whole: bool) -> dict:
 
 
 def _narrowing(instants, histories, inputs, study) -> dict:
-    """Where the histories come together after their peak; nothing where they do not."""
+    """The narrowing of histories after their peak as plain data; empty where there is none."""
     try:
         found = narrowing(instants, histories, inputs, study.settings.seed)
     except StatisticError:

@@ -27,20 +27,20 @@ from bearing_twin.base.process import usable
 from bearing_twin.kinds import KINDS
 from bearing_twin.uq.realisations import Realised, Task, joined, load, realise
 
-LOOK = 0.05  # s between looks at `cancelled`
-CLOSED_CHUNK = 16384  # numbers by closed forms between such looks, for a realisation without histories
+POLL = 0.05  # s between calls of `cancelled`
+CLOSED_CHUNK = 16384  # numbers by closed forms between such calls, for a realisation without histories
 INSTANT = 0.2  # of the time of such a realisation is what an instant of a history takes
 BRIEF_CHUNK, RUN_CHUNK = 8, 1  # realisations a message to a worker, for impacts and for long runs
 DASK_AHEAD = 1000  # messages under way on a cluster
-HANDED_OVER = 0.2  # s in which at least what is done is handed over
+HANDED_OVER = 0.2  # s after which finished realisations are yielded at the latest
 DASK = "dask://"
-DASK_PATIENCE = 10  # s until a scheduler that does not answer is taken for none
+DASK_PATIENCE = 10  # s that a scheduler has to answer
 
 
 class Ensemble:
     """Evaluates realisations of one task; a context manager that leaves no process behind.
 
-    `cancelled()` is asked every LOOK seconds. `workers` processes are started when first needed, or `executor` names
+    `cancelled()` is called every POLL seconds. `workers` processes are started when first needed, or `executor` names
     a Dask scheduler (`dask://host:port`), whose workers must have this package. Raises StudyError where that fails.
     """
 
@@ -57,24 +57,24 @@ class Ensemble:
             self._pool.end()
 
     def evaluate(
-        self, values: np.ndarray, tell: Callable[[int], None] = lambda done: None, task: Task | None = None
+        self, values: np.ndarray, report: Callable[[int], None] = lambda done: None, task: Task | None = None
     ) -> Realised:
-        """The realisations at `values` (n, d); fewer, from the first on, when cancelled. `tell` gets how many are done.
+        """The realisations at `values` (n, d); fewer, from the first on, when cancelled. `report` gets their number.
 
         `task` takes the place of the ensemble's own. Raises StudyError when a worker dies.
         """
-        return joined(list(self.parts(values, tell, task or self._task)), self._task)
+        return joined(list(self.parts(values, report, task or self._task)), self._task)
 
     def parts(
-        self, values: np.ndarray, tell: Callable[[int], None] = lambda done: None, task: Task | None = None
+        self, values: np.ndarray, report: Callable[[int], None] = lambda done: None, task: Task | None = None
     ) -> Iterator[Realised]:
-        """The same, piece after piece in order, as they come; `tell` counts a piece when the next is asked for.
+        """The same, piece after piece in order, as they come; `report` counts a piece when the next is requested.
 
-        So what is told of as done is kept, however the study ends.
+        So what is reported as done has been stored, however the study ends.
         """
-        return (self._here if self._task.closed else self._by_workers)(values, tell, task or self._task)
+        return (self._here if self._task.closed else self._by_workers)(values, report, task or self._task)
 
-    def _here(self, values, tell, task):
+    def _here(self, values, report, task):
         instants = len(self._task.histories) * self._task.points
         size = max(1, round(CLOSED_CHUNK / (1.0 + INSTANT * instants)))
         for start in range(0, len(values), size):
@@ -82,9 +82,9 @@ class Ensemble:
                 return
             part = realise(task, values[start : start + size])
             yield part
-            tell(start + len(part.quantities))
+            report(start + len(part.quantities))
 
-    def _by_workers(self, values, tell, task):
+    def _by_workers(self, values, report, task):
         size = BRIEF_CHUNK if KINDS[self._task.scene["kind"]].brief else RUN_CHUNK
         waiting = deque(values[start : start + size] for start in range(0, len(values), size))
         asked, pending, ready, done, handed = deque(), set(), [], 0, time.monotonic()
@@ -93,7 +93,7 @@ class Ensemble:
                 while waiting and len(pending) < self._room(len(waiting)):
                     asked.append(self._started().submit(task, waiting.popleft()))
                     pending.add(asked[-1])
-                come, pending = self._pool.wait(pending, LOOK)
+                come, pending = self._pool.wait(pending, POLL)
                 for future in come:
                     future.result()  # raises what went wrong, also with one that has others before it
                 while asked and asked[0] not in pending:
@@ -102,17 +102,17 @@ class Ensemble:
                     yield (part := joined(ready, self._task))
                     done += len(part.quantities)
                     ready, handed = [], time.monotonic()
-                    tell(done)
+                    report(done)
         except StudyError:
             if ready:
                 yield joined(ready, self._task)
             raise
         if ready:
             yield (part := joined(ready, self._task))
-            tell(done + len(part.quantities))
+            report(done + len(part.quantities))
 
     def _room(self, waiting: int) -> int:
-        """How many messages may be under way: none waits for a busy worker while others have nothing to do."""
+        """Number of messages that may be under way: none waits for a busy worker while others are idle."""
         if self._executor.startswith(DASK):
             return DASK_AHEAD
         return AHEAD * self._workers if waiting > self._workers else self._workers
@@ -125,7 +125,7 @@ class Ensemble:
 
 
 class Cluster:
-    """The workers of a Dask cluster, asked as `Workers` are; raises StudyError where it cannot be, or is lost."""
+    """The workers of a Dask cluster, used as `Workers`; raises StudyError where it cannot be reached, or is lost."""
 
     def __init__(self, address: str):
         self._client = _dask_client(address)
@@ -166,16 +166,16 @@ def _dask_client(address: str):
         raise StudyError(f"there is no Dask scheduler at {address} ({error}); start one, or use processes") from error
 
 
-# Worker processes that compute realisations: they are told values by pipes, and answer in the order they were asked.
+# Worker processes that compute realisations: they get values by pipes, and answer in the order of the requests.
 #
 # On Linux one process is started, which loads what a realisation needs and forks the workers: a second one costs some
 # hundredths of a second, not the imports and kernels of the first. Where this process has no thread but the one, the
 # started process is a fork of it, which spares the imports too; else it is started afresh (spawn), for a fork lacks the
 # threads that may hold a lock. Elsewhere each worker is started afresh.
 #
-# All end when asked, killed even while they integrate, and by themselves when this process dies. A pipe for each worker
+# All end on request, killed even while they integrate, and by themselves when this process dies. A pipe for each worker
 # ends with it, also in the middle of an answer. Those of ProcessPoolExecutor share one, and it waits for the rest
-# without end (Python 3.10 to 3.13); an interpreter that ends waits for all that its workers were asked.
+# without end (Python 3.10 to 3.13); an interpreter that ends waits for all that was submitted to its workers.
 
 FORKS = sys.platform == "linux"  # elsewhere a fork may lack what libraries of the system have begun
 AHEAD = 2  # messages for each worker: one that it is at, one that waits
@@ -236,12 +236,12 @@ class Workers:
         come = set()
         for pipe in wait(self._pipes, timeout):
             with self._worker_died():
-                found, error, told = pipe.recv()
+                found, error, trace = pipe.recv()
             come.add(future := self._asked[self._pipes.index(pipe)].popleft())
             if error is None:
                 future.set_result(found)
             else:
-                error.__cause__ = RuntimeError(f"in a worker process:\n{told}")
+                error.__cause__ = RuntimeError(f"in a worker process:\n{trace}")
                 future.set_exception(error)
         return come, pending - come
 
@@ -288,7 +288,7 @@ class Workers:
 
 
 def start_method() -> str:
-    """How the first process is started here and now: `fork` where no other thread can hold a lock."""
+    """The way to start the first process here and now: `fork` where no other thread can hold a lock."""
     return "fork" if FORKS and len(os.listdir("/proc/self/task")) == 1 else "spawn"
 
 
@@ -306,7 +306,7 @@ def _signals_kept_from_children():
 
 
 def _work(stop: Connection, ends: list[Connection], task: Task, values: np.ndarray) -> None:
-    """What is started: answers at its only end, or loads what `values` (d,) need and forks as many as `ends`."""
+    """The started process: answers at its only end, or loads what `values` (d,) need and forks a worker an end."""
     signal.set_wakeup_fd(-1)
     for number in HANDLED:
         signal.signal(number, signal.SIG_DFL)
@@ -349,13 +349,13 @@ def _answer(end: Connection) -> None:
             task = given or task
             try:
                 answer = realise(task, values), None, ""
-            except Exception as error:  # told where the study runs
+            except Exception as error:  # raised where the study runs
                 answer = None, error, traceback.format_exc()
             end.send(answer)
 
 
 def _ends_of_parent(*stop: Connection) -> list:
-    """What is ready when this process shall end: a word of the process that started it, or that one's end."""
+    """Handles that are ready when this process must end: a word of the process that started it, or that one's end."""
     return [multiprocessing.parent_process().sentinel, *stop]
 
 
