@@ -24,13 +24,15 @@ class CoreLibrary(build_ext):
     """
 
     def run(self):
-        """Build it; where there is no compiler it is left out, and said."""
+        """Build it; without a compiler the installation ends with a sentence."""
         in_place = self.inplace or getattr(self, "editable_mode", False)
         target = Path("" if in_place else self.build_lib, PACKAGE, core.PACKAGE.name)
-        if core.compiler():
-            core.build(target, os.environ.get("BEARING_TWIN_MARCH", "native").split())
-        else:
-            print(f"{PACKAGE} is installed without its compiled core: no C++ compiler is found", file=sys.stderr)
+        if not core.compiler():
+            sys.exit(
+                f"{PACKAGE} has a core in C++ and no compiler is found: install one (Debian: apt install g++), or a "
+                "wheel, which `make wheel` makes in a checkout on another machine"
+            )
+        core.build(target, os.environ.get("BEARING_TWIN_MARCH", "native").split())
 
     def get_outputs(self):
         """Files that are installed, beyond those of build_py."""

@@ -315,7 +315,7 @@ FAILURES = (
         "counted for each sampler and statistic; unsafe ones are marked in a study",
         "study spheres_alpha_4e-5 --set inputs.contact.measured_alpha.std=4.2e-5 --samples 128",
         0,
-        "the intervals of std and skewness are unsafe",
+        "the interval of the std is unsafe",
         "coverage",
     ),
     Failure(

@@ -148,11 +148,6 @@ RULES = (
         late(f"{FACTS}:without_friction"), example=("bearing_6203", "contact.friction=auto", "wanted.outputs=loads"),
     ),
     Rule(
-        (BEARING,), "contact.friction", "point", "the inner ring moves with its mass, or is tilted",
-        "because friction over the contact patch is not built for a ring that tilts or moves",
-        late(f"{FACTS}:without_patches"), example=("bearing_6203_rig_400N", "contact.friction=auto"),
-    ),
-    Rule(
         (BEARING,), "contact.friction", "point", "the narrowest contact has b/a below 0.03",
         "because the error of friction over narrower contact patches is not known",
         late(f"{FACTS}:too_narrow"),

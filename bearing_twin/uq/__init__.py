@@ -1,4 +1,6 @@
-"""Studies: uncertain numbers of a scene, and what follows from them. Others import
+"""Studies: uncertain numbers of a scene, and what follows from them.
+
+Others import
 
 * `study`: `load_study`, `parse_study`, `study_names`; the dataclasses `Study` and `Settings`.
 * `run`: `run_study` with its `Progress`; `memory_needed` and `refuse_too_large`, the memory of a study before it runs.

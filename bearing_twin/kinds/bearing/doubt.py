@@ -18,7 +18,7 @@ from bearing_twin.kinds.bearing.left_out import left_out, of_torque, unknown_dri
 from bearing_twin.kinds.bearing.load_error import by_load
 from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene, as_chosen
 from bearing_twin.kinds.bearing.quasi_static.model_error import SceneWorth, Worth, worths_of_run
-from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, spots_built
+from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.still import EQUILIBRIA
 from bearing_twin.kinds.bearing.summing import STRETCH
@@ -135,7 +135,7 @@ class BearingDoubt:
         mends = {LAW: HERTZ_MENDS}
         if self.choice.stepper == QUASI_STATIC:
             mends[FRICTION_MODEL] = self._smaller_steps
-        elif not FRICTIONS[self.parameters.contact.friction].over_spot and spots_built(self.parameters):
+        elif not FRICTIONS[self.parameters.contact.friction].over_spot:
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
         wanted = self.parameters.wanted.tolerance * float(self.load.max())
         # What is left for the ring is a difference of loads, which err by as much as is wanted.

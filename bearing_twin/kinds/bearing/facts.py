@@ -16,7 +16,6 @@ from bearing_twin.kinds.bearing.rings import (
     PRESCRIBED,
     QUASI_STATIC,
     dimension_of,
-    spots_built,
 )
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.still import share_at_start
@@ -81,11 +80,6 @@ def without_friction(parameters) -> bool:
     """Whether no friction is computed, or none is wanted."""
     idle = parameters.wanted.outputs == LOADS or not parameters.contact.friction_coefficient
     return idle or in_equilibrium(parameters)
-
-
-def without_patches(parameters) -> bool:
-    """Whether friction over contact patches is not built for the scene."""
-    return not spots_built(parameters)
 
 
 def too_narrow(parameters) -> bool:

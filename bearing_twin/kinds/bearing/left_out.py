@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of, free_coordinates, moving_centre, spots_built
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of, free_coordinates, moving_centre
 
 
 class LeftOut(NamedTuple):
@@ -64,10 +64,9 @@ def unknown_drilling(parameters) -> str:
     """What errors of the friction model do not hold, of a scene whose friction is chosen; "" for nothing."""
     model, beyond = FRICTIONS[parameters.contact.friction], "not what the motion makes of it, as in roll rates"
     if not model.over_spot:
-        built = "computes it" if spots_built(parameters) else "is not built for a ring that tilts or moves"
         return (
             "contact.friction: point holds no drilling: errors hold the torque and the loss that the spots' spin would "
-            f"add, {beyond}; contact.friction: spot {built}"
+            f"add, {beyond}; contact.friction: spot computes it"
         )
     if dimension_of(parameters) == QUASI_STATIC:
         return ""

@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass
 
 from bearing_twin.base.parameters import choice, quantity, section
-from bearing_twin.contact.names import AUTO, POINT
+from bearing_twin.contact.names import AUTO
 from bearing_twin.kinds.bearing.acting import LoadChange, load_table, steady_load, steady_moment
 from bearing_twin.kinds.bearing.controls import ALIASES, CONTROLS
 from bearing_twin.kinds.bearing.drive import TORQUE
@@ -167,12 +167,6 @@ def dimension_of(parameters) -> str:
     return QUASI_STATIC if drive.kind != TORQUE and (follows or any(drive.tilt)) else PRESCRIBED
 
 
-def spots_built(parameters) -> bool:
-    """Whether friction over the spots is built for the ring: not for one that tilts or moves."""
-    dimension = dimension_of(parameters)
-    return dimension != FREE_RING and not (dimension == PRESCRIBED and any(parameters.drive.tilt))
-
-
 def idle_loads(parameters, load, moment, *names: str) -> list[str]:
     """That parts of a load [N] (3,) or moment [N m] (2,) of these names act on held coordinates, if they do."""
     return _idle(parameters.rings.inner.free, free_coordinates(parameters), load, moment, *names)
@@ -242,7 +236,7 @@ def _free_problems(parameters, free) -> list[str]:
 
 
 def _unmet(parameters, dimension) -> list[str]:
-    """Methods and friction that do not go with a ring that tilts or moves, or with a cage."""
+    """Methods that do not go with a ring that moves or with a cage, and pockets that are none."""
     cage, stepper, problems = parameters.cage, parameters.solver.stepper, []
     moving = [words for words, is_so in (
         ("a ring with mass", dimension == FREE_RING),
@@ -251,10 +245,6 @@ def _unmet(parameters, dimension) -> list[str]:
     ) if is_so]  # fmt: skip
     if moving and stepper not in COMMON_STEPS:
         problems.append(f"solver.stepper = {stepper} does not move {' or '.join(moving)}; use rodas4")
-    if parameters.contact.friction not in (AUTO, POINT) and not spots_built(parameters):
-        problems.append(
-            f"contact.friction = {parameters.contact.friction} is not built for a ring that tilts or moves; use point"
-        )
     if cage.kind == POCKETS and dimension != QUASI_STATIC:
         room = pocket_pitch(parameters.geometry)
         if cage.mass == 0.0 and cage.inertia == 0.0:
