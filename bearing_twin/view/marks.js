@@ -20,19 +20,41 @@ function markPlace(mark, stage, store, place, row, rows) {
   return placeOf;
 }
 
-function instanced(geometry, material, count, group) {
-  const mesh = new THREE.InstancedMesh(geometry, material, count);
-  mesh.frustumCulled = false;
-  group.add(mesh);
-  return mesh;
-}
-
-class ArrowMarks {
+// What marks share: their description, the numbers they show, and a group in the scene.
+class Mark {
   constructor(mark, store) {
     Object.assign(this, { mark, store, group: new THREE.Group() });
-    this.rows = rowsOf(store, mark.vector, 3);
-    this.meshes = mark.colours.map((colour) => instanced(arrowGeometry(), shaded(colour), this.rows, this.group));
+    this.build(mark, store);
     this.measure();
+  }
+
+  add(...parts) {
+    for (const one of parts) one.frustumCulled = false;
+    this.group.add(...parts);
+  }
+
+  // The vector of a row at a place among the outputs, of length 1, in `normalOf`; its length before, 0 for none.
+  aim(name, place, row) {
+    addVector(normalOf.set(0.0, 0.0, 0.0), this.store, name, place, 3 * row, 1.0);
+    const length = normalOf.length();
+    if (length > 0.0) normalOf.divideScalar(length);
+    return length || 0.0;
+  }
+
+  measure() {}
+
+  update() {}
+
+  legend() {
+    return [];
+  }
+}
+
+class ArrowMarks extends Mark {
+  build(mark, store) {
+    this.rows = rowsOf(store, mark.vector, 3);
+    this.meshes = mark.colours.map((colour) => new THREE.InstancedMesh(arrowGeometry(), shaded(colour), this.rows));
+    this.add(...this.meshes);
   }
 
   measure() {
@@ -44,14 +66,12 @@ class ArrowMarks {
     const { mark, store, rows } = this, frame = Math.floor(place);
     this.meshes.forEach((mesh, kind) => {
       for (let row = 0; row < rows; row++) {
-        normalOf.set(0.0, 0.0, 0.0);
-        addVector(normalOf, store, mark.vector, place, 3 * row, 1.0);
-        const size = (mark.size ? store.at(mark.size, frame, row) : normalOf.length()) / this.greatest;
-        if (!(size > 2e-3) || row % this.meshes.length !== kind || !(normalOf.length() > 0.0)) {
+        const strength = this.aim(mark.vector, place, row);
+        const size = (mark.size ? store.at(mark.size, frame, row) : strength) / this.greatest;
+        if (!(size > 2e-3) || row % this.meshes.length !== kind || !strength) {
           mesh.setMatrixAt(row, hidden);
           continue;
         }
-        normalOf.normalize();
         const length = mark.longest * size, where = markPlace(mark, stage, store, place, row, rows);
         if (!mark.from_point) where.addScaledVector(normalOf, -length);
         const thick = mark.longest * (0.35 + 0.65 * Math.min(size, 1.0));
@@ -67,14 +87,13 @@ class ArrowMarks {
   }
 }
 
-class SpotMarks {
-  constructor(mark, store) {
-    Object.assign(this, { mark, store, group: new THREE.Group() });
+class SpotMarks extends Mark {
+  build(mark, store) {
     this.rows = rowsOf(store, mark.normal, 3);
     const material = new THREE.MeshBasicMaterial({ side: THREE.DoubleSide, depthTest: false, transparent: true, opacity: 0.92 });
-    this.mesh = instanced(new THREE.CircleGeometry(1.0, 28), material, this.rows, this.group);
+    this.mesh = new THREE.InstancedMesh(new THREE.CircleGeometry(1.0, 28), material, this.rows);
     this.mesh.renderOrder = 5;
-    this.measure();
+    this.add(this.mesh);
   }
 
   measure() {
@@ -87,13 +106,10 @@ class SpotMarks {
     const { mark, store, rows, mesh } = this, frame = Math.floor(place), colour = new THREE.Color();
     for (let row = 0; row < rows; row++) {
       const major = store.at(mark.semi_major, frame, row);
-      normalOf.set(0.0, 0.0, 0.0);
-      addVector(normalOf, store, mark.normal, place, 3 * row, 1.0);
-      if (!(major > 0.0) || !(normalOf.length() > 0.0)) {
+      if (!this.aim(mark.normal, place, row) || !(major > 0.0)) {
         mesh.setMatrixAt(row, hidden);
         continue;
       }
-      normalOf.normalize();
       majorOf.set(...mark.along);
       if (mark.major_axis) addVector(majorOf.set(0.0, 0.0, 0.0), store, mark.major_axis, frame, 3 * row, 1.0);
       majorOf.addScaledVector(normalOf, -majorOf.dot(normalOf));
@@ -116,9 +132,8 @@ class SpotMarks {
   }
 }
 
-class MovingMeshMarks {
-  constructor(mark, store) {
-    Object.assign(this, { mark, store, group: new THREE.Group() });
+class MovingMeshMarks extends Mark {
+  build(mark, store) {
     const nodes = store.get(mark.nodes).width / 2;
     this.copies = mark.signs.map((signs) => {
       const geometry = new THREE.BufferGeometry();
@@ -130,12 +145,9 @@ class MovingMeshMarks {
       lines.setAttribute("position", geometry.getAttribute("position"));
       lines.setIndex(mark.edges.flat());
       const ink = new THREE.LineBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.28 });
-      const parts = [new THREE.Mesh(geometry, material), new THREE.LineSegments(lines, ink)];
-      parts.forEach((one) => (one.frustumCulled = false));
-      this.group.add(...parts);
+      this.add(new THREE.Mesh(geometry, material), new THREE.LineSegments(lines, ink));
       return { signs, geometry };
     });
-    this.measure();
   }
 
   measure() {
@@ -164,18 +176,14 @@ class MovingMeshMarks {
   }
 }
 
-class BarMarks {
-  constructor(mark, store) {
-    Object.assign(this, { mark, store, group: new THREE.Group() });
+class BarMarks extends Mark {
+  build(mark, store) {
     const stations = store.get(mark.deflection).width;
     const geometry = new THREE.BoxGeometry(mark.length, mark.height, mark.width, stations - 1, 1, 1);
     this.rest = Float32Array.from(geometry.getAttribute("position").array);
     this.mesh = new THREE.Mesh(geometry, shaded(mark.colour));
-    this.mesh.frustumCulled = false;
-    this.group.add(this.mesh);
+    this.add(this.mesh);
   }
-
-  measure() {}
 
   update(place, factor) {
     const { mark, store, rest } = this, position = this.mesh.geometry.getAttribute("position");
@@ -187,28 +195,19 @@ class BarMarks {
     position.needsUpdate = true;
     this.mesh.geometry.computeVertexNormals();
   }
-
-  legend() {
-    return [];
-  }
 }
 
-class TrailMarks {
-  constructor(mark, store) {
-    Object.assign(this, { mark, store, group: new THREE.Group() });
+class TrailMarks extends Mark {
+  build(mark) {
     const geometry = new THREE.BufferGeometry();
     this.line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: `rgb(${SHADES[mark.colour].join(",")})` }));
-    this.line.frustumCulled = false;
-    this.group.add(this.line);
-    this.measure();
+    this.add(this.line);
   }
 
   measure() {
     const { values } = this.store.get(this.mark.position);
     this.line.geometry.setAttribute("position", new THREE.Float32BufferAttribute(values.slice(0, 3 * this.store.count), 3));
   }
-
-  update() {}
 
   legend() {
     return [{ swatches: [this.mark.colour], words: this.mark.words, scale: "" }];
