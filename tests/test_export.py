@@ -14,7 +14,7 @@ from made_up_run import made_up_run
 from bearing_twin import export_log, load_scene, read_log, read_study, simulate, write_log
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.sample import Channel, joined
-from bearing_twin.command import cli, export_command
+from bearing_twin.command import cli, log_commands
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.export import CHANNELS, FORMATS, groups_of
 from bearing_twin.run.dataset import axes_of
@@ -236,7 +236,7 @@ def test_the_command_writes_and_refuses(log, tmp_path, capsys):
         assert cli.main(more) == cli.BAD_INPUT
         assert sentence in capsys.readouterr().err
     assert sorted(tmp_path.iterdir()) == [out]
-    assert tuple(FORMATS) == export_command.WORDS
+    assert tuple(FORMATS) == log_commands.EXPORTS
 
 
 def test_a_damaged_log_says_what_can_be_saved_and_leaves_nothing(log, tmp_path, capsys):

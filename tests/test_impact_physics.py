@@ -17,7 +17,7 @@ from bearing_twin import simulate
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.base.sample import joined
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
-from bearing_twin.command.logged import ShownStream
+from bearing_twin.command.log_commands import ShownStream
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact import line
 from bearing_twin.contact.damping import damping_for_restitution

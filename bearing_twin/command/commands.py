@@ -1,24 +1,23 @@
 """The subcommands, one table: what each takes, does and hands back. Imports are late, so that --help is quick."""
 
-import contextlib
 import math
 import shutil
 from pathlib import Path
 
-from bearing_twin.base.errors import BearingTwinError, LogError
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.units import Limits
 from bearing_twin.command import (
     bearing_command,
     chart_command,
     contact_command,
     explain_command,
-    export_command,
+    log_commands,
     node_command,
     scene_commands,
     study_command,
     view_commands,
 )
-from bearing_twin.command.logged import ShownStream, ended
+from bearing_twin.command.log_commands import ShownStream, ended
 from bearing_twin.command.outcome import (
     Outcome,
     Subcommand,
@@ -109,108 +108,6 @@ def _simulate(arguments) -> Outcome:
     return Outcome(result, list(report.flags) if report.failure else doubts_of(result), problem="; ".join(problems))
 
 
-def _log_argument(parser):
-    parser.add_argument("log", metavar="LOG", help="an MCAP log")
-
-
-def _samples_arguments(parser):
-    _log_argument(parser)
-    parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
-
-
-def _verify_arguments(parser):
-    _samples_arguments(parser)
-    what = "simulated at most where a log begins late or has gaps; without it, what is long is refused"
-    parser.add_argument("--before", type=quantity("s"), metavar="SECONDS", help=what)
-
-
-def _verify(arguments) -> Outcome:
-    from bearing_twin.command.terminal import progress, show_result
-    from bearing_twin.log.run_log import read_log
-    from bearing_twin.log.study_log import is_study
-    from bearing_twin.run.verify import verify
-
-    if is_study(arguments.log):
-        raise LogError("that is the log of a study, and runs alone are verified; report and study --resume read it")
-    with progress("simulating the scene of the log again") as update:
-        log = read_log(arguments.log, allow_gaps=True, topic=arguments.topic, last_run=True)
-        if log.restart:
-            raise LogError(f"the run in this log {log.restart}; verify the log of one run")
-        verification = verify(log, lambda time: update(time / log.seconds), _before_the_log, arguments.before)
-    kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
-    result = {"log": str(arguments.log)} | verification.as_dict() | kept
-    off = verification.differences()
-    count = f"{len(verification.deviations)}, {f'{len(off)} not the same' if off else 'all the same'}"
-    hidden = {"deviations", "records_not_as_many", *(("greatest_deviation",) if off else ())}  # each of them is shown
-    shown = {key: value for key, value in result.items() if key not in hidden} | {"channels": count}
-    shown |= {"deviation of": off} if off else {}
-    return Outcome(result, log.notes + verification.doubts(), lambda: show_result(shown))
-
-
-@contextlib.contextmanager
-def _before_the_log(seconds: float):
-    from bearing_twin.command.terminal import progress, say
-
-    say(f"the log begins at {seconds:.6g} s: the run up to there is simulated first, and compared with nothing")
-    with progress(f"simulating the {seconds:.6g} s before the log") as update:
-        yield update
-
-
-def _report_arguments(parser):
-    _samples_arguments(parser)
-    parser.add_argument("--plot", metavar="PNG", help="draw the ball loads")
-
-
-def _report(arguments) -> Outcome:
-    from bearing_twin.command.terminal import with_progress
-    from bearing_twin.log.run_log import read_log
-    from bearing_twin.log.study_log import STUDY_RECORD
-    from bearing_twin.run.report import report_of
-
-    picture = picture_path(arguments.plot) if arguments.plot else None
-    stream = read_log(arguments.log, allow_gaps=True, topic=arguments.topic, last_run=True)
-    if STUDY_RECORD in stream.metadata:
-        return study_command.report(arguments.log, picture)
-    watched = ShownStream(stream, bool(picture))
-    report, missing = report_of(stream, with_progress(watched.blocks(), stream.seconds, f"reading {stream.path}"))
-    result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
-    if stream.kept_rate:
-        result["kept_outputs_hz"] = stream.kept_rate
-    result |= stream.cut_short.as_dict() if stream.cut_short else {}
-    if picture:
-        result["plot"] = watched.write(picture, report)
-    result |= {"messages_foreign": sum(stream.foreign.values())} if stream.foreign else {}
-    doubts = stream.notes + ([stream.restart.told()] if stream.restart else [])
-    doubts += [f"{missing} outputs are missing from the log"] if missing else []
-    doubts += [stream.cut_short.told()] if stream.cut_short else []
-    lost = {
-        "messages_lost": "were lost on the way to the recorder",
-        "messages_dropped": "were dropped on a full disk",
-        "messages_unreadable": "are not read: sent as samples and none, or too large",
-    }
-    doubts += [f"{result[key]} messages {words}" for key, words in lost.items() if result.get(key)]
-    if stream.kept_rate:
-        doubts.append(
-            f"the log holds {stream.kept_rate:g} outputs a second, not all: greatest and mean values are of those, and "
-            "`verify` compares no others; a node logs all of them without full:=false"
-        )
-    return Outcome(result, doubts + doubts_of(result))
-
-
-def _recover_arguments(parser):
-    _log_argument(parser)
-    parser.add_argument("out", metavar="OUT", help="the log to write what can be read into")
-
-
-def _recover(arguments) -> Outcome:
-    from bearing_twin.command.terminal import progress
-    from bearing_twin.log.recover import recover
-
-    with progress(f"reading what is left of {arguments.log}"):
-        recovered = recover(arguments.log, new_log(arguments.out, arguments.log))
-    return Outcome({"log": str(arguments.out)} | recovered._asdict(), list(recovered.problems))
-
-
 COMMANDS = {
     "simulate": Subcommand(
         "integrate a scene, faster than real time",
@@ -222,25 +119,10 @@ COMMANDS = {
             "bearing_twin simulate bearing_6203_loose --out run.mcap --plot run.png",
         ),
     ),
-    "verify": Subcommand(
-        "simulate the scene of a log again and compare every number",
-        _verify_arguments,
-        _verify,
-        ("bearing_twin verify run.mcap",),
-    ),
-    "report": Subcommand(
-        "the figures of a log, of a run or of a study, without simulating",
-        _report_arguments,
-        _report,
-        ("bearing_twin report run.mcap", "bearing_twin report run.mcap --plot run.png --json"),
-    ),
-    "recover": Subcommand(
-        "copy what can be read of a damaged log into a new one",
-        _recover_arguments,
-        _recover,
-        ("bearing_twin recover cut.mcap saved.mcap",),
-    ),
-    "export": _of(export_command),
+    "verify": log_commands.VERIFY,
+    "report": log_commands.REPORT,
+    "recover": log_commands.RECOVER,
+    "export": log_commands.EXPORT,
     "explain": _of(explain_command),
     "chart": _of(chart_command),
     "compile": scene_commands.COMPILE,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.units import Limits
-from bearing_twin.command.logged import ShownStream, ended
+from bearing_twin.command.log_commands import ShownStream, ended
 from bearing_twin.command.outcome import Outcome, new_log, number
 
 HELP = "why a scene gets its models; what made a run fail, which then continues at a tighter tolerance"

@@ -1,0 +1,257 @@
+"""The subcommands `verify`, `report`, `recover`, `export`; and runs on their way into a log and past a picture.
+
+Imports are late, so that --help is quick.
+"""
+
+import argparse
+import contextlib
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+from bearing_twin.base.errors import IntegrationError, LogError
+from bearing_twin.command import study_command
+from bearing_twin.command.outcome import Outcome, Subcommand, cleared, doubts_of, new_log, picture_path, quantity
+
+
+class ShownStream:
+    """A run or log whose blocks, gone through once, are shown to its picture, if there is one."""
+
+    def __init__(self, stream, drawn: bool = False):
+        self._stream, self._blocks = stream, None
+        self._picture = None
+        if drawn:
+            from bearing_twin.run.report import picture_of
+
+            self._picture = picture_of(stream)
+
+    def __getattr__(self, name):
+        return getattr(self._stream, name)
+
+    def blocks(self):
+        """The blocks that nobody has taken yet: whoever stops half way leaves the others."""
+        self._blocks = self._blocks or self._shown()
+        return self._blocks
+
+    def _shown(self):
+        for block in self._stream.blocks():
+            if self._picture is not None:
+                self._picture.add(block)
+            yield block
+
+    def write(self, path, report) -> str:
+        """Draws the picture of what has gone past."""
+        from bearing_twin.command.terminal import progress
+        from bearing_twin.run.report import figure_errors
+
+        with progress(f"drawing {path}"):
+            return str(self._picture.write(path, figure_errors(report)))
+
+
+class Ended(NamedTuple):
+    """End of a run: why its log is incomplete ("" if it is not), and the error that ended the run, or None."""
+
+    incomplete: str
+    failure: IntegrationError | None
+
+
+def ended(run: ShownStream, log: Path | None, max_loss: float = 0.0) -> Ended:
+    """Has a run go to its end, into a new `log` if one is given; where there is no room for that, on without it.
+
+    Raises LogError where no log can be begun for another reason, before anything is computed.
+    """
+    incomplete = ""
+    try:
+        if log:
+            incomplete = _logged(run, log, max_loss)
+        for _ in run.blocks():
+            pass
+    except IntegrationError as error:
+        return Ended(incomplete, error)
+    return Ended(incomplete, run.failure)
+
+
+def _logged(run: ShownStream, log: Path, max_loss: float) -> str:
+    from bearing_twin.command.terminal import say
+    from bearing_twin.log.mcap_write import FullDisk
+    from bearing_twin.log.run_log import write_log
+
+    try:
+        write_log(run, log, max_loss=max_loss)
+    except LogError as error:
+        begun = run.simulation.sequence >= 0
+        if not begun and not isinstance(error, FullDisk):
+            raise
+        said = f"{'the log is incomplete' if begun else 'there is no log'}: {error}"
+        if run.simulation.sequence + 1 < run.outputs and run.failure is None:
+            say(f"{said}; the run goes on without it")
+        return said
+    return ""
+
+
+def _log_argument(parser):
+    parser.add_argument("log", metavar="LOG", help="an MCAP log")
+
+
+def _samples_arguments(parser):
+    _log_argument(parser)
+    parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
+
+
+def _verify_arguments(parser):
+    _samples_arguments(parser)
+    what = "simulated at most where a log begins late or has gaps; without it, what is long is refused"
+    parser.add_argument("--before", type=quantity("s"), metavar="SECONDS", help=what)
+
+
+def _verify(arguments) -> Outcome:
+    from bearing_twin.command.terminal import progress, show_result
+    from bearing_twin.log.run_log import read_log
+    from bearing_twin.log.study_log import is_study
+    from bearing_twin.run.verify import verify
+
+    if is_study(arguments.log):
+        raise LogError("that is the log of a study, and runs alone are verified; report and study --resume read it")
+    with progress("simulating the scene of the log again") as update:
+        log = read_log(arguments.log, allow_gaps=True, topic=arguments.topic, last_run=True)
+        if log.restart:
+            raise LogError(f"the run in this log {log.restart}; verify the log of one run")
+        verification = verify(log, lambda time: update(time / log.seconds), _before_the_log, arguments.before)
+    kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
+    result = {"log": str(arguments.log)} | verification.as_dict() | kept
+    off = verification.differences()
+    count = f"{len(verification.deviations)}, {f'{len(off)} not the same' if off else 'all the same'}"
+    hidden = {"deviations", "records_not_as_many", *(("greatest_deviation",) if off else ())}  # each of them is shown
+    shown = {key: value for key, value in result.items() if key not in hidden} | {"channels": count}
+    shown |= {"deviation of": off} if off else {}
+    return Outcome(result, log.notes + verification.doubts(), lambda: show_result(shown))
+
+
+@contextlib.contextmanager
+def _before_the_log(seconds: float):
+    from bearing_twin.command.terminal import progress, say
+
+    say(f"the log begins at {seconds:.6g} s: the run up to there is simulated first, and compared with nothing")
+    with progress(f"simulating the {seconds:.6g} s before the log") as update:
+        yield update
+
+
+def _report_arguments(parser):
+    _samples_arguments(parser)
+    parser.add_argument("--plot", metavar="PNG", help="draw the ball loads")
+
+
+def _report(arguments) -> Outcome:
+    from bearing_twin.command.terminal import with_progress
+    from bearing_twin.log.run_log import read_log
+    from bearing_twin.log.study_log import STUDY_RECORD
+    from bearing_twin.run.report import report_of
+
+    picture = picture_path(arguments.plot) if arguments.plot else None
+    stream = read_log(arguments.log, allow_gaps=True, topic=arguments.topic, last_run=True)
+    if STUDY_RECORD in stream.metadata:
+        return study_command.report(arguments.log, picture)
+    watched = ShownStream(stream, bool(picture))
+    report, missing = report_of(stream, with_progress(watched.blocks(), stream.seconds, f"reading {stream.path}"))
+    result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
+    if stream.kept_rate:
+        result["kept_outputs_hz"] = stream.kept_rate
+    result |= stream.cut_short.as_dict() if stream.cut_short else {}
+    if picture:
+        result["plot"] = watched.write(picture, report)
+    result |= {"messages_foreign": sum(stream.foreign.values())} if stream.foreign else {}
+    doubts = stream.notes + ([stream.restart.told()] if stream.restart else [])
+    doubts += [f"{missing} outputs are missing from the log"] if missing else []
+    doubts += [stream.cut_short.told()] if stream.cut_short else []
+    lost = {
+        "messages_lost": "were lost on the way to the recorder",
+        "messages_dropped": "were dropped on a full disk",
+        "messages_unreadable": "are not read: sent as samples and none, or too large",
+    }
+    doubts += [f"{result[key]} messages {words}" for key, words in lost.items() if result.get(key)]
+    if stream.kept_rate:
+        doubts.append(
+            f"the log holds {stream.kept_rate:g} outputs a second, not all: greatest and mean values are of those, and "
+            "`verify` compares no others; a node logs all of them without full:=false"
+        )
+    return Outcome(result, doubts + doubts_of(result))
+
+
+def _recover_arguments(parser):
+    _log_argument(parser)
+    parser.add_argument("out", metavar="OUT", help="the log to write what can be read into")
+
+
+def _recover(arguments) -> Outcome:
+    from bearing_twin.command.terminal import progress
+    from bearing_twin.log.recover import recover
+
+    with progress(f"reading what is left of {arguments.log}"):
+        recovered = recover(arguments.log, new_log(arguments.out, arguments.log))
+    return Outcome({"log": str(arguments.out)} | recovered._asdict(), list(recovered.problems))
+
+
+EXPORTS = ("csv", "parquet", "netcdf")
+
+
+def _export_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `export` to its parser."""
+    _samples_arguments(parser)
+    parser.add_argument("--to", required=True, choices=EXPORTS, help="csv needs nothing, the others the extra export")
+    parser.add_argument(
+        "--out",
+        required=True,
+        metavar="PATH",
+        help="of netcdf a file; of csv and parquet a folder with a file for each group of channels, or, where there is "
+        "but one group, a file with that ending",
+    )
+
+
+def _export(arguments: argparse.Namespace) -> Outcome:
+    """Writes the files; what is missing from the log is a doubt. Raises BearingTwinError."""
+    from bearing_twin.command.terminal import with_progress
+    from bearing_twin.log.export import export_log
+
+    def watch(blocks, stream):
+        duration = stream.scene.parameters.run.duration if stream.scene else math.inf
+        return with_progress(blocks, duration or math.inf, f"exporting {arguments.log}")
+
+    cleared(arguments.out, arguments.log)
+    exported = export_log(arguments.log, arguments.to, arguments.out, arguments.topic, watch)
+    result = {"log": arguments.log, "to": arguments.to, "rows": exported.rows, "files": list(exported.files)}
+    doubts = [*exported.notes, *([f"{exported.missing} outputs are missing from the log"] if exported.missing else [])]
+    doubts += [exported.cut_short.told()] if exported.cut_short else []
+    if exported.runs > 1:
+        again = "time and sequence begin again within the files"
+        doubts.append(f"the log holds {exported.runs} runs, as the node was reset or started again: {again}")
+    return Outcome(result | {"missing_outputs": exported.missing}, doubts)
+
+
+VERIFY = Subcommand(
+    "simulate the scene of a log again and compare every number",
+    _verify_arguments,
+    _verify,
+    ("bearing_twin verify run.mcap",),
+)
+REPORT = Subcommand(
+    "the figures of a log, of a run or of a study, without simulating",
+    _report_arguments,
+    _report,
+    ("bearing_twin report run.mcap", "bearing_twin report run.mcap --plot run.png --json"),
+)
+RECOVER = Subcommand(
+    "copy what can be read of a damaged log into a new one",
+    _recover_arguments,
+    _recover,
+    ("bearing_twin recover cut.mcap saved.mcap",),
+)
+EXPORT = Subcommand(
+    "a log of a run or a study as tables (CSV, Parquet) or as a data set (NetCDF), units and axes named",
+    _export_arguments,
+    _export,
+    (
+        "bearing_twin export run.mcap --to csv --out run_tables",
+        "bearing_twin export run.mcap --to netcdf --out run.nc",
+        "bearing_twin export study.mcap --to parquet --out study.parquet",
+    ),
+)
