@@ -34,15 +34,30 @@ _LEVELS = (  # what /proc/cpuinfo calls the instructions of x86-64-v2, -v3 and -
     {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
 )
 
-# Types of arguments and results. Arrays are C-contiguous and of just this type of number: ctypes.ArgumentError.
+
+class _Array:
+    """Type of an argument: arrays of one type of number, C-contiguous; others are a ctypes.ArgumentError.
+
+    As `ndpointer`, which takes six times as long for each argument; it has those that are read-only.
+    """
+
+    def __init__(self, number: type, *flags: str):
+        self._dtype, self._any = np.dtype(number), ndpointer(number, flags=("C_CONTIGUOUS", *flags))
+
+    def from_param(self, array):
+        if array.dtype is self._dtype:
+            try:
+                return _ADDRESS.from_buffer(array)
+            except (BufferError, TypeError, ValueError):  # read-only, or in pieces
+                pass
+        return self._any.from_param(array)
+
+
+_ADDRESS = ctypes.c_char * 0  # ctypes hands arrays over as pointers, and keeps what they are made from
 REAL, INTEGER = ctypes.c_double, ctypes.c_int64
-REALS = ndpointer(np.float64, flags="C_CONTIGUOUS")
-INTEGERS = ndpointer(np.int64, flags="C_CONTIGUOUS")
-REALS_OUT = ndpointer(np.float64, flags=("C_CONTIGUOUS", "WRITEABLE"))
-FLAG = ndpointer(np.uint8, flags="C_CONTIGUOUS")
-FLAGS = ndpointer(np.bool_, flags="C_CONTIGUOUS")
-FLAGS_OUT = ndpointer(np.bool_, flags=("C_CONTIGUOUS", "WRITEABLE"))
-INTEGERS_OUT = ndpointer(np.int64, flags=("C_CONTIGUOUS", "WRITEABLE"))
+REALS, REALS_OUT = _Array(np.float64), _Array(np.float64, "WRITEABLE")
+INTEGERS, INTEGERS_OUT = _Array(np.int64), _Array(np.int64, "WRITEABLE")
+FLAG, FLAGS, FLAGS_OUT = _Array(np.uint8), _Array(np.bool_), _Array(np.bool_, "WRITEABLE")
 
 
 @dataclass(frozen=True)

@@ -70,6 +70,7 @@ REQUIRED = (
 ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what for
     "core.py": ("version", "the library in use, for logs and those who ask"),
     "kinds/bearing/compiled_balls.py": ("rates_and_jacobian", "the core's derivatives, for tests of them alone"),
+    "kinds/bearing/compiled_coupled.py": ("rates_and_jacobian", "the core's derivatives, for tests of them alone"),
     "contact/ellipse.py": ("CURVATURE_RATIO_MAX", "how far the ellipse is known; tests go to that end"),
     "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),
     "kinds/bearing/forces/layout.py": ("JACOBIAN_END", "where the rows of the Jacobian end, for tests of it alone"),

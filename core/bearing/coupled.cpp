@@ -7,28 +7,59 @@ using namespace core;
 
 namespace {
 
-template <bool PATCH>
-Status advance(const Chunk &chunk, const CoupledBodies &bodies, const Results &results, const BodyResults &body_results,
-               const std::int64_t *numbers, int count, const std::uint8_t *near) {
-  return coupled_balls::Integration<PATCH>(chunk, bodies, results, body_results).run(numbers, count, near);
+template <bool PATCH, class Function>
+auto integrate(const Chunk &chunk, const CoupledBodies &bodies, const Results &results, const BodyResults &body_results, Function function) {
+  coupled_balls::Integration<PATCH> integration(chunk, bodies, results, body_results);
+  return function(integration);
 }
 
 }  // namespace
 
 CORE_EXPORT int core_coupled_balls(
     const double *bearing_numbers, const double *points, const double *method_numbers, const double *body_numbers,
-    const double *acting, const double *scales, double duration, std::int64_t instants, const double *times,
+    const double *load, const double *load_rate, const double *drive, const double *scales, double duration, std::int64_t instants, const double *times,
     const volatile std::uint8_t *stop, std::int64_t count, const std::int64_t *numbers,
     const std::uint8_t *near, std::int64_t balls, double *state,
-    double *orientation, double *steps, double *body_state, double *states, double *orientations, double *body_states,
+    double *orientation, double *steps, double *border, double *states, double *orientations, double *borders,
     std::int64_t *counts, double *failure) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   RosenbrockMethod method = method_of(method_numbers);
-  CoupledBodies bodies = bodies_of(body_numbers, acting);
+  CoupledBodies bodies = bodies_of(body_numbers, load, load_rate, drive);
   Chunk chunk{bearing, method, {bodies.shaft_speed, bodies.shaft_acceleration}, duration, {}, int(instants), times, stop};
   std::copy(scales, scales + MOTION, chunk.scale);
   Results results{int(balls), state, orientation, steps, states, orientations, counts, failure};
-  BodyResults body_results{body_state, body_states};
-  if (bearing.over_patch()) return advance<true>(chunk, bodies, results, body_results, numbers, int(count), near);
-  return advance<false>(chunk, bodies, results, body_results, numbers, int(count), near);
+  BodyState body_state = state_of(bearing, bodies, border);
+  std::vector<double> body_states(instants * BODY_NUMBERS);
+  BodyResults body_results{body_state.data(), body_states.data()};
+  auto run = [&](auto &integration) { return integration.run(numbers, int(count), near); };
+  Status status = bearing.over_patch() ? integrate<true>(chunk, bodies, results, body_results, run)
+                                       : integrate<false>(chunk, bodies, results, body_results, run);
+  if (status != OK) return status;
+  auto write = [&](const double *from, double *to) {
+    for_each_number(bodies, true, [&](int number, int place) { to[place] = from[number]; });
+  };
+  write(body_state.data(), border);
+  for (int i = 0; i < instants; i++) write(body_states.data() + i * BODY_NUMBERS, borders + i * BORDER);
+  return status;
+}
+
+// Rates and Jacobian of all balls, their tangential velocities in `state`, and the bodies, for tests.
+CORE_EXPORT void core_coupled_rates(
+    const double *bearing_numbers, const double *points, const double *method_numbers, const double *body_numbers,
+    const double *load, const double *load_rate, const double *drive, std::int64_t balls, const std::uint8_t *near,
+    double *state, const double *border, double *rates, double *jacobian) {
+  Bearing bearing = bearing_of(bearing_numbers, points);
+  RosenbrockMethod method = method_of(method_numbers);
+  CoupledBodies bodies = bodies_of(body_numbers, load, load_rate, drive);
+  std::uint8_t stop = 0;
+  Chunk chunk{bearing, method, {bodies.shaft_speed, bodies.shaft_acceleration}, 1.0, {}, 0, nullptr, &stop};
+  std::vector<double> orientations(4 * balls), steps(balls, 1.0);
+  std::vector<std::int64_t> numbers(balls);
+  for (int ball = 0; ball < balls; ball++) numbers[ball] = ball;
+  Results results{int(balls), state, orientations.data(), steps.data(), nullptr, nullptr, nullptr, nullptr};
+  BodyState body_state = state_of(bearing, bodies, border);
+  BodyResults body_results{body_state.data(), nullptr};
+  auto run = [&](auto &integration) { integration.differentiate(numbers.data(), int(balls), near, rates, jacobian); };
+  if (bearing.over_patch()) integrate<true>(chunk, bodies, results, body_results, run);
+  else integrate<false>(chunk, bodies, results, body_results, run);
 }

@@ -54,6 +54,56 @@ class Integration {
     }
   }
 
+  // For tests: rates (count COLUMNS + BODY_NUMBERS,), and their Jacobian by the balls' motion, an orbit rate in place of
+  // the tangential velocity, and by the bodies' places and velocities (.., count MOTION + 2 COORDINATES).
+  void differentiate(const std::int64_t *numbers, int count, const std::uint8_t *near, double *rates, double *jacobian) {
+    begin(numbers, count);
+    touching.begin(near, out.balls, numbers, count);
+    linearise();
+    int width = count * MOTION + 2 * COORDINATES, bodies_row = count * COLUMNS, bodies_column = count * MOTION;
+    std::fill(jacobian, jacobian + (bodies_row + BODY_NUMBERS) * width, 0.0);
+    auto entry = [&](int row, int column) -> double & { return jacobian[row * width + column]; };
+    for (int place = 0; place < count; place++) {
+      const BallBlock &k = blocks[place / LANES];
+      int lane = place % LANES, first = place * COLUMNS, own = place * MOTION;
+      for (int c = 0; c < COLUMNS; c++) rates[first + c] = k.first[c][lane];
+      for (int c = 0; c < VELOCITY; c++)
+        if (!layout.even || c != ANGLE) entry(first + c, own + VELOCITY + c) = 1.0;
+      for (int row = 0; row < ON_BODY; row++) {
+        if (layout.even && row == ORBIT_ROW) continue;
+        const Pack *tile = k.tile[layout.row[row]];
+        for (int c = 0; c < MOTION; c++)
+          if (!layout.even || (c != ANGLE && c != ORBIT_RATE)) entry(first + VELOCITY + row, own + c) = tile[layout.column[c]][lane];
+        for (int n = 0; n < layout.unknowns; n++) {
+          entry(first + VELOCITY + row, bodies_column + layout.coordinate[n]) = tile[BODY_PLACES + n][lane];
+          entry(first + VELOCITY + row, bodies_column + COORDINATES + layout.coordinate[n]) = tile[BODY_SPEEDS + n][lane];
+        }
+      }
+      for (int n = 0; n < layout.unknowns; n++)
+        for (int c = 0; c < MOTION; c++)
+          if (!layout.even || (c != ANGLE && c != ORBIT_RATE))
+            entry(bodies_row + COORDINATES + layout.coordinate[n], own + c) = e.over_inertia[n] * k.tile[BODY_ROWS + n][layout.column[c]][lane];
+      touching.differentiate(place, [&](int row, int ball, int column, double slope) { entry(row, ball * MOTION + column) += slope; });
+      double sign = k.first[DRIVE_WORK][lane] >= 0.0 ? 1.0 : -1.0;
+      for (int c = 0; c < width; c++) entry(first + GROSS_WORK, c) = sign * entry(first + DRIVE_WORK, c);
+    }
+    for (int c = 0; c < BODY_NUMBERS; c++) rates[bodies_row + c] = e.first[c];
+    for (int i = 0; i < layout.unknowns; i++) {
+      int column = bodies_column + layout.coordinate[i];
+      entry(bodies_row + layout.coordinate[i], column + COORDINATES) = 1.0;
+      for (int n = 0; n < layout.unknowns; n++) {
+        double place = e.by_place[n][i], speed = e.by_speed[n][i];
+        for (const BallBlock &k : blocks) place += total(k.tile[BODY_ROWS + n][BODY_PLACES + i]), speed += total(k.tile[BODY_ROWS + n][BODY_SPEEDS + i]);
+        entry(bodies_row + COORDINATES + layout.coordinate[n], column) = e.over_inertia[n] * place;
+        entry(bodies_row + COORDINATES + layout.coordinate[n], column + COORDINATES) = e.over_inertia[n] * speed;
+      }
+      for (int n = 0; n < INTEGRALS; n++) {
+        entry(bodies_row + 2 * COORDINATES + n, column) = e.by_place[MOST_FREE + n][i];
+        entry(bodies_row + 2 * COORDINATES + n, column + COORDINATES) = e.by_speed[MOST_FREE + n][i];
+      }
+    }
+  }
+
  private:
   const Chunk &chunk;
   const Bearing &bearing;

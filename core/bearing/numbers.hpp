@@ -49,8 +49,42 @@ inline RosenbrockMethod method_of(const double *numbers) {
   return m;
 }
 
+// The state of ring, cage and shaft as it is handed over: places x, y, z, tilt about x and y (or the centre x, y of a guided
+// cage), angle of the cage; their velocities; the integrals; angle and speed of a shaft that a torque turns, and its work.
+constexpr int BORDER_PLACES = 6, BORDER_CAGE = 5, BORDER_SHAFT = 15, BORDER_TORQUE_WORK = 17, BORDER = 18;
+
+inline int place_in_border(const CoupledBodies &b, int coordinate) {
+  if (coordinate == SHAFT) return BORDER_SHAFT;
+  if (coordinate == CAGE_ANGLE) return BORDER_CAGE;
+  if (coordinate == TILT_X || coordinate == TILT_Y) return b.guided ? -1 : coordinate;
+  if (coordinate == CAGE_X || coordinate == CAGE_Y) return b.guided ? TILT_X + coordinate - CAGE_X : -1;
+  return coordinate;
+}
+
+// Calls function(number of a body's state, number of the border) for all that both have; `moving`: that may change.
+template <class Function>
+void for_each_number(const CoupledBodies &b, bool moving, Function function) {
+  for (int c = 0; c < COORDINATES; c++) {
+    int place = place_in_border(b, c);
+    if (place < 0 || ((moving || c == SHAFT) && !b.free[c])) continue;
+    function(c, place), function(COORDINATES + c, place == BORDER_SHAFT ? BORDER_SHAFT + 1 : BORDER_PLACES + place);
+  }
+  for (int i = LOAD_WORK; i <= LAND_WORK; i++) function(2 * COORDINATES + i, 2 * BORDER_PLACES + i);
+  if (b.free[SHAFT]) function(2 * COORDINATES + TORQUE_WORK, BORDER_TORQUE_WORK);
+}
+
+inline BodyState state_of(const Bearing &bearing, const CoupledBodies &bodies, const double *border) {
+  BodyState state{};
+  for_each_number(bodies, false, [&](int number, int place) { state[number] = border[place]; });
+  if (bodies.ring == RingMotion::tilted) {
+    std::copy(bearing.offset, bearing.offset + 3, state.begin());
+    state[TILT_X] = bodies.rest[TILT_X], state[TILT_Y] = bodies.rest[TILT_Y];
+  }
+  return state;
+}
+
 // Reads numbers in the order in which kinds/bearing/compiled_coupled.py writes them.
-inline CoupledBodies bodies_of(const double *numbers, const double *shaft) {
+inline CoupledBodies bodies_of(const double *numbers, const double *load, const double *load_rate, const double *drive) {
   CoupledBodies b{};
   Reader read(numbers);
   b.ring = RingMotion(read.integer()), b.cage = CageKind(read.integer()), b.guided = read.integer() != 0;
@@ -60,9 +94,12 @@ inline CoupledBodies bodies_of(const double *numbers, const double *shaft) {
   auto read_wall = [&](Wall &wall) { read(wall.stiffness), read(wall.relaxation_time), read(wall.friction); };
   read(b.pockets.radius), read(b.pockets.half_clearance), read_wall(b.pockets.wall);
   read(b.land.side), read(b.land.radius), read(b.land.clearance), read_wall(b.land.wall), read(b.land.smoothing);
-  Reader read_motion(shaft);
-  read_motion(b.load), read_motion(b.load_rate);
-  read_motion(b.shaft_angle), read_motion(b.shaft_speed), read_motion(b.shaft_acceleration);
+  for (int c = 0; c < COORDINATES; c++) {
+    int place = c == SHAFT ? BORDER_CAGE : place_in_border(b, c);  // the torque on the shaft stands in the cage's place
+    if (c == CAGE_ANGLE || place < 0) continue;
+    b.load[c] = load[place], b.load_rate[c] = load_rate[place];
+  }
+  b.shaft_angle = drive[0], b.shaft_speed = drive[1], b.shaft_acceleration = drive[2];
   return b;
 }
 

@@ -199,6 +199,21 @@ class TouchingBalls {
     }
   }
 
+  // Hands (row of the rates, ball, column, slope) of the contact of a ball with the next to a function, those between both.
+  template <class Function>
+  void differentiate(int place, Function function) const {
+    if (!active() || !meets(place)) return;
+    const PairBlock &p = pairs[place / LANES];
+    int lane = place % LANES, other = next(place);
+    for (int c = 0; c < MOTION; c++) {
+      for (int row = 0; row < 6; row++) {
+        function(place * COLUMNS + VELOCITY + row, other, c, p.by_next[row][c][lane]);
+        function(other * COLUMNS + VELOCITY + row, place, c, p.next_by_own[row][c][lane]);
+      }
+      function(place * COLUMNS + DISSIPATED, other, c, p.by_next[PAIR_ROWS - 1][c][lane]);
+    }
+  }
+
  private:
   std::vector<PairBlock> pairs;
   std::vector<int> members, member, pivot;  // places of the balls that touch, and which of these each ball is, or -1

@@ -4,7 +4,7 @@ import numpy as np
 
 from bearing_twin.core import INTEGER, INTEGERS, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.compiled_balls import numbers_of
-from bearing_twin.kinds.bearing.compiled_coupled import acting_on, body_states, numbers_of_bodies
+from bearing_twin.kinds.bearing.compiled_coupled import numbers_of_bodies
 
 NOTHING = np.zeros(0)
 _outputs = Function(
@@ -12,7 +12,7 @@ _outputs = Function(
     None,
     (
         *(REALS, REALS, REALS, INTEGER, INTEGER, REALS, REALS, REALS),
-        *(INTEGER, REALS, REALS, REALS, REAL, INTEGERS, REALS_OUT),
+        *(INTEGER, REALS, REALS, REALS, REALS, REAL, INTEGERS, REALS_OUT),
     ),
 )
 
@@ -25,12 +25,8 @@ def write_rows(bearing, partners, drive, rolling, times, states, orientations, b
     of RowPlaces, `out` is (count, columns).
     """
     coupled = bool(partners.active or bearing.ring)
-    others = (
-        (numbers_of_bodies(bearing, partners), acting_on(partners, drive), body_states(borders, partners))
-        if coupled
-        else (NOTHING, NOTHING, NOTHING)
-    )
+    bodies = numbers_of_bodies(bearing, partners) if coupled else NOTHING
     _outputs(
         *(*numbers_of(bearing), np.array(drive, float), *states.shape[:2], times, states, orientations),
-        *(coupled, *others, rolling, places, out),
+        *(coupled, bodies, partners.load, partners.load_rate, borders, rolling, places, out),
     )
