@@ -622,6 +622,13 @@ def test_a_chunk_with_an_absurd_size_or_compression_costs_no_other(tmp_path):
             list(raw_messages(tmp_path / "flipped.mcap"))
 
 
+def test_a_chunk_has_messages_of_thousands_of_topics(tmp_path):
+    with RawLogWriter(tmp_path / "run.mcap") as log:
+        for k in range(2000):
+            log.write(log.add_topic(f"/{k}", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),)), k, k, bytes(12))
+    assert [one.topic.name for one in raw_messages(tmp_path / "run.mcap")] == [f"/{k}" for k in range(2000)]
+
+
 def test_the_index_of_a_long_log_takes_no_memory_and_is_whole(tmp_path, monkeypatch):
     """A chunk each flush: an hour of a node's log has 36 000 of them, half a day's index is longer than any record."""
     monkeypatch.setattr("bearing_twin.log.mcap_read.LARGEST_RECORD", 100_000)
