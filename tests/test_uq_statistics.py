@@ -14,7 +14,6 @@ from bearing_twin.uq.sampling import REPLICATES, UnitPoints
 from bearing_twin.uq.statistics import (
     densities_at,
     estimate,
-    half_width,
     histogram,
     kernel_density,
     smoothed,
@@ -43,7 +42,7 @@ def test_statistics_of_a_few_numbers():
     even = np.array([1.0, 2.0, 3.0, 4.0])
     student = stats.t.interval(0.95, 3, 2.5, np.std(even, ddof=1) / 2.0)
     assert estimate(even, "mean")[1:3] == pytest.approx(student)
-    assert half_width(even, "mean") == pytest.approx(0.5 * (student[1] - student[0]))
+    assert estimate(even, "mean").half_width == pytest.approx(0.5 * (student[1] - student[0]))
 
 
 def test_replicates_of_which_one_failed_whole_have_no_interval():
@@ -133,13 +132,15 @@ def test_quantile_intervals_are_order_statistics_and_open_where_samples_lack():
     assert (found.low, found.high) == (40.0, 61.0)  # the table's ranks for n = 100
     assert estimate(sample, 0.01).low == -math.inf
     assert estimate(sample, 0.99).high == math.inf
-    assert half_width(sample, 0.999) == math.inf
+    assert estimate(sample, 0.999).half_width == math.inf
     assert estimate(sample[:1], 0.5)[1:3] == (-math.inf, math.inf)
 
 
 def test_half_widths_halve_with_four_times_the_samples():
     for statistic in ("mean", "std", 0.5):
-        widths = [np.mean([half_width(samples("random", s, n), statistic) for s in range(20)]) for n in (500, 2000)]
+        widths = [
+            np.mean([estimate(samples("random", s, n), statistic).half_width for s in range(20)]) for n in (500, 2000)
+        ]
         assert widths[0] / widths[1] == pytest.approx(2.0, rel=0.15)
 
 
@@ -160,11 +161,8 @@ def test_statistics_that_cannot_be_had_are_refused(sample, statistic, words):
     assert words in str(caught.value)
 
 
-def test_half_width_without_an_interval_is_infinite_but_a_wrong_name_is_an_error():
-    assert half_width([1.0], "mean") == math.inf
-    assert half_width([1.0] * 9, "std") == 0.0
-    with pytest.raises(StatisticError, match="is no statistic"):
-        half_width([1.0], "meen")
+def test_equal_values_have_an_interval_without_width():
+    assert estimate([1.0] * 9, "std").half_width == 0.0
     with pytest.raises(StatisticError, match="needs 16 samples"):
         estimate([1.0] * 9, "mean", replicates=8)
 

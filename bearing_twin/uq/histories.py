@@ -21,11 +21,6 @@ FEWEST = 50  # histories of a narrowing
 MOST_FAILED = 0.05  # share of resamples without a result, beyond which there is none
 
 
-def complete(histories: np.ndarray) -> np.ndarray:
-    """Rows (n,) of histories (n, t) that hold no NaN."""
-    return np.isfinite(histories).all(axis=1)
-
-
 def _blocks(count: int):
     for first in range(0, count, ROWS):
         look()

@@ -151,15 +151,6 @@ def _student(freedom: int) -> float:
     return float(stats.t.ppf(1.0 - TAIL, freedom))
 
 
-def half_width(sample, statistic, replicates: int = 1) -> float:
-    """Half the width of a statistic's interval, as a stop rule needs it; inf where there is no interval yet."""
-    try:
-        return estimate(sample, statistic, replicates).half_width
-    except StatisticError:
-        _statistic(statistic)  # an unknown name stays an error
-        return math.inf
-
-
 def _statistic(statistic):
     """The name of a moment, or a probability as a float."""
     if isinstance(statistic, str) and statistic in MOMENTS:

@@ -14,7 +14,7 @@ from bearing_twin.base.stopping import heeding, look
 from bearing_twin.base.units import two_digits, unit_for_people, with_unit
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.histories import PROBABILITIES as OF_HISTORIES
-from bearing_twin.uq.histories import complete, history_statistics, narrowing
+from bearing_twin.uq.histories import history_statistics, narrowing
 from bearing_twin.uq.modality import modality, mode_numbers
 from bearing_twin.uq.propagation import Chaos, Derived, Interpolated
 from bearing_twin.uq.realisations import mean_inputs
@@ -252,7 +252,7 @@ def _convergence(rule, path) -> dict:
 def _of_history(result, channel, instants, at_mean, whole: bool) -> dict:
     """Bands of a history over the realisations that did not fail, and the run `at_mean` inputs (1 or 0, t)."""
     histories, inputs, bands, more = result.history(channel), result.values, {}, {}
-    kept = complete(histories)
+    kept = np.isfinite(histories).all(axis=1)
     if not kept.all():
         histories, inputs = histories[kept], inputs[kept]
     if len(histories) > 1 and whole:
