@@ -105,7 +105,7 @@ def load(folder: Path) -> ctypes.CDLL:
     builder = _builder()
     root = PACKAGE.parent
     again = f"run `make setup` in {root}, or `python3 {root}/core/build.py` alone" if builder else (
-        "run `pip install --force-reinstall .` in a checkout of bearing_twin"
+        "install bearing_twin again from its checkout, by `pip install .`"
     )  # fmt: skip
     levels = {path: _level_of(path.stem) for path in folder.glob("libbearing_twin_core-*.so")}
     if not levels:
