@@ -47,6 +47,11 @@ def elasticity(name: str, modulus: float, given: float) -> Elasticity:
     return Elasticity(_POINT.index(row), row.power, float(modulus), float(given))
 
 
+def carrier_of(law: Elasticity) -> differential.Carrier | None:
+    """What a law does with states it carries; None where it carries none."""
+    return _POINT[law.number].state
+
+
 _FOLLOWS = np.array([row.follows for row in _POINT])
 _CARRIES = np.array([row.state is not None for row in _POINT])
 

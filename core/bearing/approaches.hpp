@@ -2,6 +2,7 @@
 #pragma once
 #include "../methods/rosenbrock.hpp"
 #include "ball_raceway.hpp"
+#include "tilted_ring.hpp"
 
 namespace core {
 
@@ -16,10 +17,49 @@ template <class State>
 CORE_INLINE auto outer_approach(const Bearing &bearing, const State &y) {
   return approach_at(bearing, bearing.outer, y[RADIUS], y[HEIGHT]);
 }
+// Distance of a ball's centre from the inner ring's axis and its height above that ring's plane [m].
+struct RingPlace { double axis_distance, height; };
+inline RingPlace inner_place(const Bearing &bearing, double radius, double angle, double height) {
+  double c = std::cos(angle), s = std::sin(angle);
+  Vector3 offset{radius - (c * bearing.offset[0] + s * bearing.offset[1]), s * bearing.offset[0] - c * bearing.offset[1],
+                 height - bearing.offset[2]};
+  if (bearing.tilted())
+    offset = into_ring(ring_axes(c * bearing.tilt[0] + s * bearing.tilt[1], c * bearing.tilt[1] - s * bearing.tilt[0]), offset);
+  return {std::sqrt(offset.x * offset.x + offset.y * offset.y), offset.z};
+}
 inline double inner_approach(const Bearing &bearing, double radius, double angle, double height) {
-  double x = radius - (std::cos(angle) * bearing.offset[0] + std::sin(angle) * bearing.offset[1]);
-  double y = std::sin(angle) * bearing.offset[0] - std::cos(angle) * bearing.offset[1];
-  return approach_at(bearing, bearing.inner, std::sqrt(x * x + y * y), height - bearing.offset[2]);
+  auto [distance, above] = inner_place(bearing, radius, angle, height);
+  return approach_at(bearing, bearing.inner, distance, above);
+}
+
+// Ends a step of the ball in a lane, whose centre is there in the axes of either ring.
+inline void carry_on(const Bearing &bearing, const RingPlace &inner, const RingPlace &outer, int lane, CarriedBalls &carried) {
+  auto end = [&](const Raceway &raceway, const RingPlace &at, CarriedContact &contact) {
+    double outwards = at.axis_distance - raceway.locus_radius;
+    double radial = outwards / std::sqrt(outwards * outwards + at.height * at.height + 1e-300);
+    double small = 0.5 * (1.0 / bearing.ball_radius - 1.0 / raceway.groove_radius);
+    double large = 0.5 * (1.0 / bearing.ball_radius - radial / (raceway.locus_radius + raceway.groove_radius * radial));
+    contact.carry_on(bearing.carried, small / large);
+  };
+  end(bearing.inner, inner, carried.inner[lane]), end(bearing.outer, outer, carried.outer[lane]);
+}
+template <class State>
+inline void carry_on(const Bearing &bearing, const State &y, int lane, CarriedBalls &carried) {
+  double radius = y[RADIUS][lane], height = y[HEIGHT][lane];
+  carry_on(bearing, inner_place(bearing, radius, y[ANGLE][lane], height), {radius, height}, lane, carried);
+}
+
+// What is carried of a ball between chunks (CARRIED,): of the inner and the outer contact P/Q, m, K and E.
+constexpr int CARRIED = 8;
+inline void load_carried(const double *numbers, int lane, CarriedBalls &carried) {
+  carried.inner[lane] = {numbers[0], {numbers[1], numbers[2], numbers[3]}};
+  carried.outer[lane] = {numbers[4], {numbers[5], numbers[6], numbers[7]}};
+}
+inline void store_carried(const CarriedBalls &carried, int lane, double *numbers) {
+  for (const CarriedContact &one : {carried.inner[lane], carried.outer[lane]}) {
+    *numbers++ = one.ratio;
+    *numbers++ = one.shape.parameter, *numbers++ = one.shape.first_kind, *numbers++ = one.shape.second_kind;
+  }
 }
 
 // Whether a ball's state (COLUMNS,) can be right.

@@ -33,8 +33,32 @@ struct ContactPlace {
 template <class O, class N, class A, class D, class R, class T, class W, class L, class S>
 ContactPlace(O, N, A, D, R, T, W, L, S) -> ContactPlace<O, N, A, D, R, T, W, L, S>;
 
+// The coefficient of the elastic law where the normal has this radial part, from what is `carried` (LANES,) if anything is.
+[[gnu::noinline]] inline std::pair<Pack, Pack> carried_coefficient(const Bearing &bearing, const Raceway &raceway, const Pack &radial,
+                                                                   const CarriedContact *carried) {
+  Pack value{}, slope{};
+  for (int lane = 0; lane < LANES; lane++) {
+    double over = 1.0 / (raceway.locus_radius + raceway.groove_radius * radial[lane]);
+    double small = 0.5 * (1.0 / bearing.ball_radius - 1.0 / raceway.groove_radius);
+    double large = 0.5 * (1.0 / bearing.ball_radius - radial[lane] * over);
+    auto [coefficient, by_large] = coefficient_and_slope(carried[lane], small, large, raceway.modulus);
+    value[lane] = coefficient, slope[lane] = by_large * -0.5 * raceway.locus_radius * over * over;
+  }
+  return {value, slope};
+}
+template <Number N>
+CORE_INLINE auto coefficient_at(const Bearing &bearing, const Raceway &raceway, const N &radial, const CarriedContact *carried) {
+  if constexpr (std::is_same_v<ValueOf<N>, Pack>)
+    if (carried) {
+      std::pair<Pack, Pack> found = carried_coefficient(bearing, raceway, value_of(radial), carried);
+      return with_slope(radial, found.first, [&] { return found.second; });
+    }
+  return along_groove(raceway.coefficient, radial);
+}
+
 template <class O, class W>
-CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &ring_speed) {
+CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &ring_speed,
+                               const CarriedContact *carried = nullptr) {
   auto [axis_distance, over_distance] = [&] {
     if constexpr (IsZero<decltype(offset.y)>) return std::pair{offset.x, 1.0 / offset.x};
     else return root_and_inverse(offset.x * offset.x + offset.y * offset.y);
@@ -50,7 +74,7 @@ CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, c
   Vector3 surface_velocity{-(ring_speed * point.y), ring_speed * point.x, Zero{}};
 
   auto depth = maximum(approach, 0.0);
-  auto coefficient = along_groove(raceway.coefficient, normal_radial);
+  auto coefficient = coefficient_at(bearing, raceway, normal_radial, carried);
   auto root = root_of_depth(depth);
   auto load = coefficient * depth * root, stiffness = 1.5 * coefficient * root;
   if (bearing.power == 1.0) {

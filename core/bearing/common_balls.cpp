@@ -23,14 +23,17 @@ RungeKuttaMethod runge_kutta_of(const double *numbers) {
 CORE_EXPORT int core_common_balls(const double *bearing_numbers, const double *points, const double *method_numbers, const double *drive,
                                   const double *scales, double longest, double duration, std::int64_t instants, const double *times,
                                   const volatile std::uint8_t *stop, std::int64_t number, const std::uint8_t *near, double *state,
-                                  double *orientation, double *states, double *orientations, std::int64_t *counts, double *failure,
+                                  double *orientation, double *carried, double *states, double *orientations, std::int64_t *counts, double *failure,
                                   double *next) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   bool implicit = method_numbers[0] == 0.0;
   AllBalls all{bearing, {drive[0], drive[1]}, int(number), near, implicit ? 0.0 : 1.0};
+  all.load(carried);
   CommonResults results{state, orientation, states, orientations};
   auto stepped = [&](auto &balls, const Pace &pace) {
-    return step_together(balls, pace, duration, int(instants), times, stop, counts, failure, *next);
+    Status status = step_together(balls, pace, duration, int(instants), times, stop, counts, failure, *next);
+    all.store(carried);
+    return status;
   };
   if (implicit) {
     ImexBalls balls(all, results, counts);

@@ -42,6 +42,26 @@ struct AllBalls {
   int balls;
   const std::uint8_t *near;
   double storing;
+  std::vector<CarriedBalls> carried;  // block after block; none where the law carries no states
+
+  AllBalls(const Bearing &bearing, const Drive &drive, int balls, const std::uint8_t *near, double storing)
+      : bearing(bearing), drive(drive), balls(balls), near(near), storing(storing) {}
+
+  const CarriedBalls *states(std::size_t block) const { return carried.empty() ? nullptr : &carried[block]; }
+  void load(const double *numbers) {
+    if (bearing.carried == CarriedLaw::none) return;
+    carried.resize((balls + LANES - 1) / LANES);
+    for (int place = 0; place < int(carried.size()) * LANES; place++)
+      load_carried(numbers + std::min(place, balls - 1) * CARRIED, place % LANES, carried[place / LANES]);
+  }
+  void store(double *numbers) const {
+    for (int k = 0; k < balls && !carried.empty(); k++) store_carried(carried[k / LANES], k % LANES, numbers + k * CARRIED);
+  }
+  // Ends a step.
+  void carry_on(const Blocks &y) {
+    for (std::size_t b = 0; b < carried.size(); b++)
+      for (int lane = 0; lane < LANES; lane++) core::carry_on(bearing, y[b], lane, carried[b]);
+  }
 
   template <class Evaluate>
   void rates(double time, const Blocks &y, Blocks &out, Evaluate evaluate) const {
@@ -51,9 +71,10 @@ struct AllBalls {
       if (near[k]) add_contact(k, k + 1 < balls ? k + 1 : 0, y, out);
   }
   void rates(double time, const Blocks &y, Blocks &out) const {
-    rates(time, y, out, [&](std::size_t, const Pack &speed, const BallState &ball, BallState &rate) {
-      if (bearing.over_patch()) evaluate_rates<true>(bearing, speed, ball, rate);
-      else evaluate_rates<false>(bearing, speed, ball, rate);
+    for_kind_of(bearing, [&]<bool PATCH, bool TILTED>() {
+      rates(time, y, out, [&](std::size_t b, const Pack &speed, const BallState &ball, BallState &rate) {
+        evaluate_rates<PATCH, TILTED>(bearing, speed, states(b), ball, rate);
+      });
     });
   }
 
@@ -89,7 +110,7 @@ class CommonBalls {
  public:
   const std::int64_t number;
 
-  CommonBalls(const AllBalls &all, const CommonResults &results)
+  CommonBalls(AllBalls &all, const CommonResults &results)
       : number(all.balls), all(all), out(results), y(blocks_of(results.state, all.balls)), turned(y.size()) {
     for (int place = 0; place < int(y.size()) * LANES; place++)
       for (int c = 0; c < 4; c++)
@@ -114,7 +135,7 @@ class CommonBalls {
   }
 
  protected:
-  const AllBalls &all;
+  AllBalls &all;
   const CommonResults &out;
   Blocks y;
   std::vector<Quaternion> turned;
@@ -123,7 +144,7 @@ class CommonBalls {
 // By an explicit method. Unstable above about 3 / (fastest rate): contact frequency or mu N / (m v_s).
 class ExplicitBalls : public CommonBalls {
  public:
-  ExplicitBalls(const AllBalls &all, const CommonResults &results, const RungeKuttaMethod &method, const double *scales, std::int64_t *counts)
+  ExplicitBalls(AllBalls &all, const CommonResults &results, const RungeKuttaMethod &method, const double *scales, std::int64_t *counts)
       : CommonBalls(all, results), method(method), adapts(method.adapts()), scales(scales), counts(counts), trial(y), before(y),
         before_rates(y.size()), errors(y.size()), slopes(method.stages + 1, Blocks(y.size())) {}
 
@@ -158,6 +179,7 @@ class ExplicitBalls : public CommonBalls {
   void move_on(bool fresh) {
     if (fresh) before = y, before_rates = slopes[0];
     y = trial, slopes[0] = slopes[method.stages];
+    all.carry_on(y);
   }
   void turn(double seconds, double, int) {
     for (std::size_t b = 0; b < y.size(); b++) {
@@ -197,22 +219,24 @@ class ExplicitBalls : public CommonBalls {
 // other is taken explicitly.
 class ImexBalls : public CommonBalls {
  public:
-  ImexBalls(const AllBalls &all, const CommonResults &results, std::int64_t *counts)
+  ImexBalls(AllBalls &all, const CommonResults &results, std::int64_t *counts)
       : CommonBalls(all, results), counts(counts), rates(y.size()), jacobians(y.size()), first_spin(y.size()), spin_sum(y.size()) {
     begin_turning();
   }
 
   double step(double time, double h, bool) {
     for (BallState &ball : y) drift(0.5 * h, true, ball);
-    all.rates(time + 0.5 * h, y, rates, [&](std::size_t b, const Pack &speed, const BallState &ball, BallState &rate) {
-      if (all.bearing.over_patch()) evaluate_rates_and_jacobian<true>(all.bearing, speed, ball, rate, jacobians[b]);
-      else evaluate_rates_and_jacobian<false>(all.bearing, speed, ball, rate, jacobians[b]);
+    for_kind_of(all.bearing, [&]<bool PATCH, bool TILTED>() {
+      all.rates(time + 0.5 * h, y, rates, [&](std::size_t b, const Pack &speed, const BallState &ball, BallState &rate) {
+        evaluate_rates_and_jacobian<PATCH, TILTED>(all.bearing, speed, all.states(b), ball, rate, jacobians[b]);
+      });
     });
     for (std::size_t b = 0; b < y.size(); b++) {
       kick(h, rates[b], jacobians[b], y[b]);
       drift(0.5 * h, false, y[b]);
       spin_sum[b] = spin_sum[b] + spin_in_frame(y[b]);
     }
+    all.carry_on(y);
     counts[2] += number, counts[3] += number;
     return 0.0;
   }

@@ -20,14 +20,14 @@ CORE_EXPORT int core_coupled_balls(
     const double *load, const double *load_rate, const double *drive, const double *scales, double duration, std::int64_t instants, const double *times,
     const volatile std::uint8_t *stop, std::int64_t count, const std::int64_t *numbers,
     const std::uint8_t *near, std::int64_t balls, double *state,
-    double *orientation, double *steps, double *border, double *states, double *orientations, double *borders,
+    double *orientation, double *steps, double *carried, double *border, double *states, double *orientations, double *borders,
     std::int64_t *counts, double *failure) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   RosenbrockMethod method = method_of(method_numbers);
   CoupledBodies bodies = bodies_of(body_numbers, load, load_rate, drive);
   Chunk chunk{bearing, method, {bodies.shaft_speed, bodies.shaft_acceleration}, duration, {}, int(instants), times, stop};
   std::copy(scales, scales + MOTION, chunk.scale);
-  Results results{int(balls), state, orientation, steps, states, orientations, counts, failure};
+  Results results{int(balls), state, orientation, steps, carried, states, orientations, counts, failure};
   BodyState body_state = state_of(bearing, bodies, border);
   std::vector<double> body_states(instants * BODY_NUMBERS);
   BodyResults body_results{body_state.data(), body_states.data()};
@@ -53,10 +53,10 @@ CORE_EXPORT void core_coupled_rates(
   CoupledBodies bodies = bodies_of(body_numbers, load, load_rate, drive);
   std::uint8_t stop = 0;
   Chunk chunk{bearing, method, {bodies.shaft_speed, bodies.shaft_acceleration}, 1.0, {}, 0, nullptr, &stop};
-  std::vector<double> orientations(4 * balls), steps(balls, 1.0);
+  std::vector<double> orientations(4 * balls), steps(balls, 1.0), carried(CARRIED * balls, 0.0);
   std::vector<std::int64_t> numbers(balls);
   for (int ball = 0; ball < balls; ball++) numbers[ball] = ball;
-  Results results{int(balls), state, orientations.data(), steps.data(), nullptr, nullptr, nullptr, nullptr};
+  Results results{int(balls), state, orientations.data(), steps.data(), carried.data(), nullptr, nullptr, nullptr, nullptr};
   BodyState body_state = state_of(bearing, bodies, border);
   BodyResults body_results{body_state.data(), nullptr};
   auto run = [&](auto &integration) { integration.differentiate(numbers.data(), int(balls), near, rates, jacobian); };

@@ -132,6 +132,7 @@ class Integration {
       for (int c = 0; c < COLUMNS; c++) k.start[c][lane] = out.state[ball * COLUMNS + c];
       for (int c = 0; c < 4; c++) k.before[c][lane] = out.orientation[ball * 4 + c];
       k.start[ORBIT_RATE][lane] /= k.start[RADIUS][lane];
+      load_carried(out.carried + ball * CARRIED, lane, k.carried);
       k.live[lane] = k.apart[lane] = place < count ? -1 : 0;
       k.pocket[lane] = 2.0 * M_PI * ball / out.balls;
       step = std::min(step, out.step[ball]);
@@ -366,7 +367,13 @@ class Integration {
     note_closing();
     time += step, again = false;
     e.start = e.end;
-    for (BallBlock &k : blocks) k.start = k.end, k.before = k.after;
+    for (BallBlock &k : blocks) {
+      k.start = k.end, k.before = k.after;
+      for (int lane = 0; lane < LANES && bearing.carried != CarriedLaw::none; lane++) {
+        auto y = place_of(k.start, lane);
+        carry_on(bearing, inner_place(y), {y[RADIUS], y[HEIGHT]}, lane, k.carried);
+      }
+    }
     if (!touching.active()) return;
     BallBlock &tail = blocks.back();  // no contact holds what spare lanes repeat
     for (int lane = (count - 1) % LANES + 1; lane < LANES; lane++)
@@ -384,6 +391,7 @@ class Integration {
       y[VELOCITY + 1] *= y[RADIUS];
       for (int c = 0; c < COLUMNS; c++) sum += std::fabs(y[c]);
       for (int c = 0; c < 4; c++) out.orientation[ball * 4 + c] = k.before[c][lane];
+      store_carried(k.carried, lane, out.carried + ball * CARRIED);
       if (!(sum < HUGE_VAL)) return failed(NOT_FINITE, chunk.duration, ball);
       double deepest = DEEPEST * bearing.ball_radius;
       if (inner_approach(y) > deepest || outer_approach(y) > deepest)
@@ -425,10 +433,10 @@ class Integration {
     if (bodies.guided) land_closing = walls::land_closing(bodies, e.end, e.f);
   }
 
-  // Approach [m] of a ball at the inner raceway, where the ring is at the step's start.
+  // A ball's place in the axes of the inner ring, where that is at the step's start.
   template <class Y>
-  double inner_approach(const Y &y) const {
-    if (bodies.ring == RingMotion::held) return core::inner_approach(bearing, y[RADIUS], y[ANGLE], y[HEIGHT]);
+  RingPlace inner_place(const Y &y) const {
+    if (bodies.ring == RingMotion::held) return core::inner_place(bearing, y[RADIUS], y[ANGLE], y[HEIGHT]);
     double c = std::cos(y[ANGLE]), s = std::sin(y[ANGLE]);
     Vector3 centre = about_z(c, -s, Vector3{e.start[RING_X], e.start[RING_Y], e.start[RING_Z]});
     Vector3 offset = Vector3{y[RADIUS], 0.0, y[HEIGHT]} - centre;
@@ -436,7 +444,12 @@ class Integration {
       Vector3 tilt = about_z(c, -s, Vector3{e.start[TILT_X], e.start[TILT_Y], 0.0});
       offset = into_ring(ring_axes(tilt.x, tilt.y), offset);
     }
-    return approach_at(bearing, bearing.inner, std::sqrt(offset.x * offset.x + offset.y * offset.y), offset.z);
+    return {std::sqrt(offset.x * offset.x + offset.y * offset.y), offset.z};
+  }
+  template <class Y>
+  double inner_approach(const Y &y) const {
+    auto [axis_distance, height] = inner_place(y);
+    return approach_at(bearing, bearing.inner, axis_distance, height);
   }
   template <class Y>
   double outer_approach(const Y &y) const { return approach_at(bearing, bearing.outer, y[RADIUS], y[HEIGHT]); }

@@ -6,6 +6,7 @@
 #pragma once
 #include "ball_rates.hpp"
 #include "coupled_bodies.hpp"
+#include "tilted_ring.hpp"
 
 namespace core {
 
@@ -22,6 +23,7 @@ template <bool DERIVATIVES>
 struct ElementInput {
   const BallState &ball;  // its VELOCITY + 1 is the orbit rate
   const BodyState &bodies;
+  const CarriedBalls *carried = nullptr;
   template <int C> CORE_INLINE auto own() const { return input<DERIVATIVES, C>(ball[C]); }
   template <int C> CORE_INLINE auto place() const { return input<DERIVATIVES, BODY_PLACE + C>(broadcast<Pack>(bodies[C])); }
   template <int C> CORE_INLINE auto speed() const {
@@ -36,7 +38,7 @@ template <class F, class T, class M, class L> RingAction(F, T, M, L) -> RingActi
 // The inner raceway, all in the ring's axes: differentiated by the ball's offset, velocity and spin against the ring and
 // by the ring's speed, and then by what these depend on.
 template <bool PATCH, bool DERIVATIVES, class O, class V, class S, class W>
-CORE_INLINE auto inner_action(const Bearing &bearing, const O &offset, const V &velocity, const S &spin, const W &speed) {
+CORE_INLINE auto inner_action(const Bearing &bearing, const CarriedBalls *carried, const O &offset, const V &velocity, const S &spin, const W &speed) {
   auto local = [&]<int C>(const auto &x) __attribute__((always_inline)) { return input<DERIVATIVES, C>(value_of(x)); };
   auto three = [&]<int C>(const auto &v) __attribute__((always_inline)) {
     return Vector3{local.template operator()<C>(v.x), local.template operator()<C + 1>(v.y), local.template operator()<C + 2>(v.z)};
@@ -44,7 +46,7 @@ CORE_INLINE auto inner_action(const Bearing &bearing, const O &offset, const V &
   auto o = three.template operator()<0>(offset), v = three.template operator()<3>(velocity);
   auto s = three.template operator()<6>(spin);
   auto w = local.template operator()<9>(speed);
-  auto [at, normal_radial] = contact_place(bearing, bearing.inner, o, w);
+  auto [at, normal_radial] = contact_place(bearing, bearing.inner, o, w, carried ? carried->inner : nullptr);
   auto relative = (v + cross(s, at.arm)) - at.surface_velocity;
   auto about_normal = dot(s, at.normal) - w * at.normal.z;
   auto action = staged_action<PATCH>(bearing, bearing.inner, at, normal_radial, relative, about_normal);
@@ -56,29 +58,13 @@ CORE_INLINE auto inner_action(const Bearing &bearing, const O &offset, const V &
   return RingAction{vector(action.force), vector(action.torque), through(moment), through(action.loss)};
 }
 
-// The axes of a tilted ring, as rows in the frame in which its tilt is x, y: the inverse of 1 + tilt x.
-template <class X, class Y, class Z>
-struct RingAxes { X x; Y y; Z z; };
-template <class X, class Y, class Z> RingAxes(X, Y, Z) -> RingAxes<X, Y, Z>;
-template <class X, class Y>
-CORE_INLINE auto ring_axes(const X &x, const Y &y) {
-  auto xx = x * x, yy = y * y;
-  auto share = 1.0 / (1.0 + (xx + yy));
-  auto xy = share * (x * y), sx = share * x, sy = share * y;
-  return RingAxes{Vector3{share * (1.0 + xx), xy, -sy}, Vector3{xy, share * (1.0 + yy), sx}, Vector3{sy, -sx, share}};
-}
-template <class A, class V>
-CORE_INLINE auto into_ring(const A &axes, const V &v) { return Vector3{dot(axes.x, v), dot(axes.y, v), dot(axes.z, v)}; }
-template <class A, class V>
-CORE_INLINE auto out_of_ring(const A &axes, const V &v) { return (v.x * axes.x + v.y * axes.y) + v.z * axes.z; }
-
 // The same for a ring of any motion, all in the ball's frame: `offset` of the ball's centre and its `velocity` against the
 // ring's centre, its spin, the ring's tilt (x, y) and the rate of that, and its speed.
 template <class A, class X, class Y>
 struct TiltedAction { A action; X moment_x; Y moment_y; };  // moments about the ring's centre as its tilts work
 template <class A, class X, class Y> TiltedAction(A, X, Y) -> TiltedAction<A, X, Y>;
 template <bool PATCH, bool DERIVATIVES, class O, class V, class S, class T, class R, class W>
-CORE_INLINE auto tilted_action(const Bearing &bearing, const O &offset, const V &velocity, const S &spin, const T &tilt,
+CORE_INLINE auto tilted_action(const Bearing &bearing, const CarriedBalls *carried, const O &offset, const V &velocity, const S &spin, const T &tilt,
                                const R &turning, const W &speed) {
   auto local = [&]<int C, class X>(const X &x) __attribute__((always_inline)) {
     if constexpr (!IsDual<X>) return x;
@@ -93,7 +79,7 @@ CORE_INLINE auto tilted_action(const Bearing &bearing, const O &offset, const V 
   auto t = three.template operator()<10>(tilt), r = three.template operator()<13>(turning);
   auto axes = ring_axes(t.x, t.y);
   auto from_centre = into_ring(axes, o);
-  auto found = inner_action<PATCH, DERIVATIVES>(bearing, from_centre, into_ring(axes, v - cross(r, from_centre)), into_ring(axes, s - r), w);
+  auto found = inner_action<PATCH, DERIVATIVES>(bearing, carried, from_centre, into_ring(axes, v - cross(r, from_centre)), into_ring(axes, s - r), w);
   auto through = [&](const auto &x) __attribute__((always_inline)) {
     return composed(x, offset.x, offset.y, offset.z, velocity.x, velocity.y, velocity.z, spin.x, spin.y, spin.z, speed,
                     tilt.x, tilt.y, tilt.z, turning.x, turning.y, turning.z);
@@ -112,12 +98,13 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const ElementInput<DER
   auto radial = in.template own<VELOCITY>(), orbit_rate = in.template own<ORBIT_RATE>(), axial = in.template own<VELOCITY + 2>();
   Vector3 spin{in.template own<SPIN>(), in.template own<SPIN + 1>(), in.template own<SPIN + 2>()};
   auto shaft_speed = in.template speed<SHAFT>();
+  const CarriedBalls *carried = in.carried;
   auto [cosine, sine] = cosine_sine(angle);
   auto c = cosine, s = sine, minus_s = -sine;
   auto in_ball_frame = [&](const auto &v) __attribute__((always_inline)) { return about_z(c, minus_s, v); };
   Vector3 position{radius, Zero{}, height}, velocity{radial, radius * orbit_rate, axial};
 
-  auto [at, normal_radial] = contact_place(bearing, bearing.outer, position, Zero{});
+  auto [at, normal_radial] = contact_place(bearing, bearing.outer, position, Zero{}, carried ? carried->outer : nullptr);
   auto outer = staged_action<PATCH>(bearing, bearing.outer, at, normal_radial, velocity + cross(spin, at.arm), dot(spin, at.normal));
   auto finish = [&](const auto &inner) __attribute__((always_inline)) {
     auto force = inner.force + outer.force, torque = inner.torque + outer.torque;
@@ -140,7 +127,7 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const ElementInput<DER
   };
   if constexpr (RING == RingMotion::held) {
     auto offset = position - in_ball_frame(Vector3{bearing.offset[0], bearing.offset[1], bearing.offset[2]});
-    finish(inner_action<PATCH, DERIVATIVES>(bearing, offset, velocity, spin, shaft_speed));
+    finish(inner_action<PATCH, DERIVATIVES>(bearing, carried, offset, velocity, spin, shaft_speed));
   } else {
     constexpr bool MOVES = RING != RingMotion::tilted;
     ElementInput<DERIVATIVES && MOVES> ring{in.ball, in.bodies};
@@ -152,11 +139,11 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const ElementInput<DER
     Vector3 drift{rate.template operator()<RING_X>(), rate.template operator()<RING_Y>(), rate.template operator()<RING_Z>()};
     auto offset = position - in_ball_frame(centre), against = velocity - in_ball_frame(drift);
     if constexpr (RING == RingMotion::level) {
-      finish(inner_action<PATCH, DERIVATIVES>(bearing, offset, against, spin, shaft_speed));
+      finish(inner_action<PATCH, DERIVATIVES>(bearing, carried, offset, against, spin, shaft_speed));
     } else {
       auto tilt = in_ball_frame(Vector3{ring.template place<TILT_X>(), ring.template place<TILT_Y>(), Zero{}});
       auto turning = in_ball_frame(Vector3{rate.template operator()<TILT_X>(), rate.template operator()<TILT_Y>(), Zero{}});
-      auto inner = tilted_action<PATCH, DERIVATIVES>(bearing, offset, against, spin, tilt, turning, shaft_speed);
+      auto inner = tilted_action<PATCH, DERIVATIVES>(bearing, carried, offset, against, spin, tilt, turning, shaft_speed);
       finish(inner.action);
       if constexpr (RING == RingMotion::tilting) {
         auto moment = about_z(c, s, Vector3{inner.moment_x, inner.moment_y, Zero{}});

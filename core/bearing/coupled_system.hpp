@@ -49,6 +49,7 @@ struct BallBlock {
   Pack closing{};  // growth of the rate at which the ball comes forward in its pocket [m/s^2]
   BallState start{}, end{}, y{}, f{}, first{}, right{}, slope{}, stage[MOST_STAGES]{}, third{}, fourth{};
   Quaternion before{}, after{};
+  CarriedBalls carried{};
   Pack tile[TILE_ROWS][TILE_COLUMNS]{};
   Pack inverse[3][3]{}, coupling[3][3]{}, below[3][3]{};
   Matrix3 schur{};
@@ -108,7 +109,7 @@ struct ElementStore {
 template <RingMotion RING, bool PATCH, bool DERIVATIVES>
 [[gnu::noinline]] inline void raceways_of_block(const Bearing &bearing, const Layout &layout, BallBlock &k, const BodyState &y, Pushes &push) {
   ElementStore<false, DERIVATIVES> store{layout, k, push};
-  between_raceways<RING, PATCH>(bearing, ElementInput<DERIVATIVES>{k.y, y}, store);
+  between_raceways<RING, PATCH>(bearing, ElementInput<DERIVATIVES>{k.y, y, bearing.carried == CarriedLaw::none ? nullptr : &k.carried}, store);
 }
 
 template <bool DERIVATIVES>

@@ -27,11 +27,11 @@ struct Chunk {
   const volatile std::uint8_t *stop;  // not 0 once somebody wants it to end
 };
 
-// What it moves and fills: states (balls, COLUMNS), orientations (balls, 4) and steps (balls,), in place; states and
+// What it moves and fills: states (balls, COLUMNS), orientations (balls, 4), steps (balls,) and what is carried, in place; states and
 // orientations at the instants (instants, balls, ...); steps, rejections, evaluations and Jacobians so far.
 struct Results {
   int balls;
-  double *state, *orientation, *step, *states, *orientations;
+  double *state, *orientation, *step, *carried, *states, *orientations;
   std::int64_t *counts;
   double *failure;  // (2,): the time [s] and the ball of a failure
 };
@@ -54,11 +54,12 @@ inline double contact_change(const Bearing &bearing, const Raceway &raceway, dou
   return 0.0;
 }
 
-template <bool PATCH>
+template <bool PATCH, bool TILTED>
 class Integration {
  public:
   Integration(const Chunk &chunk, const Results &results) : chunk(chunk), bearing(chunk.bearing), method(chunk.method), out(results) {
     for (int c = 0; c < MOTION; c++) over_scale[c] = 1.0 / chunk.scale[c];
+    if (bearing.carried != CarriedLaw::none) states = &carried;
   }
 
   // Moves the numbered balls through the chunk.
@@ -91,6 +92,8 @@ class Integration {
   double wanted[LANES], until[LANES], share[LANES];
   BallState start, end, stage[MOST_STAGES]{}, rates, time_slope, third, fourth;
   Quaternion before, after;
+  CarriedBalls carried;
+  const CarriedBalls *states = nullptr;  // null where the law carries none
   Pack time, step, over_step, gain, error;
   bool varies;
   double over_scale[MOTION];
@@ -103,6 +106,7 @@ class Integration {
     int ball = int(numbers[std::min(waiting, count - 1)]);
     for (int c = 0; c < COLUMNS; c++) start[c][lane] = out.state[ball * COLUMNS + c];
     for (int c = 0; c < 4; c++) before[c][lane] = out.orientation[ball * 4 + c];
+    load_carried(out.carried + ball * CARRIED, lane, carried);
     time[lane] = 0.0, step[lane] = std::min(out.step[ball], chunk.duration), cursor[lane] = 0;
     held[lane] = idle ? -1 : ball;
     waiting += !idle;
@@ -130,7 +134,7 @@ class Integration {
     over_step = 1.0 / step;
     gain = method.gamma * step;
     varies = chunk.drive.acceleration != 0.0;
-    if (varies) evaluate_rates<PATCH>(bearing, ring_speed(TIME_DIFFERENCE), start, time_slope);
+    if (varies) evaluate_rates<PATCH, TILTED>(bearing, ring_speed(TIME_DIFFERENCE), states, start, time_slope);
     make_stage<0>(), make_stage<1>(), make_stage<2>(), make_stage<3>();
     if (method.stages > 4) make_stage<4>(), make_stage<5>();
     const BallState &last = stage[method.stages - 1];
@@ -159,14 +163,14 @@ class Integration {
   CORE_INLINE void make_stage() {
     BallState right;
     if constexpr (I == 0) {
-      evaluate_rates_and_jacobian<PATCH>(bearing, ring_speed(0.0), start, rates, jacobian);
+      evaluate_rates_and_jacobian<PATCH, TILTED>(bearing, ring_speed(0.0), states, start, rates, jacobian);
       factorise(jacobian, gain, factors);
       if (varies)
         for (int c = 0; c < COLUMNS; c++) time_slope[c] = (time_slope[c] - rates[c]) * (1.0 / TIME_DIFFERENCE);
       right = rates;
     } else {
       for (int c = 0; c < COLUMNS; c++) end[c] = start[c] + weighted<I>(method.a[I], c);
-      if (!method.repeats_first(I)) evaluate_rates<PATCH>(bearing, ring_speed(method.alpha[I]), end, rates);
+      if (!method.repeats_first(I)) evaluate_rates<PATCH, TILTED>(bearing, ring_speed(method.alpha[I]), states, end, rates);
       for (int c = 0; c < COLUMNS; c++) right[c] = rates[c] + over_step * weighted<I>(method.c[I], c);
     }
     if (varies)
@@ -272,6 +276,7 @@ class Integration {
     Mask moved;
     for (int lane = 0; lane < LANES; lane++) {
       moved[lane] = until[lane] >= 0.0 ? -1 : 0;
+      if (states && moved[lane]) carry_on(bearing, end, lane, carried);
     }
     time = select(moved, time + step, time);
     for (int c = 0; c < COLUMNS; c++) start[c] = select(moved, end[c], start[c]);
@@ -294,6 +299,7 @@ class Integration {
     out.step[ball] = std::max(wanted[lane], proposed);  // a step cut short by the end counts only if it is longer
     for (int c = 0; c < COLUMNS; c++) out.state[ball * COLUMNS + c] = start[c][lane];
     for (int c = 0; c < 4; c++) out.orientation[ball * 4 + c] = before[c][lane];
+    if (states) store_carried(carried, lane, out.carried + ball * CARRIED);
     if (Status status = check_ball(bearing, out.state + ball * COLUMNS); status != OK) return failed(status, chunk.duration, ball);
     running -= !begin(lane);
     return OK;

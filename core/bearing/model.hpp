@@ -3,6 +3,7 @@
 // Frames. `bearing_link` has its origin at the outer ring's centre and z along the axis. The motion of each ball is
 // written in the frame that turns with that ball about the axis, with unit vectors (radial, tangential, axial).
 #pragma once
+#include "../contact/carried_ellipse.hpp"
 #include "../contact/patch_friction.hpp"
 
 namespace core {
@@ -12,21 +13,24 @@ constexpr int POLYNOMIAL_TERMS = 10;
 struct GroovePolynomial { double term[POLYNOMIAL_TERMS], least; };
 
 // A toroidal groove: the radius of its centre circle and of its meridian [m], the coefficient c [N/m^power] of the
-// elastic law c h^power of its contacts, and the semi-axes of their ellipse over the root of the approach [m^0.5].
+// elastic law c h^power of its contacts, their effective modulus [Pa], and the semi-axes of their ellipse over the root of the
+// approach [m^0.5].
 struct Raceway {
-  double locus_radius, groove_radius, given;
+  double locus_radius, groove_radius, given, modulus;
   GroovePolynomial coefficient, semi_major, semi_minor;
 };
 
 struct Bearing {
   double ball_radius, ball_mass, ball_inertia;
-  double offset[3], gravity[3];  // of the inner ring's centre [m]; [m/s^2]
+  double offset[3], tilt[2], gravity[3];  // of the inner ring's centre [m]; its tilt about x and y [rad]; [m/s^2]
   double damping, relaxation_time;  // Hunt and Crossley's [s/m]; of the viscous part in proportion to the stiffness [s]
   double friction_coefficient, regularisation;  // at a point; v_s [m/s]
   double power;  // of the elastic law: 1.5 (Hertz) or 1 (linear spring)
   double pair_coefficient, pair_friction;  // of two balls: c [N/m^1.5] and the coefficient of friction at a point
   Raceway inner, outer;
   PatchFriction patch;
+  CarriedLaw carried;
+  bool tilted() const { return tilt[0] != 0.0 || tilt[1] != 0.0; }
   bool over_patch() const { return patch.model != FrictionModel::point; }
 };
 
@@ -37,6 +41,17 @@ struct Drive { double speed, acceleration; };
 // axial), and the integrals of the drive's power, of the losses, and of the size of the drive's power.
 enum Column { RADIUS, ANGLE, HEIGHT, VELOCITY, SPIN = 6, DRIVE_WORK = 9, DISSIPATED, GROSS_WORK, COLUMNS };
 constexpr int MOTION = DRIVE_WORK;
+
+// Calls what is made for friction at a point or over the patch, and for a ring that is level or tilted.
+template <class Function>
+CORE_INLINE auto for_kind_of(const Bearing &bearing, Function function) {
+  if (bearing.over_patch())
+    return bearing.tilted() ? function.template operator()<true, true>() : function.template operator()<true, false>();
+  return bearing.tilted() ? function.template operator()<false, true>() : function.template operator()<false, false>();
+}
+
+// What a law with states carries at the contacts of the balls in lanes.
+struct CarriedBalls { CarriedContact inner[LANES], outer[LANES]; };
 
 template <Number X>
 CORE_INLINE auto along_groove(const GroovePolynomial &polynomial, const X &radial) {

@@ -14,7 +14,7 @@ class Reader {
   template <std::size_t N> void operator()(double (&numbers)[N]) { for (double &one : numbers) one = *next++; }
   void operator()(GroovePolynomial &p) { (*this)(p.term), (*this)(p.least); }
   void operator()(Raceway &r) {
-    (*this)(r.locus_radius), (*this)(r.groove_radius), (*this)(r.given);
+    (*this)(r.locus_radius), (*this)(r.groove_radius), (*this)(r.given), (*this)(r.modulus);
     (*this)(r.coefficient), (*this)(r.semi_major), (*this)(r.semi_minor);
   }
   int integer() { return int(*next++); }
@@ -26,7 +26,7 @@ class Reader {
 inline Bearing bearing_of(const double *numbers, const double *points) {
   Bearing b{};
   Reader read(numbers);
-  read(b.ball_radius), read(b.ball_mass), read(b.ball_inertia), read(b.offset), read(b.gravity);
+  read(b.ball_radius), read(b.ball_mass), read(b.ball_inertia), read(b.offset), read(b.tilt), read(b.gravity);
   read(b.damping), read(b.relaxation_time), read(b.friction_coefficient), read(b.regularisation), read(b.power);
   read(b.pair_coefficient), read(b.pair_friction);
   read(b.inner), read(b.outer);
@@ -34,6 +34,7 @@ inline Bearing bearing_of(const double *numbers, const double *points) {
   read(b.patch.coefficient), read(b.patch.easy), read(b.patch.hard);
   b.patch.points = read.integer();
   b.patch.point = points;
+  b.carried = CarriedLaw(read.integer());
   return b;
 }
 

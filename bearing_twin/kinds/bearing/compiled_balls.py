@@ -7,18 +7,20 @@ import functools
 
 import numpy as np
 
-from bearing_twin.contact.elastic import HERTZIAN
-from bearing_twin.contact.elasticity import carries
+from bearing_twin.contact.differential import PROJECTED, UNPROJECTED
+from bearing_twin.contact.elasticity import carrier_of
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.spot_rules import POINTS
 from bearing_twin.core import FLAG, FLAGS, INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.forces.along_groove import TERMS
+from bearing_twin.kinds.bearing.forces.layout import CARRIED_COLUMNS
 from bearing_twin.numerics.statuses import OK
 from bearing_twin.numerics.steppers import MOST_STAGES, ROSENBROCK, Rosenbrock, RungeKutta
 
 NO_AXES = ((0.0,) * (TERMS + 1),) * 2
 NO_POINTS = np.zeros((0, 3))
 POINT, QUADRATURE, PADE1, PADE2 = range(4)  # FrictionModel of patch_friction.hpp
+_CARRIED = {None: 0, PROJECTED: 1, UNPROJECTED: 2}  # CarriedLaw of carried_ellipse.hpp
 CLOSED_FORMS = {"pade1": PADE1, "pade2": PADE2}
 
 _free_balls = Function(
@@ -26,7 +28,7 @@ _free_balls = Function(
     INTEGER,
     (
         *(REALS, REALS, REALS, REALS, REALS, REAL, INTEGER, REALS, FLAG, INTEGER, INTEGERS, INTEGER),
-        *(REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT),
+        *(REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT),
     ),
 )
 _common_balls = Function(
@@ -34,19 +36,13 @@ _common_balls = Function(
     INTEGER,
     (
         *(REALS, REALS, REALS, REALS, REALS, REAL, REAL, INTEGER, REALS, FLAG, INTEGER, FLAGS),
-        *(REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT, REALS_OUT),
+        *(REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT, REALS_OUT),
     ),
 )
 _all_rates = Function("core_all_rates", None, (REALS, REALS, REAL, INTEGER, FLAGS, REALS, REALS_OUT))
 _add_stored = Function("core_add_stored", None, (REALS, REALS, INTEGER, FLAGS, REAL, INTEGER, REALS_OUT))
 _place = Function("core_place_balls", INTEGER, (REALS, REALS, REAL, INTEGER, INTEGER, REALS_OUT))
-_rates = Function("core_ball_rates", None, (REALS, REALS, REAL, REALS, REALS_OUT, REALS_OUT))
-
-
-def takes(bearing) -> bool:
-    """Whether the core has this bearing: a level ring, a cage that couples no balls, a law without states."""
-    law = bearing.inner.law
-    return not (bearing.ring or bearing.pockets or carries(law)) and law.power in (HERTZIAN, 1.0)
+_rates = Function("core_ball_rates", None, (REALS, REALS, REAL, REALS, REALS, REALS_OUT, REALS_OUT))
 
 
 def _friction_numbers(spot: tuple) -> tuple[list[float], np.ndarray]:
@@ -70,14 +66,17 @@ def numbers_of(bearing) -> tuple[np.ndarray, np.ndarray]:
     raceways = []
     for raceway, axes in ((bearing.inner, 3), (bearing.outer, 4)):
         polynomials = (raceway.terms, *(bearing.spot[axes] if bearing.spot else NO_AXES))
-        raceways += [raceway.locus_radius, raceway.groove_radius, raceway.law.given, *np.concatenate(polynomials)]
+        own = raceway.locus_radius, raceway.groove_radius, raceway.law.given, raceway.law.modulus
+        raceways += [*own, *np.concatenate(polynomials)]
     friction, points = _friction_numbers(bearing.spot)
+    tilt = bearing.ring.tilt if len(bearing.ring) > 1 else (0.0, 0.0)
     numbers = [
-        *(bearing.ball_radius, bearing.ball_mass, bearing.ball_inertia, *bearing.offset, *bearing.gravity),
+        *(bearing.ball_radius, bearing.ball_mass, bearing.ball_inertia, *bearing.offset, *tilt, *bearing.gravity),
         *(bearing.damping, bearing.relaxation_time, bearing.raceway_friction, bearing.friction_regularisation),
         *(bearing.inner.law.power, bearing.pair_coefficient, bearing.friction_coefficient),
         *raceways,
         *friction,
+        _CARRIED[carrier_of(bearing.inner.law)],
     ]
     found = np.array(numbers, float), points
     _latest = bearing, found
@@ -139,7 +138,7 @@ def advance(bearing, drive, method: Rosenbrock, chunk, balls, moving, results) -
     return _free_balls(
         *(numbers, points, method_numbers(method.order, method.lands), np.array(drive[1:], float)),
         *(np.ascontiguousarray(chunk.scales), chunk.duration, len(chunk.times), np.ascontiguousarray(chunk.times)),
-        *(results.stop, len(balls), balls, len(moving[0]), *moving),
+        *(results.stop, len(balls), balls, len(moving[0]), *moving, results.carried),
         *(results.states, results.orientations, results.counts, results.failure),
     )
 
@@ -163,6 +162,7 @@ def advance_together(bearing, drive, method: RungeKutta | None, chunk, moving, r
             chunk.near,
             state,
             orientation,
+            results.carried,
         ),
         *(results.states, results.orientations, results.counts, results.failure, following),
     )
@@ -187,8 +187,12 @@ def add_stored(bearing, near: np.ndarray, share: float, states: np.ndarray) -> N
     _add_stored(*numbers_of(bearing), balls, near, share, states.size // (balls * states.shape[-1]), states)
 
 
-def rates_and_jacobian(bearing, ring_speed: float, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rates (COLUMNS,) of one ball in a state (COLUMNS,), and their derivatives (9, 9) by its motion."""
-    rates, jacobian = np.empty(len(state)), np.empty((9, 9))
-    _rates(*numbers_of(bearing), float(ring_speed), np.ascontiguousarray(state, float), rates, jacobian)
-    return rates, jacobian
+def rates_and_jacobian(bearing, ring_speed: float, state: np.ndarray, carried=None) -> tuple[np.ndarray, np.ndarray]:
+    """Rates (COLUMNS,) of one ball in a state (COLUMNS,), and their derivatives (9, 9) by its motion.
+
+    `carried` (CARRIED_COLUMNS,) is what a law with states carries at the ball's contacts; None: nothing yet.
+    """
+    found, jacobian = np.empty(len(state)), np.empty((9, 9))
+    carried = np.zeros(CARRIED_COLUMNS) if carried is None else carried
+    _rates(*numbers_of(bearing), float(ring_speed), np.ascontiguousarray(state, float), carried, found, jacobian)
+    return found, jacobian

@@ -5,8 +5,6 @@ The arrays that are handed over stand in the order in which coupled.cpp reads th
 
 import numpy as np
 
-from bearing_twin.contact.elastic import HERTZIAN
-from bearing_twin.contact.elasticity import carries
 from bearing_twin.core import FLAG, INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.compiled_balls import method_numbers, numbers_of
 from bearing_twin.kinds.bearing.forces.layout import CAGE
@@ -24,7 +22,7 @@ _coupled_balls = Function(
     INTEGER,
     (
         *(REALS, REALS, REALS, REALS, REALS, REALS, REALS, REALS, REAL, INTEGER, REALS, FLAG),
-        *(INTEGER, INTEGERS, FLAG, INTEGER, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT),
+        *(INTEGER, INTEGERS, FLAG, INTEGER, *(REALS_OUT,) * 5),
         *(REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT),
     ),
 )
@@ -33,12 +31,6 @@ _rates = Function(
     None,
     (*(REALS,) * 7, INTEGER, FLAG, REALS_OUT, REALS, REALS_OUT, REALS_OUT),
 )
-
-
-def takes(bearing) -> bool:
-    """Whether the core has this bearing: its law has no states."""
-    law = bearing.inner.law
-    return not carries(law) and law.power in (HERTZIAN, 1.0)
 
 
 def _spread(values, guided: bool, shaft: float = 0.0) -> np.ndarray:
@@ -132,5 +124,5 @@ def advance(bearing, drive, method, chunk, near, partners, balls, moving, result
         *(numbers, points, method_numbers(method.order, method.lands), numbers_of_bodies(bearing, partners)),
         *(partners.load, partners.load_rate, np.array(drive, float), chunk.scales, chunk.duration),
         *(len(chunk.times), chunk.times, results.stop, len(balls), balls, near.view(np.uint8), len(moving[0]), *moving),
-        *(results.last_border, results.states, results.orientations, results.border, results.counts, results.failure),
+        *(results.carried, results.last_border, results.states, results.orientations, results.border, results.counts, results.failure),
     )

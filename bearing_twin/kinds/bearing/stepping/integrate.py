@@ -10,9 +10,6 @@ from bearing_twin.kinds.bearing import compiled_balls, compiled_coupled
 from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
 from bearing_twin.kinds.bearing.forces.layout import BORDER
 from bearing_twin.kinds.bearing.stepping.border import Partners
-from bearing_twin.kinds.bearing.stepping.explicit import explicit_chunk
-from bearing_twin.kinds.bearing.stepping.imex import imex_chunk
-from bearing_twin.kinds.bearing.stepping.rosenbrock import ChunkTask, rosenbrock_chunk
 from bearing_twin.kinds.bearing.stepping.scipy_chunk import scipy_chunk
 from bearing_twin.kinds.bearing.stepping.steps import FAILURES
 from bearing_twin.numerics.lanes import COLUMNS
@@ -69,11 +66,7 @@ def instants_in(times: np.ndarray, begin: float, end: float) -> np.ndarray:
 def integrated(stepper: str, chunk: Chunk, moving, results) -> int:
     """Moves (state, orientation, steps) on in place and fills `results` (`steps.Results`); returns the status."""
     if stepper == "imex":  # its losses are of first order, those of damping, which are less than the work of loads
-        if compiled_balls.takes(chunk.bearing):
-            return compiled_balls.advance_together(chunk.bearing, chunk.drive, None, chunk, moving, results)
-        return imex_chunk(
-            chunk.bearing, chunk.drive, chunk.near, chunk.times, chunk.duration, chunk.step, *moving[:2], results
-        )
+        return compiled_balls.advance_together(chunk.bearing, chunk.drive, None, chunk, moving, results)
     if not np.count_nonzero(chunk.near):  # in a fifth of the time of `any`
         return _with_losses(stepper, chunk, moving, results)
     compiled_balls.add_stored(chunk.bearing, chunk.near, 1.0, moving[0])
@@ -85,16 +78,13 @@ def integrated(stepper: str, chunk: Chunk, moving, results) -> int:
 
 def _with_losses(stepper: str, chunk: Chunk, moving, results) -> int:
     """`integrated` where the integral of losses takes in what contacts of balls store."""
-    what = chunk.bearing, chunk.drive, chunk.near, chunk.times, chunk.duration
     if stepper in ROSENBROCK:
-        task = ChunkTask(ROSENBROCK[stepper], chunk.bearing, chunk.drive, chunk.times, chunk.duration, chunk.scales)
-        return _by_rosenbrock(task, chunk.partners, chunk.near, moving, results)
-    if stepper in EXPLICIT and compiled_balls.takes(chunk.bearing):
-        return compiled_balls.advance_together(chunk.bearing, chunk.drive, EXPLICIT[stepper], chunk, moving, results)
+        return _by_rosenbrock(ROSENBROCK[stepper], chunk, moving, results)
     if stepper in EXPLICIT:
-        return explicit_chunk(EXPLICIT[stepper], *what, chunk.step, chunk.scales, *moving, results)
+        return compiled_balls.advance_together(chunk.bearing, chunk.drive, EXPLICIT[stepper], chunk, moving, results)
     from scipy import integrate  # late: these methods are for charts and tests
 
+    what = chunk.bearing, chunk.drive, chunk.near, chunk.times, chunk.duration
     return scipy_chunk(getattr(integrate, SCIPY[stepper]), *what, REFERENCE_SHARE * chunk.scales, *moving[:2], results)
 
 
@@ -120,11 +110,12 @@ def groups_of(near) -> list[list[int]]:
     return groups
 
 
-def _by_rosenbrock(task, partners, near, moving, results) -> int:
+def _by_rosenbrock(method, chunk: Chunk, moving, results) -> int:
     """Balls that touch no other side by side, then each group of balls that may touch.
 
     Where the rings' motion is prescribed and there is no cage, a ball acts on another only where they touch.
     """
+    bearing, drive, partners, near = chunk.bearing, chunk.drive, chunk.partners, chunk.near
     if partners.active:
         alone, together = [], [range(len(near))]
     elif np.count_nonzero(near):
@@ -132,21 +123,8 @@ def _by_rosenbrock(task, partners, near, moving, results) -> int:
         alone, together = [group[0] for group in groups if len(group) == 1], [one for one in groups if len(one) > 1]
     else:
         alone, together = np.arange(len(near)), []
-    status = _alone(task, partners, near, alone, moving, results) if len(alone) else OK
+    status = compiled_balls.advance(bearing, drive, method, chunk, alone, moving, results) if len(alone) else OK
     for group in together:
         if status == OK:
-            status = _together(task, partners, near, group, moving, results)
+            status = compiled_coupled.advance(bearing, drive, method, chunk, near, partners, group, moving, results)
     return status
-
-
-def _alone(task, partners, near, balls, moving, results) -> int:
-    if compiled_balls.takes(task.bearing):
-        return compiled_balls.advance(task.bearing, task.drive, task.method, task, balls, moving, results)
-    return rosenbrock_chunk(task, (), np.asarray(balls), *moving, results)
-
-
-def _together(task, partners, near, balls, moving, results) -> int:
-    if compiled_coupled.takes(task.bearing):
-        what = task.bearing, task.drive, task.method, task
-        return compiled_coupled.advance(*what, near, partners, balls, moving, results)
-    return rosenbrock_chunk(task, (near, partners), np.array(balls), *moving, results)
