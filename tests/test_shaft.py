@@ -6,7 +6,8 @@ from bearings import motion, stored_energy
 from scipy.integrate import solve_ivp
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
-from bearing_twin.kinds.bearing.forces.equations import RingDrive, single_contact
+from bearing_twin.kinds.bearing.compiled_balls import rates
+from bearing_twin.kinds.bearing.forces.equations import single_contact
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     HEIGHT,
@@ -17,7 +18,6 @@ from bearing_twin.kinds.bearing.forces.layout import (
     TANGENTIAL_VELOCITY,
     VELOCITY,
 )
-from bearing_twin.kinds.bearing.forces.rates import bearing_rates
 from bearing_twin.kinds.bearing.speeds import cage_speed, roll_rate
 from bearing_twin.numerics.rotation import about_z
 from bearing_twin.run.scene import load_scene
@@ -106,8 +106,8 @@ def by_scipy(moving, torque, damping, duration):
     inertia = moving.partners.shaft.inertia
 
     def right(time, flat):
-        state, speed, rates = flat[:-1].reshape(count, columns), flat[-1], np.zeros((count, columns))
-        bearing_rates(bearing, RingDrive(0.0, speed, 0.0), near, 0.0, state, rates)
+        state, speed = flat[:-1].reshape(count, columns), flat[-1]
+        slopes = rates(bearing, speed, near, state)
         moment = torque(time) - damping * speed
         for ball in state:
             centre = about_z(np.cos(ball[ORBIT_ANGLE]), -np.sin(ball[ORBIT_ANGLE]), bearing.offset)
@@ -116,7 +116,7 @@ def by_scipy(moving, torque, damping, duration):
             found = single_contact(bearing, bearing.inner, centre, speed, place, *motion_of)
             at = np.subtract(place, centre) + found.arm
             moment -= np.cross(at, found.force)[2]
-        return np.append(rates.ravel(), moment / inertia)
+        return np.append(slopes.ravel(), moment / inertia)
 
     start = np.append(moving.state.ravel(), moving.border[SHAFT_SPEED])
     found = solve_ivp(right, (0.0, duration), start, method="DOP853", rtol=1e-11, atol=1e-15, first_step=1e-7)

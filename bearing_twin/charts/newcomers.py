@@ -17,7 +17,7 @@ from bearing_twin.charts.bearings import MOVING
 from bearing_twin.charts.contest import Contest, best_of, timed
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import Found, Problem, Scenes, load_and_friction, run, steps, tolerances
-from bearing_twin.kinds.bearing.forces.rates import bearing_rates
+from bearing_twin.kinds.bearing import compiled_balls
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.run.scene import load_scene
 
@@ -49,14 +49,14 @@ def _naive(problem: Problem, method: str, setting: float) -> Found:
     settings = scene.parameters.run
     times = np.arange(round(settings.duration * settings.output_rate) + 1) / settings.output_rate
     motion = BearingMotion(scene.parameters, Choice("hertz", "rodas4", 0.0, "", ()))
-    shape, near, rates = motion.state.shape, np.zeros(motion.bearing.balls, np.bool_), np.zeros(motion.state.shape)
+    shape, near = motion.state.shape, np.zeros(motion.bearing.balls, np.bool_)
     count = 0
 
     def right_hand_side(time, flat):
         nonlocal count
         count += motion.bearing.balls
-        bearing_rates(motion.bearing, motion.drive, near, time, flat.reshape(shape), rates)
-        return rates.ravel().copy()
+        speed = motion.drive.speed + motion.drive.acceleration * time
+        return compiled_balls.rates(motion.bearing, speed, near, flat.reshape(shape)).ravel()
 
     state = motion.state.ravel().copy()
     if method == "explicit Euler":

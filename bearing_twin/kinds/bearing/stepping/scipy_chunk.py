@@ -23,7 +23,7 @@ def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, or
         if results.stop[0] != 0:
             raise Stopped("the computation was stopped within a chunk")
         speed = drive.speed + drive.acceleration * time
-        return compiled_balls.rates(bearing, speed, near, flat.reshape(shape)).ravel()
+        return compiled_balls.rates(bearing, speed, near, np.ascontiguousarray(flat.reshape(shape))).ravel()
 
     method = solver(
         right_hand_side,
