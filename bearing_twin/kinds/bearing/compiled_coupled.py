@@ -124,5 +124,6 @@ def advance(bearing, drive, method, chunk, near, partners, balls, moving, result
         *(numbers, points, method_numbers(method.order, method.lands), numbers_of_bodies(bearing, partners)),
         *(partners.load, partners.load_rate, np.array(drive, float), chunk.scales, chunk.duration),
         *(len(chunk.times), chunk.times, results.stop, len(balls), balls, near.view(np.uint8), len(moving[0]), *moving),
-        *(results.carried, results.last_border, results.states, results.orientations, results.border, results.counts, results.failure),
+        *(results.carried, results.last_border, results.states, results.orientations, results.border),
+        *(results.counts, results.failure),
     )
