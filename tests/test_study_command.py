@@ -104,7 +104,7 @@ def test_a_person_sees_intervals_modes_and_why_it_stopped(capsys):
     assert re.search(r"contact_duration +mean +6\d\.\d+ \[\S+, \S+\] +µs", out)
     assert "0.95 quantile" in out
     assert "contact_duration: " in out
-    assert "at 2 looks in a row" in out
+    assert "at 2 checks in a row" in out
     assert re.search(r"contact_duration +contact.measured_alpha", out)
 
 
