@@ -6,7 +6,7 @@ p = 1.5 is Hertz's power, p = 1 a linear spring. Laws differ in where c comes fr
 import math
 from typing import NamedTuple
 
-from bearing_twin.compiled import inlined
+from bearing_twin.compiled import inlined, plain
 
 HERTZIAN = 1.5
 """Power of a point contact between smooth curved bodies."""
@@ -37,6 +37,7 @@ def power_law(coefficient, power, depth, root):
 compiled_power_law = inlined(power_law)
 
 
+@plain
 @inlined
 def elastic(coefficient, power, approach):
     """The answer of c h^p to an approach [m]; load, stiffness and energy are zero for a gap.

@@ -5,11 +5,12 @@ import pytest
 
 from bearing_twin import load_scene
 from bearing_twin.kinds.bearing import compiled_balls
+from bearing_twin.kinds.bearing.forces.ring_seat import RingMotion
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
 
 FRICTIONS = ("point", "spot", "spot_medium", "spot_fine", "pade1", "pade2")
-LAWS = ("hertz", "volumetric", "constant", "linear")
-SIZES = np.array([1e-6, 1e-4, 1e-6, 1e-2, 1e-2, 1e-2, 1.0, 1.0, 1.0])  # of changes in a ball's motion that matter
+LAWS = ("hertz", "volumetric", "constant", "linear", "hertz_differential")
+SIZES = np.array([1e-6, 1e-2, 1e-6, 1e-2, 1e-2, 1e-2, 1.0, 1.0, 1.0])  # of changes in a ball's motion that matter
 
 
 def moving_ball(law, friction):
@@ -28,8 +29,10 @@ def moving_ball(law, friction):
 
 @pytest.mark.parametrize("friction", FRICTIONS)
 @pytest.mark.parametrize("law", LAWS)
-def test_derivatives_are_those_of_differences(law, friction):
+@pytest.mark.parametrize("tilt", [(0.0, 0.0), (2e-3, -1e-3)])
+def test_derivatives_are_those_of_differences(law, friction, tilt):
     bearing, speed, state = moving_ball(law, friction)
+    bearing = bearing._replace(ring=RingMotion(tilt, (0.0, 0.0, 0.0), (0.0, 0.0)) if any(tilt) else ())
     _, jacobian = compiled_balls.rates_and_jacobian(bearing, speed, state)
     for column, size in enumerate(SIZES):
         slopes = []

@@ -19,7 +19,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.compiled import inlined, kernel, plain
 from bearing_twin.contact.damping import damped_load
 from bearing_twin.contact.elastic import HERTZIAN, elastic
 from bearing_twin.contact.elasticity import Elasticity, carries, lane_elastic, lane_given, looked_up
@@ -433,6 +433,7 @@ def give_coefficients(bearing, lanes):
         put(lanes, GIVEN_OUTER, k, outer)
 
 
+@plain
 @kernel
 def inner_approach(bearing, radius, angle, height):
     """Approach [m] at the inner raceway of a ball `radius` [m] from the axis, at that `angle` [rad], `height` [m]."""
@@ -443,6 +444,7 @@ def inner_approach(bearing, radius, angle, height):
     return ball_in_groove(across, offset[2], bearing.ball_radius, inner.locus_radius, inner.groove_radius).approach
 
 
+@plain
 @kernel
 def outer_approach(bearing, radius, height):
     """Approach [m] at the outer raceway of a ball `radius` [m] from the axis, at a `height` [m]."""
@@ -450,6 +452,7 @@ def outer_approach(bearing, radius, height):
     return ball_in_groove(radius, height, bearing.ball_radius, outer.locus_radius, outer.groove_radius).approach
 
 
+@plain
 @kernel
 def approaches(bearing, motion):
     """Approaches [m] of a ball at the inner and at the outer raceway; `motion` starts with its position."""
