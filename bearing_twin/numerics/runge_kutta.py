@@ -1,13 +1,12 @@
 """Explicit Runge-Kutta steps, their control and what lies inside them, for any system whose state is a row of numbers.
 
 A kind hands over functions; they and these are compiled into the kind's own kernels, so that nothing is called through
-a pointer and the code is kept. Balls of a bearing, whose slopes come for all lanes at once, are stepped by `lockstep`.
+a pointer and the code is kept.
 """
 
 import math
 
 from bearing_twin.compiled import inlined, template
-from bearing_twin.numerics.lanes import STATE_SPAN
 from bearing_twin.numerics.statuses import EVALUATIONS, REJECTIONS
 from bearing_twin.numerics.steppers import next_step
 
@@ -50,23 +49,6 @@ def runge_kutta_step(method, rates, system, state, step, loaded, moving, work, o
     if fifth == 0.0:
         return 0.0
     return step * fifth / math.sqrt((fifth + 0.01 * third) * moving)
-
-
-@inlined
-def combine_blocks(start, h, weights, count, slopes, out):
-    """out = start + h * (weighted sum of the first `count` slopes), at the beginning of its blocks of `lanes`."""
-    first = 0
-    while first < count - 1 and weights[first] == 0.0:
-        first += 1
-    for block in range(len(start)):
-        factor = h * weights[first]
-        for i in range(STATE_SPAN):
-            out[block, i] = start[block, i] + factor * slopes[first, block, i]
-        for j in range(first + 1, count):
-            factor = h * weights[j]
-            if factor != 0.0:
-                for i in range(STATE_SPAN):
-                    out[block, i] += factor * slopes[j, block, i]
 
 
 @inlined
