@@ -22,6 +22,7 @@ ROWS = Path(__file__).with_suffix(".yaml")
 KEYS = {"id", "room", "breaks", "where", "find", "put", "tests"}
 ROOMS = ("contact", "bearing", "ring", "log", "uq", "nodes")
 SURVIVORS = 2  # that are let pass
+SOURCES = (".py", ".hpp", ".cpp")
 LINKED = (".venv", "install")  # of the checkout, which the copy shares
 LONGEST = 900  # s of one mutant's tests: what hangs is noticed
 
@@ -54,7 +55,7 @@ def places_of(names: list[str]) -> list[str]:
 
 def seed_of(row: dict) -> Path:
     """The file, below the checkout, that holds a row's text; raises ValueError unless it stands there once, in one."""
-    paths = sorted((ROOT / row["where"]).rglob("*.py"))
+    paths = sorted(path for path in (ROOT / row["where"]).rglob("*") if path.suffix in SOURCES)
     counts = {path: path.read_text(encoding="utf-8").count(row["find"]) for path in paths}
     if sum(counts.values()) != 1:
         raise ValueError(f"{row['where']} holds its text {sum(counts.values())} times: seed it where the code is now")
@@ -85,7 +86,9 @@ def surroundings(target: Path, cache: Path) -> dict[str, str]:
 
 
 def tested(target: Path, environment: dict[str, str], places: list[str]) -> int | None:
-    """Exit code of pytest on these tests in the copy; None where they take longer than LONGEST."""
+    """Exit code of pytest on these tests in the copy, its core as its sources are; None where they exceed LONGEST."""
+    build = [sys.executable, target / "core" / "build.py"]
+    subprocess.run(build, env=environment, stdout=subprocess.DEVNULL, check=True)
     words = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *places]
     with subprocess.Popen(
         words, cwd=target, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True

@@ -1,6 +1,6 @@
 """Every broken product of `mutants.yaml` can still be made, and has tests that are to notice it."""
 
-from mutants import ROOMS, places_of, read_rows, seed_of
+from mutants import ROOMS, SOURCES, places_of, read_rows, seed_of
 
 
 def test_every_mutant_has_its_place_in_the_sources_and_its_tests():
@@ -8,5 +8,5 @@ def test_every_mutant_has_its_place_in_the_sources_and_its_tests():
     assert len(rows) == 40
     assert {row["room"] for row in rows} == set(ROOMS)
     for row in rows:
-        assert seed_of(row).suffix == ".py"
+        assert seed_of(row).suffix in SOURCES
         assert places_of(row["tests"])

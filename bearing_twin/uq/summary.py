@@ -313,7 +313,8 @@ def model_error_sentences(summary: Mapping[str, Any], shown: Callable = unit_for
     for name, found in summary["quantities"].items():
         if found["error"] is not None:
             unit, factor = shown(found["unit"], size_of(found) or found["error"])
-            parts = sorted(found["errors_by_source"].items(), key=lambda one: -one[1])
+            known = ((source, error) for source, error in found["errors_by_source"].items() if error is not None)
+            parts = sorted(known, key=lambda one: -one[1])
             sources = ", ".join(f"{source.replace('_', ' ')} {two_digits(factor * error)}" for source, error in parts)
             value = f"{two_digits(factor * found['error'])}{with_unit(unit)}"
             yield f"{name}: error of the model \u00b1 {value} ({sources}), apart from the intervals of sampling"
