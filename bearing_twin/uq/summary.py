@@ -369,7 +369,7 @@ def _pair(value) -> bool:
 
 
 def _modality(value) -> bool:
-    return value is None or not any(_misfits(value, {"modes": _count, "p_value": _known}, ""))
+    return value is None or not any(_misfits(value, {"modes": _count, "p_value": _known}, "modality"))
 
 
 def _probability(value) -> bool:
