@@ -140,7 +140,8 @@ def test_a_run_is_that_of_scipy_and_halved_steps_are_of_order_four():
         if not steps:
             exact, exact_speed = by_scipy(moving, lambda time: 0.05 + 500.0 * (time + 1e-4), 1e-5, span)
         else:
-            moving.scales[:], moving.partners.scales[:] = np.inf, np.inf
+            moving.scales[:] = np.inf
+            moving.partners = moving.partners._replace(scales=np.full_like(moving.partners.scales, np.inf))
         rejected = moving.costs()["ball_rejections"]
         for _ in range(steps or 1):
             moving.steps[:] = 1.0 if steps else 1e-7

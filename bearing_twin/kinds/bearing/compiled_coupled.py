@@ -82,15 +82,16 @@ def _numbers_of_bodies(bearing, partners) -> np.ndarray:
     )
 
 
-_latest: tuple = (None, None, None)  # the last bearing, masses of its partners, and their numbers
+_latest: tuple = (None,) * 4  # the last bearing, masses and scales of its partners, and their numbers
 
 
 def numbers_of_bodies(bearing, partners) -> np.ndarray:
     """The numbers of CoupledBodies, but for those that change from part to part."""
     global _latest
-    if _latest[0] is not bearing or _latest[1] is not partners.mass:
-        _latest = bearing, partners.mass, _numbers_of_bodies(bearing, partners)
-    return _latest[2]
+    key = bearing, partners.mass, partners.scales
+    if any(one is not other for one, other in zip(key, _latest, strict=False)):
+        _latest = *key, _numbers_of_bodies(bearing, partners)
+    return _latest[3]
 
 
 def rates_and_jacobian(bearing, drive, partners, near, state, border) -> tuple[np.ndarray, np.ndarray]:
