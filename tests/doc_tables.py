@@ -274,7 +274,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "keys": _keys,
     "figures": _figures,
     "node_parameters": _node_parameters,
-    "topics": lambda: f"\n{topic_table.markdown()}\n",
+    "topics": lambda: f"\n{topic_table.markdown(SHIPPED)}\n",
 }
 
 

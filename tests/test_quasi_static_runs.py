@@ -295,7 +295,6 @@ def test_a_ring_that_is_held_where_it_touches_no_ball_is_named():
         (["cage.kind=even", "solver.stepper=imex"], "solver.stepper = imex does not move a cage; use rodas4"),
         (["cage.kind=pockets", "cage.mass=0"], "pockets wants cage.mass or cage.inertia"),
         (["cage.kind=pockets", "cage.pocket_clearance=6e-3"], "reaches into the next pocket; at most 0.005596 m"),
-        (["drive.tilt=[1e-3,0]", "model.dimension=prescribed", "contact.friction=spot"], "is not built for a ring"),
     ],
 )
 def test_contradictions_are_refused(overrides, words):

@@ -2,7 +2,7 @@
 
 import functools
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from bearing_twin.kinds import KINDS
@@ -81,10 +81,11 @@ def command_rows(kind: str) -> list[CommandRow]:
     ]
 
 
-def markdown() -> str:
-    """The table of every kind, as it stands in docs/topics.md."""
+def markdown(kinds: Iterable[str] | None = None) -> str:
+    """The table of every kind, or of these, as it stands in docs/topics.md."""
     parts = []
-    for name, kind in KINDS.items():
+    for name in KINDS if kinds is None else kinds:
+        kind = KINDS[name]
         parts.append(f"## {name}: {kind.help}\n\nNamespace `{kind.namespace}`, frame `{kind.frame}`.\n\n")
         parts.append(_table(kind_rows(name)))
         if kind.commands():

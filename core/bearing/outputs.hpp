@@ -223,7 +223,9 @@ inline void write_pockets(const Bearing &bearing, const CoupledBodies &b, const 
 }
 
 // The centre of a guided cage, and what its land does to it and to the ring that has the land.
-inline void write_land(const CoupledBodies &b, const BodyState &e, int balls, const RowPlaces &places, double *row) {
+inline void write_land(const CoupledBodies &b, const BodyState &state, int balls, const RowPlaces &places, double *row) {
+  BodyState e = state;
+  e[COORDINATES + SHAFT] = row[places.ring + RING_SPEED];  // prescribed perhaps
   double force[2] = {}, cage_torque = 0.0, inner = b.land.side < 0.0 ? 1.0 : 0.0;
   land_forces(b, [&]<int C>() { return e[C]; }, [&]<int C>() { return e[COORDINATES + C]; }, [&]<int ROW>(double part) {
     if constexpr (ROW == CAGE_X || ROW == CAGE_Y) force[ROW - CAGE_X] += part;
