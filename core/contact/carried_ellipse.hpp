@@ -18,7 +18,7 @@ constexpr double GREATEST_PARAMETER = 1.0 - 1e-15;
 constexpr double FRESH = 0.98;  // C = P/Q above which states are solved afresh: C turns back at 1 with a kink
 
 inline EllipseShape shape_at(double ratio) {
-  double k = axis_ratio(broadcast<Pack>(ratio), broadcast<Pack>(1.0))[0];
+  double k = axis_ratio(ratio, 1.0);
   auto [b, d] = elliptic_b_d(k);
   return {(1.0 - k) * (1.0 + k), b + d, b + k * k * d};
 }
