@@ -3,6 +3,7 @@
 #pragma once
 #include "ball_ball.hpp"
 #include "cage_pockets.hpp"
+#include "neighbours.hpp"
 
 namespace core {
 
@@ -147,20 +148,15 @@ template <bool PATCH, RingMotion RING>
   *share++ = y[DRIVE_WORK], *share++ = y[DISSIPATED], *share++ = y[GROSS_WORK];
 }
 
-inline double angle_ahead(const double *state, int balls, int k) {
-  int j = k + 1 < balls ? k + 1 : 0;
-  double angle = state[j * COLUMNS + ANGLE] - state[k * COLUMNS + ANGLE];
-  return j == k + 1 ? angle : angle + 2.0 * M_PI;
-}
-
 // Approaches of each ball and the next ahead, and the contacts of those that touch.
 inline void write_neighbours(const Bearing &bearing, const double *state, int balls, const RowPlaces &places, double *row) {
+  neighbours::Row all{state, balls};
   double *approach = row + places.neighbours, *load = approach + balls, *point = load + balls;
   std::fill(load, row + places.columns, 0.0);
   for (int k = 0; k < balls; k++) {
     int j = k + 1 < balls ? k + 1 : 0;
     approach[k] = 0.0;
-    if (balls < 2 || (balls == 2 && angle_ahead(state, balls, k) > M_PI)) continue;
+    if (balls < 2 || (balls == 2 && all.angle_ahead(k) > M_PI)) continue;
     const double *a = row + places.position + 3 * k, *b = row + places.position + 3 * j;
     double x = b[0] - a[0], y = b[1] - a[1], z = b[2] - a[2];
     approach[k] = 2.0 * bearing.ball_radius - std::sqrt(x * x + y * y + z * z);
@@ -170,7 +166,7 @@ inline void write_neighbours(const Bearing &bearing, const double *state, int ba
       return Vector3{one[0], one[1], one[2]};
     };
     auto place = [&](int ball) { return Vector3{state[ball * COLUMNS + RADIUS], 0.0, state[ball * COLUMNS + HEIGHT]}; };
-    double angle = angle_ahead(state, balls, k), c = std::cos(angle), s = std::sin(angle);
+    double angle = all.angle_ahead(k), c = std::cos(angle), s = std::sin(angle);
     auto contact = pair_contact(bearing, about_z(c, s, place(j)) - place(k),
                                 vector(k, VELOCITY) - about_z(c, s, vector(j, VELOCITY)),
                                 vector(k, SPIN) + about_z(c, s, vector(j, SPIN)));
