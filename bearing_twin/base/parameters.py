@@ -360,9 +360,9 @@ def _misnamed(header, columns) -> str:
     """The fault in the first row of a file, which names its columns: another unit or order; or nothing."""
     names = [name for name, _ in columns]
     for number, (cell, (name, unit)) in enumerate(zip(header, columns, strict=False), start=1):
-        word, _, told = cell.replace("(", "[").replace(")", "]").partition("[")
-        told = re.sub(r"[\s.*·]", "", told.rstrip("] "))
-        if told and told != unit.replace(" ", ""):
+        word, _, given = cell.replace("(", "[").replace(")", "]").partition("[")
+        given = re.sub(r"[\s.*·]", "", given.rstrip("] "))
+        if given and given != unit.replace(" ", ""):
             return f"column {number} is named {echo(cell)}, and is {name} in {unit}"
         if (word := word.strip().lower()) != name and word in names:
             return f"column {number} is named {echo(cell)}, and is {name}: the order is {', '.join(names)}"

@@ -37,7 +37,7 @@ class CutShort(NamedTuple):
         """For `--json`."""
         return {"log_ends_s": self.log_ends, "scene_ends_s": self.scene_ends}
 
-    def told(self) -> str:
+    def sentence(self) -> str:
         """A warning for figures of such a log."""
         return (
             f"the log ends at {self.log_ends:.6g} s of the {self.scene_ends:.6g} s that its scene simulates: the run "

@@ -160,21 +160,21 @@ def _report(arguments) -> Outcome:
     if picture:
         result["plot"] = watched.write(picture, report)
     result |= {"messages_foreign": sum(stream.foreign.values())} if stream.foreign else {}
-    doubts = stream.notes + ([stream.restart.told()] if stream.restart else [])
-    doubts += [f"{missing} outputs are missing from the log"] if missing else []
-    doubts += [stream.cut_short.told()] if stream.cut_short else []
+    warnings = stream.notes + ([stream.restart.sentence()] if stream.restart else [])
+    warnings += [f"{missing} outputs are missing from the log"] if missing else []
+    warnings += [stream.cut_short.sentence()] if stream.cut_short else []
     lost = {
         "messages_lost": "were lost on the way to the recorder",
         "messages_dropped": "were dropped on a full disk",
         "messages_unreadable": "are not read: sent as samples and none, or too large",
     }
-    doubts += [f"{result[key]} messages {words}" for key, words in lost.items() if result.get(key)]
+    warnings += [f"{result[key]} messages {words}" for key, words in lost.items() if result.get(key)]
     if stream.kept_rate:
-        doubts.append(
+        warnings.append(
             f"the log holds {stream.kept_rate:g} outputs a second, not all: greatest and mean values are of those, and "
             "`verify` compares no others; a node logs all of them without full:=false"
         )
-    return Outcome(result, doubts + doubts_of(result))
+    return Outcome(result, warnings + doubts_of(result))
 
 
 def _recover_arguments(parser):
@@ -219,12 +219,13 @@ def _export(arguments: argparse.Namespace) -> Outcome:
     cleared(arguments.out, arguments.log)
     exported = export_log(arguments.log, arguments.to, arguments.out, arguments.topic, watch)
     result = {"log": arguments.log, "to": arguments.to, "rows": exported.rows, "files": list(exported.files)}
-    doubts = [*exported.notes, *([f"{exported.missing} outputs are missing from the log"] if exported.missing else [])]
-    doubts += [exported.cut_short.told()] if exported.cut_short else []
+    warnings = list(exported.notes)
+    warnings += [f"{exported.missing} outputs are missing from the log"] if exported.missing else []
+    warnings += [exported.cut_short.sentence()] if exported.cut_short else []
     if exported.runs > 1:
         again = "time and sequence begin again within the files"
-        doubts.append(f"the log holds {exported.runs} runs, as the node was reset or started again: {again}")
-    return Outcome(result | {"missing_outputs": exported.missing}, doubts)
+        warnings.append(f"the log holds {exported.runs} runs, as the node was reset or started again: {again}")
+    return Outcome(result | {"missing_outputs": exported.missing}, warnings)
 
 
 VERIFY = Subcommand(

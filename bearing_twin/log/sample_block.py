@@ -56,7 +56,7 @@ class Restart(NamedTuple):
     runs: int
     mixed: bool = False
 
-    def told(self) -> str:
+    def sentence(self) -> str:
         """A warning for figures of the last run alone."""
         if self.mixed:
             return (

@@ -78,7 +78,7 @@ class Verification:
         if self.missing:
             found.append(f"{self.missing} outputs are missing in the log, and nothing is known of them")
         if self.cut_short:
-            found.append(self.cut_short.told())
+            found.append(self.cut_short.sentence())
         if self.lacks:
             found.append(f"the log has no records, as of {', '.join(self.lacks)}: outputs alone were compared")
         return found

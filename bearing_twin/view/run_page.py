@@ -64,7 +64,7 @@ def document_of_run(stream, notes: Sequence[str] = ()) -> Viewed:
         cut_short = stream.cut_short
     failure = f"The run failed {report.failure['failure']}" if report.failure else ""
     said = [*notes, failure, frames.note(), f"{missing} outputs are missing from the log." if missing else ""]
-    said += [f"{cut_short.told()}.".capitalize()] if cut_short else []
+    said += [f"{cut_short.sentence()}.".capitalize()] if cut_short else []
     document = {
         "kind": "run",
         "title": report.scene or "Recorded run",
@@ -180,7 +180,7 @@ def _document(path, notes: tuple[str, ...], topic: str | None, original: Path | 
     )
     notes = (*notes, *(f"{note[:1].upper()}{note[1:]}." for note in stream.notes))
     if stream.restart:
-        notes = (*notes, f"{stream.restart.told()}.".capitalize())
+        notes = (*notes, f"{stream.restart.sentence()}.".capitalize())
     if stream.kept_rate:
         notes = (*notes, f"The log holds {stream.kept_rate:g} outputs a second, not all of them.")
     viewed = document_of_run(stream, notes)
