@@ -7,14 +7,12 @@ import subprocess
 import sys
 
 import numpy as np
+from contact_reference import ball_position, single_contact, with_patch
 from made_up_run import a_choice
 
-from bearing_twin.contact.friction import friction_of
-from bearing_twin.kinds.bearing.forces.equations import ball_position, single_contact
 from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, ORBIT_ANGLE, SPIN, VELOCITY
-from bearing_twin.kinds.bearing.forces.spot import spot_answer, spot_of
 from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.numerics.rotation import about_z, add
+from bearing_twin.numerics.rotation import about_z
 from bearing_twin.run.scene import load_scene
 
 TURNED_REST = ("initial.motion=rest", "drive.offset=[0.0, -1.0e-6, 5.0e-6]")
@@ -88,28 +86,9 @@ def raceway_contacts(moving):
         inner = single_contact(bearing, bearing.inner, centre, speed, *motion)
         outer = single_contact(bearing, bearing.outer, still, 0.0, *motion)
         yield (
-            with_spot(bearing, 0, centre, speed, motion[0], inner),
-            with_spot(bearing, 1, still, 0.0, motion[0], outer),
+            with_patch(bearing, 0, centre, speed, motion[0], inner),
+            with_patch(bearing, 1, still, 0.0, motion[0], outer),
         )
-
-
-def with_spot(bearing, side, centre, ring_speed, position, contact):
-    """A contact given the friction over its spot, where the bearing has it there: point by point, not in lanes."""
-    if not bearing.spot:
-        return contact
-    coefficient, number, _, *axes = bearing.spot
-    place = spot_of(coefficient, axes[side], contact, centre, position)
-    motion = place.slip_major, place.slip_minor, contact.spin_rate, 1.0, bearing.friction_regularisation
-    means = friction_of(number, -1.0, place.semi_major, place.semi_minor, *motion)
-    answer = spot_answer(place, ring_speed, *means)
-    return contact._replace(
-        friction=answer.friction,
-        drilling=answer.drilling,
-        force=add(contact.force, answer.friction),
-        torque=answer.torque,
-        drive_power=contact.drive_power + answer.drive_power,
-        dissipation=contact.dissipation + answer.dissipation,
-    )
 
 
 def errors(moving, found, exact):

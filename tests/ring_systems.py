@@ -3,34 +3,21 @@
 import numpy as np
 from bearings import motion
 
-from bearing_twin.kinds.bearing.forces import border_rows as at
+from bearing_twin.kinds.bearing.compiled_coupled import COORDINATES, rates_and_jacobian
 from bearing_twin.kinds.bearing.forces.equations import RingDrive
-from bearing_twin.kinds.bearing.forces.jacobian import rates_and_ring_jacobian
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
-    BALL_BY_BORDER,
     BORDER,
-    BORDER_BY_BALL,
-    BORDER_MOTION,
     CAGE_X,
     CAGE_Y,
-    CENTRE,
-    COUPLED_ROWS,
-    DRIVE_WORK,
-    JACOBIAN,
-    LINEARISED,
+    COLUMNS,
     MOTION,
     PLACES,
-    POWER_SIGN,
-    RING_SPEED,
-    VELOCITY,
+    RADIAL_VELOCITY,
+    SHAFT_ANGLE,
+    SHAFT_SPEED,
+    TANGENTIAL_VELOCITY,
 )
-from bearing_twin.kinds.bearing.forces.pairs import add_pairs
-from bearing_twin.kinds.bearing.forces.rates import lane_rates
-from bearing_twin.kinds.bearing.stepping.border import border_rates, follow_cage, put_pockets
-from bearing_twin.kinds.bearing.stepping.linear_system import couple_jacobians, new_coupling
-from bearing_twin.kinds.bearing.stepping.shaft import turning
-from bearing_twin.numerics.lanes import COLUMNS, LANE_RATES, LANES, from_blocks, into_blocks, new_blocks, put
 
 AXIAL_PRELOAD = 14.2229392  # N that press the inner ring 10 um along the axis
 FREE = ("model.dimension=free", "rings.inner.mass=0.5", "rings.inner.free=all", "rings.inner.load=[0,0,17.07]")
@@ -61,77 +48,45 @@ CASES = {
 }
 
 
+def places_in_border(guided):
+    """Where the bodies' places and velocities (2 COORDINATES,) stand in a border, -1 where they do not."""
+    places = [0, 1, 2, *((-1, -1, CAGE_X, CAGE_X + 1) if guided else (3, 4, -1, -1)), 5]
+    return [*places, SHAFT_ANGLE, *(-1 if place < 0 else PLACES + place for place in places), SHAFT_SPEED]
+
+
 class System:
-    """Rates of balls and their border as functions of their motion, and the Jacobian as the kernels fill it."""
+    """Rates of balls and their border as functions of their motion, and the Jacobian, by the compiled core."""
 
     def __init__(self, moving, state, border, near=False):
         self.bearing, self.partners = moving.bearing, moving._partners()
-        self.drive, self.balls = RingDrive(0.3, 150.0, 0.0), np.arange(len(state))
+        self.drive = RingDrive(0.3, 150.0, 0.0)
         self.state, self.border, self.near = state, border, np.full(len(state), near)
         self.ring = RING.copy()
         if self.partners.land:
             self.ring[[CAGE_X, CAGE_Y]], self.ring[[PLACES + CAGE_X, PLACES + CAGE_Y]] = CENTRE_SCALE
 
-    def evaluated(self, state, border, linear=False):
-        coupling = new_coupling(self.near, self.balls, self.partners, border)
-        blocks, drive = new_blocks(len(state), COUPLED_ROWS), turning(coupling.border, self.drive, 0.0, at.NOW)
-        into_blocks(state, blocks, AXIS_DISTANCE)
-        put_pockets(self.bearing, self.balls, blocks)
-        follow_cage(coupling.border, at.NOW, blocks, AXIS_DISTANCE)
-        for lanes in blocks:
-            moving = coupling.border.numbers[at.NOW : at.NOW + 2 * PLACES].copy()
-            if self.partners.land:
-                centre = [CAGE_X, CAGE_Y, PLACES + CAGE_X, PLACES + CAGE_Y]
-                lanes[CENTRE * LANES : (CENTRE + 4) * LANES] = np.repeat(moving[centre], LANES)
-                moving[centre] = 0.0
-            lanes[BORDER_MOTION * LANES : (BORDER_MOTION + 2 * PLACES) * LANES] = np.repeat(moving, LANES)
-            for k in range(LANES):
-                put(lanes, RING_SPEED, k, drive.speed)
-            if linear:
-                rates_and_ring_jacobian(self.bearing.ring, coupling.border, self.bearing, lanes)
-            else:
-                lane_rates(self.bearing, lanes)
-        if self.near.any():
-            add_pairs(self.bearing, coupling.pairs, blocks, blocks, LANE_RATES)
-        border_rates(self.bearing, drive, coupling.border, 0.0, blocks)
-        return coupling, blocks
+    def evaluated(self, state, border):
+        partners = self.partners._replace(mass=self.partners.mass.copy())  # another one: the core keeps what it knows
+        return rates_and_jacobian(self.bearing, self.drive, partners, self.near, state, border)
 
     def rates(self, state, border):
-        coupling, blocks = self.evaluated(state, border)
-        found = np.zeros((len(state), COLUMNS))
-        from_blocks(blocks, LANE_RATES, found)
-        return found, coupling.border.numbers[at.RATES : at.RATES + BORDER].copy()
-
-    def linear(self):
-        return self.evaluated(self.state, self.border, linear=True)
+        """Rates of balls (N, COLUMNS) and of the border (BORDER,)."""
+        rates, _ = self.evaluated(state, border)
+        balls, own = rates[: state.size].reshape(-1, COLUMNS).copy(), np.zeros(BORDER)
+        orbit = state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE]
+        balls[:, TANGENTIAL_VELOCITY] *= state[:, AXIS_DISTANCE]  # from that of the orbit rate
+        balls[:, TANGENTIAL_VELOCITY] += state[:, RADIAL_VELOCITY] * orbit
+        for number, place in enumerate(places_in_border(bool(self.partners.land))):
+            if place >= 0:
+                own[place] = rates[state.size + number]
+        return balls, own
 
     def jacobian(self):
-        """By balls: (balls, COLUMNS, MOTION); balls by border; accelerations of the border by balls and by itself."""
-        coupling, blocks = self.linear()
-        bearing = self.bearing
-        couple_jacobians(bearing.pockets, bearing, self.drive, 0.0, coupling, blocks)
-
-        def read(arrays, row, *shape):
-            rows = int(np.prod(shape))
-            parts = [array[row * LANES : (row + rows) * LANES].reshape(*shape, LANES) for array in arrays]
-            return np.moveaxis(np.concatenate(parts, axis=-1), -1, 0)[: len(self.state)]
-
-        by_ball, by_border = (
-            read(blocks, JACOBIAN, LINEARISED, MOTION),
-            read(blocks, BALL_BY_BORDER, LINEARISED - VELOCITY, 2 * PLACES),
-        )
-        sign = read(blocks, POWER_SIGN, 1, 1)
-        return (
-            with_gross_work(by_ball, sign, DRIVE_WORK),
-            with_gross_work(by_border, sign, DRIVE_WORK - VELOCITY),
-            read(blocks, BORDER_BY_BALL, PLACES, MOTION),
-            coupling.border.numbers[at.OWN : at.CORNER].reshape(PLACES, 2 * PLACES),
-        )
-
-
-def with_gross_work(rows, sign, drive):
-    """Rows (..., rates, columns) of a Jacobian with that of GROSS_WORK: row number `drive` times the power's sign."""
-    return np.concatenate([rows, sign * rows[..., drive : drive + 1, :]], axis=-2)
+        """The Jacobian of all motions in one matrix, balls first (9 each), then the bodies' places and velocities."""
+        _, jacobian = self.evaluated(self.state, self.border)
+        balls = len(self.state)
+        own = (np.arange(balls)[:, None] * COLUMNS + np.arange(MOTION)).ravel()
+        return jacobian[np.append(own, balls * COLUMNS + np.arange(2 * COORDINATES))]
 
 
 def disturbed(name, seed=3, more=()):
@@ -146,7 +101,4 @@ def disturbed(name, seed=3, more=()):
     border[: 2 * PLACES] += (
         np.where(np.tile(moving.partners.free, 2) > 0, 1.0, 0.0) * system.ring * rng.uniform(-1, 1, 12)
     )
-    if moving.partners.even:
-        _, blocks = system.evaluated(state, border)
-        from_blocks(blocks, AXIS_DISTANCE, state)
     return system

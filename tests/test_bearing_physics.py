@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from bearings import TURNED_REST, asking, motion, run, stored_energy
+from contact_reference import single_contact
 from reference.rolling import rolling_rates
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -15,7 +16,6 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
 from bearing_twin.kinds.bearing.compiled_balls import rates
-from bearing_twin.kinds.bearing.forces.equations import single_contact
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     HEIGHT,

@@ -10,8 +10,8 @@ from bearings import (
     motion,
     run,
     stored_energy,
-    with_spot,
 )
+from contact_reference import ball_position, single_contact, with_patch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import dblquad
@@ -41,7 +41,6 @@ from bearing_twin.contact.spot_rules import (
     over_spot,
     points,
 )
-from bearing_twin.kinds.bearing.forces.equations import ball_position, single_contact
 from bearing_twin.kinds.bearing.forces.layout import MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.numerics.steppers import STEPPER_FACTS
@@ -199,13 +198,13 @@ def test_pure_spinning_and_pure_sliding_in_closed_form():
     major, minor = semi_axes(contact.curvature_small, contact.curvature_large, contact.approach)
     limit = bearing.spot[0] * contact.normal_load
     spinning = contact._replace(slip=MIDDLE, spin_rate=-3e3)
-    found = with_spot(bearing, 0, centre, 0.0, position, spinning)
+    found = with_patch(bearing, 0, centre, 0.0, position, spinning)
     torque = 0.375 * limit * major * ellipe(1.0 - (minor / major) ** 2)
     assert found.drilling == pytest.approx(torque, rel=1e-2)
     assert np.linalg.norm(found.friction) < 1e-9 * limit
     assert found.dissipation == pytest.approx(3e3 * torque, rel=1e-2)
     sliding = contact._replace(spin_rate=0.0)
-    found = with_spot(bearing, 0, centre, 0.0, position, sliding)
+    found = with_patch(bearing, 0, centre, 0.0, position, sliding)
     along = np.array(contact.slip) / np.linalg.norm(contact.slip)
     assert np.array(found.friction) == pytest.approx(-limit * along, rel=1e-9, abs=1e-9 * limit)
     assert abs(found.drilling) < 1e-12 * limit

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from bearings import motion, stored_energy
+from contact_reference import single_contact
 from scipy.integrate import solve_ivp
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds.bearing.compiled_balls import rates
-from bearing_twin.kinds.bearing.forces.equations import single_contact
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
     HEIGHT,

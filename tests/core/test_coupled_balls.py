@@ -2,18 +2,16 @@
 
 import numpy as np
 from bearings import motion
+from ring_systems import places_in_border
 
 from bearing_twin.kinds.bearing.compiled_coupled import BODY_NUMBERS, COORDINATES, rates_and_jacobian
 from bearing_twin.kinds.bearing.forces.layout import (
     AXIS_DISTANCE,
-    CAGE_X,
     COLUMNS,
     GROSS_WORK,
     MOTION,
     ORBIT_ANGLE,
     PLACES,
-    SHAFT_ANGLE,
-    SHAFT_SPEED,
     TANGENTIAL_VELOCITY,
 )
 
@@ -47,13 +45,6 @@ OF_BODIES = (
     1e-4,
     1e-3,
 )
-
-
-def places_in_border(guided):
-    """Where the bodies' places and velocities (2 COORDINATES,) stand in a border, -1 where they do not."""
-    held = -1
-    places = [0, 1, 2, *((held, held, CAGE_X, CAGE_X + 1) if guided else (3, 4, held, held)), 5]
-    return [*places, SHAFT_ANGLE, *(held if place < 0 else PLACES + place for place in places), SHAFT_SPEED]
 
 
 def test_derivatives_of_every_element_are_those_of_the_rates():
