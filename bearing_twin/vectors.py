@@ -1,4 +1,4 @@
-"""How wide the vector instructions of compiled code are: LLVM is told, and lanes follow (`numerics.lanes`).
+"""How wide the vector instructions of compiled code are: LLVM is told.
 
 Of processors with 512 bits LLVM uses all on those called znver, and 256 on all of Intel's (`TuningPrefer256Bit` of its
 X86.td), as the clock of the first of these falls where 512 are used. Functions that say how wide they want to be are

@@ -34,6 +34,12 @@ class RacewayContact(NamedTuple):
     dissipation: float
 
 
+def about_z(cosine, sine, vector):
+    """The vector turned about z by the angle of this cosine and sine."""
+    x, y, z = vector
+    return np.array([cosine * x - sine * y, sine * x + cosine * y, z])
+
+
 def along_groove(terms, radial):
     """A bearing's polynomial where the contact's normal has this radial part."""
     return np.polynomial.polynomial.polyval(max(abs(radial) - 1.0, terms[-1]), terms[:-1])

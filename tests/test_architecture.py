@@ -76,20 +76,11 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
     ),
     "contact/ellipse.py": ("CURVATURE_RATIO_MAX", "how far the ellipse is known; tests go to that end"),
     "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),
-    "kinds/bearing/forces/layout.py": ("JACOBIAN_END", "where the rows of the Jacobian end, for tests of it alone"),
-    "kinds/bearing/forces/equations.py": (
-        "raceway_rates single_contact ball_position ball_vector",
-        "contacts alone; they go when these kernels do",
-    ),
     "uq/statistics.py": ("half_widths HalfWidths", "the theory that tests hold the convergence of samples to"),
-    "kinds/bearing/forces/rates.py": ("lane_rates", "the rates alone, which tests hold a step's first stage to"),
     "run/report.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
     "shapes/implicit.py": ("SURFACES", "all surfaces, for tests of their derivatives"),
     "log/cdr.py": ("JOINT_STATE", "one of the names of types; kinds name theirs in topics.py"),
 }
-
-# Kernels of bearings by Numba, whose place the core has taken: they go with the tests of their derivatives.
-GOING = ("kinds/bearing/forces/", "kinds/bearing/stepping/", "numerics/", "contact/")
 
 SOURCES = sorted(PACKAGE.rglob("*.py"))
 
@@ -293,7 +284,7 @@ def test_what_only_tests_reach_is_listed_or_gone():
     found = {}
     for path, names in named.items():
         dead = {name for name in names - reached - listed if not name.startswith("_")}
-        if dead and room_of(path) != "__init__" and not path.relative_to(PACKAGE).as_posix().startswith(GOING):
+        if dead and room_of(path) != "__init__":
             found[path.relative_to(PACKAGE).as_posix()] = dead
     assert found == {}
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from bearings import TURNED_REST, asking, motion, run, stored_energy
-from contact_reference import single_contact
+from contact_reference import about_z, single_contact
 from reference.rolling import rolling_rates
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -15,20 +15,12 @@ from bearing_twin.contact.damping import damping_number, restitution_of
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.names import law_names
+from bearing_twin.kinds.bearing.columns import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE, SPIN, TANGENTIAL_VELOCITY, VELOCITY
 from bearing_twin.kinds.bearing.compiled_balls import rates
-from bearing_twin.kinds.bearing.forces.layout import (
-    AXIS_DISTANCE,
-    HEIGHT,
-    ORBIT_ANGLE,
-    SPIN,
-    TANGENTIAL_VELOCITY,
-    VELOCITY,
-)
 from bearing_twin.kinds.bearing.meeting_parts import MET, PartBalls
 from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.kinds.bearing.speeds import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
-from bearing_twin.numerics.rotation import about_z
 from bearing_twin.run.scene import choose, load_scene, open_scene, parse_scene
 from bearing_twin.run.simulation import Simulation, simulate
 

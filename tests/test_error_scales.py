@@ -9,7 +9,7 @@ from bearings import errors, motion
 from bearing_twin import load_scene
 from bearing_twin.kinds.bearing import partners
 from bearing_twin.kinds.bearing.adequacy import mend_of_method
-from bearing_twin.kinds.bearing.forces.layout import RADIAL_VELOCITY, TANGENTIAL_VELOCITY
+from bearing_twin.kinds.bearing.columns import RADIAL_VELOCITY, TANGENTIAL_VELOCITY
 from bearing_twin.kinds.bearing.models import choose
 from bearing_twin.kinds.bearing.speeds import cage_speed
 

@@ -41,7 +41,7 @@ from bearing_twin.contact.spot_rules import (
     over_spot,
     points,
 )
-from bearing_twin.kinds.bearing.forces.layout import MOTION, ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.columns import MOTION, ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.numerics.steppers import STEPPER_FACTS
 

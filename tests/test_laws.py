@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from bearings import TURNED_REST, run
+from contact_reference import along_groove
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
@@ -60,13 +61,7 @@ from bearing_twin.contact.friction import friction_factor
 from bearing_twin.contact.laws import LAWS, Place, line_law
 from bearing_twin.contact.materials import MATERIALS, Material, effective_modulus
 from bearing_twin.contact.names import law_names
-from bearing_twin.kinds.bearing.forces.along_groove import (
-    TERMS,
-    axes_along,
-    coefficient_along,
-    slope_along,
-    terms_along,
-)
+from bearing_twin.kinds.bearing.along_groove import TERMS, axes_along, terms_along
 from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.shapes.surfaces import ball_in_groove
 
@@ -600,13 +595,12 @@ def test_a_law_along_a_groove_is_the_law_at_every_contact_angle(name, share, con
         terms = terms_along(law, *shape, side)
         cosines = 1.0 + terms[TERMS] * COSINES
         assert cosines.min() < 0.4 or not LAWS[name].follows
-        found = np.array([coefficient_along(terms, side * cosine) for cosine in cosines])
+        found = np.array([along_groove(terms, side * cosine) for cosine in cosines])
         expected = np.array([exact(law, *shape, side, cosine) for cosine in cosines])
         assert np.abs(found / expected - 1.0).max() < off + floor
         if LAWS[name].follows and cosines.min() > 0.01:
             beyond = side * (cosines.min() - 0.01)
-            assert coefficient_along(terms, beyond) == pytest.approx(found[-1], rel=1e-12)
-            assert slope_along(terms, beyond) == 0.0
+            assert along_groove(terms, beyond) == pytest.approx(found[-1], rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -628,7 +622,7 @@ def test_the_semi_axes_along_a_groove_are_those_of_every_contact_angle(share, co
         cosines = 1.0 + both[0][TERMS] * COSINES
         assert cosines.min() < 0.4
         for axis, terms in enumerate(both):
-            found = np.array([coefficient_along(terms, side * cosine) for cosine in cosines])
+            found = np.array([along_groove(terms, side * cosine) for cosine in cosines])
             gaps = [gap_there(*shape, side, cosine) for cosine in cosines]
             expected = [semi_axes(gap.curvature_small, gap.curvature_large, 4e-6)[axis] for gap in gaps]
             assert np.abs(2e-3 * found / expected - 1.0).max() < off

@@ -10,7 +10,7 @@ from ring_systems import AXIAL_PRELOAD, CASES, FREE, disturbed
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.paths import only_below
-from bearing_twin.kinds.bearing.forces.layout import (
+from bearing_twin.kinds.bearing.columns import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
     CAGE,

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 from bearings import motion, stored_energy
-from contact_reference import single_contact
+from contact_reference import about_z, single_contact
 from scipy.integrate import solve_ivp
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
-from bearing_twin.kinds.bearing.compiled_balls import rates
-from bearing_twin.kinds.bearing.forces.layout import (
+from bearing_twin.kinds.bearing.columns import (
     AXIS_DISTANCE,
     HEIGHT,
     MOTION,
@@ -18,8 +17,8 @@ from bearing_twin.kinds.bearing.forces.layout import (
     TANGENTIAL_VELOCITY,
     VELOCITY,
 )
+from bearing_twin.kinds.bearing.compiled_balls import rates
 from bearing_twin.kinds.bearing.speeds import cage_speed, roll_rate
-from bearing_twin.numerics.rotation import about_z
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 

@@ -176,13 +176,6 @@ def moved(shape, factor, rates):
 
 
 @kernel
-def large_slope(shape, curvature_large):
-    """d ln(c)/dQ [m] at constant P, from the states: -b^2/(2 h) = -(1 - D/K)/(2 Q), the work on a change of the gap."""
-    k = shape.first_kind
-    return -0.5 * (1.0 - _d(shape) / k) / curvature_large
-
-
-@kernel
 def follow(ratios, ratio_rates, step, project):
     """States (n + 1, 3) carried by the classical Runge-Kutta method over n steps [s] along a history of C = P/Q.
 

@@ -12,11 +12,10 @@ from bearing_twin.compiled import inlined, kernel, plain
 from bearing_twin.contact import differential, line
 from bearing_twin.contact.differential import Shape
 from bearing_twin.contact.dispatch import chosen
-from bearing_twin.contact.elastic import HERTZIAN, Elastic, compiled_power_law
+from bearing_twin.contact.elastic import Elastic
 from bearing_twin.contact.laws import LAWS, Place
 
 STENCIL = 1e-4  # tuned: of the shape, for the slope of a law's coefficient: off by its square
-SHALLOWEST = 1e-12  # m: below it a load of unusual power is taken as proportional to the approach
 NO_SHAPE = Shape(0.0, 0.0, 0.0)
 
 
@@ -54,13 +53,6 @@ def carrier_of(law: Elasticity) -> differential.Carrier | None:
 
 _FOLLOWS = np.array([row.follows for row in _POINT])
 _CARRIES = np.array([row.state is not None for row in _POINT])
-
-
-@plain
-@inlined
-def looked_up(law):
-    """Whether a law must be asked at each contact before the lanes are evaluated: for its states, or a rare power."""
-    return _CARRIES[law.number] or (law.power != HERTZIAN and law.power != 1.0)
 
 
 @plain
@@ -131,31 +123,6 @@ def state_moved(law, shape, change):
 def state_finished(law, shape, ratio):
     """The states at the end of a step, where P/Q is `ratio`: put right, if the law does so."""
     return _finish(law.number, shape, ratio)
-
-
-@inlined
-def lane_root(law, depth):
-    """h^(p - 1) of a depth h [m] above zero in vector lanes; 1 where `lane_given` holds what is missing."""
-    root = math.sqrt(depth)
-    return root if law.power == HERTZIAN else 1.0
-
-
-@inlined
-def lane_elastic(law, coefficient, approach):
-    """`elastic` for vector lanes: no branch depends on the contact. `coefficient` is as `lane_given` says."""
-    depth = max(approach, 0.0)
-    touching = 1.0 if approach > 0.0 else 0.0
-    root = math.sqrt(depth)
-    return compiled_power_law(coefficient, law.power, depth, root if law.power == HERTZIAN else touching)
-
-
-@inlined
-def lane_given(law, curvature_small, curvature_large, approach):
-    """What `lane_elastic` must be given: c [N/m^1.5], or of another power the load over the approach [N/m]."""
-    coefficient = fresh_coefficient(law, curvature_small, curvature_large)
-    if law.power != HERTZIAN and law.power != 1.0:
-        coefficient *= max(approach, SHALLOWEST) ** (law.power - 1.0)
-    return coefficient
 
 
 @inlined

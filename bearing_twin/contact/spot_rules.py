@@ -119,23 +119,6 @@ def slip_share(x, y, weight, slip_major, slip_minor, spin, regularisation):
     return factor * u, factor * v, factor * (x * v - y * u)
 
 
-@inlined
-def spot_slopes(x, y, weight, slip_major, slip_minor, spin, regularisation):
-    """One point's share of what the slopes of `slip_share`'s sums are made of.
-
-    With (u, v) the point's slip, (U, V) its share and P = d(U, V)/d(u, v): P_uu, P_uv, P_vv, x P_uv, x P_vv, y P_uu,
-    y P_uv, x^2 P_vv, x y P_uv, y^2 P_uu, x V, y U.
-    """
-    u, v = slip_major - spin * y, slip_minor + spin * x
-    smooth = regularisation * regularisation
-    inverse = inverse_root(max(u * u + v * v + smooth, 1e-300))
-    factor = weight * inverse
-    bend = factor * inverse * inverse
-    uu, uv, vv = bend * (v * v + smooth), -bend * u * v, bend * (u * u + smooth)
-    x_uv, x_vv, y_uu, y_uv = x * uv, x * vv, y * uu, y * uv
-    return uu, uv, vv, x_uv, x_vv, y_uu, y_uv, x * x_vv, y * x_uv, y * y_uu, x * factor * v, y * factor * u
-
-
 @kernel
 def over_spot(points, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation):
     """Means over the pressure of the slip's direction along both axes, and of its moment about the centre [m]."""

@@ -26,12 +26,6 @@ def add(a, b):
 
 
 @inlined
-def minus(a, b):
-    """a - b."""
-    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
-
-
-@inlined
 def scaled(factor, a):
     """factor * a."""
     return (factor * a[0], factor * a[1], factor * a[2])
@@ -74,12 +68,6 @@ def cosine_sine(angle):
     cosine = sign * ((1.0 - odd) * c - odd * s)
     sine = sign * ((1.0 - odd) * s + odd * c)
     return cosine, sine
-
-
-@inlined
-def about_z(cosine, sine, a):
-    """The vector `a` turned about z by the angle of the given cosine and sine."""
-    return (cosine * a[0] - sine * a[1], sine * a[0] + cosine * a[1], a[2])
 
 
 @inlined

@@ -198,30 +198,6 @@ def next_step(step, error, order):
 
 
 @inlined
-def stays(method, stage):
-    """Whether a later stage of a Rosenbrock method lies where the first does, so that its rates are the same."""
-    away = method.alpha[stage]
-    for before in range(stage):
-        away += abs(method.a[stage, before])
-    return stage > 0 and away == 0.0
-
-
-@inlined
-def rates_of_a_step(method):
-    """How often a step of a Rosenbrock method asks for rates."""
-    count = 0
-    for stage in range(len(method.alpha)):
-        count += 0 if stays(method, stage) else 1
-    return count
-
-
-@inlined
-def five(weights):
-    """The weights of a stage's predecessors as a tuple."""
-    return (weights[0], weights[1], weights[2], weights[3], weights[4])
-
-
-@inlined
 def rosenbrock_dense(fraction, start, end, third, fourth):
     """The interpolant of a Rosenbrock step at `fraction` of it, for one component."""
     rest = 1.0 - fraction

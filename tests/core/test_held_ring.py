@@ -5,7 +5,7 @@ import pytest
 
 from bearing_twin import load_scene
 from bearing_twin.kinds.bearing import compiled_balls
-from bearing_twin.kinds.bearing.forces.ring_seat import RingMotion
+from bearing_twin.kinds.bearing.model import RingMotion
 from bearing_twin.kinds.bearing.start import bearing_of, start_state
 
 FRICTIONS = ("point", "spot", "spot_medium", "spot_fine", "pade1", "pade2")

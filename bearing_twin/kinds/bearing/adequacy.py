@@ -6,7 +6,7 @@ from bearing_twin.base.units import CELSIUS
 from bearing_twin.kinds.bearing.clearance import leaves_raceway, squeezes
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import solver_of, weighed_support
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, free_coordinates
-from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.still import still_at_start
 
 COLD = 150.0  # K, below all but cryogenic bearings

@@ -12,8 +12,8 @@ from bearing_twin.contact.elasticity import carrier_of
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.spot_rules import POINTS
 from bearing_twin.core import FLAG, FLAGS, INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
-from bearing_twin.kinds.bearing.forces.along_groove import TERMS
-from bearing_twin.kinds.bearing.forces.layout import CARRIED_COLUMNS
+from bearing_twin.kinds.bearing.along_groove import TERMS
+from bearing_twin.kinds.bearing.columns import CARRIED_COLUMNS
 from bearing_twin.numerics.statuses import OK
 from bearing_twin.numerics.steppers import MOST_STAGES, ROSENBROCK, Rosenbrock, RungeKutta
 

@@ -12,14 +12,14 @@ from bearing_twin.base.sample import Block
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.adequacy import mend_of_method, told_of_equilibria
-from bearing_twin.kinds.bearing.forces.drilling import SIDES, Drilled, drilling_of
+from bearing_twin.kinds.bearing.drilling import SIDES, Drilled, drilling_of
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error, rule_error
 from bearing_twin.kinds.bearing.left_out import left_out, of_torque, unknown_drilling
 from bearing_twin.kinds.bearing.load_error import by_load
 from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene, as_chosen
 from bearing_twin.kinds.bearing.quasi_static.model_error import SceneWorth, Worth, worths_of_run
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of
-from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.bearing.still import EQUILIBRIA
 from bearing_twin.kinds.bearing.summing import STRETCH
 from bearing_twin.kinds.bearing.tilt_error import Tilted, added

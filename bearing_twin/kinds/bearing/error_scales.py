@@ -14,8 +14,8 @@ import math
 import numpy as np
 
 from bearing_twin.contact.elastic import elastic
-from bearing_twin.kinds.bearing.forces.equations import Bearing
-from bearing_twin.kinds.bearing.forces.layout import AXIS_DISTANCE, HEIGHT, RADIAL_VELOCITY
+from bearing_twin.kinds.bearing.columns import AXIS_DISTANCE, HEIGHT, RADIAL_VELOCITY
+from bearing_twin.kinds.bearing.model import Bearing
 from bearing_twin.kinds.bearing.parameters import BearingScene
 
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it

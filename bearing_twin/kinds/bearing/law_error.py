@@ -11,7 +11,7 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.spot_rules import RULES, SIZES
-from bearing_twin.kinds.bearing.forces.drilling import SIDES
+from bearing_twin.kinds.bearing.drilling import SIDES
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 
 

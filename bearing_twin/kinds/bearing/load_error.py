@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.forces.drilling import SIDES
+from bearing_twin.kinds.bearing.drilling import SIDES
 from bearing_twin.kinds.bearing.law_error import spots_off
 from bearing_twin.kinds.bearing.quasi_static.model_error import LOADS_OF, Worth
 

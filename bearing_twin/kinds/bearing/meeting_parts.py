@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.core import FLAGS_OUT, INTEGER, REAL, REALS, Function
-from bearing_twin.kinds.bearing.stepping.integrate import instants_in
+from bearing_twin.kinds.bearing.integrate import instants_in
 from bearing_twin.numerics.steppers import NOTHING
 
 NEAR = 0.05  # gap / ball radius below which two balls may meet

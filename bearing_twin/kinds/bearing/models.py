@@ -14,7 +14,7 @@ from bearing_twin.kinds.bearing.facts import axis_ratio, rim_speed, without_fric
 from bearing_twin.kinds.bearing.law_error import rule_error
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
 from bearing_twin.kinds.bearing.start import nominal_curvatures
-from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.law_words import drift, idle_step
 from bearing_twin.kinds.ranges import left_by
 from bearing_twin.kinds.rules import BEARING, SETTING, answers, pick, sentences

@@ -10,17 +10,12 @@ import numpy as np
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.base.stopping import SIGNALLED
+from bearing_twin.kinds.bearing import step_limits
+from bearing_twin.kinds.bearing.columns import CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, PLACES, SHAFT_ANGLE, SHAFT_SPEED
 from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
-from bearing_twin.kinds.bearing.forces.equations import RingDrive
-from bearing_twin.kinds.bearing.forces.layout import (
-    CARRIED_COLUMNS,
-    DRIVE_WORK,
-    GROSS_WORK,
-    PLACES,
-    SHAFT_ANGLE,
-    SHAFT_SPEED,
-)
+from bearing_twin.kinds.bearing.integrate import Chunk, PartRoom, Results, check, instants_in, integrated
 from bearing_twin.kinds.bearing.meeting_parts import NEAR, PartBalls, integrate_alone, integrate_in_common, time_apart
+from bearing_twin.kinds.bearing.model import RingDrive
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.overload import check_speed, explained
 from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen
@@ -28,10 +23,7 @@ from bearing_twin.kinds.bearing.partners import RingLoading, border_scales, cage
 from bearing_twin.kinds.bearing.rings import keeps_apart
 from bearing_twin.kinds.bearing.snapshots import MOVING, put_back, snapshot_of
 from bearing_twin.kinds.bearing.start import bearing_of, start_orientation, start_state
-from bearing_twin.kinds.bearing.stepping import step_limits
-from bearing_twin.kinds.bearing.stepping.integrate import Chunk, PartRoom, check, instants_in, integrated
-from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP, Rates, fastest_rates
-from bearing_twin.kinds.bearing.stepping.steps import Results
+from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, Rates, fastest_rates
 from bearing_twin.kinds.contract import late
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
 

@@ -3,10 +3,10 @@
 import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError
-from bearing_twin.kinds.bearing.forces.layout import CAGE, SHAFT_SPEED
+from bearing_twin.kinds.bearing.columns import CAGE, SHAFT_SPEED
+from bearing_twin.kinds.bearing.coupled_bodies import Partners, outside_load
+from bearing_twin.kinds.bearing.integrate import Chunk
 from bearing_twin.kinds.bearing.quasi_static.operating import OVERLOAD, check_load
-from bearing_twin.kinds.bearing.stepping.border import Partners, outside_load
-from bearing_twin.kinds.bearing.stepping.integrate import Chunk
 
 TOO_FAST = "too fast"  # reason of an error
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.drive import TORQUE, cage_inertia, shaft_inertia
-from bearing_twin.kinds.bearing.forces.land import NO_LAND, Land
-from bearing_twin.kinds.bearing.forces.layout import (
+from bearing_twin.kinds.bearing.columns import (
     AXIS_DISTANCE,
     BORDER,
     CAGE,
+    CAGE_SPEED,
     CAGE_X,
+    COLUMNS,
     HEIGHT,
     ORBIT_ANGLE,
     PLACES,
@@ -16,6 +16,8 @@ from bearing_twin.kinds.bearing.forces.layout import (
     SPIN,
     TANGENTIAL_VELOCITY,
 )
+from bearing_twin.kinds.bearing.coupled_bodies import NO_LAND, Land, Partners, Shaft
+from bearing_twin.kinds.bearing.drive import TORQUE, cage_inertia, shaft_inertia
 from bearing_twin.kinds.bearing.loading import Loading, between, next_after
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import shared
@@ -39,9 +41,6 @@ from bearing_twin.kinds.bearing.rings import (
     moving_centre,
     tilts,
 )
-from bearing_twin.kinds.bearing.stepping.border import CAGE_SPEED, Partners
-from bearing_twin.kinds.bearing.stepping.shaft import Shaft
-from bearing_twin.numerics.lanes import COLUMNS
 
 RING_SHARE = 0.3  # of a ball's errors: a ring that rings bears no more (`tests/test_error_scales.py`)
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.forces.equations import RingDrive
-from bearing_twin.kinds.bearing.stepping.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.model import RingDrive
+from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 
 MOVING = ("state", "orientation", "steps", "carried", "border")  # arrays that a chunk moves on
 ARRAYS = (*MOVING, "_load", "_load_rate")

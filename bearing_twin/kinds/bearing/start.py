@@ -11,13 +11,11 @@ from bearing_twin.contact.friction import FRICTIONS, friction_number
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing import compiled_balls
+from bearing_twin.kinds.bearing.along_groove import axes_along
 from bearing_twin.kinds.bearing.clearance import operating_geometry
-from bearing_twin.kinds.bearing.forces.along_groove import axes_along
-from bearing_twin.kinds.bearing.forces.cage import Pockets
-from bearing_twin.kinds.bearing.forces.equations import Bearing, raceway_of
-from bearing_twin.kinds.bearing.forces.layout import ORBIT_ANGLE
-from bearing_twin.kinds.bearing.forces.moving_cage import MovingPockets
-from bearing_twin.kinds.bearing.forces.ring_seat import LevelMotion, RingMotion
+from bearing_twin.kinds.bearing.columns import COLUMNS, ORBIT_ANGLE
+from bearing_twin.kinds.bearing.coupled_bodies import MovingPockets, Pockets
+from bearing_twin.kinds.bearing.model import Bearing, LevelMotion, RingMotion, raceway_of
 from bearing_twin.kinds.bearing.parameters import BearingScene, Geometry, viscous_terms
 from bearing_twin.kinds.bearing.rings import (
     FREE_RING,
@@ -28,7 +26,6 @@ from bearing_twin.kinds.bearing.rings import (
     moving_centre,
     tilts,
 )
-from bearing_twin.numerics.lanes import COLUMNS
 
 
 def bearing_of(parameters: BearingScene, law: str) -> Bearing:

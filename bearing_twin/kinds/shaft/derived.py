@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from bearing_twin.kinds.bearing import catalogue
 from bearing_twin.kinds.bearing.drive import Drive
-from bearing_twin.kinds.bearing.forces.equations import RingDrive
+from bearing_twin.kinds.bearing.model import RingDrive
 from bearing_twin.kinds.bearing.parameters import BearingContact, BearingScene
 from bearing_twin.kinds.bearing.parameters import check as check_bearing
 from bearing_twin.kinds.bearing.rings import EVEN, QUASI_STATIC, Cage, Model

@@ -9,8 +9,8 @@ from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
 from bearing_twin.kinds.bearing.clearance import clearance_of
+from bearing_twin.kinds.bearing.drilling import SIDES
 from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
-from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import shared
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     Equilibrium,

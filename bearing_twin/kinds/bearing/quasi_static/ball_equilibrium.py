@@ -11,7 +11,7 @@ from numpy.ctypeslib import ndpointer
 
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
-from bearing_twin.kinds.bearing.forces.equations import Raceway
+from bearing_twin.kinds.bearing.model import Raceway
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
 
 IDLE = 1e-3  # of the greatest load: below it the angle of a contact has no limit

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
+from bearing_twin.kinds.bearing.drilling import SIDES
 from bearing_twin.kinds.bearing.drive import with_speeds
-from bearing_twin.kinds.bearing.forces.drilling import SIDES
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
 from bearing_twin.kinds.bearing.loading import Loading
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import ball_balances

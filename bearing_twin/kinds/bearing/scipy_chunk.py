@@ -4,15 +4,21 @@ import numpy as np
 
 from bearing_twin.base.errors import Stopped
 from bearing_twin.kinds.bearing import compiled_balls
-from bearing_twin.kinds.bearing.forces.layout import MOTION
-from bearing_twin.kinds.bearing.stepping.steps import relative_spin
-from bearing_twin.numerics.lanes import COLUMNS
+from bearing_twin.kinds.bearing.columns import (
+    AXIAL_SPIN,
+    AXIS_DISTANCE,
+    COLUMNS,
+    MOTION,
+    RADIAL_SPIN,
+    TANGENTIAL_SPIN,
+    TANGENTIAL_VELOCITY,
+)
 from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, NOT_FINITE, OK, STALLED, STEPS
 
 
 def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, orientation, results):
-    """Advances all balls together, as the loops in `steps` say, by a SciPy solver's class.
+    """Advances all balls together, by a SciPy solver's class.
 
     `scales` (MOTION,) are the absolute errors allowed in a step. Raises Stopped soon after the flag in `results` is not
     0.
@@ -62,5 +68,10 @@ def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, or
 def _turn_all(dense, begin, end, start, orientation, out):
     middle, last = (dense(t).reshape(start.shape) for t in (0.5 * (begin + end), end))
     for k in range(len(start)):
-        spins = relative_spin(start[k]), relative_spin(middle[k]), relative_spin(last[k])
+        spins = _spin_in_frame(start[k]), _spin_in_frame(middle[k]), _spin_in_frame(last[k])
         out[k] = turned(tuple(orientation[k]), *spins, end - begin)
+
+
+def _spin_in_frame(row):
+    """Angular velocity [rad/s] of a ball (COLUMNS,) against the frame that turns with it about the axis."""
+    return row[RADIAL_SPIN], row[TANGENTIAL_SPIN], row[AXIAL_SPIN] - row[TANGENTIAL_VELOCITY] / row[AXIS_DISTANCE]

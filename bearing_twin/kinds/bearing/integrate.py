@@ -7,17 +7,39 @@ import numpy as np
 
 from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing import compiled_balls, compiled_coupled
-from bearing_twin.kinds.bearing.forces.equations import Bearing, RingDrive
-from bearing_twin.kinds.bearing.forces.layout import BORDER
-from bearing_twin.kinds.bearing.stepping.border import Partners
-from bearing_twin.kinds.bearing.stepping.scipy_chunk import scipy_chunk
-from bearing_twin.kinds.bearing.stepping.steps import FAILURES
-from bearing_twin.numerics.lanes import COLUMNS
-from bearing_twin.numerics.statuses import OK, STOPPED, WORDS
+from bearing_twin.kinds.bearing.columns import BORDER, COLUMNS
+from bearing_twin.kinds.bearing.coupled_bodies import Partners
+from bearing_twin.kinds.bearing.model import Bearing, RingDrive
+from bearing_twin.kinds.bearing.scipy_chunk import scipy_chunk
+from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, WORDS
 from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
 
 REFERENCE_SHARE = 1e-4  # of the scales, for SciPy's methods, whose only use here is to be right
 SCIPY = {"dop853": "DOP853", "radau": "Radau"}
+
+
+FAILURES = {
+    NOT_FINITE: "is not finite any more; shorten solver.step or use solver.stepper: rodas4",
+    TOO_DEEP: "has run through a raceway; check the loads, or shorten solver.step",
+    STALLED: "needs ever shorter steps; loosen wanted.tolerance or raise contact.friction_regularisation",
+}
+
+
+class Results(NamedTuple):
+    """What a chunk fills in; `stop` (1,) is looked at before every step, and ends the chunk when it is not 0.
+
+    `carried` (N, CARRIED_COLUMNS) is what the law carries at each ball's contacts, at the chunk's start and its end.
+    `border` (len(times), BORDER) and `last_border` (BORDER,) are those of ring and cage, where a method moves them.
+    """
+
+    states: np.ndarray
+    orientations: np.ndarray
+    counts: np.ndarray
+    failure: np.ndarray
+    stop: np.ndarray
+    carried: np.ndarray
+    border: np.ndarray
+    last_border: np.ndarray
 
 
 class Chunk(NamedTuple):
@@ -64,7 +86,7 @@ def instants_in(times: np.ndarray, begin: float, end: float) -> np.ndarray:
 
 
 def integrated(stepper: str, chunk: Chunk, moving, results) -> int:
-    """Moves (state, orientation, steps) on in place and fills `results` (`steps.Results`); returns the status."""
+    """Moves (state, orientation, steps) on in place and fills `results`; returns the status."""
     if stepper == "imex":  # its losses are of first order, those of damping, which are less than the work of loads
         return compiled_balls.advance_together(chunk.bearing, chunk.drive, None, chunk, moving, results)
     if not np.count_nonzero(chunk.near):  # in a fifth of the time of `any`

@@ -14,8 +14,7 @@ coefficient stays. The polynomial is off by 6e-14 in a 6203 and by 3e-11 where b
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from bearing_twin.compiled import inlined
-from bearing_twin.contact.elasticity import Elasticity, follows, fresh_coefficient, looked_up
+from bearing_twin.contact.elasticity import Elasticity, follows, fresh_coefficient
 from bearing_twin.contact.ellipse import semi_axes
 from bearing_twin.shapes.surfaces import groove_curvatures
 
@@ -76,36 +75,3 @@ def terms_along(law: Elasticity, ball_radius, locus_radius, groove_radius, side)
     reach, groove = _reach_of(locus_radius, groove_radius, side), (ball_radius, locus_radius, groove_radius, side)
     found = _along(*groove, 1.0 + reach * _POINTS, lambda small, large: fresh_coefficient(law, small, large))
     return _terms(np.array(found), reach)
-
-
-@inlined
-def coefficient_along(terms, radial):
-    """What these `terms` come to, such as c [N/m^power], where the contact's normal has this radial part.
-
-    Short chains, as each term waits for its power.
-    """
-    x = max(abs(radial) - 1.0, terms[10])
-    square = x * x
-    fourth = square * square
-    low = (terms[0] + terms[1] * x) + (terms[2] + terms[3] * x) * square
-    high = (terms[4] + terms[5] * x) + (terms[6] + terms[7] * x) * square
-    return low + (high + (terms[8] + terms[9] * x) * fourth) * fourth
-
-
-@inlined
-def slope_along(terms, radial):
-    """The slope of what these `terms` come to, such as dc/dn [N/m^power], by the radial part of the normal."""
-    x = abs(radial) - 1.0
-    square = x * x
-    fourth = square * square
-    low = (terms[1] + 2.0 * terms[2] * x) + (3.0 * terms[3] + 4.0 * terms[4] * x) * square
-    high = (5.0 * terms[5] + 6.0 * terms[6] * x) + (7.0 * terms[7] + 8.0 * terms[8] * x) * square
-    slope = low + (high + 9.0 * terms[9] * fourth) * fourth
-    slope = slope if x > terms[10] else 0.0
-    return slope if radial >= 0.0 else -slope
-
-
-@inlined
-def raceway_coefficient(raceway, given, radial):
-    """c of a contact with a raceway: as `given` where its law is looked up (`elasticity.lane_given`), else along it."""
-    return given if looked_up(raceway.law) else coefficient_along(raceway.terms, radial)
