@@ -32,6 +32,29 @@ inline double inner_approach(const Bearing &bearing, double radius, double angle
   return approach_at(bearing, bearing.inner, distance, above);
 }
 
+constexpr double TOUCHING = 1e-11;  // m: approaches below are neither contact nor gap
+using Approaches = std::array<double, 2>;  // at the inner and at the outer raceway [m]
+
+inline Approaches approaches_at(const Bearing &bearing, double radius, double angle, double height) {
+  return {inner_approach(bearing, radius, angle, height), approach_at(bearing, bearing.outer, radius, height)};
+}
+// Whether a contact with a raceway begins or ends between two places, other than by a hair.
+inline bool changes_contact(const Approaches &before, const Approaches &after) {
+  for (int i = 0; i < 2; i++)
+    if (before[i] * after[i] < 0.0 && std::min(std::fabs(before[i]), std::fabs(after[i])) > TOUCHING) return true;
+  return false;
+}
+// The share of a step after which a contact has just begun or ended; `at(share)` are the approaches inside it.
+template <class At>
+inline double share_of_change(const Approaches &before, At at) {
+  double low = 0.0, high = 1.0;
+  while (high - low > 1e-6) {
+    double middle = 0.5 * (low + high);
+    (changes_contact(before, at(middle)) ? high : low) = middle;
+  }
+  return high;
+}
+
 // Ends a step of the ball in a lane, whose centre is there in the axes of either ring.
 inline void carry_on(const Bearing &bearing, const RingPlace &inner, const RingPlace &outer, int lane, CarriedBalls &carried) {
   auto end = [&](const Raceway &raceway, const RingPlace &at, CarriedContact &contact) {

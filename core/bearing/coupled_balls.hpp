@@ -480,24 +480,16 @@ class Integration {
     for (int place = 0; place < count; place++) {
       BallBlock &k = blocks[place / LANES];
       int lane = place % LANES;
-      auto begin = place_of(k.start, lane);
-      double before[2] = {inner_approach(begin), outer_approach(begin)};
-      auto changes = [&](double share) {
-        std::array<double, 3> there;
-        for (int c = 0; c < 3; c++) there[c] = share < 1.0 ? inside(k, share, c)[lane] : k.end[c][lane];
-        double after[2] = {inner_approach(there), outer_approach(there)};
-        for (int i = 0; i < 2; i++)
-          if (before[i] * after[i] < 0.0 && std::min(std::fabs(before[i]), std::fabs(after[i])) > TOUCHING) return true;
-        return false;
-      };
-      if (!changes(1.0)) continue;
+      auto approaches = [&](const auto &there) { return Approaches{inner_approach(there), outer_approach(there)}; };
+      Approaches before = approaches(place_of(k.start, lane));
+      if (!changes_contact(before, approaches(place_of(k.end, lane)))) continue;
       for (int c = 0; c < VELOCITY; c++) prepare_interpolant(k, c);
-      double low = 0.0, high = 1.0;
-      while (high - low > 1e-6) {
-        double middle = 0.5 * (low + high);
-        (changes(middle) ? high : low) = middle;
-      }
-      least = std::min(least, high);
+      double share = share_of_change(before, [&](double fraction) {
+        std::array<double, 3> there;
+        for (int c = 0; c < 3; c++) there[c] = inside(k, fraction, c)[lane];
+        return approaches(there);
+      });
+      least = std::min(least, share);
     }
     return least;
   }

@@ -10,7 +10,6 @@ namespace core {
 
 constexpr double LONGEST_FLIGHT = 5e-5;  // s, of a step that begins in flight: a bounce takes about as long
 constexpr double LANDED = 0.95;  // share of a step: a contact that changes later in it is as good as at its end
-constexpr double TOUCHING = 1e-11;  // m: approaches below are neither contact nor gap
 // Of what a contact that begins or ends does to a ball's speed: a step's error is no less, as the estimate passes
 // through zero by chance where the instant moves through the step.
 constexpr double LANDING_SHARE = 0.1;
@@ -207,29 +206,16 @@ class Integration {
     }
   }
 
-  // Whether a contact with a raceway begins or ends between the step's start and a share of it, other than by a hair.
-  bool changes_contact(int lane, double share) const {
-    double there[3];
-    for (int c = 0; c < 3; c++)
-      there[c] = share >= 1.0 ? end[c][lane] : interpolated(share, start[c][lane], end[c][lane], third[c][lane], fourth[c][lane]);
-    double inner[2] = {inner_approach(bearing, start[RADIUS][lane], start[ANGLE][lane], start[HEIGHT][lane]),
-                       inner_approach(bearing, there[RADIUS], there[ANGLE], there[HEIGHT])};
-    double outer[2] = {approach_at(bearing, bearing.outer, double(start[RADIUS][lane]), double(start[HEIGHT][lane])),
-                       approach_at(bearing, bearing.outer, there[RADIUS], there[HEIGHT])};
-    for (const auto &approach : {inner, outer})
-      if (approach[0] * approach[1] < 0.0 && std::min(std::fabs(approach[0]), std::fabs(approach[1])) > TOUCHING) return true;
-    return false;
-  }
   // The share of a step after which a contact has just begun or ended; 1 where none does.
   double landing_share(int lane) {
-    if (!changes_contact(lane, 1.0)) return 1.0;
+    auto approaches = [&](const BallState &y) { return approaches_at(bearing, y[RADIUS][lane], y[ANGLE][lane], y[HEIGHT][lane]); };
+    Approaches before = approaches(start);
+    if (!changes_contact(before, approaches(end))) return 1.0;
     for (int c = 0; c < VELOCITY; c++) prepare_interpolant(c);
-    double low = 0.0, high = 1.0;
-    while (high - low > 1e-6) {
-      double middle = 0.5 * (low + high);
-      (changes_contact(lane, middle) ? high : low) = middle;
-    }
-    return high;
+    return share_of_change(before, [&](double share) {
+      auto at = [&](int c) { return interpolated(share, start[c][lane], end[c][lane], third[c][lane], fourth[c][lane]); };
+      return approaches_at(bearing, at(RADIUS), at(ANGLE), at(HEIGHT));
+    });
   }
 
   // Whether each lane's step is accepted: `until` is the time up to which it may give out, infinite at the chunk's end.
