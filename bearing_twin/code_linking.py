@@ -48,7 +48,7 @@ class _Within:
 
 
 def wanted_by_python() -> bool:
-    """Whether what is compiled or loaded now is wanted by Python."""
+    """True if what is compiled or loaded now is wanted by Python."""
     return getattr(_within, "depth", 0) == 0
 
 
@@ -159,12 +159,12 @@ def dispatcher(function, options):
 
 
 def has_way_in(form) -> bool:
-    """Whether Python can call a compiled form."""
+    """True if Python can call a compiled form."""
     return form.library.get_pointer_to_function(form.fndesc.llvm_cpython_wrapper_name) != 0
 
 
 def is_called_by_name(form) -> bool:
-    """Whether callers of a form just compiled call it by its name: all but small ones."""
+    """True if callers of a form just compiled call it by its name: all but small ones."""
     function = form.library.get_function(form.fndesc.llvm_func_name)
     instructions = (1 for block in function.blocks for _ in block.instructions)
     return sum(itertools.islice(instructions, SMALL + 1)) > SMALL  # to count on takes a call of LLVM for each

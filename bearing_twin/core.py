@@ -152,7 +152,7 @@ def _level_of(name: str) -> int:
 
 
 def _is_whole(path: Path) -> bool:
-    """Whether an ELF file goes on to its last table, where linkers put it."""
+    """True if an ELF file goes on to its last table, where linkers put it."""
     with path.open("rb") as file:
         header = file.read(64)
     if len(header) < 64:

@@ -58,14 +58,14 @@ _CARRIES = np.array([row.state is not None for row in _POINT])
 @plain
 @inlined
 def follows(law):
-    """Whether a law's coefficient follows the curvatures."""
+    """True if a law's coefficient follows the curvatures."""
     return _FOLLOWS[law.number]
 
 
 @plain
 @inlined
 def carries(law):
-    """Whether a law carries states."""
+    """True if a law carries states."""
     return _CARRIES[law.number]
 
 

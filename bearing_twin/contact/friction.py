@@ -164,7 +164,7 @@ class FrictionModel:
 
     @property
     def over_spot(self) -> bool:
-        """Whether the spot and its spin matter."""
+        """True if the spot and its spin matter."""
         return "ellipse" in self.needs
 
 

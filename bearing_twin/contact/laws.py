@@ -97,17 +97,17 @@ class Law:
 
     @property
     def follows(self) -> bool:
-        """Whether the coefficient follows the curvatures."""
+        """True if the coefficient follows the curvatures."""
         return "curvatures" in self.needs
 
     @property
     def keeps(self) -> bool:
-        """Whether the coefficient follows the curvatures and errors do not grow, so that an error is worth a doubt."""
+        """True if the coefficient follows the curvatures and errors do not grow, so that an error warrants a warning."""
         return self.follows and (self.state is None or self.state.projects)
 
     @property
     def measured(self) -> bool:
-        """Whether a number of the user's takes the place of Hertz's theory, so that no error can be told."""
+        """True if a number of the user's takes the place of Hertz's theory, so that no error is known."""
         return bool({"stiffness", "alpha"} & set(self.needs))
 
     def number(self, contact, frozen: float) -> float:

@@ -53,12 +53,12 @@ class Promise(NamedTuple):
 
     @property
     def exceeded(self) -> bool:
-        """Whether the error of the method is known and exceeds the tolerance; a NaN does."""
+        """True if the error of the method is known and exceeds the tolerance; a NaN does."""
         return self.error is not None and not self.error <= self.tolerance
 
     @property
     def broken(self) -> bool:
-        """Whether any error that is known exceeds the tolerance."""
+        """True if any error that is known exceeds the tolerance."""
         return self.exceeded or any(not one.error <= self.tolerance for one in self.model)
 
 

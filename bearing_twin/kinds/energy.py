@@ -5,5 +5,5 @@ ENERGY_GAIN = 0.01  # of the energy brought or the work moved; where less exactn
 
 
 def adds_up(closure: float, parameters) -> bool:
-    """Whether the energy that numbers gained or lost, a share, is no more than ENERGY_GAIN or than is wanted."""
+    """True if the energy that numbers gained or lost, a share, is no more than ENERGY_GAIN or than is wanted."""
     return abs(closure) <= max(ENERGY_GAIN, parameters.wanted.tolerance)

@@ -139,7 +139,7 @@ def least_of(key: str, fact: str) -> float:
 
 
 def allowed(parameters) -> bool:
-    """Whether the scene lets models run outside their ranges."""
+    """True if the scene lets models run outside their ranges."""
     return _at(parameters, "solver.allow_invalid") == ON
 
 

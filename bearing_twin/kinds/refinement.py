@@ -24,7 +24,7 @@ SMALLER = "set a tenth of wanted.tolerance"
 
 
 def is_checked(parameters) -> bool:
-    """Whether a scene specifies a second run."""
+    """True if a scene specifies a second run."""
     return getattr(getattr(parameters, "solver", None), "check", NO_CHECK) == SECOND_RUN
 
 

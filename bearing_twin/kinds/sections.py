@@ -152,7 +152,7 @@ class WantedImpact(Wanted):
 
 @dataclass(frozen=True)
 class Bounded:
-    """Whether models that are asked for keep to their ranges."""
+    """True if models that are asked for keep to their ranges."""
 
     allow_invalid: str = choice(
         "off",
@@ -172,7 +172,7 @@ def check_key():
 
 @dataclass(frozen=True)
 class Checked(Bounded):
-    """Whether a second run gives the error of the method."""
+    """True if a second run gives the error of the method."""
 
     check: str = check_key()
 

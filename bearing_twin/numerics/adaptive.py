@@ -20,7 +20,7 @@ REPEAT = -1
 
 @inlined
 def all_finite(numbers):
-    """Whether every number of an array is finite."""
+    """True if every number of an array is finite."""
     finite = True
     for n in range(len(numbers)):
         finite = finite and math.isfinite(numbers[n])

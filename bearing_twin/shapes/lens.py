@@ -136,7 +136,7 @@ def _bend(side, tx, ty, place):
 
 @kernel
 def _leans(side):
-    """Whether the surface leans too far from the contact's normal."""
+    """True if the surface leans too far from the contact's normal."""
     square = _along(side, side.gradient)
     rise = _along(side, side.z)
     return rise * rise < LEAN * LEAN * square

@@ -16,7 +16,7 @@ CONVEX = (SPHERE, ELLIPSOID, SUPERQUADRIC)
 
 
 def closed_form_known(kind_a: int, kind_b: int) -> bool:
-    """Whether `nearest_pair` knows the opposing points of these kinds of `implicit.Surface`."""
+    """True if `nearest_pair` knows the opposing points of these kinds of `implicit.Surface`."""
     kinds = {kind_a, kind_b}
     return (PLANE in kinds and bool(kinds & set(CONVEX))) or (SPHERE in kinds and kinds <= {SPHERE, TORUS})
 

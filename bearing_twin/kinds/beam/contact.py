@@ -141,7 +141,7 @@ def guess(step, length, alpha, alpha_rate):
 
 @inlined
 def _pressed(what, length):
-    """Whether the bodies still press at the end of a step of this length; anything once it is to stop."""
+    """True if the bodies still press at the end of a step of this length; anything once it is to stop."""
     (rate, shape, modal_mass, tail, sphere), step, state, position, velocity, alpha, alpha_rate, stop = what
     if stop[0] == 0:
         prepare(rate, shape, modal_mass, sphere, length, step)

@@ -86,7 +86,7 @@ def trial(parameters: SphereOnBeamScene) -> BothTheories:
 
 
 def needs_shear(parameters: SphereOnBeamScene) -> bool:
-    """Whether anything speaks against Euler's beam in a checked scene."""
+    """True if anything speaks against Euler's beam in a checked scene."""
     return bool(trial(parameters).doubts(parameters.wanted.tolerance))
 
 

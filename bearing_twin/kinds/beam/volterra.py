@@ -107,7 +107,7 @@ def free_approach(rate, shape, sphere, length, state, position, velocity, count,
 
 @inlined
 def _pressed(what, span):
-    """Whether the approach is above zero after a step [s] over which the force falls to zero."""
+    """True if the approach is above zero after a step [s] over which the force falls to zero."""
     (rate, shape, modal_mass, sphere), state, position, velocity, force, moment = what
     alpha = position + span * (velocity + 0.5 * sphere.gravity * span) - force * span * span / (3.0 * sphere.mass)
     for n in range(len(rate)):

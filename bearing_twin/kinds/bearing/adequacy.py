@@ -40,7 +40,7 @@ def of_held_ring(parameters) -> list[str]:
 
 
 def touches_still(parameters) -> bool:
-    """Whether a ring that is held squeezes balls at some place of it while nothing turns; a tilt counts as yes."""
+    """True if a ring that is held squeezes balls at some place of it while nothing turns; a tilt counts as yes."""
     return any(parameters.drive.tilt) or any(near > 0.0 for near, _ in squeezes(parameters))
 
 

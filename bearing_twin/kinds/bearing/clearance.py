@@ -160,5 +160,5 @@ def squeezes(parameters) -> list[tuple[float, float]]:
 
 
 def leaves_raceway(parameters) -> bool:
-    """Whether a ball leaves the inner raceway somewhere on its way round, where the ring is held."""
+    """True if a ball leaves the inner raceway somewhere on its way round, where the ring is held."""
     return any(far <= 0.0 for _, far in squeezes(parameters))

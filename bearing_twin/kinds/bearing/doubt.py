@@ -152,7 +152,7 @@ class BearingDoubt:
 
     @property
     def _given(self) -> bool:
-        """Whether the loads of the ring are given, not its place."""
+        """True if the loads of the ring are given, not its place."""
         return dimension_of(self.parameters) in (QUASI_STATIC, FREE_RING)
 
     @property

@@ -54,22 +54,22 @@ def centrifugal_share(parameters) -> float:
 
 
 def turned_under_load(parameters) -> bool:
-    """Whether a torque turns an inner ring that follows loads."""
+    """True if a torque turns an inner ring that follows loads."""
     return parameters.drive.kind == TORQUE and dimension_of(parameters) == FREE_RING
 
 
 def moves_for_loads(parameters) -> bool:
-    """Whether the inner ring moves with its mass although nothing but loads is wanted."""
+    """True if the inner ring moves with its mass although nothing but loads is wanted."""
     return dimension_of(parameters) == FREE_RING
 
 
 def in_equilibrium(parameters) -> bool:
-    """Whether outputs are equilibria."""
+    """True if outputs are equilibria."""
     return dimension_of(parameters) == QUASI_STATIC
 
 
 def wants_cage(parameters) -> bool:
-    """Whether balls that move have clearance on their way round, and their stepper moves a cage."""
+    """True if balls that move have clearance on their way round, and their stepper moves a cage."""
     if parameters.geometry.balls == 1 or parameters.solver.stepper not in COMMON_STEPS:
         return False
     dimension = dimension_of(parameters)
@@ -77,13 +77,13 @@ def wants_cage(parameters) -> bool:
 
 
 def without_friction(parameters) -> bool:
-    """Whether no friction is computed, or none is wanted."""
+    """True if no friction is computed, or none is wanted."""
     idle = parameters.wanted.outputs == LOADS or not parameters.contact.friction_coefficient
     return idle or in_equilibrium(parameters)
 
 
 def too_narrow(parameters) -> bool:
-    """Whether the narrowest contact is beyond the range of friction over contact patches."""
+    """True if the narrowest contact is beyond the range of friction over contact patches."""
     return axis_ratio(parameters) < least_of("contact.friction", "axis_ratio")
 
 
@@ -108,23 +108,23 @@ def rim_speed(parameters) -> float:
 
 
 def spins_slowly(parameters) -> bool:
-    """Whether the coarsest rule of points over the contact patch is fine enough."""
+    """True if the coarsest rule of points over the contact patch is fine enough."""
     slow = rim_speed(parameters) < parameters.contact.friction_regularisation
     return slow or parameters.wanted.tolerance >= SMOOTH
 
 
 def collides(parameters) -> bool:
-    """Whether balls collide with the pockets of a cage."""
+    """True if balls collide with the pockets of a cage."""
     return parameters.cage.kind == POCKETS
 
 
 def hops(parameters) -> bool:
-    """Whether balls without load may hop between the raceways, as a torque turns the shaft and it may be slow."""
+    """True if balls without load may hop between the raceways, as a torque turns the shaft and it may be slow."""
     return parameters.drive.kind == TORQUE
 
 
 def rings(parameters) -> bool:
-    """Whether contacts ring: after a sudden change of ring or load, by an unbalance, or with hardly any damping."""
+    """True if contacts ring: after a sudden change of ring or load, by an unbalance, or with hardly any damping."""
     drive, ring, damping = parameters.drive, parameters.rings.inner, parameters.contact.relaxation_time
     sudden = ring_shift(parameters) > 0.0 or relative_acceleration(parameters) > FASTEST_CHANGE
     changed = dimension_of(parameters) == FREE_RING and (ring.change.time or len(ring.table) or ring.unbalance)
@@ -132,7 +132,7 @@ def rings(parameters) -> bool:
 
 
 def rolls_steadily(parameters) -> bool:
-    """Whether every ball rolls from the start under a load that stays, each with steps of its own."""
+    """True if every ball rolls from the start under a load that stays, each with steps of its own."""
     drive = parameters.drive
     alone = dimension_of(parameters) == PRESCRIBED and parameters.cage.kind == "none" and not leaves_raceway(parameters)
     steady = not (any(drive.offset[:2]) or any(drive.tilt) or drive.change.time or slip_at_start(parameters))

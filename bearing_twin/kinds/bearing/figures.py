@@ -109,7 +109,7 @@ class BearingFigures:
         return self._sums.from_row(first), before
 
     def _work_known(self, late: dict, before: dict) -> bool:
-        """Whether the work of turning the ring is known over this part of the run: apart from loads, without a shift.
+        """True if the work of turning the ring is known over this part of the run: apart from loads, without a shift.
 
         A shift of a ring that is held is work of the drive. Logs of earlier versions hold no work of loads.
         """

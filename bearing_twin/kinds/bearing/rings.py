@@ -124,12 +124,12 @@ class Model:
 
 
 def moving_centre(parameters) -> bool:
-    """Whether the cage's centre moves."""
+    """True if the cage's centre moves."""
     return parameters.cage.guidance != CENTRED and dimension_of(parameters) == FREE_RING
 
 
 def tilts(parameters) -> bool:
-    """Whether the inner ring is tilted or may tilt."""
+    """True if the inner ring is tilted or may tilt."""
     return any(parameters.drive.tilt) or any(free_coordinates(parameters)[3:])
 
 
@@ -258,7 +258,7 @@ def _unmet(parameters, dimension) -> list[str]:
 
 
 def keeps_apart(cage, geometry, reach: float) -> bool:
-    """Whether a cage keeps more than `reach` [m] between the surfaces of neighbours, as long as its pockets hold."""
+    """True if a cage keeps more than `reach` [m] between the surfaces of neighbours, as long as its pockets hold."""
     if cage.kind == POCKETS:
         return pocket_pitch(geometry) - geometry.ball_diameter - cage.pocket_clearance > reach
     return cage.kind == EVEN

@@ -90,7 +90,7 @@ class Bounce(NamedTuple):
 
     @property
     def open(self) -> bool:
-        """Whether it has not ended by the last output."""
+        """True if it has not ended by the last output."""
         return self.impulse is None
 
 

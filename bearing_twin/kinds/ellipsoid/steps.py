@@ -133,7 +133,7 @@ def safe_flight(body, plan, state):
 
 @kernel
 def landed(body, state):
-    """Whether the gap is closed, or so nearly that no number can tell, and not opening."""
+    """True if the gap is closed, or so nearly that no number can tell, and not opening."""
     approach, rate = gap_of(body, state)
     size = max(body.semi_axes[0], max(body.semi_axes[1], body.semi_axes[2]))
     return approach > 0.0 or (rate > 0.0 and approach >= -ROUNDING * (abs(state[2]) + size))

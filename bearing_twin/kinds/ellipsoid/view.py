@@ -52,7 +52,7 @@ def view(facts, channels) -> View:
 
 
 def travels(axes, start) -> bool:
-    """Whether a body with these semi-axes [m] that starts like this moves along a level plane that it falls on."""
+    """True if a body with these semi-axes [m] that starts like this moves along a level plane that it falls on."""
     return min(axes) != max(axes) or any(start.velocity[:2]) or any(start.angular_velocity)
 
 

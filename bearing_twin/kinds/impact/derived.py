@@ -104,12 +104,12 @@ def contact_time_by(parameters: TwoDiscsScene, law: str) -> float:
 
 
 def is_steady(contact: SphereContact) -> bool:
-    """Whether the viscous term is that of steady damping."""
+    """True if the viscous term is that of steady damping."""
     return contact.viscosity > 0.0 or (contact.restitution < 1.0 and contact.damping_law == "steady")
 
 
 def is_elastic(contact: SphereContact) -> bool:
-    """Whether nothing is lost in the contact."""
+    """True if nothing is lost in the contact."""
     return contact.restitution == 1.0 and contact.damping == 0.0 and contact.viscosity == 0.0
 
 

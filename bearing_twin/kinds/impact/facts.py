@@ -5,12 +5,12 @@ from bearing_twin.kinds.impact.derived import is_elastic, is_steady, sphere_law
 
 
 def is_measured(parameters) -> bool:
-    """Whether the coefficient of two spheres is given."""
+    """True if the coefficient of two spheres is given."""
     return sphere_law(parameters) == "measured"
 
 
 def spheres_closed(parameters) -> bool:
-    """Whether closed forms give all that is wanted of two spheres."""
+    """True if closed forms give all that is wanted of two spheres."""
     contact = parameters.contact
     return is_elastic(contact) or (parameters.wanted.outputs == "peaks" and not is_steady(contact))
 

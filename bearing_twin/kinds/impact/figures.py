@@ -117,7 +117,7 @@ class ImpactFigures:
         }
 
     def flags(self) -> list[str]:
-        """Whether the outputs hold the whole contact."""
+        """True if the outputs hold the whole contact."""
         last = max((float(row[START] + row[DURATION]) for row in self.contacts), default=0.0)
         if self.until < last:
             return [f"the outputs end at {self.until:.4g} s, before the contact does at {last:.4g} s"]

@@ -125,7 +125,7 @@ class ShaftCourse:
         )
 
     def changes(self, since: float, until: float) -> bool:
-        """Whether a part begins after `since` [s] and not after `until`."""
+        """True if a part begins after `since` [s] and not after `until`."""
         first, last = np.searchsorted(self._times, (since, until), side="right")
         return bool(last > first)
 

@@ -20,5 +20,5 @@ def greatest_exponent(parameters) -> float | None:
 
 
 def has_closed_form(parameters) -> bool:
-    """Whether a closed form gives the opposing points of both shapes."""
+    """True if a closed form gives the opposing points of both shapes."""
     return closed_form_known(*(ROWS[one.shape].surface(one).kind for one in (parameters.first, parameters.second)))

@@ -181,7 +181,7 @@ class SceneWorth(NamedTuple):
         return (self.law if source == LAW else self.half_space) if self.alike(greatest) else None
 
     def alike(self, greatest: float) -> bool:
-        """Whether it stands for a run with this greatest contact load [N]."""
+        """True if it stands for a run with this greatest contact load [N]."""
         return abs(self.greatest - greatest) <= ALIKE * greatest
 
     def by_tilt(self, balls: int) -> dict[str, list[float]]:
