@@ -19,7 +19,6 @@ from bearing_twin.kinds.bearing.model import RingDrive
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.step_limits import stability_limits
 from bearing_twin.numerics.rotation import (
-    about_z,
     cross,
     dot,
     quaternion_from_vector,
@@ -369,10 +368,6 @@ def test_products_agree_with_scipy(a, b):
 
 def test_small_angles_keep_their_precision():
     assert quaternion_from_vector((2e-9, 0.0, 0.0)) == pytest.approx((1e-9, 0.0, 0.0, 1.0), rel=1e-15)
-
-
-def test_about_z_turns_counter_clockwise():
-    assert about_z(0.0, 1.0, (1.0, 0.0, 3.0)) == (0.0, 1.0, 3.0)
 
 
 def test_orientation_step_is_of_fourth_order_and_keeps_unit_norm():

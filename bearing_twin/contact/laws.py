@@ -102,7 +102,7 @@ class Law:
 
     @property
     def keeps(self) -> bool:
-        """True if the coefficient follows the curvatures and errors do not grow, so that an error warrants a warning."""
+        """True if the coefficient follows the curvatures and errors do not grow: an error warrants a warning."""
         return self.follows and (self.state is None or self.state.projects)
 
     @property
