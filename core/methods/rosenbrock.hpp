@@ -4,14 +4,11 @@
 // The methods are stiffly accurate: the last stage is the error estimate, and added to the last stage's state it gives
 // the new one.
 #pragma once
-#include <algorithm>
-#include <cmath>
+#include "control.hpp"
 
 namespace core {
 
 constexpr int MOST_STAGES = 6;
-constexpr double LEAST_STEP = 1e-15;  // s; a shorter step is lost in the time
-constexpr double NEGLIGIBLE = 1e-12;  // share of a stretch that is too short for a step
 constexpr double TIME_DIFFERENCE = 1e-6;  // share of a step over which df/dt is taken
 
 struct RosenbrockMethod {
@@ -27,17 +24,6 @@ struct RosenbrockMethod {
     return stage > 0 && away == 0.0;
   }
 };
-
-// How a stretch of an integration ended (numerics/statuses.py).
-enum Status { OK, NOT_FINITE, TOO_DEEP, STALLED, STOPPED = 7 };
-
-// The step that should just meet an error of 1, given the error of this one; changes by 0.2 to 6 at most.
-inline double next_step(double step, double error, int order) {
-  if (!(error < HUGE_VAL)) return 0.2 * step;
-  double least = std::max(error, 1e-10);
-  double root = order == 4 ? std::sqrt(std::sqrt(least)) : std::pow(least, 1.0 / order);
-  return step * std::min(6.0, std::max(0.2, 0.9 / root));
-}
 
 // The interpolant at a fraction of a step, from its start, its end and two terms.
 template <class T, class F>
