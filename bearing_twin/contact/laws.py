@@ -17,6 +17,11 @@ from bearing_twin.contact.elastic import HERTZIAN
 from bearing_twin.contact.ellipse import HERTZ_U_MAX, elliptic_b_d, hertz_coefficient, hertz_rational, shape_variable
 
 
+# Numbers of the core, as PointLaw and LineLaw of core/contact/laws.hpp have them.
+HERTZ, HERTZ_EXACT, VOLUMETRIC, GIVEN, CARRIED, CARRIED_LEFT = range(6)
+PUTTOCK, JOHNSON = range(2)
+
+
 class Place(NamedTuple):
     """What a law may ask for: the gap's curvatures P <= Q [1/m], E* [Pa], the number it was given, states carried."""
 
@@ -80,7 +85,7 @@ class Law:
     """One elastic law; `name`, `help`, `fits` and `needs` are written as literals, by keyword (`contact.names`).
 
     `fits`: "point", whose `coefficient(place)` is c [N/m^power]; or "line", whose `coefficient(radius, half_thickness)`
-    is the scale [m^2] of `line.LineLaw`, numbers or arrays. `needs` names what must be known: curvatures; frozen (a
+    is the scale [m^2] of `line.LineLaw`, numbers or arrays. `number_in_core`: in the core's `PointLaw` or `LineLaw`. `needs` names what must be known: curvatures; frozen (a
     contact whose coefficient is kept); stiffness, alpha (measured by the user); state. `circle` is c/(E* sqrt R)
     in closed form between spheres, R = R1 R2/(R1 + R2), if known. A law with a `state` carries three numbers from step
     to step.
@@ -90,6 +95,7 @@ class Law:
     help: str
     fits: str
     needs: tuple[str, ...]
+    number_in_core: int
     coefficient: Callable
     power: float = HERTZIAN
     circle: float | None = None
@@ -121,6 +127,7 @@ _ROWS = (
         help="Hertz's theory by a rational function, exact to 1e-10; solved exactly for ellipses below b/a = 0.01",
         fits="point",
         needs=("curvatures",),
+        number_in_core=HERTZ,
         coefficient=hertz,
         circle=4.0 / 3.0,
     ),
@@ -129,6 +136,7 @@ _ROWS = (
         help="Hertz's theory solved for the ellipse at every evaluation",
         fits="point",
         needs=("curvatures",),
+        number_in_core=HERTZ_EXACT,
         coefficient=hertz_exact,
         circle=4.0 / 3.0,
     ),
@@ -137,6 +145,7 @@ _ROWS = (
         help="the volumetric law of paper 1: within 0.5 % of Hertz for b/a above 0.063",
         fits="point",
         needs=("curvatures",),
+        number_in_core=VOLUMETRIC,
         coefficient=volumetric,
     ),
     Law(
@@ -144,6 +153,7 @@ _ROWS = (
         help="Hertz's coefficient frozen at the contact the scene starts from",
         fits="point",
         needs=("frozen",),
+        number_in_core=GIVEN,
         coefficient=given_number,
     ),
     Law(
@@ -151,6 +161,7 @@ _ROWS = (
         help="Hertz's theory, its elliptic integrals carried as states and projected after each step (paper 1)",
         fits="point",
         needs=("curvatures", "state"),
+        number_in_core=CARRIED,
         coefficient=carried,
         state=differential.PROJECTED,
     ),
@@ -159,6 +170,7 @@ _ROWS = (
         help="the same without the projection: its errors grow without end",
         fits="point",
         needs=("curvatures", "state"),
+        number_in_core=CARRIED_LEFT,
         coefficient=carried,
         state=differential.UNPROJECTED,
     ),
@@ -167,6 +179,7 @@ _ROWS = (
         help="a linear spring of the stiffness given",
         fits="point",
         needs=("stiffness",),
+        number_in_core=GIVEN,
         coefficient=given_number,
         power=1.0,
     ),
@@ -175,6 +188,7 @@ _ROWS = (
         help="the coefficient that gives the contact time measured on two spheres",
         fits="point",
         needs=("alpha",),
+        number_in_core=GIVEN,
         coefficient=given_number,
     ),
     Law(
@@ -182,6 +196,7 @@ _ROWS = (
         help="eq. (14) of paper 3, after Puttock and Thwaite",
         fits="line",
         needs=(),
+        number_in_core=PUTTOCK,
         coefficient=line.puttock_scale,
     ),
     Law(
@@ -189,6 +204,7 @@ _ROWS = (
         help="plane strain, for discs as thick as their radius and more (Johnson, Contact Mechanics, section 5.6)",
         fits="line",
         needs=(),
+        number_in_core=JOHNSON,
         coefficient=line.johnson_scale,
     ),
 )

@@ -21,17 +21,14 @@ CORE_INLINE auto pair_contact(const Bearing &bearing, const B &between, const V 
   auto relative = velocity + cross(spin, arm);
   auto approach_rate = dot(relative, normal);
   auto slip = relative - approach_rate * normal;
-  auto depth = maximum(approach, 0.0);
-  auto root = root_of_depth(depth);
-  auto load = bearing.pair_coefficient * depth * root, stiffness = 1.5 * bearing.pair_coefficient * root;
+  auto [load, stiffness, energy] = elastic(bearing.pair_coefficient, HERTZIAN, approach);
   auto viscous = bearing.damping * load + bearing.relaxation_time * stiffness;
   auto normal_load = maximum(load + viscous * approach_rate, 0.0);
   auto square = dot(slip, slip);
-  auto smooth = square + bearing.regularisation * bearing.regularisation;
-  auto resistance = (bearing.pair_friction * normal_load) * root_and_inverse(smooth).second;
+  auto resistance = point_resistance(bearing.pair_friction * normal_load, square, bearing.regularisation);
   auto friction = (-resistance) * slip;
   return PairContact{approach, normal, arm, normal_load, slip, friction, friction - normal_load * normal,
-                     cross(arm, friction), 0.4 * load * depth, resistance * square + (normal_load - load) * approach_rate,
+                     cross(arm, friction), energy, resistance * square + (normal_load - load) * approach_rate,
                      load * approach_rate};
 }
 

@@ -73,9 +73,7 @@ CORE_INLINE auto push_of(const Seat &seat, const Groove &groove, const Plane<R, 
   auto [distance, inverse] = root_and_inverse(v.r * v.r + v.z * v.z + 1e-300);
   auto n_r = v.r * inverse, n_z = v.z * inverse;
   auto approach = distance - seat.reach(groove);
-  auto depth = maximum(approach, 0.0);
-  auto load = along_groove(groove.coefficient, n_r) * depth;
-  if (seat.power == 1.5) load = load * root_of_depth(depth);
+  auto load = elastic(along_groove(groove.coefficient, n_r), seat.power, approach).load;
   return Push{approach, load, n_r, n_z};
 }
 

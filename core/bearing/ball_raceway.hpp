@@ -8,15 +8,6 @@
 
 namespace core {
 
-constexpr double LEAST_DEPTH = 1e-12;  // m: derivatives of a root no nearer to the onset of a contact than this
-
-template <Number X>
-CORE_INLINE auto root_of_depth(const X &depth) {
-  return with_slope(depth, square_root(value_of(depth)), [&] {
-    return 0.5 / square_root(maximum(value_of(depth), LEAST_DEPTH));
-  });
-}
-
 // Where: the meridian plane of the ring through the ball's centre. How hard, as far as the place alone says.
 template <class O, class N, class A, class D, class R, class T, class W, class L, class S>
 struct ContactPlace {
@@ -73,18 +64,10 @@ CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, c
   auto point = offset + arm;
   Vector3 surface_velocity{-(ring_speed * point.y), ring_speed * point.x, Zero{}};
 
-  auto depth = maximum(approach, 0.0);
   auto coefficient = coefficient_at(bearing, raceway, normal_radial, carried);
-  auto root = root_of_depth(depth);
-  auto load = coefficient * depth * root, stiffness = 1.5 * coefficient * root;
-  if (bearing.power == 1.0) {
-    using T = ValueOf<decltype(approach)>;
-    auto touches = select(value_of(approach) > 0.0, broadcast<T>(1.0), T{});
-    load = widened<columns_of<decltype(load)>>(raceway.given * depth);
-    stiffness = stiffness * 0.0 + raceway.given * touches;
-  }
-  return std::pair{ContactPlace{offset, normal, approach, axis_distance, arm, surface_velocity, ring_speed, load,
-                               stiffness},
+  auto spring = elastic(coefficient, bearing.power, approach);
+  return std::pair{ContactPlace{offset, normal, approach, axis_distance, arm, surface_velocity, ring_speed, spring.load,
+                               spring.stiffness},
                    normal_radial};
 }
 
@@ -108,8 +91,7 @@ CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, 
   auto damping_loss = (normal_load - at.load) * approach_rate;
   if constexpr (!PATCH) {
     auto square = dot(slip, slip);
-    auto smooth = square + bearing.regularisation * bearing.regularisation;
-    auto resistance = (bearing.friction_coefficient * normal_load) * root_and_inverse(smooth).second;
+    auto resistance = point_resistance(bearing.friction_coefficient * normal_load, square, bearing.regularisation);
     auto friction = (-resistance) * slip;
     auto force = friction - normal_load * at.normal;
     return ContactAction{force, cross(at.arm, friction), dot(force, at.surface_velocity),

@@ -11,7 +11,7 @@ template <class A, class R, class S, class T>
 CORE_INLINE auto wall_action(const Bearing &bearing, const Wall &wall, const A &approach, const R &rate, const S &radial, const T &axial) {
   auto [elastic, load] = wall_load(wall, approach, rate);
   auto square = radial * radial + axial * axial;
-  auto resistance = (wall.friction * load) * root_and_inverse(square + bearing.regularisation * bearing.regularisation).second;
+  auto resistance = point_resistance(wall.friction * load, square, bearing.regularisation);
   return std::tuple{load, resistance * square + (load - elastic) * rate, -(resistance * radial), -(resistance * axial)};
 }
 

@@ -212,8 +212,8 @@ class Ring {
       Pack along_r = b.cosine * step[0] + b.sine * step[1];
       Pack along_z = step[2] + seat->arm * (b.sine * step[3] - b.cosine * step[4]);
       auto [r, z] = opening_at(b, q);
-      Pack distance = square_root(r * r + z * z), depth = maximum(distance - reach, 0.0);
-      Pack load = spring * depth * (seat->power == 1.5 ? square_root(depth) : broadcast<Pack>(1.0));
+      Pack distance = square_root(r * r + z * z);
+      Pack load = elastic(spring, seat->power, Pack(distance - reach)).load;
       total += b.present * load * (r * along_r + z * along_z) / distance;
     }
     return sum(total);

@@ -3,8 +3,8 @@
 // Frames. `bearing_link` has its origin at the outer ring's centre and z along the axis. The motion of each ball is
 // written in the frame that turns with that ball about the axis, with unit vectors (radial, tangential, axial).
 #pragma once
-#include "../contact/carried_ellipse.hpp"
-#include "../contact/patch_friction.hpp"
+#include "../contact/friction.hpp"
+#include "../contact/laws.hpp"
 
 namespace core {
 

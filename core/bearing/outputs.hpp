@@ -52,7 +52,7 @@ CORE_INLINE Contact contact_of(const Bearing &bearing, const Raceway &raceway, c
   contact.friction = filled(action.friction), contact.slip = filled(action.slip);
   Pack ball = broadcast<Pack>(1.0 / bearing.ball_radius);
   contact.approach = at.approach, contact.normal_load = action.normal_load, contact.spin_rate = spin_rate;
-  contact.energy = 1.0 / (bearing.power + 1.0) * at.load * maximum(at.approach, 0.0);
+  contact.energy = elastic_energy(bearing.power, at.load, maximum(at.approach, 0.0));
   contact.small = 0.5 * (ball - 1.0 / raceway.groove_radius);
   contact.large = 0.5 * (ball - normal_radial / (raceway.locus_radius + raceway.groove_radius * normal_radial));
   contact.drilling = filled(action.drilling);

@@ -100,11 +100,11 @@ struct CarriedContact {
   }
 };
 
-// c [N/m^1.5] = (2 pi/3) E* K^(-3/2) sqrt(D/P), and its derivative by Q at constant P, from d ln(c)/dQ = -(1 - D/K)/(2 Q).
+// c [N/m^1.5] and its derivative by Q at constant P, from d ln(c)/dQ = -(1 - D/K)/(2 Q).
 inline std::pair<double, double> coefficient_and_slope(const CarriedContact &contact, double small, double large, double modulus) {
   EllipseShape shape = contact.at(small / large);
   double k = shape.first_kind, d = carried::d_of(shape);
-  double coefficient = (2.0 * M_PI / 3.0) * modulus * std::sqrt(d / (small * k * k * k));
+  double coefficient = coefficient_of_integrals(k, d, small, modulus);
   return {coefficient, coefficient * (-0.5 * (1.0 - d / k) / large)};
 }
 

@@ -30,6 +30,12 @@ inline double axis_ratio(double small, double large) {
   return std::exp(x);
 }
 
+// c [N/m^1.5] of the Hertz load c h^1.5 from the integrals K and D (Hertz 1882; paper 1, eqs. 7 and 8), for a circle
+// 4/3 E* sqrt(R): c = (2 pi/3) E* K^(-3/2) sqrt(D/P).
+inline double coefficient_of_integrals(double k, double d, double small, double modulus) {
+  return (2.0 * M_PI / 3.0) * modulus * std::sqrt(d / (small * k * k * k));
+}
+
 struct Ellipse { double semi_major, semi_minor, peak_pressure; };
 
 // a^3 = 3 F D / (2 pi E* P (b/a)), peak pressure 3 F/(2 pi a b); all zero without load. One contact at a time: side by
