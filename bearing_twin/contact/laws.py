@@ -16,7 +16,6 @@ from bearing_twin.contact.differential import Shape
 from bearing_twin.contact.elastic import HERTZIAN
 from bearing_twin.contact.ellipse import HERTZ_U_MAX, elliptic_b_d, hertz_coefficient, hertz_rational, shape_variable
 
-
 # Numbers of the core, as PointLaw and LineLaw of core/contact/laws.hpp have them.
 HERTZ, HERTZ_EXACT, VOLUMETRIC, GIVEN, CARRIED, CARRIED_LEFT = range(6)
 PUTTOCK, JOHNSON = range(2)
@@ -85,7 +84,8 @@ class Law:
     """One elastic law; `name`, `help`, `fits` and `needs` are written as literals, by keyword (`contact.names`).
 
     `fits`: "point", whose `coefficient(place)` is c [N/m^power]; or "line", whose `coefficient(radius, half_thickness)`
-    is the scale [m^2] of `line.LineLaw`, numbers or arrays. `number_in_core`: in the core's `PointLaw` or `LineLaw`. `needs` names what must be known: curvatures; frozen (a
+    is the scale [m^2] of `line.LineLaw`, numbers or arrays. `number_in_core`: of the
+    core's `PointLaw` or `LineLaw`. `needs` names what must be known: curvatures; frozen (a
     contact whose coefficient is kept); stiffness, alpha (measured by the user); state. `circle` is c/(E* sqrt R)
     in closed form between spheres, R = R1 R2/(R1 + R2), if known. A law with a `state` carries three numbers from step
     to step.

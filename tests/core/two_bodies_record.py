@@ -1,4 +1,4 @@
-"""Steps, contacts and states of two bodies: `python tests/core/two_bodies_record.py` writes them to two_bodies_record.json.
+"""Steps, contacts and states of two bodies: `python tests/core/two_bodies_record.py` writes two_bodies_record.json.
 
 The record was made by the engine before the compiled core, by Numba: it is the truth of the port. Made anew, it would
 only hold what the core itself computes.
