@@ -5,6 +5,7 @@ import json
 import math
 import re
 
+import numpy as np
 import pytest
 
 from bearing_twin.command import cli
@@ -270,3 +271,39 @@ def test_a_speed_that_no_bearing_runs_at_is_doubtful(capsys):
     (flag,) = answered(capsys, "bearing", "6203", "--speed", "15000")["flags"]
     assert "143239 rpm" in flag
     assert not answered(capsys, "bearing", "6203", "--speed", "15000rpm")["flags"]
+
+
+def test_a_mass_on_the_stiffness_has_natural_frequencies(capsys):
+    """Held tilts: f = sqrt(k/m)/2 pi along the axes of a radial load; free tilts make all lower."""
+    found = answered(capsys, *DOWN, "--mass", "20kg")
+    stiffness = found["stiffness"]
+    wanted = sorted(math.sqrt(stiffness[i][i] / 20.0) / (2.0 * math.pi) for i in range(3))
+    assert found["natural_frequencies_hz"] == pytest.approx(wanted, rel=1e-9)
+    assert [abs(one) for one in found["natural_directions"][2]] == pytest.approx([0.0, 1.0, 0.0], abs=1e-9)
+    free = answered(capsys, "bearing", "bearing_6203", "--load", "0,-300,100", "--mass", "20000 g", "--moment", "0,0")
+    # the matrix of the mass is condensed: det K = det K_tilts det K_condensed
+    k = np.array(free["stiffness"])
+    stiffest = np.linalg.eigvalsh(k[:3, :3] / 20.0) ** 0.5 / (2.0 * math.pi)  # with tilts held there
+    assert all(one < other for one, other in zip(free["natural_frequencies_hz"], stiffest, strict=True))
+    product = math.prod((2.0 * math.pi * one) ** 2 * 20.0 for one in free["natural_frequencies_hz"])
+    assert product * np.linalg.det(k[3:, 3:]) == pytest.approx(np.linalg.det(k), rel=1e-5)
+    over = answered(capsys, *DOWN, "--mass", "20kg", "--sweep", "load=500:1000:2")
+    assert over["natural_frequencies_hz"][1] == pytest.approx(found["natural_frequencies_hz"], rel=1e-6)
+    assert "in kg, above 0" in refused(capsys, *DOWN, "--mass", "0")
+
+
+def test_stiffness_over_load_and_speed_is_a_file(capsys, tmp_path):
+    path = tmp_path / "stiffness.csv"
+    sweeps = "--sweep", "load=200:400:2", "--sweep", "speed=0:3000rpm:3"
+    assert cli.main([*DOWN, *sweeps, "--out", str(path)]) == cli.DONE
+    assert capsys.readouterr().out.count("rpm") == 2
+    rows = list(csv.DictReader(path.open(encoding="utf-8")))
+    assert [float(row["load"]) for row in rows] == [200.0] * 3 + [400.0] * 3
+    for row in rows[2], rows[3]:
+        speed, load = row["drive.speed"], row["load"]
+        alone = answered(capsys, "bearing", "bearing_6203", "--load", f"0,-{load},0", "--speed", speed)
+        assert float(row["stiffness[1][1]"]) == pytest.approx(alone["stiffness"][1][1], rel=1e-6)
+    assert "swept twice" in refused(capsys, *DOWN, "--sweep", "load=1:2:2", "--sweep", "load=1:2:2", "--csv")
+    assert "shows one of them" in refused(capsys, *DOWN, *sweeps, "--plot", str(tmp_path / "two.png"))
+    high = "--sweep", "load=1e8:1e9:2", "--sweep", "speed=0:100:2"
+    assert "no value of this sweep has an equilibrium" in refused(capsys, *DOWN, *high)

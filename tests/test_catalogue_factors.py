@@ -45,7 +45,8 @@ def test_the_factors_are_those_of_the_standard():
 
 
 def test_every_deep_groove_set_meets_factor_and_both_ratings_of_a_maker():
-    assert {name for name, entry in ENTRIES.items() if not entry.contact_angle} == set(FACTORS)
+    general = {name for name, entry in ENTRIES.items() if not entry.contact_angle and entry.found != "published"}
+    assert general == set(FACTORS)
     differ = set()
     for name, makers in FACTORS.items():
         entry = ENTRIES[name]

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from published_ratings import LIMITING_SPEEDS
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.ellipse import ellipse
@@ -251,3 +252,11 @@ def test_a_run_has_the_operating_clearance():
 def test_impossible_fits_are_refused(overrides, words):
     with pytest.raises(SceneError, match=words):
         parameters(*overrides)
+
+
+def test_limiting_speeds_meet_those_of_a_catalogue():
+    for (series, lubricant), rows in LIMITING_SPEEDS.items():
+        for place, published in enumerate(rows):
+            found = ratings.limiting_speeds(parameters(scene=f"{series}{place:02d}").geometry)[lubricant]
+            assert found * 30.0 / math.pi == pytest.approx(published, rel=0.14), (series, place)
+    assert ratings.limiting_speeds(parameters(scene="7205B").geometry) is None

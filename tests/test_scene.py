@@ -18,7 +18,16 @@ from bearing_twin.base.paths import share_path
 from bearing_twin.base.yaml_files import GREATEST_FILE
 from bearing_twin.contact.materials import MATERIALS
 from bearing_twin.kinds.sections import RunSettings, resolved_run
-from bearing_twin.run.scene import KINDS, late_keys, load_scene, open_scene, parse_scene, read_scene, scene_names
+from bearing_twin.run.scene import (
+    KINDS,
+    choose,
+    late_keys,
+    load_scene,
+    open_scene,
+    parse_scene,
+    read_scene,
+    scene_names,
+)
 from bearing_twin.uq.inputs import value_at
 from bearing_twin.uq.study import load_study
 
@@ -403,3 +412,19 @@ def test_what_comes_only_after_the_end_of_a_run_is_named(name, override, keys):
     told = late_keys(scene, 0.1)
     assert told == [f"{key} is beyond the end of the run at 0.1 s: nothing of that happens" for key in keys]
     assert not late_keys(scene, math.inf)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "said"),
+    [
+        ("two_spheres", ["first.mass=0.2258", "first.radius=19"], "first.mass = 0.2258 kg is 1e-09 times"),
+        ("sphere_on_beam", ["sphere.mass=1e-5"], "sphere.mass = 1e-05 kg is 0.0003 times"),
+        ("ellipsoid_tumbling", ["body.mass=100"], "body.mass = 100 kg is 4.2e\\+02 times"),
+        ("two_bodies_ellipsoid", ["first.mass=1e-9"], "first.mass = 1e-09 kg is"),
+        ("two_spheres", ["first.mass=0.2258"], ""),
+    ],
+)
+def test_a_mass_that_size_and_density_contradict_is_a_warning(name, changes, said):
+    warnings = [one for one in choose(load_scene(name, changes)).warnings if "size and density" in one]
+    assert len(warnings) == bool(said)
+    assert re.search(said, "".join(warnings))

@@ -4,6 +4,7 @@ import argparse
 import math
 
 from bearing_twin.base.errors import SceneError
+from bearing_twin.base.units import Limits
 from bearing_twin.command import catalogue_table
 from bearing_twin.command.outcome import Outcome, add_changes, new_path, number, overrides_of, picture_path
 
@@ -13,7 +14,8 @@ EXAMPLES = (
     "bearing_twin bearing 6308 --load 0,-3kN,0",
     "bearing_twin bearing bearing_6203 --displacement 0,-1e-5,0 --json",
     "bearing_twin bearing 6308 --load 0,-1,0 --sweep load=100:5000:20 --plot c.png",
-    "bearing_twin bearing 6308/C3 --speed 3000rpm --load 0,-2kN,0 --out sheet.html",
+    "bearing_twin bearing 6308/C3 --speed 3000rpm --load 0,-2kN,0 --mass 20kg --out sheet.html",
+    "bearing_twin bearing 6308 --load 0,-1,0 --sweep load=1kN:5kN:5 --sweep speed=0:6000rpm:4 --out stiffness.csv",
 )
 SHORT_KEYS = {"clearance": "geometry.radial_clearance", "speed": "drive.speed"}
 MOST_VALUES = 10_000
@@ -58,13 +60,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="raceway control of the balls, auto = by Harris' criterion (settled, of earlier versions: shared)",
     )
     parser.add_argument("--ball-angle", metavar="DEG", help="azimuth of ball 0 from +x (default: on the load line)")
+    parser.add_argument("--mass", metavar="M", help="natural frequencies of a mass on the ring [kg] at this stiffness")
     parser.add_argument(
         "--sweep",
+        action="append",
         metavar="KEY=FROM:TO:N",
-        help="curves over N values of load, clearance, speed or a scene's key, as clearance=0:40um:21",
+        help="curves over N values of load, clearance, speed or a scene's key, as clearance=0:40um:21; given twice, a "
+        "table over both",
     )
     parser.add_argument("--plot", metavar="PNG", help="draw the loads around the bearing, or the curves of --sweep")
-    parser.add_argument("--out", metavar="HTML", help="write a sheet with the result and its picture")
+    parser.add_argument(
+        "--out",
+        metavar="FILE",
+        help="write a sheet (.html) with result and picture, or the table of --csv (.csv)",
+    )
     parser.add_argument("--csv", action="store_true", help="print the result as comma-separated values, in SI units")
 
 
@@ -79,30 +88,40 @@ def run(arguments: argparse.Namespace) -> Outcome:
     if arguments.scene is None:
         raise SceneError("which bearing? give a designation, such as 6308, or a scene; --list lists the designations")
     picture = picture_path(arguments.plot) if arguments.plot else None
-    sheet = new_path(arguments.out, (".html", ".htm"), "sheet") if arguments.out else None
+    out = new_path(arguments.out, (".html", ".htm", ".csv"), "sheet") if arguments.out else None
+    table = out if out and out.suffix.lower() == ".csv" else None
+    sheet = out if out != table else None
     given = {name: _vector(name, getattr(arguments, name)) for name in VECTORS}
     turned = None if arguments.ball_angle is None else number("--ball-angle", arguments.ball_angle)
     angle = None if turned is None else math.radians(math.fmod(turned, 360.0))
-    sweep = _sweep(arguments.sweep) if arguments.sweep else None
+    sweeps = [_sweep(one) for one in arguments.sweep or ()]
+    if len(sweeps) > 2 or (len(sweeps) == 2 and (picture or sheet)):
+        raise SceneError(
+            "--sweep can be given twice at most, and a picture shows one of them; write two by --csv or --out NAME.csv"
+        )
 
-    if not (sweep or picture or sheet or arguments.csv) and (found := _row_alone(arguments, given)):
+    if not (sweeps or picture or out or arguments.csv or arguments.mass) and (found := _row_alone(arguments, given)):
         return found
 
     from bearing_twin.command.terminal import progress
 
     with progress("solving"):
-        result = _swept(arguments, given, angle, *sweep) if sweep else _solved(arguments, given, angle)
+        find = (_solved, _swept, _crossed)[len(sweeps)]
+        result = find(arguments, given, angle, *sweeps)
     from bearing_twin.command import bearing_table
 
-    show = bearing_table.show_sweep if sweep else bearing_table.show_equilibrium
+    show = (bearing_table.show_equilibrium, bearing_table.show_sweep, bearing_table.show_crossed)[len(sweeps)]
     if picture or sheet:
         from bearing_twin.kinds.bearing.quasi_static import picture as pictures
 
-        draw = pictures.draw_sweep if sweep else pictures.draw_equilibrium
+        draw = pictures.draw_sweep if sweeps else pictures.draw_equilibrium
         if picture:
             result["plot"] = str(draw(result, picture))
         if sheet:
             result["out"] = str(bearing_table.write_sheet(result, show, draw, sheet))
+    if table:
+        table.write_text(bearing_table.csv_of(result), encoding="utf-8")
+        result["out"] = str(table)
     if arguments.csv:
         return Outcome(result, result.get("flags", []), lambda: bearing_table.show_csv(result))
     return Outcome(result, result.get("flags", []), lambda: show(result), True)
@@ -200,6 +219,9 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
         head["fault_frequencies_hz_error"] = catalogue_answer.frequency_errors(catalogued, parameters)
     head["speed_rad_s"] = parameters.drive.speed
     found_values = answer.answer_of(parameters, law, solver, support, found)
+    if arguments.mass is not None:
+        mass = number("--mass", arguments.mass, "kg", Limits(above=0.0))
+        found_values |= answer.natural_frequencies(found.stiffness, mass, support.free[3:])
     if scene.outside:
         head["outside_range"] = list(scene.outside)
         found_values["flags"] = [*scene.outside, *found_values["flags"]]
@@ -226,38 +248,60 @@ def _evenly(first: str, last: str, count: int, unit: str) -> list[float]:
     return [begin + (end - begin) / (count - 1) * k for k in range(count)]
 
 
-def _swept(arguments, given, angle, key, first_value, last_value, count) -> dict:
-    """Curves over a sweep, with how its axis is shown."""
+def _swept(arguments, given, angle, sweep, **outer) -> dict:
+    """Curves over a sweep, with how its axis is shown; `outer` as of `_solved`."""
     from bearing_twin.base.units import with_unit
     from bearing_twin.kinds.bearing.quasi_static.answer import curves_of
-    from bearing_twin.run.scene import gives
 
-    scene = _bearing_scene(arguments)
-    if key == "load":
-        size = math.dist(_support(given, scene.parameters).loads[:3], (0.0,) * 3)
-        if size == 0.0:
-            raise SceneError("--sweep load=... changes the size of a load; give its direction by --load")
-        path, unit, axis = key, "N", {"label": "load [N]", "scale": 1.0}
-        values = _evenly(first_value, last_value, count, unit)
+    path, unit, axis, values, change = _changes(arguments, given, sweep)
 
-        def solved(value):
-            return _solved(arguments, given, angle, factor=value / size)
-    else:
-        path = SHORT_KEYS.get(key, key)
-        if gives(overrides_of(arguments, **SHORT_KEYS), path):
-            raise SceneError(f"{path} is given by --sweep and by another option; keep one of them")
-        unit = _unit_of(scene, path)
-        values = _evenly(first_value, last_value, count, unit)
-        axis = _axis_of(path, unit, values)
-
-        def solved(value):
-            return _solved(arguments, given, angle, overrides=(f"{path}={value!r}",))
+    def solved(value):
+        overrides = (*outer.get("overrides", ()), *change(value).get("overrides", ()))
+        return _solved(arguments, given, angle, **(outer | change(value) | {"overrides": overrides}))
 
     curves = curves_of(values, solved)
     first = next(k for k, one in enumerate(curves["stiffness"]) if one is not None)
     head = {name: solved(values[first])[name] for name in ("scene", "law", "arm", "control")}
     flags = [f"{path} {one['value']:g}{with_unit(unit)}: {one['reason']}" for one in curves["refused"][:1]]
     return head | {"sweep": path, "values": values, "axis": axis} | curves | {"flags": flags}
+
+
+def _crossed(arguments, given, angle, outer, inner) -> dict:
+    """A sweep over `inner` at each value of `outer`; None where it has no equilibrium at all."""
+    path, _, axis, values, change = _changes(arguments, given, outer)
+    if path == _changes(arguments, given, inner)[0]:
+        raise SceneError(f"{path} is swept twice; give another key to one --sweep")
+    curves, flags = [], []
+    for value in values:
+        try:
+            curves.append(_swept(arguments, given, angle, inner, **change(value)))
+        except SceneError as error:
+            curves.append(None)
+            flags.append(f"{path} {value:g}: {error}")
+    if not any(curves):
+        raise SceneError(flags[0])
+    flags += [flag for one in curves if one for flag in one["flags"]]
+    return {"sweep": path, "values": values, "axis": axis, "curves": curves, "flags": flags[:1]}
+
+
+def _changes(arguments, given, sweep) -> tuple:
+    """Path, unit, axis and values of a sweep, and what a value changes, as arguments of `_solved`."""
+    from bearing_twin.run.scene import gives
+
+    key, first_value, last_value, count = sweep
+    scene = _bearing_scene(arguments)
+    if key == "load":
+        size = math.dist(_support(given, scene.parameters).loads[:3], (0.0,) * 3)
+        if size == 0.0:
+            raise SceneError("--sweep load=... changes the size of a load; give its direction by --load")
+        values, axis = _evenly(first_value, last_value, count, "N"), {"label": "load [N]", "scale": 1.0}
+        return key, "N", axis, values, lambda value: {"factor": value / size}
+    path = SHORT_KEYS.get(key, key)
+    if gives(overrides_of(arguments, **SHORT_KEYS), path):
+        raise SceneError(f"{path} is given by --sweep and by another option; keep one of them")
+    unit = _unit_of(scene, path)
+    values = _evenly(first_value, last_value, count, unit)
+    return path, unit, _axis_of(path, unit, values), values, lambda value: {"overrides": (f"{path}={value!r}",)}
 
 
 def _unit_of(scene, path: str) -> str:

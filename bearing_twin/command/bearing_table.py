@@ -13,7 +13,7 @@ from pathlib import Path
 
 from bearing_twin.base.units import UNITS, known_digits, two_digits
 from bearing_twin.command import catalogue_table
-from bearing_twin.command.catalogue_table import kilonewtons
+from bearing_twin.command.catalogue_table import kilonewtons, limiting
 from bearing_twin.command.terminal import show_text
 from bearing_twin.kinds.bearing.ratings import BASE_VISCOSITY, TORQUE_SCATTER, hours_of
 
@@ -127,6 +127,13 @@ def _lives(result):
         shown = " ± ".join(_rounded(_MOMENT * part * torque) for part in (1.0, TORQUE_SCATTER))
         show_text(f"friction torque        {shown} N mm")
         show_text(f"{'':23}by Palmgren, with grease of {1e6 * BASE_VISCOSITY:g} mm²/s and no seals")
+    if limits := result["limiting_speed_rad_s"]:
+        show_text(textwrap.fill(f"limiting speed         {limiting(limits)}", 80, subsequent_indent=" " * 23))
+    if "mass_kg" in result:
+        rows = zip(result["natural_frequencies_hz"], result["natural_directions"], strict=True)
+        cells = (f"{one:.4g} along ({', '.join(f'{part:.2g}' for part in way)})" for one, way in rows)
+        words = f"natural frequencies    of {result['mass_kg']:g} kg [Hz]: {', '.join(cells)}"
+        show_text(textwrap.fill(words, 80, subsequent_indent=" " * 23))
     frequencies, off = result["fault_frequencies_hz"], result.get("fault_frequencies_hz_error", {})
     cells = (
         f"{name.replace('_', ' ')} {known_digits(value, off.get(name), 5)}"
@@ -166,6 +173,17 @@ def show_sweep(result: dict) -> None:
     show_text(textwrap.fill(L10, 80))
 
 
+def show_crossed(result: dict) -> None:
+    """Prints a sweep at each value of another one."""
+    label, scale = result["axis"]["label"], result["axis"]["scale"]
+    for value, one in zip(result["values"], result["curves"], strict=True):
+        if one is None:
+            show_text(f"\n{label} {_short(scale * value)}: no equilibrium\n")
+            continue
+        show_text(f"\n{label} {_short(scale * value)}")
+        show_sweep(one)
+
+
 def _tiny(value):
     if not math.isfinite(value):
         return "none"
@@ -196,24 +214,37 @@ ASIDE = "values", "flags", "refused"  # lists of a sweep that are no curves
 
 
 def show_csv(result: dict) -> None:
-    """Prints a result in SI units: of a sweep a row a value, else a row a number, named by its key in the JSON."""
+    """Prints a result as `csv_of` gives it."""
+    show_text(csv_of(result).rstrip("\n"))
+
+
+def csv_of(result: dict) -> str:
+    """A result in SI units: of sweeps a row a value, else a row a number, named by its key in the JSON."""
     out = io.StringIO()
     table = csv.writer(out, lineterminator="\n")
     if "sweep" in result:
-        count = len(result["values"])
-        curves = [key for key, one in result.items() if isinstance(one, list) and len(one) == count]
-        rows = [
-            {name: value for key in curves if key not in ASIDE for name, value in _numbers(key, result[key][place])}
-            for place in range(count)
-        ]
+        rows = _rows(result)
         names = dict.fromkeys(name for row in rows for name in row)
-        table.writerow([result["sweep"], *names])
-        for value, row in zip(result["values"], rows, strict=True):
-            table.writerow([value, *(row.get(name, "") for name in names)])
+        table.writerow(names)
+        table.writerows([row.get(name, "") for name in names] for row in rows)
     else:
         table.writerow(["quantity", "value"])
         table.writerows(_numbers("", result))
-    show_text(out.getvalue().rstrip("\n"))
+    return out.getvalue()
+
+
+def _rows(result: dict) -> list[dict]:
+    """The rows of a sweep, or of those at each value of another one."""
+    key, values = result["sweep"], result["values"]
+    if "curves" in result:
+        pairs = zip(values, result["curves"], strict=True)
+        return [{key: value} | row for value, one in pairs for row in (_rows(one) if one else [{}])]
+    curves = [name for name, one in result.items() if isinstance(one, list) and len(one) == len(values)]
+    return [
+        {key: value}
+        | {name: one for curve in curves if curve not in ASIDE for name, one in _numbers(curve, result[curve][place])}
+        for place, value in enumerate(values)
+    ]
 
 
 def _numbers(key: str, value) -> Iterator[tuple[str, object]]:

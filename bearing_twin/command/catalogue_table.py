@@ -54,15 +54,17 @@ def show_row(result: dict) -> None:
             _millimetres(result[f"{key}_m"]) for key in ("bore", "outside_diameter", "width")
         )
         + " mm (ISO 15)",
-        "pitch diameter": f"{_millimetres(result['pitch_diameter_m'])} ± "
-        f"{_millimetres(result['pitch_diameter_doubt_m'])} mm",
+        "pitch diameter": _millimetres(result["pitch_diameter_m"])
+        + (f" ± {_millimetres(doubt)}" if (doubt := result["pitch_diameter_doubt_m"]) else "")
+        + " mm",
         "groove radius / ball": f"inner {result['inner_conformity']:g}, outer {result['outer_conformity']:g}",
         "radial clearance": _clearance(clearance) if clearance else "",
         "contact angle": f"{math.degrees(result['contact_angle_rad']):.4g}°" if result["contact_angle_rad"] else "",
         "dynamic rating C": _rating(result, "dynamic", "ISO 281") + "; SKF's are 4 to 6 % above the standard",
         "static rating C0": _rating(result, "static", "ISO 76"),
+        "limiting speed": limiting(result["limiting_speed_rad_s"]) if result["limiting_speed_rad_s"] else "",
         "fault frequencies": ", ".join(
-            f"{name.replace('_', ' ')} {known_digits(value, off, 5)} ± {two_digits(off)}"
+            f"{name.replace('_', ' ')} {known_digits(value, off, 5)}" + (f" ± {two_digits(off)}" if off else "")
             for (name, value), off in zip(
                 result["fault_frequencies_hz"].items(), result["fault_frequencies_hz_error"].values(), strict=True
             )
@@ -106,6 +108,15 @@ def _rating(result, name: str, standard: str) -> str:
     value, published = result[f"basic_{name}_rating_n"], result[f"published_{name}_rating_n"]
     beside = f"; published {_range(published, 1e-3)} kN" if published else ""
     return f"{kilonewtons(value)} by {standard}{beside}"
+
+
+def limiting(speeds: dict[str, float]) -> str:
+    """Limiting speeds [rad/s] by lubrication, with their source."""
+    from bearing_twin.kinds.bearing.ratings import LIMITING, LIMITING_SCATTER
+
+    shown = ", ".join(f"{name} {float(f'{one * 30.0 / math.pi:.2g}'):.0f}" for name, one in speeds.items())
+    products = " and ".join(f"{1e-5 * one:g}e5" for one in LIMITING.values())
+    return f"{shown} rpm ± {100.0 * LIMITING_SCATTER:.0f} %, estimated by n d_m = {products} mm/min (FBJ)"
 
 
 def kilonewtons(value: float) -> str:

@@ -33,7 +33,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.ranges import OUTSIDE, allowed, left_by
 from bearing_twin.kinds.sections import ALIASES, FORMER_VALUES, damped_twice, not_here
 
-DESIGNATION = re.compile(r"[A-Za-z]{0,5}\d{2,6}(?![\w./ -]*\.ya?ml)[\w./ -]{0,40}")  # as 6205-2RS/C3
+DESIGNATION = re.compile(r"[A-Za-z]{0,6}[ -]{0,3}\d{2,6}(?![\w./ -]*\.ya?ml)[\w./ -]{0,40}")  # as SKF 6205-2RS/C3
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
 LONGEST_LOGGED = 8_000_000  # characters of a scene in a log
 MOST_LOGGED = 360_000  # commas in one, enough for a table of `parameters.MOST_ROWS`: a second to read

@@ -7,6 +7,8 @@ from bearing_twin.kinds.beam.impact import MOST_BYTES, MOST_MODES
 from bearing_twin.kinds.beam.parameters import TIMOSHENKO
 from bearing_twin.kinds.beam.watched import PEAK_SAMPLES
 from bearing_twin.kinds.impact.collision import FEW_STEPS
+from bearing_twin.kinds.impact.derived import homogeneous_mass
+from bearing_twin.kinds.law_words import odd_mass
 from bearing_twin.kinds.rules import BEAM, answers, sentences
 
 VOLTERRA_STEPS = 500
@@ -19,7 +21,8 @@ LONG = 5.0  # seconds of computing that are announced
 
 def choose(parameters) -> Choice:
     """A sphere on a beam: its theory, method, modes and steps; raises SceneError for more than memory holds."""
-    found, solver, warnings = answers(BEAM, parameters), parameters.solver, []
+    found, solver = answers(BEAM, parameters), parameters.solver
+    warnings = odd_mass("sphere.mass", parameters.sphere.mass, homogeneous_mass(parameters.sphere))
     stepper, theory = found["solver.stepper"].value, found["beam.theory"].value
     modes, steps = found["solver.modes"].value, found["solver.steps"].value
     few = VOLTERRA_STEPS if stepper == "volterra" else FEW_STEPS

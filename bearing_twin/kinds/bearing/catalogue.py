@@ -27,6 +27,7 @@ FOUND = {  # how a ball set was found: what that means
     "ratings": "estimated: the number and the ball size sold (steps of 1/64 inch, and some of whole millimetres) whose "
     "ratings by ISO 281 and ISO 76 are nearest to those published by FBJ and NKE; the doubts reach to other sets that "
     "come near; the ratings by SKF, which had no part in it, check the set: it meets them within 4 %",
+    "published": "number, ball and pitch diameter as they are published; see its source",
     "literature": "the example of Harris, Rolling Bearing Analysis; it rates 6 % below those published for 7218 today",
     RULE: "estimated by a rule from the boundary dimensions",
     "given": "as its file says",
@@ -48,6 +49,7 @@ class BallRule(NamedTuple):
 
 DEEP_GROOVE, ANGULAR_CONTACT = BallRule(0.29, 0.57, 2, 0.11), BallRule(0.32, 0.90, 1, 0.05)
 PITCH_DOUBT = 0.015  # relative; makers place the pitch circle off the middle between bore and outside by up to this
+MAKER = re.compile(r"(SKF|FAG|INA|NSK|NTN|SNR|KOYO|NACHI|TIMKEN|NKE|FBJ)[ -]+")
 CLEARANCES = "C2", "CN", "C3", "C4", "C5"  # groups of ISO 5753-1; CN is the normal one
 # ISO 5753-1, deep groove bearings: up to this bore [mm], least and greatest radial clearance [um] of each group
 GROUPS = (
@@ -106,6 +108,8 @@ def read_designation(word: str) -> Designation | None:
     text = text.upper()
     if len(text) > LONGEST_TEXT or not text.isascii():
         return None
+    maker = found[1] if (found := MAKER.match(text)) else ""
+    text = MAKER.sub("", text, count=1)
     for name in sorted((one for one in entries() if text.startswith(one)), key=len, reverse=True):
         rest, clearance = text[len(name) :], ""
         while rest := rest.lstrip("-/ ."):
@@ -115,6 +119,7 @@ def read_designation(word: str) -> Designation | None:
             clearance = found[0] if found[0] in CLEARANCES else clearance
             rest = rest[found.end() :]
         if not rest:
+            name = name + maker if name + maker in entries() else name
             return Designation(name, "" if clearance == "CN" else clearance)
     base = re.split(r"[-/ ]", text)[0]
     for words, pattern in OTHER_TYPES.items():
@@ -146,6 +151,7 @@ class Entry:
     source: str = text("", "where its numbers are from")
     balls_doubt: int = quantity(0, "1", "by how many the number of balls may be wrong", at_least=0, at_most=4096)
     ball_diameter_doubt: float = quantity(0.0, "m", "by how much the ball diameter may be wrong", at_least=0.0)
+    pitch_diameter_doubt: float = quantity(0.0, "m", "by how much the pitch diameter may be wrong", at_least=0.0)
     dynamic: tuple[float, float] = quantity((0.0, 0.0), "N", "least and greatest dynamic rating published; 0 = none")
     static: tuple[float, float] = quantity((0.0, 0.0), "N", "least and greatest static rating published; 0 = none")
 
@@ -304,7 +310,9 @@ def _pitch(entry: Entry) -> float:
 
 def _with_balls(entry: Entry) -> Entry:
     """The row with pitch circle and ball set; what it leaves out is found by the rule, with its doubts."""
-    found = {"pitch_diameter": _pitch(entry)}
+    found = {}
+    if not entry.pitch_diameter:
+        found = {"pitch_diameter": _pitch(entry), "pitch_diameter_doubt": PITCH_DOUBT * _pitch(entry)}
     rule = ANGULAR_CONTACT if entry.contact_angle else DEEP_GROOVE
     balls, ball = by_rule(entry)
     if not entry.ball_diameter:

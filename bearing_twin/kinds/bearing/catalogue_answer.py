@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from bearing_twin.kinds.bearing import catalogue
 from bearing_twin.kinds.bearing.quasi_static.answer import rolling_frequencies
-from bearing_twin.kinds.bearing.ratings import ratings_of, speed_doubt
+from bearing_twin.kinds.bearing.ratings import limiting_speeds, ratings_of, speed_doubt
 
 
 def row_of(name: str) -> dict:
@@ -20,7 +20,7 @@ def row_of(name: str) -> dict:
         "ball_diameter_m": entry.ball_diameter,
         "ball_diameter_doubt_m": entry.ball_diameter_doubt,
         "pitch_diameter_m": entry.pitch_diameter,
-        "pitch_diameter_doubt_m": catalogue.PITCH_DOUBT * entry.pitch_diameter,
+        "pitch_diameter_doubt_m": entry.pitch_diameter_doubt,
         "contact_angle_rad": entry.contact_angle,
         "inner_conformity": entry.inner_conformity,
         "outer_conformity": entry.outer_conformity,
@@ -36,7 +36,7 @@ def row_of(name: str) -> dict:
 def frequency_errors(name: str, parameters) -> dict[str, float]:
     """By how much fault frequencies [Hz] may be wrong, as the row's pitch circle and ball diameter may be."""
     entry, geometry, speed = catalogue.entries()[name], parameters.geometry, parameters.drive.speed
-    sizes = {"pitch_diameter": catalogue.PITCH_DOUBT * entry.pitch_diameter, "ball_diameter": entry.ball_diameter_doubt}
+    sizes = {"pitch_diameter": entry.pitch_diameter_doubt, "ball_diameter": entry.ball_diameter_doubt}
     errors = dict.fromkeys(rolling_frequencies(geometry, speed), 0.0)
     for key, doubt in sizes.items():
         ends = [replace(geometry, **{key: getattr(geometry, key) + sign * doubt}) for sign in (-1.0, 1.0)]
@@ -58,6 +58,7 @@ def answer_of(name: str, parameters) -> dict:
         "basic_dynamic_rating_n": ratings.dynamic,
         "basic_static_rating_n": ratings.static,
         "speed_rad_s": speed,
+        "limiting_speed_rad_s": limiting_speeds(parameters.geometry),
         "fault_frequencies_hz": rolling_frequencies(parameters.geometry, speed),
         "fault_frequencies_hz_error": frequency_errors(name, parameters),
         "flags": [doubt] if (doubt := speed_doubt(parameters.geometry, speed)) else [],

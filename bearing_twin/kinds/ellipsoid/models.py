@@ -1,10 +1,12 @@
 """Law and stepper of an ellipsoid on a plane, by the rules; a law is judged over the whole surface."""
 
+from dataclasses import replace
+
 from bearing_twin.base.report import Choice
 from bearing_twin.contact.friction import FRICTIONS, roughness
-from bearing_twin.kinds.ellipsoid.derived import law_error_over, shortest_contact
+from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass, law_error_over, shortest_contact
 from bearing_twin.kinds.impact.collision import FEW_STEPS
-from bearing_twin.kinds.law_words import drift, idle_step
+from bearing_twin.kinds.law_words import drift, idle_step, odd_mass
 from bearing_twin.kinds.rules import ELLIPSOID, answers, sentences
 
 RATIONAL = 1e-9  # no law is called wrong that is as near to exact Hertz as the rational form of hertz
@@ -20,7 +22,12 @@ def choose(parameters) -> Choice:
             f"the law {law} differs by {100.0 * error:.2g} % from exact Hertz somewhere on this body, more than "
             f"wanted.tolerance = {parameters.wanted.tolerance:g}; contact.normal: hertz costs no more"
         )
-    warnings += [*drift(law), *roughness(FRICTIONS[parameters.contact.friction])]
+    whole = ellipsoid_mass(replace(parameters.body, mass=0.0))
+    warnings += [
+        *odd_mass("body.mass", parameters.body.mass, whole),
+        *drift(law),
+        *roughness(FRICTIONS[parameters.contact.friction]),
+    ]
     warnings += idle_step(solver.step, stepper, ("rk4",))
     if stepper == "rk4" and solver.step > shortest_contact(parameters) / FEW_STEPS:
         warnings.append(

@@ -32,8 +32,12 @@ OUTPUTS = 400  # of a run whose output_rate is left to be chosen
 
 def sphere_mass(sphere: Sphere) -> float:
     """Mass [kg]: given, or that of the homogeneous sphere; numbers or arrays that broadcast."""
-    whole = sphere.material.density * 4.0 / 3.0 * math.pi * sphere.radius**3
-    return np.where(np.greater(sphere.mass, 0.0), sphere.mass, whole)[()]
+    return np.where(np.greater(sphere.mass, 0.0), sphere.mass, homogeneous_mass(sphere))[()]
+
+
+def homogeneous_mass(sphere: Sphere) -> float:
+    """Mass [kg] by size and density, whatever mass is given."""
+    return sphere.material.density * 4.0 / 3.0 * math.pi * sphere.radius**3
 
 
 def sphere_law(parameters: TwoSpheresScene) -> str:

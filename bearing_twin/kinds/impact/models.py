@@ -4,10 +4,10 @@ from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.impact.collision import FEW_STEPS
-from bearing_twin.kinds.impact.derived import contact_time_by, pair_contact_time
+from bearing_twin.kinds.impact.derived import contact_time_by, homogeneous_mass, pair_contact_time
 from bearing_twin.kinds.impact.facts import speed_share
 from bearing_twin.kinds.impact.methods import FIXED_STEP
-from bearing_twin.kinds.law_words import idle_step
+from bearing_twin.kinds.law_words import idle_step, odd_mass
 from bearing_twin.kinds.rules import DISCS, SPHERES, answers, sentences
 
 JOHNSON_ERROR = 0.04
@@ -28,7 +28,9 @@ def choose_spheres(parameters) -> Choice:
     law, stepper = found["contact.normal"].value, found["solver.stepper"].value
     exact = sphere_coefficient("hertz", 1.0, 1.0)
     error = 0.0 if LAWS[law].measured else abs(float(sphere_coefficient(law, 1.0, 1.0) / exact) - 1.0)
-    return Choice(law, stepper, error, sentences(found), _step_warnings(parameters, stepper))
+    pair = {"first.mass": parameters.first, "second.mass": parameters.second}
+    masses = [one for key, body in pair.items() for one in odd_mass(key, body.mass, homogeneous_mass(body))]
+    return Choice(law, stepper, error, sentences(found), (*masses, *_step_warnings(parameters, stepper)))
 
 
 def choose_discs(parameters) -> Choice:

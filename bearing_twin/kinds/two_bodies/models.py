@@ -1,15 +1,17 @@
 """Law, method and contact points of two bodies, by the rules."""
 
+from dataclasses import replace
+
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.law_words import drift
+from bearing_twin.kinds.law_words import drift, odd_mass
 from bearing_twin.kinds.rules import BODIES, answers, sentences
-from bearing_twin.kinds.two_bodies.derived import start_contact
-from bearing_twin.kinds.two_bodies.parameters import OVERLAP
+from bearing_twin.kinds.two_bodies.derived import rigid_of, start_contact
+from bearing_twin.kinds.two_bodies.parameters import HELD, OVERLAP
 
 
 def law_error(parameters, law: str) -> float:
@@ -37,5 +39,8 @@ def choose(parameters) -> Choice:
             f"the law {law} differs by {100.0 * error:.2g} % from exact Hertz here, more than wanted.tolerance = "
             f"{parameters.wanted.tolerance:g}; contact.normal: hertz is exact"
         )
+    for key, one in {"first.mass": parameters.first, "second.mass": parameters.second}.items():
+        if one.mass and one.motion != HELD:
+            warnings += odd_mass(key, one.mass, rigid_of(replace(one, mass=0.0)).mass)
     warnings += [*drift(law), *roughness(FRICTIONS[contact.friction])]
     return Choice(law, found["solver.stepper"].value, error, sentences(found), tuple(warnings))

@@ -21,7 +21,14 @@ from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
 )
 from bearing_twin.kinds.bearing.quasi_static.equilibrium_motion import LEFT
 from bearing_twin.kinds.bearing.quasi_static.model_error import model_errors
-from bearing_twin.kinds.bearing.ratings import equivalent_loads, lives_of, palmgren_torque, ratings_of, speed_doubt
+from bearing_twin.kinds.bearing.ratings import (
+    equivalent_loads,
+    limiting_speeds,
+    lives_of,
+    palmgren_torque,
+    ratings_of,
+    speed_doubt,
+)
 from bearing_twin.kinds.bearing.still import centrifugal_share, still_error
 
 NO_TORQUE = "an equilibrium has no friction; catalogue_drive_torque_nm is Palmgren's estimate with grease"
@@ -104,11 +111,39 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
         "drive_torque_nm": None,
         "catalogue_drive_torque_nm": palmgren_torque(geometry, ratings.static, force, parameters.drive.speed),
         "not_computed": {"drive_torque_nm": NO_TORQUE},
+        "limiting_speed_rad_s": limiting_speeds(geometry),
         "fault_frequencies_hz": frequencies_of(contacts, geometry.balls, parameters.drive.speed),
         "clearance_m": clearance._asdict(),
         "model_errors": model_errors(parameters, law, solver, support, found),
         "unbalanced_n": found.left,
         "flags": flags_of(parameters, solver, support, found, spots, lives.static_safety),
+    }
+
+
+def natural_frequencies(stiffness, mass: float, tilts: tuple[bool, bool]) -> dict:
+    """Undamped natural frequencies [Hz], rising, of a mass at the ring's centre on this stiffness; their directions.
+
+    Parameters
+    ----------
+    stiffness
+        (5, 5) as of `answer_of`, [N/m, N/rad, N m/rad].
+    mass
+        Of a body that does not turn [kg].
+    tilts
+        Which of the two tilts follow without inertia; the others are held.
+    """
+    matrix = np.asarray(stiffness)
+    free = [3 + i for i in range(2) if tilts[i]]
+    held, turned = matrix[:3, :3], matrix[np.ix_(free, free)]
+    if free:
+        held = held - matrix[:3, free] @ np.linalg.pinv(turned) @ matrix[free, :3]
+    squares, modes = np.linalg.eigh(0.5 * (held + held.T) / mass)
+    least = LEFT * np.abs(squares).max()  # what nothing holds
+    frequencies = np.sqrt(np.where(squares > least, squares, 0.0)) / (2.0 * math.pi)
+    return {
+        "mass_kg": mass,
+        "natural_frequencies_hz": frequencies.tolist(),
+        "natural_directions": _settled(modes.T, 1.0),
     }
 
 
@@ -149,6 +184,7 @@ def flags_of(
 
 
 EACH = ("ring_displacement_m", "misalignment_rad", "ring_force_n", "ring_moment_nm", "stiffness")
+OPTIONAL = ("natural_frequencies_hz",)
 ALONE = ("basic_life_mrev", "reference_life_mrev", "static_safety")
 GREATEST = ("normal_load_inner_n", "normal_load_outer_n", "contact_angle_inner_rad", "peak_pressure_inner_pa")
 
@@ -159,7 +195,7 @@ def curves_of(values: Iterable[float], solved: Callable[[float], dict]) -> dict:
     `greatest_<key>` is the greatest magnitude over the balls, `loaded_balls` counts those between both rings; `refused`
     holds the value and the reason of each that has no equilibrium.
     """
-    curves = {key: [] for key in (*EACH, *ALONE, *(f"greatest_{key}" for key in GREATEST), "loaded_balls")}
+    curves = {key: [] for key in (*EACH, *ALONE, *OPTIONAL, *(f"greatest_{key}" for key in GREATEST), "loaded_balls")}
     refused = []
     for value in values:
         try:
@@ -168,11 +204,12 @@ def curves_of(values: Iterable[float], solved: Callable[[float], dict]) -> dict:
             refused.append({"value": value, "reason": str(error)})
             row = dict.fromkeys(curves)
         else:
-            row = {key: found[key] for key in (*EACH, *ALONE)}
+            row = {key: found.get(key) for key in (*EACH, *ALONE, *OPTIONAL)}
             row |= {f"greatest_{key}": float(np.abs(found[key]).max()) for key in GREATEST}
             row["loaded_balls"] = sum(load > 0.0 for load in found["normal_load_inner_n"])
         for key, curve in curves.items():
             curve.append(row[key])
     if len(refused) == len(curves["stiffness"]):
         raise SceneError(f"no value of this sweep has an equilibrium; at the first: {refused[0]['reason']}")
+    curves = {key: curve for key, curve in curves.items() if key not in OPTIONAL or any(curve)}
     return curves | {"refused": refused}
