@@ -23,6 +23,7 @@ ROOMS = (
     "run",
     "uq",
     "log",
+    "vibration",
     "charts",
     "view",
     "nodes",
@@ -39,7 +40,7 @@ APART = {
     ("command", "nodes"),
     *(
         (room, "reference")
-        for room in ("pictures", "kinds", "run", "uq", "log", "view", "nodes", "command", "__main__")
+        for room in ("pictures", "kinds", "run", "uq", "log", "vibration", "view", "nodes", "command", "__main__")
     ),
 }
 REACH_ROS = {"command/node_command.py"}  # of the command line, inside functions: ROS is imported when one of them runs
@@ -48,7 +49,15 @@ NUMBERS_OF_UQ = {  # these know no files and no plots either
     *("distributions", "entropy", "inputs", "sampling", "propagation", "statistics", "modality", "histories"),
 }
 NO_PHYSICS = {"datetime", "io", "logging", "matplotlib", "mcap", "os", "pathlib", "random", "rich", "time", "yaml"}
-LATE_ROOMS = {"charts", "log", "nodes", "run", "uq", "view"}  # what the command line may only import inside functions
+LATE_ROOMS = {
+    "charts",
+    "log",
+    "nodes",
+    "run",
+    "uq",
+    "vibration",
+    "view",
+}  # what the command line may only import inside functions
 
 FORBIDDEN_NAMES = {"utils", "util", "core", "common", "helpers", "helper", "manager", "misc"}
 REQUIRED = (

@@ -14,6 +14,7 @@ from bearing_twin.command import (
     log_commands,
     node_command,
     scene_commands,
+    spectrum_command,
     study_command,
     view_commands,
 )
@@ -128,6 +129,7 @@ COMMANDS = {
     "compile": scene_commands.COMPILE,
     "contact": _of(contact_command),
     "bearing": _of(bearing_command),
+    "spectrum": _of(spectrum_command),
     "study": _of(study_command),
     "node": node_command.NODE,
     "topics": scene_commands.TOPICS,

@@ -1,0 +1,82 @@
+"""The subcommand `spectrum`: what an acceleration record says of a bearing. Imports are late, so --help is quick."""
+
+import argparse
+from pathlib import Path
+
+from bearing_twin.base.errors import BearingTwinError, SceneError
+from bearing_twin.base.units import Limits
+from bearing_twin.command.outcome import Outcome, number, picture_path
+
+HELP = "envelope spectrum of an acceleration record: lines of damage to a bearing, and a verdict"
+EXAMPLES = (
+    "bearing_twin spectrum run.mcap",
+    "bearing_twin spectrum a.csv --bearing 6205 --speed 1750rpm --plot a.png",
+    "bearing_twin spectrum a.mat --key DE_time --bearing 6205 --speed 183 --json",
+    "bearing_twin spectrum bag --topic /imu --key linear_acceleration.z --plot a.png",
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `spectrum` to its parser."""
+    parser.add_argument("file", help="a log of ours, any MCAP log or bag, .csv, .npz or .mat")
+    parser.add_argument("--topic", metavar="TOPIC", help="of a log: the topic with the record")
+    parser.add_argument("--key", metavar="NAME", help="column, variable, channel, or field of the messages")
+    parser.add_argument("--rate", metavar="HZ", help="sampling rate, where the file does not say it [Hz, or as 12kHz]")
+    parser.add_argument("--speed", metavar="W", help="of the shaft [rad/s, or as 1750rpm]; default: the log's own")
+    parser.add_argument(
+        "--bearing",
+        metavar="NAME",
+        help="designation, such as 6205, or scene with the ball set; default: the log's own",
+    )
+    parser.add_argument(
+        "--band", metavar="LOW,HIGH", help="band of the envelope [Hz]; default: of four octaves the most impulsive"
+    )
+    parser.add_argument("--plot", metavar="PNG", help="draw the spectrum with the lines of damage")
+
+
+def run(arguments: argparse.Namespace) -> Outcome:
+    """Reads the record and judges it; raises BearingTwinError with a sentence for what cannot be judged."""
+    above = Limits(above=0.0)
+    picture = picture_path(arguments.plot) if arguments.plot else None
+    rate = None if arguments.rate is None else number("--rate", arguments.rate, "Hz", above)
+    speed = None if arguments.speed is None else number("--speed", arguments.speed, "rad/s")
+    band = None if arguments.band is None else _band(arguments.band)
+    geometry = None if arguments.bearing is None else _geometry(arguments.bearing)
+
+    from bearing_twin.command.terminal import progress
+    from bearing_twin.vibration.envelope import spectrum_of
+    from bearing_twin.vibration.records import read_record
+
+    with progress(f"reading {arguments.file}"):
+        record = read_record(arguments.file, arguments.key, rate, arguments.topic)
+        speed = record.speed if speed is None else speed
+        geometry = record.geometry if geometry is None else geometry
+        if speed is None:
+            raise BearingTwinError(f"{arguments.file} does not say how fast the shaft turns; give --speed, as 1750rpm")
+        if geometry is None:
+            raise BearingTwinError(f"{arguments.file} does not name its bearing; give --bearing, as 6205")
+        found = spectrum_of(record.samples, record.rate, geometry, speed, band)
+    result = {"file": str(arguments.file), "rate_hz": record.rate} | found.as_dict()
+    if picture:
+        from bearing_twin.vibration.picture import draw_spectrum
+
+        result["plot"] = str(draw_spectrum(found, Path(arguments.file).name, picture))
+    return Outcome(result, list(found.warnings))
+
+
+def _band(text: str) -> tuple[float, float]:
+    ends = text.split(",")
+    if len(ends) != 2:
+        raise BearingTwinError("--band must be two frequencies, as 2kHz,5.9kHz")
+    low, high = (number("--band", end.strip(), "Hz") for end in ends)
+    return low, high
+
+
+def _geometry(name: str):
+    from bearing_twin.run.scene import load_scene
+
+    scene = load_scene(name)
+    geometry = getattr(scene.parameters, "geometry", None)
+    if scene.kind != "bearing" or geometry is None:
+        raise SceneError(f"{scene.name} is no bearing; give a designation, as 6205, or a scene of kind bearing")
+    return geometry

@@ -1,0 +1,396 @@
+"""Envelope spectrum of an acceleration record, and the lines that damage to a bearing leaves in it.
+
+The envelope of a band around a resonance repeats at the rate at which damage is rolled over (Randall and Antoni,
+Rolling element bearing diagnostics, Mechanical Systems and Signal Processing 25, 2011). Frequencies are searched in
+orders, multiples of the shaft's speed, for the cage is slower than by kinematics (slip) or faster (contact angle).
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy import fft, ndimage
+
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.kinds.bearing.quasi_static.answer import rolling_frequencies
+
+HARMONICS = (1, 2, 3)
+OCTAVES = 4
+TOP = 0.95  # of the Nyquist frequency, where the highest octave ends: above it converters filter
+SLOWER = 0.02  # of the cage, against kinematics at the nominal contact angle  # tuned: slip
+FASTER = 0.016  # tuned: contact angle, 0.6 % of BPFO in print, and pitch circles that differ from the catalogue's
+SPEED_DOUBT = 0.02  # of a given speed, within which the shaft's line is looked for  # tuned: slip of induction motors
+LEAST_TURNS = 20  # of the shaft in a record
+LENGTH = 256  # turns in a stretch of which a spectrum is made  # tuned: fine lines against slip, which smears them
+OUTSTANDING = 15.0  # dB, mean of three harmonics over the median around them  # tuned: noise alone reaches 9
+APART = 6.0  # dB, of the verdict's family over the next  # tuned: a family's harmonics come near another's
+LEAST_LINE = 10.0  # dB, of a line that is there  # tuned: above the greatest of some fifty bins of noise
+LARGEST_CLIPPED = 2e-4  # share of samples at a limit of the converter
+
+
+class Family(NamedTuple):
+    """Lines of one sort of damage: the part, order of the first line, order of its sidebands, where it may lie."""
+
+    name: str
+    part: str
+    order: float
+    sideband: str
+    sideband_order: float
+    slower: float
+    faster: float
+
+
+class Line(NamedTuple):
+    """A line of the envelope spectrum: expected and found frequency [Hz], relative offset, amplitude [m/s^2], level."""
+
+    name: str
+    expected_hz: float
+    found_hz: float
+    off: float
+    amplitude: float
+    over_noise_db: float
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Envelope spectrum of a record: `orders` (of the shaft), `amplitude` [m/s^2] and `level` [dB over the median].
+
+    `verdict` is outer, inner, ball or NOTHING; `level_db` the mean level of the first three lines of each family, which
+    the verdict rests on; `by_order` is True where the envelope was resampled by the shaft's angle.
+    """
+
+    verdict: str
+    shaft_hz: float
+    by_order: bool
+    band_hz: tuple[float, float]
+    lines: tuple[Line, ...]
+    level_db: dict[str, float]
+    rms: float
+    kurtosis: float
+    seconds: float
+    warnings: tuple[str, ...]
+    orders: np.ndarray
+    amplitude: np.ndarray
+    level: np.ndarray
+
+    def as_dict(self) -> dict:
+        """The result as plain data."""
+        plain = ("verdict", "shaft_hz", "by_order", "band_hz", "level_db", "rms", "kurtosis", "seconds")
+        found = {name: getattr(self, name) for name in plain}
+        return found | {"lines": [line._asdict() for line in self.lines]}
+
+
+NOTHING = "nothing stands out"
+
+
+def families_of(geometry) -> tuple[Family, ...]:
+    """The four families of a ball set, in orders of the inner ring, the outer being at rest."""
+    turn = rolling_frequencies(geometry, 2.0 * math.pi)
+    cage = turn["ftf"]
+    inner = cage / (1.0 - cage)  # the inner ring passes the balls as much slower as the cage turns faster
+    return (
+        Family("BPFO", "outer", turn["bpfo"], "fs", 1.0, SLOWER, FASTER),
+        Family("BPFI", "inner", turn["bpfi"], "fs", 1.0, FASTER * inner, SLOWER * inner),
+        Family("2BSF", "ball", 2.0 * turn["ball_spin"], "FTF", cage, FASTER, 2.0 * FASTER),
+        Family("FTF", "cage", cage, "", 0.0, SLOWER, FASTER),
+    )
+
+
+def checked(samples, rate: float) -> tuple[np.ndarray, tuple[str, ...]]:
+    """The samples as float32 without their mean, and warnings; raises BearingTwinError for a record of no use."""
+    samples = np.asarray(samples)
+    if samples.ndim != 1 or samples.dtype.kind not in "fiu" or len(samples) < 16:
+        raise BearingTwinError("the record must be one row of at least 16 numbers; choose it by --key")
+    if not 0.0 < rate < math.inf:
+        raise BearingTwinError(f"the sampling rate {rate:g} Hz must be above zero; give it by --rate")
+    mean = samples.mean(dtype=float)
+    if not math.isfinite(mean):
+        bad = np.flatnonzero(~np.isfinite(samples))
+        raise BearingTwinError(
+            f"{len(bad)} samples are not finite, the first at {bad[0] / rate:.6g} s; cut the record there"
+        )
+    least, greatest = samples.min(), samples.max()
+    reach = float(greatest) - float(least)
+    if not reach > 1e-9 * abs(mean):
+        raise BearingTwinError("the record is constant: the sensor was not connected, or this is another channel")
+    clipped = 0
+    for limit, near in ((least, samples < least + 0.01 * reach), (greatest, samples > greatest - 0.01 * reach)):
+        at = np.count_nonzero(samples == limit)
+        if at >= 10 and at > 2 * (np.count_nonzero(near) - at):  # as many as nowhere else
+            clipped += at
+    if clipped > LARGEST_CLIPPED * len(samples):
+        raise BearingTwinError(
+            f"the record is clipped: {clipped} samples stand at its limits of {float(least):.4g} and "
+            f"{float(greatest):.4g}; measure again with a wider range"
+        )
+    warnings = (f"{clipped} samples are clipped",) if clipped else ()
+    return np.subtract(samples, mean, dtype=np.float32, casting="unsafe"), warnings
+
+
+class _Bands:
+    """The Fourier transform of a record, and the envelopes of its bands."""
+
+    def __init__(self, samples: np.ndarray, rate: float):
+        self.length, self.rate = fft.next_fast_len(len(samples), real=True), rate
+        self.transform, self.step = fft.rfft(samples, self.length), rate / self.length
+        self.seconds = len(samples) / rate
+
+    def envelope(self, low: float, high: float) -> tuple[np.ndarray, float]:
+        """Envelope of the band from `low` to `high` [Hz], without the transform's zeros at the end, and its rate."""
+        first, last = round(low / self.step), round(high / self.step)
+        count = fft.next_fast_len(2 * (last - first))  # twice the band, so that the modulus is not folded
+        inside = np.zeros(count, self.transform.dtype)
+        inside[: last - first] = self.transform[first:last]
+        rate = count * self.step
+        found = fft.ifft(inside, overwrite_x=True)[: int(self.seconds * rate)]
+        return np.abs(found) * np.float32(2.0 * count / self.length), rate
+
+    def below(self, high: float) -> tuple[np.ndarray, float]:
+        """The record itself below `high` [Hz], and the lower rate at which it is then sampled."""
+        last = min(round(high / self.step), len(self.transform) - 1)
+        count = fft.next_fast_len(2 * last, real=True)
+        found = fft.irfft(self.transform[:last], count)
+        rate = count * self.step
+        return found[: int(self.seconds * rate)] * np.float32(count / self.length), rate
+
+
+def kurtosis_of(values: np.ndarray) -> float:
+    """Fourth central moment over the square of the second: 3 of Gaussian noise."""
+    square = np.square(values - values.mean())
+    return float(np.mean(np.square(square), dtype=float) / np.mean(square, dtype=float) ** 2)
+
+
+def _band(bands: _Bands, least: float) -> tuple[float, float]:
+    """Of four octaves below the Nyquist frequency, each at least `least` [Hz] wide, that of the greatest kurtosis."""
+    high, found = TOP * 0.5 * bands.rate, []
+    for octave in range(OCTAVES):
+        ends = high / 2 ** (octave + 1), high / 2**octave
+        if ends[1] - ends[0] >= least:
+            square = np.square(bands.envelope(*ends)[0])
+            found.append((float(np.mean(np.square(square), dtype=float) / np.mean(square, dtype=float) ** 2), ends))
+    if not found:
+        raise BearingTwinError(
+            f"the sampling rate of {bands.rate:g} Hz is too low for this bearing at this speed; sample with at least "
+            f"{math.ceil(4.0 * least / TOP):d} Hz"
+        )
+    return max(found)[1]
+
+
+class _Lines:
+    """Amplitude spectrum over orders of `values`, with `rate` values a turn of the shaft, and its level over noise."""
+
+    def __init__(self, values: np.ndarray, rate: float, highest: float, turns: int = LENGTH):
+        length = min(len(values), round(turns * rate))
+        window = np.hanning(length + 1)[:-1].astype(np.float32)
+        padded, starts = fft.next_fast_len(2 * length, real=True), range(0, len(values) - length + 1, length // 2)
+        self.step = rate / padded
+        self.count = min(int(highest / self.step), padded // 2) + 1
+        power = np.zeros(self.count)
+        for start in starts:
+            part = values[start : start + length]
+            power += np.abs(fft.rfft((part - part.mean()) * window, padded)[: self.count]) ** 2
+        self.amplitude = np.sqrt(power / len(starts)) * 2.0 / window.sum()
+        self.orders = self.step * np.arange(self.count)
+        around = ndimage.median_filter(self.amplitude, max(3, round(1.0 / self.step) | 1), mode="reflect")
+        self.level = 20.0 * np.log10(np.maximum(self.amplitude, 1e-300) / np.maximum(around, 1e-300))
+        self.width = 2.0 * rate / length  # to the first zero of a line
+        self.apart = self.level.copy()  # without the shaft's own lines
+        self.apart[np.abs(self.orders - np.rint(self.orders)) < self.width] = 0.0
+
+    def comb(self, orders: np.ndarray, harmonics=HARMONICS, apart: bool = True) -> np.ndarray:
+        """Levels [dB] (harmonic, order) of the harmonics of these orders."""
+        level = ndimage.maximum_filter1d(self.apart if apart else self.level, 3)
+        place = np.rint(np.outer(harmonics, orders) / self.step).astype(int)
+        return level[np.minimum(place, self.count - 1)]
+
+    def peak(self, order: float) -> tuple[float, float, float]:
+        """Order, amplitude and level of the top next to `order`, between bins by a parabola."""
+        middle = round(order / self.step)
+        first = min(max(middle - 2, 1), self.count - 2)
+        top = first + int(np.argmax(self.amplitude[first : max(first + 1, min(middle + 3, self.count - 1))]))
+        a, b, c = np.log(np.maximum(self.amplitude[top - 1 : top + 2], 1e-300))
+        bend = a - 2.0 * b + c
+        shift = float(np.clip(0.5 * (a - c) / bend, -0.5, 0.5)) if bend < 0.0 else 0.0
+        return (top + shift) * self.step, float(self.amplitude[top]), float(self.level[top])
+
+
+def _best(lines: _Lines, order: float, slower: float, faster: float, harmonics=HARMONICS, apart: bool = True):
+    """The order near `order` whose harmonics stand out most, with their levels [dB]."""
+    reach = order * (slower + faster)
+    tried = np.linspace(
+        order * (1.0 - slower), order * (1.0 + faster), 2 + int(4 * max(harmonics) * reach / lines.step)
+    )
+    levels = lines.comb(tried, harmonics, apart)
+    mean = np.mean(np.maximum(levels, 0.0), axis=0)
+    flat = np.flatnonzero(mean > mean.max() - 1e-9)
+    best = flat[len(flat) // 2]
+    return float(tried[best]), levels[:, best], float(mean[best])
+
+
+SHAFT_HARMONICS = (1, 2, 3, 4)
+
+
+def _refined(signals, shaft: float) -> float:
+    """Speed of the shaft [Hz] by its lines in the record or in its envelope; as given where there are none."""
+    found = []
+    for values, rate in signals:
+        lines = _Lines(values, rate / shaft, 4.5, turns=4 * LENGTH)
+        order, levels, mean = _best(lines, 1.0, SPEED_DOUBT, SPEED_DOUBT, SHAFT_HARMONICS, apart=False)
+        if np.sum(levels > LEAST_LINE) >= 2 and mean > LEAST_LINE:
+            highest = max(k for k, level in zip(SHAFT_HARMONICS, levels, strict=True) if level > LEAST_LINE)
+            found.append((mean, lines.peak(order * highest)[0] / highest))
+    return shaft * max(found, default=(0.0, 1.0))[1]
+
+
+WINDOW, FURTHEST = 24, 0.1  # turns of a window in which speed is measured; change of speed that is followed
+
+
+def _tracked(signals, shaft: float, seconds: float) -> tuple[np.ndarray, np.ndarray] | None:
+    """Times [s] and speeds [Hz] of a shaft whose lines are followed from window to window; None where they are lost."""
+    length = WINDOW / shaft
+    times = np.arange(0.5 * length, seconds - 0.5 * length, 0.25 * length)
+    speeds = []
+    for time in times:
+        best = (0.0, math.nan)
+        for values, rate in signals:
+            part = values[int((time - 0.5 * length) * rate) : int((time + 0.5 * length) * rate)]
+            lines = _Lines(np.pad(part - part.mean(), (0, 3 * len(part))), rate / shaft, 4.5, turns=4 * WINDOW)
+            order, _, mean = _best(lines, 1.0, FURTHEST, FURTHEST, SHAFT_HARMONICS, apart=False)
+            best = max(best, (mean, order))
+        speeds.append(best[1] * shaft)
+    if len(times) < 5 or not np.all(np.isfinite(speeds)):
+        return None
+    smooth = ndimage.median_filter(np.array(speeds), 5, mode="nearest")
+    off = np.abs(np.array(speeds) / smooth - 1.0)
+    if np.mean(off < 0.01) < 0.8:
+        return None
+    return times, ndimage.gaussian_filter1d(smooth, 1.0, mode="nearest")
+
+
+def _by_angle(values: np.ndarray, rate: float, times, speeds) -> tuple[np.ndarray, float]:
+    """Values at equal angles of the shaft, and how many there are a turn; speeds [Hz] are linear between `times`."""
+    at = np.arange(len(values)) / rate
+    turned = np.cumsum(np.interp(at, times, speeds)) / rate
+    turned -= turned[0]
+    per_turn = math.ceil(rate / np.min(speeds))
+    even = np.arange(int(turned[-1] * per_turn)) / per_turn
+    return np.interp(even, turned, values).astype(np.float32), float(per_turn)
+
+
+def spectrum_of(samples, rate: float, geometry, speed, band: tuple[float, float] | None = None) -> Spectrum:
+    """Envelope spectrum of an acceleration record, the lines of damage in it and a verdict.
+
+    Parameters
+    ----------
+    samples : array (N,)
+        Acceleration [m/s^2], or in any unit, which the amplitudes then have.
+    rate : float
+        Samples a second [Hz].
+    geometry
+        `geometry` of a bearing scene: ball set and contact angle.
+    speed : float or (times, speeds)
+        Of the shaft [rad/s]; a number is refined on the shaft's line, a course over time [s] is taken as it is.
+    band : (float, float), optional
+        Band [Hz] whose envelope is taken; default: of four octaves that of the greatest kurtosis.
+
+    Raises
+    ------
+    BearingTwinError
+        For a record or a band of no use, with a sentence that says what to do.
+    """
+    samples, warnings = checked(samples, rate)
+    course = None
+    if not np.isscalar(speed):
+        times, speeds = np.asarray(speed[0], float), np.abs(np.asarray(speed[1], float)) / (2.0 * math.pi)
+        shaft = float(np.mean(speeds))
+        course = (times, speeds) if np.ptp(speeds) > 1e-4 * shaft else None
+    else:
+        shaft = abs(float(speed)) / (2.0 * math.pi)
+    seconds = len(samples) / rate
+    if not 0.0 < shaft < math.inf:
+        raise BearingTwinError("the speed of the shaft must be above zero; give it by --speed, as 1750rpm")
+    if seconds * shaft < LEAST_TURNS:
+        raise BearingTwinError(
+            f"the record of {seconds:.4g} s has {seconds * shaft:.1f} turns of the shaft; give at least {LEAST_TURNS}"
+        )
+    families = families_of(geometry)
+    highest = 1.05 * max(HARMONICS) * max(family.order for family in families) + 1.0
+    bands = _Bands(samples, rate)
+    fastest = shaft if course is None else float(np.max(course[1]))
+    if band is None:
+        band = _band(bands, highest * fastest)
+    elif not (0.0 <= band[0] < band[1] <= 0.5 * rate and band[1] - band[0] >= highest * fastest):
+        raise BearingTwinError(
+            f"the band from {band[0]:g} to {band[1]:g} Hz must lie below {0.5 * rate:g} Hz and be at least "
+            f"{highest * fastest:.0f} Hz wide for this bearing at this speed"
+        )
+    envelope, envelope_rate = bands.envelope(*band)
+    if np.isscalar(speed):
+        shaft, course = _speed(bands, (envelope, envelope_rate), shaft)
+    values, per_turn = envelope, envelope_rate / shaft
+    if course is not None:
+        values, per_turn = _by_angle(envelope, envelope_rate, *course)
+    lines = _Lines(values, per_turn, highest)
+    found, scores, shown = _judged(lines, families, shaft)
+    return Spectrum(
+        verdict=found,
+        shaft_hz=shaft,
+        by_order=course is not None,
+        band_hz=(float(band[0]), float(band[1])),
+        lines=shown,
+        level_db=scores,
+        rms=float(np.sqrt(np.mean(np.square(samples), dtype=float))),
+        kurtosis=kurtosis_of(samples),
+        seconds=seconds,
+        warnings=warnings,
+        orders=lines.orders,
+        amplitude=lines.amplitude,
+        level=lines.level,
+    )
+
+
+def _speed(bands: _Bands, envelope, shaft: float):
+    """Mean speed [Hz] of the shaft by its line, and its course where that makes the line stand out more."""
+    signals = (bands.below(12.0 * shaft), envelope)
+    refined = _refined(signals, shaft)
+    course = _tracked(signals, refined, bands.seconds)
+    if course is None or np.ptp(course[1]) < 2e-3 * refined:
+        return refined, None
+
+    def sharpness(resampled) -> float:
+        lines = (_Lines(values, rate, 4.5) for values, rate in resampled)
+        return max(_best(one, 1.0, SPEED_DOUBT, SPEED_DOUBT, SHAFT_HARMONICS, apart=False)[2] for one in lines)
+
+    steady = sharpness((values, rate / refined) for values, rate in signals)
+    followed = sharpness(_by_angle(values, rate, *course) for values, rate in signals)
+    if followed < steady + 3.0:
+        return refined, None
+    at = np.linspace(0.0, bands.seconds, 1000)
+    return float(np.mean(np.interp(at, *course))), course
+
+
+def _judged(lines: _Lines, families, shaft: float) -> tuple[str, dict[str, float], tuple[Line, ...]]:
+    """Verdict, the mean level [dB] of each family's harmonics, and all lines."""
+    shown, scores, there = [], {}, {}
+    for family in families:
+        order, levels, scores[family.name] = _best(lines, family.order, family.slower, family.faster)
+        there[family.name] = np.sum(levels > LEAST_LINE) >= 2
+        sides = []
+        for harmonic in HARMONICS:
+            places = [(harmonic, 0)]
+            places += [(harmonic, side) for side in (-1, 1)] if family.sideband else []
+            for multiple, side in places:
+                name = (f"{multiple}x" if multiple > 1 else "") + family.name
+                name += f"{'-+'[side > 0]}{family.sideband}" if side else ""
+                expected = multiple * family.order + side * family.sideband_order
+                at, amplitude, level = lines.peak(multiple * order + side * family.sideband_order)
+                shown.append(Line(name, expected * shaft, at * shaft, at / expected - 1.0, amplitude, level))
+                sides += [level] if side and multiple == 1 else []
+        if family.part == "ball":  # its lines come with those of the cage, which carries it through the load
+            there[family.name] &= bool(np.mean(sides) > LEAST_LINE)
+    parts = {family.name: family.part for family in families}
+    judged = sorted((name for name in parts if parts[name] != "cage"), key=scores.get, reverse=True)
+    first, second = judged[:2]
+    stands_out = scores[first] >= OUTSTANDING and scores[first] >= scores[second] + APART and there[first]
+    return (parts[first] if stands_out else NOTHING), scores, tuple(shown)

@@ -1,0 +1,153 @@
+"""What `bearing_twin spectrum` says of records made by formulas of other authorship (`acceleration_records`)."""
+
+import json
+
+import numpy as np
+import pytest
+import scipy.io
+from acceleration_records import frequencies, record
+
+from bearing_twin.command import cli
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.encoding import encoded
+from bearing_twin.log.raw_log import RawLogWriter
+
+SHAFT, RATE = 29.5, 12_000.0
+BEARING = ("--bearing", "6205", "--speed", "1775rpm")  # the shaft's line is 0.3 % slower
+FAMILY = {"outer": "BPFO", "inner": "BPFI", "ball": "2BSF"}
+
+
+def spectrum(capsys, path, *options) -> dict:
+    assert cli.main(["spectrum", str(path), *options, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def saved(tmp_path, samples, rate=RATE):
+    path = tmp_path / "record.npz"
+    np.savez(path, x=samples, rate=rate)
+    return path
+
+
+RECORDS = (
+    *(
+        {"damage": "outer", "slip": slip, "seed": seed, "off": off}
+        for slip, seed, off in ((0.01, 1, 0.005), (0.02, 2, -0.01))
+    ),
+    *({"damage": "inner", "slip": slip, "seed": seed, "strength": 3.0} for slip, seed in ((0.005, 3), (0.01, 4))),
+    {"damage": "outer", "strength": 2.0, "wander": 0.02, "seed": 5},
+    {"damage": "inner", "strength": 3.0, "wander": 0.02, "slip": 0.005, "seed": 6},
+    {"damage": "outer", "shaft_lines": 20.0, "seed": 7},
+    {"damage": "outer", "shaft": 20.0, "rate": 48_000.0, "seed": 8, "strength": 2.0},
+)
+
+
+def test_damaged_raceways_are_named_and_their_lines_found(capsys, tmp_path):
+    for made in RECORDS:
+        shaft = made.get("shaft", SHAFT)
+        path = saved(tmp_path, record(**made), made.get("rate", RATE))
+        found = spectrum(capsys, path, "--bearing", "6205", "--speed", f"{60.18 * shaft}rpm")
+        assert found["verdict"] == made["damage"], made
+        assert found["shaft_hz"] == pytest.approx(shaft, rel=1e-3), made
+        assert found["by_order"] == ("wander" in made)
+        line = next(one for one in found["lines"] if one["name"] == FAMILY[made["damage"]])
+        true = frequencies(shaft)[made["damage"]] * (1 + made.get("off", 0.0))
+        assert line["found_hz"] == pytest.approx(true, rel=3e-3), made
+        assert line["off"] == pytest.approx(line["found_hz"] / line["expected_hz"] - 1.0, abs=1e-9)
+
+
+def test_records_of_no_damage_and_of_a_hidden_one_are_not_misnamed(capsys, tmp_path):
+    healthy = [{"seed": seed, "shaft_lines": lines} for seed in range(10, 14) for lines in (0.0, 1.0, 20.0)]
+    for made in (*healthy, {"wander": 0.02}, {"damage": "outer", "strength": 0.05}):
+        assert spectrum(capsys, saved(tmp_path, record(**made)), *BEARING)["verdict"] == "nothing stands out", made
+    for seed in range(4):
+        made = record("ball", seed=seed, strength=(0.5, 1.0, 2.0, 4.0)[seed])
+        assert spectrum(capsys, saved(tmp_path, made), *BEARING)["verdict"] in ("ball", "nothing stands out")
+
+
+def test_sidebands_show_how_damage_goes_through_the_load(capsys, tmp_path):
+    found = spectrum(capsys, saved(tmp_path, record("inner", strength=4.0, slip=0.003)), *BEARING)
+    level = {one["name"]: one["over_noise_db"] for one in found["lines"]}
+    assert min(level["BPFI-fs"], level["BPFI+fs"]) > 15.0 > level["BPFO+fs"]
+    assert {f"{k}{name}" for k in ("", "2x", "3x") for name in (*FAMILY.values(), "FTF")} <= level.keys()
+
+
+def test_one_record_in_every_kind_of_file_says_the_same(capsys, tmp_path):
+    samples = record("outer", seconds=5.0, strength=2.0).astype(np.float32)
+    times = np.arange(len(samples)) / RATE
+    np.savetxt(tmp_path / "a.csv", np.c_[times, samples], delimiter=",", header="time,acceleration", comments="")
+    np.savetxt(tmp_path / "b.csv", samples)
+    np.savez(tmp_path / "c.npz", x=samples, y=np.zeros(100))
+    scipy.io.savemat(tmp_path / "d.mat", {"X97_DE_time": samples[:, None], "X97_FE_time": samples[::-1][:, None]})
+    imu, floats = "sensor_msgs/msg/Imu", "std_msgs/msg/Float64"
+    with RawLogWriter(tmp_path / "e.mcap") as log:
+        for ros_type, name in ((imu, "/imu"), (floats, "/force")):
+            log.add_topic(name, ros_type, cdr.schema_text(ros_type), cdr.type_hash(ros_type), (Qos(),))
+        topic = log.add_topic("/shaken", imu, cdr.schema_text(imu), cdr.type_hash(imu), (Qos(),))
+        for time, value in zip(np.rint(1e9 * times).astype(int).tolist(), samples.tolist(), strict=True):
+            log.write(topic, time, time, encoded(imu, {"linear_acceleration": {"z": value}}, time, "sensor"))
+    options = {
+        "a.csv": (),
+        "b.csv": ("--rate", "12kHz"),
+        "c.npz": ("--key", "x", "--rate", "12000"),
+        "d.mat": ("--key", "DE_time", "--rate", "12kHz"),
+        "e.mcap": ("--topic", "/shaken", "--key", "linear_acceleration.z"),
+    }
+    found = {name: spectrum(capsys, tmp_path / name, *given, *BEARING) for name, given in options.items()}
+    for name, one in found.items():
+        assert one["verdict"] == "outer", name
+        assert one["rms"] == pytest.approx(float(np.std(samples, dtype=float)), rel=1e-4), name
+        first, line = found["b.csv"]["lines"][0], one["lines"][0]
+        assert line["found_hz"] == pytest.approx(first["found_hz"], rel=1e-6), name
+
+
+def test_kurtosis_and_band_and_picture(capsys, tmp_path):
+    random = np.random.default_rng(1)
+    path = saved(tmp_path, random.standard_normal(120_000))
+    assert spectrum(capsys, path, *BEARING)["kurtosis"] == pytest.approx(3.0, abs=0.1)
+    wanted = ("--band", "2kHz,5.9kHz", "--plot", str(tmp_path / "p.png"))
+    found = spectrum(capsys, path, *BEARING, *wanted)
+    assert found["band_hz"] == [2000.0, 5900.0]
+    assert (tmp_path / "p.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def with_gap(samples):
+    times = np.arange(len(samples)) / RATE
+    times[40_000:] += 0.01
+    return {"time": times, "x": samples}
+
+
+BAD = {  # what is wrong: the arrays of a file, options, a word of the sentence
+    "constant": ({"x": np.full(50_000, 2.0)}, (), "constant"),
+    "not finite": ({"x": np.where(np.arange(50_000) == 7_000, np.nan, record(seconds=5)[:50_000])}, (), "finite"),
+    "clipped": ({"x": np.clip(record("outer", strength=3.0), -1.5, 1.5)}, (), "clipped"),
+    "gap": (with_gap(record(seconds=5)), (), "gap"),
+    "no speed": ({"x": record(seconds=5)}, ("--bearing", "6205", "--rate", "12kHz"), "speed"),
+    "no bearing": ({"x": record(seconds=5)}, ("--speed", "1770rpm", "--rate", "12kHz"), "bearing"),
+    "no rate": ({"x": record(seconds=5)}, BEARING, "rate"),
+    "rate too low": ({"x": record(seconds=5)[::10]}, (*BEARING, "--rate", "1200"), "at least"),
+    "too short": ({"x": record(seconds=0.5)}, (), "turns"),
+    "standing": ({"x": record(seconds=5)}, ("--bearing", "6205", "--speed", "0", "--rate", "12kHz"), "above zero"),
+    "text": ({"x": np.array(["a", "b"] * 50)}, (), "numbers"),
+    "several": ({"x": record(seconds=5), "y": record(seconds=5)}, (), "--key"),
+    "wrong band": ({"x": record(seconds=5)}, (*BEARING, "--rate", "12kHz", "--band", "2kHz,9kHz"), "band"),
+}
+
+
+@pytest.mark.parametrize("wrong", BAD)
+def test_a_record_of_no_use_is_refused_in_a_sentence(capsys, tmp_path, wrong):
+    arrays, options, word = BAD[wrong]
+    np.savez(tmp_path / "record.npz", **arrays)
+    rate = () if "time" in arrays else ("--rate", "12kHz")
+    assert cli.main(["spectrum", str(tmp_path / "record.npz"), *(options or (*BEARING, *rate))]) == 2
+    said = capsys.readouterr()
+    assert word in said.err
+    assert (len(said.err.strip().splitlines()), said.out) == (1, "")
+
+
+def test_files_that_are_none_are_refused(capsys, tmp_path):
+    for name in ("a.csv", "a.npz", "a.mat", "a.mcap", "a.wav"):
+        (tmp_path / name).write_bytes(b"\x00\xff nothing \n of that")
+        assert cli.main(["spectrum", str(tmp_path / name), *BEARING, "--rate", "12kHz"]) == 2, name
+        assert len(capsys.readouterr().err.strip().splitlines()) == 1, name
+    assert cli.main(["spectrum", str(tmp_path / "none.csv"), *BEARING]) == 2
