@@ -11,8 +11,8 @@ HELP = "envelope spectrum of an acceleration record: lines of damage to a bearin
 EXAMPLES = (
     "bearing_twin spectrum run.mcap",
     "bearing_twin spectrum a.csv --bearing 6205 --speed 1750rpm --plot a.png",
-    "bearing_twin spectrum a.mat --key DE_time --bearing 6205 --speed 183 --json",
-    "bearing_twin spectrum bag --topic /imu --key linear_acceleration.z --plot a.png",
+    "bearing_twin spectrum a.mat --key DE_time --bearing 6205 --speed 183",
+    "bearing_twin spectrum bag --topic /imu --key linear_acceleration.z",
 )
 
 
