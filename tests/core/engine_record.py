@@ -62,12 +62,13 @@ def result(scene: str, overrides) -> dict:
     channels = {name: np.concatenate([np.asarray(block[name]) for block in blocks]) for name in KEPT}
     return {
         "costs": {name: int(cost) for name, cost in run.report.costs.items() if name.startswith("ball_")},
-        **{name: _rounded(values[list(INSTANTS)].tolist()) for name, values in channels.items()},
+        **{name: rounded(values[list(INSTANTS)].tolist()) for name, values in channels.items()},
     }
 
 
-def _rounded(values):
-    return [_rounded(one) for one in values] if isinstance(values, list) else float(f"{values:.13g}")
+def rounded(values):
+    """Nested lists with thirteen digits of each number."""
+    return [rounded(one) for one in values] if isinstance(values, list) else float(f"{values:.13g}")
 
 
 def main() -> None:

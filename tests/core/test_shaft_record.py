@@ -1,0 +1,20 @@
+"""Shafts on two bearings by the compiled core against the record of the engine before it: the same steps and loads."""
+
+import json
+
+import numpy as np
+import pytest
+from shaft_record import RECORD, cases, result
+
+KNOWN = json.loads(RECORD.read_text())
+CASES = [case for case in cases() if case[0] in KNOWN]
+
+
+@pytest.mark.parametrize(("name", "scene", "overrides"), CASES, ids=[case[0] for case in CASES])
+def test_steps_and_loads_are_those_of_the_record(name, scene, overrides):
+    known, found = KNOWN[name], result(scene, overrides)
+    for cost, before in known["costs"].items():
+        assert found["costs"][cost] == pytest.approx(before, rel=0.02, abs=2), cost
+    for channel in known.keys() - {"costs"}:
+        before, now = np.array(known[channel]), np.array(found[channel])
+        assert np.abs(now - before).max() <= 1e-7 * np.abs(before).max(), channel
