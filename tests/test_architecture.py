@@ -32,7 +32,20 @@ ROOMS = (
 )
 
 CORE_ROOMS = (
-    *("door.hpp", "math", "contact", "shapes", "methods", "bearing", "bodies", "beam", "soft_discs", "run", "api.cpp"),
+    *(
+        "door.hpp",
+        "math",
+        "contact",
+        "shapes",
+        "methods",
+        "bearing",
+        "shaft",
+        "bodies",
+        "beam",
+        "soft_discs",
+        "run",
+        "api.cpp",
+    ),
 )  # in C++
 
 APART = {

@@ -22,6 +22,7 @@ from bearing_twin.kinds.bearing.ratings import equivalent_load, ratings_of, refe
 from bearing_twin.kinds.contract import Output
 from bearing_twin.kinds.shaft import picture
 from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
+from bearing_twin.kinds.shaft.equilibrium import balance_of, rotor_of
 from bearing_twin.kinds.shaft.modes import (
     critical_speeds,
     matrices_of,
@@ -29,9 +30,8 @@ from bearing_twin.kinds.shaft.modes import (
     modes_of,
     unbalance_response,
 )
+from bearing_twin.kinds.shaft.motion import RATE
 from bearing_twin.kinds.shaft.parameters import SIDES
-from bearing_twin.kinds.shaft.rotor import RATE
-from bearing_twin.kinds.shaft.statics import balance_of, rotor_of
 from bearing_twin.kinds.shaft.topics import longest_arrow, ring_centres, topics, wrenches
 from bearing_twin.run.scene import choose, load_scene
 from bearing_twin.run.simulation import Simulation, simulate
@@ -233,7 +233,7 @@ def test_the_error_falls_with_the_fourth_power_of_the_step():
     for halvings in range(4):
         motion = motion_of("shaft.start=equilibrium")
         step = 1e-4 / 2**halvings
-        motion._work.scales[:] = 1e30  # every step is accepted
+        motion.scales[:] = 1e30  # every step is accepted
         for _ in range(2**halvings * 10):
             motion.clock[2] = step
             until = motion.clock[1] + 0.5 * step

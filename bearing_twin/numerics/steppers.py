@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import inlined, kernel
+from bearing_twin.compiled import kernel
 
 LEAST_STEP = 1e-15  # seconds; a shorter step means that the equations cannot be followed, and is lost in the time
 NOTHING = 1e-12  # share of a stretch that is too short for a step
@@ -103,7 +103,7 @@ def _lower(*rows) -> np.ndarray:
 
 
 def dense_weights(gamma, a, c, alpha) -> np.ndarray:
-    """An interpolant of order 2 for a Rosenbrock method of order 3; (2, MOST_STAGES - 1) as `rosenbrock_dense` wants.
+    """An interpolant of order 2 for a Rosenbrock method of order 3; two terms (2, MOST_STAGES - 1).
 
     The weights t + theta f between the linear terms, smallest that meet the conditions of order 2 and the one of order
     3 on the nodes, one power of theta at a time (Hairer and Wanner, section IV.7), taken to the transformed form.
@@ -195,10 +195,3 @@ def next_step(step, error, order):
     if not error < math.inf:
         return 0.2 * step
     return step * min(6.0, max(0.2, 0.9 * max(error, 1e-10) ** (-1.0 / order)))
-
-
-@inlined
-def rosenbrock_dense(fraction, start, end, third, fourth):
-    """The interpolant of a Rosenbrock step at `fraction` of it, for one component."""
-    rest = 1.0 - fraction
-    return start * rest + fraction * (end + rest * (third + fraction * fourth))

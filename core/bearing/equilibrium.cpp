@@ -60,28 +60,6 @@ CORE_EXPORT void core_equilibria(std::int64_t cases, std::int64_t count, const s
   }
 }
 
-// External load (5,) that holds rings or shaft at `q` (5,), and its derivative (5, 5), with those of each ring (count, 5),
-// (count, 5, 5) and its coordinates (count, 5) in its own frame. Balances begin at `memory` and end there; `contacts` may
-// be null. Returns the scale of the loads [N].
-CORE_EXPORT double core_ring_loads(std::int64_t count, const std::int64_t *balls, const double *seats, const double *azimuth,
-                                   const double *q, double *memory, double *ring_q, double *ring_load,
-                                   double *ring_stiffness, double *load, double *stiffness, double *contacts) {
-  System &system = system_of(seats, count, balls);
-  system.place(azimuth);
-  system.remember(memory);
-  double scale = system.loads_at(system.q = five(q));
-  system.write_memory(memory);
-  for (int i = 0; i < count; i++) {
-    write(system.ring_q[i], ring_q + COORDINATES * i);
-    write(system.ring_load[i], ring_load + COORDINATES * i);
-    write(system.ring_stiffness[i], ring_stiffness + COORDINATES * COORDINATES * i);
-  }
-  write(system.load, load);
-  write(system.stiffness, stiffness);
-  if (contacts) system.write_contacts(contacts);
-  return scale;
-}
-
 // The contacts of balls at the places of `memory`, rings or shaft at `q` (5,).
 CORE_EXPORT void core_ball_contacts(std::int64_t count, const std::int64_t *balls, const double *seats, const double *azimuth,
                                     const double *q, const double *memory, double *contacts) {

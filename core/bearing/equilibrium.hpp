@@ -277,6 +277,13 @@ class System {
     }
   }
 
+  // The coordinates of a seat's ring in its own frame.
+  template <class X>
+  static std::array<X, COORDINATES> turned_in(const Seat &seat, const std::array<X, COORDINATES> &at) {
+    return {at[0] + seat.place * at[4], at[1] - seat.place * at[3], seat.facing * at[2] + seat.middle, seat.facing * at[3],
+            seat.facing * at[4]};
+  }
+
   // Load and stiffness at these coordinates, and the scale of the loads.
   double loads_at(const Five &at) {
     load = {}, stiffness = {};
@@ -371,10 +378,6 @@ class System {
   }
 
  private:
-  static Five turned_in(const Seat &seat, const Five &at) {
-    return {at[0] + seat.place * at[4], at[1] - seat.place * at[3], seat.facing * at[2] + seat.middle, seat.facing * at[3],
-            seat.facing * at[4]};
-  }
   double missing_of(const FreeOnes &free, const Five &wanted, Five &missing) const {
     double size = 0.0;
     for (int i = 0; i < COORDINATES; i++) {

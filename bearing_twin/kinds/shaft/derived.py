@@ -6,12 +6,11 @@ from collections.abc import Mapping
 
 from bearing_twin.kinds.bearing import catalogue
 from bearing_twin.kinds.bearing.drive import Drive
-from bearing_twin.kinds.bearing.model import RingDrive
 from bearing_twin.kinds.bearing.parameters import BearingContact, BearingScene
 from bearing_twin.kinds.bearing.parameters import check as check_bearing
 from bearing_twin.kinds.bearing.rings import EVEN, QUASI_STATIC, Cage, Model
 from bearing_twin.kinds.sections import resolved_run
-from bearing_twin.kinds.shaft.parameters import SIDES, Mounted, ShaftDrive, ShaftScene
+from bearing_twin.kinds.shaft.parameters import SIDES, Mounted, ShaftScene
 
 SAME_PLACE = 1e-9  # m
 
@@ -39,42 +38,6 @@ def middle_of(mounted: Mounted) -> float:
     geometry = mounted.geometry
     between = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
     return between * math.sin(geometry.contact_angle) - mounted.facing * mounted.offset
-
-
-def course_of(drive: ShaftDrive, now=0.0, angle=0.0, speed=None, goal=None) -> list[tuple[float, RingDrive]]:
-    """From when on [s] the shaft turns how: `RingDrive`, whose angle is that at this time; in the order of time.
-
-    At `now` it has turned by `angle` [rad], has `speed` [rad/s] and is told to go to `goal`, all by default as at the
-    start. A change of the drive that comes later is added to the goal.
-    """
-    speed = float(drive.speed if speed is None else speed)
-    goals = [(now, speed if goal is None else float(goal))]
-    if drive.change.time > now and drive.change.speed:
-        goals.append((drive.change.time, goals[0][1] + drive.change.speed))
-    course, ends = [(now, RingDrive(angle, speed, 0.0))], [when for when, _ in goals[1:]]
-    for (begin, wanted), end in zip(goals, [*ends, math.inf], strict=True):
-        since, last = course[-1]
-        passed = begin - since
-        angle = last.angle + (last.speed + 0.5 * last.acceleration * passed) * passed
-        speed = last.speed + last.acceleration * passed
-        missing = wanted - speed
-        lasts = abs(missing) / drive.acceleration
-        if passed == 0.0:
-            course.pop()
-        course.append((begin, RingDrive(angle, speed, math.copysign(drive.acceleration, missing) if missing else 0.0)))
-        if missing and begin + lasts < end:
-            course.append((begin + lasts, RingDrive(angle + (speed + 0.5 * missing) * lasts, wanted, 0.0)))
-    return course
-
-
-def speeds_of(parameters: ShaftScene) -> tuple[float, ...]:
-    """The speeds [rad/s] between which the shaft turns in its run: the scene's, and that at the end after a change."""
-    end, found = parameters.run.duration, [parameters.drive.speed]
-    for begin, drive in course_of(parameters.drive)[1:]:
-        if begin < end:
-            lasts = min(end - begin, abs(parameters.drive.change.speed) / parameters.drive.acceleration)
-            found[1:] = [drive.speed + drive.acceleration * lasts]
-    return tuple(found)
 
 
 def check(parameters: ShaftScene) -> list[str]:

@@ -5,10 +5,11 @@ from bearing_twin.base.report import Choice
 from bearing_twin.kinds.bearing import models as of_bearings
 from bearing_twin.kinds.bearing.still import centrifugal_share, still_error
 from bearing_twin.kinds.rules import SHAFT, answers, sentences
-from bearing_twin.kinds.shaft.derived import bearing_scene, speeds_of
+from bearing_twin.kinds.shaft.course import speeds_of
+from bearing_twin.kinds.shaft.derived import bearing_scene
+from bearing_twin.kinds.shaft.equilibrium import balance_of
 from bearing_twin.kinds.shaft.modes import modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
-from bearing_twin.kinds.shaft.statics import balance_of
 
 SAME = 1e-9  # relative: speeds nearer than this are one
 FAST = 1000.0  # Hz: balls that are in balance at every instant answer later motion at once

@@ -12,11 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.kinds.shaft.course import add_unbalances
-from bearing_twin.kinds.shaft.derived import speeds_of
+from bearing_twin.kinds.shaft.course import speeds_of
+from bearing_twin.kinds.shaft.equilibrium import Rotor, balance_of, lever_of, rotor_of
 from bearing_twin.kinds.shaft.parameters import ShaftScene
-from bearing_twin.kinds.shaft.rotor import Rotor
-from bearing_twin.kinds.shaft.statics import balance_of, lever_of, rotor_of
 
 STILL = 1e-6  # of the motion's square: a mode with less of it across the axis does not whirl
 REAL = 1e-6  # of a root: an imaginary part that is less is none
@@ -101,12 +99,9 @@ def critical_speeds(matrices: Matrices) -> list[float]:
 
 def unbalance_response(rotor: Rotor, matrices: Matrices, speed: float) -> np.ndarray:
     """The linear response u (5,) to the unbalances at an even speed: q = Re(u exp(i w t))."""
-    along, across = np.zeros(5), np.zeros(5)
-    add_unbalances(rotor, 0.0, float(speed), 0.0, along)
-    add_unbalances(rotor, -0.5 * math.pi, float(speed), 0.0, across)
     damping = matrices.damping + speed * matrices.gyroscopic
     system = matrices.stiffness + 1j * speed * damping - speed**2 * np.diag(matrices.inertia)
-    return np.linalg.solve(system, along + 1j * across)
+    return np.linalg.solve(system, speed**2 * rotor.unbalance)
 
 
 def last_matrices(parameters: ShaftScene, law: str) -> tuple[Matrices, float]:

@@ -1,23 +1,23 @@
-"""A shaft on two bearings as a run: made from the scene, moved on, and what was found."""
+"""A shaft on two bearings as a run: its channels, and its motion, integrated by the compiled core (`core/shaft/`)."""
 
+import functools
 import math
 
 import numpy as np
 
 from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.base.report import Choice
-from bearing_twin.base.sample import Columns, layout_of
+from bearing_twin.base.sample import Channel, Columns, layout_of
 from bearing_twin.base.stopping import SIGNALLED
+from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
+from bearing_twin.kinds.bearing.compiled_balls import method_numbers
 from bearing_twin.kinds.bearing.loading import Loading
-from bearing_twin.kinds.shaft import march
-from bearing_twin.kinds.shaft.course import ShaftCourse, add_unbalances
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import COORDINATES, STOP
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import PLACES as OF_BALL
+from bearing_twin.kinds.shaft.course import ShaftCourse
+from bearing_twin.kinds.shaft.equilibrium import balance_of, explained, lever_of, longest_of, rotor_of
 from bearing_twin.kinds.shaft.modes import matrices_of, stiffest_mode, unbalance_response
-from bearing_twin.kinds.shaft.operating import explained
-from bearing_twin.kinds.shaft.outputs import channels
-from bearing_twin.kinds.shaft.parameters import SETTLED, ShaftScene
-from bearing_twin.kinds.shaft.rotor import BEARING_WORK, LOAD_WORK, MOVING, RATE, STATE, new_balls, new_moment
-from bearing_twin.kinds.shaft.statics import balance_of, lever_of, longest_of, rotor_of
-from bearing_twin.numerics.rosenbrock_step import rosenbrock_work
+from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, WORDS
 from bearing_twin.numerics.steppers import RODAS4
 
@@ -35,6 +35,79 @@ left beside the whirl is stepped."""
 POWER = 1.5  # of a contact's load over its approach, nearly, whatever its law
 SNAPPED = ("clock", "kept")  # arrays that a motion goes on from
 
+RATE, LOAD_WORK, BEARING_WORK, STATE = COORDINATES, 2 * COORDINATES, 2 * COORDINATES + 1, 2 * COORDINATES + 4
+"""Where a state has rates, works of loads and of the bearings, and its length: `StateIndex` of core/shaft/rotor.hpp."""
+BEGAN, TIME, STEP, CLOCK = 0, 1, 2, 5  # of the clock: begin and end [s] of the step kept, next step [s]; its length
+START, END, KEPT = 0, 1, 4  # of the step kept: states at its ends; rows
+_advance = Function(
+    "core_shaft_advance",
+    INTEGER,
+    (
+        *(REALS, REALS, INTEGERS, REALS, INTEGER, REALS, REALS, REALS, INTEGER, REALS, REAL, STOP),
+        *(REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT, INTEGER),
+    ),
+)
+_restart = Function("core_shaft_restart", None, (REALS_OUT, REALS_OUT, REAL))
+
+BEARING, ABOUT, RACE = "bearing", "about", "race"  # axes: left, right; x, y; inner, outer
+
+
+def channels(parameters: ShaftScene) -> tuple[Channel, ...]:
+    """The channels of a scene; everything is in `shaft_link`, rows of bearings are left, right."""
+    return _channels(*(getattr(parameters, side).geometry.balls for side in SIDES))
+
+
+# The table knows the numbers of balls alone: to look one up by a scene would hash all of it.
+@functools.cache
+def _channels(*balls: int) -> tuple[Channel, ...]:
+    of_balls = (
+        row
+        for side, n in zip(SIDES, balls, strict=True)
+        for row in (
+            Channel(
+                f"{side}_normal_load", "N", (n, 2), f"of the {side} bearing's balls on its raceways", ("ball", RACE)
+            ),
+            Channel(
+                f"{side}_contact_angle",
+                "rad",
+                (n, 2),
+                f"of the {side} bearing's balls, > 0 where the shaft pushes the way the bearing faces",
+                ("ball", RACE),
+            ),
+        )
+    )
+    return (
+        Channel("position", "m", (3,), "of the shaft's centre of mass"),
+        Channel("tilt", "rad", (2,), "of the shaft about x and y", (ABOUT,)),
+        Channel("velocity", "m/s", (3,), "of the shaft's centre of mass"),
+        Channel("tilt_rate", "rad/s", (2,), "of the shaft about x and y, its spin left out", (ABOUT,)),
+        Channel("shaft_angle", "rad", (), "about +z, not wrapped"),
+        Channel("shaft_speed", "rad/s", (), "about +z"),
+        Channel("ring_offset", "m", (2, 3), "of each inner ring's centre from where it is as made", (BEARING, "axis")),
+        Channel("bearing_force", "N", (2, 3), "of each bearing on the shaft", (BEARING, "axis")),
+        Channel("bearing_moment", "N m", (2, 2), "of each on the shaft, about its ring's centre", (BEARING, ABOUT)),
+        Channel("orbit_angle", "rad", (2,), "azimuth of ball 0 of each bearing, not wrapped", (BEARING,)),
+        Channel("load", "N", (3,), "on the shaft from outside, with its unbalances, its weight left out"),
+        Channel("load_moment", "N m", (2,), "of that load, about the centre of mass", (ABOUT,)),
+        *of_balls,
+        Channel("kinetic_energy", "J", (), "of the shaft, its spin left out"),
+        Channel("potential_energy", "J", (), "of the shaft's weight"),
+        Channel("elastic_energy", "J", (), "stored in all contacts"),
+        Channel("load_work", "J", (), "of loads and unbalances on the shaft since the start, its weight left out"),
+        Channel("bearing_work", "J", (), "of the shaft on both bearings since the start, without what is dissipated"),
+        Channel("cage_work", "J", (), "of both cages on the balls that they lead round, since the start"),
+        Channel("dissipated", "J", (), "in viscous contacts since the start"),
+        Channel("gross_work", "J", (), "of loads and bearings, that of each step counted by its size"),
+    )
+
+
+def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
+    """The body and the contact that a number of a channel belongs to, such as "left ball 3" and "outer race"."""
+    side = channel.name.partition("_")[0]
+    if side in SIDES:
+        return f"{side} ball {index[0]}", ("inner race", "outer race")[index[1]]
+    return (f"{SIDES[index[0]]} bearing" if channel.axes[:1] == (BEARING,) else "shaft"), ""
+
 
 class ShaftMotion:
     """The shaft in motion: `advance` integrates to the end of a chunk and returns its outputs."""
@@ -50,8 +123,8 @@ class ShaftMotion:
         matrices = matrices_of(self.rotor, begin.stiffness)
         if parameters.shaft.start == SETTLED:
             response = unbalance_response(self.rotor, matrices, parameters.drive.speed)
-            self.rotor = self.rotor._replace(whirl=np.stack([response.real, response.imag]))
-        place, steady = self._begin[:RATE] + self.rotor.whirl[0], self.rotor.steady
+            self.rotor = self.rotor._replace(whirl=response)
+        place, steady = self._begin[:RATE] + self.rotor.whirl.real, self.rotor.steady
         self._begin[LOAD_WORK], self._begin[BEARING_WORK] = -steady @ place, -(steady + self.rotor.weight) @ place
         self._fastest = stiffest_mode(matrices)
         self._closer = choice.finer
@@ -59,33 +132,26 @@ class ShaftMotion:
         setting = max(SETTING * parameters.wanted.tolerance, FINEST)
         place = setting * squeeze / POWER  # [m], changes the greatest load by this share of it
         lever = lever_of(self.rotor)
-        self._scales = place * np.array([1.0, 1.0, 1.0, 1.0 / lever, 1.0 / lever])
+        self.scales = np.outer([1.0, self._fastest], place / np.array([1.0, 1.0, 1.0, lever, lever])).ravel()
         self._furthest = longest_of(self.rotor) / np.array([1.0, 1.0, 1.0, lever, lever])
         self._layout = layout_of(channels(parameters))
         self.reset()
 
     def reset(self) -> None:
         """Back to the start."""
-        scales = np.concatenate([self._scales, self._fastest * self._scales])
+        balls = np.array([seat.balls for seat in self.rotor.seats])
+        self._numbers = self.rotor.numbers(), self.rotor.seat_numbers(), balls
         self._follow(ShaftCourse(self.parameters, Loading(self.parameters.shaft)))
-        self._work = rosenbrock_work(STATE, MOVING, len(RODAS4.alpha), scales)
-        self._moved = new_balls(self.rotor), new_moment()
-        self._shown = new_balls(self.rotor), new_moment(), np.zeros(STATE)
-        self.clock, self.kept = np.zeros(march.CLOCK), np.zeros((march.KEPT, STATE))
-        self.clock[march.STEP] = FIRST / self._fastest
-        self.kept[march.START] = self.kept[march.END] = self._begin
-        self.counts, self._now_ns = np.zeros(march.COUNTS, np.int64), 0
+        self.clock, self.kept = np.zeros(CLOCK), np.zeros((KEPT, STATE))
+        self.clock[STEP] = FIRST / self._fastest
+        self.kept[START] = self.kept[END] = self._begin
+        self.places = [np.full((balls.sum(), OF_BALL), np.nan) for _ in ("motion", "outputs")]
+        self.counts, self._now_ns = np.zeros(3, np.int64), 0
         self.keep()
 
     def _arrays(self) -> list[np.ndarray]:
-        """All that a kernel changes and that the next step depends on."""
-        return [self.clock, self.kept, self.counts, *self.places]
-
-    @property
-    def places(self) -> list[np.ndarray]:
-        """Where the balls of both bearings were found in balance last: in the motion, then in its outputs."""
-        first = self.rotor.seats[0].balls
-        return [part for balls in (self._moved[0], self._shown[0]) for part in np.split(balls.places, [first])]
+        """All that the core changes and that the next step depends on."""
+        return [self.clock, self.kept, *self.places, self.counts]
 
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""
@@ -107,7 +173,7 @@ class ShaftMotion:
                 raise ValueError(numbers)
             array[...] = given
         now, told, goal, angle, speed = map(float, (kept["now"], kept["told"], kept["goal"], *kept["turned"]))
-        began, time, step = self.clock[[march.BEGAN, march.TIME, march.STEP]]
+        began, time, step = self.clock[[BEGAN, TIME, STEP]]
         if not (np.isfinite([angle, speed, goal]).all() and told <= now and began <= now <= time and step > 0.0):
             raise ValueError("clock")
         loading = Loading(self.parameters.shaft)
@@ -136,12 +202,7 @@ class ShaftMotion:
         as_begun = self.rotor.whirl.any() and all(speed == self.parameters.drive.speed for speed in course.speeds)
         turn = self._closer * (WHIRLING if as_begun else TURN)
         longest = 2.0 * math.pi / (turn * fastest) if fastest else math.inf
-        self.course, self._bounds = course, np.array([LEAST / self._fastest, longest])
-
-    def _parts(self, until: float) -> np.ndarray:
-        """The parts of the course from that of the step kept to the first after `until` [s]."""
-        self.clock[march.PHASE] = 0.0
-        return self.course.rows(float(self.clock[march.BEGAN]), until)
+        self.course, self._bounds = course, np.array([LEAST / self._fastest, longest, *self._furthest])
 
     @property
     def goal_speed(self) -> float:
@@ -155,13 +216,13 @@ class ShaftMotion:
     def set_load(self, force, moment) -> None:
         """New loads at `shaft.load_place` [N], [N m] from now on, or the scene's own where both are None.
 
-        They are taken as `operating.check_load` let them pass. Constant loads and unbalances stay.
+        They are taken as `equilibrium.check_load` let them pass. Constant loads and unbalances stay.
         """
         self._told(self.course.loaded(self.seconds, force, moment))
 
     def _told(self, course: ShaftCourse) -> None:
         """Goes on by another course from now on: what of the step kept lies beyond is dropped."""
-        march.begin_again(self.clock, self.kept, self.seconds, self._shown[-1])
+        _restart(self.clock, self.kept, self.seconds)
         self._follow(course)
 
     @property
@@ -171,11 +232,7 @@ class ShaftMotion:
 
     def first_outputs(self) -> Columns:
         """The outputs at the present instant, at the start of a run."""
-        rows = np.empty((1, self._layout.width))
-        self.clock[march.CURSOR] = 0.0
-        here = np.array([self.seconds])
-        march.write_outputs(self.rotor, self._parts(here[0]), self._shown, self.clock, self.kept, here, rows)
-        return Columns(self._layout, rows)
+        return self._integrated(np.array([self.seconds]), self.seconds)[1]
 
     def advance(self, times: np.ndarray, duration: float) -> Columns:
         """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError."""
@@ -183,27 +240,31 @@ class ShaftMotion:
         # Whole nanoseconds: sums of seconds would depend on how the run is cut.
         due = 1e-9 * (self._now_ns + np.rint(1e9 * np.asarray(times, float)))
         until = self._now_ns + round(1e9 * duration)
-        rows = np.empty((len(due), self._layout.width))
-        self.clock[march.CURSOR] = 0.0
-        status = march.advance(
-            self.rotor, self._parts(1e-9 * until), RODAS4, self._work, self._moved, self._shown, self.clock, self.kept,
-            self.counts, due, 1e-9 * until, self._bounds, self._furthest, rows, self.stop,
-        )  # fmt: skip
-        seconds = float(self.clock[march.TIME])
+        status, outputs = self._integrated(due, 1e-9 * until)
+        seconds = float(self.clock[TIME])
         if status == STOPPED:
             raise Stopped(f"the computation was stopped at {seconds:.9g} s")
-        status = status if np.isfinite(self.kept).all() or status != OK else NOT_FINITE
         if status != OK:
             raise self._failed(status, seconds)
         self._now_ns = until
-        return Columns(self._layout, rows)
+        return outputs
+
+    def _integrated(self, due: np.ndarray, until: float) -> tuple[int, Columns]:
+        """Status, and the outputs at the times `due` [s], of steps until one reaches `until` [s]."""
+        rows = np.empty((len(due), self._layout.width))
+        course = self.course.rows(float(self.clock[BEGAN]), until)
+        status = _advance(
+            *(*self._numbers, course, len(course), method_numbers(RODAS4.order, RODAS4.lands), self.scales),
+            *(self._bounds, len(due), due, until, self.stop, *self._arrays(), rows, self._layout.width),
+        )
+        return status, Columns(self._layout, rows)
 
     def _failed(self, status: int, seconds: float) -> IntegrationError:
         """The error of a run that failed at `seconds`."""
         error = IntegrationError(f"at {seconds:.9g} s {FAILURES[status]}", WORDS[status], seconds, "shaft")
         angle, speed, acceleration = self.course.turned(seconds)
-        loads = self.course.load_at(seconds)[0]
-        add_unbalances(self.rotor, angle, speed, acceleration, loads)
+        turning = (speed**2 - 1j * acceleration) * np.exp(1j * angle) * self.rotor.unbalance
+        loads = self.course.load_at(seconds)[0] + turning.real
         return explained(error, self.parameters, self._law, speed, loads)
 
     def take_records(self) -> dict[str, np.ndarray]:

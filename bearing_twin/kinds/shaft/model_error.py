@@ -1,29 +1,133 @@
-"""The model errors of a shaft on two bearings, and how its second run is made and compared."""
+"""The model errors of a shaft on two bearings, and how its second run is made and compared.
 
+What half-spaces err by in contacts is taken as the equilibrium of the shaft on both bearings answers to it.
+"""
+
+import functools
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.sample import Block
+from bearing_twin.kinds.bearing.law_error import half_space_error
+from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import COORDINATES
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import Support, azimuths_of, spots_of, weighed_solver
+from bearing_twin.kinds.bearing.quasi_static.model_error import ALIKE, pushed_by
 from bearing_twin.kinds.bearing.still import still_error
 from bearing_twin.kinds.doubt import HERTZ_MENDS, LEFT_OUT, Errors, ModelDoubt
 from bearing_twin.kinds.refinement import Comparison, with_tolerance
-from bearing_twin.kinds.shaft.derived import speeds_of
+from bearing_twin.kinds.shaft.course import speeds_of
+from bearing_twin.kinds.shaft.derived import bearing_scene
+from bearing_twin.kinds.shaft.equilibrium import balance_of, rotor_of
 from bearing_twin.kinds.shaft.figures import LIVES
 from bearing_twin.kinds.shaft.models import law_error, shares_of
 from bearing_twin.kinds.shaft.motion import FINEST, SETTING
-from bearing_twin.kinds.shaft.parameters import SIDES
-from bearing_twin.kinds.shaft.statics import rotor_of
-from bearing_twin.kinds.shaft.worth import ShaftErrors, moved_by, wide_of
+from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
 
 LOADS = {"greatest_ball_load_n": 1.0, "peak_pressure_pa": 1.0 / 3.0}  # figures that go with this power of a load
 LIFE = 3.0  # a life goes with the load to the power -3
 MODES = "natural_frequencies_hz", "critical_speeds_rad_s"
 LIGHT = 1.0 / 6.0  # of balls' mass over the shaft's, by which modes are too high without it: balls go half as far
 RANGES = "displacement_range_m", "tilt_range_rad", *(f"{side}_force_range_n" for side in SIDES)
+SIZE = 2.0 / 3.0  # power of a load with which the square of a spot's semi-axis goes
+
+
+class ShaftErrors(NamedTuple):
+    """Shares by which a `contact` is off at the same approach, its `load` is, and the greatest load in balance is."""
+
+    contact: float
+    load: float
+    balanced: float
+
+
+class Wide(NamedTuple):
+    """Of a bearing in balance: the `greatest` contact load [N], its `share` off by half-spaces, the part `kept`.
+
+    What contacts share only moves a shaft whose loads are given; a preload by offsets keeps it.
+    """
+
+    greatest: float
+    share: float
+    kept: float
+
+    def at(self, load: float) -> ShaftErrors:
+        """What a contact under `load` [N] is off; its load keeps the whole share where it is not that in balance."""
+        share = self.share * (load / self.greatest) ** SIZE if self.greatest else 0.0
+        kept = self.kept if abs(load - self.greatest) <= ALIKE * load else 1.0
+        return ShaftErrors(share, share * kept, self.share * self.kept)
+
+
+class Moved(NamedTuple):
+    """First-order changes of a shaft in balance: its `coordinates` (5,), forces (2, 3) of the bearings on it [N].
+
+    `contacts` has (contacts, shares, changes of their loads [N]) (N, 2) of each bearing.
+    """
+
+    coordinates: np.ndarray
+    forces: np.ndarray
+    contacts: list[tuple]
+
+
+def response_of(parameters: ShaftScene, law: str, speed: float, time: float, shares_at) -> Moved:
+    """What contacts that are too stiff by shares of their load make of the balance at `time` [s].
+
+    `shares_at(scene, contacts)` gives what each contact bears more than its law gives at the same approach. Raises
+    SceneError where nothing carries the loads.
+    """
+    balance, found, loads = balance_of(parameters, law, speed, time), [], np.zeros(COORDINATES)
+    seats = rotor_of(parameters, law).seats
+    for side, seat, ring, contacts in zip(SIDES, seats, balance.rings, balance.contacts, strict=True):
+        scene, turned = bearing_scene(parameters, side), seat.turned
+        solver = weighed_solver(scene, seat.setting._replace(speed=speed), azimuths_of(len(contacts.load), seat.first))
+        held = solver.solve(Support((False,) * COORDINATES, (0.0,) * COORDINATES, tuple(ring.tolist())))
+        shares = shares_at(scene, contacts)
+        pushed = pushed_by(solver, held, shares)
+        loads += turned.T @ pushed.loads
+        found.append((contacts, shares, pushed, turned))
+    moved = -np.linalg.pinv(balance.stiffness) @ loads
+    forces = [turned.T @ (pushed.loads + pushed.found.stiffness @ turned @ moved) for _, _, pushed, turned in found]
+    changes = [(contacts, shares, pushed.contacts(turned @ moved)[0]) for contacts, shares, pushed, turned in found]
+    return Moved(moved, -np.array(forces)[:, :3], changes)
+
+
+def responses(parameters: ShaftScene, law: str, speed: float, time: float, shares_at) -> list[tuple]:
+    """The `contacts` of `response_of`."""
+    return response_of(parameters, law, speed, time, shares_at).contacts
+
+
+@functools.lru_cache(maxsize=8)
+def moved_by(
+    parameters: ShaftScene, law: str, speed: float, time: float, shares: tuple[float, float], wide: bool
+) -> dict[str, list[float]]:
+    """By how much places and forces of a shaft are off, where all contacts of a bearing are off by such a share.
+
+    With `wide`, and by what bodies are no half-spaces. By figure, in its unit and shape; raises as `response_of`.
+    """
+    left = iter(shares)  # bearings are asked for one after the other
+    found = response_of(
+        parameters, law, speed, time, lambda scene, contacts: next(left) + wide * _wide(scene, contacts)
+    )
+    place, tilt = np.split(np.abs(found.coordinates), [3])
+    moved = {"displacement_m": place.tolist(), "tilt_rad": tilt.tolist()}
+    return moved | {f"{side}_force_n": np.abs(force).tolist() for side, force in zip(SIDES, found.forces, strict=True)}
+
+
+def _wide(scene, contacts) -> np.ndarray:
+    return half_space_error(scene, spots_of(scene, contacts)[0])
+
+
+@functools.lru_cache(maxsize=8)
+def wide_of(parameters: ShaftScene, law: str, speed: float, time: float) -> dict[str, Wide]:
+    """What half-spaces are off by in each bearing, in balance at `time` [s]; raises as `responses`."""
+    found = {}
+    for side, (contacts, shares, changes) in zip(SIDES, responses(parameters, law, speed, time, _wide), strict=True):
+        off = np.abs(shares * contacts.load).max()
+        kept = float(np.abs(changes).max() / off) if off > 0.0 else 1.0
+        found[side] = Wide(float(contacts.load.max()), float(shares.max()), kept)
+    return found
 
 
 def refined(parameters, choice):

@@ -1,15 +1,19 @@
-"""The shaft in balance on both bearings: where a run starts, how stiff it stands there, and how the balls then roll."""
+"""The shaft in equilibrium on both bearings: where a run starts, its stiffness there, and what loads it carries."""
 
 import functools
 from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import SceneError
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
+from bearing_twin.kinds.bearing.drive import SPEED as SPEED_COMMAND
+from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import (
     COORDINATES,
+    IDLE,
     SPEED,
     Contacts,
+    Setting,
     contacts_at,
     limits_used,
     shared,
@@ -18,15 +22,72 @@ from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     LONGEST,
     EquilibriumSolver,
     Support,
+    azimuths_of,
     loose_directions,
     setting_of,
 )
-from bearing_twin.kinds.shaft.course import loads_of
+from bearing_twin.kinds.bearing.quasi_static.operating import OVERLOAD, PLACES, check_goal, commanded_loads, tried_at
+from bearing_twin.kinds.shaft.course import about_centre, constant_loads, loads_of, unbalance_of
 from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
-from bearing_twin.kinds.shaft.rotor import Rotor, ShaftSeat, azimuths_at, ring_at, seats_of
 
 UNSEEN = 1e-12  # of the loads: what a ball's last step may leave, which spares a quarter of a step's time
+
+
+class ShaftSeat(NamedTuple):
+    """One bearing on the shaft: its balance, place [m], side it faces, `middle` [m] along its own axis.
+
+    `first` [rad] is the azimuth of ball 0 at the start, `ratio` the orbit's speed over the shaft's, `gravity` (3,) in
+    the bearing's own frame.
+    """
+
+    setting: Setting
+    balls: int
+    place: float
+    facing: float
+    middle: float
+    first: float
+    ratio: float
+    gravity: tuple
+
+    @property
+    def turned(self) -> np.ndarray:
+        """The change (5, 5) of the inner ring's coordinates in its own frame by those of the shaft."""
+        matrix = np.diag([1.0, 1.0, self.facing, self.facing, self.facing])
+        matrix[0, 4], matrix[1, 3] = self.place, -self.place
+        return matrix
+
+    def ring(self, q: np.ndarray) -> np.ndarray:
+        """The inner ring's coordinates (5,) in its own frame, the shaft at `q` (5,)."""
+        return self.turned @ q + np.array([0.0, 0.0, self.middle, 0.0, 0.0])
+
+
+class Rotor(NamedTuple):
+    """The numbers of the equations of motion (SI): `weight` (5,); `steady` (5,) are the loads when the run starts.
+
+    Complex vectors (5,) turn with the shaft: see `unbalance_of`, and the `whirl` that the motion is counted from.
+    """
+
+    seats: tuple[ShaftSeat, ...]
+    mass: float
+    transverse: float
+    polar: float
+    relaxation_time: float
+    weight: np.ndarray
+    steady: np.ndarray
+    whirl: np.ndarray
+    unbalance: np.ndarray
+
+    def numbers(self) -> np.ndarray:
+        """The core's `Rotor`."""
+        turning = [part for one in (self.whirl, self.unbalance) for part in (one.real, one.imag)]
+        orbits = [seat.first for seat in self.seats] + [seat.ratio for seat in self.seats]
+        limits = GREATEST_SQUEEZE, GREATEST_ANGLE, IDLE
+        return np.concatenate([self[1:5], self.weight, self.steady, *turning, orbits, limits])
+
+    def seat_numbers(self) -> np.ndarray:
+        """The core's `Seat`s (2, SEAT)."""
+        return np.array([one.setting.numbers(one.gravity, one.place, one.facing, one.middle) for one in self.seats])
 
 
 class ShaftBalance(NamedTuple):
@@ -52,16 +113,15 @@ def rotor_of(parameters: ShaftScene, law: str, ratios=(0.0, 0.0)) -> Rotor:
         balls, gravity = int(mounted.geometry.balls), tuple(map(float, scene.gravity))
         seats.append(ShaftSeat(setting, balls, *map(float, places), gravity))
     weight = shaft.mass * np.array([*parameters.gravity, 0.0, 0.0])
-    unbalances = np.array(shaft.unbalances, float).reshape(-1, 3)
     return Rotor(
         tuple(seats),
         shaft.mass,
         *shaft.inertia,
         parameters.contact.relaxation_time,
         weight,
-        unbalances,
-        np.zeros((2, COORDINATES)),
         loads_of(parameters, 0.0),
+        np.zeros(COORDINATES, complex),
+        unbalance_of(parameters),
     )
 
 
@@ -84,7 +144,8 @@ class ShaftSolver(EquilibriumSolver):
 
     def __init__(self, rotor: Rotor, speed: float):
         self.rotor, self._speed = rotor, speed
-        self.balls, self.azimuths = tuple(seat.balls for seat in rotor.seats), azimuths_at(rotor, 0.0)
+        self.balls = tuple(seat.balls for seat in rotor.seats)
+        self.azimuths = np.concatenate([azimuths_of(seat.balls, seat.first) for seat in rotor.seats])
         lever = lever_of(rotor)
         self.scales = np.array([1.0, 1.0, 1.0, lever, lever])
         self.longest = longest_of(rotor)
@@ -99,7 +160,7 @@ class ShaftSolver(EquilibriumSolver):
         return self._seats_at(self._speed)
 
     def _seats_at(self, speed: float) -> np.ndarray:
-        seats = seats_of(self.rotor)
+        seats = self.rotor.seat_numbers()
         seats[:, SPEED] = speed
         return seats
 
@@ -134,13 +195,6 @@ class ShaftSolver(EquilibriumSolver):
         return tuple(map(max, zip(*used, strict=True)))
 
 
-def ring_of(seat: ShaftSeat, q: np.ndarray) -> np.ndarray:
-    """The inner ring of a bearing in its own frame (5,), the shaft at `q` (5,)."""
-    ring = np.empty(COORDINATES)
-    ring_at.py_func(seat, q, ring)
-    return ring
-
-
 @functools.lru_cache(maxsize=8)
 def balance_of(parameters: ShaftScene, law: str, speed: float, time: float = 0.0) -> ShaftBalance:
     """The shaft in balance under its weight and the scene's loads at `time` [s], turning at `speed` [rad/s].
@@ -152,7 +206,7 @@ def balance_of(parameters: ShaftScene, law: str, speed: float, time: float = 0.0
     solver.refuse_thrown_out(support)
     contacts = solver.both_contacts()
     ratios = tuple(float(shared(one, one.orbit)) / (speed or 1.0) for one in contacts)
-    rings = tuple(ring_of(seat, solver.q) for seat in solver.rotor.seats)
+    rings = tuple(seat.ring(solver.q) for seat in solver.rotor.seats)
     return ShaftBalance(solver.q, solver.stiffness, rings, tuple(contacts), ratios)
 
 
@@ -171,3 +225,46 @@ def weighed_support(parameters: ShaftScene, loads: np.ndarray) -> Support:
     """All coordinates free, under the shaft's weight and `loads` (5,) about its centre of mass."""
     weight = parameters.shaft.mass * np.array([*parameters.gravity, 0.0, 0.0])
     return Support((True,) * COORDINATES, tuple((weight + loads).tolist()), (0.0,) * COORDINATES)
+
+
+def check_load(parameters: ShaftScene, law: str, speed: float, force, moment) -> None:
+    """Raises BearingTwinError for a load [N], [N m] at `shaft.load_place` that the bearings do not carry.
+
+    It is tried as `refuse_uncarried` does, with the constant loads. None for force and moment: the scene's first loads.
+    """
+    loads = loads_of(parameters, 0.0)
+    if force is not None:
+        commanded = about_centre(parameters.shaft.load_place, commanded_loads(force, moment))
+        loads = constant_loads(parameters) + commanded
+    refuse_uncarried(parameters, law, speed, loads)
+
+
+def check_drive(parameters: ShaftScene, law: str, key: str, value: float, load: tuple) -> None:
+    """Raises BearingTwinError for a commanded `key` that is no speed [rad/s], or one at which a load is not carried.
+
+    The `load` is (force, moment), None for both being the scene's own.
+    """
+    check_goal(SPEED_COMMAND, key, value)
+    check_load(parameters, law, value, *load)
+
+
+def refuse_uncarried(parameters: ShaftScene, law: str, speed: float, loads: np.ndarray) -> None:
+    """Raises BearingTwinError for loads (5,) [N, N m] about the centre of mass that the bearings do not carry.
+
+    They are tried in balance, with the shaft's weight, at `speed` [rad/s] and with the balls at PLACES of their way
+    from one to the next.
+    """
+    support = weighed_support(parameters, loads)
+    for place in range(PLACES):
+        solver = solver_of(parameters, law, speed, lambda balls, place=place: tried_at(support, balls, place))
+        solver.settle(support)
+        solver.refuse_thrown_out(support)
+
+
+def explained(error: IntegrationError, parameters: ShaftScene, law: str, speed: float, loads) -> IntegrationError:
+    """`error`, or one that names the loads (5,) on the shaft then, with time and limit, where nothing carries them."""
+    try:
+        refuse_uncarried(parameters, law, speed, loads)
+    except BearingTwinError as limit:
+        return IntegrationError(f"at {error.seconds:.9g} s {limit}", OVERLOAD, error.seconds, "shaft")
+    return error
