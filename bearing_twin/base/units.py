@@ -87,6 +87,7 @@ UNITS = {  # by the symbol that declarations use
     "N": Unit("n", "N", ALL, greatest=1e12),
     "J": Unit("j", "J", ALL),
     "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15, people=("MPa", 1e-6)),
+    "1/Pa": Unit("per_pa", "1/Pa", least=1e-12, greatest=1e-3),
     "B": Unit("bytes", "B", ABOVE_ONE, least=1.0, greatest=1e15),
     "Mrev": Unit("mrev", "Mrev"),
     "h": Unit("h", "h"),
@@ -103,6 +104,7 @@ UNITS = {  # by the symbol that declarations use
     "1/m": Unit("per_m", "1/m"),
     "m^2": Unit("m2", "m²", people=("mm²", 1e6)),
     "m^3": Unit("m3", "m³", people=("mm³", 1e9)),
+    "m^2/s": Unit("m2_s", "m²/s", least=1e-9, greatest=1.0, people=("mm²/s", 1e6)),
     "s/m": Unit("s_per_m", "s/m", greatest=1e6),
     "m/s": Unit("m_s", "m/s", least=1e-12, greatest=1e5),
     "m/s^2": Unit("m_s2", "m/s²", greatest=1e6),
@@ -126,6 +128,8 @@ ALSO_WRITTEN = {  # units of the field beside those of SI and its prefixes
     "kg m^2": {"g mm²": 1e-9, "kg mm²": 1e-6},
     "N/m": {"N/mm": 1e3},
     "kg/m^3": {"g/cm³": 1e3},
+    "m^2/s": {"cSt": 1e-6},
+    "1/Pa": {"1/GPa": 1e-9},
 }
 _LONGEST_FIRST = sorted((unit for unit in UNITS.values() if unit.suffix), key=lambda unit: -len(unit.suffix))
 _SHOWN = {unit.shown: unit for unit in UNITS.values() if unit.shown}

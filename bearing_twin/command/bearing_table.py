@@ -123,7 +123,9 @@ def _lives(result):
     for line in textwrap.wrap(L10, 56):
         show_text(f"{'':23}{line}")
     show_text(f"static safety          {_finite(result['static_safety'])}")
-    if (torque := result["catalogue_drive_torque_nm"]) is not None:
+    if result.get("friction_torque_nm"):
+        _friction(result)
+    elif (torque := result["catalogue_drive_torque_nm"]) is not None:
         shown = " ± ".join(_rounded(_MOMENT * part * torque) for part in (1.0, TORQUE_SCATTER))
         show_text(f"friction torque        {shown} N mm")
         show_text(f"{'':23}by Palmgren, with grease of {1e6 * BASE_VISCOSITY:g} mm²/s and no seals")
@@ -141,6 +143,18 @@ def _lives(result):
         for name, value in frequencies.items()
     )
     show_text(textwrap.fill(f"fault frequencies [Hz] {', '.join(cells)}", 80, subsequent_indent=" " * 23))
+
+
+def _friction(result):
+    parts = {name: one and _short(float(f"{_MOMENT * one:.3g}")) for name, one in result["friction_torque_nm"].items()}
+    total = result["friction_torque_nm"]["total"]
+    cells = ", ".join(f"{name} {parts[name]}" for name in ("film", "hysteresis", "slip"))
+    show_text(f"friction torque        {parts['total']} ± {_rounded(_MOMENT * TORQUE_SCATTER * total)} N mm ({cells})")
+    shown = [f"{name} {parts[key]} N mm" for key, name in (("skf", "SKF"), ("palmgren", "Palmgren")) if parts[key]]
+    show_text(f"{'':23}{result['friction_loss_w']:.3g} W lost; by {', by '.join(shown)}")
+    show_text(f"{'':23}thinnest film {1e6 * result['film_m']:.3g} µm, {result['lambda']:.3g} of the roughness")
+    for line in textwrap.wrap(result["friction_note"], 56):
+        show_text(f"{'':23}{line}")
 
 
 def _finite(value):

@@ -12,6 +12,7 @@ from bearing_twin.contact.names import AUTO, POINT, friction_names, numbers_miss
 from bearing_twin.kinds.bearing.catalogue import designations
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
 from bearing_twin.kinds.bearing.drive import Drive, torque_problems
+from bearing_twin.kinds.bearing.lubricant import FORTY, Lubricant, Surface, lubricant_problems
 from bearing_twin.kinds.bearing.rings import LOADS, QUASI_STATIC, Cage, Model, Rings, dimension_of, ring_problems
 from bearing_twin.kinds.rules import BEARING, pick
 from bearing_twin.kinds.sections import (
@@ -163,6 +164,9 @@ class BearingScene:
     materials: Materials = section(Materials)
     model: Model = section(Model)
     contact: BearingContact = section(BearingContact, default=CONTACT)
+    lubricant: Lubricant = section(Lubricant)
+    surface: Surface = section(Surface)
+    temperature: float = quantity(FORTY, "K", "of the lubricant, such as 60°C", above=0.0)
     drive: Drive = section(Drive)
     rings: Rings = section(Rings)
     cage: Cage = section(Cage)
@@ -258,7 +262,7 @@ def check(parameters: BearingScene) -> list[str]:
     problems += torque_problems(parameters, dimension_of(parameters) == QUASI_STATIC)
     problems += numbers_missing(parameters.contact)
     problems += check_damping(parameters.contact, False, {"relaxation_time": RELAXATION_TIME})
-    problems += check_run(run)
+    problems += check_run(run) + ([] if problems else lubricant_problems(parameters))
     if not (run.duration and run.output_rate):
         problems.append("run.duration and run.output_rate of a bearing must be above 0; give seconds and Hz")
     return problems

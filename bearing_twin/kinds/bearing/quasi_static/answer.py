@@ -11,6 +11,7 @@ from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt
 from bearing_twin.kinds.bearing.clearance import clearance_of
 from bearing_twin.kinds.bearing.drilling import SIDES
 from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
+from bearing_twin.kinds.bearing.friction_torque import torque_answer
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import shared
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     Equilibrium,
@@ -112,6 +113,7 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
         "catalogue_drive_torque_nm": palmgren_torque(geometry, ratings.static, force, parameters.drive.speed),
         "not_computed": {"drive_torque_nm": NO_TORQUE},
         "limiting_speed_rad_s": limiting_speeds(geometry),
+        **torque_answer(parameters, contacts, ratings.static, force),
         "fault_frequencies_hz": frequencies_of(contacts, geometry.balls, parameters.drive.speed),
         "clearance_m": clearance._asdict(),
         "model_errors": model_errors(parameters, law, solver, support, found),

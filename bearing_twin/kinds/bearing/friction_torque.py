@@ -1,0 +1,153 @@
+"""Friction torque of a lubricated bearing in equilibrium, contact by contact, and what catalogues estimate of it."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.base.errors import SceneError
+from bearing_twin.contact.ellipse import ellipses, elliptic_e
+from bearing_twin.kinds.bearing.lubricant import (
+    GREASE,
+    LEAST_FILM,
+    boundary_dimensions,
+    film_lubricant,
+    film_numbers,
+    films,
+    inlet_factors,
+    lubricated,
+    viscosity_of,
+)
+from bearing_twin.kinds.bearing.outputs import moduli
+from bearing_twin.kinds.bearing.ratings import GREASE as GREASED
+from bearing_twin.kinds.bearing.ratings import OIL_BATH, palmgren_torque
+
+# SKF, Rolling bearings (2018): R_1, R_2, S_1, S_2 of deep groove series; R_1, R_2, R_3, S_1, S_2 of angular series 72
+DEEP_GROOVE = {
+    "60": (4.1e-7, 1.7, 3.73e-3, 14.6),
+    "62": (3.9e-7, 1.7, 3.23e-3, 36.5),
+    "63": (3.7e-7, 1.7, 2.84e-3, 92.8),
+}
+BE, AC = (4.33e-7, 2.02, 2.44e-12, 1.82e-2, 0.71), (3.58e-7, 3.64, 3.55e-12, 1.14e-2, 1.55)
+STEEP = math.radians(32.5)  # between the angles of AC and BE, 25 and 40 degrees
+UNKNOWN_SERIES = "SKF's factors are known of series 60, 62, 63 and 72: give geometry.designation"
+WHY = (
+    "Contacts sum up films, hysteresis and slip of this load; SKF's formula is fitted to whole bearings, so that only "
+    "the sum compares; Palmgren's does not know how films starve and is high at light loads. None has seals."
+)
+
+
+class FrictionTorque(NamedTuple):
+    """Parts of the friction torque [N m]; thickness [m] and Lambda of the thinnest film of a loaded contact."""
+
+    film: float
+    hysteresis: float
+    slip: float
+    thickness: float
+    ratio: float
+
+
+def friction_torque(parameters, contacts) -> FrictionTorque | None:
+    """The torque that films, hysteresis and slip of an equilibrium's contacts put on the inner ring; None at rest.
+
+    Power over speed: 2 F u of a film, moments of hysteresis and differential slip times the roll of the ball, u/r, and
+    3/8 mu Q a E of a patch times its spin, E the complete elliptic integral of the second kind (where a ball both rolls
+    and spins the sum is an upper bound). A ball off the inner ring is driven by nothing and is left out.
+    """
+    speed, radius = parameters.drive.speed, 0.5 * parameters.geometry.ball_diameter
+    driven = contacts.load.min(axis=1) > 0.0
+    if not speed or not driven.any():
+        return None
+    lubricant, power, thinnest = film_lubricant(parameters), np.zeros(3), (math.inf, math.inf)
+    for side, modulus in enumerate(moduli(parameters.materials)):
+        load, angle, small, large = (one[driven, side] for one in (
+            contacts.load, contacts.angle, contacts.curvature_small, contacts.curvature_large
+        ))  # fmt: skip
+        cosine, sine, pitch = np.cos(angle), np.sin(angle), contacts.pitch[driven]
+        turn = np.abs(contacts.roll[driven] * cosine + pitch * sine)  # of the ball about its axis of rolling
+        ring = (speed if side == 0 else 0.0) - contacts.orbit[driven]
+        spin = np.abs(pitch * cosine - (contacts.roll[driven] + ring) * sine)
+        numbers = film_numbers(lubricant, small, large, modulus, radius)
+        thickness, ratio, resistance, hysteresis, slip, friction = films(lubricant, numbers, load, radius * turn).T
+        major, minor, _ = ellipses(small, large, modulus, load)
+        drilling = 0.375 * friction * load * major * elliptic_e(minor / major)
+        power += 2.0 * radius * resistance @ turn, hysteresis @ turn, slip @ turn + drilling @ spin
+        least = int(thickness.argmin())
+        thinnest = min(thinnest, (float(thickness[least]), float(ratio[least])))
+    return FrictionTorque(*(power / abs(speed)).tolist(), *thinnest)
+
+
+def skf_torque(parameters, static: float, force) -> float | None:
+    """Friction torque [N m] of an open bearing by SKF (Rolling bearings, 2018); None for series not in the tables.
+
+    M = phi_ish phi_rs G_rr (nu n)^0.6 + G_sl mu_sl [N mm; mm, N, 1/min, mm^2/s]; the forms of radial and of combined
+    load do not meet at no axial load.
+
+    Parameters
+    ----------
+    parameters
+        Of a scene with a lubricant.
+    static
+        Basic static rating C_0 [N].
+    force
+        Force (3,) [N] on the inner ring, z along the axis.
+    """
+    geometry, lubricant = parameters.geometry, parameters.lubricant
+    pitch, turns = 0.5e3 * sum(boundary_dimensions(geometry)), abs(parameters.drive.speed) * 30.0 / math.pi
+    viscosity = viscosity_of(lubricant, parameters.temperature)
+    radial, axial = math.hypot(force[0], force[1]), abs(force[2])
+    name, stirred = geometry.designation, 1e6 * viscosity * turns
+    if name[:2] == "72" and geometry.contact_angle:
+        r1, r2, r3, s1, s2 = BE if geometry.contact_angle > STEEP else AC
+        thrown = radial + r3 * pitch**4 * turns**2
+        rolling = r1 * pitch**1.97 * (thrown + r2 * axial) ** 0.54
+        sliding = s1 * pitch**0.26 * (thrown ** (4.0 / 3.0) + s2 * axial ** (4.0 / 3.0))
+    elif name[:2] in DEEP_GROOVE:
+        r1, r2, s1, s2 = DEEP_GROOVE[name[:2]]
+        rolling, sliding = r1 * pitch**1.96 * radial**0.54, s1 * pitch**-0.26 * radial ** (5.0 / 3.0)
+        if axial > 1e-9 * radial:
+            sine = math.sin(math.radians(24.6) * (axial / static) ** 0.24)
+            rolling = r1 * pitch**1.96 * (radial + r2 * axial / sine) ** 0.54
+            sliding = s1 * pitch**-0.145 * (radial**5 + s2 * pitch**1.5 * axial**4 / sine) ** (1.0 / 3.0)
+    else:
+        return None
+    heating, starvation = inlet_factors(geometry, viscosity)
+    inlet = 1.0 / (1.0 + heating * turns**1.28)
+    if lubricant.kind == GREASE:
+        inlet *= math.exp(-starvation * turns)
+    touching = math.exp(-2.6e-8 * stirred**1.4 * pitch)
+    friction = touching * lubricant.boundary_friction + (1.0 - touching) * lubricant.film_friction
+    return 1e-3 * (inlet * rolling * stirred**0.6 + sliding * friction)
+
+
+def torque_answer(parameters, contacts, static: float, force) -> dict:
+    """Friction in an equilibrium's answer: torque by parts beside estimates, loss, film; {} without lubricant.
+
+    Raises SceneError where the thinnest film is below LEAST_FILM of the roughness.
+    """
+    if not lubricated(parameters):
+        return {}
+    found = friction_torque(parameters, contacts)
+    if found is None:
+        return {"friction_torque_nm": None, "friction_loss_w": None, "film_m": None, "lambda": None}
+    if found.ratio < LEAST_FILM:
+        raise SceneError(
+            f"the thinnest film is {found.ratio:.2g} of surface.roughness, and no formula of films holds below "
+            f"{LEAST_FILM:g}; lower the load or temperature, raise the speed or the viscosity, or leave lubricant out"
+        )
+    speed, lubricant = parameters.drive.speed, parameters.lubricant
+    total, skf = found.film + found.hysteresis + found.slip, skf_torque(parameters, static, force)
+    palmgren = palmgren_torque(
+        parameters.geometry, static, force, speed, viscosity_of(lubricant, parameters.temperature),
+        GREASED if lubricant.kind == GREASE else OIL_BATH,
+    )  # fmt: skip
+    parts = {"film": found.film, "hysteresis": found.hysteresis, "slip": found.slip, "total": total}
+    return {
+        "drive_torque_nm": total,
+        "not_computed": {},
+        "friction_torque_nm": {**parts, "skf": skf, "palmgren": palmgren},
+        "friction_loss_w": total * abs(speed),
+        "film_m": found.thickness,
+        "lambda": found.ratio,
+        "friction_note": WHY if skf is not None else f"{WHY} {UNKNOWN_SERIES}.",
+    }
