@@ -14,7 +14,7 @@ from bearing_twin.base.parameters import describe
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.outcome import Outcome
-from bearing_twin.command.terminal import show_result
+from bearing_twin.command.results import show_result
 from bearing_twin.run.scene import KINDS, load_scene, scene_names
 
 COMMAND = [sys.executable, "-m", "bearing_twin"]
@@ -68,10 +68,16 @@ def test_simulate_prints_one_json_object_with_what_was_asked_for(capsys):
 
 def test_without_json_the_result_is_a_table_on_standard_output(capsys):
     assert main(["simulate", *SHORT]) == DONE
-    out, err = capsys.readouterr()
-    for words in ("cage speed", "rpm", "normal load", "real time factor", "ball"):
-        assert words in out
-        assert words not in err
+    short, err = capsys.readouterr()
+    words = ("normal", "ball", "cage speed", "status", "times real time")
+    assert sorted(words, key=short.index) == [*words]  # loads first, then figures, then how it went
+    assert " rpm" in short
+    assert not any(one in err for one in words)
+    assert main(["simulate", *SHORT, "--verbose"]) == DONE
+    whole = capsys.readouterr().out
+    for words in ("cage speed", "choice reason", "ball steps", "model errors", "not included", "semi major"):
+        assert words in whole
+        assert words not in short.replace("with --verbose", "") or words == "cage speed"
 
 
 def test_a_run_is_logged_reported_and_verified(log, capsys):

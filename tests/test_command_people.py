@@ -14,8 +14,8 @@ from bearing_twin.base.messages import LONGEST_ECHO, name_of_peer
 from bearing_twin.base.units import UNITS, for_people, known_digits, readable
 from bearing_twin.command import cli, commands
 from bearing_twin.command.commands import COMMANDS
+from bearing_twin.command.results import show_result
 from bearing_twin.command.scene_commands import SHELLS
-from bearing_twin.command.terminal import show_result
 
 RESULT = {
     "cage_speed_rad_s": 69.9611,

@@ -8,7 +8,7 @@ import pytest
 from runs import reported
 
 from bearing_twin.base.report import Choice
-from bearing_twin.command.terminal import show_result
+from bearing_twin.command.results import show_result
 from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, Errors, ModelError
 from bearing_twin.run.report import DOUBTFUL, FAILED, STATUSES, exceeds, judged
 from bearing_twin.run.second_run import OutputError

@@ -148,7 +148,7 @@ def _main(argv) -> int:
 
 def _show(outcome, si: bool) -> None:
     from bearing_twin.base.report import plain_json
-    from bearing_twin.command.terminal import show_result
+    from bearing_twin.command.results import show_result
 
     if outcome.show and not (si and outcome.engineering):
         outcome.show()

@@ -23,6 +23,7 @@ from bearing_twin.command.outcome import (
     Outcome,
     Subcommand,
     add_changes,
+    add_verbose,
     doubts_of,
     failure_kept,
     new_log,
@@ -56,6 +57,7 @@ def _simulate_arguments(parser):
         metavar="PNG",
         help="draw the ball loads, the impact or the motion; of soft discs also a .gif that moves",
     )
+    add_verbose(parser)
 
 
 def _simulate(arguments) -> Outcome:
@@ -79,6 +81,7 @@ def _simulate(arguments) -> Outcome:
     picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
     log = new_log(arguments.out) if arguments.out else None
 
+    from bearing_twin.command.results import show_report
     from bearing_twin.command.terminal import in_shown_units, progress, say
     from bearing_twin.run.scene import late_keys
     from bearing_twin.run.simulation import cost_of, simulate
@@ -106,7 +109,8 @@ def _simulate(arguments) -> Outcome:
             result["plot"] = drawing.write(picture, report)
         except BearingTwinError as error:  # the figures may be those of hours
             problems.append(str(error))
-    return Outcome(result, list(report.flags) if report.failure else doubts_of(result), problem="; ".join(problems))
+    doubts = list(report.flags) if report.failure else doubts_of(result)
+    return Outcome(result, doubts, lambda: show_report(report, result, arguments.verbose), problem="; ".join(problems))
 
 
 COMMANDS = {

@@ -224,7 +224,8 @@ def _damping(restitution, speed):
 
 def _show(result):
     """The result as two tables."""
-    from bearing_twin.command.terminal import show_paragraph, show_quantities, show_rows, show_text
+    from bearing_twin.command.results import show_quantities
+    from bearing_twin.command.terminal import show_paragraph, show_rows, show_text
 
     show_quantities({key: value for key, value in result.items() if isinstance(value, (float, str))})
     show_text()
@@ -242,7 +243,8 @@ def _show(result):
 
 def _show_shapes(result):
     """A pair of bodies as tables."""
-    from bearing_twin.command.terminal import show_quantities, show_rows, show_text, shown_unit
+    from bearing_twin.command.results import show_quantities
+    from bearing_twin.command.terminal import show_rows, show_text, shown_unit
 
     shown = (key for key, value in result.items() if not (isinstance(value, dict) or value is None or key == "flags"))
     show_quantities({key: result[key] for key in shown})

@@ -130,7 +130,8 @@ def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
 
 
 def _show(result, failure) -> None:
-    from bearing_twin.command.terminal import show_result, show_rows, show_text
+    from bearing_twin.command.results import show_result
+    from bearing_twin.command.terminal import show_rows, show_text
 
     show_result({key: value for key, value in result.items() if key != "last_good"})
     if failure.values:

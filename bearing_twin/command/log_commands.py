@@ -11,7 +11,16 @@ from typing import NamedTuple
 
 from bearing_twin.base.errors import IntegrationError, LogError
 from bearing_twin.command import study_command
-from bearing_twin.command.outcome import Outcome, Subcommand, cleared, doubts_of, new_log, picture_path, quantity
+from bearing_twin.command.outcome import (
+    Outcome,
+    Subcommand,
+    add_verbose,
+    cleared,
+    doubts_of,
+    new_log,
+    picture_path,
+    quantity,
+)
 
 
 class ShownStream:
@@ -105,7 +114,8 @@ def _verify_arguments(parser):
 
 
 def _verify(arguments) -> Outcome:
-    from bearing_twin.command.terminal import progress, show_result
+    from bearing_twin.command.results import show_result
+    from bearing_twin.command.terminal import progress
     from bearing_twin.log.run_log import read_log
     from bearing_twin.log.study_log import is_study
     from bearing_twin.run.verify import verify
@@ -139,9 +149,11 @@ def _before_the_log(seconds: float):
 def _report_arguments(parser):
     _samples_arguments(parser)
     parser.add_argument("--plot", metavar="PNG", help="draw the ball loads")
+    add_verbose(parser)
 
 
 def _report(arguments) -> Outcome:
+    from bearing_twin.command.results import show_report
     from bearing_twin.command.terminal import with_progress
     from bearing_twin.log.run_log import read_log
     from bearing_twin.log.study_log import STUDY_RECORD
@@ -174,7 +186,7 @@ def _report(arguments) -> Outcome:
             f"the log holds {stream.kept_rate:g} outputs a second, not all: greatest and mean values are of those, and "
             "`verify` compares no others; a node logs all of them without full:=false"
         )
-    return Outcome(result, warnings + doubts_of(result))
+    return Outcome(result, warnings + doubts_of(result), lambda: show_report(report, result, arguments.verbose))
 
 
 def _recover_arguments(parser):

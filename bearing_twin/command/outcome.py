@@ -70,6 +70,12 @@ def add_changes(parser: argparse.ArgumentParser, text: str) -> None:
     parser.add_argument(ALLOW_INVALID[0], **ALLOW_INVALID[1])
 
 
+def add_verbose(parser: argparse.ArgumentParser) -> None:
+    """Adds `--verbose`, which shows all that is known of a run."""
+    text = "show every column, why the model was chosen, costs, and errors of the model"
+    parser.add_argument("--verbose", action="store_true", help=text)
+
+
 def overrides_of(arguments: argparse.Namespace, **keys: str) -> list[str]:
     """Overrides by `--set`, and by options that stand for a key, such as duration="run.duration".
 

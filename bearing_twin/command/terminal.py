@@ -2,32 +2,24 @@
 
 import contextlib
 import io
-import math
 import shutil
 import sys
 import textwrap
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextvars import ContextVar
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from bearing_twin.base.messages import harmless
 from bearing_twin.base.units import (
-    greatest_error,
-    known_digits,
-    named,
-    readable,
     sentence_for_people,
-    sizes_for_units,
-    two_digits,
     unit_for_people,
-    unit_suffix,
 )
 
 GAP = "  "
-HEADER = 11  # columns of words above numbers
+HEADER = 9  # columns of words above numbers
 INDENT = "    "
 NAMES = 30  # columns of names beside their values
 
@@ -121,110 +113,12 @@ SLOW, REFRESH, PLAIN_PERIOD = 1.0, 0.25, 5.0  # s until progress is shown; betwe
 BAR, CLEAR = 24, "\x1b[K"  # characters of a bar; what ends a line of a terminal
 
 SI: ContextVar[bool] = ContextVar("si", default=False)  # whether people read SI units too
-ERROR = "_error"  # behind a figure's key: what is not known of it
-AXES = 3  # lists of so many numbers at most are vectors
-
-
-def show_result(result: Mapping) -> None:
-    """Print a result on standard output: values and short lists first, then a table for each group of longer ones."""
-    width = width_of_terminal()
-    from bearing_twin.run.report import shown_errors
-
-    whole, (result, errors) = result, _errors_apart(result)
-    single, columns, events, sizes = [], {}, {}, _sizes(result, errors)
-    for key, value in _flat(result):
-        if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (list, tuple, Mapping, str)):
-            if len(value) <= AXES:
-                single.append(_named_value(key, value, shown_errors(whole, key), sizes[key]))
-            else:
-                columns.setdefault(len(value), {})[key] = value
-        elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
-            events[key] = value
-        elif isinstance(value, (list, tuple)):
-            single.append((named(key)[0], "\n".join(map(_text, value)) or "none"))
-        else:
-            single.append(_named_value(key, value, shown_errors(whole, key), sizes[key]))
-    show_text("\n".join(named_values(single, width)))
-    for key, rows in events.items():
-        _show_events(named(key)[0], [dict(_flat(row)) for row in rows])
-    for length, lists in columns.items():
-        header, cells = ["mode" if "natural_frequencies_hz" in lists else "ball"], [[str(row) for row in range(length)]]
-        for key, values in lists.items():
-            words, unit, factor = _readable(key, sizes[key])
-            header.append(f"{words}\n{unit or '-'}")
-            most, own = shown_errors(whole, key)
-            cells.append([_text(value, factor, most) for value in values])
-            if any(one in errors for one in lists):
-                cells[-1].append("" if own is None else two_digits(factor * own))
-        if any(key in errors for key in lists):
-            cells[0].append("±")
-        for lines in columns_apart(header, cells, width):
-            show_text("\n".join(["", *lines]))
-
-
-def _show_events(title: str, rows: list[dict]) -> None:
-    """A table of mappings with the same keys, a row each."""
-    units = {key: _readable(key, _size([row.get(key) for row in rows])) for key in rows[0]}
-    header = [f"{words} [{unit}]" if unit else words for words, unit, _ in units.values()]
-    show_text(f"\n{title}")
-    show_rows(header, ([_text(row.get(key), units[key][2]) for key in units] for row in rows))
 
 
 def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
     """Print a plain table on standard output."""
     cells = [["" if cell is None else cell for cell in row] for row in rows]
     show_text("\n".join(table(list(header), cells, width_of_terminal())))
-
-
-def show_quantities(result: Mapping) -> None:
-    """Print single values of a result as a table of quantity, value and unit; lists of numbers side by side."""
-    rows = []
-    for key, value in result.items():
-        words, unit, factor = _readable(key, _size(value))
-        shown = "  ".join(_text(one, factor) for one in value) if isinstance(value, list) else _text(value, factor)
-        rows.append((words, shown, unit))
-    show_rows(("quantity", "value", "unit"), rows)
-
-
-def _readable(key: str, size: float) -> tuple[str, str, float]:
-    """(words, unit, factor into that unit) of a key with values to `size`: SI with --si, else what engineers read."""
-    return (*named(key), 1.0) if SI.get() else readable(key, size)
-
-
-def _sizes(result: Mapping, errors: Mapping) -> dict[str, float]:
-    """The size by which the unit of each key is chosen: of a vector its error counts too."""
-    sizes = {}
-    for key, value in _flat(result):
-        long = isinstance(value, (list, tuple)) and len(value) > AXES
-        sizes[key] = max(_size(value), 0.0 if long else _size(greatest_error(errors.get(key))))
-    return sizes_for_units(sizes)
-
-
-def _size(values) -> float:
-    """The greatest magnitude of a value or of the numbers in a list; 0 where there is none."""
-    several = values if isinstance(values, (list, tuple)) else [values]
-    return float(max((abs(one) for one in several if _is_finite_number(one)), default=0.0))
-
-
-def _is_finite_number(value) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _named_value(key: str, value, errors: tuple, size: float) -> tuple[str, str]:
-    """The words of a key and its value for people, with its error, and marked where that is large.
-
-    `errors` are those of `run.doubt.shown_errors`.
-    """
-    from bearing_twin.run.report import exceeds
-
-    numbers, (most, worst) = list(value) if isinstance(value, (list, tuple)) else [value], errors
-    words, unit, factor = _readable(key, size)
-    shown = ", ".join(_text(one, factor, most) for one in numbers)
-    known = worst is not None and value is not None
-    shown += f" ± {two_digits(factor * worst)}" if known and (worst or _size(value)) else ""
-    shown = f"{shown} {unit}".rstrip() if any(map(_is_finite_number, numbers)) else shown
-    large = most is not None and value is not None and any(map(_is_finite_number, numbers)) and exceeds(value, most)
-    return words, f"{shown} (doubtful)" if large else shown
 
 
 def show_paragraph(text: str) -> None:
@@ -325,42 +219,3 @@ def _words(seconds: float) -> str:
     if seconds < 100.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.3g} h"
-
-
-def _errors_apart(result: Mapping) -> tuple[dict, dict]:
-    """The result without the errors of its figures, which join them in the table, and these; parts stay in --json."""
-    from bearing_twin.run.report import model_errors_in_words, promise_in_words
-
-    errors = {key.removesuffix(ERROR): value for key, value in result.items() if key.endswith(ERROR)}
-    errors = {key: value for key, value in errors.items() if key in result}
-    hidden = {f"{key}{ERROR}" for key in errors} | {"errors_by_source"}
-    errors = {key: value for key, value in errors.items() if value is not None}
-    known = {output: one for output, one in result.get("wanted_errors", {}).items() if one["error"] is not None}
-    shown = {f"error of {output}": promise_in_words(one) for output, one in known.items()}
-    notes = [f"{name}: {sentence}" for name, sentence in result.get("errors_unknown", {}).items()]
-    hidden |= {"wanted_errors", "errors_unknown"}
-    if "errors_by_source" in result:  # of a run
-        hidden |= {"model_errors"}
-        shown |= {"model errors": model} if (model := model_errors_in_words(result)) else {}
-    rest = {key: value for key, value in result.items() if key not in hidden}
-    return rest | shown | ({"not included in these errors": notes} if notes else {}), errors
-
-
-def _flat(result: Mapping, prefix: str = "", suffix: str = "") -> Iterator[tuple[str, object]]:
-    """Values of nested mappings by keys joined; the unit of an outer key ends those within that have none."""
-    for key, value in result.items():
-        own = unit_suffix(key)
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key.removesuffix(own)}_", own or suffix)
-        else:
-            yield f"{prefix}{key}{'' if own else suffix}", value
-
-
-def _text(value, factor: float = 1.0, error: float | None = None) -> str:
-    if value is None or isinstance(value, bool):
-        return {None: "-", True: "yes", False: "no"}[value]
-    if isinstance(value, (list, tuple)):
-        return ", ".join(map(_text, value))
-    if not isinstance(value, (int, float)) or (isinstance(value, int) and factor == 1.0):
-        return in_shown_units(str(value))
-    return known_digits(factor * value, None if error is None else factor * error)
