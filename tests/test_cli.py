@@ -75,7 +75,7 @@ def test_without_json_the_result_is_a_table_on_standard_output(capsys):
     assert not any(one in err for one in words)
     assert main(["simulate", *SHORT, "--verbose"]) == DONE
     whole = capsys.readouterr().out
-    for words in ("cage speed", "choice reason", "ball steps", "model errors", "not included", "semi major"):
+    for words in ("cage speed", "choice reason", "ball steps", "model errors", "not included", "pressure"):
         assert words in whole
         assert words not in short.replace("with --verbose", "") or words == "cage speed"
 
