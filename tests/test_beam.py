@@ -15,16 +15,14 @@ from solved_impact import SolvedImpact
 from bearing_twin.base.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.base.stopping import SIGNALLED, Halt
 from bearing_twin.kinds.beam import modes as beams
-from bearing_twin.kinds.beam.derived import beam_of, thrown_sphere, touch_speed
-from bearing_twin.kinds.beam.free_flight import gap_and_rate, next_touch
-from bearing_twin.kinds.beam.impact import throw
+from bearing_twin.kinds.beam.impact import BeamImpact, Pieces, ThrownSphere, throw
+from bearing_twin.kinds.beam.models import beam_of, thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.modes import (
     beam_energy,
     branches,
     deflection_shapes,
     first_frequency,
     modes_of,
-    propagate,
     rectangular_beam,
     static_deflection,
     static_stress,
@@ -94,8 +92,14 @@ def test_a_cubic_force_is_propagated_exactly(damping):
     modes = modes_of(beam, 0.3 * beam.span, 3)
     force, step = np.array([1.0, -2.0, 3.0, 5.0]), 4e-4
     start = np.array([0.01 + 0.02j, -0.03j, 0.02 + 0.0j])
-    end = np.empty(3, np.complex128)
-    propagate(modes.rate, modes.shape, modes.modal_mass, step, 0.75, force, start, end)
+    piece = Pieces.of(1, 3)
+    piece.lengths[0], piece.forces[0], piece.states[0] = step, force, start
+    motion = BeamImpact(beam, modes, ThrownSphere(2.0, 1.0, 3.0), piece, (), True, SIGNALLED)
+    (end,), (load,), (position,), (velocity,) = motion.at([0.75 * step])
+    assert load == pytest.approx(np.polyval(force[::-1], 0.75), rel=1e-14)
+    taken, moved = np.polyint(force[::-1]), np.polyint(force[::-1], 2)
+    assert velocity == pytest.approx(3.0 * 0.75 * step - step * np.polyval(taken, 0.75) / 2.0, rel=1e-13)
+    assert position == pytest.approx(1.5 * (0.75 * step) ** 2 - step**2 * np.polyval(moved, 0.75) / 2.0, rel=1e-13)
     for n in range(3):
         omega, push = modes.omega[n], modes.shape[n] / modes.modal_mass
         q = start[n].imag / modes.rate[n].imag
@@ -158,7 +162,7 @@ def thrown(scene=DROP, steps=200, method="modes", with_tail=True, count=151, ove
 
 def numbers(motion):
     """Durations, peaks, impulses and leaving speed."""
-    return np.array([one for contact in motion.contacts for one in contact[1:]] + [motion.motions[-1, 1]])
+    return np.array([one for contact in motion.contacts for one in contact[1:]] + [motion.pieces.motions[-1, 1]])
 
 
 @pytest.mark.parametrize(
@@ -188,7 +192,7 @@ def test_shear_and_rotary_inertia_change_what_follows_a_blow(scene, peaks, resti
 def test_a_program_without_modes_finds_the_same(point):
     """Staggered differences of the equations themselves, with Richardson's extrapolation; forces, times and stress."""
     found = thrown(overrides=(f"blow.point={point}",), count=301)
-    speed, pieces = found.motions[0, 1], []
+    speed, pieces = found.pieces.motions[0, 1], []
     for cells in (200, 400):
         blow = strike(found.beam, found.sphere.mass, found.sphere.coefficient, speed, point, found.end, cells)
         early = np.array([30e-6, 60e-6])  # within the first contact
@@ -334,7 +338,7 @@ def test_impulse_and_energy_identities(scene):
     kinetic, stored, dissipated = motion.energies()
     assert (kinetic + stored) / (0.5 * mass * speed**2) == pytest.approx(1.0, abs=1e-9)
     assert dissipated == 0.0
-    assert motion.works.sum() == pytest.approx(stored, abs=1e-9 * 0.5 * mass * speed**2)
+    assert motion.pieces.works.sum() == pytest.approx(stored, abs=1e-9 * 0.5 * mass * speed**2)
     assert abs(found.energy_closure) < 1e-8
     total = sum(found.values[name] for name in ("kinetic_energy", "beam_energy", "elastic_energy"))
     assert total == pytest.approx(total[0], rel=1e-6)
@@ -419,15 +423,17 @@ def test_no_touch_is_stepped_over_in_free_flight():
     """Against a fine scan of the gap after the first contact of the drop of 50 mm."""
     motion = thrown_at_euler("sphere_on_beam_drop_50mm")
     first, second = motion.contacts
-    piece = int(np.searchsorted(motion.starts, first.start + first.duration - 1e-15))
-    state, (position, velocity) = motion.states[piece], motion.motions[piece]
-    arguments = motion.modes.rate, motion.modes.shape, state, motion.sphere, position, velocity
-    touch = next_touch(*arguments, 1.0, 1e-15, SIGNALLED)
-    assert motion.starts[piece] + touch == pytest.approx(second.start, rel=1e-12)
-    out = np.empty_like(state)
-    gaps = [gap_and_rate(*arguments, time, out)[0] for time in np.linspace(1e-7, touch * (1.0 - 1e-9), 2000)]
-    assert max(gaps) < 0.0
-    assert abs(gap_and_rate(*arguments, touch, out)[0]) < 1e-14
+    flight = first.start + first.duration, second.start
+
+    def gaps(times):
+        states, force, position, _ = motion.at(times)
+        assert not force.any()
+        return position - motion.coordinates(states) @ motion.modes.shape
+
+    length = flight[1] - flight[0]
+    assert gaps(np.linspace(flight[0] + 1e-7, flight[1] - 1e-9 * length, 2000)).max() < 0.0
+    # Gaps that close for less than 1e-9 of a contact are passed.
+    assert abs(gaps([np.nextafter(flight[1], 0.0)])[0]) < 2e-9 * first.duration * motion.pieces.motions[0, 1]
 
 
 @settings(max_examples=15, deadline=None)
@@ -439,7 +445,7 @@ def test_balances_hold_wherever_and_however_hard_it_strikes(point, radius, speed
     brought = 0.5 * motion.sphere.mass * speed**2
     contact = 0.4 * motion.at([motion.end])[1][0] ** (5.0 / 3.0) / motion.sphere.coefficient ** (2.0 / 3.0)
     assert kinetic + stored + contact == pytest.approx(brought, rel=1e-5)
-    lost = motion.sphere.mass * (speed - motion.motions[-1, 1])
+    lost = motion.sphere.mass * (speed - motion.pieces.motions[-1, 1])
     assert sum(one.impulse for one in motion.contacts) == pytest.approx(lost, rel=1e-9)
 
 

@@ -14,8 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
-
 COURANT = 0.9  # of the longest stable step
 
 
@@ -45,27 +43,26 @@ def strike(beam, mass: float, coefficient: float, speed: float, point: float, un
     rows = np.zeros((int(until / step) + 1, 4))
     numbers = beam.rigidity, beam.rotary_inertia, beam.shear_rigidity, beam.mass / beam.span, length
     node = round(point * cells)
-    leaving = march(numbers, node, cells, mass, coefficient, speed, step, rows)
+    leaving = _march(numbers, node, cells, mass, coefficient, speed, step, rows)
     time, (gap, force, deflection, moment) = step * np.arange(len(rows)), rows.T
     return BeamResponse(
         time, force, deflection, -moment * beam.half_height / beam.area_moment, _contacts(time, gap, force), leaving
     )
 
 
-@kernel
-def march(numbers, node, cells, mass, coefficient, speed, step, rows):
+def _march(numbers, node, cells, mass, coefficient, speed, step, rows):
     """Fills rows of (approach, force, deflection, moment at the node); returns the mass's speed at the end."""
     rigidity, rotary, shear, inertia, length = numbers
     w, wt = np.zeros(cells + 1), np.zeros(cells + 1)
     psi, psit = np.zeros(cells), np.zeros(cells)
     moment, force_across = np.zeros(cells + 1), np.zeros(cells)
+    bend, slide = rigidity / length, shear / length
+    push, turn = step / (length * inertia), step / rotary
     travel, velocity = 0.0, speed
     rigid, touching = not math.isfinite(coefficient), False
     for row in range(len(rows)):
-        for i in range(cells):
-            force_across[i] = shear * ((w[i + 1] - w[i]) / length - psi[i])
-        for i in range(1, cells):
-            moment[i] = rigidity * (psi[i] - psi[i - 1]) / length
+        force_across[:] = slide * (w[1:] - w[:-1]) - shear * psi
+        moment[1:-1] = bend * (psi[1:] - psi[:-1])
         approach, force = travel - w[node], 0.0
         across = force_across[node] - force_across[node - 1]
         if rigid:
@@ -78,14 +75,12 @@ def march(numbers, node, cells, mass, coefficient, speed, step, rows):
                 force = max(force, 0.0)
         elif approach > 0.0:
             force = coefficient * approach**1.5
-        rows[row, 0], rows[row, 1], rows[row, 2], rows[row, 3] = approach, force, w[node], moment[node]
+        rows[row] = approach, force, w[node], moment[node]
         velocity -= step * force / mass
         travel += step * velocity
-        for i in range(1, cells):
-            wt[i] += step * (force_across[i] - force_across[i - 1]) / (length * inertia)
-        wt[node] += step * force / (length * inertia)
-        for i in range(cells):
-            psit[i] += step * ((moment[i + 1] - moment[i]) / length + force_across[i]) / rotary
+        wt[1:-1] += push * (force_across[1:] - force_across[:-1])
+        wt[node] += push * force
+        psit += turn * ((moment[1:] - moment[:-1]) / length + force_across)
         w += step * wt
         psi += step * psit
     return velocity

@@ -12,13 +12,11 @@ from bearing_twin.base.report import Choice
 from bearing_twin.contact.elastic import HERTZIAN, approaches_of_loads
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import spot_radius
-from bearing_twin.kinds.beam.derived import resolve, touch_speed
 from bearing_twin.kinds.beam.figures import FIGURES, OF_BEAM
-from bearing_twin.kinds.beam.fineness import modes_for, steps_for
 from bearing_twin.kinds.beam.impact import BeamImpact
+from bearing_twin.kinds.beam.models import modes_for, resolve, steps_for, theory_of, thrown_by_both, touch_speed, trial
+from bearing_twin.kinds.beam.motion import WatchedPoints
 from bearing_twin.kinds.beam.parameters import EULER
-from bearing_twin.kinds.beam.theory import theory_of, thrown_by_both, trial
-from bearing_twin.kinds.beam.watched import WatchedPoints
 from bearing_twin.kinds.doubt import LAW, ModelDoubt
 from bearing_twin.kinds.impact.doubt import ImpactComparison
 from bearing_twin.kinds.refinement import COARSER, SMALLER, is_checked
@@ -26,17 +24,9 @@ from bearing_twin.kinds.refinement import COARSER, SMALLER, is_checked
 INSTANTS = 400  # of a contact, at which forces are compared
 
 
-def force_at(found: BeamImpact, times: np.ndarray) -> np.ndarray:
-    """The contact force [N] at increasing times [s], 0 beyond what is known."""
-    piece = np.clip(np.searchsorted(found.starts[:-1], times, side="right") - 1, 0, len(found.lengths) - 1)
-    share = (times - found.starts[piece]) / found.lengths[piece]
-    force = (found.forces[piece] * share[:, None] ** np.arange(found.forces.shape[1])).sum(axis=1)
-    return np.where(times <= found.end, np.maximum(force, 0.0), 0.0)
-
-
 def figures_of(parameters, found: BeamImpact) -> dict[str, float]:
     """The figures of contacts and sphere."""
-    leaving = float(found.motions[-1, 1])
+    leaving = float(found.pieces.motions[-1, 1])
     return {
         "peak_force_n": found.peak_force,
         "contact_duration_s": found.contact_time,
@@ -51,7 +41,7 @@ def figures_of(parameters, found: BeamImpact) -> dict[str, float]:
 def _history_apart(found: BeamImpact, exact: BeamImpact) -> float:
     """By how much forces of two motions differ in contacts of the second, over its greatest; 0 without a contact."""
     times = [np.linspace(one.start, one.start + one.duration, INSTANTS) for one in exact.contacts]
-    apart = [np.abs(force_at(found, part) - force_at(exact, part)).max() for part in times]
+    apart = [np.abs(found.force_at(part) - exact.force_at(part)).max() for part in times]
     return float(max(apart, default=0.0)) / exact.peak_force if exact.peak_force else 0.0
 
 

@@ -1,4 +1,4 @@
-"""The figures of a sphere on a beam: a function of outputs and records alone."""
+"""The figures of a sphere on a beam, a function of outputs and records alone; the quantities of studies."""
 
 import math
 from typing import Any
@@ -9,12 +9,12 @@ from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, spot_radius, wave_doubt, wave_transit, width_doubt
-from bearing_twin.kinds.beam.derived import thrown_sphere, touch_speed
-from bearing_twin.kinds.beam.fineness import modes_for
+from bearing_twin.kinds.beam.models import euler_doubt, modes_for, thrown_sphere, touch_speed
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
-from bearing_twin.kinds.beam.theory import euler_doubt
+from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, ImpactFigures
 from bearing_twin.kinds.impact.figures import MEANINGS as IMPACT_MEANINGS
+from bearing_twin.kinds.impact.quantities import impact_quantities
 
 MEANINGS = IMPACT_MEANINGS | {
     "restitution": "speed of the sphere away from the beam over its speed before, at the end",
@@ -133,3 +133,16 @@ class BeamFigures(ImpactFigures):
                 "lengthen run.duration"
             )
         return flags
+
+
+def quantities() -> dict[str, Quantity]:
+    """What a study may ask of a sphere on a beam."""
+    return {
+        **impact_quantities(),
+        "contacts": Quantity("1", "number of contacts", read_off("contact_count")),
+        "peak_deflection": Quantity("m", "greatest deflection of the beam", read_off("peak_deflection_m"), whole=True),
+        "peak_stress": Quantity("Pa", "greatest bending stress", read_off("peak_stress_pa"), whole=True),
+        "velocity_after": Quantity(
+            "m/s", "of the sphere at the end, positive along the blow", read_off("sphere_velocity_after_m_s")
+        ),
+    }

@@ -1,18 +1,20 @@
-"""A sphere thrown on a beam: contacts by either method, exact free flight between them, any number of contacts."""
+"""A sphere thrown on a beam: contacts by either method, exact free flight between them, any number of contacts.
+
+The compiled core (`core/beam`) moves sphere and modes: `modes` solves the modal equations with the Hertz spring by
+collocation (`collocation.hpp`), `volterra` eq. (9) of paper 2 by product integration (`volterra.hpp`).
+"""
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.contact.hertz_impact import contact_time
-from bearing_twin.kinds.beam import contact as beam_contact
-from bearing_twin.kinds.beam import volterra
-from bearing_twin.kinds.beam.contact import ThrownSphere
-from bearing_twin.kinds.beam.free_flight import next_touch
-from bearing_twin.kinds.beam.modes import TERMS, Beam, BeamModes, beam_energy, count_below, response_at
+from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
+from bearing_twin.kinds.beam.modes import Beam, BeamModes, beam_energy, count_below
 from bearing_twin.kinds.beam.parameters import BEAM, BODY
 from bearing_twin.kinds.impact.collision import ContactPeriod
 from bearing_twin.numerics.statuses import FULL, NO_END, NOT_FINITE, STALLED, TIME_UP, WORDS
@@ -23,27 +25,93 @@ ONSET = 1e-5  # tolerance below which the onset of the force, as time^1.5, rules
 MOST_BYTES = 1e9  # of the modes' states that are held at once
 GREATEST_CONTACTS = 1000
 LONGEST_CONTACT = 200  # in Hertz contact times: a sphere 20 times as heavy as the beam stays for some 60
-LONGEST_VOLTERRA = 20  # the same for the integral equation, whose cost grows as the square
+TERMS = 4  # coefficients of a cubic force
+
+_IMPACT = (INTEGER, REALS, REALS, REALS, FLAG, INTEGER, *[REALS_OUT] * 6)
+_contact = Function("core_beam_contact", INTEGER, (*_IMPACT, INTEGER, REAL, REAL, INTEGERS_OUT))
+_move = Function("core_beam_move", None, (*_IMPACT, INTEGER, INTEGER))
+_next_touch = Function("core_beam_next_touch", REAL, (*_IMPACT, INTEGER, REAL, REAL))
+_response = Function("core_beam_response", None, (*_IMPACT, INTEGER, REALS, REALS_OUT, REALS_OUT))
 
 
-@dataclass(frozen=True, eq=False)
-class BeamImpact:
-    """The whole motion in pieces within each of which the force is a cubic in time.
+class ThrownSphere(NamedTuple):
+    """The sphere and its Hertz spring: `mass` [kg], `coefficient` [N/m^1.5], `gravity` [m/s^2] along its motion."""
 
-    `starts` (pieces + 1), `lengths`, `forces` (pieces, 4) in powers of the share of the piece, `states` (pieces + 1,
-    modes) the modes' z and `motions` (pieces + 1, 2) the sphere's position and velocity at the starts, `works` [J]
-    done on the beam. `gone` tells that no further contact can follow.
+    mass: float
+    coefficient: float
+    gravity: float
+
+
+class Pieces(NamedTuple):
+    """A motion in pieces of time, within each of which the force is a cubic.
+
+    `starts` [s], `lengths` [s], `forces` (pieces, 4) [N] in powers of the share of the piece, `states` (pieces, modes)
+    the modes' z and `motions` (pieces, 2) the sphere's position [m] and velocity [m/s] at the starts, `works` [J] done
+    on the beam.
     """
 
-    beam: Beam
-    modes: BeamModes
-    sphere: ThrownSphere
     starts: np.ndarray
     lengths: np.ndarray
     forces: np.ndarray
     states: np.ndarray
     motions: np.ndarray
     works: np.ndarray
+
+    @classmethod
+    def of(cls, count: int, modes: int) -> "Pieces":
+        """Room for that many pieces, the first of which starts at rest at time 0."""
+        return cls(
+            np.zeros(count), np.zeros(count), np.zeros((count, TERMS)), np.zeros((count, modes), np.complex128),
+            np.zeros((count, 2)), np.zeros(count),
+        )  # fmt: skip
+
+    def before(self, last: int) -> "Pieces":
+        """A copy of the pieces before the piece `last`."""
+        return Pieces(*(array[:last].copy() for array in self))
+
+    def start_of(self, piece: int) -> "Pieces":
+        """Time, states and motion at the start of a piece, as a piece without an end."""
+        starts = {name: getattr(self, name)[piece : piece + 1] for name in ("starts", "states", "motions")}
+        return Pieces(*(array[:0] for array in self))._replace(**starts)
+
+    def begin_at(self, piece: int) -> None:
+        """Make the start of a piece that of the first."""
+        for array in (self.starts, self.states, self.motions):
+            array[0] = array[piece]
+
+
+class _Bodies(NamedTuple):
+    """Modes of a beam, a sphere, and the flag (1,) that is not 0 once the computation is to stop."""
+
+    modes: BeamModes
+    sphere: ThrownSphere
+    stop: np.ndarray
+
+    def call(self, function: Function, pieces: Pieces, *arguments, until: float = math.inf):
+        """The result of a function of the core on pieces, whose arrays it writes."""
+        modes, sphere = self.modes, self.sphere
+        numbers = np.array([modes.modal_mass, modes.tail, *sphere, until])
+        starts, lengths, forces, states, motions, works = pieces
+        result = function(
+            len(modes.rate), modes.rate.view(float), modes.shape, numbers, self.stop, len(lengths),
+            starts, lengths, forces, states.view(float), motions, works, *arguments,
+        )  # fmt: skip
+        if self.stop[0] != 0:
+            raise Stopped("the computation of the impact was stopped")
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class BeamImpact:
+    """The whole motion in `pieces`, whose starts, states and motions have one row more, that of the end.
+
+    `gone` is true where no further contact can follow.
+    """
+
+    beam: Beam
+    modes: BeamModes
+    sphere: ThrownSphere
+    pieces: Pieces
     contacts: tuple[ContactPeriod, ...]
     gone: bool
     stop: np.ndarray
@@ -61,33 +129,26 @@ class BeamImpact:
     @property
     def end(self) -> float:
         """Time [s] to which the motion is known."""
-        return float(self.starts[-1])
+        return float(self.pieces.starts[-1])
 
     def at(self, times):
         """(states z (times, modes), force [N], sphere position [m], velocity [m/s]) at increasing times [s]."""
-        times = np.asarray(times, float)
+        times = np.ascontiguousarray(times, float)
         states = np.empty((len(times), len(self.modes.rate)), np.complex128)
-        force = np.empty(len(times))
-        response_at(
-            self.modes.rate, self.modes.shape, self.modes.modal_mass,
-            self.starts[:-1], self.lengths, self.forces, self.states, times, states, force,
-            self.stop,
-        )  # fmt: skip
-        _heed(self.stop)
-        piece = np.clip(np.searchsorted(self.starts[:-1], times, side="right") - 1, 0, len(self.lengths) - 1)
-        span, share = times - self.starts[piece], (times - self.starts[piece]) / self.lengths[piece]
-        k = np.arange(TERMS)
-        powers = self.forces[piece] * share[:, None] ** k
-        position, velocity = self.motions[piece].T
-        mass, gravity = self.sphere.mass, self.sphere.gravity
-        moved = span**2 * (powers / ((k + 1) * (k + 2))).sum(axis=1) / mass
-        slowed = span * (powers / (k + 1)).sum(axis=1) / mass
-        return (
-            states,
-            np.maximum(force, 0.0),
-            position + span * (velocity + 0.5 * gravity * span) - moved,
-            velocity + gravity * span - slowed,
+        sphere = np.empty((len(times), 3))
+        _Bodies(self.modes, self.sphere, self.stop).call(
+            _response, self.pieces, len(times), times, states.view(float), sphere
         )
+        force, position, velocity = sphere.T
+        return states, np.maximum(force, 0.0), position, velocity
+
+    def force_at(self, times: np.ndarray) -> np.ndarray:
+        """The contact force [N] at increasing times [s], 0 beyond what is known."""
+        starts, lengths, forces = self.pieces[:3]
+        piece = np.clip(np.searchsorted(starts[:-1], times, side="right") - 1, 0, len(lengths) - 1)
+        share = (times - starts[piece]) / lengths[piece]
+        force = (forces[piece] * share[:, None] ** np.arange(TERMS)).sum(axis=1)
+        return np.where(times <= self.end, np.maximum(force, 0.0), 0.0)
 
     def coordinates(self, states) -> np.ndarray:
         """Modal coordinates q [m] of states z."""
@@ -95,9 +156,10 @@ class BeamImpact:
 
     def energies(self) -> tuple[float, float, float]:
         """(sphere's kinetic, beam's, dissipated) energy [J] at the end; the beam's from its state, not the work."""
-        kinetic = 0.5 * self.sphere.mass * float(self.motions[-1, 1]) ** 2
-        stored = float(beam_energy(self.modes, self.states[-1], self.at([self.end])[1][0]))
-        return kinetic, stored, float(self.works.sum()) - stored if self.beam.damping_ratio > 0.0 else 0.0
+        kinetic = 0.5 * self.sphere.mass * float(self.pieces.motions[-1, 1]) ** 2
+        stored = float(beam_energy(self.modes, self.pieces.states[-1], self.at([self.end])[1][0]))
+        work = float(self.pieces.works.sum())
+        return kinetic, stored, work - stored if self.beam.damping_ratio > 0.0 else 0.0
 
 
 def hertz_contact_time(sphere: ThrownSphere, speed: float) -> float:
@@ -132,57 +194,43 @@ def throw(beam, modes, sphere, speed, until, steps, method="modes", with_tail=Tr
     if method == "sinusoidal":
         return assume_half_sine(beam, modes, sphere, speed, until, steps, stop)
     modes = modes if with_tail else modes._replace(tail=0.0)
-    regular = hertz_contact_time(sphere, speed)
+    bodies, regular = _Bodies(modes, sphere, stop), hertz_contact_time(sphere, speed)
     room = int(steps * min(until / regular, LONGEST_CONTACT)) + 1000
-    room = min(room, int(MOST_BYTES / (16 * len(modes.rate))))
-    march = _marcher(method, modes, sphere, regular, steps, until, room, stop)
-    parts, contacts, gone = [], [], False
-    pieces, first = _room(room, len(modes.rate)), 0
-    pieces[4][0] = 0.0, speed
+    pieces = Pieces.of(min(room, int(MOST_BYTES / (16 * len(modes.rate)))), len(modes.rate))
+    pieces.motions[0] = 0.0, speed
+    longest = regular / steps
+    how = int(method == "volterra"), min(FIRST_STEP * regular, longest), longest
+    parts, contacts, gone, last = [], [], False, np.zeros(1, np.int64)
     while True:
-        last, status = march(pieces, first)
-        time = float(pieces[0][last])
-        _heed(stop)
+        last[0] = 0
+        status = bodies.call(_contact, pieces, *how, last, until=until)
+        piece = int(last[0])
+        time = float(pieces.starts[piece])
         _refuse(status, time)
-        contact = _contact(pieces, first, last)
+        contact = _contact_period(pieces, piece)
         if contact.impulse > 0.0:
             contacts.append(contact)
+        if status != TIME_UP and time < until:
+            if len(contacts) >= GREATEST_CONTACTS:
+                raise IntegrationError(
+                    f"the sphere has touched the beam {GREATEST_CONTACTS} times by {time:.6g} s and still bounces; "
+                    "shorten run.duration or raise beam.damping_ratio",
+                    NO_END,
+                    time,
+                    BODY,
+                    BEAM,
+                )
+            flight = bodies.call(_next_touch, pieces, piece, until - time, 1e-9 * regular)
+            gone = math.isinf(flight)
+            pieces.lengths[piece], pieces.forces[piece] = min(flight, until - time), 0.0
+            bodies.call(_move, pieces, piece, piece + 1)
+            piece, time = piece + 1, time + flight
+        parts.append(pieces.before(piece))
         if status == TIME_UP or time >= until:
-            parts.append(_part(pieces, last))
             break
-        if len(contacts) >= GREATEST_CONTACTS:
-            raise IntegrationError(
-                f"the sphere has touched the beam {GREATEST_CONTACTS} times by {time:.6g} s and still bounces; "
-                "shorten run.duration or raise beam.damping_ratio",
-                NO_END,
-                time,
-                BODY,
-                BEAM,
-            )
-        flight = next_touch(
-            modes.rate, modes.shape, pieces[3][last], sphere, *pieces[4][last], until - time, 1e-9 * regular, stop
-        )
-        _heed(stop)
-        gone = math.isinf(flight)
-        last = _fly(modes, sphere, pieces, last, min(flight, until - time))
-        parts.append(_part(pieces, last))
-        if gone or time + flight >= until:
-            break
-        _begin_again(pieces, last)
-    ends = (pieces[0], *(array[:0] for array in pieces[1:3]), *pieces[3:5], pieces[5][:0])
-    parts.append(tuple(array[last : last + 1] for array in ends))
-    return BeamImpact(beam, modes, sphere, *map(np.concatenate, zip(*parts, strict=True)), tuple(contacts), gone, stop)
-
-
-def _marcher(method, modes, sphere, regular, steps, until, room, stop):
-    """The function (pieces, first) -> (last, status) that marches one contact by the method."""
-    common, length = (modes.rate, modes.shape, modes.modal_mass, modes.tail, sphere), regular / steps
-    if method == "volterra":
-        count = min(int(LONGEST_VOLTERRA * steps), room)
-        weights = volterra.kernel_weights(modes.rate, modes.shape, modes.modal_mass, sphere.mass, length, count, stop)
-        return lambda pieces, first: volterra.march_volterra(*common, length, weights, until, pieces, first, stop)
-    shortest, step = min(FIRST_STEP * regular, length), beam_contact.new_step(len(modes.rate))
-    return lambda pieces, first: beam_contact.march(*common, shortest, length, until, step, pieces, first, stop)
+        pieces.begin_at(piece)
+    whole = Pieces(*map(np.concatenate, zip(*parts, pieces.start_of(piece), strict=True)))
+    return BeamImpact(beam, modes, sphere, whole, tuple(contacts), gone, stop)
 
 
 def assume_half_sine(beam, modes, sphere, speed, until, steps, stop) -> BeamImpact:
@@ -191,68 +239,25 @@ def assume_half_sine(beam, modes, sphere, speed, until, steps, stop) -> BeamImpa
     Nothing makes that force fit the beam's motion, so energy is not conserved: the beam receives several times what
     the sphere brought. Kept to be charted, not to be used.
     """
-    duration = hertz_contact_time(sphere, speed)
+    duration, count = hertz_contact_time(sphere, speed), max(8, int(steps))
     peak = math.pi * sphere.mass * speed / duration
-    count = max(8, int(steps))
-    pieces = _room(count + 2, len(modes.rate))
-    pieces[4][0] = 0.0, speed
-    step = beam_contact.new_step(len(modes.rate))
-    beam_contact.prepare(modes.rate, modes.shape, modes.modal_mass, sphere, duration / count, step)
-    for piece in range(count):
-        step.force[:] = peak * np.sin(math.pi * (piece + np.array(beam_contact.POINTS)) / count)
-        beam_contact.finish_step(sphere, duration / count, step, pieces, piece)
-    contact = _contact(pieces, 0, count)._replace(peak_force=peak)
-    last = _fly(modes, sphere, pieces, count, max(until - duration, 1e-9 * duration))
-    starts, lengths, forces, states, motions, works = pieces
-    return BeamImpact(
-        beam, modes, sphere, starts[: last + 1], lengths[:last], forces[:last], states[: last + 1],
-        motions[: last + 1], np.zeros_like(works[:last]), (contact,), True, stop,
-    )  # fmt: skip
+    points = np.array([0.0, 0.5 - 0.1 * math.sqrt(5.0), 0.5 + 0.1 * math.sqrt(5.0), 1.0])  # of Gauss and Lobatto
+    values = peak * np.sin(math.pi * (np.arange(count)[:, None] + points) / count)
+    pieces = Pieces.of(count + 2, len(modes.rate))
+    pieces.motions[0] = 0.0, speed
+    pieces.lengths[:count], pieces.lengths[count] = duration / count, max(until - duration, 1e-9 * duration)
+    pieces.forces[:count] = np.linalg.solve(np.vander(points, increasing=True), values.T).T
+    _Bodies(modes, sphere, stop).call(_move, pieces, 0, count + 1)
+    contact = _contact_period(pieces, count)._replace(peak_force=peak)
+    pieces.works[:] = 0.0
+    whole = Pieces(*map(np.concatenate, zip(pieces.before(count + 1), pieces.start_of(count + 1), strict=True)))
+    return BeamImpact(beam, modes, sphere, whole, (contact,), True, stop)
 
 
-def _heed(stop) -> None:
-    if stop[0] != 0:
-        raise Stopped("the computation of the impact was stopped")
-
-
-def _room(count, modes):
-    return (
-        np.zeros(count),
-        np.zeros(count),
-        np.zeros((count, TERMS)),
-        np.zeros((count, modes), np.complex128),
-        np.zeros((count, 2)),
-        np.zeros(count),
-    )
-
-
-def _part(pieces, last):
-    return tuple(array[:last].copy() for array in pieces)
-
-
-def _begin_again(pieces, last):
-    """The same room, beginning where the piece `last` would."""
-    for array in (pieces[0], pieces[3], pieces[4]):
-        array[0] = array[last]
-
-
-def _fly(modes, sphere, pieces, piece, span):
-    """One piece without force; returns the next piece's number."""
-    starts, lengths, forces, states, motions, works = pieces
-    starts[piece + 1], lengths[piece] = starts[piece] + span, span
-    forces[piece], works[piece] = 0.0, 0.0
-    states[piece + 1] = np.exp(modes.rate * span) * states[piece]
-    position, velocity = motions[piece]
-    motions[piece + 1] = position + span * (velocity + 0.5 * sphere.gravity * span), velocity + sphere.gravity * span
-    return piece + 1
-
-
-def _contact(pieces, first, last) -> ContactPeriod:
-    starts, lengths, forces = pieces[0], pieces[1][first:last], pieces[2][first:last]
+def _contact_period(pieces, last) -> ContactPeriod:
+    starts, lengths, forces = pieces.starts, pieces.lengths[:last], pieces.forces[:last]
     impulse = float((lengths[:, None] * forces / np.arange(1, TERMS + 1)).sum())
-    return ContactPeriod(
-        float(starts[first]), float(starts[last] - starts[first]), _peak(starts[first:], forces), impulse
-    )
+    return ContactPeriod(float(starts[0]), float(starts[last] - starts[0]), _peak(starts, forces), impulse)
 
 
 def _peak(starts, forces) -> float:

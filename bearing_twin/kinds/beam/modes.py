@@ -16,7 +16,7 @@ is the share of the translation in the inertia of a mode; the two of an n make u
 
 Each mode is one complex number z = q' - conj(lambda) q with lambda = omega (-zeta + i sqrt(1 - zeta^2)); then
 z' = lambda z + f w_n sin(n pi x_c / l) / M and q = Im z / Im lambda. A force that is a polynomial in time is propagated
-without error.
+without error (`core/beam/modes.hpp`).
 
 Modes the sum leaves out still bend the beam statically: the tails are what is missing of the static influence
 functions. The stress, whose sum falls only as n^-2, needs it, and so does a deflection with shear.
@@ -30,9 +30,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
-
-TERMS = 4  # coefficients of a cubic force
 NEGLIGIBLE = 1e-12  # a mode with a smaller shape at the force is never moved
 
 
@@ -166,65 +163,3 @@ def beam_energy(modes: BeamModes, state, force=0.0) -> np.ndarray:
     rate = np.real(state) + np.real(modes.rate) * q
     moving = modes.modal_mass * np.sum(rate**2 + (modes.omega * q) ** 2, axis=-1)
     return 0.5 * (moving + modes.tail * np.square(force))
-
-
-@kernel
-def moments(z, out):
-    """out[k] = integral of exp(z (1 - u)) u^k over u = 0 .. 1, k < TERMS: what a force u^k leaves in a mode.
-
-    The recurrence J_k = (k J_(k-1) - 1) / z loses digits for small z; the series k! z^m / (m + k + 1)! takes over.
-    """
-    if abs(z.real) + abs(z.imag) > 5.0:
-        out[0] = (np.exp(z) - 1.0) / z
-        for k in range(1, TERMS):
-            out[k] = (k * out[k - 1] - 1.0) / z
-        return
-    for k in range(TERMS):
-        term = 1.0 / (k + 1) + 0.0j
-        total = term
-        for m in range(1, 60):
-            term = term * z / (m + k + 1)
-            total += term
-            if abs(term.real) + abs(term.imag) < 1e-18:
-                break
-        out[k] = total
-
-
-@kernel
-def propagate(rate, shape, modal_mass, step, share, force, start, out):
-    """State z of all modes `share` of `step` [s] after `start`, under force[0] + force[1] u + ... , u = time / step."""
-    span = share * step
-    if force[0] == 0.0 and force[1] == 0.0 and force[2] == 0.0 and force[3] == 0.0:
-        for n in range(len(rate)):
-            out[n] = np.exp(rate[n] * span) * start[n]
-        return
-    moment = np.empty(TERMS, np.complex128)
-    for n in range(len(rate)):
-        z = rate[n] * span
-        moments(z, moment)
-        pushed = 0.0j
-        power = 1.0
-        for k in range(TERMS):
-            pushed += force[k] * power * moment[k]
-            power *= share
-        out[n] = np.exp(z) * start[n] + shape[n] / modal_mass * span * pushed
-
-
-@kernel
-def response_at(rate, shape, modal_mass, starts, steps, forces, states, times, out, force, stop):
-    """States z (times, modes) and force [N] at increasing `times`, from pieces with their start time, length and cubic.
-
-    It ends early once `stop` (1,) is not 0.
-
-    `states[k]` is z at the start of piece k; times before the first or after the last piece are not asked for.
-    """
-    piece = 0
-    for i in range(len(times)):
-        if stop[0] != 0:
-            return
-        while piece + 1 < len(starts) and times[i] >= starts[piece + 1]:
-            piece += 1
-        share = (times[i] - starts[piece]) / steps[piece]
-        propagate(rate, shape, modal_mass, steps[piece], share, forces[piece], states[piece], out[i])
-        f = forces[piece]
-        force[i] = f[0] + share * (f[1] + share * (f[2] + share * f[3]))

@@ -18,12 +18,14 @@ SPHERE_ON_BEAM = Kind(
     upgraded=upgraded,
     frame="sphere_on_beam_link",
     facts=facts_at(
-        f"{HERE}.facts:shear_share",
-        f"{HERE}.facts:first_peak_error",
+        f"{HERE}.models:shear_share",
+        f"{HERE}.models:first_peak_error",
     ),
     **parts_in(
         HERE,
-        check="derived:check_beam",
+        check="models:check_beam",
+        resolve="models:resolve",
+        quantities="figures:quantities",
         motion="motion:BeamMotion",
         channels="motion:channels",
         refined="doubt:refined",

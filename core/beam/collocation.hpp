@@ -1,0 +1,165 @@
+// A sphere on a beam while they touch, by collocation: within a step the force is the cubic through its values at four
+// points of Gauss and Lobatto, which obey  f = c alpha^1.5,  alpha = s - w - tail f  (paper 2, eqs. 1 and 5).
+//
+// Every mode answers such a force exactly, so that the step follows the duration of the contact, not the highest mode,
+// which would set that of an explicit method. The force starts and ends as (time)^1.5: steps double from a short first
+// one and halve again towards separation, where the last step is fitted to alpha = 0.
+#pragma once
+#include <functional>
+#include "../methods/events.hpp"
+#include "pieces.hpp"
+
+namespace core::beam {
+
+// Coefficients of powers of u of the cubic that is 1 at one of the POINTS and 0 at the others.
+constexpr Force lagrange_cubic(int point) {
+  Force found{1.0};
+  for (int other = 0, degree = 0; other < TERMS; other++) {
+    if (other == point) continue;
+    double scale = 1.0 / (POINTS[point] - POINTS[other]);
+    for (int k = ++degree; k >= 0; k--) found[k] = scale * ((k ? found[k - 1] : 0.0) - POINTS[other] * found[k]);
+  }
+  return found;
+}
+constexpr Force CUBIC[TERMS] = {lagrange_cubic(0), lagrange_cubic(1), lagrange_cubic(2), lagrange_cubic(3)};
+
+class Collocation {
+ public:
+  Collocation(const Impact &impact, double shortest, double longest)
+      : impact(impact), modes(impact.modes), sphere(impact.sphere), shortest(shortest), longest(longest) {}
+
+  // One contact from piece `first`, whose start, states and motion are set: how it ended, and `first` as the next piece.
+  Status contact(int &first) {
+    int &piece = first;
+    double begun = impact.start[piece], alpha = 0.0, alpha_rate = impact.approach_rate(piece);
+    force[0] = 0.0;
+    for (; piece + 1 < impact.room; piece++) {
+      if (*impact.stop) return STOPPED;
+      double span = std::min(longest, std::max(shortest, impact.start[piece] - begun));
+      if (alpha_rate < 0.0) span = std::min(span, std::max(shortest, -0.5 * alpha / alpha_rate));
+      Status ended = step(piece, span, alpha, alpha_rate);
+      if (ended == NOT_FINITE || ended == STALLED) return ended;
+      impact.close(piece, length, cubic(), steps[LAST]);
+      alpha = approach[LAST], alpha_rate = (approach[LAST] - approach[LAST - 1]) / ((1.0 - POINTS[LAST]) * length);
+      force[0] = force[LAST + 1];
+      if (ended == SEPARATED) return piece++, ended;
+      if (impact.start[piece + 1] >= impact.until) return piece++, TIME_UP;
+    }
+    return FULL;
+  }
+
+ private:
+  static constexpr int UNKNOWN = TERMS - 1, LAST = UNKNOWN - 1;  // values at the points after the first
+  static constexpr int MOST_ITERATIONS = 50;
+  using Values = std::array<double, UNKNOWN>;
+
+  const Impact &impact;
+  const Modes &modes;
+  const Sphere &sphere;
+  double shortest, longest, length = 0.0;
+  ModeSteps steps[UNKNOWN];      // to each point
+  double gain[UNKNOWN][TERMS];   // approach by a unit force at each of the POINTS
+  Values approach;
+  std::array<double, TERMS> force;  // at POINTS
+
+  Force cubic() const {
+    Force found{};
+    for (int j = 0; j < TERMS; j++)
+      for (int k = 0; k < TERMS; k++) found[k] += CUBIC[j][k] * force[j];
+    return found;
+  }
+
+  void set_length(double wanted) {
+    if (wanted == length) return;
+    length = wanted;
+    for (int i = 0; i < UNKNOWN; i++) {
+      double share = POINTS[i + 1], span = share * length;
+      steps[i].set(modes, span);
+      Force answer = steps[i].gain;
+      for (int k = 0; k < TERMS; k++) answer[k] += span * span / ((k + 1) * (k + 2) * sphere.mass);
+      for (int j = 0; j < TERMS; j++) {
+        Force part = CUBIC[j].beginning(share);
+        gain[i][j] = 0.0;
+        for (int k = 0; k < TERMS; k++) gain[i][j] -= answer[k] * part[k];
+      }
+    }
+  }
+
+  // Newton's method for the approaches, from one that goes on at its rate; true where it converged.
+  bool solve(int piece, double alpha, double alpha_rate) {
+    Values free, slope;
+    for (int i = 0; i < UNKNOWN; i++) {
+      double span = POINTS[i + 1] * length;
+      free[i] = sphere.free_position(impact.motion[piece], span) - steps[i].free_deflection(modes, impact.state(piece));
+      free[i] += gain[i][0] * force[0];
+      approach[i] = alpha + alpha_rate * span;
+    }
+    double change = 0.0, greatest = 0.0;
+    for (int iteration = 0; iteration < MOST_ITERATIONS; iteration++) {
+      for (int i = 0; i < UNKNOWN; i++) {
+        auto spring = sphere.spring(approach[i]);
+        force[i + 1] = spring.load, slope[i] = spring.stiffness;
+      }
+      double a[UNKNOWN][UNKNOWN];
+      Values b;
+      greatest = change = 0.0;
+      for (int i = 0; i < UNKNOWN; i++) {
+        b[i] = free[i] - approach[i] - modes.tail * force[i + 1];
+        for (int j = 0; j < UNKNOWN; j++) b[i] += gain[i][j + 1] * force[j + 1], a[i][j] = -gain[i][j + 1] * slope[j];
+        a[i][i] += 1.0 + modes.tail * slope[i];
+        greatest = std::max(greatest, std::fabs(approach[i]));
+      }
+      eliminate(a, b);
+      for (int i = 0; i < UNKNOWN; i++) approach[i] += b[i], change = std::max(change, std::fabs(b[i]));
+      if (!std::isfinite(b[0] + b[1] + b[2])) return false;
+      if (change <= 1e-15 * greatest) return true;
+    }
+    return change <= 1e-11 * greatest;
+  }
+
+  // Solves three linear equations in place, without pivots: the diagonal leads.
+  static void eliminate(double (&a)[UNKNOWN][UNKNOWN], Values &b) {
+    for (int i = 0; i < UNKNOWN; i++)
+      for (int row = i + 1; row < UNKNOWN; row++) {
+        double factor = a[row][i] / a[i][i];
+        for (int column = i; column < UNKNOWN; column++) a[row][column] -= factor * a[i][column];
+        b[row] -= factor * b[i];
+      }
+    for (int i = UNKNOWN - 1; i >= 0; i--) {
+      for (int column = i + 1; column < UNKNOWN; column++) b[i] -= a[i][column] * b[column];
+      b[i] /= a[i][i];
+    }
+  }
+
+  // One step of at most `span` in which the bodies press all along, or that ends where they separate.
+  Status step(int piece, double span, double alpha, double alpha_rate) {
+    for (;; span = std::max(shortest, 0.5 * span)) {
+      set_length(span);
+      bool solved = solve(piece, alpha, alpha_rate);
+      if (!std::isfinite(approach[0] + approach[LAST])) return NOT_FINITE;
+      int gap = 0;
+      while (gap < UNKNOWN && approach[gap] > 0.0) gap++;
+      if (solved && gap == UNKNOWN) return OK;
+      if (span > shortest) continue;
+      if (!solved) return STALLED;
+      separate(piece, alpha, alpha_rate, POINTS[gap + 1] * span);
+      force[TERMS - 1] = 0.0;
+      return SEPARATED;
+    }
+  }
+
+  // Makes the step, of at most `span`, at whose end the approach is zero.
+  void separate(int piece, double alpha, double alpha_rate, double span) {
+    double before = alpha > 0.0 ? alpha : std::fabs(alpha_rate) * span, after = 0.0;
+    auto make = [&](double tried) {
+      if (*impact.stop) return void(after = 0.0);
+      set_length(tried);
+      solve(piece, alpha, alpha_rate);
+      after = approach[LAST];
+    };
+    make(span);
+    if (after < 0.0) landing_step(std::identity{}, make, before, after, span, NEAR_ZERO * before);
+  }
+};
+
+}  // namespace core::beam
