@@ -14,8 +14,8 @@ EXAMPLES = (
     "bearing_twin bearing 6308 --load 0,-3kN,0",
     "bearing_twin bearing bearing_6203 --displacement 0,-1e-5,0 --json",
     "bearing_twin bearing 6308 --load 0,-1,0 --sweep load=100:5000:20 --plot c.png",
-    "bearing_twin bearing 6308/C3 --speed 3000rpm --load 0,-2kN,0 --mass 20kg --out sheet.html",
-    "bearing_twin bearing 6308 --load 0,-1,0 --sweep load=1kN:5kN:5 --sweep speed=0:6000rpm:4 --out stiffness.csv",
+    "bearing_twin bearing 6308/C3 --load 0,-2kN,0 --mass 20kg --out sheet.html",
+    "bearing_twin bearing 6308 --load 0,-1,0 --sweep load=1kN:5kN:5 --out k.csv",
 )
 SHORT_KEYS = {"clearance": "geometry.radial_clearance", "speed": "drive.speed"}
 MOST_VALUES = 10_000
