@@ -3,6 +3,7 @@
 Needs playwright and a Chromium; where BEARING_TWIN_REQUIRE_BROWSER or CI is set they may not be missing.
 """
 
+import math
 import os
 import time
 from pathlib import Path
@@ -164,6 +165,26 @@ def test_what_is_missing_breaks_the_curves_and_a_reset_begins_anew(browser, serv
     assert all(one["broken"] == [] and max(one["times"]) < last for one in again)
     assert browser.evaluate("bearingView.store.first") < 0.06
     assert wrong == []
+
+
+def test_curves_show_so_many_turns_and_balls_their_numbers(browser, served):
+    browser.goto(served.server.url)
+    browser.wait_for_selector("#live", timeout=120_000)
+    until(lambda: served.feed.viewers == 1)
+    spans = "bearingView.charts.map(({ plot }) => (plot.scales.x.max - plot.scales.x.min) / bearingView.timeFactor)"
+    speed = load_scene("bearing_6203_loose").parameters.drive.speed
+
+    def shown(seconds):
+        served.go_on()
+        browser.wait_for_timeout(100)
+        return browser.evaluate(spans) == pytest.approx([seconds] * len(browser.evaluate(spans)), rel=0.01)
+
+    until(lambda: shown(10.0 * 2.0 * math.pi / speed))
+    browser.locator("#live input[aria-label*=turns]").fill("3")
+    until(lambda: shown(3.0 * 2.0 * math.pi / speed))
+    assert browser.locator("#space .number").all_inner_texts() == [str(ball) for ball in range(8)]
+    assert browser.locator("#space .axis:not(.number)").all_inner_texts() == ["x", "y", "z"]
+    browser.screenshot(path=SCREENSHOTS / "watch_turns.png")
 
 
 def test_without_the_token_it_is_only_to_look_at(browser, served):

@@ -3,6 +3,8 @@
 
 const LIVE_PERIOD = 100; // ms between changes of the picture, at least
 const CURVES_EVERY = 5; // pictures for each time the curves are drawn
+const TURNING = ["inner_ring_speed", "shaft_speed"]; // series [rad/s] by which turns are counted
+const FEWEST_SHOWN = 10; // outputs, however fast the shaft turns
 const liveToken = location.hash.slice(1);
 
 // An event as {time: [s, ...], values: {series: [[numbers of one output], ...]}}; see live.py.
@@ -60,12 +62,21 @@ function liveStart(view) {
     if (!turns || again) liveBegin(view);
     if (again || turns++ % CURVES_EVERY === 0) {
       view.append(frames);
+      liveWindow(view, bar.turns());
     } else {
       view.store.append(frames);
       view.player.seek(view.store.last);
     }
   }, LIVE_PERIOD);
   for (const one of ["time", "play"]) $(one).addEventListener("pointerdown", () => bar.hold());
+}
+
+// Curves show the last `turns` of the shaft alone; all that is kept where that is 0, or where nothing turns.
+function liveWindow({ store, charts, timeFactor }, turns) {
+  const name = TURNING.find((one) => store.has(one)), speed = name ? Math.abs(store.at(name, store.count - 1)) : 0.0;
+  if (!(turns > 0.0 && speed > 0.0) || !charts.length || store.count < FEWEST_SHOWN) return;
+  const first = Math.min(store.last - (2.0 * Math.PI * turns) / speed, store.time[store.count - FEWEST_SHOWN]);
+  charts[0].plot.setScale("x", { min: Math.max(first, store.first) * timeFactor, max: store.last * timeFactor }); // the others follow
 }
 
 // What the page came with is older than the events, or of a run that has begun again; curves are without dots, which
@@ -100,6 +111,7 @@ function liveBar({ commands, speed: turning, load: acting }) {
   const load = ["x", "y", "z"].map((axis, k) => number(`load along ${axis} [N]`, Number(acting[k].toPrecision(4))));
   const follow = make("input", { type: "checkbox", id: "live-follow", checked: "" });
   const obeys = (name, part) => (commands.includes(name) ? [part] : []);
+  const turns = number("curves show so many turns of the shaft; 0 = all", 10);
   const controls = [
     ...obeys("command/speed", group("speed", speed, "rpm", button("set", () => send({ do: "speed", value: (speed.valueAsNumber * Math.PI) / 30 })))),
     ...obeys("command/load", group("load x, y, z", ...load, "N", button("set", () => send({ do: "load", force: load.map((one) => one.valueAsNumber) })))),
@@ -112,12 +124,12 @@ function liveBar({ commands, speed: turning, load: acting }) {
     say.textContent = "only to look at: commands need the whole address that watch printed";
   }
   document.body.insertBefore(
-    make("section", { id: "live" }, ...controls, make("label", { class: "live-group" }, follow, "follow"), say, state), $("main"));
+    make("section", { id: "live" }, ...controls, turning ? group("curves of", turns, "turns") : "", make("label", { class: "live-group" }, follow, "follow"), say, state), $("main"));
   let given = false; // a pace that somebody is about to set stays
   pace.addEventListener("input", () => (given = true));
   const paced = (value) => given || (pace.value = value);
   const refused = (words) => ((say.textContent = words), say.classList.add("refused"));
-  return { state, paced, refused, held: () => !follow.checked, hold: () => (follow.checked = false) };
+  return { state, paced, refused, turns: () => turns.valueAsNumber, held: () => !follow.checked, hold: () => (follow.checked = false) };
 }
 
 const liveReady = setInterval(() => {

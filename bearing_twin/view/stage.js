@@ -1,6 +1,7 @@
 "use strict";
 // The picture in space: camera, bodies and marks, what is chosen in it, and the words that say its scales.
 
+const MOST_NUMBERS = 40; // bodies with a number: more would cover each other
 const STILL = 4; // pixels that a click may move
 const FINEST = 0.75, COARSEST = 0.3; // pixels of a moving picture against those of a still one, along an edge
 const SLOW_FRAME = 1.0 / 18.0, QUICK_FRAME = 1.0 / 40.0; // s between images: fewer pixels beyond the one, more below the other
@@ -53,6 +54,7 @@ class Stage {
     this.marks = view.marks.map((one) => new MARK_VIEWS[one.item](one, store));
     [...this.solids, ...this.marks].forEach((one) => this.world.add(one.group));
     if (view.axes) this.world.add(this.axes());
+    this.numbers();
     this.halo = this.addHalo();
     this.enlarge(this.wantedFactor());
     this.listen();
@@ -103,19 +105,30 @@ class Stage {
     this.ask();
   }
 
-  // Directions of x and y in the middle, as long as there is room in a bore.
+  // Directions of the axes in the middle, as long as there is room in a bore.
   axes() {
     const group = new THREE.Group(), length = 0.15 * this.look.radius;
-    for (const [name, direction] of [["x", [1, 0, 0]], ["y", [0, 1, 0]]]) {
+    for (const [name, direction] of [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]]) {
       const geometry = new THREE.BufferGeometry();
       const end = direction.map((one) => one * length);
       geometry.setAttribute("position", new THREE.Float32BufferAttribute([0, 0, 0, ...end], 3));
       group.add(new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: 0x8a97a3 })));
-      const label = make("span", { class: "axis" }, name);
-      this.parent.append(label);
-      (this.labels ||= []).push([label, new THREE.Vector3(...end).multiplyScalar(1.25)]);
+      this.label("axis", name, new THREE.Vector3(...end).multiplyScalar(1.25));
     }
     return group;
+  }
+
+  // A word that goes with a place in the world, which may move.
+  label(sort, word, place) {
+    const label = make("span", { class: sort }, word);
+    this.parent.append(label);
+    (this.labels ||= []).push([label, place]);
+  }
+
+  // The numbers of bodies that curves and tables name.
+  numbers() {
+    const { details } = this.view, places = details ? this.bodies(details.solid).places : [];
+    if (places.length > 1 && places.length <= MOST_NUMBERS) places.forEach((place, k) => this.label("axis number", k, place));
   }
 
   addHalo() {
