@@ -7,7 +7,7 @@ import pytest
 from runs import reported
 
 from bearing_twin.kinds.ellipsoid import motion as ellipsoid
-from bearing_twin.kinds.impact import pair
+from bearing_twin.kinds.impact import impact as pair
 from bearing_twin.kinds.soft_discs.doubt import second_divisions
 from bearing_twin.kinds.two_bodies import motion as two_bodies
 from bearing_twin.run.scene import load_scene

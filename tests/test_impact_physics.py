@@ -26,12 +26,11 @@ from bearing_twin.contact.names import law_names
 from bearing_twin.kinds.bearing.columns import VELOCITY
 from bearing_twin.kinds.impact import collision
 from bearing_twin.kinds.impact import disc_closed_form as disc_impact
-from bearing_twin.kinds.impact.collision import collide
+from bearing_twin.kinds.impact.collision import NO_LINE, Spring, collide
 from bearing_twin.kinds.impact.discs import solve as solve_discs
 from bearing_twin.kinds.impact.figures import CONTACT
 from bearing_twin.kinds.impact.models import JOHNSON_ERROR, LARGE
 from bearing_twin.kinds.impact.spheres import solve as solve_spheres
-from bearing_twin.kinds.impact.spring import NO_LINE, Spring
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation

@@ -104,7 +104,7 @@ RULES = (
     Rule(
         (SPHERES,), "contact.normal", "measured", "contact.measured_alpha is given",
         "because the scene gives the coefficient that was measured",
-        late("bearing_twin.kinds.impact.facts:is_measured"), example=("two_spheres", "contact.measured_alpha=2e-5"),
+        late("bearing_twin.kinds.impact.derived:is_measured"), example=("two_spheres", "contact.measured_alpha=2e-5"),
     ),
     Rule(
         (DISCS,), "contact.normal", "johnson", "",
@@ -178,7 +178,7 @@ RULES = (
     Rule(
         (SPHERES,), "solver.stepper", "closed_form", "the contact is elastic, or peaks alone are wanted",
         "because contact time and peak force follow from a quadrature that is exact to 1e-12",
-        late("bearing_twin.kinds.impact.facts:spheres_closed"), example=("two_spheres",),
+        late("bearing_twin.kinds.impact.derived:spheres_closed"), example=("two_spheres",),
     ),
     Rule(
         (DISCS,), "solver.stepper", "closed_form", "peaks alone are wanted, or the tolerance is 1e-6 or more",

@@ -58,8 +58,9 @@ double landing_step(const Value &value, const Make &make, State &state, State &a
       high = length, value_high = found;
       if (side == -1) value_low *= 0.5;
       side = -1;
-      if (std::fabs(found) <= nearest || high - low <= CLOSE * step) break;
+      if (std::fabs(found) <= nearest) break;
     }
+    if (high - low <= CLOSE * step) break;
   }
   if (before) make(length = high);
   return length;

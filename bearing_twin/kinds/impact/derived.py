@@ -12,10 +12,11 @@ from bearing_twin.contact.laws import LAWS, line_law
 from bearing_twin.contact.line import greatest_energy
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.names import law_names, numbers_missing
+from bearing_twin.contact.validity import wave_transit
 from bearing_twin.kinds.impact import disc_closed_form
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS, MOST_STEPS
-from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.impact.parameters import (
+    FIXED_STEP,
     Disc,
     Meeting,
     PairSolver,
@@ -209,3 +210,25 @@ def _check_step(solver: PairSolver, contact_time: float) -> list[str]:
             f"{MOST_STEPS} steps; use {contact_time / MOST_STEPS:.4g} s or more, {other}"
         ]
     return []
+
+
+def is_measured(parameters) -> bool:
+    """True if the coefficient of two spheres is given."""
+    return sphere_law(parameters) == "measured"
+
+
+def spheres_closed(parameters) -> bool:
+    """True if closed forms give all that is wanted of two spheres."""
+    contact = parameters.contact
+    return is_elastic(contact) or (parameters.wanted.outputs == "peaks" and not is_steady(contact))
+
+
+def thickness_over_radius(parameters) -> float:
+    """Of each disc."""
+    return parameters.disc.thickness / parameters.disc.radius
+
+
+def speed_share(parameters) -> float:
+    """Speed of each disc in the frame of both over that of waves in it."""
+    material = parameters.disc.material
+    return 0.5 * parameters.motion.speed * wave_transit(1.0, material.young_modulus, material.density)

@@ -22,14 +22,12 @@ from bearing_twin.contact.line import energy as energy_of
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.contract import ClosedForm
-from bearing_twin.kinds.impact import disc_closed_form as disc_closed_form
-from bearing_twin.kinds.impact.collision import ContactPeriod
+from bearing_twin.kinds.impact import disc_closed_form
+from bearing_twin.kinds.impact.collision import ContactPeriod, Spring
 from bearing_twin.kinds.impact.derived import disc_law, disc_mass, meeting_speed, strip_of
 from bearing_twin.kinds.impact.figures import PairFigures
-from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
-from bearing_twin.kinds.impact.pair import pair_impact
+from bearing_twin.kinds.impact.impact import Impact, ImpactMotion, pair_impact
 from bearing_twin.kinds.impact.parameters import TwoDiscsScene
-from bearing_twin.kinds.impact.spring import Spring
 
 PIECES = 400  # of the history by quadrature
 

@@ -17,9 +17,9 @@ from bearing_twin.contact.waves import bar_speed, restitution_lost_between_spher
 from bearing_twin.kinds.doubt import HERTZ_MENDS, LAW, ModelDoubt
 from bearing_twin.kinds.impact.derived import contact_time_by, hunt_crossley_damping
 from bearing_twin.kinds.impact.figures import FIGURES
-from bearing_twin.kinds.impact.methods import FIXED_STEP
+from bearing_twin.kinds.impact.impact import SETTING
 from bearing_twin.kinds.impact.models import off_elements
-from bearing_twin.kinds.impact.pair import SETTING
+from bearing_twin.kinds.impact.parameters import FIXED_STEP
 from bearing_twin.kinds.refinement import Comparison, finer_setting
 
 COARSEST, FINEST = 1e-9, 1e-13  # of the tolerance of a step of a second run, at most and at least

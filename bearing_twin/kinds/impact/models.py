@@ -4,9 +4,8 @@ from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.impact.collision import FEW_STEPS
-from bearing_twin.kinds.impact.derived import contact_time_by, homogeneous_mass, pair_contact_time
-from bearing_twin.kinds.impact.facts import speed_share
-from bearing_twin.kinds.impact.methods import FIXED_STEP
+from bearing_twin.kinds.impact.derived import contact_time_by, homogeneous_mass, pair_contact_time, speed_share
+from bearing_twin.kinds.impact.parameters import FIXED_STEP
 from bearing_twin.kinds.law_words import idle_step, odd_mass
 from bearing_twin.kinds.rules import DISCS, SPHERES, answers, sentences
 

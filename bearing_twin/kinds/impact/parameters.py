@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.contact.names import law_names
-from bearing_twin.kinds.impact.methods import FIXED_STEP
 from bearing_twin.kinds.sections import (
     LOOSEST,
     UNVERIFIED,
@@ -20,6 +19,7 @@ from bearing_twin.kinds.sections import (
 )
 
 SPHERES_GIVE = ("curvatures", "stiffness", "alpha")  # what a law may need between spheres
+FIXED_STEP = ("rk4", "symplectic_euler")  # as in core/bodies/impact.hpp
 PAIR_STEPPERS = ("closed_form", "dop853", *FIXED_STEP)
 FIRST, SECOND = "first", "second"  # the bodies, as topics and failures name them
 

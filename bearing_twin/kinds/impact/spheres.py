@@ -20,12 +20,12 @@ from scipy.interpolate import CubicHermiteSpline
 from bearing_twin.base.report import Choice
 from bearing_twin.contact import hertz_impact as closed_forms
 from bearing_twin.contact.damping import restitution_of, steady_damping
-from bearing_twin.contact.elastic import HERTZIAN, elastic
+from bearing_twin.contact.elastic import HERTZIAN, energies_at
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, spot_radius, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.contract import ClosedForm
-from bearing_twin.kinds.impact.collision import ContactPeriod
+from bearing_twin.kinds.impact.collision import NO_LINE, ContactPeriod, Spring
 from bearing_twin.kinds.impact.derived import (
     hunt_crossley_damping,
     is_elastic,
@@ -36,10 +36,8 @@ from bearing_twin.kinds.impact.derived import (
     sphere_pair,
 )
 from bearing_twin.kinds.impact.figures import PairFigures
-from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
-from bearing_twin.kinds.impact.pair import pair_impact
+from bearing_twin.kinds.impact.impact import Impact, ImpactMotion, pair_impact
 from bearing_twin.kinds.impact.parameters import TwoSpheresScene
-from bearing_twin.kinds.impact.spring import NO_LINE, Spring
 
 
 def solve(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "closed_form") -> Impact:
@@ -104,7 +102,7 @@ def _closed(bodies, power, damping, wanted):
             return curve(times), curve(times, 1)
 
     if damping == 0.0:
-        closure = elastic(coefficient, power, float(deepest)).energy / brought - 1.0
+        closure = energies_at(coefficient, power, float(deepest)) / brought - 1.0
     else:
         closure = restitution**2 - wanted**2
     return contact, float(deepest), restitution, closure, history
