@@ -1,6 +1,7 @@
 """Laws of contact: the table in one loop, ellipse, line contact, damping, carried integrals, laws along a groove."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,12 +15,10 @@ from scipy.special import beta, ellipe, ellipkm1, lambertw
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact import line
 from bearing_twin.contact.damping import (
-    damped_load,
     damping_for_restitution,
     damping_number,
     restitution_of,
     shortcuts,
-    steady_damped_load,
     steady_damping,
     steady_restitution,
 )
@@ -45,7 +44,6 @@ from bearing_twin.contact.elasticity import (
     elasticity,
     follows,
     fresh_coefficient,
-    line_elastic,
     sphere_coefficient,
 )
 from bearing_twin.contact.ellipse import (
@@ -63,6 +61,7 @@ from bearing_twin.contact.materials import MATERIALS, Material, effective_modulu
 from bearing_twin.contact.names import law_names
 from bearing_twin.kinds.bearing.along_groove import TERMS, axes_along, terms_along
 from bearing_twin.kinds.bearing.parameters import GIVES
+from bearing_twin.kinds.impact.collision import NO_LINE, Spring
 from bearing_twin.shapes.surfaces import ball_in_groove
 
 POINT = [name for name, row in LAWS.items() if row.fits == "point"]
@@ -91,11 +90,10 @@ def test_load_is_the_slope_of_the_energy_and_stiffness_that_of_the_load(name):
 def test_a_line_contact_answers_in_one_call(name):
     law = line_law(name, 1.0, 2.0, 5e9, 0.3)
     step = 1e-8
-    here, ahead, behind = (line_elastic(law, approach) for approach in (1e-4, 1e-4 + step, 1e-4 - step))
-    assert here.load == line.load(law, 1e-4)
-    assert (ahead.energy - behind.energy) / (2.0 * step) == pytest.approx(here.load, rel=1e-6)
-    assert (ahead.load - behind.load) / (2.0 * step) == pytest.approx(here.stiffness, rel=1e-6)
-    assert line_elastic(law, -1e-4)[1:] == (0.0, 0.0, 0.0)
+    loads, energies = Spring(0.0, law, 0.0).loads(np.array([1e-4 - step, 1e-4, 1e-4 + step, -1e-4]), np.zeros(4))
+    assert loads[1] == pytest.approx(line.load(law, 1e-4), rel=1e-14)
+    assert (energies[2] - energies[0]) / (2.0 * step) == pytest.approx(loads[1], rel=1e-6)
+    assert loads[3] == energies[3] == 0.0
 
 
 def test_every_law_in_use_is_the_row_of_its_name():
@@ -174,10 +172,11 @@ def test_viscous_term_vanishes_with_the_approach_and_never_pulls():
         _, load, stiffness, _ = elastic(2e10, HERTZIAN, approach)
         assert stiffness == pytest.approx(1.5 * load / approach, rel=1e-12)
         for damping, relaxation, bound in ((0.2, 0.0, 0.2 * load), (0.0, 1e-6, 1e-6 * stiffness)):
-            loads = np.array([damped_load(load, stiffness, rate, damping, relaxation) for rate in rates])
+            spring = Spring(2e10, NO_LINE, damping, relaxation_time=relaxation)
+            loads, _ = spring.loads(np.full(41, approach), rates)
             assert np.all(loads >= 0.0)
             assert np.abs(loads - load).max() <= 20.0 * bound * (1.0 + 1e-12)
-    assert damped_load(10.0, 0.0, -6.0, 0.2, 0.0) == 0.0
+    assert load_of(Spring(1e10, NO_LINE, 0.2), 1e-6, -6.0) == 0.0
     assert elastic(2e10, HERTZIAN, -1e-6).stiffness == 0.0
 
 
@@ -347,6 +346,11 @@ def test_a_gap_bears_nothing_and_the_compiled_numbers_are_the_plain_ones(name):
 COEFFICIENT, MASS = 2.4e10, 1.25e-3
 
 
+def load_of(spring, approach, rate):
+    """Load [N] of a spring at one approach [m] and its rate [m/s]."""
+    return spring.loads(np.array([approach]), np.array([rate]))[0, 0]
+
+
 def rebound(load, speed):
     """Speed after over speed before of an impact on a wall, integrated to where the bodies part or cease to press."""
     scale = (1.25 * MASS * speed**2 / COEFFICIENT) ** 0.4
@@ -395,9 +399,7 @@ def test_near_elastic_the_number_follows_its_series():
 def test_hunt_crossley_impact_has_the_restitution_asked_for(e):
     damping = damping_for_restitution(e, 0.7)
 
-    def load(approach, rate):
-        return damped_load(COEFFICIENT * max(approach, 0.0) ** 1.5, 0.0, rate, damping, 0.0)
-
+    load = partial(load_of, Spring(COEFFICIENT, NO_LINE, damping))
     assert rebound(load, 0.7) == pytest.approx(e, rel=1e-6)
     assert rebound(load, 2.1) == pytest.approx(restitution_of(3.0 * damping_number(e)), rel=1e-6)
 
@@ -406,9 +408,7 @@ def test_hunt_crossley_impact_has_the_restitution_asked_for(e):
 def test_steady_damping_has_its_restitution_at_every_speed(e):
     damping = steady_damping(e, COEFFICIENT, MASS)
 
-    def load(approach, rate):
-        return steady_damped_load(COEFFICIENT * max(approach, 0.0) ** 1.5, approach, rate, damping)
-
+    load = partial(load_of, Spring(COEFFICIENT, NO_LINE, 0.0, damping))
     assert [rebound(load, speed) for speed in (1e-3, 0.7, 50.0)] == pytest.approx([e] * 3, rel=1e-4)
 
 
@@ -419,14 +419,11 @@ def test_a_relaxation_time_takes_what_its_power_adds_up_to(speed):
     deepest = (1.25 * MASS * speed**2 / COEFFICIENT) ** 0.4
     loss = 3.0 * COEFFICIENT * relaxation * speed * deepest**1.5 * 0.4 * beta(0.6, 1.5)
 
-    def load(approach, rate):
-        depth = max(approach, 0.0)
-        stiffness = 1.5 * COEFFICIENT * math.sqrt(depth)
-        return damped_load(COEFFICIENT * depth**1.5, stiffness, rate, 0.0, relaxation)
-
+    load = partial(load_of, Spring(COEFFICIENT, NO_LINE, 0.0, relaxation_time=relaxation))
     assert 1.0 - rebound(load, speed) == pytest.approx(loss / (MASS * speed**2), rel=1e-2)
     assert loss / (MASS * speed**2) > 1e-5
-    assert damped_load(10.0, 5e6, 0.2, 0.3, 1e-6) == pytest.approx(10.0 + (0.3 * 10.0 + 5.0) * 0.2, rel=1e-14)
+    both = Spring(1e10, NO_LINE, 0.3, relaxation_time=1e-6)  # at 1 um the load is 10 N, the stiffness 15 N/um
+    assert load_of(both, 1e-6, 0.2) == pytest.approx(10.0 + (0.3 * 10.0 + 15.0) * 0.2, rel=1e-14)
 
 
 def test_steady_restitution_is_smooth_through_the_critical_ratio():
@@ -445,11 +442,11 @@ def test_usual_shortcuts_miss_a_restitution_of_one_half():
 
 def test_both_terms_vanish_at_onset_and_never_pull():
     """Paper 1, section 5: d(h) -> 0 with h."""
+    steady = Spring(1e-9, NO_LINE, 0.0, 30.0)
     for approach, bound in ((1e-6, 1.0), (1e-10, 1e-1), (1e-14, 1e-2)):
-        assert 0.0 < steady_damped_load(0.0, approach, 1.0, 30.0) < bound
-    assert steady_damped_load(1.0, 0.0, 1.0, 30.0) == 0.0
-    assert steady_damped_load(1.0, 1e-6, -1e3, 30.0) == 0.0
-    assert steady_damped_load.py_func(1.0, 1e-6, 0.1, 30.0) == steady_damped_load(1.0, 1e-6, 0.1, 30.0)
+        assert 0.0 < load_of(steady, approach, 1.0) < bound
+    assert load_of(steady, 0.0, 1.0) == 0.0
+    assert load_of(Spring(1e9, NO_LINE, 0.0, 30.0), 1e-6, -1e3) == 0.0
 
 
 @pytest.mark.parametrize("e", [0.0, -0.1, 1.1, math.nan])

@@ -2,10 +2,11 @@
 
 Two laws, both with d(h) -> 0 as h -> 0 (paper 1, section 5), for the elastic load c h^1.5 and a reduced mass m:
 
-* `damped_load` without a relaxation time, Hunt and Crossley: d(h) = chi c h^1.5. Its restitution falls with speed:
-  e depends on chi v alone.
-* `steady_damped_load`, after Tsuji, Tanaka and Ishida (Powder Technology 71, 1992): d(h) = d h^(1/4). With
-  s = (2/sqrt 5) h^(5/4) it is a linear oscillator in s, so its restitution is the same at every speed.
+* Hunt and Crossley: d(h) = chi c h^1.5. Its restitution falls with speed: e depends on chi v alone.
+* Steady, after Tsuji, Tanaka and Ishida (Powder Technology 71, 1992): d(h) = d h^(1/4). With s = (2/sqrt 5) h^(5/4) it
+  is a linear oscillator in s, so its restitution is the same at every speed.
+
+The loads themselves are the core's, `core/contact/damping.hpp`.
 """
 
 import math
@@ -27,41 +28,15 @@ class Shortcut(NamedTuple):
 
 @inlined
 def steady_held_load(elastic, approach, approach_rate, damping, power=HERTZIAN):
-    """As `steady_damped_load`, and below zero where the bodies would have to pull; for an approach above zero."""
+    """Load [N] with steady damping, below zero where the bodies would have to pull; for an approach above zero."""
     root = math.sqrt(math.sqrt(approach)) if power == HERTZIAN else approach ** (0.5 * (power - 1.0))
     return elastic + damping * root * approach_rate
 
 
 @inlined
 def held_load(elastic, stiffness, approach_rate, damping, relaxation_time):
-    """As `damped_load`, and below zero where the bodies would have to pull."""
+    """Load [N] with damping proportional to load and stiffness, below zero where the bodies would have to pull."""
     return elastic + (damping * elastic + relaxation_time * stiffness) * approach_rate
-
-
-@inlined
-def damped_load(elastic, stiffness, approach_rate, damping, relaxation_time):
-    """Normal load [N] with the viscous term d(h) dh/dt, d(h) = damping * load + relaxation_time * stiffness.
-
-    `elastic` [N] and `stiffness` = d(load)/dh [N/m] belong to one approach h. The first part is Hunt and Crossley's
-    (1975), `damping` [s/m]; the second is a viscoelastic half-space's (Brilliantov et al. 1996), `relaxation_time` [s]:
-    the damping proportional to stiffness that Kraemer (1993) gives for rolling bearings. Both vanish with the
-    approach, as h^1.5 and h^0.5 (paper 1, section 5). The load never pulls: where the viscous part would, it is zero
-    and the elastic energy left is lost.
-    """
-    return max(held_load(elastic, stiffness, approach_rate, damping, relaxation_time), 0.0)
-
-
-@inlined
-def steady_damped_load(elastic, approach, approach_rate, damping, power=HERTZIAN):
-    """Normal load [N] with d(h) = damping * h^((p - 1)/2) on an elastic load c h^p: restitution independent of speed.
-
-    `damping` is in N s/m^(5/4) for Hertz's `power` p = 1.5, in N s/m for a linear spring. Never pulls: the contact ends
-    when elastic and viscous parts cancel, some elastic energy is lost then.
-    """
-    if approach <= 0.0:
-        return 0.0
-    load = steady_held_load(elastic, approach, approach_rate, damping, power)
-    return load if load > 0.0 else 0.0
 
 
 def _root(function, low, high, **tolerances) -> float:
@@ -117,7 +92,7 @@ def damping_for_restitution(restitution: float, speed: float) -> float:
 
 
 def steady_restitution(ratio: float) -> float:
-    """Restitution of `steady_damped_load` with damping ratio >= 0: exp(-2 z acos(z)/sqrt(1 - z^2)), at any speed.
+    """Restitution of steady damping with damping ratio >= 0: exp(-2 z acos(z)/sqrt(1 - z^2)), at any speed.
 
     The half period of the oscillator in s, cut where the load would begin to pull; beyond 1 by continuation.
     """
@@ -131,7 +106,7 @@ def steady_restitution(ratio: float) -> float:
 
 
 def steady_ratio(restitution: float) -> float:
-    """Damping ratio of `steady_damped_load` for a restitution in (0, 1]; the inverse of `steady_restitution`."""
+    """Damping ratio of steady damping for a restitution in (0, 1]; the inverse of `steady_restitution`."""
     _check(restitution)
     if restitution == 1.0:
         return 0.0
@@ -144,7 +119,7 @@ def steady_ratio(restitution: float) -> float:
 
 
 def steady_damping(restitution: float, coefficient: float, mass: float, power: float = HERTZIAN) -> float:
-    """`damping` of `steady_damped_load` for a restitution in (0, 1], whatever the speed.
+    """`damping` [N s/m^(5/4)] of the steady law for a restitution in (0, 1], whatever the speed.
 
     `coefficient` [N/m^power] is that of the elastic law, `mass` [kg] m1 m2/(m1 + m2): damping = sqrt(2 (p + 1) m c) z.
     """

@@ -9,10 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.compiled import inlined, kernel, plain
-from bearing_twin.contact import differential, line
+from bearing_twin.contact import differential
 from bearing_twin.contact.differential import Shape
 from bearing_twin.contact.dispatch import chosen
-from bearing_twin.contact.elastic import Elastic
 from bearing_twin.contact.laws import LAWS, Place
 
 STENCIL = 1e-4  # tuned: of the shape, for the slope of a law's coefficient: off by its square
@@ -146,12 +145,3 @@ def log_slope(law, low, carried_shape, coefficient):
         return (4.0 * ahead - 3.0 * here - beyond) / (2.0 * step * here)
     below, above = _of_shape(law, low.shape - step), _of_shape(law, low.shape + step)
     return (above - below) / (step * (above + below))
-
-
-@inlined
-def line_elastic(law, approach):
-    """The answer of a line contact (`line.LineLaw`) to an approach [m]; its coefficient is a / V [N/m]."""
-    load = line.load(law, approach)
-    coefficient, product = law.half_thickness / law.compliance, load * law.compliance
-    stiffness = coefficient / (math.log(law.scale / product) - 1.0) if product > 0.0 else 0.0
-    return Elastic(coefficient, load, stiffness, line.energy(law, load))

@@ -7,7 +7,8 @@ using namespace core;
 namespace {
 
 ImpactContact contact_of(const double *numbers) {
-  return {numbers[0], numbers[1], {numbers[2], numbers[3], numbers[4]}, {DampingLaw(int(numbers[5])), numbers[6], 0.0}, numbers[7]};
+  Damping damping{DampingLaw(int(numbers[5])), numbers[6], numbers[7]};
+  return {numbers[0], numbers[1], {numbers[2], numbers[3], numbers[4]}, damping, numbers[8]};
 }
 
 }  // namespace

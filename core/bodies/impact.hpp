@@ -18,7 +18,8 @@ struct ImpactContact {
   }
   // Normal load [N] with its viscous part, below zero where the bodies would have to pull.
   double pulling_load(double approach, double rate) const {
-    return damping.pulling_load(coefficient, power, elastic_at(approach).load, 0.0, reduced_mass, approach, rate);
+    auto [load, stiffness, energy] = elastic_at(approach);
+    return damping.pulling_load(coefficient, power, load, stiffness, reduced_mass, approach, rate);
   }
   double load(double approach, double rate) const { return approach <= 0.0 ? 0.0 : std::max(pulling_load(approach, rate), 0.0); }
 };

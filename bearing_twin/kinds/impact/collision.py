@@ -50,8 +50,9 @@ _loads = Function("core_impact_loads", None, (REALS, INTEGER, REALS, REALS, REAL
 class Spring(NamedTuple):
     """The load between two bodies: `line_law.scale` > 0 selects line contact, else coefficient * approach^power.
 
-    `damping` [s/m] multiplies the load by (1 + damping * approach rate); `steady` [N s/m^(5/4)] is the damping that
-    loses the same share at every speed, which takes its place where it is above zero (`core/contact/damping.hpp`).
+    The viscous load is (damping * load + relaxation_time * stiffness) * approach rate, in s/m and s; where `steady`
+    [N s/m^(5/4)] is above zero, steady * approach^((power - 1)/2) * approach rate, which loses the same share at every
+    speed. It never pulls: the contact ends where both parts cancel (`core/contact/damping.hpp`).
     """
 
     coefficient: float
@@ -59,12 +60,13 @@ class Spring(NamedTuple):
     damping: float
     steady: float = 0.0
     power: float = HERTZIAN
+    relaxation_time: float = 0.0
 
     def numbers(self, reduced_mass: float = 1.0) -> np.ndarray:
         """The numbers of an ImpactContact of the core."""
         steady = self.steady > 0.0
-        damping = self.steady if steady else self.damping
-        return np.array([self.coefficient, self.power, *self.line_law, steady, damping, reduced_mass], float)
+        damping = steady, self.steady if steady else self.damping, self.relaxation_time
+        return np.array([self.coefficient, self.power, *self.line_law, *damping, reduced_mass], float)
 
     def loads(self, approach: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """Loads [N] and stored energies [J] (2, n) at approaches [m] and their rates [m/s]."""
