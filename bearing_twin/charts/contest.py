@@ -30,7 +30,6 @@ from bearing_twin.charts import chart_of
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, curve, draw, labels
 from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, Row, read_table, write_table
 from bearing_twin.pictures.style import STYLE
-from bearing_twin.run.simulation import COMPILING
 
 LIMIT, WORKERS = 60.0, 2  # CPU seconds of a run unless the user says otherwise; processes side by side
 ENOUGH, REPEATS, LONG = 0.15, 3, 3.0  # CPU seconds and repeats of a timing; beyond LONG it is done once more only
@@ -219,28 +218,13 @@ class Stopped(BaseException):
 
 @contextlib.contextmanager
 def limited(seconds: float) -> Iterator[None]:
-    """Raises Stopped within it after so many CPU seconds of this process, compiling apart; 0 = never.
+    """Raises Stopped within it after so many CPU seconds of this process; 0 = never.
 
     Where the system has no such clock (Windows) nothing is limited.
     """
     if not hasattr(signal, "setitimer") or not seconds:
         yield
         return
-    from numba.core import event
-
-    class Pause(event.Listener):
-        """The clock stands while a kernel is compiled or loaded."""
-
-        depth, left = 0, 0.0
-
-        def on_start(self, _):
-            self.left = self.left if self.depth else signal.setitimer(signal.ITIMER_PROF, 0.0)[0]
-            self.depth += 1
-
-        def on_end(self, _):
-            self.depth -= 1
-            if not self.depth:
-                signal.setitimer(signal.ITIMER_PROF, self.left)
 
     def stop(*_):
         raise Stopped
@@ -248,8 +232,7 @@ def limited(seconds: float) -> Iterator[None]:
     before = signal.signal(signal.SIGPROF, stop)
     signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
-        with event.install_listener(COMPILING, Pause()):
-            yield
+        yield
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.signal(signal.SIGPROF, before)
@@ -258,7 +241,7 @@ def limited(seconds: float) -> Iterator[None]:
 def timed(work: Callable[[], Any], times: float = 1.0) -> tuple[Any, dict[str, float]]:
     """The result of `work`; its CPU `seconds` over `times`, the median of repeats, and their `spread`.
 
-    The first run is not timed: it may import and compile.
+    The first run is not timed: it may import.
     """
     found = work()
     spans, count = [_span(work, 1)], 1

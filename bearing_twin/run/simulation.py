@@ -7,7 +7,6 @@ from os import PathLike
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.core import event
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, Interrupted, SceneError
 from bearing_twin.base.messages import no_progress
@@ -73,9 +72,6 @@ def cost_of(scene: Scene) -> Cost:
     row = 8.0 * sum(channel.width for channel in scene.channels)
     together = min(CHUNK_OUTPUTS, scene.outputs)
     return Cost(scene.outputs, scene.outputs * row * PACKED * MESSAGES, COPIES * together * row)
-
-
-COMPILING = "numba:compiler_lock"  # held while a kernel is compiled or loaded
 
 
 class Simulation:
@@ -148,15 +144,14 @@ class Simulation:
         self.sequence, self.time_ns = failure.sequence, int(begun.time_ns[0])
 
     def warm_up(self) -> float:
-        """Compiles what this scene needs (or loads it from the cache) and returns the seconds it took.
+        """Loads what this scene needs and returns the seconds it took.
 
-        What is known when it is solved is solved here, once: that counts as computing.
+        What is known when it is solved is solved here, once: that counts as computing, and takes 0 s.
         """
-        start, compiling = time.perf_counter(), []
+        start = time.perf_counter()
         if self.kind.known_when_solved:
-            with event.install_timer(COMPILING, compiling.append):
-                self._begun()
-            return sum(compiling, 0.0)
+            self._begun()
+            return 0.0
         period = 1e-9 * self.output_period_ns
         with heeding_signals():
             self._new_motion().advance(np.array([min(period, 1e-6)]), min(period, 1e-6))
@@ -244,12 +239,12 @@ class Simulation:
     def _begun(self) -> Block:
         """The outputs computed and not given out; the first of a run are those at its start."""
         if self._pending is None:
-            start, compiling = time.perf_counter(), []
-            with event.install_timer(COMPILING, compiling.append), heeding_signals():
+            start = time.perf_counter()
+            with heeding_signals():
                 self._pending = self._block(0, self._motion.first_outputs())
             self._health.check(self._pending)
             self._good = self._pending[0]
-            seconds = max(0.0, time.perf_counter() - start - sum(compiling))
+            seconds = time.perf_counter() - start
             self._compute_seconds += seconds
             if self.kind.known_when_solved:
                 self._solved_seconds += seconds
