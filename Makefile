@@ -211,7 +211,7 @@ format: $(TOOLS)
 demo: base
 	$(call stage,demo)
 ifdef MISSING
-	@mkdir -p demo && run=demo/$$(date +%Y%m%d_%H%M%S) && \
+	@mkdir -p demo && run=$$(mktemp -d demo/$$(date +%Y%m%d_%H%M%S)_XXXXXX)/run && \
 	  .venv/bin/bearing_twin simulate bearing_6203_load_and_speed --out $$run.mcap --plot $$run.png && \
 	  .venv/bin/bearing_twin view $$run.mcap --out $$run.html
 else

@@ -97,18 +97,19 @@ def test_a_burst_as_of_an_impact_is_recorded_whole(tmp_path, capfd):
     assert "run.mcap: 4000 messages, " in capfd.readouterr().err
 
 
-def test_a_recorder_on_simulation_time_logs_by_it(tmp_path):
+def test_a_recorder_on_simulation_time_logs_by_it_also_where_it_runs_backwards(tmp_path, capfd):
     with ros_executor() as executor:
         talker = plain_node(executor)
         clock, x = talker.create_publisher(Clock, "/clock", 10), talker.create_publisher(Float64, "/x", 10)
         recorder = started(executor, RecorderNode, log=str(tmp_path / "x.mcap"), topics=["/x"], use_sim_time=True)
         spin_until(executor, lambda: x.get_subscription_count() and clock.get_subscription_count(), "discovery")
-        for second in (5, 7):
+        for count, second in enumerate((5, 7, 6), start=1):
             clock.publish(Clock(clock=stamp(second * 10**9)))
             spin_until(executor, lambda s=second: recorder.get_clock().now().nanoseconds == s * 10**9, "the time")
             x.publish(Float64())
-            spin_until(executor, lambda s=second: recorder.recording.messages == (s - 3) / 2, "the message")
-    assert [one.log_time for one in raw_messages(tmp_path / "x.mcap")] == [5 * 10**9, 7 * 10**9]
+            spin_until(executor, lambda n=count: recorder.recording.messages == n, "the message")
+    assert [one.log_time for one in raw_messages(tmp_path / "x.mcap")] == [5 * 10**9, 6 * 10**9, 7 * 10**9]
+    assert "ERROR" not in capfd.readouterr().err
 
 
 def test_a_replay_on_simulation_time_follows_it(log):

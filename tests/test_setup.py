@@ -1,5 +1,6 @@
 """What `make setup` is made of: stages that tell how long they take, and a ROS prefix that knows the package."""
 
+import concurrent.futures
 import importlib
 import os
 import shutil
@@ -30,6 +31,14 @@ def test_a_stage_that_fails_shows_its_last_words(tmp_path):
     assert done.returncode == 3
     assert "   | this is why\n" in done.stderr
     assert "run make again" in done.stderr
+
+
+def test_two_makes_in_one_folder_take_turns(tmp_path):
+    alone = f"mkdir {tmp_path}/busy && sleep 0.5 && rmdir {tmp_path}/busy"
+    with concurrent.futures.ThreadPoolExecutor() as pool:
+        both = list(pool.map(lambda _: stage(tmp_path, 1, "bash", "-c", alone), range(2)))
+    assert [one.returncode for one in both] == [0, 0]
+    assert any("waits for another make" in one.stderr for one in both)
 
 
 def test_a_prefix_knows_the_package_after_the_script_twice(tmp_path, monkeypatch):
