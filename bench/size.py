@@ -33,7 +33,7 @@ _C_TOKEN = re.compile(
     r"|[A-Za-z_$][\w$]*|\.?\d(?:[eEpP][+-]|[\w.'])*|[-+*/%&|^=<>!?:.]+|[^\s\w]",
     flags=re.DOTALL,
 )
-_GENERATED_TABLE = re.compile(r"<!-- table: \w+ -->.*?<!-- end -->", flags=re.DOTALL)
+_GENERATED_TABLE = re.compile(r"<!-- (?:table: \w+|torture[\w: ]*) -->.*?<!-- end -->", flags=re.DOTALL)
 _TUNED = re.compile(r"^(?P<code>.*\S)\s*(?:#|//) tuned: (?P<reason>.+)$")
 
 

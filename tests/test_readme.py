@@ -163,7 +163,7 @@ def test_files_shown_are_read():
 
 def test_charts_and_make_targets_exist():
     named = {shlex.split(line)[2] for _, line in lines("bearing_twin chart")}
-    assert named == {*CHARTS, "all", "--list"}
+    assert {"all", "--list"} <= named <= {*CHARTS, "all", "--list"}
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for _, line in lines("make "):
         assert re.search(rf"^{line.split()[1]}:", makefile, flags=re.MULTILINE), line
