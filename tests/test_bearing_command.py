@@ -256,6 +256,9 @@ def test_a_result_is_a_table_and_a_sheet(capsys, tmp_path, quick_pictures):
     curves = list(csv.DictReader(capsys.readouterr().out.splitlines()))
     assert [float(row["load"]) for row in curves] == [100.0, 200.0, 300.0]
     assert [float(row["ring_force_n[1]"]) for row in curves] == pytest.approx([100.0, 200.0, 300.0])
+    assert cli.main(["bearing", "6308", "--csv"]) == cli.DONE  # without a load the row of the catalogue
+    row = dict(csv.reader(capsys.readouterr().out.splitlines()))
+    assert (float(row["ball_diameter_m"]), row["balls"]) == (15.081e-3, "8")
     sheet = tmp_path / "sheet.html"
     assert cli.main([*DOWN, "--out", str(sheet)]) == cli.DONE
     capsys.readouterr()
@@ -270,6 +273,8 @@ def test_a_speed_that_no_bearing_runs_at_is_doubtful(capsys):
     """15000 rad/s on a 6203: n d_m is 4.1e6 mm/min."""
     (flag,) = answered(capsys, "bearing", "6203", "--speed", "15000")["flags"]
     assert "143239 rpm" in flag
+    loaded = answered(capsys, "bearing", "6308", "--speed", "3000", "--load", "0,-2kN,0")  # in rad/s, but meant in rpm
+    assert any("28647.9 rpm" in one for one in loaded["flags"])
     assert not answered(capsys, "bearing", "6203", "--speed", "15000rpm")["flags"]
 
 

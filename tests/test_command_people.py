@@ -76,7 +76,13 @@ def cli_outcome():
 def test_every_unit_that_people_read_is_the_same_quantity():
     """Factors against the definitions of degree, revolution and prefixes."""
     exact = {"°": ("rad", 57.29577951308232), "rpm": ("rad/s", 9.549296585513721), "MPa": ("Pa", 1e-6)}
-    exact |= {"N mm": ("N m", 1e3), "N/µm": ("N/m", 1e-6), "mm²": ("m^2", 1e6), "mm³": ("m^3", 1e9)}
+    exact |= {
+        "N mm": ("N m", 1e3),
+        "N/µm": ("N/m", 1e-6),
+        "mm²": ("m^2", 1e6),
+        "mm³": ("m^3", 1e9),
+        "mm²/s": ("m^2/s", 1e6),
+    }
     of_people = {row.people[0]: (symbol, row.people[1]) for symbol, row in UNITS.items() if row.people}
     assert set(of_people) == set(exact)
     for name, (symbol, factor) in of_people.items():

@@ -100,17 +100,16 @@ def run(arguments: argparse.Namespace) -> Outcome:
             "--sweep can be given twice at most, and a picture shows one of them; write two by --csv or --out NAME.csv"
         )
 
-    if not (sweeps or picture or out or arguments.csv or arguments.mass) and (found := _row_alone(arguments, given)):
-        return found
-
+    from bearing_twin.command import bearing_table
     from bearing_twin.command.terminal import progress
 
-    with progress("solving"):
-        find = (_solved, _swept, _crossed)[len(sweeps)]
-        result = find(arguments, given, angle, *sweeps)
-    from bearing_twin.command import bearing_table
-
-    show = (bearing_table.show_equilibrium, bearing_table.show_sweep, bearing_table.show_crossed)[len(sweeps)]
+    result, show = None, catalogue_table.show_row
+    if not (sweeps or picture or sheet or arguments.mass):
+        result = _row_alone(arguments, given)
+    if result is None:
+        with progress("solving"):
+            result = (_solved, _swept, _crossed)[len(sweeps)](arguments, given, angle, *sweeps)
+        show = (bearing_table.show_equilibrium, bearing_table.show_sweep, bearing_table.show_crossed)[len(sweeps)]
     if picture or sheet:
         from bearing_twin.kinds.bearing.quasi_static import picture as pictures
 
@@ -182,7 +181,7 @@ def _row(parameters) -> str:
     return name if name in catalogue.entries() else ""
 
 
-def _row_alone(arguments, given) -> Outcome | None:
+def _row_alone(arguments, given) -> dict | None:
     """The row of the catalogue for a bearing with clearance and without load: no ball touches both rings."""
     parameters = _bearing_scene(arguments).parameters
     support, name = _support(given, parameters), _row(parameters)
@@ -193,9 +192,7 @@ def _row_alone(arguments, given) -> Outcome | None:
 
     if operating_geometry(parameters).radial_clearance < 0.0:
         return None
-
-    result = answer_of(name, parameters)
-    return Outcome(result, result["flags"], lambda: catalogue_table.show_row(result), True)
+    return answer_of(name, parameters)
 
 
 def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:

@@ -15,9 +15,9 @@ from bearing_twin.shapes.surfaces import ball_in_groove
 # ISO 76: pressure and steel of the static rating. With 207 GPa the formula meets the standard's table of f_0 (C_0 over
 # Z D^2 cos a) within its rounding; 206 GPa is 1 % high.
 RATED_PRESSURE, RATED_MODULUS, RATED_POISSON = 4.2e9, 207e9, 0.3
-# n d_m [mm/min]: of spindle bearings with oil and ceramic balls (makers' catalogues); at the limiting speeds of deep
-# groove bearings in the catalogue of FBJ, series 60, 62 and 63 with bores of 10 to 100 mm, which it meets within 12 %
-FASTEST, LIMITING = 2e6, {"grease": 5e5, "oil": 6e5}
+# n d_m [mm/min]: of spindle bearings with oil and ceramic balls; of deep groove bearings of the fastest makers; at the
+# limiting speeds in the catalogue of FBJ, series 60, 62 and 63 with bores of 10 to 100 mm, which it meets within 12 %
+FASTEST, FASTEST_GROOVE, LIMITING = 2e6, 1e6, {"grease": 5e5, "oil": 6e5}
 LIMITING_SCATTER = 0.12
 LARGEST_PLAIN = 25.4e-3  # m; ISO 281: larger balls grow less
 # ISO 281, single row: Fa / (Z D^2) [N/mm^2] (f0 Fa / C0 is that over cos a), then e and Y of a deep groove or 5 degrees
@@ -179,13 +179,13 @@ def hours_of(turns: float, speed: float) -> float:
 def speed_doubt(geometry, speed: float) -> str | None:
     """A sentence on a speed [rad/s] that no such bearing runs at, by n d_m [mm/min]; None for others."""
     rpm = abs(speed) * 30.0 / math.pi
-    product = 1e3 * geometry.pitch_diameter * rpm
-    if product <= FASTEST:
+    product, fastest = 1e3 * geometry.pitch_diameter * rpm, FASTEST if geometry.contact_angle else FASTEST_GROOVE
+    if product <= fastest:
         return None
     return (
         f"{rpm:.6g} rpm is n d_m = {product:.2g} mm/min on a pitch circle of {1e3 * geometry.pitch_diameter:.4g} mm: "
-        f"greased ball bearings run to about 5e5, spindles with oil and ceramic balls to {FASTEST:.1g}; a number "
-        "without a unit is in rad/s"
+        "greased ball bearings run to about 5e5, deep groove bearings to 1e6 at most, spindles with oil and ceramic "
+        "balls to 2e6; a number without a unit is in rad/s"
     )
 
 
