@@ -24,8 +24,8 @@ from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.shapes.implicit import sphere, torus
-from bearing_twin.shapes.tracking import body as body_of
-from bearing_twin.shapes.tracking import contact_of, find_opposing
+from bearing_twin.shapes.opposing import body as body_of
+from bearing_twin.shapes.opposing import contact_of, find_opposing
 
 PERIOD, COUNT = 4e-7, 401
 TIMES = PERIOD * np.arange(1, COUNT + 1)

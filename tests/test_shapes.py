@@ -14,19 +14,18 @@ from scipy.special import ellipe
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
-from bearing_twin.shapes.implicit import SURFACES, ellipsoid, level, plane, sphere, superquadric, torus
-from bearing_twin.shapes.lens import lens
-from bearing_twin.shapes.opposing import support
-from bearing_twin.shapes.surfaces import ball_in_groove, ellipsoid_on_plane, ellipsoid_reach, ellipsoid_slopes
-from bearing_twin.shapes.tracking import (
+from bearing_twin.shapes.implicit import SURFACES, ellipsoid, level, plane, sphere, superquadric, support, torus
+from bearing_twin.shapes.opposing import (
     body,
     contact_of,
-    equations,
     find_opposing,
+    opposing_error,
     opposing_rates,
+    overlap_of,
     projected,
     tangent_axes,
 )
+from bearing_twin.shapes.surfaces import ball_in_groove, ellipsoid_on_plane, ellipsoid_reach, ellipsoid_slopes
 
 BALL, GROOVE = 3.373e-3, 0.52 * 6.746e-3
 
@@ -146,15 +145,11 @@ def turned(*vector):
 @pytest.mark.parametrize("name", sorted(SURFACES))
 def test_gradient_and_hesse_matrix_are_the_derivatives(name):
     surface, step = EXAMPLES[name], 1e-6
-    gradient, hesse, other, none = np.empty(3), np.empty((3, 3)), np.empty(3), np.empty((3, 3))
-    value = level(surface, POINT, gradient, hesse)
-    assert level.py_func(surface, POINT, other, none) == pytest.approx(value, rel=1e-14)
-    assert none == pytest.approx(hesse, rel=1e-13)
+    here = level(surface, POINT)
     for axis, shift in enumerate(step * np.eye(3)):
-        slopes = [np.empty(3), np.empty(3)]
-        values = [level(surface, POINT + sign * shift, one, none) for sign, one in zip((1, -1), slopes, strict=True)]
-        assert (values[0] - values[1]) / (2 * step) == pytest.approx(gradient[axis], abs=1e-8)
-        assert (slopes[0] - slopes[1]) / (2 * step) == pytest.approx(hesse[axis], abs=1e-8)
+        ahead, behind = level(surface, POINT + shift), level(surface, POINT - shift)
+        assert (ahead.value - behind.value) / (2 * step) == pytest.approx(here.gradient[axis], abs=1e-8)
+        assert (ahead.gradient - behind.gradient) / (2 * step) == pytest.approx(here.hesse[axis], abs=1e-8)
 
 
 @pytest.mark.parametrize(("locus", "axis_distance", "side"), [(14.1e-3, 14.25e-3, 1), (14.4e-3, 14.25e-3, -1)])
@@ -208,7 +203,6 @@ def test_superquadric_of_exponent_two_is_an_ellipsoid_and_above_follows_its_gap(
 
     boxy = body(superquadric(0.3, 0.2, 0.1, 2.5, 4.0), (0, 0, 0.2), turn)
     contact = found(boxy, floor, near)
-    gradient, none = np.empty(3), np.empty((3, 3))
     step = 1e-4
     for curvature, axis in (
         (contact.curvature_small, contact.major_axis),
@@ -218,7 +212,7 @@ def test_superquadric_of_exponent_two_is_an_ellipsoid_and_above_follows_its_gap(
         for sign in (1.0, -1.0):
             point = contact.point_a + sign * step * axis
             for _ in range(30):  # up or down to the surface
-                value = level(boxy.surface, boxy.rotation.T @ (point - boxy.position), gradient, none)
+                value, gradient, _ = level(boxy.surface, boxy.rotation.T @ (point - boxy.position))
                 point = point - value / (boxy.rotation @ gradient)[2] * np.array([0.0, 0.0, 1.0])
             rises.append(point[2] - contact.point_a[2])
         assert 0.5 * sum(rises) / step**2 == pytest.approx(curvature, rel=1e-4)
@@ -242,9 +236,7 @@ def test_superquadric_of_exponent_two_is_an_ellipsoid_and_above_follows_its_gap(
 def test_wrong_roots_are_recognised_and_refused(a, b, near, reason):
     if near is None:
         unknowns = np.array([-1.0, 0, 0, 4.0, 0, 0, -1.0, -5.0])
-        residual = np.empty(8)
-        equations(a, b, unknowns, residual, np.empty((8, 8)))
-        assert np.abs(residual).max() < 1e-15  # a root of (1) all the same
+        assert opposing_error(a, b, unknowns) < 1e-15  # a root of (1) all the same
     else:
         unknowns = None
     with pytest.raises(SceneError, match=reason) as caught:
@@ -272,10 +264,10 @@ def followed(steps, project, duration=1.0):
     unknowns, step = find_opposing(*moving(0.0), (1.1, 0.2, 0.8)), duration / steps
     for k in range(steps):
         now, half, then = (moving(step * (k + share)) for share in (0.0, 0.5, 1.0))
-        k1 = opposing_rates(*now, unknowns)
-        k2 = opposing_rates(*half, unknowns + 0.5 * step * k1)
-        k3 = opposing_rates(*half, unknowns + 0.5 * step * k2)
-        k4 = opposing_rates(*then, unknowns + step * k3)
+        k1, _ = opposing_rates(*now, unknowns)
+        k2, _ = opposing_rates(*half, unknowns + 0.5 * step * k1)
+        k3, _ = opposing_rates(*half, unknowns + 0.5 * step * k2)
+        k4, _ = opposing_rates(*then, unknowns + step * k3)
         unknowns = unknowns + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
         if project:
             unknowns = projected(*then, unknowns)
@@ -414,7 +406,7 @@ def test_rays_over_an_ellipse_give_equation_9_as_the_approach_goes_to_zero(name)
         a, b, near = PAIRS[name](approach)
         at = contact_of(a, b, find_opposing(a, b, near))
         axes = np.array([at.major_axis, np.cross(at.normal, at.major_axis)])
-        found = lens(a, b, 0.5 * (at.point_a + at.point_b), axes, at.normal, at.approach, BALL_IN_GROOVE, MODULUS)
+        found = overlap_of(a, b, 0.5 * (at.point_a + at.point_b), axes, at.normal, at.approach, BALL_IN_GROOVE, MODULUS)
         law = coefficient_of("volumetric", at.curvature_small, at.curvature_large, MODULUS) * at.approach**1.5
         off.append(abs(found.load / law - 1.0))
         assert math.hypot(found.centre_x, found.centre_y) < 1e-6 * found.half_width_x
@@ -424,7 +416,7 @@ def test_rays_over_an_ellipse_give_equation_9_as_the_approach_goes_to_zero(name)
 
 
 def rounded_box(approach, turn=(0.0, 0.0, 0.0)):
-    """A superellipsoid pressed into a plane, its contact as `lens` takes it, and its gap above the plane z = 0."""
+    """A superellipsoid pressed into the plane z = 0, its contact as `overlap_of` takes it."""
     surface, rotation = superquadric(0.02, 0.01, 0.01, 4.0, 4.0), Rotation.from_rotvec(turn).as_matrix()
     low = rotation @ support(surface, rotation.T @ np.array([0.0, 0.0, -1.0]))
     a, b = body(surface, (-low[0], -low[1], -low[2] - approach), rotation), body(plane())
@@ -435,6 +427,7 @@ def rounded_box(approach, turn=(0.0, 0.0, 0.0)):
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.1, 0.2, 0.05), (0.5, -0.4, 0.3)])
 def test_the_load_over_rays_is_the_derivative_of_their_energy(turn):
     approach, step = 1e-5, 1e-3
-    energies = [lens(*rounded_box(approach * (1.0 + sign * step), turn), 0.01, MODULUS).energy for sign in (-1, 1)]
-    slope = (energies[1] - energies[0]) / (2.0 * step * approach)
-    assert lens(*rounded_box(approach, turn), 0.01, MODULUS).load == pytest.approx(slope, rel=1e-5)
+    less, here, more = (
+        overlap_of(*rounded_box(approach * (1.0 + share), turn), 0.01, MODULUS) for share in (-step, 0.0, step)
+    )
+    assert here.load == pytest.approx((more.energy - less.energy) / (2.0 * step * approach), rel=1e-5)

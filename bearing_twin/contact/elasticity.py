@@ -38,6 +38,10 @@ class Elasticity(NamedTuple):
     modulus: float
     given: float
 
+    def numbers(self) -> tuple[float, ...]:
+        """The same as the core reads it."""
+        return _POINT[self.number].number_in_core, self.power, self.modulus, self.given
+
 
 def elasticity(name: str, modulus: float, given: float) -> Elasticity:
     """The law of that name for a point contact; `given` as in `Elasticity`."""

@@ -12,10 +12,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
 from bearing_twin.compiled import inlined, kernel
 from bearing_twin.contact.dispatch import chosen
 from bearing_twin.contact.ellipse import elliptic_b_d
-from bearing_twin.contact.spot_rules import NO_RULE, RULES, Rule, blended_over_spot
+from bearing_twin.contact.spot_rules import NO_RULE, POINTS, RULES, Rule, blended_over_spot
 from bearing_twin.numerics.rotation import root_and_inverse
 
 COARSE_ERROR, MEDIUM_ERROR, FINE_ERROR = 0.08, 0.025, 0.009  # tuned: greatest errors of the rules of points
@@ -24,6 +26,7 @@ PADE1_ERROR, PADE2_ERROR = 0.95, 0.8  # tuned: the same of the closed forms
 3/8 a mu N E for the torque (`bearing_twin chart friction`). Of a quadrature where the pole of the motion lies on one of
 its rings; of the closed forms where sliding and spin are alike."""
 
+POINT, QUADRATURE, PADE1, PADE2 = range(4)  # FrictionModel of core/contact/patch_friction.hpp
 _COARSE, _MEDIUM, _FINE = (tuple(RULES[name]) for name in ("coarse", "medium", "fine"))
 
 
@@ -158,6 +161,7 @@ class FrictionModel:
     name: str
     help: str
     needs: tuple[str, ...]
+    number_in_core: int
     rubbing: Callable
     error: float = 0.0
     rule: Rule = NO_RULE
@@ -173,12 +177,14 @@ _ROWS = (
         name="point",
         help="by the slip at the contact point; spin meets no resistance",
         needs=(),
+        number_in_core=POINT,
         rubbing=point_friction,
     ),
     FrictionModel(
         name="spot",
         help="over the spot that slides and spins, by 6 x 16 points, or 12 where its rim is slow by its spin",
         needs=("ellipse",),
+        number_in_core=QUADRATURE,
         rubbing=spot_friction,
         error=COARSE_ERROR,
         rule=RULES["coarse"],
@@ -187,6 +193,7 @@ _ROWS = (
         name="spot_medium",
         help="the same by 12 x 32 points, 4 times as many, or 12 where its rim is slower still",
         needs=("ellipse",),
+        number_in_core=QUADRATURE,
         rubbing=spot_friction_medium,
         error=MEDIUM_ERROR,
         rule=RULES["medium"],
@@ -195,6 +202,7 @@ _ROWS = (
         name="spot_fine",
         help="the same by 24 x 96 points, 24 times as many, or 12 where its rim is slower still",
         needs=("ellipse",),
+        number_in_core=QUADRATURE,
         rubbing=spot_friction_fine,
         error=FINE_ERROR,
         rule=RULES["fine"],
@@ -203,6 +211,7 @@ _ROWS = (
         name="pade1",
         help="over the spot in closed form by quotients of first degree (Zhuravlev): rough where sliding meets spin",
         needs=("ellipse",),
+        number_in_core=PADE1,
         rubbing=spot_friction_pade1,
         error=PADE1_ERROR,
     ),
@@ -210,6 +219,7 @@ _ROWS = (
         name="pade2",
         help="the same by quotients of second degree (Kireenkov)",
         needs=("ellipse",),
+        number_in_core=PADE2,
         rubbing=spot_friction_pade2,
         error=PADE2_ERROR,
     ),
@@ -233,6 +243,13 @@ def roughness(friction: FrictionModel) -> list[str]:
 def friction_number(name: str) -> int:
     """The place of a friction model in the table, which `friction_of` chooses by."""
     return list(FRICTIONS).index(name)
+
+
+def patch_numbers(name: str, coefficient: float) -> tuple[np.ndarray, np.ndarray]:
+    """The numbers (5,) of a model with this coefficient of friction as the core reads them, and its points (n, 3)."""
+    row = FRICTIONS[name]
+    points = np.ascontiguousarray(POINTS[row.rule.first : row.rule.end])
+    return np.array([row.number_in_core, coefficient, row.rule.easy, row.rule.hard, len(points)], float), points
 
 
 @kernel

@@ -49,6 +49,18 @@ def contact_numbers(contact, first: Material, second: Material) -> dict[str, flo
     }
 
 
+PROPORTIONAL, STEADY, STEADY_RATIO = range(3)  # DampingLaw of core/contact/damping.hpp
+
+
+def damping_numbers(contact: Mapping[str, float]) -> list[float]:
+    """The numbers of the core's Damping, from what `contact_numbers` gives."""
+    if contact["damping_ratio"] > 0.0:
+        return [STEADY_RATIO, contact["damping_ratio"], 0.0]
+    if contact["viscosity"] > 0.0:
+        return [STEADY, contact["viscosity"], 0.0]
+    return [PROPORTIONAL, contact["damping"], contact["relaxation_time"]]
+
+
 class BouncingMotion:
     """Bodies in motion: `advance` integrates one chunk and returns its outputs; the records are their contacts.
 

@@ -255,7 +255,7 @@ RULES = (
     Rule(
         (BODIES,), "contact.tracking", "closed", "a closed form gives the opposing points of both shapes",
         "because it is exact and needs no iteration",
-        late("bearing_twin.kinds.two_bodies.facts:has_closed_form"), example=("two_bodies_groove",),
+        late("bearing_twin.kinds.two_bodies.derived:has_closed_form"), example=("two_bodies_groove",),
     ),
     Rule(
         (BODIES,), "contact.tracking", "algebraic", "",

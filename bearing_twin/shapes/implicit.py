@@ -1,7 +1,7 @@
-"""Surfaces as the zero set of a function f, negative inside the body: value, gradient and Hesse matrix in closed form.
+"""Surfaces as the zero set of a function f, negative inside the body (`core/shapes/implicit.hpp`).
 
-Functions are scaled to be metres and to have gradients near 1 at the surface, so that Newton's method on them needs no
-further scaling. `SURFACES` names the kinds; a `Surface` is made by the functions of those names.
+Functions are scaled to be metres and to have gradients near 1 at the surface. `SURFACES` names the kinds; a `Surface`
+is made by the functions of those names.
 """
 
 import math
@@ -10,10 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.compiled import kernel
+from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function
 
-PLANE, SPHERE, ELLIPSOID, TORUS, SUPERQUADRIC = range(5)
+PLANE, SPHERE, ELLIPSOID, TORUS, SUPERQUADRIC = range(5)  # SurfaceKind of the core
 SURFACES = {"plane": PLANE, "sphere": SPHERE, "ellipsoid": ELLIPSOID, "torus": TORUS, "superquadric": SUPERQUADRIC}
+CONVEX = (SPHERE, ELLIPSOID, SUPERQUADRIC)
+
+_level = Function("core_level", REAL, (REALS, REALS, REALS_OUT, REALS_OUT))
+_support = Function("core_support", None, (REALS, INTEGER, REALS, REALS_OUT))
 
 
 class Surface(NamedTuple):
@@ -22,6 +26,18 @@ class Surface(NamedTuple):
     kind: int
     sizes: tuple[float, float, float, float, float]
     side: float
+
+    def numbers(self) -> np.ndarray:
+        """The same (7,) as the core reads it."""
+        return np.array([self.kind, *self.sizes, self.side], float)
+
+
+class Level(NamedTuple):
+    """f [m] of a surface at a point, its gradient (3,) and its Hesse matrix (3, 3) [1/m]."""
+
+    value: float
+    gradient: np.ndarray
+    hesse: np.ndarray
 
 
 def plane() -> Surface:
@@ -65,7 +81,6 @@ def superquadric(x: float, y: float, z: float, across: float, along: float) -> S
 
 
 def _surface(kind, sizes, side):
-    """Floats throughout, so that all surfaces are one compiled type."""
     return Surface(kind, tuple(float(size) for size in (*sizes, 0.0, 0.0, 0.0, 0.0)[:5]), side)
 
 
@@ -75,82 +90,15 @@ def _positive(**sizes):
             raise SceneError(f"{name} = {size:g} must be a finite number of metres above zero")
 
 
-@kernel
-def level(surface, point, gradient, hesse):
-    """f [m] at `point` (3,); writes its gradient (3,) and Hesse matrix (3, 3) [1/m]. Undefined on a torus' own axis."""
-    hesse[:] = 0.0
-    if surface.kind == PLANE:
-        value = point[2]
-        gradient[0], gradient[1], gradient[2] = 0.0, 0.0, 1.0
-    elif surface.kind == SPHERE:
-        value = _quadric(point, surface.sizes[0], surface.sizes[0], surface.sizes[0], gradient, hesse)
-    elif surface.kind == ELLIPSOID:
-        value = _quadric(point, surface.sizes[0], surface.sizes[1], surface.sizes[2], gradient, hesse)
-    elif surface.kind == TORUS:
-        value = _torus(point, surface.sizes[0], surface.sizes[1], gradient, hesse)
-    else:
-        value = _superquadric(point, surface.sizes, gradient, hesse)
-    if surface.side < 0.0:
-        for i in range(3):
-            gradient[i] = -gradient[i]
-            for j in range(3):
-                hesse[i, j] = -hesse[i, j]
-        return -value
-    return value
+def level(surface: Surface, point) -> Level:
+    """The surface's function at a point [m] (3,) of its own axes; undefined on a torus' axis."""
+    gradient, hesse = np.empty(3), np.empty((3, 3))
+    return Level(_level(surface.numbers(), np.array(point, float), gradient, hesse), gradient, hesse)
 
 
-@kernel
-def _quadric(point, x, y, z, gradient, hesse):
-    """(s/2) (sum (r_i/a_i)^2 - 1), s the smallest semi-axis."""
-    axes = (x, y, z)
-    scale = min(x, min(y, z))
-    value = -0.5 * scale
-    for i in range(3):
-        hesse[i, i] = scale / (axes[i] * axes[i])
-        gradient[i] = hesse[i, i] * point[i]
-        value += 0.5 * gradient[i] * point[i]
-    return value
-
-
-@kernel
-def _torus(point, locus, tube, gradient, hesse):
-    """((rho - R)^2 + z^2 - r^2)/(2 r), rho the distance from the axis: a factor of paper 1's polynomial f_A."""
-    rho = math.sqrt(point[0] * point[0] + point[1] * point[1])
-    unit = (point[0] / rho, point[1] / rho)
-    off = rho - locus
-    for i in range(2):
-        gradient[i] = off * unit[i] / tube
-        for j in range(2):
-            turned = (1.0 if i == j else 0.0) - unit[i] * unit[j]
-            hesse[i, j] = (unit[i] * unit[j] + off / rho * turned) / tube
-    gradient[2] = point[2] / tube
-    hesse[2, 2] = 1.0 / tube
-    return 0.5 * (off * off + point[2] * point[2] - tube * tube) / tube
-
-
-@kernel
-def _superquadric(point, sizes, gradient, hesse):
-    """(s/m) (F - 1) with s the smallest semi-axis, m the exponent along z."""
-    n, m = sizes[3], sizes[4]
-    scale = min(sizes[0], min(sizes[1], sizes[2])) / m
-    power = m / n
-    first, second = np.zeros(2), np.zeros(2)
-    inner = 0.0
-    for i in range(2):
-        share = abs(point[i]) / sizes[i]
-        sign = 1.0 if point[i] >= 0.0 else -1.0
-        inner += share**n
-        first[i] = sign * n * share ** (n - 1.0) / sizes[i]
-        second[i] = n * (n - 1.0) * share ** (n - 2.0) / (sizes[i] * sizes[i])
-    safe = max(inner, 1e-100)  # on the z axis all terms below vanish, whatever the powers
-    slope, bend = power * safe ** (power - 1.0), power * (power - 1.0) * safe ** (power - 2.0)
-    for i in range(2):
-        gradient[i] = scale * slope * first[i]
-        for j in range(2):
-            hesse[i, j] = scale * bend * first[i] * first[j]
-        hesse[i, i] += scale * slope * second[i]
-    share = abs(point[2]) / sizes[2]
-    sign = 1.0 if point[2] >= 0.0 else -1.0
-    gradient[2] = scale * sign * m * share ** (m - 1.0) / sizes[2]
-    hesse[2, 2] = scale * m * (m - 1.0) * share ** (m - 2.0) / (sizes[2] * sizes[2])
-    return scale * (inner**power + share**m - 1.0)
+def support(surface: Surface, directions) -> np.ndarray:
+    """The farthest points (..., 3) [m] of a sphere, ellipsoid or superquadric along directions, in the body's axes."""
+    directions = np.array(directions, float)
+    points = np.empty_like(directions)
+    _support(surface.numbers(), directions.size // 3, directions, points)
+    return points

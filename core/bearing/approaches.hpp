@@ -60,9 +60,7 @@ inline void carry_on(const Bearing &bearing, const RingPlace &inner, const RingP
   auto end = [&](const Raceway &raceway, const RingPlace &at, CarriedContact &contact) {
     double outwards = at.axis_distance - raceway.locus_radius;
     double radial = outwards / std::sqrt(outwards * outwards + at.height * at.height + 1e-300);
-    double small = 0.5 * (1.0 / bearing.ball_radius - 1.0 / raceway.groove_radius);
-    double large = 0.5 * (1.0 / bearing.ball_radius - radial / (raceway.locus_radius + raceway.groove_radius * radial));
-    contact.carry_on(bearing.carried, small / large);
+    contact.carry_on(bearing.carried, bearing.curvature_across(raceway) / bearing.curvature_along(raceway, radial));
   };
   end(bearing.inner, inner, carried.inner[lane]), end(bearing.outer, outer, carried.outer[lane]);
 }

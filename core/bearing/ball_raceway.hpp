@@ -30,8 +30,7 @@ ContactPlace(O, N, A, D, R, T, W, L, S) -> ContactPlace<O, N, A, D, R, T, W, L, 
   Pack value{}, slope{};
   for (int lane = 0; lane < LANES; lane++) {
     double over = 1.0 / (raceway.locus_radius + raceway.groove_radius * radial[lane]);
-    double small = 0.5 * (1.0 / bearing.ball_radius - 1.0 / raceway.groove_radius);
-    double large = 0.5 * (1.0 / bearing.ball_radius - radial[lane] * over);
+    double small = bearing.curvature_across(raceway), large = bearing.curvature_along(raceway, double(radial[lane]));
     auto [coefficient, by_large] = coefficient_and_slope(carried[lane], small, large, raceway.modulus);
     value[lane] = coefficient, slope[lane] = by_large * -0.5 * raceway.locus_radius * over * over;
   }

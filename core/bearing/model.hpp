@@ -5,6 +5,7 @@
 #pragma once
 #include "../contact/friction.hpp"
 #include "../contact/laws.hpp"
+#include "../shapes/groove.hpp"
 
 namespace core {
 
@@ -31,6 +32,12 @@ struct Bearing {
   PatchFriction patch;
   CarriedLaw carried;
   bool tilted() const { return tilt[0] != 0.0 || tilt[1] != 0.0; }
+  // Curvatures of a contact's gap [1/m], across the groove, and along it where its normal has this radial part.
+  double curvature_across(const Raceway &raceway) const { return curvature_across_groove(ball_radius, raceway.groove_radius); }
+  template <class N>
+  CORE_INLINE auto curvature_along(const Raceway &raceway, const N &radial) const {
+    return curvature_along_groove(ball_radius, raceway.locus_radius, raceway.groove_radius, radial);
+  }
   bool over_patch() const { return patch.model != FrictionModel::point; }
 };
 

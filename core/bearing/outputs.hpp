@@ -50,11 +50,9 @@ CORE_INLINE Contact contact_of(const Bearing &bearing, const Raceway &raceway, c
   Contact contact;
   contact.normal = filled(at.normal), contact.arm = filled(at.arm);
   contact.friction = filled(action.friction), contact.slip = filled(action.slip);
-  Pack ball = broadcast<Pack>(1.0 / bearing.ball_radius);
   contact.approach = at.approach, contact.normal_load = action.normal_load, contact.spin_rate = spin_rate;
   contact.energy = elastic_energy(bearing.power, at.load, maximum(at.approach, 0.0));
-  contact.small = 0.5 * (ball - 1.0 / raceway.groove_radius);
-  contact.large = 0.5 * (ball - normal_radial / (raceway.locus_radius + raceway.groove_radius * normal_radial));
+  contact.small = broadcast<Pack>(bearing.curvature_across(raceway)), contact.large = bearing.curvature_along(raceway, normal_radial);
   contact.drilling = filled(action.drilling);
   return contact;
 }

@@ -9,7 +9,7 @@ namespace core {
 constexpr double LEAST_STEP = 1e-15;  // s; a shorter step is lost in the time
 constexpr double NEGLIGIBLE = 1e-12;  // share of a stretch that is too short for a step
 
-enum Status { OK, NOT_FINITE, TOO_DEEP, STALLED, FULL, SEPARATED, TIME_UP, STOPPED };
+enum Status { OK, NOT_FINITE, TOO_DEEP, STALLED, FULL, SEPARATED, TIME_UP, STOPPED, UNTRACKED };
 
 struct Counts { std::int64_t steps, rejections, evaluations; };
 

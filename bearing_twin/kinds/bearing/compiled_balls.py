@@ -9,8 +9,7 @@ import numpy as np
 
 from bearing_twin.contact.differential import PROJECTED, UNPROJECTED
 from bearing_twin.contact.elasticity import carrier_of
-from bearing_twin.contact.friction import FRICTIONS
-from bearing_twin.contact.spot_rules import POINTS
+from bearing_twin.contact.friction import FRICTIONS, patch_numbers
 from bearing_twin.core import FLAG, FLAGS, INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.along_groove import TERMS
 from bearing_twin.kinds.bearing.columns import CARRIED_COLUMNS
@@ -18,10 +17,7 @@ from bearing_twin.numerics.statuses import OK
 from bearing_twin.numerics.steppers import MOST_STAGES, ROSENBROCK, Rosenbrock, RungeKutta
 
 NO_AXES = ((0.0,) * (TERMS + 1),) * 2
-NO_POINTS = np.zeros((0, 3))
-POINT, QUADRATURE, PADE1, PADE2 = range(4)  # FrictionModel of patch_friction.hpp
 _CARRIED = {None: 0, PROJECTED: 1, UNPROJECTED: 2}  # CarriedLaw of carried_ellipse.hpp
-CLOSED_FORMS = {"pade1": PADE1, "pade2": PADE2}
 
 _free_balls = Function(
     "core_free_balls",
@@ -45,16 +41,6 @@ _place = Function("core_place_balls", INTEGER, (REALS, REALS, REAL, INTEGER, INT
 _rates = Function("core_ball_rates", None, (REALS, REALS, REAL, REALS, REALS, REALS_OUT, REALS_OUT))
 
 
-def _friction_numbers(spot: tuple) -> tuple[list[float], np.ndarray]:
-    """The numbers of a PatchFriction, and the points of its quadrature (points, 3)."""
-    if not spot:
-        return [POINT, 0.0, 0.0, 1.0, 0], NO_POINTS
-    coefficient, number, (first, end, easy, hard) = spot[:3]
-    if end > 0:
-        return [QUADRATURE, coefficient, easy, hard, end - first], np.ascontiguousarray(POINTS[first:end])
-    return [CLOSED_FORMS[list(FRICTIONS)[number]], coefficient, easy, hard, 0], NO_POINTS
-
-
 _latest: tuple = (None, None)  # the last bearing and its numbers: it is the same, chunk after chunk
 
 
@@ -68,7 +54,8 @@ def numbers_of(bearing) -> tuple[np.ndarray, np.ndarray]:
         polynomials = (raceway.terms, *(bearing.spot[axes] if bearing.spot else NO_AXES))
         own = raceway.locus_radius, raceway.groove_radius, raceway.law.given, raceway.law.modulus
         raceways += [*own, *np.concatenate(polynomials)]
-    friction, points = _friction_numbers(bearing.spot)
+    coefficient, number = bearing.spot[:2] if bearing.spot else (0.0, 0)
+    friction, points = patch_numbers(list(FRICTIONS)[number], coefficient)
     tilt = bearing.ring.tilt if len(bearing.ring) > 1 else (0.0, 0.0)
     numbers = [
         *(bearing.ball_radius, bearing.ball_mass, bearing.ball_inertia, *bearing.offset, *tilt, *bearing.gravity),

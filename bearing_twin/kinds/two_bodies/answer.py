@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
@@ -14,30 +13,30 @@ from bearing_twin.kinds.two_bodies.derived import (
     modulus_of,
     size_of,
     start_body,
+    start_opposition,
     start_unknowns,
 )
-from bearing_twin.kinds.two_bodies.pair import approach_of, residual_of, settled
 from bearing_twin.kinds.two_bodies.parameters import OVERLAP, TRACKINGS, TwoBodiesScene
-from bearing_twin.shapes.lens import lens
-from bearing_twin.shapes.opposing import closed_form_known
-from bearing_twin.shapes.tracking import contact_of, frame_spin, level_at, opposing_rates, projected, tangent_axes
+from bearing_twin.shapes.opposing import (
+    FOUND,
+    closed_form_known,
+    opposing_error,
+    opposing_rates,
+    opposition_of,
+    overlap_of,
+    projected,
+    settled,
+    tangent_axes,
+)
 
 AHEAD = 1e-6  # of the least size: how far the bodies move where the differential form is compared
 
 
 def pressed(parameters: TwoBodiesScene, approach: float) -> TwoBodiesScene:
     """The scene with its first body moved along its normal until it presses by `approach` [m]."""
-    unknowns = start_unknowns(parameters)
-    a, b = start_body(parameters.first), start_body(parameters.second)
-    way = (approach - approach_of(b, unknowns)) * _normal(a, unknowns)
-    moved = tuple(float(x) for x in a.position + way)
+    at = start_opposition(parameters)
+    moved = tuple((np.array(parameters.first.position) + (approach - at.approach) * at.normal).tolist())
     return dataclasses.replace(parameters, first=dataclasses.replace(parameters.first, position=moved))
-
-
-def _normal(a, unknowns):
-    gradient, hesse = np.empty(3), np.empty((3, 3))
-    level_at(a, unknowns[:3].copy(), gradient, hesse)
-    return gradient / np.linalg.norm(gradient)
 
 
 def answer(parameters: TwoBodiesScene) -> dict[str, Any]:
@@ -47,12 +46,10 @@ def answer(parameters: TwoBodiesScene) -> dict[str, Any]:
     """
     a, b = start_body(parameters.first), start_body(parameters.second)
     unknowns, modulus = start_unknowns(parameters), modulus_of(parameters)
-    normal, approach = _normal(a, unknowns), approach_of(b, unknowns)
-    try:
-        contact = contact_of(a, b, unknowns)
-    except SceneError:
-        contact = None  # flat: only the overlap has a load
-    rates = _or_none(lambda: opposing_rates(a, b, unknowns))
+    at = opposition_of(a, b, unknowns)
+    normal, approach = at.normal, at.approach
+    contact = at if at.kind == FOUND else None  # flat: only the overlap has a load
+    rates, spin = opposing_rates(a, b, unknowns) or (None, None)
     found = {
         "bodies": [parameters.first.shape, parameters.second.shape],
         "effective_modulus_pa": modulus,
@@ -61,7 +58,7 @@ def answer(parameters: TwoBodiesScene) -> dict[str, Any]:
         "point_second_m": unknowns[3:6].tolist(),
         "normal": normal.tolist(),
         "point_first_rate_m_s": None if rates is None else rates[:3].tolist(),
-        "frame_spin_rad_s": None if rates is None else frame_spin(a, unknowns, rates).tolist(),
+        "frame_spin_rad_s": None if spin is None else spin.tolist(),
         "curvature_small_per_m": contact.curvature_small if contact else None,
         "curvature_large_per_m": contact.curvature_large if contact else None,
         "major_axis": contact.major_axis.tolist() if contact and not contact.circular else None,
@@ -87,15 +84,6 @@ def _flags(approach, size, overlap) -> list[str]:
     return flags
 
 
-def _or_none(function):
-    """What a function gives, None where its equations are singular."""
-    try:
-        found = function()
-    except np.linalg.LinAlgError:
-        return None
-    return found if np.all(np.isfinite(found)) else None
-
-
 def _trackings(parameters, a, b, unknowns, rates) -> dict[str, Any]:
     """By every method: how far [m] its opposing points are from meeting equations (1), None where it finds none.
 
@@ -105,17 +93,15 @@ def _trackings(parameters, a, b, unknowns, rates) -> dict[str, Any]:
     size = size_of(parameters)
     beside = unknowns.copy()
     beside[:6] += AHEAD * size
-    newton = _or_none(lambda: beside if settled(a, b, beside) else np.full(8, np.nan))
-    points = {"closed": unknowns if known else None, "algebraic": newton, "differential": None}
+    points = {"closed": unknowns if known else None, "algebraic": settled(a, b, beside), "differential": None}
     if rates is not None:
         step = AHEAD * size / max(float(np.linalg.norm(rates[:3])), 1e-9)
         ahead = tuple(one._replace(position=one.position + step * one.velocity) for one in (a, b))
-        points["differential"] = _or_none(lambda: projected(*ahead, unknowns + step * rates))
-        a_then, b_then = ahead
+        points["differential"] = projected(*ahead, unknowns + step * rates)
     rows = {}
     for name in TRACKINGS:
-        where = (a_then, b_then) if name == "differential" and rates is not None else (a, b)
-        rows[name] = None if points[name] is None else {"error_m": float(residual_of(*where, points[name]))}
+        where = ahead if name == "differential" and rates is not None else (a, b)
+        rows[name] = None if points[name] is None else {"error_m": opposing_error(*where, points[name])}
     return rows
 
 
@@ -138,7 +124,7 @@ def _loads(parameters, contact, pair) -> dict[str, Any]:
     else:
         axes = tangent_axes(normal)
     middle = 0.5 * (unknowns[:3] + unknowns[3:6])
-    over = lens(a, b, middle, axes, normal, approach, size_of(parameters), modulus)
+    over = overlap_of(a, b, middle, axes, normal, approach, size_of(parameters), modulus)
     if over.found:
         laws[OVERLAP] = over.load
         found["overlap"] = {"volume_m3": over.volume, "area_m2": over.area, "perimeter_m": over.perimeter}

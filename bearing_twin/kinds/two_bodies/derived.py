@@ -8,16 +8,16 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
+from bearing_twin.contact import ellipse
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.names import numbers_missing
 from bearing_twin.kinds.sections import check_damping, check_run, resolved_run
-from bearing_twin.kinds.two_bodies.pair import ALGEBRAIC, CLOSED, DIFFERENTIAL, Rigid, approach_of
-from bearing_twin.kinds.two_bodies.parameters import FREE, HELD, OVERLAP, Shaped, TwoBodiesScene
+from bearing_twin.kinds.two_bodies.compiled import Rigid
+from bearing_twin.kinds.two_bodies.parameters import FREE, HELD, OVERLAP, TRACKINGS, Shaped, TwoBodiesScene
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
-from bearing_twin.shapes.implicit import Surface, ellipsoid, plane, sphere, superquadric, torus
-from bearing_twin.shapes.opposing import CONVEX, closed_form_known, nearest_pair
-from bearing_twin.shapes.tracking import (
+from bearing_twin.shapes.implicit import CONVEX, Surface, ellipsoid, plane, sphere, superquadric, torus
+from bearing_twin.shapes.opposing import (
     FOUND,
     LAMBDA,
     NO_ELLIPSE,
@@ -25,16 +25,16 @@ from bearing_twin.shapes.tracking import (
     Body,
     Opposition,
     body,
-    classify,
+    closed_form_known,
     contact_of,
     find_opposing,
-    level_at,
-    second_form,
-    tangent_axes,
+    nearest_pair,
+    opposition_of,
 )
 
 DEEPEST = 0.1  # of the least size: a start pressed in deeper is no small deformation
 GREATEST_ASPECT = 30.0  # longest over shortest semi-axis
+SUPERELLIPSOID = "superellipsoid"  # the only shape that may have flat places
 SAME = 1e-9  # of the size: approaches nearer than this are one
 
 
@@ -102,13 +102,13 @@ def size_of(parameters: TwoBodiesScene) -> float:
 
 def rigid_of(one: Shaped) -> Rigid:
     """Mass and principal moments of inertia m (<y^2> + <z^2>) and so on; a held body's spin is its momentum."""
-    row, ones = ROWS[one.shape], (1.0, 1.0, 1.0)
+    row = ROWS[one.shape]
     if one.motion == HELD:
-        return Rigid(row.surface(one), 0.0, 0.0, ones, (0.0, 0.0, 0.0), reach_of(one))
+        return Rigid(row.surface(one), 0.0, (1.0, 1.0, 1.0), reach_of(one))
     volume, (x, y, z) = row.solid(one)
     mass = one.mass or volume * one.material.density
     inertia = mass * (y + z), mass * (z + x), mass * (x + y)
-    return Rigid(row.surface(one), mass, 1.0 / mass, inertia, tuple(1.0 / part for part in inertia), reach_of(one))
+    return Rigid(row.surface(one), mass, inertia, reach_of(one))
 
 
 def start_body(one: Shaped) -> Body:
@@ -122,32 +122,23 @@ def modulus_of(parameters: TwoBodiesScene) -> float:
     return effective_modulus(parameters.first.material, parameters.second.material)
 
 
+def has_closed_form(parameters: TwoBodiesScene) -> bool:
+    """True if a closed form gives the opposing points of both shapes."""
+    return closed_form_known(*(ROWS[one.shape].surface(one).kind for one in (parameters.first, parameters.second)))
+
+
 def tracking_of(parameters: TwoBodiesScene) -> int:
-    """How opposing points are found: as asked, else in closed form where there is one."""
-    asked = parameters.contact.tracking
-    if asked == "auto":
-        kinds = (ROWS[one.shape].surface(one).kind for one in (parameters.first, parameters.second))
-        return CLOSED if closed_form_known(*kinds) else ALGEBRAIC
-    return {"closed": CLOSED, "algebraic": ALGEBRAIC, "differential": DIFFERENTIAL}[asked]
+    """The number of the way to find opposing points: as specified, else in closed form where there is one."""
+    specified = parameters.contact.tracking
+    if specified == "auto":
+        specified = "closed" if has_closed_form(parameters) else "algebraic"
+    return TRACKINGS.index(specified)
 
 
 def start_unknowns(parameters: TwoBodiesScene) -> np.ndarray:
-    """Opposing points at the start, unknowns (8,) of `tracking.equations`; raises SceneError where there are none."""
+    """Opposing points at the start, unknowns (8,) of `shapes.opposing`; raises SceneError where there are none."""
     a, b = start_body(parameters.first), start_body(parameters.second)
-    if closed_form_known(a.surface.kind, b.surface.kind):
-        unknowns = np.empty(8)
-        nearest_pair(a, b, unknowns)
-        return unknowns
-    return searched(a, b, size_of(parameters))
-
-
-def kind_of(a: Body, b: Body, unknowns: np.ndarray) -> int:
-    """What a root of equations (1) is, as of `tracking.classify`."""
-    gradient, hesse = np.empty(3), np.empty((3, 3))
-    level_at(a, unknowns[:3].copy(), gradient, hesse)
-    axes = tangent_axes(gradient / np.linalg.norm(gradient))
-    forms = second_form(a, unknowns[:3].copy(), axes), second_form(b, unknowns[3:6].copy(), axes)
-    return classify(*forms, -approach_of(b, unknowns), unknowns[LAMBDA])
+    return nearest_pair(a, b) if has_closed_form(parameters) else searched(a, b, size_of(parameters))
 
 
 def searched(a: Body, b: Body, size: float) -> np.ndarray:
@@ -165,11 +156,11 @@ def searched(a: Body, b: Body, size: float) -> np.ndarray:
     for near in nears:
         try:
             unknowns = find_opposing(a, b, near)
-        except (SceneError, np.linalg.LinAlgError):
+        except SceneError:
             continue
-        kind = kind_of(a, b, unknowns)
-        if kind == FOUND or (kind == NO_ELLIPSE and unknowns[LAMBDA] < 0.0):
-            found.append((approach_of(b, unknowns), unknowns))
+        at = opposition_of(a, b, unknowns)
+        if at.kind == FOUND or (at.kind == NO_ELLIPSE and unknowns[LAMBDA] < 0.0):
+            found.append((at.approach, unknowns))
     if not found:
         raise SceneError(
             "no opposing points of the two bodies were found at the start; bring them nearer to each other"
@@ -184,6 +175,11 @@ def searched(a: Body, b: Body, size: float) -> np.ndarray:
     return best
 
 
+def start_opposition(parameters: TwoBodiesScene) -> Opposition:
+    """The opposing points at the start; raises SceneError where there are none."""
+    return opposition_of(start_body(parameters.first), start_body(parameters.second), start_unknowns(parameters))
+
+
 def start_contact(parameters: TwoBodiesScene) -> Opposition:
     """The opposing points at the start as a contact; raises SceneError where they are none in an ellipse."""
     return contact_of(start_body(parameters.first), start_body(parameters.second), start_unknowns(parameters))
@@ -196,7 +192,7 @@ def greatest_speed(parameters: TwoBodiesScene) -> float:
     for body_, against in ((one, other), (other, one)):
         reach = min(reach_of(body_), math.dist(one.position, other.position) + reach_of(against))
         relative += math.hypot(*body_.angular_velocity) * (reach if body_.motion == FREE else 0.0)
-    gap = max(-approach_of(start_body(other), start_unknowns(parameters)), 0.0)
+    gap = max(-start_opposition(parameters).approach, 0.0)
     return math.sqrt(relative**2 + 2.0 * math.hypot(*parameters.gravity) * (gap + size_of(parameters)))
 
 
@@ -249,7 +245,7 @@ def check(parameters: TwoBodiesScene) -> list[str]:
                 f"first.shape = {one.shape} and second.shape = {other.shape} are both open or hollow and may touch at "
                 "several points; one of them must be a sphere, an ellipsoid or a superellipsoid"
             )
-        elif contact.tracking == "closed" and not closed_form_known(*kinds):
+        elif contact.tracking == "closed" and not has_closed_form(parameters):
             problems.append(
                 f"contact.tracking = closed: a {one.shape} and a {other.shape} have no closed form; use algebraic or "
                 "differential"
@@ -270,8 +266,8 @@ def _start_problems(parameters: TwoBodiesScene) -> list[str]:
         unknowns = start_unknowns(parameters)
     except SceneError as error:
         return [str(error)]
-    a, b, size = start_body(parameters.first), start_body(parameters.second), size_of(parameters)
-    kind, approach = kind_of(a, b, unknowns), approach_of(b, unknowns)
+    at, size = start_opposition(parameters), size_of(parameters)
+    kind, approach = at.kind, at.approach
     if not np.all(np.isfinite(unknowns)):
         return ["the bodies' centres coincide, so they have no opposing points; move one of them"]
     if kind not in (FOUND, NO_ELLIPSE) or unknowns[LAMBDA] >= 0.0:
@@ -286,7 +282,7 @@ def _start_problems(parameters: TwoBodiesScene) -> list[str]:
             f"at the start the bodies press {approach:.3g} m into each other, more than {DEEPEST:g} of the least size "
             f"{size:g} m; move one of them"
         ]
-    if kind == FOUND and approach > contact_of(a, b, unknowns).curvature_small * size**2:
+    if kind == FOUND and approach > at.curvature_small * size**2:
         return [
             f"at the start the bodies press {approach:.3g} m into each other, so that they would touch over more than "
             f"the least size {size:g} m, which no law here knows; move one of them, or let them fit less closely"
@@ -297,3 +293,15 @@ def _start_problems(parameters: TwoBodiesScene) -> list[str]:
 def resolve(parameters: TwoBodiesScene) -> TwoBodiesScene:
     """The parameters of a checked scene with the zeros of its run replaced."""
     return dataclasses.replace(parameters, run=resolved_run(parameters.run))
+
+
+def axis_ratio(parameters) -> float:
+    """b/a of the contact that the scene starts from; raises SceneError where that is no ellipse."""
+    start = start_contact(parameters)
+    return ellipse.axis_ratio(start.curvature_small, start.curvature_large)
+
+
+def greatest_exponent(parameters) -> float | None:
+    """Of both bodies; None where neither is a superellipsoid."""
+    bodies = (parameters.first, parameters.second)
+    return max((max(one.exponents) for one in bodies if one.shape == SUPERELLIPSOID), default=None)

@@ -10,7 +10,8 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bouncing import COARSEST, FINEST, FLOOR, BouncingMotion, contact_numbers
 from bearing_twin.kinds.refinement import TOLERANCE, finer_setting
-from bearing_twin.kinds.two_bodies import march, steps
+from bearing_twin.kinds.two_bodies import compiled
+from bearing_twin.kinds.two_bodies.compiled import BODY, COLUMNS, QUATERNION, UNKNOWNS, VELOCITY, Pair
 from bearing_twin.kinds.two_bodies.derived import (
     modulus_of,
     rigid_of,
@@ -21,10 +22,9 @@ from bearing_twin.kinds.two_bodies.derived import (
     tracking_of,
 )
 from bearing_twin.kinds.two_bodies.outputs import outputs_of
-from bearing_twin.kinds.two_bodies.pair import BODY, COLUMNS, QUATERNION, UNKNOWNS, VELOCITY, Pair
 from bearing_twin.kinds.two_bodies.parameters import FIRST, OVERLAP, SECOND, TwoBodiesScene
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
-from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP, WORDS
+from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP, UNTRACKED
 
 # Tolerance of a step over that of contacts, and over its square: where a load begins or ends, which no polynomial
 # follows, errors go with the root of a step's tolerance (`tests/test_impact_doubt.py`).
@@ -33,11 +33,11 @@ FAILURES = {
     NOT_FINITE: "the state is not finite any more; lower the speeds or tighten wanted.tolerance",
     TOO_DEEP: "the bodies are pressed into each other by a third of the least size; stiffen them or slow them down",
     STALLED: "ever shorter steps are needed; loosen wanted.tolerance, or raise contact.friction_regularisation",
-    march.UNTRACKED: "the opposing points are no contact of the chosen law: the surfaces are flat or conform there; "
+    UNTRACKED: "the opposing points are no contact of the chosen law: the surfaces are flat or conform there; "
     "use contact.normal: overlap, lighter blows, or other shapes",
 }
 FAILURES_OF_OVERLAP = FAILURES | {
-    march.UNTRACKED: "the overlap leaves the region around the opposing points, or they are lost: the surfaces "
+    UNTRACKED: "the overlap leaves the region around the opposing points, or they are lost: the surfaces "
     "conform, or the blow is too hard; use lighter blows, stiffer bodies, or other shapes"
 }
 
@@ -50,27 +50,28 @@ def pair_of(parameters: TwoBodiesScene, law: str) -> Pair:
         start = start_contact(parameters)
         frozen = hertz_coefficient(start.curvature_small, start.curvature_large, modulus)
     given = 0.0 if over else LAWS[law].number(contact, frozen)
-    return Pair(
-        a=rigid_of(parameters.first),
-        b=rigid_of(parameters.second),
-        gravity=tuple(float(part) for part in parameters.gravity),
-        size=float(size_of(parameters)),
+    return compiled.pair_numbers(
+        rigid_of(parameters.first),
+        rigid_of(parameters.second),
+        gravity=parameters.gravity,
+        size=size_of(parameters),
         tracking=tracking_of(parameters),
-        over_lens=over,
+        by_overlap=over,
         law=elasticity("hertz" if over else law, modulus, given),
-        **contact_numbers(contact, parameters.first.material, parameters.second.material),
+        contact=contact_numbers(contact, parameters.first.material, parameters.second.material),
+        friction=contact.friction,
     )
 
 
-def start_state(parameters: TwoBodiesScene, pair: Pair) -> np.ndarray:
+def start_state(parameters: TwoBodiesScene) -> np.ndarray:
     """The state (COLUMNS,) of both bodies at the start."""
     state = np.zeros(COLUMNS)
-    for first, one, rigid in ((0, parameters.first, pair.a), (BODY, parameters.second, pair.b)):
+    for first, one in ((0, parameters.first), (BODY, parameters.second)):
         quaternion = quaternion_from_vector(one.turn)
         turn = rotation_matrix(quaternion)
         state[first : first + 3], state[first + QUATERNION : first + VELOCITY] = one.position, quaternion
         state[first + VELOCITY : first + VELOCITY + 3] = one.velocity
-        momentum = turn @ (np.array(rigid.inertia) * (turn.T @ np.array(one.angular_velocity)))
+        momentum = turn @ (np.array(rigid_of(one).inertia) * (turn.T @ np.array(one.angular_velocity)))
         state[first + VELOCITY + 3 : first + BODY] = momentum
     state[UNKNOWNS : UNKNOWNS + 8] = start_unknowns(parameters)
     return state
@@ -91,41 +92,32 @@ def refined(parameters: TwoBodiesScene, choice: Choice) -> tuple[TwoBodiesScene,
 class TwoBodiesMotion(BouncingMotion):
     """Two bodies in motion: `advance` integrates one chunk and returns its outputs; the records are their contacts."""
 
-    kernels, bodies, words = march, (FIRST, SECOND), WORDS | {march.UNTRACKED: "untracked"}
+    kernels, bodies = compiled, (FIRST, SECOND)
 
     def __init__(self, parameters: TwoBodiesScene, choice: Choice):
         pair = pair_of(parameters, choice.law)
-        self._start = start_state(parameters, pair)
-        plan = steps.PairPlan(setting_of(parameters, choice), FLOOR * shortest_contact(parameters))
-        super().__init__(pair, plan, FAILURES_OF_OVERLAP if pair.over_lens else FAILURES)
+        self._start = start_state(parameters)
+        plan = np.array([setting_of(parameters, choice), FLOOR * shortest_contact(parameters)])
+        super().__init__(pair, plan, FAILURES_OF_OVERLAP if choice.law == OVERLAP else FAILURES)
 
     def reset(self) -> None:
         """Back to the start, where they may touch already."""
         super().reset()
-        touch = steps.touch_now(self.body, self.state)
-        if touch.approach > 0.0:
-            march.note(self.clock, 0.0, touch, touch, self.state, self.state, self.record)
+        compiled.open_record(self.body, self.plan, self.state, self.clock, self.record)
 
     def start(self) -> np.ndarray:
         """The state (COLUMNS,) at the start."""
         return self._start.copy()
 
-    def work(self) -> steps.PairWork:
-        """Room for a step."""
-        return steps.PairWork(np.zeros((len(steps.METHOD.weights), COLUMNS)), *(np.zeros(COLUMNS) for _ in range(6)))
+    def work(self) -> tuple[np.ndarray]:
+        """The state at the start of the last step."""
+        return (np.zeros(COLUMNS),)
 
     def outputs(self, states: np.ndarray):
         """The outputs at states (n, COLUMNS)."""
-        return outputs_of(self.body, states, self.clock[march.DRIFT], self.clock[march.OFF])
+        return outputs_of(self.body, states, self.clock[compiled.DRIFT], self.clock[compiled.OFF])
 
     def contacts(self, records: np.ndarray) -> np.ndarray:
         """The rows of contacts that have ended; of the impulse of friction its magnitude."""
-        rubbed = [np.linalg.norm(row) for row in records[:, march.RUB_X : march.DEEPEST_APPROACH]]
-        return np.column_stack([records[:, : march.RUB_X], rubbed, records[:, march.DEEPEST_APPROACH]])
-
-    def advance(self, times: np.ndarray, duration: float):
-        """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError."""
-        try:
-            return super().advance(times, duration)
-        except (np.linalg.LinAlgError, ZeroDivisionError):
-            raise self.failure(march.UNTRACKED) from None
+        rubbed = [np.linalg.norm(row) for row in records[:, compiled.RUB_X : compiled.DEEPEST_APPROACH]]
+        return np.column_stack([records[:, : compiled.RUB_X], rubbed, records[:, compiled.DEEPEST_APPROACH]])

@@ -3,23 +3,8 @@
 import numpy as np
 
 from bearing_twin.base.sample import Channel, Columns, layout_of
-from bearing_twin.compiled import kernel
-from bearing_twin.kinds.two_bodies.pair import (
-    BODY,
-    COLUMNS,
-    GROSS_WORK,
-    HELD_WORK,
-    MOMENTUM,
-    QUATERNION,
-    RUBBED,
-    SECOND,
-    VELOCITY,
-    VISCOUS,
-    Pair,
-    body_at,
-)
+from bearing_twin.kinds.two_bodies.compiled import Pair, write_outputs
 from bearing_twin.kinds.two_bodies.parameters import TwoBodiesScene
-from bearing_twin.kinds.two_bodies.steps import touch_now
 
 
 def _of_body(prefix: str, which: str) -> tuple[Channel, ...]:
@@ -74,48 +59,9 @@ def channels(parameters: TwoBodiesScene) -> tuple[Channel, ...]:
     return CHANNELS
 
 
-@kernel
-def write_rows(pair, states, rows):
-    """Writes all channels of states (n, COLUMNS) but the last two, side by side in their order, to rows (n, width)."""
-    for n in range(len(states)):
-        state, row, at = states[n], rows[n], 0
-        kinetic = potential = 0.0
-        for side in range(2):
-            first = side * SECOND
-            rigid = pair.a if side == 0 else pair.b
-            one = body_at(rigid, state, first)
-            norm = np.sqrt(np.sum(state[first + QUATERNION : first + VELOCITY] ** 2))
-            row[at : at + 3] = one.position
-            row[at + 3 : at + 7] = state[first + QUATERNION : first + VELOCITY] / norm
-            row[at + 7 : at + 10], row[at + 10 : at + 13] = one.velocity, one.spin
-            row[at + 13 : at + 16] = 0.0
-            if rigid.inverse_mass > 0.0:
-                momentum = state[first + MOMENTUM : first + BODY]
-                row[at + 13 : at + 16] = momentum
-                kinetic += 0.5 * (rigid.mass * (one.velocity @ one.velocity) + momentum @ one.spin)
-                for i in range(3):
-                    potential -= rigid.mass * pair.gravity[i] * one.position[i]
-            at += 16
-        touch = touch_now(pair, state)
-        row[at], row[at + 1], row[at + 5], row[at + 6] = (
-            touch.approach,
-            touch.normal_load,
-            touch.drilling,
-            touch.spin_rate,
-        )
-        row[at + 2 : at + 5], row[at + 7 : at + 10], row[at + 10 : at + 13] = touch.friction, touch.point, touch.normal
-        row[at + 13 : at + 16], row[at + 16 : at + 19] = touch.slip, touch.major_axis
-        row[at + 19], row[at + 20], row[at + 21] = touch.semi_major, touch.semi_minor, touch.pressure
-        row[at + 22], row[at + 23] = touch.curvature_small, touch.curvature_large
-        row[at + 24] = 1.0 if touch.approach > 0.0 else 0.0
-        row[at + 25], row[at + 26], row[at + 27] = kinetic, potential, touch.elastic_energy
-        row[at + 28], row[at + 29] = state[VISCOUS], state[RUBBED]
-        row[at + 30], row[at + 31] = state[HELD_WORK], state[GROSS_WORK]
-
-
 def outputs_of(pair: Pair, states: np.ndarray, drift: float, off: float) -> Columns:
     """All channels of states (n, COLUMNS); `drift` and `off` are the last two."""
     rows = np.empty((len(states), LAYOUT.width))
-    write_rows(pair, states.reshape(-1, COLUMNS), rows)
+    write_outputs(pair, states, rows)
     rows[:, -2:] = drift, off
     return Columns(LAYOUT, rows)

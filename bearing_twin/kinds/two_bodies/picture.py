@@ -10,8 +10,7 @@ from bearing_twin.kinds.ellipsoid.picture import BouncingPicture
 from bearing_twin.kinds.two_bodies.derived import ROWS
 from bearing_twin.numerics.rotation import rotation_matrix
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
-from bearing_twin.shapes.implicit import level
-from bearing_twin.shapes.opposing import CONVEX, support
+from bearing_twin.shapes.implicit import CONVEX, level, support
 
 OUTLINES, SIDES = 9, 96  # of a body along its path; sides of an outline
 GRID = 160  # points across the section of a body that is drawn by it
@@ -73,7 +72,7 @@ def _outline(surface, orientation, view):
     turn = rotation_matrix(tuple(map(float, orientation)))
     angles = np.linspace(0.0, 2.0 * math.pi, SIDES + 1)
     ways = np.cos(angles)[:, None] * view[0] + np.sin(angles)[:, None] * view[1]
-    return np.array([turn @ support(surface, turn.T @ way) for way in ways])
+    return support(surface, ways @ turn) @ turn.T
 
 
 def _draw_section(axis, surface, centre, orientation, right, up, through):
@@ -81,12 +80,11 @@ def _draw_section(axis, surface, centre, orientation, right, up, through):
     turn = rotation_matrix(tuple(map(float, orientation)))
     x, y = (1e-3 * np.linspace(*limits, GRID) for limits in (axis.get_xlim(), axis.get_ylim()))
     depth = np.cross(right, up)
-    gradient, hesse = np.empty(3), np.empty((3, 3))
     values = np.empty((GRID, GRID))
     for row, high in enumerate(y):
         for column, far in enumerate(x):
             point = far * right + high * up + (through @ depth) * depth
-            values[row, column] = level(surface, turn.T @ (point - centre), gradient, hesse)
+            values[row, column] = level(surface, turn.T @ (point - centre)).value
     axis.contourf(1e3 * x, 1e3 * y, values, levels=[-np.inf, 0.0], colors=[STYLE["ring"]], zorder=0.5)
     axis.contour(1e3 * x, 1e3 * y, values, levels=[0.0], colors=[STYLE["edge"]], linewidths=2.0)
 

@@ -15,8 +15,8 @@ TWO_BODIES = Kind(
     brief=True,
     frame="two_bodies_link",
     facts=facts_at(
-        f"{HERE}.facts:axis_ratio",
-        f"{HERE}.facts:greatest_exponent",
+        f"{HERE}.derived:axis_ratio",
+        f"{HERE}.derived:greatest_exponent",
     ),
     **parts_in(
         HERE,

@@ -1,17 +1,22 @@
 """The topics of two bodies: wrenches, the contact, poses, frames and markers, as fields of messages."""
 
+import functools
+import math
+
 import numpy as np
 
 from bearing_twin.base.sample import Sample, Wrench
 from bearing_twin.kinds.contract import MARKERS, Output, Topic
 from bearing_twin.kinds.markers import BLUE, CUBE, GLASS, LINE_LIST, SPHERE, STEEL, contact_markers, marker
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed, pose_topic
+from bearing_twin.kinds.two_bodies.derived import ROWS
 from bearing_twin.kinds.two_bodies.parameters import FIRST, SECOND, Shaped, TwoBodiesScene
 from bearing_twin.kinds.two_bodies.row import TWO_BODIES
-from bearing_twin.kinds.two_bodies.wire import lines_of
 from bearing_twin.kinds.urdf import LinkShape, sphere
+from bearing_twin.shapes.implicit import PLANE, TORUS, support
 
 FRAME = TWO_BODIES.frame
+ROUND, RINGS = 48, 7  # sides of a ring; rings each way
 NUMBERS = ("approach", "normal_load", "semi_major", "semi_minor", "peak_pressure", "drilling_torque", "spin_rate")
 
 
@@ -90,3 +95,34 @@ def marker_fields(output: Output) -> dict:
             *contact_markers(sample, sample["normal"], longest, centre),
         ]
     }
+
+
+@functools.lru_cache(maxsize=16)
+def lines_of(one: Shaped) -> np.ndarray:
+    """Ends (n, 2, 3) [m] of lines on the surface of a body, none of a plane."""
+    surface = ROWS[one.shape].surface(one)
+    if surface.kind == PLANE:
+        return np.empty((0, 2, 3))
+    rings = _torus_rings(*surface.sizes[:2]) if surface.kind == TORUS else _convex_rings(surface)
+    return np.concatenate([np.stack([ring[:-1], ring[1:]], axis=1) for ring in rings])
+
+
+def _torus_rings(locus: float, tube: float):
+    turn = np.linspace(0.0, 2.0 * math.pi, ROUND + 1)
+    for angle in np.linspace(0.0, 2.0 * math.pi, RINGS + 1)[:-1]:
+        reach = locus + tube * math.cos(angle)
+        height = np.full_like(turn, tube * math.sin(angle))
+        yield np.stack([reach * np.cos(turn), reach * np.sin(turn), height], axis=1)
+    for angle in np.linspace(0.0, 2.0 * math.pi, 2 * RINGS + 1)[:-1]:
+        reach = locus + tube * np.cos(turn)
+        yield np.stack([reach * math.cos(angle), reach * math.sin(angle), tube * np.sin(turn)], axis=1)
+
+
+def _convex_rings(surface):
+    """Sections of a convex body through its centre: boundary points in directions of great circles."""
+    turn = np.linspace(0.0, 2.0 * math.pi, ROUND + 1)
+    flat, up = np.stack([np.cos(turn), np.sin(turn)], axis=1), np.array([0.0, 0.0, 1.0])
+    for tilt in np.linspace(0.0, math.pi, RINGS)[:-1]:
+        side = np.array([math.cos(tilt), math.sin(tilt), 0.0])
+        yield support(surface, flat @ np.stack([side, up]))
+    yield support(surface, flat @ np.eye(3)[:2])

@@ -8,7 +8,7 @@ from bearing_twin.kinds.ellipsoid.view import contact_view
 from bearing_twin.kinds.two_bodies.derived import ROWS, reach_of
 from bearing_twin.kinds.two_bodies.parameters import Shaped
 from bearing_twin.kinds.views import BLUE, GLASS, STEEL, Look, Solid, View, along_axes, curves
-from bearing_twin.shapes.opposing import support
+from bearing_twin.shapes.implicit import support
 
 ROUND, ACROSS = 64, 32  # directions of a mesh round its axis and from pole to pole
 EDGE = math.radians(78.0)  # how far up a groove is drawn
@@ -77,7 +77,7 @@ def _mesh(one: Shaped) -> dict:
     triangles = np.concatenate(
         [np.stack([corner, below, corner + 1], axis=1), np.stack([corner + 1, below, below + 1], axis=1)]
     )
-    points = np.array([support(surface, way) for way in ways])
+    points = support(surface, ways)
     return {"mesh": {"vertices": points.tolist(), "normals": ways.tolist(), "triangles": triangles.tolist()}}
 
 

@@ -1,0 +1,98 @@
+"""Two bodies as the compiled core takes them (`core/bodies/two_bodies.cpp`): numbers in, motion and outputs back."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.contact.friction import patch_numbers
+from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
+from bearing_twin.kinds.bouncing import damping_numbers
+from bearing_twin.shapes.implicit import Surface
+
+COLUMNS = 46
+BODY = 13
+POSITION, QUATERNION, VELOCITY, MOMENTUM, UNKNOWNS = 0, 3, 7, 10, 34
+"""Of the state, PairState of the core: a body's part, in which it is the first; the second's begins at BODY. A held
+body's momentum is its angular velocity."""
+
+CLOCK = 7
+IN_CONTACT, DRIFT, OFF, TOUCHES = 2, 3, 5, 6
+"""Of PairClock, beside those of `numerics.adaptive`: whether in contact; greatest drift of a quaternion's norm, and
+distance [m] of the opposing points from meeting their equations, at the end of a step; touches so far."""
+
+RECORD = 20
+ENDED, BEGAN, RUB_X, DEEPEST_APPROACH = 0, 1, 13, 16
+"""Of ContactRecord: times [s], impulse of friction (3,) [N s], greatest approach [m]."""
+
+_start = Function("core_two_bodies_start", None, (REALS, REALS, REALS, REALS_OUT, REALS_OUT, REALS_OUT))
+_advance = Function(
+    "core_two_bodies_advance",
+    INTEGER,
+    (
+        *(REALS, REALS, REALS, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REAL, INTEGER, REALS, FLAG),
+        *(REALS_OUT, INTEGER, REALS_OUT, INTEGERS_OUT, INTEGERS_OUT),
+    ),
+)
+_outputs = Function("core_two_bodies_outputs", None, (REALS, REALS, INTEGER, REALS, INTEGER, REALS_OUT))
+
+
+class Rigid(NamedTuple):
+    """One body: surface, mass [kg] (0 where it is held), principal moments of inertia, reach of its surface [m]."""
+
+    surface: Surface
+    mass: float
+    inertia: tuple[float, float, float]
+    reach: float
+
+    @property
+    def inverse_mass(self) -> float:
+        """1/mass, 0 of a held body."""
+        return 1.0 / self.mass if self.mass else 0.0
+
+    def numbers(self) -> list[float]:
+        """The same as the core reads it."""
+        return [self.mass, *self.inertia, *self.surface.numbers(), self.reach]
+
+
+class Pair(NamedTuple):
+    """What the core takes of two bodies: `numbers` of TwoBodies and the `points` of its friction's quadrature."""
+
+    numbers: np.ndarray
+    points: np.ndarray
+
+
+def pair_numbers(a: Rigid, b: Rigid, gravity, size, tracking, by_overlap, law, contact, friction: str) -> Pair:
+    """The pair of two bodies with an elastic law and what `bouncing.contact_numbers` gives of the contact.
+
+    `size` [m] is about the least radius; `by_overlap`: the load is that of the true overlap.
+    """
+    patch, points = patch_numbers(friction, contact["friction"])
+    numbers = [
+        *(*a.numbers(), *b.numbers(), *gravity, contact["sink"], size, tracking, by_overlap, *law.numbers()),
+        *(*damping_numbers(contact), contact["regularisation"], *patch),
+    ]
+    return Pair(np.array(numbers, float), points)
+
+
+def open_record(pair: Pair, plan: np.ndarray, state: np.ndarray, clock: np.ndarray, record: np.ndarray) -> None:
+    """Opens the record of a contact in which the bodies are at the start."""
+    _start(*pair, plan, state, clock, record)
+
+
+def advance(pair, plan, state, clock, times, until, states, record, records, counts, work, stop) -> tuple[int, int]:
+    """Moves on from the clock's time until `until` [s]; returns (status, contacts completed), which are in `records`.
+
+    `states` (outputs, COLUMNS) receives those at `times` [s]; `work` is the state at the start of the last step.
+    """
+    completed, touches = np.zeros(1, np.int64), clock[TOUCHES]
+    status = _advance(
+        *(*pair, plan, state, clock, record, *work, until, len(times), np.ascontiguousarray(times), stop),
+        *(states, len(records), records, completed, counts),
+    )
+    counts[-1] += int(clock[TOUCHES] - touches)
+    return status, int(completed[0])
+
+
+def write_outputs(pair: Pair, states: np.ndarray, rows: np.ndarray) -> None:
+    """Writes the channels of states (n, COLUMNS) but those of the numerics to rows (n, width), in their order."""
+    _outputs(*pair, len(states), np.ascontiguousarray(states), rows.shape[1], rows)

@@ -1,0 +1,68 @@
+// A rigid body that moves freely or is held, and its part of a state: m dv/dt = F + m g, dL/dt = M, dq/dt = omega q / 2.
+#pragma once
+#include "../math/vector3.hpp"
+
+namespace core {
+
+// Unit quaternion (x, y, z, w) from the body's to fixed axes. Steps leave its norm a little off, as it is then read.
+using Orientation = std::array<double, 4>;
+
+inline RealMatrix3 rotation_matrix(const Orientation &q) {
+  double norm = 1.0 / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  double x = norm * q[0], y = norm * q[1], z = norm * q[2], w = norm * q[3];
+  return {{{1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)},
+           {2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)},
+           {2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)}}};
+}
+inline Orientation orientation_rate(const Real3 &spin, const Orientation &q) {
+  Real3 axis{q[0], q[1], q[2]}, half = 0.5 * spin, rate = q[3] * half + cross(half, axis);
+  return {rate[0], rate[1], rate[2], -dot(half, axis)};
+}
+// Brings the norm back to 1; returns how far it was off.
+inline double normalise(Orientation &q) {
+  double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  for (double &part : q) part /= norm;
+  return std::fabs(norm - 1.0);
+}
+
+// Position and velocity [m/s] of the centre, angular momentum about it [kg m^2/s] in fixed axes. The momentum of a held body,
+// whose moments of inertia are 1, is its angular velocity.
+struct RigidState {
+  Real3 position;
+  Orientation orientation;
+  Real3 velocity, momentum;
+};
+
+// Mass [kg], 0 of a held body, and principal moments of inertia [kg m^2].
+struct RigidBody {
+  double mass;
+  Real3 inertia;
+
+  bool held() const { return mass == 0.0; }
+  Real3 spin(const RigidState &state, const RealMatrix3 &rotation) const {
+    Real3 own = transposed(rotation) * state.momentum;
+    return rotation * Real3{own[0] / inertia[0], own[1] / inertia[1], own[2] / inertia[2]};
+  }
+  // What a unit impulse along a direction at an arm gives the body there: 1/m + (r x n) I^-1 (r x n).
+  double mobility(const RealMatrix3 &rotation, const Real3 &arm, const Real3 &direction) const {
+    if (held()) return 0.0;
+    Real3 lever = transposed(rotation) * cross(arm, direction);
+    return 1.0 / mass + (lever[0] * lever[0] / inertia[0] + lever[1] * lever[1] / inertia[1] + lever[2] * lever[2] / inertia[2]);
+  }
+  // Rates of a state without forces but gravity [m/s^2].
+  RigidState free_rates(const RigidState &state, const Real3 &spin, const Real3 &gravity) const {
+    return {state.velocity, orientation_rate(spin, state.orientation), held() ? Real3{} : gravity, {}};
+  }
+  // Adds a force and a moment about the centre, by `sign`; returns their power on a held body, which does not follow them.
+  double push(double sign, const Real3 &force, const Real3 &moment, const RigidState &state, const Real3 &spin, RigidState &rates) const {
+    if (held()) return sign * (dot(force, state.velocity) + dot(moment, spin));
+    rates.velocity = rates.velocity + (sign / mass) * force;
+    rates.momentum = rates.momentum + sign * moment;
+    return 0.0;
+  }
+  double kinetic_energy(const RigidState &state, const Real3 &spin) const {
+    return held() ? 0.0 : 0.5 * (mass * dot(state.velocity, state.velocity) + dot(state.momentum, spin));
+  }
+};
+
+}  // namespace core

@@ -1,0 +1,227 @@
+// The opposing points of two implicit surfaces (paper 1, section 2), by Newton's method or by their differential equations.
+//
+// The eight unknowns are the point P_A on A, P_B on B (fixed axes), and the multipliers lambda and mu of
+//     grad g_A(P_A) = lambda grad g_B(P_B),   P_A - P_B = mu grad g_B(P_B),   g_A(P_A) = 0,   g_B(P_B) = 0        (1)
+// with gradients outward, so lambda < 0 where the surfaces face each other; mu > 0 is a gap, mu < 0 contact. The system has
+// many more roots (far sides, saddles of the distance); `kind_of_root` recognises them.
+#pragma once
+#include "../math/dense_solve.hpp"
+#include "implicit.hpp"
+
+namespace core {
+
+struct OpposingPoints {
+  Real3 a, b;
+  double lambda, mu;
+};
+using Unknowns = std::array<double, 8>;  // the same in a row
+inline Unknowns in_a_row(const OpposingPoints &p) { return {p.a[0], p.a[1], p.a[2], p.b[0], p.b[1], p.b[2], p.lambda, p.mu}; }
+inline OpposingPoints opposing_points(const Unknowns &u) { return {{u[0], u[1], u[2]}, {u[3], u[4], u[5]}, u[6], u[7]}; }
+
+// The equations (1): their residual, its derivative by the unknowns, and what they are made of.
+struct OpposingEquations {
+  Level a, b;
+  Unknowns residual;
+  SquareMatrix<8> jacobian;
+
+  OpposingEquations(const MovingSurface &one, const MovingSurface &other, const OpposingPoints &p)
+      : a(one.level_at(p.a)), b(other.level_at(p.b)), jacobian{} {
+    for (int i = 0; i < 3; i++) {
+      residual[i] = a.gradient[i] - p.lambda * b.gradient[i];
+      residual[3 + i] = p.a[i] - p.b[i] - p.mu * b.gradient[i];
+      for (int j = 0; j < 3; j++) {
+        jacobian[i][j] = a.hesse[i][j], jacobian[i][3 + j] = -p.lambda * b.hesse[i][j];
+        jacobian[3 + i][j] = i == j, jacobian[3 + i][3 + j] = -p.mu * b.hesse[i][j] - (i == j);
+      }
+      jacobian[i][6] = jacobian[3 + i][7] = -b.gradient[i];
+      jacobian[6][i] = a.gradient[i], jacobian[7][3 + i] = b.gradient[i];
+    }
+    residual[6] = a.value, residual[7] = b.value;
+  }
+  // How far [m] the unknowns are from meeting (1).
+  double distance() const {
+    double sum = 0.0;
+    for (int i = 3; i < 8; i++) sum += residual[i] * residual[i];
+    return std::sqrt(sum);
+  }
+};
+
+// One Newton step on (1): what a step of the differential form is followed by. False where the equations are singular.
+inline bool project(const MovingSurface &a, const MovingSurface &b, OpposingPoints &points) {
+  OpposingEquations equations(a, b, points);
+  Unknowns step = equations.residual, unknowns = in_a_row(points);
+  if (!solve(equations.jacobian, step)) return false;
+  for (int i = 0; i < 8; i++) unknowns[i] -= step[i];
+  points = opposing_points(unknowns);
+  return true;
+}
+
+// By damped Newton steps from a point `near` the expected contact; which root it is `kind_of_root` says. False where a surface has
+// no normal at the start, or the steps come to no end.
+inline bool find_opposing(const MovingSurface &a, const MovingSurface &b, const Real3 &near, int iterations, OpposingPoints &points) {
+  auto next_to = [&](const MovingSurface &body, Real3 &point, Real3 &gradient) {
+    point = near;
+    for (int i = 0; i < 20; i++) {
+      Level at = body.level_at(point);
+      double square = dot(at.gradient, at.gradient);
+      if (!(square > 0.0)) return false;
+      point = point - (at.value / square) * at.gradient;
+    }
+    gradient = body.level_at(point).gradient;
+    return true;
+  };
+  Real3 gradient_a, gradient_b;
+  if (!next_to(a, points.a, gradient_a) || !next_to(b, points.b, gradient_b)) return false;
+  double steep = length_of(gradient_b);
+  points.lambda = -length_of(gradient_a) / steep, points.mu = dot(points.a - points.b, gradient_b) / (steep * steep);
+  double length = std::max({length_of(points.a - a.position), length_of(points.a - points.b), length_of(points.b - b.position)});
+  auto norm = [&](const Unknowns &u, int first, int end, double weight) {
+    double sum = 0.0;
+    for (int i = first; i < end; i++) sum += u[i] * u[i];
+    return weight * weight * sum;
+  };
+  auto off = [&](const Unknowns &residual) { return std::sqrt(norm(residual, 0, 3, length) + norm(residual, 3, 8, 1.0)); };
+  double last = HUGE_VAL;
+  for (int i = 0; i < iterations; i++) {
+    OpposingEquations equations(a, b, points);
+    Unknowns step = equations.residual, from = in_a_row(points), trial;
+    double before = off(equations.residual), share = 1.0;
+    if (!solve(equations.jacobian, step)) return false;
+    double size = std::sqrt(norm(step, 0, 6, 1.0));
+    for (;; share *= 0.5) {
+      for (int n = 0; n < 8; n++) trial[n] = from[n] - share * step[n];
+      double after = off(OpposingEquations(a, b, opposing_points(trial)).residual);
+      if (after < before || share < 1e-3) break;
+    }
+    for (double one : trial)
+      if (!std::isfinite(one)) return false;
+    points = opposing_points(trial);
+    if (size <= 1e-10 * length && (size >= last || size <= 1e-15 * length)) return true;  // down to rounding
+    last = size;
+  }
+  return false;
+}
+
+// Newton's method on (1) from opposing points nearby; false where it comes to no end.
+inline bool settle(const MovingSurface &a, const MovingSurface &b, OpposingPoints &points) {
+  constexpr int MOST_STEPS = 25;
+  double size = 1e-3 + std::fabs(points.a[0]) + std::fabs(points.a[1]) + std::fabs(points.a[2]);
+  for (int i = 0; i < MOST_STEPS; i++) {
+    OpposingPoints before = points;
+    if (!project(a, b, points)) return false;
+    Real3 moved_a = points.a - before.a, moved_b = points.b - before.b;
+    double change = std::sqrt(dot(moved_a, moved_a) + dot(moved_b, moved_b));
+    if (!std::isfinite(change + points.lambda + points.mu)) return false;
+    if (change < 1e-13 * size) return true;
+  }
+  return false;
+}
+
+// Rates of the unknowns for the bodies' motion, from paper 1, eqs. (2)-(3), which are (1) differentiated: with v_P the
+// velocity of the body's material at P, the surface carries its gradient along as d(grad g)/dt = omega x grad g +
+// Hess g (u_P - v_P). False where the equations are singular.
+inline bool opposing_rates(const MovingSurface &a, const MovingSurface &b, const OpposingPoints &points, Unknowns &rates) {
+  OpposingEquations equations(a, b, points);
+  Real3 material_a = a.velocity_at(points.a), material_b = b.velocity_at(points.b);
+  Real3 carried_a = cross(a.spin, equations.a.gradient) - equations.a.hesse * material_a;
+  Real3 carried_b = cross(b.spin, equations.b.gradient) - equations.b.hesse * material_b;
+  for (int i = 0; i < 3; i++)
+    rates[i] = points.lambda * carried_b[i] - carried_a[i], rates[3 + i] = points.mu * carried_b[i];
+  rates[6] = dot(equations.a.gradient, material_a), rates[7] = dot(equations.b.gradient, material_b);
+  return solve(equations.jacobian, rates);
+}
+
+// Angular velocity [rad/s] of the contact frame whose third axis is A's normal, Omega = gamma x d(gamma)/dt (paper 1, section 2):
+// it does not turn about its normal. `rate` is that of A's point.
+inline Real3 spin_of_frame(const MovingSurface &a, const OpposingPoints &points, const Real3 &rate) {
+  Level at = a.level_at(points.a);
+  Real3 change = cross(a.spin, at.gradient) + at.hesse * (rate - a.velocity_at(points.a));
+  double over = 1.0 / length_of(at.gradient);
+  Real3 normal = over * at.gradient;
+  return cross(normal, over * (change - dot(normal, change) * normal));
+}
+
+// Approach [m] of opposing points.
+inline double approach_of(const MovingSurface &b, const OpposingPoints &points) {
+  return -points.mu * length_of(b.level_at(points.b).gradient);
+}
+
+// A symmetric 2 x 2 tensor in tangent axes.
+struct Tensor2 { double xx, xy, yy; };
+inline Tensor2 operator+(const Tensor2 &a, const Tensor2 &b) { return {a.xx + b.xx, a.xy + b.xy, a.yy + b.yy}; }
+
+// Two unit vectors that complete a unit vector to a right-handed frame (x, y, normal).
+struct TangentAxes { Real3 x, y; };
+inline TangentAxes tangent_axes(const Real3 &normal) {
+  int least = 0;
+  for (int i = 1; i < 3; i++)
+    if (std::fabs(normal[i]) < std::fabs(normal[least])) least = i;
+  Real3 x = -normal[least] * normal;
+  x[least] += 1.0;
+  x = (1.0 / length_of(x)) * x;
+  return {x, cross(normal, x)};
+}
+
+// Curvature tensor [1/m] of a surface in tangent axes, positive where the body bulges: Hess g/|grad g|. The surface is
+// z = -(k_xx x^2 + 2 k_xy x y + k_yy y^2)/2 along its outward normal (paper 1, eq. 4).
+inline Tensor2 curvature_tensor(const Level &level, const TangentAxes &axes) {
+  double over = 1.0 / length_of(level.gradient);
+  Real3 by_x = level.hesse * axes.x, by_y = level.hesse * axes.y;
+  return {over * dot(axes.x, by_x), over * dot(axes.x, by_y), over * dot(axes.y, by_y)};
+}
+
+// A contact in an ellipse, or what is wrong with a root of (1): it lies on a far side, is a saddle of the distance, or is no
+// ellipse (surfaces that conform, cross or are flat).
+enum class RootKind { found, far_side, saddle, no_ellipse };  // as in shapes/tracking.py
+
+// From the curvature tensors, the distance -approach [m] and lambda. A contact's gap has the form (K_A + K_B)/2, eqs. (4)-(5),
+// which must be positive definite. Followed out from touching to `distance`, the root stays the same kind of stationary point
+// of the distance as long as det(K_A + K_B + s K_A K_B) keeps its sign: one change makes it a saddle, two a far side.
+inline RootKind kind_of_root(const Tensor2 &a, const Tensor2 &b, double distance, double lambda) {
+  if (!(lambda < 0.0)) return RootKind::far_side;
+  Tensor2 total = a + b;
+  double determinant = total.xx * total.yy - total.xy * total.xy, trace = total.xx + total.yy;
+  if (!(determinant > 1e-12 * trace * trace && trace > 0.0)) return RootKind::no_ellipse;
+  double product[2][2] = {{a.xx * b.xx + a.xy * b.xy, a.xx * b.xy + a.xy * b.yy}, {a.xy * b.xx + a.yy * b.xy, a.xy * b.xy + a.yy * b.yy}};
+  double mixed = total.yy * product[0][0] + total.xx * product[1][1] - total.xy * (product[1][0] + product[0][1]);
+  double square = product[0][0] * product[1][1] - product[0][1] * product[1][0];
+  // determinant + mixed s + square s^2, as a function of t = s/distance in (0, 1]
+  double linear = mixed * distance / determinant, quadratic = square * distance * distance / determinant;
+  double root = std::sqrt(std::max(linear * linear - 4.0 * quadratic, 0.0));
+  int crossings = (0.5 * (-linear - root) >= 1.0) + (0.5 * (-linear + root) >= 1.0);  // by 1/t of the zeros
+  return crossings == 0 ? RootKind::found : crossings == 1 ? RootKind::saddle : RootKind::far_side;
+}
+
+// The gap z = P x^2 + Q y^2 (eqs. 5 and 6), P <= Q [1/m], 0 at least; turns the first of the axes along P.
+struct GapForm { double small, large; };
+inline GapForm gap_form(const Tensor2 &a, const Tensor2 &b, const Real3 &normal, TangentAxes &axes) {
+  Tensor2 total = a + b;
+  double xx = 0.5 * total.xx, xy = 0.5 * total.xy, yy = 0.5 * total.yy;
+  double mean = 0.5 * (xx + yy), half = std::hypot(0.5 * (xx - yy), xy);
+  double angle = half > 0.0 ? 0.5 * std::atan2(-xy, 0.5 * (yy - xx)) : 0.0;
+  axes.x = std::cos(angle) * axes.x + std::sin(angle) * axes.y;
+  axes.y = cross(normal, axes.x);
+  return {std::max(mean - half, 0.0), mean + half};
+}
+
+// Where two surfaces face each other: normal outward of A, approach [m] > 0 in contact, the gap, axes of which the first is
+// along P, and the kind of the root.
+struct Opposition {
+  Real3 normal;
+  double approach;
+  GapForm gap;
+  TangentAxes axes;
+  RootKind kind;
+
+  Opposition(const MovingSurface &a, const MovingSurface &b, const OpposingPoints &points) {
+    Level at_a = a.level_at(points.a), at_b = b.level_at(points.b);
+    normal = (1.0 / length_of(at_a.gradient)) * at_a.gradient;
+    approach = -points.mu * length_of(at_b.gradient);
+    axes = tangent_axes(normal);
+    Tensor2 form_a = curvature_tensor(at_a, axes), form_b = curvature_tensor(at_b, axes);
+    kind = kind_of_root(form_a, form_b, -approach, points.lambda);
+    gap = gap_form(form_a, form_b, normal, axes);
+  }
+};
+
+}  // namespace core
