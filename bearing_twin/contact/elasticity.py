@@ -112,17 +112,6 @@ def state_rates(law, shape, ratio_rate):
 
 
 @kernel
-def state_moved(law, shape, change):
-    """The states after P/Q has changed by `change`: one step of the classical Runge-Kutta method along it."""
-    k1 = state_rates(law, shape, change)
-    k2 = state_rates(law, differential.moved(shape, 0.5, k1), change)
-    k3 = state_rates(law, differential.moved(shape, 0.5, k2), change)
-    k4 = state_rates(law, differential.moved(shape, 1.0, k3), change)
-    shape = differential.moved(differential.moved(shape, 1.0 / 6.0, k1), 1.0 / 3.0, k2)
-    return differential.moved(differential.moved(shape, 1.0 / 3.0, k3), 1.0 / 6.0, k4)
-
-
-@kernel
 def state_finished(law, shape, ratio):
     """The states at the end of a step, where P/Q is `ratio`: put right, if the law does so."""
     return _finish(law.number, shape, ratio)

@@ -1,45 +1,12 @@
 """Where within a step something happens: between a place before it and one after it, and at the top of a curve."""
 
-from bearing_twin.compiled import inlined, kernel, template
-from bearing_twin.numerics.runge_kutta import hermite
+from bearing_twin.compiled import inlined, template
 from bearing_twin.numerics.statuses import EVALUATIONS
 
-MOST_HALVINGS = 100
 MOST_LOOKS = 100  # of regula falsi
 CLOSE = 4e-16  # share of a step that is no shorter
 TOP_LOOKS = 2  # at a number where its rate changes its sign
 NEAR_GREATEST, SAME_TOP = 0.9, 1e-3  # tuned: of the greatest value so far; of the span between the places about a top
-
-
-@template
-def halved(before, what, longest, width):
-    """Halves 0 to `longest` about an event until `width` is left; returns (last before it, first after, last tried).
-
-    `before(what, place)` says whether a place lies before the event; 0 does and `longest` does not.
-    """
-    low, high, middle = 0.0, longest, 0.5 * longest
-    for _ in range(MOST_HALVINGS):
-        middle = 0.5 * (low + high)
-        if before(what, middle):
-            low = middle
-        else:
-            high = middle
-        if not high - low > width:
-            break
-    return low, high, middle
-
-
-@inlined
-def _not_crossed(ends, share):
-    step, before, before_rate, after, after_rate = ends
-    return (hermite(share, step, before, before_rate, after, after_rate) > 0.0) == (before > 0.0)
-
-
-@kernel
-def crossing(step, before, before_rate, after, after_rate):
-    """Share of a step at which a number, the cubic with these ends and rates, changes its sign."""
-    low, high, _ = halved(_not_crossed, (step, before, before_rate, after, after_rate), 1.0, 1e-14)
-    return 0.5 * (low + high)
 
 
 @template

@@ -51,14 +51,6 @@ def runge_kutta_step(method, rates, system, state, step, loaded, moving, work, o
     return step * fifth / math.sqrt((fifth + 0.01 * third) * moving)
 
 
-@inlined
-def hermite(share, step, start, start_rate, end, end_rate):
-    """A number at `share` of a step [s], by the cubic with these values and rates at its ends."""
-    rest = 1.0 - share
-    value = rest * rest * ((1.0 + 2.0 * share) * start + share * step * start_rate)
-    return value + share * share * ((3.0 - 2.0 * share) * end - rest * step * end_rate)
-
-
 @template
 def longest_step(one_step, system, method, state, wanted, least, loaded, work, counts):
     """The longest step up to `wanted` [s] whose error is at most 1; returns (step, the next to try).
