@@ -8,9 +8,9 @@
 # make size    tokens, files and lines of our sources, words of the pages; all tuned numbers: python bench/size.py --constants
 # make mutants the tests against products that are broken on purpose: which of forty they notice; half an hour
 # make torture what logs and nodes survive: kills, torn writes, full disks, hostile goals; over half an hour, docs/reliability.md
-# make setup   only the set-up: .venv/ with ROS 2 Jazzy, compiled core, interface package in install/, compiled kernels
+# make setup   only the set-up: .venv/ with ROS 2 Jazzy, compiled core, interface package in install/
 # make wheel   a wheel with the core compiled for x86-64-v2, -v3 and -v4, in build/wheel
-# make clean   remove everything the set-up made, but for kernels in the user's cache folder
+# make clean   remove everything the set-up made
 
 SHELL := /bin/bash
 # Byte code is kept whatever the shell says (images of containers often say no): it saves two thirds of a start.
@@ -54,7 +54,7 @@ help:
 
 base: $(PACKAGES) $(CORE) $(STAMPS)/package $(INTERFACES)
 
-setup: $(INTERFACES_TOO) base $(TOOLS) $(STAMPS)/kernels
+setup: $(INTERFACES_TOO) base $(TOOLS)
 
 missing:
 	@echo "The nodes are left out, because $(MISSING) is missing; command line, logs and pictures work without." >&2
@@ -123,31 +123,6 @@ install/.interfaces: $(SCHEMAS)
 install/.interfaces_cpp: $(SCHEMAS)
 	$(call build_interfaces,60,-DPYTHON_ONLY=OFF)
 
-# Compiled once here, so that nobody waits for it later; a run whose kernels are not there compiles them itself.
-$(STAMPS)/kernels: $(STAMPS)/package $(shell grep -rl --include=*.py bearing_twin.compiled bearing_twin)
-	$(call stage,kernels of the scenes$(,) about four minutes)
-	@mkdir -p $(LOGS) && .venv/bin/python -m bearing_twin compile > $(LOGS)/kernels.txt
-	@touch $@
-
-# What tests need beside the kernels of scenes: other friction, steppers, a torque that drives, and balls that touch.
-SPOT := contact.friction=spot
-TORQUE := drive.kind=torque$(,)drive.inertia=1e-5
-VARIANTS := $(SPOT) solver.stepper=rk4 solver.stepper=imex $(SPOT)$(,)solver.stepper=rk4 $(SPOT)$(,)solver.stepper=imex \
-  $(TORQUE) $(SPOT)$(,)$(TORQUE)
-TILTING := --set rings.inner.free=all
-TOUCHING := --set geometry.balls=13 --set geometry.pitch_diameter=28.1888e-3 --set initial.motion=rest
-$(STAMPS)/variants: $(STAMPS)/kernels
-	$(call stage,kernels that only tests need$(,) three to four minutes)
-	@for one in $(VARIANTS); do \
-	  .venv/bin/python -m bearing_twin compile bearing_6203 --set $${one//,/ --set } > $(LOGS)/kernels.txt || exit; done
-	@.venv/bin/python -m bearing_twin compile bearing_6203_rig_1000N bearing_6203_run_up --set cage.kind=pockets > $(LOGS)/kernels.txt
-	@.venv/bin/python -m bearing_twin compile bearing_6203_run_up $(TILTING) --set cage.kind=none > $(LOGS)/kernels.txt
-	@.venv/bin/python -m bearing_twin compile bearing_6203_run_up $(TILTING) --set cage.kind=pockets > $(LOGS)/kernels.txt
-	@.venv/bin/python -m bearing_twin compile bearing_6203_guided_cage --set drive.kind=torque > $(LOGS)/kernels.txt
-	@.venv/bin/python -m bearing_twin compile bearing_6203 $(TOUCHING) > $(LOGS)/kernels.txt
-	@.venv/bin/python -m bearing_twin compile bearing_6203 $(TOUCHING) --set $(SPOT) > $(LOGS)/kernels.txt
-	@touch $@
-
 check: base $(TOOLS)
 	$(call stage,tests that the change wants)
 	@source env.bash && python tests/wanted.py
@@ -157,7 +132,7 @@ check: base $(TOOLS)
 SIDE_BY_SIDE := --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
 # With CI set no ROS test may be skipped: a missing ROS is then an error.
-test: setup $(STAMPS)/variants
+test: setup
 	$(call stage,tests)
 	@source env.bash && BEARING_TWIN_REQUIRE_ROS=$(if $(CI),1,$(BEARING_TWIN_REQUIRE_ROS)) python -m pytest $(or $(T),$(SIDE_BY_SIDE))
 
@@ -176,7 +151,7 @@ endif
 size:
 	@$(PYTHON) bench/size.py
 
-mutants: setup $(STAMPS)/variants
+mutants: setup
 	$(call stage,mutants$(,) about half an hour)
 	@source env.bash && python tests/mutants.py
 
@@ -207,7 +182,6 @@ format: $(TOOLS)
 	@.venv/bin/ruff check --fix .
 	@.venv/bin/ruff format .
 
-# Its own kernels are compiled as it runs: those of all scenes would take more than everything before.
 demo: base
 	$(call stage,demo)
 ifdef MISSING

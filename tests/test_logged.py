@@ -17,7 +17,7 @@ from bearing_twin.run.simulation import Run, simulate
 
 LONG = ("bearing_6203", "--set", "run.output_rate=4000", "--duration", "0.3")  # a log of 5 MB
 SMALL = 3_000_000  # bytes
-FOR_MACHINES = {"compile_s", "compute_s", "real_time_factor"}
+FOR_MACHINES = {"compute_s", "real_time_factor"}
 
 
 @pytest.fixture(scope="module")

@@ -67,8 +67,8 @@ def sim_node(executor, kind, **more):
 
 
 def spin_until_ready(executor, node):
-    """Spins until the node has compiled, or has failed."""
-    spin_until(executor, lambda: node.ready.is_set() or node.failure, "compilation")
+    """Spins until the node is ready, or has failed."""
+    spin_until(executor, lambda: node.ready.is_set() or node.failure, "preparation")
     assert node.failure is None
 
 

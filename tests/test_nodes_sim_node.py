@@ -77,8 +77,19 @@ def paused_node(executor, **parameters):
     lists = heard(watcher, NAMES)
     spin_until(executor, lambda: all(watcher.count_publishers(name) for name, _ in NAMES), "discovery")
     spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in NAMES), "discovery")
-    spin_until(executor, node.ready.is_set, "compilation")
+    spin_until(executor, node.ready.is_set, "preparation")
     return node, watcher, lists
+
+
+def prepared_when(monkeypatch, event):
+    """Runs are not prepared before the event is set."""
+    begin = Simulation.__init__
+
+    def waits(simulation, *made_of):
+        event.wait(300.0)
+        begin(simulation, *made_of)
+
+    monkeypatch.setattr(Simulation, "__init__", waits)
 
 
 def states(lists):
@@ -106,41 +117,41 @@ def test_topics_types_and_quality_of_service():
             assert listener.topic_type == command.ros_type
 
 
-def test_compiling_is_a_state_in_which_commands_are_taken(monkeypatch):
-    compiled = threading.Event()
+def test_preparing_is_a_state_in_which_commands_are_taken(monkeypatch):
+    prepared = threading.Event()
     monkeypatch.setattr("bearing_twin.nodes.sim_node.COMMAND_TIMEOUT", 0.1)
-    monkeypatch.setattr(Simulation, "warm_up", lambda simulation: compiled.wait(300.0))
+    prepared_when(monkeypatch, prepared)
     with ros_executor(threads=2) as executor:
         node, watcher, seen = started(executor, SimNode, start_paused=True, duration=0.1), plain_node(executor), []
         watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
         spin_until(executor, lambda: len(seen) > 1, "diagnostics")
-        assert {(one.level, one.message) for one in seen} == {(DiagnosticStatus.OK, "compiling")}
+        assert {(one.level, one.message) for one in seen} == {(DiagnosticStatus.OK, "preparing")}
         seconds = [float(pair.value) for one in seen for pair in one.values if pair.key == "elapsed_s"]
         assert 0.0 < seconds[0] < seconds[-1]
         for data in (True, False):
             answer = call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=data))
             assert answer.success
-            assert re.fullmatch(r"taken: .* when the kernels are compiled \(\d+ s so far\)", answer.message)
+            assert re.fullmatch(r"taken: .* when the run is prepared \(\d+ s so far\)", answer.message)
         step = call(executor, watcher, Step, STEP, Step.Request(duration=0.01))
         assert (step.success, step.time_ns) == (False, 0)
-        assert "still compiling" in step.message
+        assert "still preparing" in step.message
         assert not node.ready.is_set()
-        compiled.set()
+        prepared.set()
         spin_until(executor, node.done.is_set, "end of the run that was taken")
         assert node.failure is None
         assert node.loop.time_ns == 100_000_000
 
 
 def test_a_command_that_waits_and_fails_is_said(monkeypatch, capfd):
-    compiled, told = threading.Event(), threading.Event()
-    monkeypatch.setattr(Simulation, "warm_up", lambda simulation: compiled.wait(300.0))
+    prepared, told = threading.Event(), threading.Event()
+    prepared_when(monkeypatch, prepared)
     with ros_executor(threads=2) as executor:
         node, watcher = started(executor, SimNode, start_paused=True), plain_node(executor)
         tell = node._say_failure
         monkeypatch.setattr(node, "_say_failure", lambda future: (tell(future), told.set()))
         assert call(executor, watcher, Trigger, RESET, Trigger.Request()).success
         monkeypatch.setattr(node, "_open_log", lambda run: 1 / 0 if run else None)
-        compiled.set()
+        prepared.set()
         # Not by looks at what is captured: what is written during one is lost.
         spin_until(executor, told.is_set, "word")
     assert "could not be carried out: division by zero" in capfd.readouterr().err
@@ -162,21 +173,21 @@ def test_whoever_resets_once_too_often_is_told_that_the_run_is_not_logged(tmp_pa
 
 @pytest.mark.parametrize(("duration", "told"), [(0.1, 1), (0.0, 0)])
 def test_a_change_beyond_the_end_of_a_run_is_said_once_unless_the_run_has_no_end(monkeypatch, capfd, duration, told):
-    compiled = threading.Event()
-    monkeypatch.setattr(Simulation, "warm_up", lambda simulation: compiled.wait(300.0))
+    prepared = threading.Event()
+    prepared_when(monkeypatch, prepared)
     with ros_executor() as executor:
         started(executor, SimNode, duration=duration, overrides=["drive.change.time=5.0"])
-        compiled.set()
+        prepared.set()
     assert capfd.readouterr().err.count("drive.change.time = 5 s is beyond the end of the run at 0.1 s") == told
 
 
-def test_a_node_closed_while_it_compiles_ends_at_once_and_leaves_no_log(monkeypatch, tmp_path):
-    compiled = threading.Event()
-    monkeypatch.setattr(Simulation, "warm_up", lambda simulation: compiled.wait(300.0))
+def test_a_node_closed_while_it_prepares_ends_at_once_and_leaves_no_log(monkeypatch, tmp_path):
+    prepared = threading.Event()
+    prepared_when(monkeypatch, prepared)
     with ros_executor() as executor:
         node = started(executor, SimNode, log=str(tmp_path / "run.mcap"))
         node.close()
-        compiled.set()
+        prepared.set()
         assert node.worker.stop(300.0)
     assert node.failure is None
     assert list(tmp_path.iterdir()) == []
@@ -271,7 +282,7 @@ def test_a_model_outside_its_range_is_marked_where_the_node_allows_it():
         node = started(executor, SimNode, scene="bearing_6203_rig_400N", **options)
         watcher, seen = plain_node(executor), []
         watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
-        spin_until(executor, node.ready.is_set, "compilation")
+        spin_until(executor, node.ready.is_set, "preparation")
 
         def said():
             values = {pair.key: pair.value for status in seen[-1:] for pair in status.values}
@@ -307,7 +318,7 @@ def test_a_load_moves_the_ring_and_what_cannot_be_is_counted_on_diagnostics():
         turn = watcher.create_publisher(TwistStamped, "/bearing/command/speed_stamped", 10)
         spin_until(executor, lambda: all(watcher.count_publishers(name) for name in lists), "discovery")
         spin_until(executor, lambda: load.get_subscription_count() and turn.get_subscription_count(), "discovery")
-        spin_until(executor, node.ready.is_set, "compilation")
+        spin_until(executor, node.ready.is_set, "preparation")
 
         def stepped(seconds):
             """Force on the ring and its displacement along y at the end of a step."""
@@ -475,7 +486,7 @@ def test_whole_numbers_are_taken_for_numbers_and_the_rest_is_read_only():
         assert [result.successful for result in results] == [False, False, False, True, True, True]
         assert "or fastest" in results[2].reason
         assert node.get_parameter("real_time_factor").value == 2.0
-        spin_until(executor, node.ready.is_set, "compilation")
+        spin_until(executor, node.ready.is_set, "preparation")
         spin_until(executor, lambda: float(node.loop.paced.pacer.factor) == 2.0, "the new pace")
 
 
@@ -491,7 +502,7 @@ def test_the_log_is_whole_when_the_node_is_closed_in_the_middle(tmp_path):
     path = tmp_path / "run.mcap"
     with ros_executor() as executor:
         node = started(executor, SimNode, log=str(path), full=True)
-        spin_until(executor, node.ready.is_set, "compilation")
+        spin_until(executor, node.ready.is_set, "preparation")
         spin_until(executor, lambda: node.loop.time_ns > 200_000_000, "0.2 s")
         watcher, seen = plain_node(executor), []
         watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)

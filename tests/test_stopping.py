@@ -7,7 +7,6 @@ import sys
 import threading
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -44,18 +43,19 @@ def test_another_thread_ends_a_chunk():
     assert not SIGNALLED[0]
 
 
-def test_signals_are_noted_while_a_scene_warms_up(monkeypatch):
-    """With a tiny step its microsecond takes for ever too."""
+def test_signals_are_noted_while_the_start_of_a_run_is_found(monkeypatch):
     noted, simulation = [], Simulation(load_scene("ellipsoid_tumbling"))
+    found = simulation._motion.first_outputs
 
-    def advance(*_):
+    def first_outputs():
         signal.raise_signal(signal.SIGTERM)
         noted.append(int(SIGNALLED[0]))
+        return found()
 
-    monkeypatch.setattr(simulation, "_new_motion", lambda: SimpleNamespace(advance=advance))
+    monkeypatch.setattr(simulation._motion, "first_outputs", first_outputs)
     previous = signal.signal(signal.SIGTERM, lambda *_: None)
     try:
-        simulation.warm_up()
+        simulation.advance(1)
     finally:
         signal.signal(signal.SIGTERM, previous)
     assert noted == [signal.SIGTERM]

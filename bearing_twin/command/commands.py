@@ -90,11 +90,9 @@ def _simulate(arguments) -> Outcome:
     if large:
         say(in_shown_units(f"{scene.name}: {large}"))
     with progress(f"simulating {scene.name}") as update:
-        with progress(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
-            run = simulate(scene, update, begun)
-            for warning in (*late_keys(scene, scene.parameters.run.duration), *run.choice.warnings):
-                say(in_shown_units(f"{scene.name}: {warning}"))
-            compile_seconds = run.simulation.warm_up()
+        run = simulate(scene, update, begun)
+        for warning in (*late_keys(scene, scene.parameters.run.duration), *run.choice.warnings):
+            say(in_shown_units(f"{scene.name}: {warning}"))
         drawing = ShownStream(run, bool(picture))
         incomplete, failure = ended(drawing, log, max_loss)
     problems = [incomplete] if incomplete else []
@@ -103,7 +101,7 @@ def _simulate(arguments) -> Outcome:
         if run.simulation.sequence < 0:  # nothing came before it
             raise BearingTwinError("; ".join(problems)) from failure
     report = run.report
-    result = report.as_dict() | {"compile_s": compile_seconds} | ({"log": str(log)} if log and not incomplete else {})
+    result = report.as_dict() | ({"log": str(log)} if log and not incomplete else {})
     if picture:
         try:
             result["plot"] = drawing.write(picture, report)
@@ -130,7 +128,6 @@ COMMANDS = {
     "export": log_commands.EXPORT,
     "explain": _of(explain_command),
     "chart": _of(chart_command),
-    "compile": scene_commands.COMPILE,
     "contact": _of(contact_command),
     "bearing": _of(bearing_command),
     "spectrum": _of(spectrum_command),

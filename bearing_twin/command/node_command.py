@@ -144,7 +144,7 @@ def _each(arguments, take: Callable, raw: bool = False) -> None:
     """Hands messages to `take` until --count of them or Ctrl-C, which interrupts who waits for the first."""
     from bearing_twin.command.terminal import say
 
-    silent = f"nothing has come on {arguments.topic} for {arguments.wait} s: is its node paused, or still compiling?"
+    silent = f"nothing has come on {arguments.topic} for {arguments.wait} s: is its node paused, or still preparing?"
     left, came = _count(arguments), False
     with _graph(arguments) as graph:
         try:

@@ -45,7 +45,7 @@ def show_report(report: Report, result: Mapping, verbose: bool = False) -> None:
     if verbose:
         show_result(result)
         return
-    said = report.as_dict().keys() | {"compile_s"}
+    said = report.as_dict().keys()
     shown = {key: result[key] for key in report.figures} | {key: one for key, one in result.items() if key not in said}
     errors = {key: one for key, one in _errors_apart(result)[1].items() if key in shown}
     values = _Values.of(result, shown, errors)

@@ -1,11 +1,10 @@
-"""The subcommands `scenes`, `topics`, `compile` and `completion`. Imports are late, so that --help is quick."""
+"""The subcommands `scenes`, `topics` and `completion`. Imports are late, so that --help is quick."""
 
 import argparse
 import os
-import time
 
 from bearing_twin.command.node_command import NODES
-from bearing_twin.command.outcome import Outcome, Subcommand, add_changes, listed, overrides_of
+from bearing_twin.command.outcome import Outcome, Subcommand, listed
 
 
 def _scenes_arguments(parser: argparse.ArgumentParser) -> None:
@@ -113,54 +112,6 @@ TOPICS = Subcommand(
     _topics_arguments,
     _topics,
     ("bearing_twin topics bearing_6203", "bearing_twin topics"),
-)
-
-
-def _compile_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of `compile` to its parser."""
-    which = "name of a scene or path of a YAML file; without one, all scenes of `bearing_twin scenes`"
-    parser.add_argument("scene", nargs="*", help=which)
-    add_changes(parser, "change one key of each scene; may be repeated")
-
-
-def _compile(arguments: argparse.Namespace) -> Outcome:
-    """Compiles scene by scene; raises SceneError for a scene that cannot be read.
-
-    Ctrl-C loses only the function that is being compiled: Numba writes each to disk when it is done.
-    """
-    from bearing_twin.run.scene import load_scene, scene_names
-
-    began = time.monotonic()
-    scenes = [load_scene(name, overrides_of(arguments)) for name in arguments.scene or scene_names()]
-    rows = [_compiled(scene) for scene in scenes]
-    seconds = round(time.monotonic() - began, 3)
-    return Outcome({"scenes": rows, "seconds": seconds}, [], lambda: _show_compiled(rows, seconds))
-
-
-def _compiled(scene) -> dict:
-    from bearing_twin.command.terminal import progress, say
-    from bearing_twin.run.simulation import Simulation
-
-    began = time.monotonic()
-    with progress(f"compiling {scene.name}"):
-        Simulation(scene).warm_up()
-    seconds = time.monotonic() - began
-    say(f"{scene.name}: ready after {seconds:.1f} s")
-    return {"scene": scene.name, "seconds": round(seconds, 3)}
-
-
-def _show_compiled(rows, seconds) -> None:
-    from bearing_twin.command.terminal import show_rows, show_text
-
-    show_rows(("scene", "seconds"), (row.values() for row in rows))
-    show_text(f"all in {seconds:.1f} s; compiled code is kept for later runs")
-
-
-COMPILE = Subcommand(
-    "compile what scenes need, so that their first run starts at once",
-    _compile_arguments,
-    _compile,
-    ("bearing_twin compile", "bearing_twin compile bearing_6203 --set contact.friction=spot"),
 )
 
 

@@ -117,9 +117,7 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
     for warning in late_keys(scene, scene.parameters.run.duration):
         say(in_shown_units(f"{scene.name}: {warning}"))
     with progress(f"simulating {scene.name}") as update:
-        with progress(f"preparing {scene.name}; its kernels are compiled the first time on a machine"):
-            run_ = simulate(scene, update)
-            run_.simulation.warm_up()
+        run_ = simulate(scene, update)
         try:
             document = document_of_run(run_).document
         except IntegrationError as error:

@@ -112,7 +112,7 @@ class NodeProcess:
         words = "".join(f"\n  {line}" for line in lines) or " nothing"
         raise ProcessError(
             f"{self.name} {how}. Its last words:{words}\n"
-            f"All it said is in {self.said}. Mend what it names, or try again: what was compiled so far is kept."
+            f"All it said is in {self.said}. Mend what it names, or try again."
         )
 
     def interrupt(self) -> None:

@@ -234,7 +234,7 @@ class Worker:
         self._changed = threading.Condition()
         self._commands: deque = deque()
         self._woken = self._closed = self.stopping = False
-        # A daemon: a kernel that is being compiled must not keep the process from ending.
+        # A daemon: a computation that takes long must not keep the process from ending.
         self._thread = threading.Thread(target=self._run, name="worker", daemon=True)
 
     def start(self) -> None:

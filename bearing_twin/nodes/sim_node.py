@@ -185,10 +185,10 @@ class SimNode(BaseNode):
         safety = safety_of(values)
         self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
         self._halt = Halt()
-        # Both are made in the worker's thread: kernels are compiled or loaded there.
+        # Both are made in the worker's thread: the start of a run may take seconds.
         self.simulation: Simulation | None = None
         self.loop: SimulationLoop | None = None
-        self.ready, self._doing, self._started = threading.Event(), "compiling", time.monotonic()
+        self.ready, self._doing, self._started = threading.Event(), "preparing", time.monotonic()
         self._folder, self._warned = Path(values["log"]).parent, False
         self._frame = f"{values['frame_prefix']}{kind.frame}"
         self._commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
@@ -203,7 +203,7 @@ class SimNode(BaseNode):
     def close(self) -> None:
         """Ends the simulation, publishes what it has logged, and completes the log; may be called twice."""
         self._halt.end()
-        # While kernels are still being compiled nothing has been computed, so there is nothing to wait for.
+        # While a run is prepared nothing has been computed, so there is nothing to wait for.
         if self.worker.stop(timeout=COMMAND_TIMEOUT if self.ready.is_set() else 0.0) and self.loop is not None:
             self.loop.close()
             wait_for_acknowledgement(self._outlet.publishers, CLOSE_TIME)
@@ -232,10 +232,8 @@ class SimNode(BaseNode):
     # In the worker's thread
 
     def _prepare(self, duration_ns: int) -> None:
-        self.get_logger().info("loading the kernels of this scene; they are compiled once on a machine")
         values, scene = self._values, self._scene
         self.simulation = run = Simulation(scene, self._halt)
-        run.warm_up()
         self._doing = "waiting for subscribers"
         wait_for_subscribers(self._outlet.publishers, values["discovery"], self.get_logger().info)
         if self.worker.stopping:
@@ -279,9 +277,7 @@ class SimNode(BaseNode):
 
     def _change(self, now: int, scene: Scene) -> None:
         """Begins the run again as `scene`."""
-        run = Simulation(scene, self._halt)
-        run.warm_up()
-        self.simulation = run
+        self.simulation = run = Simulation(scene, self._halt)
         self.get_logger().info(f"{scene.name} by {run.choice.law}: {self.loop.change(now, run, self._stream_of(run))}")
 
     def _turn(self, now: int) -> int | None:
@@ -331,7 +327,7 @@ class SimNode(BaseNode):
         future.add_done_callback(self._say_failure)
         if self.ready.is_set():
             return "taken: it is carried out when the computation under way is done"
-        return f"taken: it is carried out when the kernels are compiled ({self._seconds():.0f} s so far)"
+        return f"taken: it is carried out when the run is prepared ({self._seconds():.0f} s so far)"
 
     def _answer_now(self, future: Future):
         """The answer of a command that is given up where it is not carried out in time; raises BearingTwinError."""

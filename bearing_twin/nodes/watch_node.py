@@ -207,7 +207,7 @@ class WatchNode(BaseNode):
         if self._described.wait(COMING):
             if self._shown.wait(COMING):
                 return live_page(self._run, self._watched)
-            said = "sends no samples: it may be paused, compiling or at its end; the page comes when they do"
+            said = "sends no samples: it may be paused, preparing or at its end; the page comes when they do"
         raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, f"{self._watched} {said}")
 
     def obey(self, command: Mapping[str, Any]) -> str:

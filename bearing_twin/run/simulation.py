@@ -143,20 +143,6 @@ class Simulation:
         self._pending, self._good = begun.part(1, 1), begun[0]
         self.sequence, self.time_ns = failure.sequence, int(begun.time_ns[0])
 
-    def warm_up(self) -> float:
-        """Loads what this scene needs and returns the seconds it took.
-
-        What is known when it is solved is solved here, once: that counts as computing, and takes 0 s.
-        """
-        start = time.perf_counter()
-        if self.kind.known_when_solved:
-            self._begun()
-            return 0.0
-        period = 1e-9 * self.output_period_ns
-        with heeding_signals():
-            self._new_motion().advance(np.array([min(period, 1e-6)]), min(period, 1e-6))
-        return time.perf_counter() - start
-
     def _to_last_output(self) -> None:
         """Puts the motion back to the last output given out: what was computed ahead is computed again."""
         self._commanded_until = self.sequence + 1 + COMMANDING_NS // self.output_period_ns

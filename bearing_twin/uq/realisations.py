@@ -242,11 +242,11 @@ def _by_simulation(task, values):
 
 
 def load(task: Task, values: np.ndarray) -> None:
-    """Loads, or compiles, what a realisation at `values` (d,) needs; `realise` reports what cannot be simulated."""
+    """Loads what a realisation at `values` (d,) needs; `realise` reports what cannot be simulated."""
     kind_of(task.scene["kind"], task.home)
     with contextlib.suppress(BearingTwinError, ArithmeticError, ValueError):
         scene = placed(simulated_scene(task), task.targets, values)
-        Simulation(parse_scene(scene, "a realisation")).warm_up()
+        Simulation(parse_scene(scene, "a realisation"))
 
 
 def simulated_scene(task: Task) -> dict:
