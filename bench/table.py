@@ -7,7 +7,6 @@ CPU time of one core where nothing else is said, by public calls and commands; w
 import contextlib
 import csv
 import importlib.util
-import os
 import resource
 import statistics
 import subprocess
