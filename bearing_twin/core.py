@@ -18,9 +18,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import numpy as np
-from numpy.ctypeslib import ndpointer
-
 from bearing_twin.base.errors import CoreError
 
 PACKAGE = Path(__file__).resolve().parent
@@ -41,10 +38,16 @@ class _Array:
     As `ndpointer`, which takes six times as long for each argument; it has those that are read-only.
     """
 
-    def __init__(self, number: type, *flags: str):
-        self._dtype, self._any = np.dtype(number), ndpointer(number, flags=("C_CONTIGUOUS", *flags))
+    def __init__(self, number: str, *flags: str):
+        self._number, self._flags = number, ("C_CONTIGUOUS", *flags)
+        self._dtype = self._any = None  # until the first call, so that lists of what there is need not import numpy
 
     def from_param(self, array):
+        if self._dtype is None:
+            import numpy as np
+
+            self._dtype = np.dtype(self._number)
+            self._any = np.ctypeslib.ndpointer(self._dtype, flags=self._flags)
         if array.dtype is self._dtype:
             try:
                 return _ADDRESS.from_buffer(array)
@@ -55,9 +58,9 @@ class _Array:
 
 _ADDRESS = ctypes.c_char * 0  # ctypes hands arrays over as pointers, and keeps what they are made from
 REAL, INTEGER = ctypes.c_double, ctypes.c_int64
-REALS, REALS_OUT = _Array(np.float64), _Array(np.float64, "WRITEABLE")
-INTEGERS, INTEGERS_OUT = _Array(np.int64), _Array(np.int64, "WRITEABLE")
-FLAG, FLAGS, FLAGS_OUT = _Array(np.uint8), _Array(np.bool_), _Array(np.bool_, "WRITEABLE")
+REALS, REALS_OUT = _Array("float64"), _Array("float64", "WRITEABLE")
+INTEGERS, INTEGERS_OUT = _Array("int64"), _Array("int64", "WRITEABLE")
+FLAG, FLAGS, FLAGS_OUT = _Array("uint8"), _Array("bool"), _Array("bool", "WRITEABLE")
 
 
 @dataclass(frozen=True)
