@@ -97,6 +97,11 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
         "the core's derivatives, for tests of them alone",
     ),
     "contact/ellipse.py": ("CURVATURE_RATIO_MAX", "how far the ellipse is known; tests go to that end"),
+    "contact/elastic.py": ("longest_contact_step RESOLUTION", "until contacts are the core's alone"),
+    "contact/elasticity.py": (
+        "STENCIL state_rates state_finished log_slope carries friction_of",
+        "until contacts are the core's alone",
+    ),
     "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),
     "uq/statistics.py": ("half_widths HalfWidths", "the theory that tests hold the convergence of samples to"),
     "run/report.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),

@@ -14,6 +14,7 @@ from scipy.special import ellipe
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
+from bearing_twin.shapes.ellipsoid import ellipsoid_on_plane
 from bearing_twin.shapes.implicit import SURFACES, ellipsoid, level, plane, sphere, superquadric, support, torus
 from bearing_twin.shapes.opposing import (
     body,
@@ -25,7 +26,7 @@ from bearing_twin.shapes.opposing import (
     projected,
     tangent_axes,
 )
-from bearing_twin.shapes.surfaces import ball_in_groove, ellipsoid_on_plane, ellipsoid_reach, ellipsoid_slopes
+from bearing_twin.shapes.surfaces import ball_in_groove
 
 BALL, GROOVE = 3.373e-3, 0.52 * 6.746e-3
 
@@ -91,7 +92,7 @@ TURNS = [(0.0, 0.0, 0.0), (0.4, -0.3, 0.2), (1.2, 0.7, -2.0), (0.0, 1.5, 0.1), (
 @pytest.mark.parametrize("axes", [AXES, (0.02, 0.02, 0.02), (0.02, 0.02, 0.01), (0.01, 0.02, 0.02)])
 def test_the_ellipsoids_lowest_point_is_what_the_opposing_points_of_two_surfaces_say(axes, turn):
     rotation = rotation_matrix(quaternion_from_vector(turn))
-    low = ellipsoid_on_plane(axes, tuple(-rotation[2]))
+    low = ellipsoid_on_plane(axes, -rotation[2])
     height = low.reach - 1e-5
     one, other = body(ellipsoid(*axes), (0.0, 0.0, height), rotation), body(plane())
     at = rotation @ low.point
@@ -101,8 +102,8 @@ def test_the_ellipsoids_lowest_point_is_what_the_opposing_points_of_two_surfaces
     assert low.curvature_small == pytest.approx(found.curvature_small, rel=1e-10)
     assert low.curvature_large == pytest.approx(found.curvature_large, rel=1e-10)
     mean = 0.5 * (low.curvature_small + low.curvature_large)
-    assert low.shape == pytest.approx(mean / math.sqrt(low.curvature_small * low.curvature_large), rel=1e-13)
-    assert low.shape_excess == pytest.approx(math.sqrt(max(low.shape**2 - 1.0, 0.0)), rel=1e-9, abs=1e-7)
+    shape = mean / math.sqrt(low.curvature_small * low.curvature_large)
+    assert low.excess == pytest.approx(math.sqrt(max(shape**2 - 1.0, 0.0)), rel=1e-9, abs=1e-7)
     if not found.circular:
         assert abs(found.major_axis @ (rotation @ low.major_axis)) == pytest.approx(1.0, rel=1e-12)
 
@@ -110,18 +111,17 @@ def test_the_ellipsoids_lowest_point_is_what_the_opposing_points_of_two_surfaces
 @pytest.mark.parametrize("turn", TURNS)
 def test_slopes_of_the_gap_are_its_differences(turn):
     down = -rotation_matrix(quaternion_from_vector(turn))[2]
-    reach, point = ellipsoid_reach(AXES, tuple(down))
-    size, shape = ellipsoid_slopes(AXES, tuple(down), reach, point)
+    low = ellipsoid_on_plane(AXES, down)
+    size, shape = low.size_slope, low.shape_slope
     assert abs(np.dot(size, down)) + abs(np.dot(shape, down)) < 1e-14
     for axis in np.eye(3):
         aside = axis - (axis @ down) * down
-        lows = []
-        for sign in (1.0, -1.0):
-            moved = down + sign * 1e-5 * aside
-            lows.append(ellipsoid_on_plane(AXES, tuple(moved / np.linalg.norm(moved))))
-        sizes = [-0.25 * math.log(low.curvature_small * low.curvature_large) for low in lows]
+        moved = down + 1e-5 * np.outer([1.0, -1.0], aside)
+        lows = ellipsoid_on_plane(AXES, moved / np.linalg.norm(moved, axis=1)[:, None])
+        sizes = -0.25 * np.log(lows.curvature_small * lows.curvature_large)
+        shapes = np.hypot(1.0, lows.excess)
         assert (sizes[0] - sizes[1]) / 2e-5 == pytest.approx(np.dot(size, axis), abs=1e-7)
-        assert (lows[0].shape - lows[1].shape) / 2e-5 == pytest.approx(np.dot(shape, axis), abs=1e-7)
+        assert (shapes[0] - shapes[1]) / 2e-5 == pytest.approx(np.dot(shape, axis), abs=1e-7)
 
 
 EXAMPLES = {

@@ -13,7 +13,6 @@ import math
 from typing import NamedTuple
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.compiled import inlined
 from bearing_twin.contact.elastic import HERTZIAN
 
 SERIES_BELOW = 0.05  # chi v: the logarithms cancel to its square, so their series is summed instead
@@ -24,19 +23,6 @@ class Shortcut(NamedTuple):
 
     damping: float
     restitution: float
-
-
-@inlined
-def steady_held_load(elastic, approach, approach_rate, damping, power=HERTZIAN):
-    """Load [N] with steady damping, below zero where the bodies would have to pull; for an approach above zero."""
-    root = math.sqrt(math.sqrt(approach)) if power == HERTZIAN else approach ** (0.5 * (power - 1.0))
-    return elastic + damping * root * approach_rate
-
-
-@inlined
-def held_load(elastic, stiffness, approach_rate, damping, relaxation_time):
-    """Load [N] with damping proportional to load and stiffness, below zero where the bodies would have to pull."""
-    return elastic + (damping * elastic + relaxation_time * stiffness) * approach_rate
 
 
 def _root(function, low, high, **tolerances) -> float:

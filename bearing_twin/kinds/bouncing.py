@@ -1,8 +1,7 @@
 """A contact that opens and closes: what the motions of an ellipsoid on a plane and of two bodies share.
 
-Each has a kernel `advance(body, plan, state, clock, times, until, states, record, records, counts, work, stop)` in a
-module that also names the entries of its clock, beside those of `numerics.adaptive`, and record. Their counts begin
-with COUNTED.
+Each has a function `advance(body, plan, state, clock, times, until, states, record, records, counts, work, stop)` in a
+module that also names the entries of its clock, beside TIME, STEP and WRITTEN, and record. Their counts are COUNTED.
 """
 
 import math
@@ -14,51 +13,39 @@ import numpy as np
 from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.contact.damping import damping_for_restitution, steady_ratio
-from bearing_twin.contact.friction import FRICTIONS, friction_number
 from bearing_twin.contact.materials import Material, compliance
-from bearing_twin.numerics.adaptive import CURSOR, STEP, TIME
 from bearing_twin.numerics.statuses import FULL, OK, STOPPED, WORDS
 
 FLOOR = 1e-4  # of the shortest contact: lift-offs and touches shorter than that are passed
-RECORDS = 256  # completed in one call of the kernel
+RECORDS = 256  # completed in one call of the core
+TIME, STEP, WRITTEN = 0, 1, 4
+"""Of the clock: seconds, the next step, outputs written."""
+
 COUNTED = ("steps", "rejections", "evaluations", "touches")
 COUNTS = len(COUNTED)
+PROPORTIONAL, STEADY, STEADY_RATIO = range(3)  # DampingLaw of core/contact/damping.hpp
 FINEST, COARSEST = 1e-12, 1e-10
 """The least tolerance of a step, and the greatest at which the tolerance, and not the contact's own time, sets it."""
 
 
-def contact_numbers(contact, first: Material, second: Material) -> dict[str, float]:
+def contact_numbers(contact, first: Material, second: Material) -> dict[str, Any]:
     """What the equations of motion take from the section `contact`, by name.
 
-    `sink` is the first body's share of the compliance [1].
+    `sink` is the first body's share of the compliance [1], `damping` the numbers of the core's Damping.
     """
-    steady = contact.restitution < 1.0 and contact.damping_law == "steady"
-    damping = contact.damping
-    if contact.restitution < 1.0 and not steady:
-        damping = damping_for_restitution(contact.restitution, contact.restitution_speed)
+    damping = [PROPORTIONAL, contact.damping, contact.relaxation_time]
+    if contact.restitution < 1.0 and contact.damping_law == "steady":
+        damping = [STEADY_RATIO, steady_ratio(contact.restitution), 0.0]
+    elif contact.viscosity > 0.0:
+        damping = [STEADY, contact.viscosity, 0.0]
+    elif contact.restitution < 1.0:
+        damping[1] = damping_for_restitution(contact.restitution, contact.restitution_speed)
     return {
         "sink": compliance(first) / (compliance(first) + compliance(second)),
-        "damping": float(damping),
-        "relaxation_time": float(contact.relaxation_time),
-        "damping_ratio": steady_ratio(contact.restitution) if steady else 0.0,
-        "viscosity": float(contact.viscosity),
+        "damping": damping,
         "friction": float(contact.friction_coefficient),
         "regularisation": float(contact.friction_regularisation),
-        "rubbing": friction_number(contact.friction),
-        "over_spot": FRICTIONS[contact.friction].over_spot,
     }
-
-
-PROPORTIONAL, STEADY, STEADY_RATIO = range(3)  # DampingLaw of core/contact/damping.hpp
-
-
-def damping_numbers(contact: Mapping[str, float]) -> list[float]:
-    """The numbers of the core's Damping, from what `contact_numbers` gives."""
-    if contact["damping_ratio"] > 0.0:
-        return [STEADY_RATIO, contact["damping_ratio"], 0.0]
-    if contact["viscosity"] > 0.0:
-        return [STEADY, contact["viscosity"], 0.0]
-    return [PROPORTIONAL, contact["damping"], contact["relaxation_time"]]
 
 
 class BouncingMotion:
@@ -113,7 +100,7 @@ class BouncingMotion:
         self.keep()
         kernels, due, until = self.kernels, self._now + np.asarray(times, float), self._now + duration
         states, finished = np.empty((len(due), len(self.state))), np.empty((RECORDS, kernels.RECORD))
-        self.clock[CURSOR] = 0.0
+        self.clock[WRITTEN] = 0.0
         status = FULL
         while status == FULL:
             status, count = kernels.advance(

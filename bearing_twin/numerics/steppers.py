@@ -1,4 +1,4 @@
-"""Integration methods as data, and the small compiled pieces they share.
+"""Integration methods as data, which the core is handed.
 
 `STEPPER_FACTS` says what each stepper is. A Rosenbrock method is the set of coefficients of its transformed form
 (Hairer and Wanner, Solving ODE II, section IV.7): with W = I/(h gamma) - J the stages solve
@@ -9,14 +9,10 @@ and each step costs one Jacobian and one factorisation. All shipped ones are sti
 error estimate, and added to the last stage's state it gives the new one.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
-
-LEAST_STEP = 1e-15  # seconds; a shorter step means that the equations cannot be followed, and is lost in the time
 NOTHING = 1e-12  # share of a stretch that is too short for a step
 MOST_STAGES = 6  # of a method whose coefficients the kernels read; a and c have one column fewer
 
@@ -187,11 +183,3 @@ DOPRI5 = RungeKutta(
 )
 ROSENBROCK = {"rodas4": RODAS4, "rodas4_landing": RODAS4._replace(lands=True), "rodas3": RODAS3}
 EXPLICIT = {"rk4": RK4, "dopri5": DOPRI5}
-
-
-@kernel
-def next_step(step, error, order):
-    """The step that should just meet an error of 1, given the error norm of this one; changes by 0.2 to 6 at most."""
-    if not error < math.inf:
-        return 0.2 * step
-    return step * min(6.0, max(0.2, 0.9 * max(error, 1e-10) ** (-1.0 / order)))

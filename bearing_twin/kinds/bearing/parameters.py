@@ -30,7 +30,7 @@ from bearing_twin.kinds.sections import (
     point_laws,
     resolved_run,
 )
-from bearing_twin.numerics.names import stepper_names
+from bearing_twin.numerics.steppers import STEPPER_FACTS
 
 GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
 STEADY_REFUSED = {"steady": "is nothing a bearing's kernel knows; legal: hunt_crossley, with contact.restitution_speed"}
@@ -122,7 +122,7 @@ class Initial:
 
 
 def _steppers() -> tuple[str, ...]:
-    return ("auto", *stepper_names())
+    return ("auto", *STEPPER_FACTS)
 
 
 @dataclass(frozen=True)

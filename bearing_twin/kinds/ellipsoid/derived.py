@@ -8,6 +8,7 @@ import numpy as np
 
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.elasticity import coefficient_of
+from bearing_twin.contact.ellipse import axis_ratio as ratio_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
@@ -16,7 +17,7 @@ from bearing_twin.kinds.ellipsoid.parameters import EllipsoidBody, EllipsoidOnPl
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.kinds.sections import check_damping, check_run, resolved_run
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
-from bearing_twin.shapes.surfaces import ellipsoid_on_plane
+from bearing_twin.shapes.ellipsoid import ellipsoid_on_plane
 
 GRID = 13  # directions over a quarter turn, where a law is weighed over the surface
 REAL_AXIS = 2.785  # rk4 damps what dies out at rates up to this over its step
@@ -47,9 +48,8 @@ def start_orientation(start: Start) -> tuple[float, float, float, float]:
 
 
 def start_gap(parameters: EllipsoidOnPlaneScene):
-    """The lowest point at the start, a `surfaces.LowestPoint`."""
-    down = -rotation_matrix(start_orientation(parameters.start))[2]
-    return ellipsoid_on_plane(parameters.body.semi_axes, tuple(float(x) for x in down))
+    """The lowest point at the start, a `LowestPoint`."""
+    return ellipsoid_on_plane(parameters.body.semi_axes, -rotation_matrix(start_orientation(parameters.start))[2])
 
 
 def law_error_over(parameters: EllipsoidOnPlaneScene, law: str) -> float:
@@ -66,13 +66,11 @@ def law_error_over(parameters: EllipsoidOnPlaneScene, law: str) -> float:
 
 def curvatures_over(parameters: EllipsoidOnPlaneScene) -> Iterator[tuple[float, float]]:
     """Curvatures (small, large) of the gap [1/m] where the body may touch, on a grid of directions over its surface."""
-    axes = tuple(parameters.body.semi_axes)
-    for polar in np.linspace(0.0, 0.5 * math.pi, GRID):
-        for round_about in np.linspace(0.0, 0.5 * math.pi, GRID):
-            flat = math.sin(polar)
-            direction = (flat * math.cos(round_about), flat * math.sin(round_about), math.cos(polar))
-            low = ellipsoid_on_plane(axes, direction)
-            yield low.curvature_small, low.curvature_large
+    polar, around = np.meshgrid(*(np.linspace(0.0, 0.5 * math.pi, GRID),) * 2, indexing="ij")
+    flat = np.sin(polar)
+    directions = np.stack([flat * np.cos(around), flat * np.sin(around), np.cos(polar)], axis=-1)
+    low = ellipsoid_on_plane(parameters.body.semi_axes, directions)
+    yield from zip(low.curvature_small.ravel().tolist(), low.curvature_large.ravel().tolist(), strict=True)
 
 
 def greatest_speed(parameters: EllipsoidOnPlaneScene) -> float:
@@ -149,3 +147,13 @@ def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
 def resolve(parameters: EllipsoidOnPlaneScene) -> EllipsoidOnPlaneScene:
     """The parameters of a checked scene with the zeros of its run replaced."""
     return dataclasses.replace(parameters, run=resolved_run(parameters.run))
+
+
+def axis_ratio(parameters) -> float:
+    """b/a of the narrowest ellipse over the body's surface."""
+    return min(ratio_of(*pair) for pair in curvatures_over(parameters))
+
+
+def coefficient_change(parameters) -> float:
+    """The greatest change of Hertz's coefficient over the body's surface, relative to that of the start."""
+    return law_error_over(parameters, "constant")

@@ -8,8 +8,9 @@ from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bouncing import COARSEST, FINEST, FLOOR, BouncingMotion, contact_numbers
-from bearing_twin.kinds.ellipsoid import chunk
+from bearing_twin.kinds.bouncing import COARSEST, FINEST, FLOOR, STEP, TIME, BouncingMotion, contact_numbers
+from bearing_twin.kinds.ellipsoid import compiled
+from bearing_twin.kinds.ellipsoid.compiled import COLUMNS, DRIFT, IN_CONTACT, RECORDED, Ellipsoid, start_state
 from bearing_twin.kinds.ellipsoid.derived import (
     ellipsoid_mass,
     longest_creep_step,
@@ -19,15 +20,10 @@ from bearing_twin.kinds.ellipsoid.derived import (
     start_gap,
     start_orientation,
 )
-from bearing_twin.kinds.ellipsoid.equations import COLUMNS, Ellipsoid, begin_shape, pose_of
 from bearing_twin.kinds.ellipsoid.outputs import outputs_of
 from bearing_twin.kinds.ellipsoid.parameters import BODY, PLANE, EllipsoidOnPlaneScene
-from bearing_twin.kinds.ellipsoid.steps import EllipsoidPlan, EllipsoidWork
 from bearing_twin.kinds.refinement import finer_setting
-from bearing_twin.numerics.dop853 import DOP853
 from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP
-from bearing_twin.numerics.steppers import RK4
-from bearing_twin.shapes.surfaces import ellipsoid_reach
 
 SETTING = 1e-3  # tolerance of a step over that of contacts (`tests/test_impact_doubt.py`)
 NEAR = 1e-6  # of the height of the centre: a gap within which a contact may still end
@@ -43,13 +39,14 @@ def ellipsoid_of(parameters: EllipsoidOnPlaneScene, law: str) -> Ellipsoid:
     """The numbers of the equations of motion for a scene with the elastic law `law`."""
     contact, gap, modulus = parameters.contact, start_gap(parameters), modulus_of(parameters)
     frozen = hertz_coefficient(gap.curvature_small, gap.curvature_large, modulus)
-    return Ellipsoid(
-        semi_axes=tuple(float(axis) for axis in parameters.body.semi_axes),
-        mass=ellipsoid_mass(parameters.body),
-        inertia=principal_inertia(parameters.body),
+    return compiled.ellipsoid_numbers(
+        parameters.body.semi_axes,
+        ellipsoid_mass(parameters.body),
+        principal_inertia(parameters.body),
         gravity=-float(parameters.gravity[2]),
         law=elasticity(law, modulus, LAWS[law].number(contact, frozen)),
-        **contact_numbers(contact, parameters.body.material, parameters.plane.material),
+        contact=contact_numbers(contact, parameters.body.material, parameters.plane.material),
+        friction=contact.friction,
     )
 
 
@@ -65,52 +62,46 @@ def refined(parameters, choice: Choice) -> tuple[EllipsoidOnPlaneScene, Choice]:
     return parameters, choice._replace(stepper="dop853", setting=setting)
 
 
-def plan_of(parameters: EllipsoidOnPlaneScene, choice: Choice) -> EllipsoidPlan:
-    """How a scene is stepped."""
-    stepper, axes, shortest = choice.stepper, parameters.body.semi_axes, shortest_contact(parameters)
-    low, high = float(min(axes)), float(max(axes))
-    chosen = min(shortest / 64.0, 0.5 * longest_creep_step(parameters))
-    fixed = (parameters.solver.step or chosen) if stepper == "rk4" else 0.0
-    return EllipsoidPlan(
-        method=RK4 if stepper == "rk4" else DOP853,
-        tolerance=setting_of(parameters, choice),
-        fixed=float(fixed),
-        spread=high * high / low - low * low / high,
-        lean=(high * high - low * low) / (2.0 * low),
-        floor=FLOOR * shortest,
-    )
+def plan_of(parameters: EllipsoidOnPlaneScene, choice: Choice) -> np.ndarray:
+    """How a scene is stepped, as the core reads it."""
+    rk4, shortest, fixed = choice.stepper == "rk4", shortest_contact(parameters), 0.0
+    if rk4:
+        fixed = parameters.solver.step or min(shortest / 64.0, 0.5 * longest_creep_step(parameters))
+    setting, axes = setting_of(parameters, choice), parameters.body.semi_axes
+    return compiled.plan_numbers(rk4, setting, fixed, axes, FLOOR * shortest)
 
 
 class EllipsoidMotion(BouncingMotion):
     """The ellipsoid in motion: `advance` integrates one chunk and returns its outputs; `records` are its contacts."""
 
-    kernels, bodies = chunk, (BODY, PLANE)
+    kernels, bodies = compiled, (BODY, PLANE)
 
     def __init__(self, parameters: EllipsoidOnPlaneScene, choice: Choice):
-        self.parameters = parameters
-        super().__init__(ellipsoid_of(parameters, choice.law), plan_of(parameters, choice), FAILURES)
+        self.parameters, plan = parameters, plan_of(parameters, choice)
+        self.fixed = float(plan[compiled.FIXED])  # step of rk4 in contact [s]
+        super().__init__(ellipsoid_of(parameters, choice.law), plan, FAILURES)
 
     def start(self) -> np.ndarray:
         """The state (COLUMNS,) at the start."""
         start = self.parameters.start
         return start_state(self.body, start.height, start_orientation(start), start.velocity, start.angular_velocity)
 
-    def work(self) -> EllipsoidWork:
-        """Room for a step."""
-        return EllipsoidWork(np.zeros((len(self.plan.method.weights), COLUMNS)), *(np.zeros(COLUMNS) for _ in range(5)))
+    def work(self) -> tuple[np.ndarray]:
+        """The state at the start of the last step."""
+        return (np.zeros(COLUMNS),)
 
     def outputs(self, states: np.ndarray):
         """The outputs at states (n, COLUMNS)."""
-        return outputs_of(self.body, states, float(self.clock[chunk.DRIFT]))
+        return outputs_of(self.body, states, float(self.clock[DRIFT]))
 
     def contacts(self, records: np.ndarray) -> np.ndarray:
         """The rows of contacts that have ended."""
-        return records[:, chunk.RECORDED]
+        return records[:, RECORDED]
 
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""
         arrays = {name: getattr(self, name).tolist() for name in KEPT}
-        fixed = {"fixed_step": self.plan.fixed} if self.plan.fixed else {}
+        fixed = {"fixed_step": self.fixed} if self.fixed else {}
         return arrays | fixed | {"touched": self._touched if math.isfinite(self._touched) else None, "now": self._now}
 
     def resume(self, kept: dict) -> None:
@@ -121,27 +112,15 @@ class EllipsoidMotion(BouncingMotion):
             if given.shape != array.shape:
                 raise ValueError(name)
             array[...] = given
-        longest = self.plan.fixed if self.plan.fixed and self.clock[chunk.IN_CONTACT] else math.inf
-        self.clock[chunk.STEP] = np.nanmin([self.clock[chunk.STEP], longest])  # plain data have no infinity
+        longest = self.fixed if self.fixed and self.clock[IN_CONTACT] else math.inf
+        self.clock[STEP] = np.nanmin([self.clock[STEP], longest])  # plain data have no infinity
         if not np.isfinite(self.state).all():
             raise ValueError("state")
         self._touched = -math.inf if kept["touched"] is None else float(kept["touched"])
         self._now = float(kept["now"])
-        reach = ellipsoid_reach(self.body.semi_axes, pose_of(self.body, self.state).down)[0]
-        contact = self.clock[chunk.IN_CONTACT]
+        reach = self.state[2] + float(self.first_outputs()["approach"][0])
+        contact = self.clock[IN_CONTACT]
         # Of another time, or in a contact far from the plane, it would step for ever.
         inside = contact in (0.0, 1.0) and contact * (self.state[2] - reach) <= NEAR * reach
-        if not (inside and 0.0 <= self.clock[chunk.TIME] <= self._now):
+        if not (inside and 0.0 <= self.clock[TIME] <= self._now):
             raise ValueError("clock")
-
-
-def start_state(body: Ellipsoid, height: float, orientation, velocity, angular_velocity) -> np.ndarray:
-    """The state (COLUMNS,) of an ellipsoid whose lowest point is `height` [m] above the plane; SI, fixed axes."""
-    state = np.zeros(COLUMNS)
-    state[3:7], state[7:10] = orientation, velocity
-    pose = pose_of(body, state)
-    turn = np.array([pose.x, pose.y, [-one for one in pose.down]])
-    state[10:13] = turn @ (np.array(body.inertia) * (turn.T @ np.array(angular_velocity)))
-    state[2] = height + ellipsoid_reach(body.semi_axes, pose.down)[0]
-    begin_shape(body, state)
-    return state

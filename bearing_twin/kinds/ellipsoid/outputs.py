@@ -1,15 +1,10 @@
 """What one sample of an ellipsoid on a plane holds, computed from its state."""
 
-import math
-
 import numpy as np
 
 from bearing_twin.base.sample import Channel, Columns, layout_of
-from bearing_twin.compiled import kernel
-from bearing_twin.contact.ellipse import ellipse
-from bearing_twin.kinds.ellipsoid.equations import COLUMNS, RUBBED, VISCOUS, Ellipsoid, pose_of, touch_of
+from bearing_twin.kinds.ellipsoid.compiled import COLUMNS, Ellipsoid, write_outputs
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
-from bearing_twin.numerics.rotation import dot
 
 CHANNELS = (
     Channel("position", "m", (3,), "of the centre, fixed axes, z up from the plane"),
@@ -45,52 +40,9 @@ def channels(parameters: EllipsoidOnPlaneScene) -> tuple[Channel, ...]:
     return CHANNELS
 
 
-@kernel
-def energies(body, state, lowest):
-    """Kinetic, potential (zero with the centre at height `lowest` [m]) and elastic energy [J]."""
-    pose = pose_of(body, state)
-    velocity, momentum = (state[7], state[8], state[9]), (state[10], state[11], state[12])
-    kinetic = 0.5 * (body.mass * dot(velocity, velocity) + dot(momentum, pose.spin))
-    potential = body.mass * body.gravity * (state[2] - lowest)
-    touch = touch_of(body, state, pose)
-    return kinetic, potential, touch.elastic_energy
-
-
-@kernel
-def write_row(body, lowest, state, row):
-    """Writes all channels of one state but the last, side by side in their order."""
-    pose, norm = pose_of(body, state), 0.0
-    touch = touch_of(body, state, pose)
-    spot = ellipse(touch.curvature_small, touch.curvature_large, body.law.modulus, touch.normal_load)
-    for i in range(3, 7):
-        norm += state[i] * state[i]
-    row[0], row[1], row[2] = state[0], state[1], state[2]
-    for i in range(3, 7):
-        row[i] = state[i] / math.sqrt(norm)
-    for i in range(3):
-        row[7 + i], row[10 + i], row[13 + i] = state[7 + i], pose.spin[i], state[10 + i]
-    row[16], row[17] = touch.approach, touch.normal_load
-    row[18], row[19], row[20], row[21] = touch.friction_x, touch.friction_y, 0.0, touch.drilling_torque
-    for i in range(3):
-        row[22 + i] = state[i] + touch.arm[i]
-        row[28 + i] = touch.major_axis[i]
-    row[25], row[26], row[27] = touch.slip_x, touch.slip_y, 0.0
-    row[31], row[32], row[33] = spot.semi_major, spot.semi_minor, spot.peak_pressure
-    row[34] = 1.0 if touch.approach > 0.0 else 0.0
-    row[35], row[36], row[37] = energies(body, state, lowest)
-    row[38], row[39] = state[VISCOUS], state[RUBBED]
-
-
-@kernel
-def write_rows(body, lowest, states, rows):
-    """As `write_row` for states (n, COLUMNS) into rows (n, width)."""
-    for n in range(len(states)):
-        write_row(body, lowest, states[n], rows[n])
-
-
 def outputs_of(body: Ellipsoid, states: np.ndarray, drift: float) -> Columns:
     """All channels of states (n, COLUMNS); `drift` is the last."""
     rows = np.empty((len(states), LAYOUT.width))
-    write_rows(body, min(body.semi_axes), states.reshape(-1, COLUMNS), rows)
+    write_outputs(body, states.reshape(-1, COLUMNS), rows)
     rows[:, -1] = drift
     return Columns(LAYOUT, rows)

@@ -17,8 +17,8 @@ ELLIPSOID_ON_PLANE = Kind(
     upgraded=upgraded,
     frame="ellipsoid_on_plane_link",
     facts=facts_at(
-        f"{HERE}.facts:axis_ratio",
-        f"{HERE}.facts:coefficient_change",
+        f"{HERE}.derived:axis_ratio",
+        f"{HERE}.derived:coefficient_change",
     ),
     **parts_in(
         HERE,

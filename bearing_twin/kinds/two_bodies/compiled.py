@@ -6,7 +6,6 @@ import numpy as np
 
 from bearing_twin.contact.friction import patch_numbers
 from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
-from bearing_twin.kinds.bouncing import damping_numbers
 from bearing_twin.shapes.implicit import Surface
 
 COLUMNS = 46
@@ -17,7 +16,7 @@ body's momentum is its angular velocity."""
 
 CLOCK = 7
 IN_CONTACT, DRIFT, OFF, TOUCHES = 2, 3, 5, 6
-"""Of PairClock, beside those of `numerics.adaptive`: whether in contact; greatest drift of a quaternion's norm, and
+"""Of PairClock, beside those of `bouncing`: whether in contact; greatest drift of a quaternion's norm, and
 distance [m] of the opposing points from meeting their equations, at the end of a step; touches so far."""
 
 RECORD = 20
@@ -69,7 +68,7 @@ def pair_numbers(a: Rigid, b: Rigid, gravity, size, tracking, by_overlap, law, c
     patch, points = patch_numbers(friction, contact["friction"])
     numbers = [
         *(*a.numbers(), *b.numbers(), *gravity, contact["sink"], size, tracking, by_overlap, *law.numbers()),
-        *(*damping_numbers(contact), contact["regularisation"], *patch),
+        *(*contact["damping"], contact["regularisation"], *patch),
     ]
     return Pair(np.array(numbers, float), points)
 

@@ -1,0 +1,68 @@
+// Where an ellipsoid with semi-axes A = diag(a, b, c) reaches farthest in one direction, and the gap it has there to a plane, in
+// closed form. Vectors are in the ellipsoid's axes.
+#pragma once
+#include "../math/vector3.hpp"
+
+namespace core {
+
+// Extent [m] along a unit direction, |A d|, and the point there [m], A^2 d/|A d|: the support function and its gradient.
+struct Reach {
+  double extent;
+  Real3 point;
+};
+inline Reach ellipsoid_reach(const Real3 &axes, const Real3 &direction) {
+  Real3 own{axes[0] * direction[0], axes[1] * direction[1], axes[2] * direction[2]};
+  double extent = length_of(own);
+  return {extent, {axes[0] * own[0] / extent, axes[1] * own[1] / extent, axes[2] * own[2] / extent}};
+}
+
+// The gap z = P x^2 + Q y^2 (paper 1, eq. 6) of the farthest point to a plane: P and Q = 1/(2 r) [1/m] with the principal radii
+// r, the eigenvalues of the support function's second derivative (A^2 - p p^T)/|A d| across the direction, whose product is
+// (a b c)^2/|A d|^4. `excess` = sqrt(shape^2 - 1) with shape = (P + Q)/(2 sqrt(PQ)), 0 where the gap is round.
+struct PlaneGap {
+  double small, large, excess;
+  Real3 first, second;     // directions across
+  double apart, together;  // (r_xx - r_yy)/2 and r_xy along them
+
+  // Direction of the greater radius, along which the contact ellipse is longer.
+  Real3 major_axis() const {
+    double angle = apart == 0.0 && together == 0.0 ? 0.0 : 0.5 * std::atan2(together, apart);
+    return std::cos(angle) * first + std::sin(angle) * second;
+  }
+};
+inline PlaneGap ellipsoid_gap(const Real3 &axes, const Real3 &direction, const Reach &reach) {
+  int least = 0;
+  for (int i = 1; i < 3; i++)
+    if (std::fabs(direction[i]) < std::fabs(direction[least])) least = i;
+  Real3 first = -direction[least] * direction;
+  first[least] += 1.0;
+  first = (1.0 / length_of(first)) * first;
+  Real3 second = cross(direction, first);
+  double xx = 0.0, xy = 0.0, yy = 0.0, along = dot(first, reach.point), across = dot(second, reach.point);
+  for (int i = 0; i < 3; i++) {
+    double square = axes[i] * axes[i];
+    xx += square * first[i] * first[i], xy += square * first[i] * second[i], yy += square * second[i] * second[i];
+  }
+  double over = 1.0 / reach.extent;
+  xx = (xx - along * along) * over, xy = (xy - along * across) * over, yy = (yy - across * across) * over;
+  double apart = 0.5 * (xx - yy), half = std::sqrt(apart * apart + xy * xy), great = 0.5 * (xx + yy) + half;
+  double root = axes[0] * axes[1] * axes[2] * over * over;
+  return {0.5 / great, std::max(0.5 * great / (root * root), 0.5 / great), half / root, first, second, apart, xy};
+}
+
+// How the gap changes with the direction, per radian: gradients of -ln(PQ)/4 and of the shape, across the direction. With p the
+// point, r the extent and T = a^2 + b^2 + c^2, -ln(PQ)/4 + ln r is constant and the shape is (T - p^2) r/(2 a b c).
+struct GapSlopes { Real3 size, shape; };
+inline GapSlopes ellipsoid_slopes(const Real3 &axes, const Real3 &direction, const Reach &reach) {
+  const Real3 &point = reach.point;
+  double square = dot(point, point), rest = dot(axes, axes) - square, scale = 0.5 / (axes[0] * axes[1] * axes[2]);
+  GapSlopes found;
+  for (int i = 0; i < 3; i++) {
+    found.size[i] = direction[i] - point[i] / reach.extent;
+    found.shape[i] = scale * (rest - 2.0 * (axes[i] * axes[i] - square)) * point[i];
+  }
+  found.shape = found.shape - dot(found.shape, direction) * direction;
+  return found;
+}
+
+}  // namespace core
