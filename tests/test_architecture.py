@@ -96,6 +96,7 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
         "rates_and_jacobian BODY_NUMBERS",
         "the core's derivatives, for tests of them alone",
     ),
+    "kinds/soft_discs/solve.py": ("elastic_forces", "the core's forces, for tests of them alone"),
     "contact/ellipse.py": ("CURVATURE_RATIO_MAX", "how far the ellipse is known; tests go to that end"),
     "contact/elastic.py": ("longest_contact_step RESOLUTION", "until contacts are the core's alone"),
     "contact/elasticity.py": (

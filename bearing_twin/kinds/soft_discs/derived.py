@@ -1,19 +1,22 @@
-"""Numbers that follow from the keys of soft discs; what is impossible among the keys; what they leave open."""
+"""Numbers that follow from the keys of soft discs; what is impossible among the keys; the mesh that is chosen."""
 
 import dataclasses
 import math
 
 from scipy.special import beta
 
+from bearing_twin.base.report import Choice
 from bearing_twin.contact import hertz_impact
 from bearing_twin.contact.laws import line_law
 from bearing_twin.kinds.impact import disc_closed_form
+from bearing_twin.kinds.rules import SOFT, answers, sentences
 from bearing_twin.kinds.sections import check_run, resolved_run
 from bearing_twin.kinds.soft_discs.parameters import GREATEST_DIVISIONS, OtherDisc, SoftDiscsScene
 
 GREATEST_RATIO = 0.4995  # Poisson's ratio in Lame's first parameter is capped at this
 OUTPUTS = 400  # of a run whose output_rate is left to be chosen
 LONGER = 1.35  # of a run against the estimate of its contact, which is 7 % short to 24 % long
+LONG = 60.0  # s of a run that says how long it takes
 BRIEFEST = 4.5  # contact time in r sqrt(rho/E) where Johnson's law cannot store the energy
 
 MARGIN = 7.0 / 6.0  # tuned: a mesh coarser by a third differs by about twice the error of the finer one
@@ -194,3 +197,37 @@ def resolve(parameters: SoftDiscsScene) -> SoftDiscsScene:
         mesh=dataclasses.replace(mesh, divisions=fitting(divisions, mesh.order)),
         run=resolved_run(parameters.run, LONGER * contact_time(parameters), OUTPUTS),
     )
+
+
+def choose(parameters: SoftDiscsScene) -> Choice:
+    """The formulation as law; its error is that of the mesh, measured on the mean problem of paper 3, section 5.2."""
+    ratio = parameters.contact.stiffness_ratio
+    found, mesh, tolerance = answers(SOFT, parameters), parameters.mesh, parameters.wanted.tolerance
+    error, seconds = predicted_error(mesh.order, mesh.divisions, ratio), predicted_seconds(parameters)
+    warnings = []
+    if error > tolerance:
+        warnings.append(
+            f"mesh.divisions = {mesh.divisions} of order {mesh.order} errs by about {error:.1g} in the force, more "
+            f"than wanted.tolerance = {tolerance:g}; leave mesh.divisions out to have it chosen"
+        )
+    if seconds > LONG:
+        warnings.append(f"this run takes about {seconds:.2g} s on one processor")
+    stepper = found["solver.stepper"].value
+    return Choice(parameters.formulation, stepper, error, sentences(found), tuple(warnings))
+
+
+def speed_share(parameters) -> float:
+    """Speed of the disc that comes fastest for its stiffness, in the frame of both, over that of waves in it."""
+    return max(wall_speed(one) / wave_speed(one) for one in bodies_of(parameters).values())
+
+
+def thickness_over_radius(parameters) -> float:
+    """Of the smaller disc."""
+    return max(one.disc.thickness / one.disc.radius for one in bodies_of(parameters).values())
+
+
+def poisson_ratio_in_strain(parameters) -> float | None:
+    """The greatest Poisson's ratio, as Lame's first parameter takes it; None in plane stress."""
+    if parameters.plane != "strain":
+        return None
+    return max(capped_ratio(one) for one in bodies_of(parameters).values())

@@ -1,4 +1,8 @@
-"""The mesh of half a disc of radius 1 about the origin, x >= 0, cut by the line on which it flies.
+"""The mesh of half a disc of radius 1 about the origin, x >= 0, cut by the line on which it flies, and its elements.
+
+They are quadrilaterals of order 1 to 4: Lagrange polynomials on Gauss-Lobatto nodes. Order 1 is the bilinear one,
+higher orders are spectral elements. With mass lumped at the Gauss-Lobatto nodes no further approximation is made in the
+mass of an undistorted element (Y. Maday, A. T. Patera, 1989).
 
 A quarter is three blocks: a core and two blocks between it and the rim. With N divisions a block has N/2 intervals of
 nodes each way, so that the half disc has 1.5 N^2 of them whatever the order; elements of order p take p intervals each
@@ -10,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bearing_twin.kinds.soft_discs.elements import gauss, lagrange, lobatto, on_square
-from bearing_twin.kinds.soft_discs.lanes import GROUP, LANES
+from bearing_twin.core import lanes
 
+ORDERS = (1, 2, 3, 4)
 CORE, CORNER = 0.55, 0.43  # of the radius: half the width of the core on the axes, and its corner
 RIM_POINTS = 4  # contact points of an edge, times its nodes: where contact ends the pressure has a kink
 TOGETHER = (
@@ -26,9 +30,9 @@ class Mesh:
     """Half a disc of radius, thickness and density 1.
 
     `x`, `y`, `mass` of the nodes (n,), where the last node is none: it takes what lanes without an element give.
-    `nodes` (blocks, nodes of an element, LANES) by their numbers; `gradients` (blocks, points, rows of LANES) of the
-    shape functions, x and y of each node in turn, filled up with zeros to whole GROUPs; `weights` (blocks, points,
-    LANES), the first `full` points for the part with the shear modulus, the others for Lame's first parameter.
+    Blocks are of as many elements as the core computes side by side: `nodes` (blocks, nodes of an element, lanes) by
+    their numbers; `gradients` of the shape functions by x and y (blocks, points, nodes, 2, lanes); `weights` (blocks,
+    points, lanes), the first `full` points for the part with the shear modulus, the others for Lame's first parameter.
     `rim_nodes` (edges, nodes of an edge) of the lower half of the rim, from the bottom up, `rim_shapes` (rim points,
     nodes), `rim_weights` (edges, rim points); `on_axis` numbers of the nodes on x = 0, `outline` of those on the rim
     from the bottom to the top; `elements` (e, nodes of an element).
@@ -56,7 +60,7 @@ def half_disc(divisions: int, order: int, integration: str) -> Mesh:
     points, elements, edges = _numbered(divisions // (2 * order), order)
     full, reduced = order + 1, order if integration == "selective" else order + 1
     corners = points[elements]
-    rows, weights = _rows_and_weights(corners, order, (full, reduced))
+    gradients, weights = _gradients_and_weights(corners, order, (full, reduced))
     mass = np.zeros(len(points) + 1)
     np.add.at(mass, elements, _lumped(corners, order))
     mass[-1] = 1.0
@@ -71,7 +75,7 @@ def half_disc(divisions: int, order: int, integration: str) -> Mesh:
     x[on_axis] = 0.0
     return Mesh(
         order, x, y, mass,
-        _in_lanes(elements, fill=len(points)), rows, weights,
+        _in_lanes(elements, fill=len(points)), gradients, weights,
         full**2, edges, shapes, rim_weights, on_axis, outline, elements,
     )  # fmt: skip
 
@@ -140,16 +144,15 @@ def _at_points(corners, order, points):
     return np.einsum("qnb,eqba->eqna", slopes, np.linalg.inv(jacobian)), weights * determinant
 
 
-def _rows_and_weights(corners, order, sets):
-    """Gradients as rows of lanes and weights in lanes, at the Gauss points of all `sets`, each so many squared."""
-    missing, found = -corners.shape[1] % GROUP, []
+def _gradients_and_weights(corners, order, sets):
+    """Gradients and weights in lanes, at the Gauss points of all `sets`, each so many squared."""
+    found = []
     for first in range(0, len(corners), TOGETHER):
         some = corners[first : first + TOGETHER]
         gradients, weights = (
             np.concatenate(both, axis=1) for both in zip(*(_at_points(some, order, one) for one in sets), strict=True)
         )
-        padded = np.pad(gradients, ((0, 0), (0, 0), (0, missing), (0, 0)))
-        found.append((_rows(padded), _in_lanes(weights)))
+        found.append((_in_lanes(gradients), _in_lanes(weights)))
     return tuple(map(np.concatenate, zip(*found, strict=True)))
 
 
@@ -171,13 +174,43 @@ def _rim(points, edges, order):
 
 
 def _in_lanes(array, fill=0):
-    """(e, ...) as (blocks, ..., LANES); what is missing is `fill`."""
-    missing = -len(array) % LANES
+    """(e, ...) as (blocks, ..., lanes); what is missing is `fill`."""
+    side_by_side = lanes()
+    missing = -len(array) % side_by_side
     whole = np.concatenate([array, np.full((missing, *array.shape[1:]), fill, array.dtype)])
-    return np.ascontiguousarray(np.moveaxis(whole.reshape(-1, LANES, *array.shape[1:]), 1, -1))
+    return np.ascontiguousarray(np.moveaxis(whole.reshape(-1, side_by_side, *array.shape[1:]), 1, -1))
 
 
-def _rows(gradients):
-    """Gradients (e, q, n, 2) as (blocks, q, rows of LANES); elements that are none have none."""
-    lanes = _in_lanes(gradients)
-    return lanes.reshape(*lanes.shape[:2], -1)
+def lobatto(order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss-Lobatto nodes (order + 1,) on [-1, 1] and their weights; exact to degree 2 order - 1."""
+    legendre = np.polynomial.legendre.Legendre.basis(order)
+    nodes = np.concatenate([[-1.0], np.sort(np.real(legendre.deriv().roots())), [1.0]])
+    return nodes, 2.0 / (order * (order + 1) * legendre(nodes) ** 2)
+
+
+def gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points (points,) on [-1, 1] and their weights; exact to degree 2 points - 1."""
+    return np.polynomial.legendre.leggauss(points)
+
+
+def lagrange(nodes: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values and slopes (places, nodes) of the Lagrange polynomials on `nodes` at `places`."""
+    powers = np.arange(len(nodes))
+    # Few nodes on [-1, 1]: the Vandermonde matrix is well conditioned.
+    coefficients = np.linalg.inv(nodes[:, None] ** powers)
+    slopes = np.zeros((len(places), len(nodes)))
+    slopes[:, 1:] = powers[1:] * places[:, None] ** powers[:-1]
+    return places[:, None] ** powers @ coefficients, slopes @ coefficients
+
+
+def on_square(order: int, points: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shape functions (q, n), their gradients (q, n, 2) and weights (q,) at `points`^2 Gauss points of the square.
+
+    Nodes and points count along the first direction fastest.
+    """
+    places, weights = gauss(points)
+    values, slopes = lagrange(lobatto(order)[0], places)
+    both = np.einsum("jb,ia->jiba", values, values).reshape(points**2, -1)
+    along = np.einsum("jb,ia->jiba", values, slopes).reshape(points**2, -1)
+    across = np.einsum("jb,ia->jiba", slopes, values).reshape(points**2, -1)
+    return both, np.stack([along, across], axis=2), np.outer(weights, weights).ravel()

@@ -110,7 +110,7 @@ def duration_and_touches(found: Solved) -> tuple[float, int]:
 
 
 def figures_of(found: Solved, speed: float) -> dict[str, float]:
-    """The figures of a march whose disc came at this speed [m/s]."""
+    """The figures of a motion whose disc came at this speed [m/s]."""
     force, (duration, touches) = found.column("force"), duration_and_touches(found)
     peak = int(np.argmax(force))
     return {

@@ -1,13 +1,20 @@
-"""A soft disc on a wall or on another disc, solved: without units it is marched until it has left, then read off."""
+"""A soft disc on a wall or on another disc, solved by the compiled core (`core/soft_discs/`) and read off.
 
+Lengths are in radii, stresses in Young's moduli and densities in that of the disc, so that times are in r sqrt(rho/E).
+Steps go on until the disc has left.
+"""
+
+import ctypes
 import functools
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from bearing_twin.base.errors import IntegrationError
+from bearing_twin.core import INTEGER, REAL, REALS_OUT, Function
 from bearing_twin.kinds.soft_discs.derived import (
     bodies_of,
     capped_ratio,
@@ -17,10 +24,7 @@ from bearing_twin.kinds.soft_discs.derived import (
     wall_speed,
     wave_speed,
 )
-from bearing_twin.kinds.soft_discs.elasticity import FORMULATIONS, LINEAR, NEO_HOOKEAN
-from bearing_twin.kinds.soft_discs.elements import lobatto
-from bearing_twin.kinds.soft_discs.march import COLUMNS, DiscBody, DiscState, march, stiff_part
-from bearing_twin.kinds.soft_discs.mesh import Mesh, half_disc
+from bearing_twin.kinds.soft_discs.mesh import Mesh, half_disc, lobatto
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 
 PIECE = 50_000  # nodes times steps between looks at whether all is over: 5 ms, after which Ctrl-C is heard
@@ -30,10 +34,75 @@ FEWEST_PIECE = 50
 GREATEST_FRAMES = 601
 BOUND = 1e-3  # relative tolerance of the eigenvalues in the bound, added to it
 
+COLUMNS = (
+    "force", "position", "velocity", "kinetic", "elastic", "contact", "depth", "least_stretch", "least_det", "balance",
+    "other_position", "other_velocity",
+)  # fmt: skip
+"""What a row of the history holds: `balance` is the force less the integral of rho a dA, round-off alone."""
+
+STVK, NEO_HOOKEAN, NEO_HOOKEAN_PLANE_STRESS, LINEAR = range(4)  # `Law` of core/soft_discs/elasticity.hpp
+FORMULATIONS = {"stvk": STVK, "neo_hookean": NEO_HOOKEAN, "linear": LINEAR}
+_COUNTS = "nodes", "blocks", "element_nodes", "points", "full", "edges", "edge_nodes", "rim_points", "axis_nodes"
+_ARRAYS = (
+    "across", "height", "mass", "nodes", "gradients", "weights", "rim_nodes", "rim_shapes", "rim_weights",
+    "rim_places", "on_axis",
+)  # fmt: skip
+_REALS = "mu", "lame", "stiffness", "exponent"
+
+
+class _HalfDisc(ctypes.Structure):
+    """`HalfDisc` of core/soft_discs/half_disc.hpp."""
+
+    _fields_ = (
+        *((f"number_of_{name}", ctypes.c_int64) for name in _COUNTS),
+        ("law", ctypes.c_int64),
+        *((name, ctypes.c_void_p) for name in _ARRAYS),
+        *((name, ctypes.c_double) for name in _REALS),
+    )
+
+
+class DiscBody(NamedTuple):
+    """Half a disc: arrays of the mesh, law, shear modulus, Lame's first parameter, k and m of the contact."""
+
+    across: np.ndarray
+    height: np.ndarray
+    mass: np.ndarray
+    nodes: np.ndarray
+    gradients: np.ndarray
+    weights: np.ndarray
+    full: int
+    rim_nodes: np.ndarray
+    rim_shapes: np.ndarray
+    rim_weights: np.ndarray
+    rim_places: np.ndarray
+    on_axis: np.ndarray
+    law: int
+    mu: float
+    lame: float
+    stiffness: float
+    exponent: float
+
+    def handed_over(self) -> _HalfDisc:
+        """What the core reads; the arrays must live as long."""
+        (blocks, size, _), (edges, edge_nodes) = self.nodes.shape, self.rim_nodes.shape
+        counts = len(self.mass), blocks, size, self.weights.shape[1], self.full, edges, edge_nodes, len(self.rim_shapes)
+        arrays = (getattr(self, name).ctypes.data for name in _ARRAYS)
+        return _HalfDisc(*counts, len(self.on_axis), self.law, *arrays, *(getattr(self, name) for name in _REALS))
+
+
+_BODY = ctypes.POINTER(_HalfDisc)
+_march = Function(
+    "core_soft_discs_march",
+    INTEGER,
+    (_BODY, REALS_OUT, _BODY, REALS_OUT, REAL, INTEGER, REALS_OUT, INTEGER, REALS_OUT, INTEGER, INTEGER),
+)
+_elastic = Function("core_soft_discs_elastic", None, (_BODY, REALS_OUT, REALS_OUT, REALS_OUT))
+_stiffness = Function("core_soft_discs_stiffness", None, (_BODY, REALS_OUT, REALS_OUT))
+
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """The march of one disc or two in SI: `history` (steps, COLUMNS) at multiples of `step` [s].
+    """The motion of one disc or two in SI: `history` (steps, COLUMNS) at multiples of `step` [s].
 
     `frames` (f, discs, 2, n) are displacements [m] of the half disc, and of the half of the other, at multiples of
     `frame_step` [s]. Heights are above the wall; of two discs above the place of first touch, each away from the
@@ -98,15 +167,24 @@ def body_of(parameters: SoftDiscsScene, stiffness: float) -> DiscBody:
     plane_stress = parameters.plane == "stress"
     if plane_stress and law != NEO_HOOKEAN:
         lame = 2.0 * lame * mu / (lame + 2.0 * mu)
-    return _body(mesh, law, plane_stress, mu, lame, stiffness, parameters.contact.exponent)
+    if plane_stress and law == NEO_HOOKEAN:
+        law = NEO_HOOKEAN_PLANE_STRESS
+    return _body(mesh, law, mu, lame, stiffness, parameters.contact.exponent)
 
 
-def _body(mesh, law, plane_stress, mu, lame, stiffness, exponent) -> DiscBody:
+def _body(mesh, law, mu, lame, stiffness, exponent) -> DiscBody:
     return DiscBody(
         mesh.x, mesh.y + 1.0, mesh.mass, mesh.nodes, mesh.gradients, mesh.weights, mesh.full,
         mesh.rim_nodes, mesh.rim_shapes, mesh.rim_weights, lobatto(mesh.order)[0], mesh.on_axis,
-        law, plane_stress, mu, lame, stiffness, exponent,
+        law, mu, lame, stiffness, exponent,
     )  # fmt: skip
+
+
+def elastic_forces(body: DiscBody, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Forces (2, n) of elasticity at the nodes; energy, least det F and least stretch (3,) of half the disc."""
+    load, found = np.zeros_like(displacement), np.empty(3)
+    _elastic(body.handed_over(), displacement, load, found)
+    return load, found
 
 
 def stable_step(parameters: SoftDiscsScene) -> float:
@@ -136,15 +214,15 @@ def _greatest_eigenvalues(divisions, order, integration) -> tuple[float, float, 
     """Of mass^-1 stiffness: with mu = 1 alone, with lambda = 1 alone, with k = 1 alone."""
     mesh = half_disc(divisions, order, integration)
     parts = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    return tuple(_greatest_eigenvalue(_body(mesh, LINEAR, False, *part, 1.0)) for part in parts)
+    return tuple(_greatest_eigenvalue(_body(mesh, LINEAR, *part, 1.0)) for part in parts)
 
 
 def _greatest_eigenvalue(body) -> float:
     size = len(body.mass)
-    root, load = np.sqrt(body.mass), np.zeros((2, size))
+    root, load, disc = np.sqrt(body.mass), np.zeros((2, size)), body.handed_over()
 
     def operate(vector):
-        stiff_part(body, vector.reshape(2, size) / root, load)
+        _stiffness(disc, vector.reshape(2, size) / root, load)
         load[:, -1] = 0.0
         return -(load / root).ravel()
 
@@ -157,16 +235,17 @@ def _greatest_eigenvalue(body) -> float:
 
 
 def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
-    """Marches the disc of resolved parameters until it has left the wall and the run is over; about `frames` shapes.
+    """Moves the disc of resolved parameters until it has left the wall and the run is over; about `frames` shapes.
 
     Raises IntegrationError where an element turns inside out (reason "collapsed") or a number is no longer finite.
     """
     bodies, unit, radius = bodies_in_units(parameters), time_unit(parameters), parameters.disc.radius
     step, paired = parameters.solver.step_share * stable_step(parameters), parameters.against == "other_disc"
     size = len(bodies[0].mass)
-    states = tuple(DiscState(*(np.zeros((2, size)) for _ in range(3))) for _ in bodies)
+    states = np.zeros((2, 3, 2, size))  # of both discs: displacement, velocity, room for forces
     for state, one in zip(states, bodies_of(parameters).values(), strict=False):
-        state.velocity[1, :-1] = -wall_speed(one) / wave_speed(parameters)
+        state[1, 1, :-1] = -wall_speed(one) / wave_speed(parameters)
+    disc, other = (body.handed_over() for body in bodies)
     least = parameters.run.duration / unit
     most = max(LONGEST * contact_time(parameters) / unit, least)
     every = max(1, math.ceil(least / step / max(frames - 1, 1)))
@@ -174,7 +253,10 @@ def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
     pieces, done, last, over, ended = [], 0, -1, False, False
     while not over:
         rows = np.zeros((max(PIECE // size, FEWEST_PIECE), len(COLUMNS)))
-        filled = march(bodies, states, paired, step, rows, kept, every, done)
+        filled = _march(
+            *(disc, states[0], other if paired else None, states[1], step, len(rows), rows, len(kept), kept),
+            *(every, done),
+        )
         rows = rows[:filled]
         touching = np.flatnonzero(rows[:, 0] > 0.0)
         last = done + touching[-1] if len(touching) else last

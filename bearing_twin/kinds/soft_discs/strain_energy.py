@@ -1,11 +1,10 @@
-"""Strain energy of a deformed disc over its mesh, for whoever looks at it: independent of the compiled march."""
+"""Strain energy of a deformed disc over its mesh, for whoever looks at it: independent of the compiled core."""
 
 import numpy as np
 from scipy import sparse
 
 from bearing_twin.kinds.soft_discs.derived import capped_ratio
-from bearing_twin.kinds.soft_discs.elements import lagrange, lobatto
-from bearing_twin.kinds.soft_discs.mesh import Mesh
+from bearing_twin.kinds.soft_discs.mesh import Mesh, lagrange, lobatto
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 
 HALVINGS = 60  # of the bracket around the stretch through the thickness
