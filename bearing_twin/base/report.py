@@ -2,9 +2,11 @@
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+LISTED = 3  # values of a list that are shown one by one
 DIGITS = 18  # of a whole number that is no float
 
 
@@ -45,7 +47,7 @@ class CutShort(NamedTuple):
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Report:
     """A run in numbers: what computed it, its cost, its doubts (`warnings` before, `flags` after), its `figures`.
 
@@ -76,6 +78,10 @@ class Report:
         """Simulated over computed seconds, compilation apart; NaN where nobody knows what it took."""
         return self.simulated_seconds / self.compute_seconds if self.compute_seconds > 0.0 else math.nan
 
+    def __repr__(self) -> str:
+        title = f"{self.scene}: {self.status}; {self.simulated_seconds:.6g} s by {self.law} and {self.stepper}"
+        return in_lines(title, self.figures)
+
     def record(self) -> dict[str, Any]:
         """Record of the run for its log: the report, and which of its numbers are costs."""
         return self.as_dict() | {"costs": dict(self.costs)}
@@ -100,6 +106,20 @@ class Report:
             **self.figures,
             **self.errors,
         }
+
+
+def in_lines(title: str, numbers: Mapping[str, Any]) -> str:
+    """A short text of a result: the title, and a line for each key with its value, or the range of long ones."""
+    return "\n".join([title, *(f"  {key:<36} {_in_words(value)}" for key, value in numbers.items())])
+
+
+def _in_words(value) -> str:
+    values = list(value) if isinstance(value, (list, tuple)) else [value]
+    if not all(isinstance(one, (int, float)) for one in values):
+        return "-" if value is None else f"{len(values)} rows" if isinstance(value, (list, tuple)) else str(value)
+    if len(values) > LISTED:
+        return f"{min(values):.6g} to {max(values):.6g} ({len(values)} values)"
+    return ", ".join(f"{one:.6g}" for one in values)
 
 
 def parsed_json(text: str | bytes):

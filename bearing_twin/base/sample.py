@@ -122,7 +122,7 @@ class Columns(Mapping):
         return name in self.layout.places
 
 
-@dataclass(eq=False, slots=True)
+@dataclass(eq=False, slots=True, repr=False)
 class Sample:
     """One solver output: `sample["normal_load"]` is that channel's array; `time_ns` counts from the start."""
 
@@ -132,6 +132,9 @@ class Sample:
 
     def __getitem__(self, channel: str) -> np.ndarray:
         return self.values[channel]
+
+    def __repr__(self) -> str:
+        return f"Sample {self.sequence} at {1e-9 * self.time_ns:.9g} s: {', '.join(self.values)}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import StudyError, wanted
+from bearing_twin.base.report import in_lines
 from bearing_twin.base.units import labelled, unit_for_people, with_unit
 from bearing_twin.uq.inputs import numeric_keys, quantity_of, value_at
 from bearing_twin.uq.realisations import median_inputs, without_numbers
@@ -31,7 +32,7 @@ class Column(NamedTuple):
     values: Any
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StudyResult:
     """A study that has run.
 
@@ -61,6 +62,16 @@ class StudyResult:
     doubtful: np.ndarray
     doubts_met: tuple[str, ...]
     summary: dict
+
+    def __repr__(self) -> str:
+        failed = int(np.count_nonzero(self.status))
+        title = f"{self.study.name}: {len(self.quantities)} realisations, {failed} of them failed"
+        medians = {
+            name: [float(one) for one in np.quantile(column, (0.05, 0.5, 0.95))]
+            for name, column in zip(self.study.quantities, self.quantities[self.status == 0].T, strict=True)
+            if len(column)
+        }
+        return in_lines(f"{title}; quantiles 5, 50, 95 %", medians)
 
     def as_dict(self) -> dict:
         """The summary as plain data, as `--json` gives it; statistics that do not exist are null, with the reason."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bearing_twin.base.report import in_lines
 from bearing_twin.contact.names import AUTO
 from bearing_twin.kinds.bearing.controls import CONTROLS, OUTER
 from bearing_twin.kinds.bearing.outputs import moduli
@@ -29,7 +30,7 @@ REASONS = (  # by what the core says, and then by what of an equilibrium is beyo
 SQUEEZED, LEANS = 4, 5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Equilibria:
     """A ball bearing in equilibrium under loads of shape `...`; where it is not `converged`, numbers are NaN.
 
@@ -57,6 +58,16 @@ class Equilibria:
     stiffness: np.ndarray
     converged: np.ndarray
     reason: np.ndarray
+
+    def __repr__(self) -> str:
+        told = {
+            "displacement x, y, z [m]": self.displacement[..., :3],
+            "tilts about x and y [rad]": self.displacement[..., 3:],
+            "greatest ball load [N]": self.ball_load.max(axis=(-2, -1)),
+            "stiffness along x, y, z [N/m]": np.diagonal(self.stiffness, axis1=-2, axis2=-1)[..., :3],
+        }
+        title = f"{self.converged.size} equilibria, {int(self.converged.sum())} of them found"
+        return in_lines(title, {name: value.ravel().tolist() for name, value in told.items()})
 
 
 def azimuths_on(loads: np.ndarray) -> np.ndarray:
