@@ -118,7 +118,7 @@ def shortened(words, short=SHORT):
         known = chart_of(arguments.chart).problems if arguments.problem else ()
         assert set(arguments.problem or ()) <= set(known)
         return words, arguments.list
-    return words, command != "watch"
+    return words, command not in ("spectrum", "watch")  # the first reads records that a user has
 
 
 def two_of_the_sweep(study):
