@@ -59,6 +59,9 @@ def toy():
     """A node with a topic, a latched topic, a subscription, a service, parameters and an action, in a thread."""
     import ros
 
+    from bearing_twin.nodes.base_node import declare
+    from bearing_twin.nodes.node_parameters import NodeParameter
+
     heard = []
 
     def study(handle):
@@ -83,6 +86,7 @@ def toy():
         node.create_subscription(ros.Float64, "/toy/speed", lambda one: heard.append(one.data), 10)
         node.create_service(ros.SetBool, "/toy/pause", pause)
         node.declare_parameter("pace", 1.0)
+        declare(node, [NodeParameter("changes", [], "of the toy", read_only=False)])
         server = ros.ActionServer(node, ros.RunStudy, "/bearing/run_study", study)
         message = ros.WrenchStamped()
         message.wrench.force.x = 2.5
@@ -188,6 +192,9 @@ def test_what_is_there_is_listed(told):
 def test_parameters_are_read_and_set(told):
     assert told("param", "set", "/toy", "pace", "2", "--json") == {"pace": 2.0}  # a whole number for a real one
     assert told("param", "get", "/toy", "pace", "--json") == {"pace": 2.0}
+    assert told("param", "get", "/toy", "changes", "--json") == {"changes": []}
+    for written, value in (("[a=1, b=2]", ["a=1", "b=2"]), ("a=1", ["a=1"]), ("[]", [])):
+        assert told("param", "set", "/toy", "changes", written, "--json") == {"changes": value}
     assert {"name": "pace", "value": 2.0} in told("param", "list", "/toy", "--json")["parameters"]
     assert "/toy has no parameter 'pac'; did you mean pace?" in told("param", "get", "/toy", "pac", code=cli.BAD_INPUT)
     unknown = told("param", "set", "/toy", "contact.normal", "x", code=cli.BAD_INPUT)
@@ -208,6 +215,7 @@ def test_services_are_called(told):
             ("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{date: 1}"),
             "has no field 'date'; did you mean data?",
         ),
+        (("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data:true}"), "write a space behind the colon"),
         (("service", "call", "/toy/pause", "no_such/srv/Type"), "the type no_such/srv/Type cannot be imported"),
         (
             ("service", "call", "/toy/pause", "std_srvs/srv/SetBol"),

@@ -169,12 +169,18 @@ def declare(node: Node, table: Sequence[NodeParameter], values: dict[str, Any] |
         value = values[parameter.name]
         default = value if value != [] else Parameter.Type.STRING_ARRAY
         node.declare_parameters("", [(parameter.name, default, _descriptor(parameter))], ignore_override=True)
+        if value == [] and not parameter.read_only:  # else it is not set, and cannot be read
+            node.set_parameters([Parameter(parameter.name, Parameter.Type.STRING_ARRAY, [])])
     changeable = {parameter.name: parameter for parameter in table if not parameter.read_only}
 
     def convert(changes: list[Parameter]) -> list[Parameter]:
         known = [changeable.get(one.name) for one in changes]
         pairs = zip(changes, known, strict=True)
-        return [Parameter(one.name, value=converted(row, one.value)) if row else one for one, row in pairs]
+        # an empty list keeps its type, for it has none by itself
+        return [
+            Parameter(one.name, value=converted(row, one.value)) if row and one.value != [] else one
+            for one, row in pairs
+        ]
 
     def refuse(changes: list[Parameter]) -> SetParametersResult:
         problems = [problem_of(changeable[one.name], one.value) for one in changes if one.name in changeable]

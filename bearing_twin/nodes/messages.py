@@ -190,7 +190,8 @@ def filled(message_class: type, data: Any, where: str = "") -> Any:
     fields = {}
     for name, value in data.items():
         if name not in types:
-            raise MessageError(f"{where or message_class.__name__} has no field {echo(name)}; {unknown(name, types)}")
+            hint = "write a space behind the colon" if ":" in str(name) else unknown(name, types)
+            raise MessageError(f"{where or message_class.__name__} has no field {echo(name)}; {hint}")
         fields[name] = _value(types[name], value, f"{where}.{name}" if where else str(name))
     try:
         return message_class(check_fields=True, **fields)
