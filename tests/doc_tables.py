@@ -67,14 +67,14 @@ def _laws() -> str:
         (f"`{name}`", law.fits, law.help, ", ".join(given[need] for need in law.needs if need in given) or "-")
         for name, law in LAWS.items()
     )
-    return _table(("law", "contact", "what", "what it must be given"), rows)
+    return _table(("law", "contact", "what", "required key"), rows)
 
 
 def _frictions() -> str:
     rows = (
         (f"`{name}`", row.help, f"{100.0 * row.error:.2g} %" if row.error else "-") for name, row in FRICTIONS.items()
     )
-    return _table(("friction", "what", "off at worst for b/a ≥ 0.1, in force or torque"), rows)
+    return _table(("friction", "what", "greatest error of force or torque, b/a ≥ 0.1"), rows)
 
 
 def _ranges() -> str:
@@ -88,7 +88,7 @@ def _ranges() -> str:
         )
         for row in RANGES
     )
-    return _table(("asked for", "number of the scene", "holds", "because", "beyond"), rows)
+    return _table(("model", "quantity", "range", "reason", "alternative"), rows)
 
 
 def _rules() -> str:
@@ -96,7 +96,7 @@ def _rules() -> str:
         (", ".join(f"`{kind}`" for kind in row.kinds), f"`{row.key}`", f"`{row.choice}`", row.when or "else", row.why)
         for row in RULES
     )
-    return _table(("kinds", "key", "choice", "when", "because"), rows)
+    return _table(("kinds", "key", "choice", "condition", "reason"), rows)
 
 
 def _unsourced() -> str:
@@ -109,7 +109,7 @@ def _unsourced() -> str:
                 key = row.key if row.key.count(".") == 1 else f"material.{row.key.rpartition('.')[2]}"
                 found.setdefault((key, what, because), {})[f"{row.default:g}{with_unit(row.unit)}"] = None
     rows = ((f"`{key}`", ", ".join(values), because) for (key, _, because), values in found.items())
-    return _table(("key", "default", "no source, but"), rows)
+    return _table(("key", "default", "reason"), rows)
 
 
 def _laws_of_kinds() -> str:
@@ -174,11 +174,11 @@ def _distributions() -> str:
     rows = (
         (f"`{name}`", "; ".join(", ".join(form) for form in row.forms), row.help) for name, row in DISTRIBUTIONS.items()
     )
-    return _table(("distribution", "given by", "for"), rows)
+    return _table(("distribution", "parameters", "use"), rows)
 
 
 def _knowledge() -> str:
-    return _table(("what may be known",), ((", ".join(fact for fact in FACTS if fact in form),) for form in FORMS))
+    return _table(("known properties",), ((", ".join(fact for fact in FACTS if fact in form),) for form in FORMS))
 
 
 def _samplers() -> str:
@@ -203,7 +203,7 @@ def _failures() -> str:
         )
         for row in FAILURES
     )
-    return _table(("what fails", "what the software does", "command that provokes it", "chart"), rows)
+    return _table(("what fails", "answer of the software", "command", "chart"), rows)
 
 
 def _keys() -> str:
@@ -259,7 +259,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "rules": _rules,
     "unsourced": _unsourced,
     "frictions": _frictions,
-    "taken": _laws_of_kinds,
+    "models_of_kinds": _laws_of_kinds,
     "steppers": _steppers,
     "speeds": _speeds,
     "speeds_in_short": partial(_speeds, ("rodas4", "imex", "rk4", "radau")),

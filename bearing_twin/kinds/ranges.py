@@ -55,7 +55,7 @@ class Range(NamedTuple):
 RANGES = (
     Range(
         "contact.normal", ("volumetric",), "axis_ratio", "b/a of the narrowest contact", "", 0.063, math.inf,
-        "below it the load is more than the 0.5 % off Hertz that paper 1, section 4, claims",
+        "below it the error of the load exceeds the 0.5 % that paper 1, section 4, states",
         "take contact.normal: hertz",
     ),
     Range(
@@ -65,7 +65,7 @@ RANGES = (
     ),
     Range(
         "contact.normal", SPOT_LAWS, "greatest_exponent", "the greatest exponent of a superellipsoid", "", -math.inf,
-        2.0, "above 2 it has flat places, where no contact is an ellipse", "take contact.normal: overlap",
+        2.0, "above 2 it has flat places, where contacts are not elliptic", "take contact.normal: overlap",
     ),
     Range(
         "contact.normal", ("line", "johnson"), "thickness_over_radius", "thickness over radius", "", 1.0, math.inf,
@@ -74,43 +74,44 @@ RANGES = (
     Range(
         "contact.normal", ("line", "johnson"), "speed_share",
         "the speed of each disc over that of waves in it", "", -math.inf, 0.14,
-        "at this share the force is 42 % off finite elasticity, and no more was compared",
+        "there the error of the force against finite elasticity is 42 %, and no faster disc was compared",
         "take kind: soft_discs with against: disc",
     ),
     Range(
         "contact.friction", ("spot", "spot_medium", "spot_fine", "pade1", "pade2"), "axis_ratio",
         "b/a of the narrowest contact", "",
-        0.03, math.inf, "so far the stated errors were looked for", "take contact.friction: point",
+        0.03, math.inf, "narrower ellipses were not compared with the exact solution", "take contact.friction: point",
     ),
     Range(
         "model.dimension", ("quasi_static",), "slip_at_start",
-        "what balls lack of rolling at the start, as a share,", "", -math.inf, 0.0,
-        "balls that start from rest skid, and equilibria roll", "take model.dimension: prescribed or free",
+        "the relative deviation of the balls from rolling at the start", "", -math.inf, 0.0,
+        "balls that start from rest skid, and those of equilibria roll", "take model.dimension: prescribed or free",
     ),
     Range(
         "model.dimension", ("quasi_static",), "ring_shift", "drive.change.offset", "m", -math.inf, 0.0,
-        "contacts ring when the ring is shifted at once", "take model.dimension: prescribed",
+        "contacts ring after a sudden displacement of the ring", "take model.dimension: prescribed",
     ),
     Range(
         "model.dimension", ("quasi_static",), "relative_acceleration",
         "drive.acceleration over the least speed", "1/s", -math.inf,
         FASTEST_CHANGE,
-        "balls preloaded by 10 um follow slower changes in rolling to 1e-3", "take model.dimension: prescribed or free",
+        "balls preloaded by 10 um roll, within 1e-3, while the speed changes more slowly",
+        "take model.dimension: prescribed or free",
     ),
     Range(
         "model.dimension", ("quasi_static",), "centrifugal_share",
-        "the centrifugal load over that on the inner raceway", "", -math.inf, 1.4,
-        "`bearing_twin chart dimensions` measured so far", "take model.dimension: prescribed or free",
+        "the centrifugal load over the load on the inner raceway", "", -math.inf, 1.4,
+        "`bearing_twin chart dimensions` compared no more", "take model.dimension: prescribed or free",
     ),
     Range(
         "beam.theory", ("euler",), "shear_share",
         "the share of shear in the static deflection, 2.4 (1 + nu) (height / span)^2,", "", -math.inf, LARGE,
-        "Timoshenko's beam of rectangular section; Euler's has no shear", "take beam.theory: timoshenko",
+        "Euler's beam has no shear", "take beam.theory: timoshenko",
     ),
     Range(
         "beam.theory", ("euler",), "first_peak_error",
         "the error of the first peak of force against Timoshenko's beam", "", -math.inf, LARGE,
-        "both beams are tried on the blow", "take beam.theory: timoshenko",
+        "the impact is calculated by both theories", "take beam.theory: timoshenko",
     ),
     Range(
         "formulation", ("linear",), "speed_share", "the speed of the disc over that of waves in it", "", -math.inf,
