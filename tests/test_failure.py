@@ -12,6 +12,7 @@ from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneEr
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.kinds.bearing import motion as bearing_motion
 from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.ellipsoid.compiled import EARLIER
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
 from bearing_twin.log.run_log import read_log
 from bearing_twin.run.failure import Failure, read_failure, write_failure
@@ -112,12 +113,16 @@ def test_an_ellipsoid_goes_on_to_the_bit_in_the_middle_of_a_contact(monkeypatch,
     monkeypatch.setattr(EllipsoidMotion, "advance", advance)
     found = read_failure(write_failure(failed(scene), tmp_path))
     monkeypatch.undo()
-    rest = list(simulate(scene, failure=found).blocks())
-    expected = np.concatenate([block.matrix() for block in whole])[rest[0].first_sequence :]
-    assert 0 < found.sequence == rest[0].first_sequence - 1
-    assert np.concatenate([block.matrix() for block in rest]).tobytes() == expected.tobytes()
-    touches = [np.concatenate([block.records["touch"] for block in blocks]) for blocks in (whole, rest)]
-    assert touches[0][len(touches[0]) - len(touches[1]) :].tobytes() == touches[1].tobytes()
+    expected = np.concatenate([block.matrix() for block in whole])
+    kept = np.array(found.state["record"])[list(EARLIER)].tolist()
+    earlier = found._replace(state=found.state | {"record": kept})
+    for one in (found, earlier):  # with the record of a contact as earlier versions kept it, too
+        rest = list(simulate(scene, failure=one).blocks())
+        assert 0 < found.sequence == rest[0].first_sequence - 1
+        again = np.concatenate([block.matrix() for block in rest])
+        assert again.tobytes() == expected[rest[0].first_sequence :].tobytes()
+        records = [np.concatenate([block.records["contact"] for block in blocks]) for blocks in (whole, rest)]
+        assert records[0][len(records[0]) - len(records[1]) :].tobytes() == records[1].tobytes()
 
 
 def test_the_kernels_own_failures_leave_a_file_too(tmp_path):

@@ -21,6 +21,8 @@ RECORD = 20
 BEGAN = 1
 RECORDED = (0, 1, 2, 3, 4, 5, 6, 10, 11, 13, 14, 12, 16)
 """Of ContactRecord: begin of the contact [s]; what is given out of one that has ended, as in `figures.CONTACT`."""
+EARLIER = (1, 0, 2, 3, 4, 5, 6, 10, 11, 13, 14, 12, 16, 17, 18, 19)
+"""Where the numbers stand that earlier snapshots have of a contact."""
 
 _start = Function("core_ellipsoid_start", None, (REALS, REALS, REAL, REALS_OUT))
 _advance = Function(
@@ -56,6 +58,16 @@ def plan_numbers(rk4: bool, tolerance: float, fixed: float, semi_axes, floor: fl
     low, high = min(semi_axes), max(semi_axes)
     spread, lean = high * high / low - low * low / high, (high * high - low * low) / (2.0 * low)
     return np.array([rk4, tolerance, fixed, spread, lean, floor], float)
+
+
+def record_of(numbers: np.ndarray) -> np.ndarray:
+    """The record of a contact from those of a snapshot, this version's or an earlier one's."""
+    if len(numbers) != len(EARLIER):
+        return numbers
+    record = np.zeros(RECORD)
+    record[list(EARLIER)] = numbers
+    record[15] = record[12]  # both hold the vertical speed at the touch
+    return record
 
 
 def start_state(body: Ellipsoid, height: float, orientation, velocity, angular_velocity) -> np.ndarray:

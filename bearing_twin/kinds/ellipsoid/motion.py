@@ -109,6 +109,7 @@ class EllipsoidMotion(BouncingMotion):
         self.reset()
         for name in KEPT:
             array, given = getattr(self, name), np.array(kept[name], float)
+            given = compiled.record_of(given) if name == "record" else given
             if given.shape != array.shape:
                 raise ValueError(name)
             array[...] = given
