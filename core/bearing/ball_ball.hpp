@@ -22,8 +22,7 @@ CORE_INLINE auto pair_contact(const Bearing &bearing, const B &between, const V 
   auto approach_rate = dot(relative, normal);
   auto slip = relative - approach_rate * normal;
   auto [load, stiffness, energy] = elastic(bearing.pair_coefficient, HERTZIAN, approach);
-  auto viscous = bearing.damping * load + bearing.relaxation_time * stiffness;
-  auto normal_load = maximum(load + viscous * approach_rate, 0.0);
+  auto normal_load = maximum(proportional_load(load, stiffness, approach_rate, bearing.damping, bearing.relaxation_time), 0.0);
   auto square = dot(slip, slip);
   auto resistance = point_resistance(bearing.pair_friction * normal_load, square, bearing.regularisation);
   auto friction = (-resistance) * slip;

@@ -85,8 +85,7 @@ CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, 
                                 const U &relative, const W &spin) {
   auto approach_rate = dot(relative, at.normal);
   auto slip = relative - approach_rate * at.normal;
-  auto viscous = bearing.damping * at.load + bearing.relaxation_time * at.stiffness;
-  auto normal_load = maximum(at.load + viscous * approach_rate, 0.0);
+  auto normal_load = maximum(proportional_load(at.load, at.stiffness, approach_rate, bearing.damping, bearing.relaxation_time), 0.0);
   auto damping_loss = (normal_load - at.load) * approach_rate;
   if constexpr (!PATCH) {
     auto square = dot(slip, slip);

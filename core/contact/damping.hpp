@@ -1,9 +1,16 @@
 // The viscous part d(h) dh/dt of the normal load, d(h) -> 0 as h -> 0 (paper 1, section 5), and what steps in a contact follow.
 #pragma once
 #include <algorithm>
-#include <cmath>
+#include "../math/dual.hpp"
 
 namespace core {
+
+// Normal load [N] of an elastic one with its stiffness [N/m] and a viscous part in proportion to both; below zero where the
+// bodies would have to pull.
+template <class L, class S, class R>
+CORE_INLINE auto proportional_load(const L &load, const S &stiffness, const R &approach_rate, double damping, double relaxation_time) {
+  return load + (damping * load + relaxation_time * stiffness) * approach_rate;
+}
 
 // proportional: d(h) = number * load + relaxation_time * stiffness. The first part is Hunt and Crossley's (1975), `number`
 //     [s/m]: restitution falls with speed. The second is a viscoelastic half-space's (Brilliantov et al. 1996) [s]: the damping
@@ -25,7 +32,7 @@ struct Damping {
                       double approach_rate) const {
     double factor = number;
     switch (law) {
-      case DampingLaw::proportional: return elastic_load + (number * elastic_load + relaxation_time * stiffness) * approach_rate;
+      case DampingLaw::proportional: return proportional_load(elastic_load, stiffness, approach_rate, number, relaxation_time);
       case DampingLaw::steady_ratio: factor *= std::sqrt(2.0 * (power + 1.0) * mass * coefficient); [[fallthrough]];
       case DampingLaw::steady: break;
     }
