@@ -15,8 +15,8 @@ from solved_impact import SolvedImpact
 from bearing_twin.base.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.base.stopping import SIGNALLED, Halt
 from bearing_twin.kinds.beam import modes as beams
-from bearing_twin.kinds.beam.impact import BeamImpact, Pieces, ThrownSphere, throw
-from bearing_twin.kinds.beam.models import beam_of, thrown_sphere, touch_speed
+from bearing_twin.kinds.beam.impact import BeamImpact, ImpactingSphere, Pieces, solve_impact
+from bearing_twin.kinds.beam.models import beam_of, impact_speed, sphere_of
 from bearing_twin.kinds.beam.modes import (
     beam_energy,
     branches,
@@ -94,7 +94,7 @@ def test_a_cubic_force_is_propagated_exactly(damping):
     start = np.array([0.01 + 0.02j, -0.03j, 0.02 + 0.0j])
     piece = Pieces.of(1, 3)
     piece.lengths[0], piece.forces[0], piece.states[0] = step, force, start
-    motion = BeamImpact(beam, modes, ThrownSphere(2.0, 1.0, 3.0), piece, (), True, SIGNALLED)
+    motion = BeamImpact(beam, modes, ImpactingSphere(2.0, 1.0, 3.0), piece, (), True, SIGNALLED)
     (end,), (load,), (position,), (velocity,) = motion.at([0.75 * step])
     assert load == pytest.approx(np.polyval(force[::-1], 0.75), rel=1e-14)
     taken, moved = np.polyint(force[::-1]), np.polyint(force[::-1], 2)
@@ -156,8 +156,8 @@ def thrown(scene=DROP, steps=200, method="modes", with_tail=True, count=151, ove
     parameters = load_scene(scene, overrides).parameters
     beam = beam_of(parameters, theory)
     modes = modes_of(beam, parameters.blow.point * beam.span, count)
-    speed = touch_speed(parameters.blow)
-    return throw(beam, modes, thrown_sphere(parameters), speed, parameters.run.duration, steps, method, with_tail)
+    speed = impact_speed(parameters.blow)
+    return solve_impact(beam, modes, sphere_of(parameters), speed, parameters.run.duration, steps, method, with_tail)
 
 
 def numbers(motion):
@@ -282,12 +282,12 @@ def parts(scene="sphere_on_beam", count=61, overrides=()):
     parameters = load_scene(scene, overrides).parameters
     beam = beam_of(parameters)
     modes = modes_of(beam, parameters.blow.point * beam.span, count)
-    return beam, modes, thrown_sphere(parameters), touch_speed(parameters.blow), parameters.run.duration
+    return beam, modes, sphere_of(parameters), impact_speed(parameters.blow), parameters.run.duration
 
 
 def thrown_at_euler(scene="sphere_on_beam", steps=200, method="modes", with_tail=True, count=61, overrides=()):
     """The motion of a scene with that many modes and steps."""
-    return throw(*parts(scene, count, overrides), steps, method, with_tail)
+    return solve_impact(*parts(scene, count, overrides), steps, method, with_tail)
 
 
 def solved_euler(scene="sphere_on_beam", *overrides, stepper="modes"):
@@ -480,11 +480,11 @@ def test_numbers_that_are_not_finite_and_endless_bouncing_stop_the_run(monkeypat
     beam, modes, sphere, speed, until = parts()
     for method in ("modes", "volterra"):
         with pytest.raises(IntegrationError, match="not finite"):
-            throw(beam, modes._replace(shape=math.nan * modes.shape), sphere, speed, until, 40, method)
+            solve_impact(beam, modes._replace(shape=math.nan * modes.shape), sphere, speed, until, 40, method)
     heavy = sphere._replace(gravity=5000.0)
     monkeypatch.setattr("bearing_twin.kinds.beam.impact.GREATEST_CONTACTS", 20)
     with pytest.raises(IntegrationError, match=r"does not end|still bounces"):
-        throw(beam, modes, heavy, speed, 20.0, 8)
+        solve_impact(beam, modes, heavy, speed, 20.0, 8)
 
 
 @pytest.mark.parametrize(

@@ -69,9 +69,9 @@ class Collocation {
     return found;
   }
 
-  void set_length(double wanted) {
-    if (wanted == length) return;
-    length = wanted;
+  void set_length(double whole) {
+    if (whole == length) return;
+    length = whole;
     for (int i = 0; i < UNKNOWN; i++) {
       double share = POINTS[i + 1], span = share * length;
       steps[i].set(modes, span);

@@ -110,9 +110,9 @@ struct ModeSteps {
   std::vector<ModeStep> of;
   Force gain{};  // deflection [m] at the point of impact, at the end of the span, by each power of a unit force
 
-  void set(const Modes &modes, double wanted) {
-    if (wanted == span) return;
-    span = wanted, gain = {};
+  void set(const Modes &modes, double length) {
+    if (length == span) return;
+    span = length, gain = {};
     of.resize(modes.count);
     for (int n = 0; n < modes.count; n++) {
       of[n] = mode_step(span * modes.rate[n]);

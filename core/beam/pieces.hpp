@@ -15,10 +15,10 @@ constexpr double WEIGHTS[TERMS] = {1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.
 constexpr double NEAR_ZERO = 1e-13;  // of the approach at the start of a last step: as good as separated
 
 struct SphereMotion {
-  double position, velocity;  // along the blow
+  double position, velocity;  // along the motion before the impact
 };
 
-// Approach [m] taken from a sphere by each power of a unit force over a span, as moments of its momentum.
+// How far [m] a force holds a sphere back over a span.
 inline double drop(double mass, double span, const Force &force) {
   double sum = 0.0;
   for (int k = 0; k < TERMS; k++) sum += force[k] / ((k + 1) * (k + 2));
@@ -26,7 +26,7 @@ inline double drop(double mass, double span, const Force &force) {
 }
 
 struct Sphere {
-  double mass, coefficient, gravity;  // [kg], of Hertz's spring [N/m^1.5], along the blow [m/s^2]
+  double mass, coefficient, gravity;  // [kg], of Hertz's spring [N/m^1.5], along its motion [m/s^2]
 
   auto spring(double approach) const { return elastic(coefficient, HERTZIAN, approach); }
   double approach(double load) const { return approach_of_load(coefficient, HERTZIAN, std::max(load, 0.0)); }

@@ -14,7 +14,15 @@ from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import spot_radius
 from bearing_twin.kinds.beam.figures import FIGURES, OF_BEAM
 from bearing_twin.kinds.beam.impact import BeamImpact
-from bearing_twin.kinds.beam.models import modes_for, resolve, steps_for, theory_of, thrown_by_both, touch_speed, trial
+from bearing_twin.kinds.beam.models import (
+    impact_by_both_theories,
+    impact_speed,
+    modes_for,
+    resolve,
+    steps_for,
+    theory_of,
+    trial,
+)
 from bearing_twin.kinds.beam.motion import WatchedPoints
 from bearing_twin.kinds.beam.parameters import EULER
 from bearing_twin.kinds.doubt import LAW, ModelDoubt
@@ -32,7 +40,7 @@ def figures_of(parameters, found: BeamImpact) -> dict[str, float]:
         "contact_duration_s": found.contact_time,
         "greatest_approach_m": float(approaches_of_loads(found.sphere.coefficient, HERTZIAN, found.peak_force)),
         "contact_count": len(found.contacts),
-        "restitution": -leaving / touch_speed(parameters.blow),
+        "restitution": -leaving / impact_speed(parameters.blow),
         "sphere_velocity_after_m_s": leaving,
         "impulse_ns": math.fsum(one.impulse for one in found.contacts),
     }
@@ -69,19 +77,19 @@ class BeamComparison(ImpactComparison):
 
 
 @functools.lru_cache(maxsize=64)
-def shear_makes_of_forces(parameters) -> float:
+def shear_error_of_forces(parameters) -> float:
     """What the force over time of a checked scene by Euler's beam is off Timoshenko's, over the greatest, roughly."""
-    return _history_apart(*thrown_by_both(parameters))
+    return _history_apart(*impact_by_both_theories(parameters))
 
 
 @functools.lru_cache(maxsize=64)
-def shear_makes(parameters) -> dict[str, float]:
+def shear_error(parameters) -> dict[str, float]:
     """What figures of a checked scene by Euler's beam are off Timoshenko's, in their units, roughly.
 
     Those that follow from its whole motion: of the sphere; and of the beam where more than contacts is wanted and a
     second motion goes beside, for to look through it costs more than all contacts.
     """
-    thrown = thrown_by_both(parameters)
+    thrown = impact_by_both_theories(parameters)
     both = [figures_of(parameters, found) for found in thrown]
     keys = ["contact_count", "restitution", "sphere_velocity_after_m_s", "impulse_ns"]
     if parameters.wanted.outputs == "history" and is_checked(parameters):
@@ -104,7 +112,7 @@ class BeamDoubt(ModelDoubt):
         tried = trial(self.parameters)
         by = {"peak_force_n": tried.of_peak, "contact_duration_s": tried.of_time}
         by["greatest_approach_m"] = 2.0 / 3.0 * tried.of_peak
-        return {key: share * abs(figures[key]) for key, share in by.items()} | shear_makes(self.parameters)
+        return {key: share * abs(figures[key]) for key, share in by.items()} | shear_error(self.parameters)
 
     def law_of(self, output: str) -> tuple[float, str]:
         """Of Euler's beam against Timoshenko's: of its peaks, and of forces over time those of later contacts, too."""
@@ -112,7 +120,7 @@ class BeamDoubt(ModelDoubt):
             return 0.0, ""
         tried = trial(self.parameters)
         peaks = max(tried.of_peak, tried.of_time)
-        off = peaks if output == "peaks" else max(peaks, shear_makes_of_forces(self.parameters))
+        off = peaks if output == "peaks" else max(peaks, shear_error_of_forces(self.parameters))
         return off, "beam.theory: timoshenko knows shear and rotary inertia"
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:

@@ -9,7 +9,7 @@ from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, spot_radius, wave_doubt, wave_transit, width_doubt
-from bearing_twin.kinds.beam.models import euler_doubt, modes_for, thrown_sphere, touch_speed
+from bearing_twin.kinds.beam.models import euler_warning, impact_speed, modes_for, sphere_of
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
 from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, ImpactFigures
@@ -18,10 +18,10 @@ from bearing_twin.kinds.impact.quantities import impact_quantities
 
 MEANINGS = IMPACT_MEANINGS | {
     "restitution": "speed of the sphere away from the beam over its speed before, at the end",
-    "sphere_velocity_after_m_s": "of the sphere along the blow, at the end",
+    "sphere_velocity_after_m_s": "of the sphere along its motion before the impact, at the end",
     "contact_count": "contacts that have ended",
-    "peak_deflection_m": "of the beam, greatest by magnitude at all watched points, whole motion; none for peaks alone",
-    "peak_stress_pa": "bending stress, greatest by magnitude at all watched points, whole motion; none for peaks alone",
+    "peak_deflection_m": "of the beam, greatest by magnitude of all points, whole motion; none for peaks alone",
+    "peak_stress_pa": "bending stress, greatest by magnitude of all points, whole motion; none for peaks alone",
     "highest_mode": "of the beam in the sum, the same for the whole motion",
     "gravity_m_s2": "on the sphere after the first touch, as the scene gives it",
 }
@@ -32,7 +32,7 @@ EXTREMES = Table(
     "extremes",
     (
         Channel("time", "s", (), "end of the last contact: what follows is free motion"),
-        Channel("peak_deflection", "m", (), "greatest by magnitude, of all watched points and the whole motion"),
+        Channel("peak_deflection", "m", (), "greatest by magnitude, of all points and the whole motion"),
         Channel("peak_stress", "Pa", (), "greatest bending stress by magnitude, likewise"),
         Channel("energy_gained", "J", (), "by the numbers alone"),
         Channel("known_until", "s", (), "to where the motion is solved"),
@@ -59,7 +59,7 @@ class BeamFigures(ImpactFigures):
     """The figures of a sphere on a beam."""
 
     def __init__(self, parameters: SphereOnBeamScene, choice: Choice):
-        super().__init__(parameters, choice, touch_speed(parameters.blow))
+        super().__init__(parameters, choice, impact_speed(parameters.blow))
         self._extremes: dict[str, float] = {}
 
     def add(self, block: Block) -> None:
@@ -80,7 +80,7 @@ class BeamFigures(ImpactFigures):
         return self._extremes.get("energy_gained", 0.0) / self.brought if self.brought else 0.0
 
     def figures(self) -> dict[str, Any]:
-        """As those of every impact, and what the beam bears."""
+        """As those of every impact, and deflection and stress of the beam."""
         return {
             **super().figures(),
             "sphere_velocity_after_m_s": float(self.last["sphere_velocity"]) if self.last else None,
@@ -120,10 +120,10 @@ class BeamFigures(ImpactFigures):
         flags = []
         if 0.0 < beam.material.yield_strength < stress:
             flags.append(f"bending stress {stress:.3g} Pa is beyond the beam's strength: the elastic result is formal")
-        flags += gathered(euler_doubt(self.parameters, len(self.contacts)))
+        flags += gathered(euler_warning(self.parameters, len(self.contacts)))
         if deflection > LARGE_DEFLECTION * beam.span:
             flags.append(f"a deflection of {deflection:.3g} m is large for a span of {beam.span:g} m")
-        sphere, total = thrown_sphere(self.parameters), float(np.sum(self.contacts[:, IMPULSE]))
+        sphere, total = sphere_of(self.parameters), float(np.sum(self.contacts[:, IMPULSE]))
         most = 2.0 * sphere.mass * self.speed
         if sphere.gravity == 0.0 and total > most * (1.0 + 1e-9):
             flags.append(f"the impulse of {total:.4g} N s exceeds 2 m v = {most:.4g} N s: the numbers are wrong")
@@ -143,6 +143,6 @@ def quantities() -> dict[str, Quantity]:
         "peak_deflection": Quantity("m", "greatest deflection of the beam", read_off("peak_deflection_m"), whole=True),
         "peak_stress": Quantity("Pa", "greatest bending stress", read_off("peak_stress_pa"), whole=True),
         "velocity_after": Quantity(
-            "m/s", "of the sphere at the end, positive along the blow", read_off("sphere_velocity_after_m_s")
+            "m/s", "of the sphere at the end, positive along its motion before", read_off("sphere_velocity_after_m_s")
         ),
     }

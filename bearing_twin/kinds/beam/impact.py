@@ -1,4 +1,4 @@
-"""A sphere thrown on a beam: contacts by either method, exact free flight between them, any number of contacts.
+"""Impact of a sphere on a beam: contacts by either method, exact free flight between them, any number of contacts.
 
 The compiled core (`core/beam`) moves sphere and modes: `modes` solves the modal equations with the Hertz spring by
 collocation (`collocation.hpp`), `volterra` eq. (9) of paper 2 by product integration (`volterra.hpp`).
@@ -34,7 +34,7 @@ _next_touch = Function("core_beam_next_touch", REAL, (*_IMPACT, INTEGER, REAL, R
 _response = Function("core_beam_response", None, (*_IMPACT, INTEGER, REALS, REALS_OUT, REALS_OUT))
 
 
-class ThrownSphere(NamedTuple):
+class ImpactingSphere(NamedTuple):
     """The sphere and its Hertz spring: `mass` [kg], `coefficient` [N/m^1.5], `gravity` [m/s^2] along its motion."""
 
     mass: float
@@ -84,7 +84,7 @@ class _Bodies(NamedTuple):
     """Modes of a beam, a sphere, and the flag (1,) that is not 0 once the computation is to stop."""
 
     modes: BeamModes
-    sphere: ThrownSphere
+    sphere: ImpactingSphere
     stop: np.ndarray
 
     def call(self, function: Function, pieces: Pieces, *arguments, until: float = math.inf):
@@ -110,7 +110,7 @@ class BeamImpact:
 
     beam: Beam
     modes: BeamModes
-    sphere: ThrownSphere
+    sphere: ImpactingSphere
     pieces: Pieces
     contacts: tuple[ContactPeriod, ...]
     gone: bool
@@ -162,7 +162,7 @@ class BeamImpact:
         return kinetic, stored, work - stored if self.beam.damping_ratio > 0.0 else 0.0
 
 
-def hertz_contact_time(sphere: ThrownSphere, speed: float) -> float:
+def hertz_contact_time(sphere: ImpactingSphere, speed: float) -> float:
     """Contact time [s] on a beam that does not give: the scale of steps."""
     return contact_time(sphere.coefficient, sphere.mass, speed)
 
@@ -184,7 +184,9 @@ def highest_mode(beam: Beam, contact_time: float, tolerance: float, with_tail: b
     return max(math.ceil(count_below(beam, wanted / contact_time)), FEWEST_MODES) | 1
 
 
-def throw(beam, modes, sphere, speed, until, steps, method="modes", with_tail=True, stop=SIGNALLED) -> BeamImpact:
+def solve_impact(
+    beam, modes, sphere, speed, until, steps, method="modes", with_tail=True, stop=SIGNALLED
+) -> BeamImpact:
     """The impact of a sphere that touches the beam at rest at time 0 with `speed` [m/s], until `until` [s].
 
     `steps` a Hertz contact time; `method` of BEAM_METHODS ("sinusoidal" assumes the force and shows what that breaks).

@@ -1,9 +1,9 @@
 """From the keys of a sphere on a beam to numbers: beam, sphere, theory, modes and steps; what is impossible among them.
 
-Euler's beam answers a blow at once everywhere across its height; a shear wave needs height / sqrt(G / rho) for that.
+Euler's beam responds at once everywhere across its height; a shear wave needs height / sqrt(G / rho) for that.
 The shorter the contact against this time, and the heavier the sphere against the beam, the further Euler's first peak
-is off; whatever follows a second touch depends on waves that Euler's beam has too fast. Which theory holds for a blow
-is found by trying both on it.
+is off; whatever follows a second contact depends on waves that are too fast in Euler's beam. Which theory holds for an
+impact is found by solving it with both.
 """
 
 import dataclasses
@@ -22,10 +22,10 @@ from bearing_twin.kinds.beam.impact import (
     MOST_MODES,
     ONSET,
     BeamImpact,
-    ThrownSphere,
+    ImpactingSphere,
     hertz_contact_time,
     highest_mode,
-    throw,
+    solve_impact,
 )  # fmt: skip
 from bearing_twin.kinds.beam.modes import Beam, first_frequency, modes_of, rectangular_beam, static_deflection
 from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, EULER, TIMOSHENKO, Blow, SphereOnBeamScene
@@ -35,8 +35,8 @@ from bearing_twin.kinds.law_words import odd_mass
 from bearing_twin.kinds.rules import BEAM, answers, sentences
 from bearing_twin.kinds.sections import LOOSEST, STANDARD_GRAVITY, check_run, resolved_run
 
-OUTPUTS, FEW_OUTPUTS = 1500, 50  # of a run whose output_rate is left to be chosen; where peaks alone are wanted
-PERIODS = 3.0  # of the beam's first mode: the duration of a run when it is left to be chosen
+OUTPUTS, FEW_OUTPUTS = 1500, 50  # of a run whose output_rate is automatic; where peaks alone are requested
+PERIODS = 3.0  # of the beam's first mode: the duration of a run when it is automatic
 HEAVIEST = 20.0  # sphere mass / beam mass
 FEWEST = dict.fromkeys(("auto", "modes"), 2)
 """Steps a contact, at least, of methods other than FEWEST_STEPS: with 2 modes err by up to 6 %, in three contacts."""
@@ -52,15 +52,15 @@ def beam_of(parameters: SphereOnBeamScene, theory: str = EULER) -> Beam:
     )  # fmt: skip
 
 
-def thrown_sphere(parameters: SphereOnBeamScene) -> ThrownSphere:
+def sphere_of(parameters: SphereOnBeamScene) -> ImpactingSphere:
     """The sphere and its Hertz spring against the flat beam: f = (4/3) E* sqrt(R) alpha^1.5 (paper 2, eq. 1)."""
     sphere = parameters.sphere
     modulus = effective_modulus(sphere.material, parameters.beam.material)
     coefficient = float(sphere_coefficient("hertz", modulus, sphere.radius))
-    return ThrownSphere(sphere_mass(sphere), coefficient, parameters.blow.gravity)
+    return ImpactingSphere(sphere_mass(sphere), coefficient, parameters.blow.gravity)
 
 
-def touch_speed(blow: Blow) -> float:
+def impact_speed(blow: Blow) -> float:
     """Speed [m/s] at the first touch."""
     return blow.speed or math.sqrt(2.0 * STANDARD_GRAVITY * blow.drop_height)
 
@@ -72,7 +72,7 @@ def check_beam(parameters: SphereOnBeamScene) -> list[str]:
         problems.append(
             f"blow.speed = {blow.speed:g} m/s and blow.drop_height = {blow.drop_height:g} m give the speed; keep one"
         )
-    if touch_speed(blow) == 0.0:
+    if impact_speed(blow) == 0.0:
         problems.append(
             "blow.speed and blow.drop_height are both 0, so the bodies never meet; give one of them above 0"
         )
@@ -89,10 +89,10 @@ def check_beam(parameters: SphereOnBeamScene) -> list[str]:
             f"a beam needs a height of at most {beam.span / 3.0:.4g} m"
         )
     point = blow.point * beam.span
-    bend = touch_speed(blow) * math.sqrt(mass * float(static_deflection(beam, point, point)))
+    bend = impact_speed(blow) * math.sqrt(mass * float(static_deflection(beam, point, point)))
     if not problems and bend > GREATEST_BEND * beam.span:
         problems.append(
-            f"the blow could bend the beam by {bend:.4g} m, too much of its span of {beam.span:g} m for small "
+            f"the impact could bend the beam by {bend:.4g} m, too much of its span of {beam.span:g} m for small "
             f"deflections; it must stay below {GREATEST_BEND * beam.span:.4g} m: lower the speed or stiffen the beam"
         )
     steps, fewest = parameters.solver.steps, FEWEST.get(parameters.solver.stepper, FEWEST_STEPS)
@@ -105,17 +105,17 @@ def check_beam(parameters: SphereOnBeamScene) -> list[str]:
 
 
 def _too_many_modes(parameters) -> list[str]:
-    """A span so long against the blow that not even the loosest tolerance is met."""
-    if parameters.solver.modes or not (speed := touch_speed(parameters.blow)):
+    """An error where the span is so long that not even the loosest tolerance is met."""
+    if parameters.solver.modes or not (speed := impact_speed(parameters.blow)):
         return []
     theory = EULER if parameters.beam.theory == EULER else TIMOSHENKO
-    tau = hertz_contact_time(thrown_sphere(parameters), speed)
+    tau = hertz_contact_time(sphere_of(parameters), speed)
     wanted = highest_mode(beam_of(parameters, theory), tau, LOOSEST)
     if wanted <= MOST_MODES:
         return []
     span = parameters.beam.span * MOST_MODES / wanted
     return [
-        f"a blow of {tau:.3g} s on a span of {parameters.beam.span:g} m wants modes up to {wanted} even for "
+        f"an impact of {tau:.3g} s on a span of {parameters.beam.span:g} m needs modes up to {wanted} even for "
         f"{100.0 * LOOSEST:g} %; at most {MOST_MODES}: shorten beam.span to {span:.2g} m or less (no wave comes "
         "back in time from supports so far away), or give solver.modes"
     ]
@@ -125,7 +125,7 @@ def resolve(parameters: SphereOnBeamScene) -> SphereOnBeamScene:
     """The parameters of a checked scene with the zeros of its run replaced."""
     whole = PERIODS * 2.0 * math.pi / first_frequency(beam_of(parameters))
     outputs = FEW_OUTPUTS if parameters.wanted.outputs == "peaks" else OUTPUTS
-    whole += 4.0 * hertz_contact_time(thrown_sphere(parameters), touch_speed(parameters.blow))
+    whole += 4.0 * hertz_contact_time(sphere_of(parameters), impact_speed(parameters.blow))
     return dataclasses.replace(parameters, run=resolved_run(parameters.run, whole, outputs))
 
 
@@ -135,7 +135,7 @@ TRIAL_STEPS = 40  # a contact, good to 1e-5
 
 
 class BothTheories(NamedTuple):
-    """The blow by both theories.
+    """The impact by both theories.
 
     First contact [s], how often a shear wave crosses the height in it, how far off Euler's first peak is (relative,
     signed), the greater number of contacts, and how far off Euler's greatest force and time in contact are (relative).
@@ -148,19 +148,19 @@ class BothTheories(NamedTuple):
     of_peak: float
     of_time: float
 
-    def doubts(self, tolerance: float) -> list[str]:
-        """What speaks against Euler's beam."""
-        doubts = []
+    def warnings(self, tolerance: float) -> list[str]:
+        """Reasons against Euler's beam."""
+        found = []
         if abs(self.error) > tolerance:
-            doubts.append(
+            found.append(
                 f"the first contact of {self.duration:.3g} s is so short, {self.across}, that Euler's first peak is "
                 f"{100.0 * abs(self.error):.2g} % too {'high' if self.error > 0.0 else 'low'}"
             )
         elif self.of_time > tolerance:
-            doubts.append(f"Euler's beam has the sphere in contact for a time {100.0 * self.of_time:.2g} % off")
+            found.append(f"Euler's beam has the sphere in contact for a time {100.0 * self.of_time:.2g} % off")
         if self.contacts > 1:
-            doubts.append(f"the sphere touches {self.contacts} times, and what follows a second touch needs shear")
-        return doubts
+            found.append(f"the sphere touches {self.contacts} times, and what follows a second touch needs shear")
+        return found
 
     @property
     def across(self) -> str:
@@ -169,24 +169,24 @@ class BothTheories(NamedTuple):
 
 
 @functools.lru_cache(maxsize=1)  # a motion may take megabytes
-def thrown_by_both(parameters: SphereOnBeamScene) -> tuple[BeamImpact, ...]:
-    """The blow of a checked scene by Euler's beam and by Timoshenko's, roughly."""
-    sphere, speed, until = thrown_sphere(parameters), touch_speed(parameters.blow), resolve(parameters).run.duration
+def impact_by_both_theories(parameters: SphereOnBeamScene) -> tuple[BeamImpact, ...]:
+    """The impact of a checked scene on Euler's beam and on Timoshenko's, with few modes and steps."""
+    sphere, speed, until = sphere_of(parameters), impact_speed(parameters.blow), resolve(parameters).run.duration
     tolerance, found = max(SHARE * parameters.wanted.tolerance, FINEST_TRIAL), []
     for theory in BEAM_THEORIES:
         line = beam_of(parameters, theory)
         count = min(highest_mode(line, hertz_contact_time(sphere, speed), tolerance), MOST_MODES)
         modes = modes_of(line, parameters.blow.point * line.span, count)
         with heeding_signals():
-            found.append(throw(line, modes, sphere, speed, until, TRIAL_STEPS))
+            found.append(solve_impact(line, modes, sphere, speed, until, TRIAL_STEPS))
     return tuple(found)
 
 
 @functools.lru_cache(maxsize=64)
 def trial(parameters: SphereOnBeamScene) -> BothTheories:
-    """The blow of a checked scene by both theories, roughly."""
+    """Comparison of both theories for a checked scene."""
     beam, material = parameters.beam, parameters.beam.material
-    by_euler, by_timoshenko = thrown_by_both(parameters)
+    by_euler, by_timoshenko = impact_by_both_theories(parameters)
     shear_modulus = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
     first = by_timoshenko.contacts[0]
     return BothTheories(
@@ -201,7 +201,7 @@ def trial(parameters: SphereOnBeamScene) -> BothTheories:
 
 def needs_shear(parameters: SphereOnBeamScene) -> bool:
     """True if anything speaks against Euler's beam in a checked scene."""
-    return bool(trial(parameters).doubts(parameters.wanted.tolerance))
+    return bool(trial(parameters).warnings(parameters.wanted.tolerance))
 
 
 def theory_of(parameters: SphereOnBeamScene) -> str:
@@ -211,19 +211,19 @@ def theory_of(parameters: SphereOnBeamScene) -> str:
     return TIMOSHENKO if needs_shear(parameters) else EULER
 
 
-def euler_doubt(parameters: SphereOnBeamScene, contacts: int) -> str | None:
+def euler_warning(parameters: SphereOnBeamScene, contacts: int) -> str | None:
     """What speaks against Euler's beam in a run that took it and had that many contacts."""
     if not contacts or theory_of(parameters) != EULER:
         return None
     found = trial(parameters)
-    doubts = found._replace(contacts=max(contacts, found.contacts)).doubts(parameters.wanted.tolerance)
-    return f"{'; '.join(doubts)}: give beam.theory: timoshenko" if doubts else None
+    reasons = found._replace(contacts=max(contacts, found.contacts)).warnings(parameters.wanted.tolerance)
+    return f"{'; '.join(reasons)}: give beam.theory: timoshenko" if reasons else None
 
 
 LEAST_CHOSEN = 10  # steps a contact that are chosen
 
 
-def steps_wanted(tolerance: float, stepper: str, peaks: bool = False) -> int:
+def steps_required(tolerance: float, stepper: str, peaks: bool = False) -> int:
     """Steps a Hertz contact time that a relative error of the force, or of its `peaks`, wants.
 
     The error falls as steps^-4 until the onset of the force, as time^1.5, is what is left; then steps^-6 is that of
@@ -236,22 +236,22 @@ def steps_wanted(tolerance: float, stepper: str, peaks: bool = False) -> int:
     return max(LEAST_CHOSEN, math.ceil(((16.0 if peaks else 40.0) / tolerance) ** 0.25))
 
 
-def modes_wanted(parameters: SphereOnBeamScene) -> int:
+def modes_required(parameters: SphereOnBeamScene) -> int:
     """Highest mode that the tolerance wants."""
-    tau = hertz_contact_time(thrown_sphere(parameters), touch_speed(parameters.blow))
+    tau = hertz_contact_time(sphere_of(parameters), impact_speed(parameters.blow))
     beam, with_tail = beam_of(parameters, theory_of(parameters)), parameters.solver.static_tail == "contact"
     return highest_mode(beam, tau, parameters.wanted.tolerance, with_tail, parameters.wanted.outputs == "peaks")
 
 
 def modes_for(parameters: SphereOnBeamScene) -> int:
-    """Highest mode: asked for, or from the tolerance, at most MOST_MODES."""
-    return parameters.solver.modes or min(modes_wanted(parameters), MOST_MODES)
+    """Highest mode: specified, or from the tolerance, at most MOST_MODES."""
+    return parameters.solver.modes or min(modes_required(parameters), MOST_MODES)
 
 
 def steps_for(parameters: SphereOnBeamScene, stepper: str) -> int:
-    """Steps a Hertz contact time: asked for, or from the tolerance."""
+    """Steps a Hertz contact time: specified, or from the tolerance."""
     wanted = parameters.wanted
-    return parameters.solver.steps or steps_wanted(wanted.tolerance, stepper, wanted.outputs == "peaks")
+    return parameters.solver.steps or steps_required(wanted.tolerance, stepper, wanted.outputs == "peaks")
 
 
 def steps_of(parameters: SphereOnBeamScene) -> int:
@@ -299,7 +299,7 @@ def choose(parameters) -> Choice:
         warnings.append(f"solver.steps = {steps} is coarse for {stepper}: contacts may come apart; use {few} or more")
     if stepper == "sinusoidal":
         warnings.append("the force is assumed, not solved for: the beam will receive more energy than the sphere has")
-    if not solver.modes and (wanted := modes_wanted(parameters)) > modes:
+    if not solver.modes and (wanted := modes_required(parameters)) > modes:
         warnings.append(
             f"wanted.tolerance = {parameters.wanted.tolerance:g} needs modes up to {wanted}; {MOST_MODES} is the most, "
             "so the result is less exact"

@@ -10,7 +10,7 @@ number of contacts, with exact free flight between them. `sinusoidal` assumes th
 energy balance fails and the run says so.
 
 Gravity acts on the sphere after the first touch when `blow.gravity` is set; the beam is measured from its rest under
-its own weight. Bending stress is that of the fibre away from the blow, tension positive.
+its own weight. Bending stress is that of the fibre away from the sphere, tension positive.
 """
 
 import math
@@ -22,16 +22,16 @@ from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Channel
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.contact.elastic import HERTZIAN, approaches_of_loads, energies_at
-from bearing_twin.kinds.beam.impact import BeamImpact, throw
+from bearing_twin.kinds.beam.impact import BeamImpact, solve_impact
 from bearing_twin.kinds.beam.models import (
     PEAK_SAMPLES,
     beam_of,
+    impact_speed,
     modes_for,
     resolve,
+    sphere_of,
     steps_for,
     theory_of,
-    thrown_sphere,
-    touch_speed,
 )
 from bearing_twin.kinds.beam.modes import beam_energy, deflection_shapes, modes_of, stress_shapes
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
@@ -43,22 +43,26 @@ TOGETHER = 500_000  # states of modes read off at once
 
 
 def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:
-    """What one sample of this scene holds; the first of the watched points is the point of impact."""
+    """What one sample of this scene holds; the first of the observed points is the point of impact."""
     watched, stations = 1 + len(parameters.outputs.points), parameters.outputs.stations
     return (
         Channel("approach", "m", (), "mutual approach of sphere and beam; negative = gap"),
         Channel("normal_load", "N", (), "contact force, down on the beam and up on the sphere"),
-        Channel("sphere_position", "m", (), "travel of the sphere's centre along the blow since the first touch"),
-        Channel("sphere_velocity", "m/s", (), "of the sphere's centre along the blow"),
+        Channel("sphere_position", "m", (), "travel of the sphere's centre along its motion since the first contact"),
+        Channel("sphere_velocity", "m/s", (), "of the sphere's centre along its motion before the impact"),
         Channel(
             "deflection",
             "m",
             (watched,),
-            "of the beam along the blow at the impact point and outputs.points",
+            "of the beam along the sphere's motion, at the impact point and outputs.points",
             ("watched",),
         ),
         Channel(
-            "bending_stress", "Pa", (watched,), "there, of the fibre away from the blow, tension positive", ("watched",)
+            "bending_stress",
+            "Pa",
+            (watched,),
+            "there, of the fibre away from the sphere, tension positive",
+            ("watched",),
         ),
         Channel("shape", "m", (stations,), "deflection at evenly spaced points from support to support", ("station",)),
         Channel("kinetic_energy", "J", (), "of the sphere"),
@@ -68,7 +72,7 @@ def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:
 
 
 class Top(NamedTuple):
-    """The greatest `value` of a watched point by magnitude, and times [s] around its instant."""
+    """The greatest `value` of an observed point by magnitude, and times [s] around its instant."""
 
     value: float
     point: int
@@ -94,7 +98,7 @@ class WatchedPoints:
         return self._in_blocks(times, self._bending)
 
     def greatest(self) -> list[Top]:
-        """Greatest deflection [m] and bending stress [Pa] by magnitude, of all watched points and the whole motion."""
+        """Greatest deflection [m] and bending stress [Pa] by magnitude, of all observed points and the whole motion."""
         times, results = np.linspace(0.0, self._found.end, PEAK_SAMPLES), []
         for column, values in enumerate(self.at_points(times)):
             size = np.abs(values)
@@ -136,14 +140,14 @@ class WatchedPoints:
         )
 
 
-def throw_scene(parameters: SphereOnBeamScene, stepper: str = "modes", stop=SIGNALLED) -> BeamImpact:
+def impact_of_scene(parameters: SphereOnBeamScene, stepper: str = "modes", stop=SIGNALLED) -> BeamImpact:
     """The motion behind a scene, in pieces; `solve` reads channels and figures off it."""
     parameters = resolve(parameters)
     beam = beam_of(parameters, theory_of(parameters))
     modes = modes_of(beam, parameters.blow.point * beam.span, modes_for(parameters))
     with_tail = parameters.solver.static_tail == "contact"
-    return throw(
-        beam, modes, thrown_sphere(parameters), touch_speed(parameters.blow), parameters.run.duration,
+    return solve_impact(
+        beam, modes, sphere_of(parameters), impact_speed(parameters.blow), parameters.run.duration,
         steps_for(parameters, stepper), stepper, with_tail, stop,
     )  # fmt: skip
 
@@ -154,10 +158,10 @@ def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "mod
     Raises IntegrationError where it fails, and Stopped, also when outputs are read off, soon after `stop` is not 0.
     """
     parameters = resolve(parameters)
-    found = throw_scene(parameters, stepper, stop)
-    brought = 0.5 * found.sphere.mass * touch_speed(parameters.blow) ** 2
+    found = impact_of_scene(parameters, stepper, stop)
+    brought = 0.5 * found.sphere.mass * impact_speed(parameters.blow) ** 2
     watch = WatchedPoints(parameters, found)
-    # What is greatest in the beam costs more than all contacts: it is left out where contacts alone are wanted.
+    # What is greatest in the beam costs more than all contacts: not computed where contacts alone are requested.
     wanted = parameters.wanted.outputs == "history"
     tops = watch.greatest() if wanted else ()
     deflection, stress = (top.value for top in tops) if wanted else (math.nan, math.nan)

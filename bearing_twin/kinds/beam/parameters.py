@@ -18,8 +18,8 @@ class BeamParameters:
     """A simply supported beam of rectangular section at rest; its own weight bends it before, and is left out."""
 
     span: float = quantity(0.1535, "m", "distance of the supports", above=0.0)
-    width: float = quantity(0.01, "m", "width across the blow", above=0.0)
-    height: float = quantity(0.01, "m", "height along the blow", above=0.0)
+    width: float = quantity(0.01, "m", "width across the motion of the sphere", above=0.0)
+    height: float = quantity(0.01, "m", "height along the motion of the sphere", above=0.0)
     theory: str = choice(
         "auto", ("auto", *BEAM_THEORIES), "timoshenko knows shear and rotary inertia; auto = euler where it suffices"
     )
@@ -33,7 +33,7 @@ class Blow:
 
     speed: float = quantity(0.0, "m/s", "speed at the first touch; 0 = from drop_height", at_least=0.0)
     drop_height: float = quantity(0.0, "m", "free fall before the first touch", at_least=0.0)
-    gravity: float = quantity(0.0, "m/s^2", "on the sphere, along the blow, after the first touch; 0 = left out")
+    gravity: float = quantity(0.0, "m/s^2", "on the sphere, along its motion, after the first contact; 0 = none")
     point: float = quantity(
         0.5, "1", "where on the beam, as a share of the span from one support", at_least=1e-6, at_most=0.999999
     )
@@ -53,16 +53,16 @@ class BeamSolver(Checked):
 
 @dataclass(frozen=True)
 class WantedOfBeam(WantedImpact):
-    """What is wanted of a sphere on a beam."""
+    """Requested outputs and tolerance of a sphere on a beam."""
 
     tolerance: float = quantity(
-        1e-6, "1", "wanted relative error of forces and times", at_least=1e-10, at_most=LOOSEST, less=UNVERIFIED
+        1e-6, "1", "requested relative error of forces and times", at_least=1e-10, at_most=LOOSEST, less=UNVERIFIED
     )
 
 
 @dataclass(frozen=True)
 class BeamOutputs:
-    """Where the beam is watched, besides the point of impact."""
+    """Points of the beam whose motion is given, besides the point of impact."""
 
     points: tuple[float, float, float] = quantity(
         (0.25, 0.5, 0.75), "1", "of deflection and stress, as shares of the span", at_least=0.0, at_most=1.0

@@ -1,6 +1,6 @@
 """The topics of a sphere on a beam: wrenches, the contact, frames and markers, as fields of messages.
 
-The frame of the scene has its origin at one support, at the height of the struck surface at rest, x along the beam to
+The frame of the scene has its origin at one support, at the height of the upper surface at rest, x along the beam to
 the other support and z against the blow.
 """
 

@@ -14,7 +14,7 @@ ENERGIES = (("kinetic_energy", "sphere"), ("beam_energy", "beam"), ("elastic_ene
 
 
 def view(facts, channels) -> View:
-    """x along the beam from its middle, y against the blow; the upper face at rest is y = 0."""
+    """x along the beam from its middle, y against the sphere's motion; the upper face at rest is y = 0."""
     parameters = facts.scene.parameters
     beam, radius, point = parameters.beam, parameters.sphere.radius, parameters.blow.point
     struck = (point - 0.5) * beam.span
@@ -23,7 +23,7 @@ def view(facts, channels) -> View:
         Channel("sphere_rest", "m", (3,), "centre of the sphere at the first touch"),
         Channel("sphere_way", "m", (3,), "from there"),
         Channel("blow", "N", (3,), "on the beam by the sphere"),
-        Channel("above", "m", (3,), "where the arrow of the blow ends"),
+        Channel("above", "m", (3,), "where the arrow of the force ends"),
     )
     watched = watched_points(parameters)
 
@@ -35,9 +35,9 @@ def view(facts, channels) -> View:
         rows=lambda sample: _rows(sample, struck, radius, struck + 1.25 * radius),
         panels=(
             curves("Contact force", "N", ("normal_load", "force")),
-            points("Deflection, along the blow", "m", "deflection"),
+            points("Deflection, along the sphere's motion", "m", "deflection"),
             points("Bending stress of the lower fibre, tension positive", "Pa", "bending_stress"),
-            curves("Velocity of the sphere, along the blow", "m/s", ("sphere_velocity", "sphere")),
+            curves("Velocity of the sphere, along its motion before", "m/s", ("sphere_velocity", "sphere")),
             curves("Energy", "J", *ENERGIES),
         ),
         solids=(
@@ -66,7 +66,7 @@ def watched_points(parameters) -> dict[int, str]:
 
 
 def _rows(sample, struck: float, radius: float, beside: float) -> dict[str, np.ndarray]:
-    """The arrow of the blow stands `beside` the sphere, which would hide it."""
+    """The arrow of the force stands `beside` the sphere, which would hide it."""
     rest, way, blow, above = (np.zeros((len(sample["normal_load"]), 3)) for _ in range(4))
     rest[:, 0], rest[:, 1] = struck, radius
     way[:, 1] = -sample["sphere_position"]
