@@ -80,10 +80,14 @@ def _padded(values, *shape: int) -> np.ndarray:
 _SQUARE = MOST_STAGES, MOST_STAGES - 1
 
 
+def method_numbers(method: Rosenbrock) -> np.ndarray:
+    """The numbers of a method of ROSENBROCK as the core's RosenbrockMethod has them."""
+    return _method_numbers(next(name for name, one in ROSENBROCK.items() if one is method))
+
+
 @functools.cache
-def method_numbers(order: int, lands: bool) -> np.ndarray:
-    """The numbers of the RosenbrockMethod of that order, which ends steps where contacts begin or end if it `lands`."""
-    method = next(one for one in ROSENBROCK.values() if (one.order, one.lands) == (order, lands))
+def _method_numbers(name: str) -> np.ndarray:
+    method = ROSENBROCK[name]
     return np.concatenate(
         [
             [len(method.alpha), method.order, method.lands, method.gamma],
@@ -123,7 +127,7 @@ def advance(bearing, drive, method: Rosenbrock, chunk, balls, moving, results) -
     numbers, points = numbers_of(bearing)
     balls = np.asarray(balls, np.int64)
     return _free_balls(
-        *(numbers, points, method_numbers(method.order, method.lands), np.array(drive[1:], float)),
+        *(numbers, points, method_numbers(method), np.array(drive[1:], float)),
         *(np.ascontiguousarray(chunk.scales), chunk.duration, len(chunk.times), np.ascontiguousarray(chunk.times)),
         *(results.stop, len(balls), balls, len(moving[0]), *moving, results.carried),
         *(results.states, results.orientations, results.counts, results.failure),

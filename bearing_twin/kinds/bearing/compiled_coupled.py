@@ -8,6 +8,7 @@ import numpy as np
 from bearing_twin.core import FLAG, INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.columns import CAGE
 from bearing_twin.kinds.bearing.compiled_balls import method_numbers, numbers_of
+from bearing_twin.numerics.steppers import RODAS4
 
 COORDINATES, INTEGRALS = 9, 4  # ring x, y, z, its tilt about x and y, cage x, y, its angle, shaft
 SHAFT = 8
@@ -105,7 +106,7 @@ def rates_and_jacobian(bearing, drive, partners, near, state, border) -> tuple[n
     rows = state.size + BODY_NUMBERS
     rates, jacobian = np.empty(rows), np.empty((rows, 9 * balls + 2 * COORDINATES))
     _rates(
-        *(numbers, points, method_numbers(4, False), numbers_of_bodies(bearing, partners)),
+        *(numbers, points, method_numbers(RODAS4), numbers_of_bodies(bearing, partners)),
         *(partners.load, partners.load_rate, np.array(drive, float)),
         *(balls, near.view(np.uint8), state.copy(), border, rates, jacobian),
     )
@@ -122,7 +123,7 @@ def advance(bearing, drive, method, chunk, near, partners, balls, moving, result
     numbers, points = numbers_of(bearing)
     balls = np.asarray(balls, np.int64)
     return _coupled_balls(
-        *(numbers, points, method_numbers(method.order, method.lands), numbers_of_bodies(bearing, partners)),
+        *(numbers, points, method_numbers(method), numbers_of_bodies(bearing, partners)),
         *(partners.load, partners.load_rate, np.array(drive, float), chunk.scales, chunk.duration),
         *(len(chunk.times), chunk.times, results.stop, len(balls), balls, near.view(np.uint8), len(moving[0]), *moving),
         *(results.carried, results.last_border, results.states, results.orientations, results.border),

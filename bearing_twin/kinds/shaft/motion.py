@@ -254,7 +254,7 @@ class ShaftMotion:
         rows = np.empty((len(due), self._layout.width))
         course = self.course.rows(float(self.clock[BEGAN]), until)
         status = _advance(
-            *(*self._numbers, course, len(course), method_numbers(RODAS4.order, RODAS4.lands), self.scales),
+            *(*self._numbers, course, len(course), method_numbers(RODAS4), self.scales),
             *(self._bounds, len(due), due, until, self.stop, *self._arrays(), rows, self._layout.width),
         )
         return status, Columns(self._layout, rows)
