@@ -11,7 +11,6 @@
 namespace core::soft_discs {
 
 constexpr int ROOT_STEPS = 60;  // at most, for the place on an edge: halving alone takes as many
-constexpr int MOST_EDGE_NODES = 5;
 constexpr double NEAR = 0.01;  // radii: rims may dip below their nodes by less
 
 // The force on the half disc, its energy and its greatest depth.
@@ -28,12 +27,12 @@ inline Pressed press_wall(const HalfDisc &disc, const Field &displacement, const
   Pressed found;
   for (int edge = 0; edge < disc.edges; edge++)
     for (int point = 0; point < disc.rim_points; point++) {
-      const double *shape = disc.rim_shape + point * disc.edge_nodes;
+      const double *shape = disc.rim_shape + point * disc.side;
       const double height = disc.on_rim(shape, edge, [&](std::int64_t n) { return disc.height[n] + displacement.y[n]; });
       if (!(height < 0.0)) continue;
       const double pushed = disc.pressure(-height) * disc.rim_weight[edge * disc.rim_points + point];
       found.take(pushed, -height, disc.exponent);
-      for (int a = 0; a < disc.edge_nodes; a++) load.y[disc.rim_node[edge * disc.edge_nodes + a]] += pushed * shape[a];
+      for (int a = 0; a < disc.side; a++) load.y[disc.rim_node[edge * disc.side + a]] += pushed * shape[a];
     }
   return found;
 }
@@ -42,10 +41,10 @@ inline Pressed press_wall(const HalfDisc &disc, const Field &displacement, const
 class Rim {
  public:
   double lowest = HUGE_VAL;  // of its nodes
-  double shape[MOST_EDGE_NODES];  // of the nodes of the edge that was found last, where it passes x
+  double shape[MOST_SIDE];  // of the nodes of the edge that was found last, where it passes x
 
   Rim(const HalfDisc &disc, const Field &moved) : disc(disc), moved(moved) {
-    for (int i = 0; i < disc.edges * disc.edge_nodes; i++) lowest = std::min(lowest, y(disc.rim_node[i]));
+    for (int i = 0; i < disc.edges * disc.side; i++) lowest = std::min(lowest, y(disc.rim_node[i]));
   }
   double x(std::int64_t node) const { return disc.across[node] + moved.x[node]; }
   double y(std::int64_t node) const { return disc.height[node] + moved.y[node]; }
@@ -56,7 +55,7 @@ class Rim {
     while (edge > 0 && end_of(edge - 1) > at) edge--;
     return !(end_of(edge) < at);
   }
-  const std::int64_t *edge_node() const { return disc.rim_node + edge * disc.edge_nodes; }
+  const std::int64_t *edge_node() const { return disc.rim_node + edge * disc.side; }
 
   // Height and slope dy/dx where the edge found passes x, by Newton's method between brackets.
   struct Point { double height, slope; };
@@ -79,18 +78,18 @@ class Rim {
   const HalfDisc &disc;
   const Field &moved;
   int edge = 0;
-  double slope[MOST_EDGE_NODES];
+  double slope[MOST_SIDE];
 
-  double end_of(int edge) const { return x(disc.rim_node[(edge + 1) * disc.edge_nodes - 1]); }
+  double end_of(int edge) const { return x(disc.rim_node[(edge + 1) * disc.side - 1]); }
   double sum(const double *weight, double (Rim::*value)(std::int64_t) const) const {
     return disc.on_rim(weight, edge, [&](std::int64_t node) { return (this->*value)(node); });
   }
   // Values and slopes of the Lagrange polynomials on the nodes of an edge.
   void set_shapes(double place) {
     const double *nodes = disc.rim_place;
-    for (int a = 0; a < disc.edge_nodes; a++) {
+    for (int a = 0; a < disc.side; a++) {
       shape[a] = 1.0, slope[a] = 0.0;
-      for (int b = 0; b < disc.edge_nodes; b++) {
+      for (int b = 0; b < disc.side; b++) {
         if (b == a) continue;
         const double scale = 1.0 / (nodes[a] - nodes[b]);
         slope[a] = (slope[a] * (place - nodes[b]) + shape[a]) * scale;
@@ -107,8 +106,8 @@ inline Pressed press_rim(const HalfDisc &disc, const Field &displacement, const 
   Rim facing(other, moved);
   for (int edge = 0; edge < disc.edges; edge++)
     for (int point = 0; point < disc.rim_points; point++) {
-      const double *shape = disc.rim_shape + point * disc.edge_nodes;
-      const std::int64_t *node = disc.rim_node + edge * disc.edge_nodes;
+      const double *shape = disc.rim_shape + point * disc.side;
+      const std::int64_t *node = disc.rim_node + edge * disc.side;
       const double x = disc.on_rim(shape, edge, [&](std::int64_t n) { return disc.across[n] + displacement.x[n]; });
       const double y = disc.on_rim(shape, edge, [&](std::int64_t n) { return disc.height[n] + displacement.y[n]; });
       if (y + facing.lowest > NEAR || !facing.find(x)) continue;
@@ -117,11 +116,11 @@ inline Pressed press_rim(const HalfDisc &disc, const Field &displacement, const 
       if (!(depth > 0.0)) continue;
       const double pushed = 0.5 * disc.pressure(depth) * disc.rim_weight[edge * disc.rim_points + point];
       found.take(pushed, depth, disc.exponent);
-      for (int a = 0; a < disc.edge_nodes; a++) {
+      for (int a = 0; a < disc.side; a++) {
         const double share = pushed * shape[a];
         load.x[node[a]] += share * met.slope, load.y[node[a]] += share;
       }
-      for (int a = 0; a < other.edge_nodes; a++) {
+      for (int a = 0; a < other.side; a++) {
         const double share = pushed * facing.shape[a];
         given.x[facing.edge_node()[a]] -= share * met.slope, given.y[facing.edge_node()[a]] += share;
       }

@@ -8,31 +8,35 @@
 
 namespace core::soft_discs {
 
-constexpr int MOST_NODES = 25;  // of an element
+constexpr int MOST_SIDE = 5, MOST_POINTS = 2 * MOST_SIDE * MOST_SIDE;  // nodes along an element, Gauss points
 using LoosePack = double __attribute__((vector_size(8 * LANES), aligned(8)));  // as arrays of Python have them
 
-// As Python hands it over (`HalfDisc` of kinds/soft_discs/solve.py). The last of the `nodes` is none: it takes what lanes
-// without an element give. Arrays: `across`, `height`, `mass` (nodes,); `node` (blocks, element_nodes, LANES); `gradient` of
-// the shape functions by x and y (blocks, points, element_nodes, 2, LANES); `weight` (blocks, points, LANES), the first `full`
-// points for the part with the shear modulus, the others for Lame's first parameter. Of the lower half of the rim, from the
-// bottom up: `rim_node` (edges, edge_nodes), `rim_shape` (rim_points, edge_nodes), `rim_weight` (edges, rim_points) and
-// the `rim_place` of nodes (edge_nodes,) on [-1, 1]; `axis_node` (axis_nodes,) on x = 0. Pressure is stiffness depth^exponent.
+// As Python hands it over (`_HalfDisc` of kinds/soft_discs/solve.py). An element has `side` squared nodes and two sets of Gauss
+// points: `full` squared for the part with the shear modulus, `reduced` squared for Lame's first parameter; nodes and points
+// count along the first direction fastest. The last of the `nodes` is none: it takes what lanes without an element give.
+// Arrays: `across`, `height`, `mass` (nodes,); `node` (blocks, side squared, LANES); `value` and `slope` of the Lagrange
+// polynomials (full + reduced, side) along a direction; `inverse` of the Jacobian, reference coordinates by place (blocks,
+// points, 2, 2, LANES); `weight` (blocks, points, LANES). Of the lower half of the rim, from the bottom up: `rim_node`
+// (edges, side), `rim_shape` (rim_points, side), `rim_weight` (edges, rim_points) and the `rim_place` of nodes (side,) on
+// [-1, 1]; `axis_node` (axis_nodes,) on x = 0. Pressure is stiffness depth^exponent.
 struct HalfDisc {
-  std::int64_t nodes, blocks, element_nodes, points, full, edges, edge_nodes, rim_points, axis_nodes, law;
+  std::int64_t nodes, blocks, side, full, reduced, edges, rim_points, axis_nodes, law;
   const double *across, *height, *mass;
   const std::int64_t *node;
-  const LoosePack *gradient, *weight;
+  const double *value, *slope;
+  const LoosePack *inverse, *weight;
   const std::int64_t *rim_node;
   const double *rim_shape, *rim_weight, *rim_place;
   const std::int64_t *axis_node;
   double mu, lame, stiffness, exponent;
 
+  std::int64_t points() const { return full * full + reduced * reduced; }
   double pressure(double depth) const { return stiffness * (exponent == 1.0 ? depth : std::pow(depth, exponent)); }
   // The sum of value(node) over the nodes of an edge of the rim, by their shape functions at a point.
   template <class Function>
   double on_rim(const double *shape, int edge, Function value) const {
     double sum = 0.0;
-    for (int a = 0; a < edge_nodes; a++) sum += shape[a] * value(rim_node[edge * edge_nodes + a]);
+    for (int a = 0; a < side; a++) sum += shape[a] * value(rim_node[edge * side + a]);
     return sum;
   }
 };
@@ -46,40 +50,107 @@ struct Field {
 
 struct Elastic { double energy, least_det, least_stretch; };
 
-// Takes the forces of elasticity off `load`; returns the energy, least det F and least stretch of the half disc.
-template <Law LAW>
-Elastic add_elastic(const HalfDisc &disc, const Field &displacement, const Field &load) {
-  const Moduli moduli{disc.mu, disc.lame};
-  const int size = int(disc.element_nodes), points = int(disc.points);
-  Pack moved[2 * MOST_NODES], given[2 * MOST_NODES];
-  Found found;
-  const LoosePack *gradient = disc.gradient, *weight = disc.weight;
-  const std::int64_t *node = disc.node;
-  for (int block = 0; block < disc.blocks; block++, node += size * LANES) {
-    for (int a = 0; a < size; a++)
-      for (int lane = 0; lane < LANES; lane++) {
-        moved[2 * a][lane] = displacement.x[node[a * LANES + lane]];
-        moved[2 * a + 1][lane] = displacement.y[node[a * LANES + lane]];
+// Displacements of an element's nodes, or forces on them.
+struct NodeValues { Pack x[MOST_SIDE * MOST_SIDE], y[MOST_SIDE * MOST_SIDE]; };
+
+// Sums over nodes factor into one along each direction of an element, with N nodes and POINTS Gauss points along it.
+template <int N, int POINTS>
+struct Sums {
+  const double *value, *slope;  // (POINTS, N)
+
+  // Gradients at all points by reference coordinates.
+  void gradients(const NodeValues &moved, Tensor *h) const {
+    Pack by_value_x[N], by_value_y[N], by_slope_x[N], by_slope_y[N];
+    for (int i = 0; i < POINTS; i++) {
+      const double *v = value + i * N, *s = slope + i * N;
+      for (int b = 0; b < N; b++) {
+        by_value_x[b] = by_value_y[b] = by_slope_x[b] = by_slope_y[b] = Pack{};
+        for (int a = 0; a < N; a++) {
+          const Pack x = moved.x[b * N + a], y = moved.y[b * N + a];
+          by_value_x[b] += v[a] * x, by_slope_x[b] += s[a] * x;
+          by_value_y[b] += v[a] * y, by_slope_y[b] += s[a] * y;
+        }
       }
-    std::fill(given, given + 2 * size, Pack{});
-    for (int q = 0; q < points; q++, gradient += 2 * size, weight++) {
-      Tensor h{};
-      for (int a = 0; a < size; a++) {
-        const Pack x = moved[2 * a], y = moved[2 * a + 1], along = gradient[2 * a], across = gradient[2 * a + 1];
-        h.xx += x * along, h.xy += x * across, h.yx += y * along, h.yy += y * across;
-      }
-      const Pack here = *weight;
-      const Tensor s = q < disc.full ? shear_stress<LAW>(moduli, h, here, found) : volume_stress<LAW>(moduli, h, here, found);
-      for (int a = 0; a < size; a++) {
-        const Pack along = gradient[2 * a], across = gradient[2 * a + 1];
-        given[2 * a] += s.xx * along + s.xy * across;
-        given[2 * a + 1] += s.yx * along + s.yy * across;
+      for (int j = 0; j < POINTS; j++) {
+        const double *w = value + j * N, *t = slope + j * N;
+        Tensor found{};
+        for (int b = 0; b < N; b++) {
+          found.xx += w[b] * by_slope_x[b], found.xy += t[b] * by_value_x[b];
+          found.yx += w[b] * by_slope_y[b], found.yy += t[b] * by_value_y[b];
+        }
+        h[j * POINTS + i] = found;
       }
     }
+  }
+
+  // Adds forces on the nodes by stresses at all points along reference coordinates: the transpose of `gradients`.
+  void add_forces(const Tensor *stress, NodeValues &given) const {
+    for (int i = 0; i < POINTS; i++) {
+      const double *v = value + i * N, *s = slope + i * N;
+      for (int b = 0; b < N; b++) {
+        Pack by_value_x{}, by_value_y{}, by_slope_x{}, by_slope_y{};
+        for (int j = 0; j < POINTS; j++) {
+          const double w = value[j * N + b], t = slope[j * N + b];
+          const Tensor &one = stress[j * POINTS + i];
+          by_slope_x += w * one.xx, by_value_x += t * one.xy;
+          by_slope_y += w * one.yx, by_value_y += t * one.yy;
+        }
+        for (int a = 0; a < N; a++) {
+          given.x[b * N + a] += s[a] * by_slope_x + v[a] * by_value_x;
+          given.y[b * N + a] += s[a] * by_slope_y + v[a] * by_value_y;
+        }
+      }
+    }
+  }
+};
+
+// The stresses at all points of the elements of a block, along reference coordinates, from gradients by these.
+template <Law LAW>
+void set_stresses(const HalfDisc &disc, int block, Tensor *at, Found &found) {
+  const Moduli moduli{disc.mu, disc.lame};
+  const int full = int(disc.full * disc.full), points = int(disc.points());
+  const LoosePack *inverse = disc.inverse + std::int64_t(block) * points * 4, *weight = disc.weight + std::int64_t(block) * points;
+  for (int q = 0; q < points; q++, inverse += 4) {
+    const Tensor g = at[q];
+    const Pack xx = inverse[0], xy = inverse[1], yx = inverse[2], yy = inverse[3], here = weight[q];
+    const Tensor h{g.xx * xx + g.xy * yx, g.xx * xy + g.xy * yy, g.yx * xx + g.yy * yx, g.yx * xy + g.yy * yy};
+    const Tensor s = q < full ? shear_stress<LAW>(moduli, h, here, found) : volume_stress<LAW>(moduli, h, here, found);
+    at[q] = {s.xx * xx + s.xy * xy, s.xx * yx + s.xy * yy, s.yx * xx + s.yy * xy, s.yx * yx + s.yy * yy};
+  }
+}
+
+inline void set_stresses(const HalfDisc &disc, int block, Tensor *at, Found &found) {
+  switch (Law(disc.law)) {
+    case Law::stvk: return set_stresses<Law::stvk>(disc, block, at, found);
+    case Law::neo_hookean: return set_stresses<Law::neo_hookean>(disc, block, at, found);
+    case Law::neo_hookean_plane_stress: return set_stresses<Law::neo_hookean_plane_stress>(disc, block, at, found);
+    default: return set_stresses<Law::linear>(disc, block, at, found);
+  }
+}
+
+// Takes the forces of elasticity off `load`; returns the energy, least det F and least stretch of the half disc.
+template <int N, int REDUCED>
+Elastic add_elastic(const HalfDisc &disc, const Field &displacement, const Field &load) {
+  const Sums<N, N> full{disc.value, disc.slope};
+  const Sums<N, REDUCED> reduced{disc.value + N * N, disc.slope + N * N};
+  NodeValues moved{}, given;
+  Tensor at[MOST_POINTS];
+  Found found;
+  const std::int64_t *node = disc.node;
+  for (int block = 0; block < disc.blocks; block++, node += N * N * LANES) {
+    for (int a = 0; a < N * N; a++)
+      for (int lane = 0; lane < LANES; lane++) {
+        moved.x[a][lane] = displacement.x[node[a * LANES + lane]];
+        moved.y[a][lane] = displacement.y[node[a * LANES + lane]];
+      }
+    full.gradients(moved, at), reduced.gradients(moved, at + N * N);
+    set_stresses(disc, block, at, found);
+    std::fill(given.x, given.x + N * N, Pack{}), std::fill(given.y, given.y + N * N, Pack{});
+    full.add_forces(at, given), reduced.add_forces(at + N * N, given);
     for (int lane = 0; lane < LANES; lane++)
-      for (int a = 0; a < size; a++) {
-        load.x[node[a * LANES + lane]] -= given[2 * a][lane];
-        load.y[node[a * LANES + lane]] -= given[2 * a + 1][lane];
+      for (int a = 0; a < N * N; a++) {
+        load.x[node[a * LANES + lane]] -= given.x[a][lane];
+        load.y[node[a * LANES + lane]] -= given.y[a][lane];
       }
   }
   double energy = 0.0, det = HUGE_VAL, strain = HUGE_VAL;
@@ -91,11 +162,12 @@ Elastic add_elastic(const HalfDisc &disc, const Field &displacement, const Field
 }
 
 inline Elastic add_elastic(const HalfDisc &disc, const Field &displacement, const Field &load) {
-  switch (Law(disc.law)) {
-    case Law::stvk: return add_elastic<Law::stvk>(disc, displacement, load);
-    case Law::neo_hookean: return add_elastic<Law::neo_hookean>(disc, displacement, load);
-    case Law::neo_hookean_plane_stress: return add_elastic<Law::neo_hookean_plane_stress>(disc, displacement, load);
-    default: return add_elastic<Law::linear>(disc, displacement, load);
+  const bool same = disc.reduced == disc.full;
+  switch (disc.side) {
+    case 2: return same ? add_elastic<2, 2>(disc, displacement, load) : add_elastic<2, 1>(disc, displacement, load);
+    case 3: return same ? add_elastic<3, 3>(disc, displacement, load) : add_elastic<3, 2>(disc, displacement, load);
+    case 4: return same ? add_elastic<4, 4>(disc, displacement, load) : add_elastic<4, 3>(disc, displacement, load);
+    default: return same ? add_elastic<5, 5>(disc, displacement, load) : add_elastic<5, 4>(disc, displacement, load);
   }
 }
 

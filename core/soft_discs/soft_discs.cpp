@@ -129,14 +129,14 @@ CORE_EXPORT void core_soft_discs_stiffness(const HalfDisc *body, double *displac
   const HalfDisc &disc = *body;
   const Field moved(displacement, disc), load(load_numbers, disc);
   load.clear(disc);
-  add_elastic<Law::linear>(disc, moved, load);
+  add_elastic(disc, moved, load);
   for (int edge = 0; edge < disc.edges; edge++)
     for (int point = 0; point < disc.rim_points; point++) {
-      const double *shape = disc.rim_shape + point * disc.edge_nodes;
+      const double *shape = disc.rim_shape + point * disc.side;
       for (auto [from, to] : {std::pair{moved.x, load.x}, std::pair{moved.y, load.y}}) {
         const double depth = disc.on_rim(shape, edge, [&, from = from](std::int64_t n) { return from[n]; });
         const double pushed = disc.stiffness * disc.rim_weight[edge * disc.rim_points + point] * depth;
-        for (int a = 0; a < disc.edge_nodes; a++) to[disc.rim_node[edge * disc.edge_nodes + a]] -= pushed * shape[a];
+        for (int a = 0; a < disc.side; a++) to[disc.rim_node[edge * disc.side + a]] -= pushed * shape[a];
       }
     }
 }

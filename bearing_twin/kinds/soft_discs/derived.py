@@ -31,7 +31,7 @@ FEWEST = 6  # divisions that are chosen
 STIFF, STIFF_POWER = 10.0, 1.3
 """Beyond this ratio of stiffness of the penalty the error grows by this power of it: with 30 and 100 it is 4 to 5 and
 13 to 27 times that of 10, with 12 to 24 divisions of order 3 in `soft_discs_mean` and `soft_discs_fast`."""
-SECONDS = 7e-8  # a node and step; measured
+SECONDS = 5e-8  # a node and step; measured
 UNEQUAL = 20.0  # ratio of radii of two discs, at most
 GREATEST_SECONDS, GREATEST_MEMORY = 3600.0, 2e9  # of a run that is begun
 

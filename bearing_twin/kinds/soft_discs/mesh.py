@@ -31,8 +31,10 @@ class Mesh:
 
     `x`, `y`, `mass` of the nodes (n,), where the last node is none: it takes what lanes without an element give.
     Blocks are of as many elements as the core computes side by side: `nodes` (blocks, nodes of an element, lanes) by
-    their numbers; `gradients` of the shape functions by x and y (blocks, points, nodes, 2, lanes); `weights` (blocks,
-    points, lanes), the first `full` points for the part with the shear modulus, the others for Lame's first parameter.
+    their numbers; `inverses` of the Jacobian, reference coordinates by place (blocks, points, 2, 2, lanes); `weights`
+    (blocks, points, lanes). There are two sets of Gauss points, `full` squared for the part with the shear modulus,
+    then `reduced` squared for Lame's first parameter; `values` and `slopes` of the Lagrange polynomials along a
+    direction (full + reduced, order + 1) are at both.
     `rim_nodes` (edges, nodes of an edge) of the lower half of the rim, from the bottom up, `rim_shapes` (rim points,
     nodes), `rim_weights` (edges, rim points); `on_axis` numbers of the nodes on x = 0, `outline` of those on the rim
     from the bottom to the top; `elements` (e, nodes of an element).
@@ -43,9 +45,12 @@ class Mesh:
     y: np.ndarray
     mass: np.ndarray
     nodes: np.ndarray
-    gradients: np.ndarray
+    values: np.ndarray
+    slopes: np.ndarray
+    inverses: np.ndarray
     weights: np.ndarray
     full: int
+    reduced: int
     rim_nodes: np.ndarray
     rim_shapes: np.ndarray
     rim_weights: np.ndarray
@@ -60,7 +65,9 @@ def half_disc(divisions: int, order: int, integration: str) -> Mesh:
     points, elements, edges = _numbered(divisions // (2 * order), order)
     full, reduced = order + 1, order if integration == "selective" else order + 1
     corners = points[elements]
-    gradients, weights = _gradients_and_weights(corners, order, (full, reduced))
+    inverses, weights = _inverses_and_weights(corners, order, (full, reduced))
+    polynomials = (lagrange(lobatto(order)[0], gauss(points)[0]) for points in (full, reduced))
+    values, slopes = (np.concatenate(both) for both in zip(*polynomials, strict=True))
     mass = np.zeros(len(points) + 1)
     np.add.at(mass, elements, _lumped(corners, order))
     mass[-1] = 1.0
@@ -75,8 +82,8 @@ def half_disc(divisions: int, order: int, integration: str) -> Mesh:
     x[on_axis] = 0.0
     return Mesh(
         order, x, y, mass,
-        _in_lanes(elements, fill=len(points)), gradients, weights,
-        full**2, edges, shapes, rim_weights, on_axis, outline, elements,
+        _in_lanes(elements, fill=len(points)), values, slopes, inverses, weights,
+        full, reduced, edges, shapes, rim_weights, on_axis, outline, elements,
     )  # fmt: skip
 
 
@@ -138,31 +145,26 @@ def _jacobians(corners, slopes):
 
 
 def _at_points(corners, order, points):
-    """Gradients (e, q, n, 2) of the shape functions and weights (e, q) at points^2 Gauss points."""
-    _, slopes, weights = on_square(order, points)
-    jacobian, determinant = _jacobians(corners, slopes)
-    return np.einsum("qnb,eqba->eqna", slopes, np.linalg.inv(jacobian)), weights * determinant
+    """Inverses of the Jacobian (e, q, 2, 2) and weights (e, q) at points^2 Gauss points."""
+    places, weights = gauss(points)
+    jacobian, determinant = _jacobians(corners, slopes_on_square(order, places))
+    return np.linalg.inv(jacobian), np.outer(weights, weights).ravel() * determinant
 
 
-def _gradients_and_weights(corners, order, sets):
-    """Gradients and weights in lanes, at the Gauss points of all `sets`, each so many squared."""
+def _inverses_and_weights(corners, order, sets):
+    """Both in lanes, at the Gauss points of all `sets`, each so many squared."""
     found = []
     for first in range(0, len(corners), TOGETHER):
         some = corners[first : first + TOGETHER]
-        gradients, weights = (
-            np.concatenate(both, axis=1) for both in zip(*(_at_points(some, order, one) for one in sets), strict=True)
-        )
-        found.append((_in_lanes(gradients), _in_lanes(weights)))
+        both = zip(*(_at_points(some, order, one) for one in sets), strict=True)
+        found.append([_in_lanes(np.concatenate(one, axis=1)) for one in both])
     return tuple(map(np.concatenate, zip(*found, strict=True)))
 
 
 def _lumped(corners, order):
     """Mass (e, n) by Gauss-Lobatto quadrature, whose points are the nodes."""
     nodes, weights = lobatto(order)
-    values, slopes = lagrange(nodes, nodes)
-    along = np.einsum("jb,ia->jiba", values, slopes).reshape(len(nodes) ** 2, -1)
-    across = np.einsum("jb,ia->jiba", slopes, values).reshape(len(nodes) ** 2, -1)
-    return np.outer(weights, weights).ravel() * _jacobians(corners, np.stack([along, across], axis=2))[1]
+    return np.outer(weights, weights).ravel() * _jacobians(corners, slopes_on_square(order, nodes))[1]
 
 
 def _rim(points, edges, order):
@@ -203,14 +205,12 @@ def lagrange(nodes: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndar
     return places[:, None] ** powers @ coefficients, slopes @ coefficients
 
 
-def on_square(order: int, points: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Shape functions (q, n), their gradients (q, n, 2) and weights (q,) at `points`^2 Gauss points of the square.
+def slopes_on_square(order: int, places: np.ndarray) -> np.ndarray:
+    """Gradients (q, n, 2) of the shape functions by reference coordinates at all pairs of `places` (k,) on [-1, 1].
 
     Nodes and points count along the first direction fastest.
     """
-    places, weights = gauss(points)
     values, slopes = lagrange(lobatto(order)[0], places)
-    both = np.einsum("jb,ia->jiba", values, values).reshape(points**2, -1)
-    along = np.einsum("jb,ia->jiba", values, slopes).reshape(points**2, -1)
-    across = np.einsum("jb,ia->jiba", slopes, values).reshape(points**2, -1)
-    return both, np.stack([along, across], axis=2), np.outer(weights, weights).ravel()
+    along = np.einsum("jb,ia->jiba", values, slopes)
+    across = np.einsum("jb,ia->jiba", slopes, values)
+    return np.stack([along, across], axis=-1).reshape(len(places) ** 2, -1, 2)

@@ -42,10 +42,10 @@ COLUMNS = (
 
 STVK, NEO_HOOKEAN, NEO_HOOKEAN_PLANE_STRESS, LINEAR = range(4)  # `Law` of core/soft_discs/elasticity.hpp
 FORMULATIONS = {"stvk": STVK, "neo_hookean": NEO_HOOKEAN, "linear": LINEAR}
-_COUNTS = "nodes", "blocks", "element_nodes", "points", "full", "edges", "edge_nodes", "rim_points", "axis_nodes"
+_COUNTS = "nodes", "blocks", "side", "full", "reduced", "edges", "rim_points", "axis_nodes"
 _ARRAYS = (
-    "across", "height", "mass", "nodes", "gradients", "weights", "rim_nodes", "rim_shapes", "rim_weights",
-    "rim_places", "on_axis",
+    "across", "height", "mass", "nodes", "values", "slopes", "inverses", "weights", "rim_nodes", "rim_shapes",
+    "rim_weights", "rim_places", "on_axis",
 )  # fmt: skip
 _REALS = "mu", "lame", "stiffness", "exponent"
 
@@ -68,9 +68,12 @@ class DiscBody(NamedTuple):
     height: np.ndarray
     mass: np.ndarray
     nodes: np.ndarray
-    gradients: np.ndarray
+    values: np.ndarray
+    slopes: np.ndarray
+    inverses: np.ndarray
     weights: np.ndarray
     full: int
+    reduced: int
     rim_nodes: np.ndarray
     rim_shapes: np.ndarray
     rim_weights: np.ndarray
@@ -84,8 +87,8 @@ class DiscBody(NamedTuple):
 
     def handed_over(self) -> _HalfDisc:
         """What the core reads; the arrays must live as long."""
-        (blocks, size, _), (edges, edge_nodes) = self.nodes.shape, self.rim_nodes.shape
-        counts = len(self.mass), blocks, size, self.weights.shape[1], self.full, edges, edge_nodes, len(self.rim_shapes)
+        edges, side = self.rim_nodes.shape
+        counts = len(self.mass), len(self.nodes), side, self.full, self.reduced, edges, len(self.rim_shapes)
         arrays = (getattr(self, name).ctypes.data for name in _ARRAYS)
         return _HalfDisc(*counts, len(self.on_axis), self.law, *arrays, *(getattr(self, name) for name in _REALS))
 
@@ -149,7 +152,7 @@ def bodies_in_units(parameters: SoftDiscsScene) -> tuple[DiscBody, DiscBody]:
     scaled = body_of(other, both)
     return body, scaled._replace(
         across=size * scaled.across, height=size * scaled.height, mass=dense * size**2 * scaled.mass,
-        gradients=scaled.gradients / size, weights=size**2 * scaled.weights, rim_weights=size * scaled.rim_weights,
+        inverses=scaled.inverses / size, weights=size**2 * scaled.weights, rim_weights=size * scaled.rim_weights,
         mu=stiff * scaled.mu, lame=stiff * scaled.lame,
     )  # fmt: skip
 
@@ -174,7 +177,8 @@ def body_of(parameters: SoftDiscsScene, stiffness: float) -> DiscBody:
 
 def _body(mesh, law, mu, lame, stiffness, exponent) -> DiscBody:
     return DiscBody(
-        mesh.x, mesh.y + 1.0, mesh.mass, mesh.nodes, mesh.gradients, mesh.weights, mesh.full,
+        mesh.x, mesh.y + 1.0, mesh.mass, mesh.nodes, mesh.values, mesh.slopes, mesh.inverses, mesh.weights, mesh.full,
+        mesh.reduced,
         mesh.rim_nodes, mesh.rim_shapes, mesh.rim_weights, lobatto(mesh.order)[0], mesh.on_axis,
         law, mu, lame, stiffness, exponent,
     )  # fmt: skip
@@ -267,9 +271,10 @@ def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
         over = (ended and step * done > least) or step * done > most
     history = np.concatenate(pieces)
     _give_units(history, parameters)
-    held = min(len(kept), (done - 1) // every + 1)
+    shapes = kept[: min(len(kept), (done - 1) // every + 1)]
+    shapes *= radius
     return Solved(
-        step * unit, history, every * step * unit, radius * kept[:held],
+        step * unit, history, every * step * unit, shapes,
         half_disc(parameters.mesh.divisions, parameters.mesh.order, parameters.mesh.integration), ended,
     )  # fmt: skip
 

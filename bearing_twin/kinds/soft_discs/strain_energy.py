@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from bearing_twin.kinds.soft_discs.derived import capped_ratio
-from bearing_twin.kinds.soft_discs.mesh import Mesh, lagrange, lobatto
+from bearing_twin.kinds.soft_discs.mesh import Mesh, lobatto, slopes_on_square
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 
 HALVINGS = 60  # of the bracket around the stretch through the thickness
@@ -33,12 +33,7 @@ def energy_density(parameters: SoftDiscsScene, gradient: np.ndarray) -> np.ndarr
 
 def density_at_nodes(parameters: SoftDiscsScene, mesh: Mesh, shape: np.ndarray) -> np.ndarray:
     """Energy density [J/m^3] at every node (..., n) of places `shape` (..., n, 2) [m]: mean of the elements there."""
-    nodes, _ = lobatto(mesh.order)
-    values, slopes = lagrange(nodes, nodes)
-    size = len(nodes) ** 2
-    along = np.einsum("jb,ia->jiba", values, slopes).reshape(size, size)
-    across = np.einsum("jb,ia->jiba", slopes, values).reshape(size, size)
-    by_place = np.stack([along, across], axis=2)
+    by_place = slopes_on_square(mesh.order, lobatto(mesh.order)[0])
     rest = parameters.disc.radius * np.stack([mesh.x[:-1], mesh.y[:-1]], axis=1)
     before = np.linalg.inv(np.einsum("ena,qnb->eqab", rest[mesh.elements], by_place))
     after = np.einsum("...ena,qnb->...eqab", shape[..., mesh.elements, :], by_place, optimize=True)
