@@ -94,7 +94,6 @@ setup(
         "setuptools",
         "numpy>=1.26",
         "scipy>=1.11",
-        "numba>=0.59",
         "matplotlib>=3.6",
         "PyYAML>=6.0",
         "mcap>=1.2",

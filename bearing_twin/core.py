@@ -81,6 +81,20 @@ class Function:
         return function
 
 
+def by_elements(function: Function, results: int, before: tuple, *numbers) -> list:
+    """What a function of the core, elements in and elements out, makes of numbers and arrays that broadcast.
+
+    It takes `before`, the number of elements, the arrays and so many arrays of results, which are floats where all
+    `numbers` are.
+    """
+    import numpy as np
+
+    arrays = np.broadcast_arrays(*numbers)
+    found = [np.empty(arrays[0].shape) for _ in range(results)]
+    function(*before, arrays[0].size, *(np.ascontiguousarray(one, float) for one in arrays), *found)
+    return found if arrays[0].shape else [float(one) for one in found]
+
+
 _version = Function("core_version", ctypes.c_char_p)
 lanes = Function("core_lanes", ctypes.c_int)
 self_check = Function("core_self_check", REAL, (REALS_OUT, INTEGER))

@@ -1,16 +1,12 @@
 """Bearing runs for tests: short names for a scene with overrides, its motion, and its energies."""
 
 import math
-import os
-import pickle
-import subprocess
-import sys
 
 import numpy as np
 from contact_reference import about_z, ball_position, single_contact, with_patch
 from made_up_run import a_choice
 
-from bearing_twin.kinds.bearing.columns import AXIS_DISTANCE, ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing.columns import ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.run.scene import load_scene
 
@@ -43,31 +39,6 @@ def run(*overrides, count=40, period=5e-5, **names):
 def flat(out):
     """All numbers of a motion's outputs in one array."""
     return np.array(out.numbers).ravel()
-
-
-def without_compiling(module, function, cases):
-    """{case: `function`(*case)} of a test module, by a process in which nothing is compiled."""
-    script = (
-        f"import pickle, sys\nfrom {module} import {function}\n"
-        f"pickle.dump({{case: {function}(*case) for case in {cases!r}}}, sys.stdout.buffer)"
-    )
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
-    done = subprocess.run([sys.executable, "-c", script], env=environment, stdout=subprocess.PIPE, check=True)
-    return pickle.loads(done.stdout)
-
-
-def few_balls(stepper, what):
-    """Numbers of a few steps of three balls that two touch by a law, or of two balls with spots."""
-    spots = what == "spot"
-    count, step = (2, "5e-7") if spots else (3, "2e-7")
-    balls = (f"geometry.balls={count}", "geometry.pitch_diameter=11e-3", "geometry.ball_diameter=6.746e-3")
-    rest = ("initial.motion=rest", f"solver.step={step}", *(("contact.friction=spot",) if spots else ()))
-    moving = motion(*balls, *rest, law="hertz" if spots else what, stepper=stepper)
-    if not spots:
-        apart = 2.0 * np.arcsin((6.746e-3 - 1e-6) / (2.0 * moving.state[0, AXIS_DISTANCE]))
-        moving.state[0, ORBIT_ANGLE] = moving.state[1, ORBIT_ANGLE] - apart
-    times = 1e-6 * np.arange(1, count)
-    return flat(moving.advance(times, times[-1]))
 
 
 def in_ball_frame(state, k, vector):

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.contact.friction import FRICTIONS
-from bearing_twin.shapes.surfaces import ball_in_groove
+from bearing_twin.contact.patch_friction import Rubbing, patch_by
+from bearing_twin.shapes.groove import ball_in_groove
 
 
 class RacewayContact(NamedTuple):
@@ -32,6 +32,14 @@ class RacewayContact(NamedTuple):
     drive_power: float
     axial_moment: float
     dissipation: float
+
+
+def friction_by(
+    name, normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation
+) -> Rubbing:
+    """Friction by the model of that name, as `Patch.friction`."""
+    motion = slip_major, slip_minor, spin
+    return patch_by(name, coefficient).friction(normal_load, semi_major, semi_minor, *motion, regularisation)
 
 
 def about_z(cosine, sine, vector):
@@ -88,7 +96,7 @@ def with_patch(bearing, side, centre, ring_speed, position, contact):
     """The contact on the inner (0) or outer (1) raceway, with friction over its patch where the bearing has it."""
     if not bearing.spot:
         return contact
-    coefficient, number, _, *axes = bearing.spot
+    coefficient, model, *axes = bearing.spot
     offset, normal = np.subtract(position, centre), np.asarray(contact.normal)
     out = np.array([offset[0], offset[1], 0.0]) / np.hypot(offset[0], offset[1])
     minor = np.cross([0.0, 0.0, 1.0], out)  # along the ring's circumference
@@ -96,9 +104,8 @@ def with_patch(bearing, side, centre, ring_speed, position, contact):
     radial, root = normal @ out, np.sqrt(max(contact.approach, 0.0))
     semi = [root * along_groove(terms, radial) for terms in axes[side]]
     slip = np.asarray(contact.slip) @ major, np.asarray(contact.slip) @ minor
-    rubbing = list(FRICTIONS.values())[number].rubbing
     limit = coefficient * contact.normal_load
-    found = rubbing(limit, *semi, *slip, contact.spin_rate, 1.0, bearing.friction_regularisation)
+    found = friction_by(model, limit, *semi, *slip, contact.spin_rate, 1.0, bearing.friction_regularisation)
     friction = found.force_major * major + found.force_minor * minor
     point = offset + contact.arm
     surface = ring_speed * np.array([-point[1], point[0], 0.0])

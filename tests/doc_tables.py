@@ -21,8 +21,7 @@ from bearing_twin.charts import CHARTS, chart_of
 from bearing_twin.charts.contest import cheapest
 from bearing_twin.charts.rows import read_table
 from bearing_twin.contact.friction import FRICTIONS
-from bearing_twin.contact.laws import LAWS
-from bearing_twin.contact.names import MEASURED
+from bearing_twin.contact.laws import LAWS, MEASURED
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.ranges import RANGES
 from bearing_twin.kinds.rules import RULES

@@ -77,10 +77,7 @@ def copy_checkout(target: Path) -> None:
 
 
 def surroundings(target: Path, cache: Path) -> dict[str, str]:
-    """The environment of the tests: the package of the copy, and kernels in a cache that begins as this machine's."""
-    kernels = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "bearing_twin"
-    if kernels.is_dir():
-        shutil.copytree(kernels, cache / "bearing_twin", copy_function=os.link)
+    """The environment of the tests: the package of the copy, and a cache of its own."""
     paths = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path and path != str(ROOT)]
     return {**os.environ, "XDG_CACHE_HOME": str(cache), "PYTHONPATH": os.pathsep.join([str(target), *paths])}
 

@@ -25,7 +25,7 @@ IMPORTED = (
 WITH_ROS = ("bearing_twin.nodes.sim_node", "bearing_twin.nodes.recorder_node", "bearing_twin.nodes.uq_node")
 ROS = ("rclpy", "bearing_twin_msgs")
 ADOPTS = 36  # PR_SET_CHILD_SUBREAPER of prctl(2)
-READ_BY_IMPORTS = ("PYTHON", "NUMBA", "XDG_", "RMW", "AMENT", "LD_")  # how such variables of the environment begin
+READ_BY_IMPORTS = ("PYTHON", "XDG_", "RMW", "AMENT", "LD_")  # how such variables of the environment begin
 
 
 def _adopt(whether: bool) -> None:

@@ -11,7 +11,7 @@ from sources import PACKAGE, ROOT, nodes_of, package_trees, tree_of
 import bearing_twin
 
 # A module may import from its own room and from those above it in this list, never from those below.
-GROUND = ("base", "core", "source_state", "vectors", "code_linking", "code_cache", "compiled")
+GROUND = ("base", "core")
 ROOMS = (
     *GROUND,
     "numerics",
@@ -98,11 +98,6 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
     ),
     "kinds/soft_discs/solve.py": ("elastic_forces", "the core's forces, for tests of them alone"),
     "contact/ellipse.py": ("CURVATURE_RATIO_MAX", "how far the ellipse is known; tests go to that end"),
-    "contact/elastic.py": ("longest_contact_step RESOLUTION", "until contacts are the core's alone"),
-    "contact/elasticity.py": (
-        "STENCIL state_rates state_finished log_slope carries friction_of",
-        "until contacts are the core's alone",
-    ),
     "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),
     "uq/statistics.py": ("half_widths HalfWidths", "the theory that tests hold the convergence of samples to"),
     "run/report.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
@@ -224,7 +219,7 @@ def test_the_command_line_imports_late(module):
     path = PACKAGE / "command" / f"{module}.py"
     top = imports_at_top(path)
     assert {room for _, room in own_rooms(top, path)} & LATE_ROOMS == set()
-    assert {name.split(".")[0] for _, name in imported(top, path)} & {"numba", "scipy", "matplotlib", "rich"} == set()
+    assert {name.split(".")[0] for _, name in imported(top, path)} & {"scipy", "matplotlib", "rich"} == set()
 
 
 def test_no_module_has_a_name_that_says_nothing():

@@ -13,8 +13,7 @@ from scipy.spatial.transform import Rotation
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.damping import damping_number, restitution_of
 from bearing_twin.contact.friction import FRICTIONS
-from bearing_twin.contact.laws import LAWS
-from bearing_twin.contact.names import law_names
+from bearing_twin.contact.laws import LAWS, law_names
 from bearing_twin.kinds.bearing.columns import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE, SPIN, TANGENTIAL_VELOCITY, VELOCITY
 from bearing_twin.kinds.bearing.compiled_balls import rates
 from bearing_twin.kinds.bearing.meeting_parts import MET, PartBalls

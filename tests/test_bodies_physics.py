@@ -15,8 +15,8 @@ from bearing_twin.contact import hertz_impact
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.damping import damping_number, restitution_of, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of
+from bearing_twin.contact.laws import law_names
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
-from bearing_twin.contact.names import law_names
 from bearing_twin.kinds.ellipsoid.compiled import start_state
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
 from bearing_twin.kinds.ellipsoid.parameters import GIVES

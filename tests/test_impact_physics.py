@@ -21,8 +21,8 @@ from bearing_twin.command.log_commands import ShownStream
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact import line
 from bearing_twin.contact.damping import damping_for_restitution
-from bearing_twin.contact.laws import line_law
-from bearing_twin.contact.names import law_names
+from bearing_twin.contact.laws import law_names
+from bearing_twin.contact.line import line_law
 from bearing_twin.kinds.bearing.columns import VELOCITY
 from bearing_twin.kinds.impact import collision
 from bearing_twin.kinds.impact import disc_closed_form as disc_impact

@@ -15,7 +15,6 @@ ROSDEP = {  # what pip calls it: the key of rosdep that brings it (rosdistro, ro
     "setuptools": "python3-setuptools",
     "numpy": "python3-numpy",
     "scipy": "python3-scipy",
-    "numba": "python3-numba",
     "matplotlib": "python3-matplotlib",
     "PyYAML": "python3-yaml",
     "mcap": "mcap-ros2-support",

@@ -189,11 +189,11 @@ def test_a_missing_python_package_is_named(here, monkeypatch):
 
     def import_module(name):
         if name.endswith("uq_node"):
-            raise ModuleNotFoundError("No module named 'numba'", name="numba")
+            raise ModuleNotFoundError("No module named 'scipy'", name="scipy")
         return found(name)
 
     monkeypatch.setattr(importlib, "import_module", import_module)
-    one_sentence(here("uq_node"), "uq_node: the Python package numba is not installed", "rosdep")
+    one_sentence(here("uq_node"), "uq_node: the Python package scipy is not installed", "rosdep")
 
 
 def test_the_executables_of_the_package_are_these():

@@ -15,6 +15,7 @@ from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
 from bearing_twin.shapes.ellipsoid import ellipsoid_on_plane
+from bearing_twin.shapes.groove import ball_in_groove
 from bearing_twin.shapes.implicit import SURFACES, ellipsoid, level, plane, sphere, superquadric, support, torus
 from bearing_twin.shapes.opposing import (
     body,
@@ -26,7 +27,6 @@ from bearing_twin.shapes.opposing import (
     projected,
     tangent_axes,
 )
-from bearing_twin.shapes.surfaces import ball_in_groove
 
 BALL, GROOVE = 3.373e-3, 0.52 * 6.746e-3
 

@@ -17,13 +17,12 @@ from bearing_twin.charts.contest import Contest, error_against_cost, of_methods,
 from bearing_twin.charts.panels import Axis, Line, Panel, colour, curve
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import Problem, Scenes, load_and_friction, spread, tolerances
-from bearing_twin.compiled import kernel
 from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
-from bearing_twin.contact.differential import follow
-from bearing_twin.contact.elasticity import NO_SHAPE, coefficient_at, elasticity
+from bearing_twin.contact.elasticity import carried_course, coefficient_of
 from bearing_twin.contact.ellipse import curvature_ratio, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
+from bearing_twin.contact.patch_friction import patch_by
 from bearing_twin.reference.spot import spot_friction_exact
 
 SHAPES = spread(1e-3, 1.0, 25)  # b/a
@@ -35,27 +34,18 @@ TURNS, STEPS = 200, 16  # of the swing of the shape over which laws with states 
 MANY = 20_000  # evaluations of a timing
 
 
-@kernel
-def _coefficients(law, large):
-    total = 0.0
-    for k in range(len(large)):
-        total += coefficient_at(law, 1.0, large[k], NO_SHAPE)
-    return total
-
-
 @functools.cache
 def law_cost(name: str) -> dict[str, float]:
     """CPU seconds of one evaluation of a law on balls in raceways."""
-    large = np.array([curvature_ratio(ratio) for ratio in np.geomspace(*BEARING, MANY)])
+    large = curvature_ratio(np.geomspace(*BEARING, MANY))
     if name == SCIPY:
         return timed(lambda: [by_scipy(1.0, one, 1.0) for one in large[::200]], MANY / 200)[1]
-    if LAWS[name].state is None:
-        law = elasticity(name, 1.0, 1.0)
-        return timed(lambda: _coefficients(law, large), MANY)[1]
+    if not LAWS[name].carries:
+        return timed(lambda: coefficient_of(name, 1.0, large, 1.0, 1.0), MANY)[1]
     phase = math.pi / STEPS * np.arange(2 * TURNS * STEPS + 1)
     course = np.exp(math.log(1.0 / curvature_ratio(0.1)) + 0.5 * np.sin(phase))
     rates = course * 0.5 * 2.0 * math.pi * np.cos(phase)
-    return timed(lambda: follow(course, rates, 1.0 / STEPS, LAWS[name].state.projects), TURNS * STEPS)[1]
+    return timed(lambda: carried_course(name, course, rates, 1.0 / STEPS), TURNS * STEPS)[1]
 
 
 def by_scipy(small: float, large: float, modulus: float) -> float:
@@ -180,24 +170,13 @@ DIRECTIONS = np.linspace(0.0, 0.5 * math.pi, 5)
 POLES = (np.linspace(0.03, 1.1, 36), np.linspace(0.0, 0.5 * math.pi, 13))
 """Poles of the motions among which the greatest error is searched: distance and angle, the patch scaled to a circle."""
 RAYS, NARROW = 250, 25.0  # of the exact solution, good to 1e-12; for b/a < 0.1 NARROW over b/a
-MODELS = {row.name: row.rubbing for row in FRICTIONS.values() if row.over_spot}
-
-
-def _loop(form):
-    @kernel
-    def evaluate(spins):
-        total = 0.0
-        for k in range(len(spins)):
-            total += form(1.0, 1.0, 0.1, 0.6, 0.8, spins[k], 1.0, 1e-9).torque
-        return total
-
-    return evaluate
+MODELS = tuple(row.name for row in FRICTIONS.values() if row.over_spot)
 
 
 @functools.cache
 def _friction_cost(name: str) -> dict[str, float]:
-    spins, loop = np.geomspace(0.1, 10.0, 2000), _loop(MODELS[name])
-    return timed(lambda: loop(spins), len(spins))[1]
+    spins, patch = np.geomspace(0.1, 10.0, 2000), patch_by(name, 1.0)
+    return timed(lambda: patch.friction(1.0, 1.0, 0.1, 0.6, 0.8, spins, 1e-9), len(spins))[1]
 
 
 @functools.lru_cache(maxsize=4096)
@@ -205,11 +184,12 @@ def _exact(shape: float, along: float, across: float, spin: float):
     return spot_friction_exact(1.0, 1.0, shape, along, across, spin, 1.0, rays=max(RAYS, round(NARROW / shape)))
 
 
-def errors(form, shape: float, motions) -> np.ndarray:
+def errors(model: str, shape: float, motions) -> np.ndarray:
     """Errors (n, 2) of force, over mu N, and torque, over pure spin's, at motions (slip along both axes, spin)."""
     pure = abs(_exact(shape, 0.0, 0.0, 1.0).torque)
     exact = [_exact(shape, *motion) for motion in motions]
-    off = np.array([form(1.0, 1.0, shape, *motion, 1.0, 1e-12) for motion in motions]) - exact
+    found = patch_by(model, 1.0).friction(1.0, 1.0, shape, *np.array(motions).T, 1e-12)
+    off = np.stack(found, axis=1) - exact
     return np.stack([np.hypot(off[:, 0], off[:, 1]), np.abs(off[:, 2]) / pure], axis=1)
 
 
@@ -219,15 +199,15 @@ def _of_pole(shape: float, distance: float, angle: float) -> tuple[float, float,
     return slip[0] / size, slip[1] / size, 1.0 / size
 
 
-def hardest(form, shape: float, poles=POLES) -> list[tuple[tuple[float, float, float], float]]:
-    """The motions at which a form errs most in force and in torque, with the errors: from a grid of poles downhill."""
+def hardest(model: str, shape: float, poles=POLES) -> list[tuple[tuple[float, float, float], float]]:
+    """The motions at which a model errs most in force and in torque, with the errors: from a grid of poles downhill."""
     grid = [(distance, angle) for distance in poles[0] for angle in poles[1]]
-    known = errors(form, shape, [_of_pole(shape, *pole) for pole in grid])
+    known = errors(model, shape, [_of_pole(shape, *pole) for pole in grid])
     found = []
     for part in (0, 1):
 
         def miss(pole, part=part):
-            return -errors(form, shape, [_of_pole(shape, *pole)])[0, part]
+            return -errors(model, shape, [_of_pole(shape, *pole)])[0, part]
 
         ends = []
         for start in (grid[place] for place in np.argsort(known[:, part])[-2:]):
@@ -245,10 +225,10 @@ def judge_friction(problem: str, name: str, setting: float, spin: float) -> dict
         return RUNS.judge(problem, name, setting, spin)
     shape = PATCHES[problem]
     if math.isnan(spin):
-        off, cost = np.array([[error for _, error in hardest(MODELS[name], shape)]]), _friction_cost(name)
+        off, cost = np.array([[error for _, error in hardest(name, shape)]]), _friction_cost(name)
     else:
         motions = [(math.cos(angle), math.sin(angle), spin) for angle in DIRECTIONS]
-        off, cost = errors(MODELS[name], shape, motions), _friction_cost(name)
+        off, cost = errors(name, shape, motions), _friction_cost(name)
     force, torque = map(float, off.max(axis=0))
     error = max(force, torque)
     return {"error": error, **cost, **_wrong(error), "force_error": force, "torque_error": torque}

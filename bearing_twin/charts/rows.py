@@ -18,7 +18,7 @@ from bearing_twin.base.paths import drafted
 
 DONE, REFUSED, FAILED, STOPPED = "done", "refused", "failed", "stopped"
 MADE = "made"  # the last column: software with its commit, libraries, processor, day
-LIBRARIES = "numpy", "scipy", "numba"
+LIBRARIES = "numpy", "scipy"
 
 
 @dataclasses.dataclass(frozen=True)

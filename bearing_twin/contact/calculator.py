@@ -9,16 +9,19 @@ from typing import NamedTuple
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact import validity
-from bearing_twin.contact.differential import coefficient_from_circle
-from bearing_twin.contact.elastic import HERTZIAN, approach_of_load, elastic, greatest_approach
-from bearing_twin.contact.elasticity import coefficient_of
+from bearing_twin.contact.elasticity import (
+    approaches_of_loads,
+    coefficient_from_circle,
+    coefficient_of,
+    elastic,
+    greatest_approaches,
+)
 from bearing_twin.contact.ellipse import AXIS_RATIO_MIN, axis_ratio, curvature_ratio, ellipse, hertz_coefficient
 from bearing_twin.contact.hertz_impact import CONTACT_CONSTANT
-from bearing_twin.contact.laws import LAWS
+from bearing_twin.contact.laws import HERTZIAN, LAWS, law_names
 from bearing_twin.contact.materials import YIELD_ONSET, Material, effective_modulus
-from bearing_twin.contact.names import law_names
 from bearing_twin.contact.stress import greatest_shear
-from bearing_twin.shapes.surfaces import ball_in_groove
+from bearing_twin.shapes.groove import ball_in_groove
 
 COMPARED = law_names("point", ("curvatures", "frozen", "stiffness", "state"))
 """The laws that are put side by side."""
@@ -114,7 +117,7 @@ def gap_in_groove(ball_diameter: float, pitch_diameter: float, conformity: float
 def contact_under_load(gap: Gap, modulus: float, normal_load: float) -> LoadedContact:
     """The contact under `normal_load` [N] > 0 by exact Hertz; `modulus` [Pa] is E*."""
     coefficient = hertz_coefficient(gap.curvature_small, gap.curvature_large, modulus)
-    approach = approach_of_load(coefficient, HERTZIAN, normal_load)
+    approach = approaches_of_loads(coefficient, HERTZIAN, normal_load)
     spot = ellipse(gap.curvature_small, gap.curvature_large, modulus, normal_load)
     return LoadedContact(
         approach,
@@ -155,7 +158,7 @@ def impact(gap: Gap, modulus: float, speed: float, mass: float) -> tuple[LoadedC
         if not (math.isfinite(value) and value > 0.0):
             raise SceneError(f"{name} = {value:g} must be a finite number above zero")
     coefficient = hertz_coefficient(gap.curvature_small, gap.curvature_large, modulus)
-    deepest = greatest_approach(coefficient, HERTZIAN, mass, speed)
+    deepest = greatest_approaches(coefficient, HERTZIAN, mass, speed)
     contact = solve(gap, modulus, "approach", deepest)
     return contact, CONTACT_CONSTANT * contact.approach / speed
 
@@ -184,11 +187,11 @@ def laws_at(
     for name in COMPARED:
         row = LAWS[name]
         given = next((numbers[need] for need in row.needs if need in numbers), 0.0)
-        if row.state is None:
-            coefficient = coefficient_of(name, small, large, modulus, given)
+        if row.carries:
+            coefficient = coefficient_from_circle(name, small, large, modulus)
         else:
-            coefficient = coefficient_from_circle(small, large, modulus, project=row.state.projects)
-        load = elastic(coefficient, row.power, approach).load
+            coefficient = coefficient_of(name, small, large, modulus, given)
+        load = float(elastic(coefficient, row.power, approach).load)
         found[name] = LawResult(load, load / exact.load - 1.0)
     return found
 

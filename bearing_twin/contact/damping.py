@@ -13,7 +13,7 @@ import math
 from typing import NamedTuple
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.contact.elastic import HERTZIAN
+from bearing_twin.contact.laws import HERTZIAN
 
 SERIES_BELOW = 0.05  # chi v: the logarithms cancel to its square, so their series is summed instead
 

@@ -12,7 +12,8 @@ import numpy as np
 from scipy.special import betaincinv
 
 from bearing_twin.contact.damping import restitution_of
-from bearing_twin.contact.elastic import HERTZIAN, greatest_approaches, loads_at
+from bearing_twin.contact.elasticity import greatest_approaches, loads_at
+from bearing_twin.contact.laws import HERTZIAN
 
 
 def contact_constant(power):

@@ -1,105 +1,42 @@
-"""The elastic laws: one table, one row a law, complete.
+"""The elastic laws of point and line contacts: one table, one row a law; their formulas are `core/contact/laws.hpp`.
 
-A law of a point contact says where the coefficient c of the load c h^p comes from; a law of a line contact (paper 3,
-section 5.1) says the scale of `line.LineLaw`. To add a law, write its coefficient as a function and give it a row in
-`LAWS`: scenes, help, the calculator, charts and tests then know it. `contact.elasticity` makes kernels from the table.
+A law of a point contact says where the coefficient c of the load c h^p comes from, p = 1.5 being Hertz's power and
+p = 1 a linear spring; a law of a line contact (paper 3, section 5.1) says the scale of `line.LineLaw`. To add a law,
+write its formula in the core and give it a row in `LAWS`: scenes, help, the calculator, charts and tests then know it.
+`elasticity` and `line` compute with them.
 """
 
-import math
-from collections.abc import Callable
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import NamedTuple
 
-from bearing_twin.compiled import inlined, kernel
-from bearing_twin.contact import differential, line
-from bearing_twin.contact.differential import Shape
-from bearing_twin.contact.elastic import HERTZIAN
-from bearing_twin.contact.ellipse import HERTZ_U_MAX, elliptic_b_d, hertz_coefficient, hertz_rational, shape_variable
+HERTZIAN = 1.5
+"""Power of a point contact between smooth curved bodies."""
 
-# Numbers of the core, as PointLaw and LineLaw of core/contact/laws.hpp have them.
-HERTZ, HERTZ_EXACT, VOLUMETRIC, GIVEN, CARRIED, CARRIED_LEFT = range(6)
-PUTTOCK, JOHNSON = range(2)
+FORMULAS = ("hertz", "hertz_exact", "volumetric", "given", "carried", "carried_left")
+LINE_FORMULAS = ("puttock", "johnson")
+"""What rows of point and of line contacts name: PointLaw and LineLaw of the core."""
 
-
-class Place(NamedTuple):
-    """What a law may ask for: the gap's curvatures P <= Q [1/m], E* [Pa], the number it was given, states carried."""
-
-    curvature_small: float
-    curvature_large: float
-    modulus: float
-    given: float
-    shape: Shape
-
-
-@inlined
-def hertz(place):
-    """c [N/m^1.5] of Hertz, by its rational form where that holds."""
-    small, large, modulus = place.curvature_small, place.curvature_large, place.modulus
-    if shape_variable(small, large) <= HERTZ_U_MAX:
-        return hertz_rational(small, large, modulus)
-    return hertz_coefficient(small, large, modulus)
-
-
-@inlined
-def hertz_exact(place):
-    """c [N/m^1.5] of Hertz, solved for the ellipse."""
-    return hertz_coefficient(place.curvature_small, place.curvature_large, place.modulus)
-
-
-@kernel
-def volumetric(place):
-    """c [N/m^1.5] of the volumetric law, paper 1, eq. (9) with the square root over E(c1) restored.
-
-    c = 0.357469 (2/3) sqrt(E(c1)) / ((thetaA + thetaB) P^(3/8) Q^(1/8)), c1 = 1 - P/Q, thetaA + thetaB = 1/(pi E*).
-    Against exact Hertz: -0.48 % for a circle, +0.46 % at b/a = 0.14, -0.8 % at 0.055, -6.7 % at 0.015 and falling;
-    no limit is enforced here, `fidelity` weighs the error.
-    """
-    kc = math.sqrt(place.curvature_small / place.curvature_large)
-    b, d = elliptic_b_d(kc)
-    second_kind = b + kc * kc * d
-    return (
-        0.357469
-        * (2.0 / 3.0)
-        * math.pi
-        * place.modulus
-        * math.sqrt(second_kind)
-        / (place.curvature_small**0.375 * place.curvature_large**0.125)
-    )
-
-
-@inlined
-def given_number(place):
-    """The number the law was given: c [N/m^1.5], or a stiffness [N/m]."""
-    return place.given
-
-
-@inlined
-def carried(place):
-    """c [N/m^1.5] of Hertz from the elliptic integrals carried along as states."""
-    return differential.differential_coefficient(place.shape, place.curvature_small, place.modulus)
+MEASURED = {"stiffness": ("stiffness", "N/m"), "alpha": ("measured_alpha", "s (m/s)^0.2")}
+"""What a law may need that only the user knows: the key of `contact` that gives it, and its unit."""
 
 
 @dataclass(frozen=True)
 class Law:
-    """One elastic law; `name`, `help`, `fits` and `needs` are written as literals, by keyword (`contact.names`).
+    """One elastic law.
 
-    `fits`: "point", whose `coefficient(place)` is c [N/m^power]; or "line", whose `coefficient(radius, half_thickness)`
-    is the scale [m^2] of `line.LineLaw`, numbers or arrays. `number_in_core`: of the
-    core's `PointLaw` or `LineLaw`. `needs` names what must be known: curvatures; frozen (a
-    contact whose coefficient is kept); stiffness, alpha (measured by the user); state. `circle` is c/(E* sqrt R)
-    in closed form between spheres, R = R1 R2/(R1 + R2), if known. A law with a `state` carries three numbers from step
-    to step.
+    `fits`: "point", whose `formula` is one of FORMULAS, or "line", one of LINE_FORMULAS. `needs` names what must be
+    known: curvatures; frozen (a contact whose coefficient is kept); stiffness, alpha (measured by the user); state (the
+    elliptic integrals carried from step to step, paper 1, section 3). `power` is that of the approach. `circle` is
+    c/(E* sqrt R) in closed form between spheres, R = R1 R2/(R1 + R2), if known.
     """
 
     name: str
     help: str
     fits: str
     needs: tuple[str, ...]
-    number_in_core: int
-    coefficient: Callable
+    formula: str
     power: float = HERTZIAN
     circle: float | None = None
-    state: differential.Carrier | None = None
 
     @property
     def follows(self) -> bool:
@@ -107,17 +44,22 @@ class Law:
         return "curvatures" in self.needs
 
     @property
+    def carries(self) -> bool:
+        """True if the law carries states."""
+        return "state" in self.needs
+
+    @property
     def keeps(self) -> bool:
         """True if the coefficient follows the curvatures and errors do not grow: an error warrants a warning."""
-        return self.follows and (self.state is None or self.state.projects)
+        return self.follows and self.formula != "carried_left"
 
     @property
     def measured(self) -> bool:
         """True if a number of the user's takes the place of Hertz's theory, so that no error is known."""
-        return bool({"stiffness", "alpha"} & set(self.needs))
+        return bool(MEASURED.keys() & set(self.needs))
 
     def number(self, contact, frozen: float) -> float:
-        """The number that kernels are given: of the scene's section `contact` what the user measured, else `frozen`."""
+        """The number that the law is given: of the scene's section `contact` what the user measured, else `frozen`."""
         return contact.stiffness if "stiffness" in self.needs else frozen
 
 
@@ -127,8 +69,7 @@ _ROWS = (
         help="Hertz's theory by a rational function, exact to 1e-10; solved exactly for ellipses below b/a = 0.01",
         fits="point",
         needs=("curvatures",),
-        number_in_core=HERTZ,
-        coefficient=hertz,
+        formula="hertz",
         circle=4.0 / 3.0,
     ),
     Law(
@@ -136,8 +77,7 @@ _ROWS = (
         help="Hertz's theory solved for the ellipse at every evaluation",
         fits="point",
         needs=("curvatures",),
-        number_in_core=HERTZ_EXACT,
-        coefficient=hertz_exact,
+        formula="hertz_exact",
         circle=4.0 / 3.0,
     ),
     Law(
@@ -145,42 +85,35 @@ _ROWS = (
         help="the volumetric law of paper 1: within 0.5 % of Hertz for b/a above 0.063",
         fits="point",
         needs=("curvatures",),
-        number_in_core=VOLUMETRIC,
-        coefficient=volumetric,
+        formula="volumetric",
     ),
     Law(
         name="constant",
         help="Hertz's coefficient frozen at the contact the scene starts from",
         fits="point",
         needs=("frozen",),
-        number_in_core=GIVEN,
-        coefficient=given_number,
+        formula="given",
     ),
     Law(
         name="hertz_differential",
         help="Hertz's theory, its elliptic integrals carried as states and projected after each step (paper 1)",
         fits="point",
         needs=("curvatures", "state"),
-        number_in_core=CARRIED,
-        coefficient=carried,
-        state=differential.PROJECTED,
+        formula="carried",
     ),
     Law(
         name="hertz_unprojected",
         help="the same without the projection: its errors grow without end",
         fits="point",
         needs=("curvatures", "state"),
-        number_in_core=CARRIED_LEFT,
-        coefficient=carried,
-        state=differential.UNPROJECTED,
+        formula="carried_left",
     ),
     Law(
         name="linear",
         help="a linear spring of the stiffness given",
         fits="point",
         needs=("stiffness",),
-        number_in_core=GIVEN,
-        coefficient=given_number,
+        formula="given",
         power=1.0,
     ),
     Law(
@@ -188,35 +121,40 @@ _ROWS = (
         help="the coefficient that gives the contact time measured on two spheres",
         fits="point",
         needs=("alpha",),
-        number_in_core=GIVEN,
-        coefficient=given_number,
+        formula="given",
     ),
     Law(
         name="line",
         help="eq. (14) of paper 3, after Puttock and Thwaite",
         fits="line",
         needs=(),
-        number_in_core=PUTTOCK,
-        coefficient=line.puttock_scale,
+        formula="puttock",
     ),
     Law(
         name="johnson",
         help="plane strain, for discs as thick as their radius and more (Johnson, Contact Mechanics, section 5.6)",
         fits="line",
         needs=(),
-        number_in_core=JOHNSON,
-        coefficient=line.johnson_scale,
+        formula="johnson",
     ),
 )
 LAWS = {row.name: row for row in _ROWS}
 """Every law by name, in order."""
 
 
-def line_law(name: str, radius, thickness, young_modulus, poisson_ratio) -> line.LineLaw:
-    """The law of that name for two equal discs, `radius` and `thickness` = 2a in m; arrays broadcast."""
-    if name not in LAWS or LAWS[name].fits != "line":
-        legal = ", ".join(row.name for row in _ROWS if row.fits == "line")
-        raise ValueError(f"{name} is no law of line contact; legal: {legal}")
-    half = 0.5 * thickness
-    compliance = (1.0 - poisson_ratio**2) / (math.pi * young_modulus)
-    return line.LineLaw(LAWS[name].coefficient(radius, half), compliance, half)
+def law_names(fits: str, given: Collection[str]) -> tuple[str, ...]:
+    """Names of the laws of a contact that `fits` "point" or "line", none of which needs more than is `given`."""
+    return tuple(row.name for row in _ROWS if row.fits == fits and set(row.needs) <= set(given))
+
+
+def numbers_missing(contact) -> list[str]:
+    """What is wrong with the measured numbers of a scene's section `contact`: one its law needs, or one for no law."""
+    problems, needs = [], LAWS[contact.normal].needs if contact.normal in LAWS else ()
+    for need, (key, unit) in MEASURED.items():
+        value = getattr(contact, key, 0.0)
+        laws = " or ".join(row.name for row in _ROWS if need in row.needs)
+        if need in needs and not value > 0.0:
+            problems.append(f"contact.normal = {contact.normal} needs contact.{key} in {unit}; give one above zero")
+        if need not in needs and value > 0.0:
+            problems.append(f"contact.{key} = {value:g} {unit} needs contact.normal: {laws}; else leave it out")
+    return problems

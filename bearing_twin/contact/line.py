@@ -12,7 +12,8 @@ Two laws of one form, with V = (1 - nu^2)/(pi E), half the thickness a and the r
 x is the approach [m] of the two centres, > 0 in contact, F the load [N] over the whole thickness. With
 y = F V / (B e^s) both read  x a / (B e^s) = -y ln y,  whose small-load branch is y = exp(W(-x a / (B e^s))), W the
 branch -1 of Lambert's function. Beyond y = 1/e the printed laws would soften and turn back: no load belongs to a
-greater approach, `load` returns NaN there and `deepest` tells where it starts.
+greater approach, which is NaN there; `deepest` is where it starts. Loads and energies at approaches are those of
+`core/contact/laws.hpp`.
 """
 
 import math
@@ -20,7 +21,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.compiled import kernel
+from bearing_twin.contact.laws import LAWS, LINE_FORMULAS, law_names
+from bearing_twin.core import INTEGER, REALS, REALS_OUT, Function, by_elements
+
+_scales = Function("core_line_scales", None, (INTEGER, INTEGER, REALS, REALS, REALS_OUT))
+_lambert_lower = Function("core_lambert_lower", None, (INTEGER, REALS, REALS_OUT))
 
 
 class LineLaw(NamedTuple):
@@ -31,72 +36,27 @@ class LineLaw(NamedTuple):
     half_thickness: float
 
 
-def puttock_scale(radius, half_thickness):
-    """`scale` [m^2] of the law `line`; arrays broadcast."""
-    return 8.0 * half_thickness**3 / radius * math.e
+def line_law(name: str, radius, thickness, young_modulus, poisson_ratio) -> LineLaw:
+    """The law of that name for two equal discs, `radius` and `thickness` = 2a in m; arrays broadcast."""
+    if name not in LAWS or LAWS[name].fits != "line":
+        raise ValueError(f"{name} is no law of line contact; legal: {', '.join(law_names('line', ()))}")
+    half = 0.5 * thickness
+    [scale] = by_elements(_scales, 1, (LINE_FORMULAS.index(LAWS[name].formula),), radius, half)
+    compliance = (1.0 - poisson_ratio**2) / (math.pi * young_modulus)
+    return LineLaw(scale, compliance, half)
 
 
-def johnson_scale(radius, half_thickness):
-    """`scale` [m^2] of Johnson's law; arrays broadcast."""
-    return 8.0 * half_thickness * radius / math.e
-
-
-@kernel
 def lambert_lower(x):
-    """Branch -1 of Lambert's function, w exp(w) = x with w <= -1, for -1/e <= x < 0; NaN elsewhere, -inf at 0.
-
-    The series in p = -sqrt(2 (1 + e x)) near the branch point, logarithms near zero, then Halley's steps.
-    """
-    if x == 0.0:
-        return -math.inf
-    below = 1.0 + math.e * x
-    if not (below >= -4e-16 and x < 0.0):
-        return math.nan
-    if below <= 0.0:
-        return -1.0
-    if below < 0.3:
-        p = -math.sqrt(2.0 * below)
-        w = -1.0 + p * (1.0 + p * (-1.0 / 3.0 + p * (11.0 / 72.0 + p * (-43.0 / 540.0 + p * 769.0 / 17280.0))))
-        if below < 1e-6:
-            return w
-    else:
-        first = math.log(-x)
-        second = math.log(-first)
-        w = first - second + second / first
-    for _ in range(8):
-        # f = w + ln(w/x) keeps its digits where exp(w) is tiny; Newton's step on it converges from both sides.
-        step = (w + math.log(w / x)) * w / (w + 1.0)
-        w -= step
-        if abs(step) < 4e-16 * abs(w):
-            break
-    return w
+    """Branch -1 of Lambert's function, w exp(w) = x with w <= -1, for -1/e <= x < 0; NaN elsewhere, -inf at 0."""
+    return by_elements(_lambert_lower, 1, (), x)[0]
 
 
-@kernel
-def _lambert_lower_of_each(x):
-    w = np.empty_like(x)
-    for k in range(x.size):
-        w[k] = lambert_lower(x[k])
-    return w
-
-
-@kernel
-def load(law, approach):
-    """Load [N] at an approach [m]: zero for a gap, NaN beyond `deepest`."""
-    if approach <= 0.0:
-        return 0.0
-    ratio = approach * law.half_thickness / law.scale
-    # y = exp(W(-ratio)) = -ratio / W(-ratio), which keeps its digits.
-    return -ratio / lambert_lower(-ratio) * law.scale / law.compliance
-
-
-@kernel
 def energy(law, load):
-    """Energy [J] stored at a load [N]: the integral of F dx, (F V)^2 [ln(B e^s / (F V)) - 1/2] / (2 a V)."""
-    if load <= 0.0:
-        return 0.0
-    product = load * law.compliance
-    return product * product * (math.log(law.scale / product) - 0.5) / (2.0 * law.half_thickness * law.compliance)
+    """Energies [J] stored at loads [N]: the integral of F dx, (F V)^2 [ln(B e^s / (F V)) - 1/2] / (2 a V)."""
+    product = np.asarray(load, float) * law.compliance
+    with np.errstate(divide="ignore", invalid="ignore"):
+        stored = product**2 * (np.log(law.scale / product) - 0.5) / (2.0 * law.half_thickness * law.compliance)
+    return np.where(product > 0.0, stored, 0.0)[()]
 
 
 def approach_of(law, load):
@@ -113,8 +73,8 @@ def load_of_energy(law, energy):
     """
     top = law.scale**2 / math.e
     ratio = np.asarray(4.0 * law.half_thickness * law.compliance * np.asarray(energy, float) / top)
+    lower = lambert_lower(-ratio)
     with np.errstate(divide="ignore", invalid="ignore"):
-        lower = _lambert_lower_of_each(-ratio.ravel()).reshape(ratio.shape)
         share = np.where(ratio > 0.0, -ratio / lower, 0.0)
         return (np.sqrt(share * top) / law.compliance)[()]
 

@@ -5,8 +5,7 @@ from bearing_twin.contact.laws import LAWS
 
 def drift(law: str) -> list[str]:
     """A warning of a law that carries a state whose errors add up, or none; names that are no law's have none."""
-    state = LAWS[law].state if law in LAWS else None
-    if state is None or state.projects:
+    if law not in LAWS or not LAWS[law].carries or LAWS[law].keeps:
         return []
     return [f"nothing pulls the errors of {law} back; contact.normal: hertz_differential does"]
 

@@ -9,7 +9,7 @@ Nothing is measured, predicted or changed while a scene runs.
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from bearing_twin.contact.names import AUTO
+from bearing_twin.contact.friction import AUTO
 from bearing_twin.kinds.contract import late
 
 BEARING, SHAFT, SPHERES, DISCS = "bearing", "shaft", "two_spheres", "two_discs"

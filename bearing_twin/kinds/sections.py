@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.parameters import choice, quantity, read_number
-from bearing_twin.contact.names import friction_names, law_names
+from bearing_twin.contact.friction import friction_names
+from bearing_twin.contact.laws import law_names
 from bearing_twin.kinds.refinement import NO_CHECK, SECOND_RUN
 
 STANDARD_GRAVITY = 9.80665  # m/s^2

@@ -357,7 +357,7 @@ def _chosen(path, found: set[str], topic: str | None) -> str:
 ENCODED_TOGETHER = 2000  # outputs: what is done once for a block weighs little then ...
 ENCODED_BYTES = 10 << 20  # ... at most so many bytes of them, so that memory stays small ...
 ENCODED_SECONDS = 0.5  # ... and none waits longer than this for the next
-_PACKAGES = ("numpy", "scipy", "numba")
+_PACKAGES = ("numpy", "scipy")
 
 
 class LogSummary(NamedTuple):

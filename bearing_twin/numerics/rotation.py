@@ -4,8 +4,6 @@ import math
 
 import numpy as np
 
-from bearing_twin.compiled import inlined
-
 
 def dot(a, b):
     """Scalar product."""
@@ -25,13 +23,6 @@ def add(a, b):
 def scaled(factor, a):
     """factor * a."""
     return (factor * a[0], factor * a[1], factor * a[2])
-
-
-@inlined
-def root_and_inverse(square):
-    """The root of a number above zero, and its inverse within 3e-16, which does not wait for the root."""
-    root = math.sqrt(square)
-    return root, root * (1.0 / square)
 
 
 def quaternion_product(p, q):

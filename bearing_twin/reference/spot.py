@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from bearing_twin.contact.friction import Rubbing
+from bearing_twin.contact.patch_friction import Rubbing
 
 ALONG_RAY = np.polynomial.legendre.leggauss(40)
 ACROSS_RAYS = np.polynomial.legendre.leggauss(400)
@@ -18,7 +18,7 @@ ACROSS_RAYS = np.polynomial.legendre.leggauss(400)
 def spot_friction_exact(
     normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, rays: int = 4000
 ) -> Rubbing:
-    """`contact.friction.spot_friction` in the limit of no smoothing; `spin` [rad/s] must not be zero.
+    """Friction over the patch (`contact.patch_friction`) in the limit of no smoothing; `spin` [rad/s] must not be zero.
 
     Relative error below 1e-9 for b/a >= 0.03 with the pole anywhere: twice and four times the rays change less.
     """

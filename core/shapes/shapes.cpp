@@ -87,8 +87,9 @@ CORE_EXPORT void core_overlap(const double *a, const double *b, const double *or
   for (double one : {double(o.found), o.energy, o.load, o.volume, o.area, o.perimeter, o.half_width_x, o.half_width_y, o.centre_x, o.centre_y})
     *found++ = one;
 }
-// Curvatures (count, 2) [1/m] of the gap between a ball and a groove where the contact's normal has these radial parts.
-CORE_EXPORT void core_groove_curvatures(double ball, double locus, double groove, std::int64_t count, const double *radial, double *found) {
+// Curvatures across and along the groove (count,) [1/m] of the gap between a ball and a groove where the contact's normal has these radial parts.
+CORE_EXPORT void core_groove_curvatures(double ball, double locus, double groove, std::int64_t count, const double *radial, double *across,
+                                        double *along) {
   for (std::int64_t i = 0; i < count; i++)
-    *found++ = curvature_across_groove(ball, groove), *found++ = curvature_along_groove(ball, locus, groove, radial[i]);
+    across[i] = curvature_across_groove(ball, groove), along[i] = curvature_along_groove(ball, locus, groove, radial[i]);
 }

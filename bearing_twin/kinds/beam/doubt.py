@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from bearing_twin.base.report import Choice
-from bearing_twin.contact.elastic import HERTZIAN, approaches_of_loads
+from bearing_twin.contact.elasticity import approaches_of_loads
+from bearing_twin.contact.laws import HERTZIAN
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import spot_radius
 from bearing_twin.kinds.beam.figures import FIGURES, OF_BEAM

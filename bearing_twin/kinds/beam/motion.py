@@ -21,7 +21,8 @@ import numpy as np
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Channel
 from bearing_twin.base.stopping import SIGNALLED
-from bearing_twin.contact.elastic import HERTZIAN, approaches_of_loads, energies_at
+from bearing_twin.contact.elasticity import approaches_of_loads, energies_at
+from bearing_twin.contact.laws import HERTZIAN
 from bearing_twin.kinds.beam.impact import BeamImpact, solve_impact
 from bearing_twin.kinds.beam.models import (
     PEAK_SAMPLES,

@@ -1,7 +1,7 @@
 """What a contact's curvatures decide along a groove, as polynomials in its direction, made once for a bearing.
 
 Across a groove the gap between it and a ball has one curvature, along it one that follows from the radial part n of
-the contact's normal alone (`surfaces.groove_curvatures`): so do the coefficient of a law that follows curvatures, and
+the contact's normal alone (`groove.groove_curvatures`): so do the coefficient of a law that follows curvatures, and
 the semi-axes of a spot over the root of its approach. They are taken at Chebyshev's points and held as polynomials in
 |n| - 1. All laws then cost the same, and slopes are exact.
 
@@ -14,9 +14,9 @@ coefficient stays. The polynomial is off by 6e-14 in a 6203 and by 3e-11 where b
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from bearing_twin.contact.elasticity import Elasticity, follows, fresh_coefficient
+from bearing_twin.contact.elasticity import Elasticity, fresh_coefficient
 from bearing_twin.contact.ellipse import semi_axes
-from bearing_twin.shapes.surfaces import groove_curvatures
+from bearing_twin.shapes.groove import groove_curvatures
 
 TERMS = 10
 FURTHEST = 1.7
@@ -39,9 +39,9 @@ def _points_and_fit() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 _POINTS, _SERIES, _POWERS = _points_and_fit()
 
 
-def _along(ball_radius, locus_radius, groove_radius, side, radials, what) -> list:
+def _along(ball_radius, locus_radius, groove_radius, side, radials, what):
     """What `what(small, large)` makes of the gap's curvatures where the normal has these radial parts."""
-    return [what(*groove_curvatures(ball_radius, locus_radius, groove_radius, side * one)) for one in radials.tolist()]
+    return what(*groove_curvatures(ball_radius, locus_radius, groove_radius, side * radials))
 
 
 def _reach_of(locus_radius, groove_radius, side):
@@ -58,11 +58,11 @@ def _terms(found, reach) -> tuple[float, ...]:
 def axes_along(ball_radius, locus_radius, groove_radius, side) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """The polynomials of a spot's semi-axes, major and minor, over the root of the approach [m^0.5]; see `terms_along`.
 
-    They are those of `ellipse.semi_axes`, off by 2e-3 along a groove where these come to b/a = 0.01 and have a bend.
+    They are those of `ellipse.semi_axes`.
     """
     reach, groove = _reach_of(locus_radius, groove_radius, side), (ball_radius, locus_radius, groove_radius, side)
-    found = np.array(_along(*groove, 1.0 + reach * _POINTS, lambda small, large: semi_axes(small, large, 1.0)))
-    return _terms(found[:, 0], reach), _terms(found[:, 1], reach)
+    major, minor = _along(*groove, 1.0 + reach * _POINTS, lambda small, large: semi_axes(small, large, 1.0))
+    return _terms(major, reach), _terms(minor, reach)
 
 
 def terms_along(law: Elasticity, ball_radius, locus_radius, groove_radius, side) -> tuple[float, ...]:
@@ -70,8 +70,8 @@ def terms_along(law: Elasticity, ball_radius, locus_radius, groove_radius, side)
 
     Its TERMS, and then how far |n| - 1 falls to.
     """
-    if not follows(law):
+    if not law.follows:
         return (law.given, *(0.0,) * TERMS)
     reach, groove = _reach_of(locus_radius, groove_radius, side), (ball_radius, locus_radius, groove_radius, side)
     found = _along(*groove, 1.0 + reach * _POINTS, lambda small, large: fresh_coefficient(law, small, large))
-    return _terms(np.array(found), reach)
+    return _terms(found, reach)

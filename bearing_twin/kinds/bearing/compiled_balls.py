@@ -7,9 +7,8 @@ import functools
 
 import numpy as np
 
-from bearing_twin.contact.differential import PROJECTED, UNPROJECTED
-from bearing_twin.contact.elasticity import carrier_of
-from bearing_twin.contact.friction import FRICTIONS, patch_numbers
+from bearing_twin.contact.friction import POINT
+from bearing_twin.contact.patch_friction import patch_by
 from bearing_twin.core import FLAG, FLAGS, INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.along_groove import TERMS
 from bearing_twin.kinds.bearing.columns import CARRIED_COLUMNS
@@ -17,7 +16,6 @@ from bearing_twin.numerics.statuses import OK
 from bearing_twin.numerics.steppers import MOST_STAGES, ROSENBROCK, Rosenbrock, RungeKutta
 
 NO_AXES = ((0.0,) * (TERMS + 1),) * 2
-_CARRIED = {None: 0, PROJECTED: 1, UNPROJECTED: 2}  # CarriedLaw of carried_ellipse.hpp
 
 _free_balls = Function(
     "core_free_balls",
@@ -50,12 +48,12 @@ def numbers_of(bearing) -> tuple[np.ndarray, np.ndarray]:
     if _latest[0] is bearing:
         return _latest[1]
     raceways = []
-    for raceway, axes in ((bearing.inner, 3), (bearing.outer, 4)):
+    for raceway, axes in ((bearing.inner, 2), (bearing.outer, 3)):
         polynomials = (raceway.terms, *(bearing.spot[axes] if bearing.spot else NO_AXES))
         own = raceway.locus_radius, raceway.groove_radius, raceway.law.given, raceway.law.modulus
         raceways += [*own, *np.concatenate(polynomials)]
-    coefficient, number = bearing.spot[:2] if bearing.spot else (0.0, 0)
-    friction, points = patch_numbers(list(FRICTIONS)[number], coefficient)
+    coefficient, model = bearing.spot[:2] if bearing.spot else (0.0, POINT)
+    friction, points = patch_by(model, coefficient)
     tilt = bearing.ring.tilt if len(bearing.ring) > 1 else (0.0, 0.0)
     numbers = [
         *(bearing.ball_radius, bearing.ball_mass, bearing.ball_inertia, *bearing.offset, *tilt, *bearing.gravity),
@@ -63,7 +61,7 @@ def numbers_of(bearing) -> tuple[np.ndarray, np.ndarray]:
         *(bearing.inner.law.power, bearing.pair_coefficient, bearing.friction_coefficient),
         *raceways,
         *friction,
-        _CARRIED[carrier_of(bearing.inner.law)],
+        bearing.inner.law.carried,
     ]
     found = np.array(numbers, float), points
     _latest = bearing, found

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from bearing_twin.contact.elastic import elastic
+from bearing_twin.contact.elasticity import elastic
 from bearing_twin.kinds.bearing.columns import AXIS_DISTANCE, HEIGHT, RADIAL_VELOCITY
 from bearing_twin.kinds.bearing.model import Bearing
 from bearing_twin.kinds.bearing.parameters import BearingScene

@@ -4,8 +4,8 @@ import math
 
 from bearing_twin.contact.ellipse import axis_ratio as ratio_of
 from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
+from bearing_twin.contact.friction import POINT
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.contact.names import POINT
 from bearing_twin.kinds.bearing.clearance import leaves_raceway, operating_geometry
 from bearing_twin.kinds.bearing.drive import TORQUE
 from bearing_twin.kinds.bearing.rings import (

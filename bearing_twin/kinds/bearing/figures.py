@@ -6,8 +6,7 @@ import numpy as np
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block
-from bearing_twin.contact.elastic import approaches_of_loads, elastic
-from bearing_twin.contact.elasticity import coefficient_of
+from bearing_twin.contact.elasticity import approaches_of_loads, coefficient_of, elastic
 from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.contact.ellipse import ellipses, elliptic_e
+from bearing_twin.contact.ellipse import ellipse, elliptic_e
 from bearing_twin.kinds.bearing.lubricant import (
     GREASE,
     LEAST_FILM,
@@ -69,7 +69,7 @@ def friction_torque(parameters, contacts) -> FrictionTorque | None:
         spin = np.abs(pitch * cosine - (contacts.roll[driven] + ring) * sine)
         numbers = film_numbers(lubricant, small, large, modulus, radius)
         thickness, ratio, resistance, hysteresis, slip, friction = films(lubricant, numbers, load, radius * turn).T
-        major, minor, _ = ellipses(small, large, modulus, load)
+        major, minor, _ = ellipse(small, large, modulus, load)
         drilling = 0.375 * friction * load * major * elliptic_e(minor / major)
         power += 2.0 * radius * resistance @ turn, hysteresis @ turn, slip @ turn + drilling @ spin
         least = int(thickness.argmin())

@@ -10,7 +10,6 @@ from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.contact.spot_rules import RULES, SIZES
 from bearing_twin.kinds.bearing.drilling import SIDES
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 
@@ -74,6 +73,5 @@ def rule_error(contact, ratio: float, rim: float) -> float:
         round a ring resolve it. Within a factor of 3 of `bearing_twin chart friction` where the error is above 1e-4.
     """
     model = FRICTIONS[contact.friction]
-    spokes = next((row[1] for name, row in SIZES.items() if RULES[name] == model.rule), 0)
     share = rim / contact.friction_regularisation
-    return model.error / (1.0 + (spokes / share) ** SMOOTHING) if share > 0.0 else 0.0
+    return model.error / (1.0 + (model.rule.spokes / share) ** SMOOTHING) if share > 0.0 else 0.0

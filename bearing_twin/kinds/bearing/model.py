@@ -14,7 +14,7 @@ import numpy as np
 from bearing_twin.contact.elasticity import Elasticity
 from bearing_twin.kinds.bearing.along_groove import terms_along
 from bearing_twin.kinds.bearing.columns import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE
-from bearing_twin.shapes.surfaces import ball_in_groove
+from bearing_twin.shapes.groove import ball_in_groove
 
 
 class Raceway(NamedTuple):
@@ -31,8 +31,8 @@ class Bearing(NamedTuple):
 
     `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact
     point; it is 0 where `spot`, empty else, says how friction acts over the spot: its coefficient, its model's
-    number, whether that model is evaluated in lanes and inner and outer semi-axes
-    (`along_groove.axes_along`). `offset` is the place of the inner ring's centre; `ring` is empty where its axis
+    name and inner and outer semi-axes (`along_groove.axes_along`).
+    `offset` is the place of the inner ring's centre; `ring` is empty where its axis
     stays z and it only spins, else its motion (`RingMotion`, or `LevelMotion` where it does not tilt).
     `pockets`, empty else, are those of a cage that balls bump into (`coupled_bodies.Pockets`).
     """

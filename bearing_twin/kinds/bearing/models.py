@@ -5,9 +5,8 @@ import math
 from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
-from bearing_twin.contact.friction import FRICTIONS, roughness
+from bearing_twin.contact.friction import AUTO, FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.contact.names import AUTO
 from bearing_twin.kinds.bearing import row
 from bearing_twin.kinds.bearing.adequacy import of_falling_balls, of_held_ring, of_temperatures
 from bearing_twin.kinds.bearing.facts import axis_ratio, rim_speed, without_friction

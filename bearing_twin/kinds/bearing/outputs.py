@@ -154,7 +154,7 @@ def moduli(materials) -> tuple[float, float]:
 
 def ellipses(moduli, small, large, load) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Semi-axes [m] and peak pressures [Pa], each (N, 2), of contacts (ball, raceway); `moduli` are the races' E*."""
-    return ellipse.ellipses(small, large, np.array(moduli), load)
+    return ellipse.ellipse(small, large, np.array(moduli), load)
 
 
 def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:

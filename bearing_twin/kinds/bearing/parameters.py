@@ -7,8 +7,9 @@ import math
 from dataclasses import dataclass
 
 from bearing_twin.base.parameters import choice, quantity, section, text
+from bearing_twin.contact.friction import AUTO, POINT, friction_names
+from bearing_twin.contact.laws import numbers_missing
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
-from bearing_twin.contact.names import AUTO, POINT, friction_names, numbers_missing
 from bearing_twin.kinds.bearing.catalogue import designations
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
 from bearing_twin.kinds.bearing.drive import Drive, torque_problems

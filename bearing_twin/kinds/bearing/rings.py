@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass
 
 from bearing_twin.base.parameters import choice, quantity, section
-from bearing_twin.contact.names import AUTO
+from bearing_twin.contact.friction import AUTO
 from bearing_twin.kinds.bearing.acting import LoadChange, load_table, steady_load, steady_moment
 from bearing_twin.kinds.bearing.controls import ALIASES, CONTROLS
 from bearing_twin.kinds.bearing.drive import TORQUE

@@ -7,7 +7,7 @@ import numpy as np
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import hertz_coefficient
-from bearing_twin.contact.friction import FRICTIONS, friction_number
+from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing import compiled_balls
@@ -55,7 +55,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         axes = [
             axes_along(radius, one.locus_radius, one.groove_radius, side) for one, side in ((inner, -1.0), (outer, 1.0))
         ]
-        spot = contact.friction_coefficient, friction_number(contact.friction), tuple(friction.rule), *axes
+        spot = contact.friction_coefficient, contact.friction, *axes
     return Bearing(
         balls=geometry.balls,
         ball_radius=radius,

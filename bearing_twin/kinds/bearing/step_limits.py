@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.contact.elastic import elastic
+from bearing_twin.contact.elasticity import elastic
 from bearing_twin.kinds.bearing.model import Bearing, approaches
 
 FIXED_STEP = ("rk4", "imex")

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.contact.friction import patch_numbers
+from bearing_twin.contact.patch_friction import patch_by
 from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 
 COLUMNS = 18
@@ -45,9 +45,9 @@ class Ellipsoid(NamedTuple):
 
 def ellipsoid_numbers(semi_axes, mass: float, inertia, gravity: float, law, contact, friction: str) -> Ellipsoid:
     """An ellipsoid with an elastic law and what `bouncing.contact_numbers` gives of the contact; SI."""
-    patch, points = patch_numbers(friction, contact["friction"])
+    patch, points = patch_by(friction, contact["friction"])
     numbers = [
-        *(mass, *inertia, *semi_axes, gravity, contact["sink"], *law.numbers()),
+        *(mass, *inertia, *semi_axes, gravity, contact["sink"], *law),
         *(*contact["damping"], contact["regularisation"], *patch),
     ]
     return Ellipsoid(np.array(numbers, float), points)

@@ -10,9 +10,8 @@ from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import axis_ratio as ratio_of
 from bearing_twin.contact.ellipse import hertz_coefficient
-from bearing_twin.contact.laws import LAWS
+from bearing_twin.contact.laws import LAWS, numbers_missing
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.contact.names import numbers_missing
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidBody, EllipsoidOnPlaneScene, Start
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.kinds.sections import check_damping, check_run, resolved_run
@@ -54,7 +53,7 @@ def start_gap(parameters: EllipsoidOnPlaneScene):
 
 def law_error_over(parameters: EllipsoidOnPlaneScene, law: str) -> float:
     """Greatest relative load error of a law against exact Hertz over the body's surface, on a grid of directions."""
-    if LAWS[law].measured or LAWS[law].state is not None:
+    if LAWS[law].measured or LAWS[law].carries:
         return 0.0
     start, worst = start_gap(parameters), 0.0
     frozen = hertz_coefficient(start.curvature_small, start.curvature_large, 1.0)

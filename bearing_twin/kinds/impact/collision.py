@@ -15,7 +15,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.base.stopping import SIGNALLED
-from bearing_twin.contact.elastic import HERTZIAN
+from bearing_twin.contact.laws import HERTZIAN
 from bearing_twin.contact.line import LineLaw
 from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.impact.parameters import FIRST, FIXED_STEP, SECOND

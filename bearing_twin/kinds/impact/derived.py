@@ -8,10 +8,9 @@ import numpy as np
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.damping import damping_for_restitution, restitution_of
 from bearing_twin.contact.elasticity import sphere_coefficient
-from bearing_twin.contact.laws import LAWS, line_law
-from bearing_twin.contact.line import greatest_energy
+from bearing_twin.contact.laws import LAWS, law_names, numbers_missing
+from bearing_twin.contact.line import greatest_energy, line_law
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.contact.names import law_names, numbers_missing
 from bearing_twin.contact.validity import wave_transit
 from bearing_twin.kinds.impact import disc_closed_form
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS, MOST_STEPS

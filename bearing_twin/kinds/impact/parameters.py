@@ -4,8 +4,8 @@
 from dataclasses import dataclass
 
 from bearing_twin.base.parameters import choice, quantity, section
+from bearing_twin.contact.laws import law_names
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
-from bearing_twin.contact.names import law_names
 from bearing_twin.kinds.sections import (
     LOOSEST,
     UNVERIFIED,

@@ -20,8 +20,8 @@ from scipy.interpolate import CubicHermiteSpline
 from bearing_twin.base.report import Choice
 from bearing_twin.contact import hertz_impact as closed_forms
 from bearing_twin.contact.damping import restitution_of, steady_damping
-from bearing_twin.contact.elastic import HERTZIAN, energies_at
-from bearing_twin.contact.laws import LAWS
+from bearing_twin.contact.elasticity import energies_at
+from bearing_twin.contact.laws import HERTZIAN, LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, spot_radius, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.contract import ClosedForm

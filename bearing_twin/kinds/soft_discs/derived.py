@@ -7,7 +7,7 @@ from scipy.special import beta
 
 from bearing_twin.base.report import Choice
 from bearing_twin.contact import hertz_impact
-from bearing_twin.contact.laws import line_law
+from bearing_twin.contact.line import line_law
 from bearing_twin.kinds.impact import disc_closed_form
 from bearing_twin.kinds.rules import SOFT, answers, sentences
 from bearing_twin.kinds.sections import check_run, resolved_run

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.contact.friction import patch_numbers
+from bearing_twin.contact.patch_friction import patch_by
 from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.shapes.implicit import Surface
 
@@ -65,9 +65,9 @@ def pair_numbers(a: Rigid, b: Rigid, gravity, size, tracking, by_overlap, law, c
 
     `size` [m] is about the least radius; `by_overlap`: the load is that of the true overlap.
     """
-    patch, points = patch_numbers(friction, contact["friction"])
+    patch, points = patch_by(friction, contact["friction"])
     numbers = [
-        *(*a.numbers(), *b.numbers(), *gravity, contact["sink"], size, tracking, by_overlap, *law.numbers()),
+        *(*a.numbers(), *b.numbers(), *gravity, contact["sink"], size, tracking, by_overlap, *law),
         *(*contact["damping"], contact["regularisation"], *patch),
     ]
     return Pair(np.array(numbers, float), points)

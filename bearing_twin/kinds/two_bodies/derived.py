@@ -10,8 +10,8 @@ import numpy as np
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact import ellipse
 from bearing_twin.contact import hertz_impact as impact
+from bearing_twin.contact.laws import numbers_missing
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.contact.names import numbers_missing
 from bearing_twin.kinds.sections import check_damping, check_run, resolved_run
 from bearing_twin.kinds.two_bodies.compiled import Rigid
 from bearing_twin.kinds.two_bodies.parameters import FREE, HELD, OVERLAP, TRACKINGS, Shaped, TwoBodiesScene

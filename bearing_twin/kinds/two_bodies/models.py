@@ -16,7 +16,7 @@ from bearing_twin.kinds.two_bodies.parameters import HELD, OVERLAP
 
 def law_error(parameters, law: str) -> float:
     """Relative load error of a law against exact Hertz at the contact the scene starts from; 0 where none is told."""
-    if law == OVERLAP or LAWS[law].measured or LAWS[law].state is not None:
+    if law == OVERLAP or LAWS[law].measured or LAWS[law].carries:
         # The volumetric law on a circle: further off it is nowhere among ellipses that it is for.
         circle = hertz_coefficient(1.0, 1.0, 1.0)
         return abs(coefficient_of("volumetric", 1.0, 1.0, 1.0, circle) / circle - 1.0) if law == OVERLAP else 0.0

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.contact.ellipse import ellipses as spots_at
+from bearing_twin.contact.ellipse import ellipse as spots_at
 from bearing_twin.contact.ellipse import elliptic_e
-from bearing_twin.contact.names import AUTO, POINT
+from bearing_twin.contact.friction import AUTO, POINT
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.controls import CONTROLS, OUTER, SHARED
 from bearing_twin.kinds.bearing.outputs import moduli

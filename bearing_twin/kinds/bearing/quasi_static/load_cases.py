@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bearing_twin.base.report import in_lines
-from bearing_twin.contact.names import AUTO
+from bearing_twin.contact.friction import AUTO
 from bearing_twin.kinds.bearing.controls import CONTROLS, OUTER
 from bearing_twin.kinds.bearing.outputs import moduli
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import (
