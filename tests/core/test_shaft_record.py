@@ -16,7 +16,7 @@ def test_steps_and_loads_are_those_of_the_record(name, scene, overrides):
     known, found = KNOWN[name], result(scene, overrides)
     for cost, before in known["costs"].items():
         assert found["costs"][cost] == pytest.approx(before, rel=0.02, abs=2), cost
-    gross = max(*known["gross_work"], 1e-12)  # J: shafts at rest do none but what rounding leaves
+    gross = max(*known["gross_work"], 1e-11)  # J: shafts at rest do none but what rounding leaves
     for channel in known.keys() - {"costs"}:
         before, now = np.array(known[channel]), np.array(found[channel])
         # over whole turns next to nothing may be left of what loads and bearings did either way
