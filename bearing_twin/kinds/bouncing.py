@@ -1,4 +1,4 @@
-"""A contact that opens and closes: what the motions of an ellipsoid on a plane and of two bodies share.
+"""Motion with contacts that begin and end: common to an ellipsoid on a plane and two bodies.
 
 Each has a function `advance(body, plan, state, clock, times, until, states, record, records, counts, work, stop)` in a
 module that also names the entries of its clock, beside TIME, STEP and WRITTEN, and record. Their counts are COUNTED.
@@ -29,7 +29,7 @@ FINEST, COARSEST = 1e-12, 1e-10
 
 
 def contact_numbers(contact, first: Material, second: Material) -> dict[str, Any]:
-    """What the equations of motion take from the section `contact`, by name.
+    """The numbers of the equations of motion from the section `contact`, by name.
 
     `sink` is the first body's share of the compliance [1], `damping` the numbers of the core's Damping.
     """
@@ -116,12 +116,12 @@ class BouncingMotion:
         return self.outputs(states)
 
     def failure(self, status: int) -> IntegrationError:
-        """When it cannot go on, why, and what to do."""
+        """The error of a motion that cannot go on: when, why, and what to do."""
         seconds, (body, other) = float(self.clock[TIME]), self.bodies
         return IntegrationError(f"at {seconds:.9g} s {self.failures[status]}", self.words[status], seconds, body, other)
 
     def take_records(self) -> dict[str, np.ndarray]:
-        """The touches and the ends of contacts since the last call."""
+        """Begins and ends of contacts since the last call."""
         rows = [*self._ended, self.record] if self.clock[self.kernels.IN_CONTACT] else self._ended
         began = [row[self.kernels.BEGAN] for row in rows if row[self.kernels.BEGAN] > self._touched]
         ended = self.contacts(np.array(self._ended).reshape(-1, self.kernels.RECORD))
@@ -130,5 +130,5 @@ class BouncingMotion:
         return {"touch": np.array(began).reshape(-1, 1), "contact": ended}
 
     def costs(self) -> dict[str, int]:
-        """Steps, rejected steps, evaluations of the rates, and how often bodies touched."""
+        """Steps, rejected steps, evaluations of the rates, and the number of contacts."""
         return dict(zip(COUNTED, self.counts.tolist(), strict=False))

@@ -77,7 +77,7 @@ class BeamFigures(ImpactFigures):
     @property
     def energy_closure(self) -> float:
         """Energy gained (+) or lost (-) by the numbers alone, as a share of what the sphere brought."""
-        return self._extremes.get("energy_gained", 0.0) / self.brought if self.brought else 0.0
+        return self._extremes.get("energy_gained", 0.0) / self.initial_energy if self.initial_energy else 0.0
 
     def figures(self) -> dict[str, Any]:
         """As those of every impact, and deflection and stress of the beam."""

@@ -1,4 +1,4 @@
-"""Numbers that follow from the keys of an ellipsoid on a plane; what is impossible; what is left open."""
+"""Numbers derived from the parameters of an ellipsoid on a plane, checks of the parameters, automatic values."""
 
 import dataclasses
 import math
@@ -90,7 +90,9 @@ def shortest_contact(parameters: EllipsoidOnPlaneScene) -> float:
     law = LAWS["hertz" if contact.normal == "auto" else contact.normal]
     coefficient = law.number(contact, hertz_coefficient(small, large, modulus_of(parameters)))
     speed = max(greatest_speed(parameters), 1e-6)
-    light = 1.0 / (1.0 + 5.0 * (1.0 - axes[0] / axes[2]))  # of the mass, where a blow beside the centre turns the body
+    light = 1.0 / (
+        1.0 + 5.0 * (1.0 - axes[0] / axes[2])
+    )  # of the mass, where an impact beside the centre turns the body
     return float(impact.contact_time(coefficient, light * ellipsoid_mass(parameters.body), speed, law.power))
 
 
@@ -109,7 +111,7 @@ def longest_creep_step(parameters: EllipsoidOnPlaneScene) -> float:
 
 
 def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
-    """What is impossible although each number alone is legal."""
+    """Errors of parameters each of which alone is legal."""
     problems, axes, contact = [], parameters.body.semi_axes, parameters.contact
     if max(axes) > GREATEST_ASPECT * min(axes):
         problems.append(

@@ -54,7 +54,7 @@ class EllipsoidDoubt(ModelDoubt):
     outputs = ("contacts",)
     figures_type = EllipsoidFigures
     shallow = 1.5  # power of a load that is no law's
-    rubbed = ("velocity_change_x_m_s", "velocity_change_y_m_s", "angular_momentum_change_vertical_nms")
+    frictional = ("velocity_change_x_m_s", "velocity_change_y_m_s", "angular_momentum_change_vertical_nms")
     """Figures that friction alone changes: on a plane, all along it and about its normal."""
 
     def __init__(self, parameters, choice):
@@ -90,16 +90,16 @@ class EllipsoidDoubt(ModelDoubt):
         return self._share, HERTZ_MENDS
 
     def friction(self, figures: Mapping[str, Any]) -> dict[str, float]:
-        """What friction over the spot may be off by, as a share of what it did; at a point nothing is known."""
+        """Error of friction over the contact patch, as a share of its effect; not known at a point."""
         model = FRICTIONS[self.parameters.contact.friction]
         if not model.over_spot:
             return {}
         lost = model.error * abs(figures["dissipated_friction_j"])
-        changed = {key: model.error * abs(figures[key]) for key in self.rubbed}
+        changed = {key: model.error * abs(figures[key]) for key in self.frictional}
         return {"dissipated_friction_j": lost, "energy_end_j": lost} | changed
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
-        """What waves in the plane take of the first bounce, as of a sphere."""
+        """Restitution lost to waves in the plane in the first bounce, as of a sphere."""
         first = next(iter(self._contacts.bounces()), None)
         if first is None or not first.impulse or first.restitution is None:
             return {}
@@ -111,10 +111,10 @@ class EllipsoidDoubt(ModelDoubt):
     def notes(self) -> dict[str, str]:
         contact, found = self.parameters.contact, {}
         if self.choice.law not in LAWS or LAWS[self.choice.law].measured:
-            found[LAW] = f"nothing is known of the error of the law {self.choice.law}"
+            found[LAW] = f"the error of the law {self.choice.law} is not known"
         if contact.friction_coefficient and not FRICTIONS[contact.friction].over_spot:
             found[FRICTION_MODEL] = (
                 "contact.friction: point holds no drilling: spin about the normal meets no resistance; set "
                 "contact.friction: spot, which computes it"
             )
-        return found | {"vibration": "bodies are rigid outside their contact: what goes into waves is not computed"}
+        return found | {"vibration": "bodies are rigid outside their contact: waves are not modelled"}

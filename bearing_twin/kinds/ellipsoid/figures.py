@@ -1,4 +1,4 @@
-"""The figures of an ellipsoid on a plane: its contacts, the balances, what to doubt; of outputs and records alone."""
+"""The figures of an ellipsoid on a plane: its contacts, balances and warnings; of outputs and records alone."""
 
 import math
 from typing import Any, NamedTuple
@@ -54,7 +54,7 @@ CONTACT = Table(
         Channel("curvature_small", "1/m", (), "of the gap at the greatest load, P in z = P x^2 + Q y^2"),
         Channel("curvature_large", "1/m", (), "of the gap at the greatest load, Q in z = P x^2 + Q y^2"),
         Channel("coefficient", "N/m^1.5", (), "of the elastic law at the greatest load; of a linear one in N/m"),
-        Channel("speed_in", "m/s", (), "approach rate at the touch"),
+        Channel("speed_in", "m/s", (), "approach rate at the begin of the contact"),
         Channel("speed_out", "m/s", (), "rate of departure at the end"),
         Channel("impulse_x", "N s", (), "on the body, of gravity and contact together"),
         Channel("impulse_y", "N s", (), "on the body"),
@@ -66,7 +66,7 @@ CONTACT = Table(
 
 
 def tables(parameters) -> tuple[Table, ...]:
-    """What an ellipsoid on a plane records."""
+    """Tables of the records of an ellipsoid on a plane."""
     return TOUCH, CONTACT
 
 
@@ -219,7 +219,7 @@ class EllipsoidFigures:
         }
 
     def flags(self) -> list[str]:
-        """What in the run lies outside the theory, one sentence each."""
+        """Warnings of the run, one sentence each."""
         drift = self.last.get("quaternion_drift", 0.0)
         drifted = (
             f"the quaternion's norm drifted by {drift:.2g} in one step before it was put right: "
@@ -228,7 +228,7 @@ class EllipsoidFigures:
         return self.contact_flags() + ([drifted] if drift > GREATEST_DRIFT else [])
 
     def contact_flags(self) -> list[str]:
-        """What in the contacts lies outside Hertz's theory."""
+        """Warnings of contacts outside Hertz's theory."""
         body, material = self.parameters.body, self.parameters.body.material
         strength = yield_pressure(material, self.parameters.plane.material)
         return self.doubts(strength, wave_transit(2.0 * max(body.semi_axes), material.young_modulus, material.density))

@@ -1,4 +1,4 @@
-"""An ellipsoid on a plane as a run: made from its scene, moved on, and what it found."""
+"""The motion of an ellipsoid on a plane: made from its scene, integrated, with its records."""
 
 import math
 
@@ -27,7 +27,7 @@ from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP
 
 SETTING = 1e-3  # tolerance of a step over that of contacts (`tests/test_impact_doubt.py`)
 NEAR = 1e-6  # of the height of the centre: a gap within which a contact may still end
-KEPT = ("state", "clock", "record", "counts")  # what a motion goes on from
+KEPT = ("state", "clock", "record", "counts")  # the state of a motion
 FAILURES = {
     NOT_FINITE: "the state is not finite any more; lower the speeds or shorten solver.step",
     TOO_DEEP: "the body is pressed in by half its shortest semi-axis; stiffen it or lower the fall",
@@ -63,7 +63,7 @@ def refined(parameters, choice: Choice) -> tuple[EllipsoidOnPlaneScene, Choice]:
 
 
 def plan_of(parameters: EllipsoidOnPlaneScene, choice: Choice) -> np.ndarray:
-    """How a scene is stepped, as the core reads it."""
+    """The numbers of the integration of a scene, as the core reads them."""
     rk4, shortest, fixed = choice.stepper == "rk4", shortest_contact(parameters), 0.0
     if rk4:
         fixed = parameters.solver.step or min(shortest / 64.0, 0.5 * longest_creep_step(parameters))

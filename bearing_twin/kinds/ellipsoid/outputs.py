@@ -1,4 +1,4 @@
-"""What one sample of an ellipsoid on a plane holds, computed from its state."""
+"""Channels of an ellipsoid on a plane, computed from its state."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ CHANNELS = (
     Channel("approach", "m", (), "of the lowest point to the plane; negative = gap"),
     Channel("normal_load", "N", (), "on the body, upward, at contact_point"),
     Channel("friction_force", "N", (3,), "on the body, at contact_point"),
-    Channel("drilling_torque", "N m", (), "friction of the spot on the body about z; zero for friction at a point"),
+    Channel("drilling_torque", "N m", (), "spin friction moment on the body about z; zero for friction at a point"),
     Channel("contact_point", "m", (3,), "where the forces act; below the body while there is a gap"),
     Channel("slip", "m/s", (3,), "velocity of the body there along the plane"),
     Channel("major_axis", "1", (3,), "direction of the longer axis of the contact ellipse"),
@@ -36,7 +36,7 @@ LAYOUT = layout_of(CHANNELS)
 
 
 def channels(parameters: EllipsoidOnPlaneScene) -> tuple[Channel, ...]:
-    """What one sample of this scene holds."""
+    """Channels of a sample of this scene."""
     return CHANNELS
 
 

@@ -18,7 +18,7 @@ from bearing_twin.kinds.sections import (
     point_laws,
 )
 
-GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
+GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need in this kind
 ELLIPSOID_STEPPERS = ("dop853", "rk4")
 BODY, PLANE = "body", "plane"  # the bodies, as topics and failures name them
 
@@ -41,7 +41,7 @@ class PlaneBody:
 
 @dataclass(frozen=True)
 class Start:
-    """How the ellipsoid starts, in fixed axes with z up."""
+    """Initial state of the ellipsoid, in fixed axes with z up."""
 
     height: float = quantity(1.0, "m", "of the lowest point above the plane; negative = pressed in")
     turn: tuple[float, float, float] = quantity(
@@ -60,7 +60,7 @@ class EllipsoidContact(ViscoelasticDamping, SteadyDamping, Friction, PointElasti
 
 @dataclass(frozen=True)
 class EllipsoidSolver(Checked):
-    """How the motion is computed."""
+    """Method of integration."""
 
     stepper: str = choice("auto", ("auto", *ELLIPSOID_STEPPERS), "method; auto = dop853")
     step: float = quantity(
@@ -73,7 +73,7 @@ class EllipsoidSolver(Checked):
 
 @dataclass(frozen=True)
 class WantedOfEllipsoid(Wanted):
-    """What is wanted of an ellipsoid on a plane."""
+    """Requested accuracy and outputs of an ellipsoid on a plane."""
 
     tolerance: float = peak_and_impulse(1e-6, at_least=1e-12)
 
@@ -96,7 +96,7 @@ MOVED = {
     "contact.yield_pressure": "body.material.yield_strength and plane.material.yield_strength (the pressure over 1.6)",
     "friction": "contact.friction, contact.friction_coefficient and contact.friction_regularisation",
 }
-"""Keys of earlier versions, and what takes their place."""
+"""Keys of earlier versions, and their successors."""
 
 
 def upgraded(scene: dict) -> dict:

@@ -20,7 +20,7 @@ BESIDE, FEW = 1.4, 1e2  # room below and above the loads, as a factor; greatest 
 
 
 class BouncingPicture(RunPicture):
-    """What pictures of bodies that meet and part share: they keep the contacts, whose peaks fall between outputs."""
+    """Common to pictures of bouncing bodies: they keep the contacts, whose peaks fall between outputs."""
 
     kept = CONTACT.name
 

@@ -1,11 +1,11 @@
-"""What a study may ask of an ellipsoid on a plane; nothing here compiles."""
+"""Quantities of studies of an ellipsoid on a plane."""
 
 from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.kinds.impact.quantities import impact_quantities
 
 
 def quantities() -> dict[str, Quantity]:
-    """What a study may ask of an ellipsoid on a plane."""
+    """Quantities of an ellipsoid on a plane."""
     return {
         **{name: row for name, row in impact_quantities().items() if name != "impulse"},
         "contacts": Quantity("1", "number of contacts", read_off("contact_count")),

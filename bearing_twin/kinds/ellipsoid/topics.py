@@ -28,7 +28,7 @@ def topics(parameters: EllipsoidOnPlaneScene) -> tuple[Topic, ...]:
         *body_topics(FRAME, wrenches, origins, texts, solids),
         contacts_topic(FRAME, contacts, "the contact, as arrays of one row"),
         pose_topic("pose", FRAME, "centre and orientation of the body"),
-        Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "body, contact ellipse, load to look at", FRAME),
+        Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "body, contact ellipse, load", FRAME),
     )
 
 

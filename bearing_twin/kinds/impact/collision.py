@@ -1,10 +1,9 @@
-"""Two bodies meeting on a line: the differential equation of their approach, by adaptive and by fixed-step methods.
+"""Central impact of two bodies: the differential equation of their approach, by adaptive and fixed-step methods.
 
-mu x'' = -load(x, x'), x = 0 and x' = v at the first touch, until x comes back to zero (`core/bodies/impact.hpp`).
-`dop853` (Hairer, order 8, error controlled) gives the numbers; `rk4` and `symplectic_euler` are there to show what a
-fixed step against contact stiffness does, so that nothing controls their steps or lands them on the parting, and are
-refused above an eighth of the contact. An explicit Euler method is not offered: it still gains 40 % of speed with 16
-steps a contact.
+mu x'' = -load(x, x'), x = 0 and x' = v at the begin of the contact, until x returns to zero (`core/bodies/impact.hpp`).
+`dop853` (Hairer, order 8, error controlled) is the method for results; `rk4` and `symplectic_euler` show the effect of
+a fixed step on a stiff contact. Their steps are not controlled, do not end at the separation, and are refused above an
+eighth of the contact time. An explicit Euler method is not offered: it gains 40 % of speed with 16 steps a contact.
 """
 
 from dataclasses import dataclass
@@ -87,7 +86,7 @@ class ContactPeriod(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Collision:
-    """One contact: its figures, and `history(times)` -> (approach [m], approach rate [m/s]) from the first touch on."""
+    """One contact: its figures, and `history(times)` -> (approach [m], approach rate [m/s]) from its begin."""
 
     contact: ContactPeriod
     greatest_approach: float
@@ -101,7 +100,7 @@ class Collision:
 def collide(
     spring: Spring, reduced_mass: float, speed: float, method: str, tolerance: float, step: float, expected, touch=0.0
 ):
-    """The contact of two bodies that touch at time 0, `touch` [s] after a run begins, with `speed` [m/s], by `method`.
+    """The contact of two bodies that begins at time 0, `touch` [s] after the run, with `speed` [m/s], by `method`.
 
     `expected` [s] is about its duration; `tolerance` holds for dop853, `step` [s] for the others. Raises
     IntegrationError where the load is not finite (a line law beyond its range) or separation never comes.
@@ -179,7 +178,7 @@ def _collision(spring, reduced_mass, speed, history, start, end, last, steps, ev
     load, _ = spring.loads(approach, rate)
     leaving = -float(last[1])
     energy = 0.5 * reduced_mass * speed**2
-    # What is left is lost where bodies part before they are round again.
+    # Elastic energy that is left at the separation is lost.
     left = float(spring.loads(np.maximum(last[:1], 0.0), np.zeros(1))[1, 0])
     closure = (0.5 * reduced_mass * leaving**2 + float(last[2]) + left - energy) / energy
     impulse = reduced_mass * (speed + leaving)

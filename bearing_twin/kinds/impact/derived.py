@@ -1,4 +1,4 @@
-"""Numbers that follow from the keys of two bodies; what is impossible among the keys; what they leave open."""
+"""Numbers derived from the parameters of two bodies, checks of the parameters, and values of automatic ones."""
 
 import dataclasses
 import math
@@ -27,7 +27,7 @@ from bearing_twin.kinds.impact.parameters import (
 from bearing_twin.kinds.sections import check_damping, check_run, resolved_run
 
 LEAST = 1e-300  # a restitution that only rounding makes 0
-OUTPUTS = 400  # of a run whose output_rate is left to be chosen
+OUTPUTS = 400  # of a run whose output_rate is automatic
 
 
 def sphere_mass(sphere: Sphere) -> float:
@@ -61,8 +61,8 @@ def sphere_pair(parameters: TwoSpheresScene) -> tuple[float, float, float]:
     if law == "measured":
         known = np.greater(contact.measured_alpha, 0.0)  # of many realisations some may not have one
         alpha = np.where(known, contact.measured_alpha, 1.0)
-        asked = impact.coefficient_of_alpha(alpha, masses[0] * masses[1] / sum(masses))
-        given = np.where(known, asked, sphere_coefficient("hertz", *bodies))[()]
+        measured = impact.coefficient_of_alpha(alpha, masses[0] * masses[1] / sum(masses))
+        given = np.where(known, measured, sphere_coefficient("hertz", *bodies))[()]
     return sphere_coefficient(law, *bodies, given), *masses
 
 
@@ -86,7 +86,7 @@ def strip_of(disc: Disc, load: float) -> tuple[float, float]:
 
 
 def meeting_speed(parameters):
-    """Relative speed [m/s], NaN where the bodies never meet; numbers or arrays."""
+    """Relative speed [m/s], NaN where the bodies never collide; numbers or arrays."""
     speed = np.asarray(parameters.motion.speed, float)
     return np.where(speed > 0.0, speed, np.nan)
 
@@ -113,21 +113,21 @@ def is_steady(contact: SphereContact) -> bool:
 
 
 def is_elastic(contact: SphereContact) -> bool:
-    """True if nothing is lost in the contact."""
+    """True if the contact is elastic."""
     return contact.restitution == 1.0 and contact.damping == 0.0 and contact.viscosity == 0.0
 
 
 def hunt_crossley_damping(contact: SphereContact, speed: float) -> float:
-    """`damping` [s/m] of Hunt and Crossley's term at this speed of meeting [m/s]; 0 without it."""
+    """`damping` [s/m] of Hunt and Crossley's term at this impact speed [m/s]; 0 without it."""
     if contact.restitution == 1.0 or is_steady(contact):
         return contact.damping
     return damping_for_restitution(contact.restitution, contact.restitution_speed or speed)
 
 
 def _stretch(parameters) -> float:
-    """By how much a checked pair is longer in contact than without loss, at most.
+    """Upper bound of the contact time of a checked pair over that without loss.
 
-    By Hunt and Crossley 1/sqrt(e), e the restitution at the speed of meeting, is enough: it is 7.2 at e = 0.01. Steady
+    By Hunt and Crossley 1/sqrt(e), e the restitution at the impact speed, is enough: it is 7.2 at e = 0.01. Steady
     damping makes it shorter, for the contact ends where it would pull.
     """
     if isinstance(parameters, TwoDiscsScene) or is_steady(parameters.contact):
@@ -138,7 +138,7 @@ def _stretch(parameters) -> float:
 
 
 def check_spheres(parameters: TwoSpheresScene) -> list[str]:
-    """What is impossible although each number alone is legal."""
+    """Errors of parameters each of which alone is legal."""
     problems = _check_meeting(parameters.motion) + _check_numbers(parameters.contact)
     if not problems:
         problems = _check_step(parameters.solver, pair_contact_time(parameters))
@@ -152,7 +152,7 @@ def check_spheres(parameters: TwoSpheresScene) -> list[str]:
 
 
 def check_discs(parameters: TwoDiscsScene) -> list[str]:
-    """As `check_spheres`; also where the law of line contact has no solution, and which model has one."""
+    """As `check_spheres`; also a law of line contact without a solution, with the model that has one."""
     problems = _check_meeting(parameters.motion)
     if problems:
         return problems + check_run(parameters.run)
@@ -166,7 +166,7 @@ def check_discs(parameters: TwoDiscsScene) -> list[str]:
         equation = "eq. (14)" if name == "line" else "Johnson's law"
         return [
             f"contact.normal = {name} has no solution: {equation} cannot store the {energy:.4g} J of this impact, only "
-            f"{most:.4g} J; {way_out}let the discs meet below {2.0 * math.sqrt(most / disc_mass(disc)):.4g} m/s "
+            f"{most:.4g} J; {way_out}let the discs collide below {2.0 * math.sqrt(most / disc_mass(disc)):.4g} m/s "
             "(motion.first_velocity)"
         ]
     return _check_step(parameters.solver, pair_contact_time(parameters)) + check_run(parameters.run)
@@ -180,7 +180,7 @@ def resolve(parameters):
 
 
 def _check_numbers(contact: SphereContact) -> list[str]:
-    """As `numbers_missing`; with the law left to be chosen a measured alpha chooses."""
+    """As `numbers_missing`; an automatic law is `measured` where alpha is given."""
     chosen = contact.normal == "auto" and contact.measured_alpha > 0.0
     return numbers_missing(dataclasses.replace(contact, normal="measured") if chosen else contact)
 
@@ -217,7 +217,7 @@ def is_measured(parameters) -> bool:
 
 
 def spheres_closed(parameters) -> bool:
-    """True if closed forms give all that is wanted of two spheres."""
+    """True if closed forms give all that is requested of two spheres."""
     contact = parameters.contact
     return is_elastic(contact) or (parameters.wanted.outputs == "peaks" and not is_steady(contact))
 

@@ -63,7 +63,7 @@ def _bodies(parameters) -> tuple:
 
 def _closed(line, reduced, speed, duration):
     peak = float(disc_closed_form.peak_force(line, reduced, speed))
-    brought = 0.5 * reduced * speed**2
+    initial_energy = 0.5 * reduced * speed**2
     times, approach, rates = _half_history(line, reduced, speed)
     times *= 0.5 * duration / times[-1]
     curve = CubicHermiteSpline(times, approach, rates)
@@ -74,7 +74,7 @@ def _closed(line, reduced, speed, duration):
         return curve(first), np.where(since < 0.5 * duration, 1.0, -1.0) * np.maximum(curve(first, 1), 0.0)
 
     contact = ContactPeriod(0.0, duration, peak, 2.0 * reduced * speed)
-    closure = float(energy_of(line, peak)) / brought - 1.0
+    closure = float(energy_of(line, peak)) / initial_energy - 1.0
     return contact, float(approach_of(line, peak)), 1.0, closure, history
 
 
@@ -83,10 +83,10 @@ def _half_history(line, reduced, speed):
     points, weights = np.polynomial.legendre.leggauss(6)
     edges = 0.5 * math.pi * np.linspace(0.0, 1.0, PIECES + 1) ** 1.5
     angles = edges[:-1, None] + 0.5 * (points + 1.0) * np.diff(edges)[:, None]
-    brought = 0.5 * reduced * speed**2
-    slopes = reduced * speed * np.sin(angles) / load_of_energy(line, brought * np.sin(angles) ** 2)
+    initial_energy = 0.5 * reduced * speed**2
+    slopes = reduced * speed * np.sin(angles) / load_of_energy(line, initial_energy * np.sin(angles) ** 2)
     spans = 0.5 * np.diff(edges) * np.sum(weights * slopes, axis=1)
-    approach = approach_of(line, load_of_energy(line, brought * np.sin(edges) ** 2))
+    approach = approach_of(line, load_of_energy(line, initial_energy * np.sin(edges) ** 2))
     return np.concatenate([[0.0], np.cumsum(spans)]), approach, speed * np.cos(edges)
 
 

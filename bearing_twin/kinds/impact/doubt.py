@@ -18,7 +18,7 @@ from bearing_twin.kinds.doubt import HERTZ_MENDS, LAW, ModelDoubt
 from bearing_twin.kinds.impact.derived import contact_time_by, hunt_crossley_damping
 from bearing_twin.kinds.impact.figures import FIGURES
 from bearing_twin.kinds.impact.impact import SETTING
-from bearing_twin.kinds.impact.models import off_elements
+from bearing_twin.kinds.impact.models import line_contact_error
 from bearing_twin.kinds.impact.parameters import FIXED_STEP
 from bearing_twin.kinds.refinement import Comparison, finer_setting
 
@@ -26,7 +26,7 @@ COARSEST, FINEST = 1e-9, 1e-13  # of the tolerance of a step of a second run, at
 
 
 def relative(value: float, finer: float) -> float:
-    """By what share a value is off; infinite where nothing should be."""
+    """Relative error of a value; infinite where the finer one is zero."""
     return abs(value - finer) / abs(finer) if finer else (math.inf if value else 0.0)
 
 
@@ -82,7 +82,7 @@ class PairDoubt(ModelDoubt):
 
 
 class SphereDoubt(PairDoubt):
-    """The law against Hertz; bodies that are no half-spaces and waves in them are left out."""
+    """The law against Hertz's; the half-space approximation and waves are not modelled."""
 
     @property
     def _share(self) -> float:
@@ -102,7 +102,7 @@ class SphereDoubt(PairDoubt):
         return self._share, HERTZ_MENDS
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
-        """The next term of a sphere's shape, (a / R)^2 of the load, and what vibration takes."""
+        """The next term of a sphere's shape, (a / R)^2 of the load, and the energy lost to vibration."""
         first, second = self.parameters.first, self.parameters.second
         if not figures["peak_force_n"]:
             return {}
@@ -116,9 +116,9 @@ class SphereDoubt(PairDoubt):
         return found | {"restitution": lost, "impulse_ns": impulse}
 
     def notes(self) -> dict[str, str]:
-        found = {"spin": "spheres meet head-on: friction and spin are not computed"}
+        found = {"spin": "central impact: friction and spin are not modelled"}
         if LAWS[self.choice.law].measured:
-            found[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
+            found[LAW] = f"the law {self.choice.law} is given by the scene; its error is not known"
         return found
 
 
@@ -126,23 +126,24 @@ class DiscDoubt(PairDoubt):
     """The law against plane-strain elasticity, which thick discs follow."""
 
     @property
-    def _beside(self) -> float:
-        """By what share the contact time differs from Johnson's."""
+    def _law_difference(self) -> float:
+        """Relative difference of the contact time from Johnson's."""
         parameters, law = self.parameters, self.choice.law
         return relative(contact_time_by(parameters, law), contact_time_by(parameters, "johnson"))
 
     def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """By contact times: a longer contact is softer by as much, and deeper."""
-        return self.scaled(figures, off_elements(self.parameters)[0] + self._beside)
+        return self.scaled(figures, line_contact_error(self.parameters)[0] + self._law_difference)
 
     def law_of(self, output: str) -> tuple[float, str]:
-        """What a better law of line contact would mend; what is left no law of line contact does without."""
-        return self._beside, "contact.normal: johnson costs no more"
+        """Error that another law of line contact removes; the rest is common to all of them."""
+        return self._law_difference, "contact.normal: johnson costs no more"
 
     def notes(self) -> dict[str, str]:
+        error = 100.0 * line_contact_error(self.parameters)[0]
         return {
-            LAW: f"laws of line contact are {100.0 * off_elements(self.parameters)[0]:.2g} % off finite elasticity at "
-            "this speed and thickness, whatever the tolerance: that stands beside figures, and does not "
-            "make a run doubtful; kind: soft_discs has no such law",
-            "vibration": "discs are rigid outside their contact: what goes into waves is not computed",
+            LAW: f"laws of line contact differ from finite elasticity by {error:.2g} % at this speed and "
+            "thickness, whatever the tolerance; the error is reported with the figures and "
+            "does not change the status; kind: soft_discs has no such law",
+            "vibration": "discs are rigid outside their contact: waves are not modelled",
         }

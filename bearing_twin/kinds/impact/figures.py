@@ -18,7 +18,7 @@ CONTACT = Table(
         Channel("impulse", "N s", (), "of the contact force"),
         Channel("greatest_approach", "m", (), "greatest mutual approach"),
         Channel("leaving_speed", "m/s", (), "relative speed away at its end"),
-        Channel("energy_gained", "J", (), "by the numbers alone"),
+        Channel("energy_gained", "J", (), "by the numerical method"),
     ),
     "a contact that has ended",
 )
@@ -28,7 +28,7 @@ MEANINGS = {
     "contacts": "the contacts that have ended, one by one: begin, duration, greatest force, impulse of the force",
     "greatest_approach_m": "mutual approach, greatest over all contacts that have ended",
     "restitution": "relative speed away over that before, after the last contact that has ended",
-    "energy_closure": "energy gained (+) or lost (-) by the numbers, as a share of what was brought, whole motion",
+    "energy_closure": "energy gained (+) or lost (-) by the numerical method over the initial energy, whole motion",
     "impulse_ns": "of the contact force, sum over all contacts that have ended",
     "impact_speed_m_s": "relative speed at the first touch",
 }
@@ -37,7 +37,7 @@ START, DURATION, PEAK_FORCE, IMPULSE, DEEPEST, LEAVING, GAINED = range(1, 8)
 
 
 def tables(parameters) -> tuple[Table, ...]:
-    """What two bodies record."""
+    """Tables of the records of two bodies."""
     return (CONTACT,)
 
 
@@ -57,13 +57,13 @@ class ImpactFigures:
 
     def __init__(self, parameters, choice, speed: float):
         self.parameters, self.choice, self.speed = parameters, choice, speed
-        self.until, self.brought = 0.0, None
+        self.until, self.initial_energy = 0.0, None
         self.last: dict[str, np.ndarray] = {}
         self._rows: list[np.ndarray] = []
 
     def add(self, block: Block) -> None:
-        if self.brought is None:
-            self.brought = float(block.values["kinetic_energy"][0])
+        if self.initial_energy is None:
+            self.initial_energy = float(block.values["kinetic_energy"][0])
         self._rows.append(block.records.get("contact", np.empty((0, len(CONTACT.columns)))))
         self.last = {name: values[-1] for name, values in block.values.items() if values.ndim == 1}
         self.until = 1e-9 * float(block.time_ns[-1])
@@ -90,9 +90,9 @@ class ImpactFigures:
 
     @property
     def energy_closure(self) -> float:
-        """Energy gained (+) or lost (-) by the numbers alone, as a share of what was brought."""
+        """Energy gained (+) or lost (-) by the numerical method, as a share of the initial energy."""
         gained = math.fsum(self.contacts[:, GAINED])
-        return gained / self.brought if self.brought else 0.0
+        return gained / self.initial_energy if self.initial_energy else 0.0
 
     def figures(self) -> dict[str, Any]:
         """Numbers by SI-suffixed keys, over all contacts that have ended."""
@@ -130,7 +130,7 @@ class ImpactFigures:
 class PairFigures(ImpactFigures):
     """The figures of two bodies on a line.
 
-    `doubts(parameters, peak force, contact time)` says what in an impact lies outside the theory.
+    `doubts(parameters, peak force, contact time)` gives warnings of conditions outside the theory.
     """
 
     def __init__(self, doubts, parameters, choice):
@@ -138,7 +138,7 @@ class PairFigures(ImpactFigures):
         self._doubts = doubts
 
     def flags(self) -> list[str]:
-        """What in this impact lies outside the theory, and whether the outputs hold it all."""
+        """Warnings: conditions outside the theory, and outputs that end before the contact."""
         if not len(self.contacts):
             return []
         duration = float(self.contacts[:, DURATION].min())

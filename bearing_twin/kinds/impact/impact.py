@@ -1,6 +1,6 @@
-"""An impact solved at once, and how it becomes a run like any other: an impact is a run, only short.
+"""An impact that is solved as a whole, and its outputs as a run.
 
-What two spheres and two discs share: two bodies on a line, one contact, by closed form or differential equation.
+Common to two spheres and two discs: two bodies on a line, one contact, by closed form or differential equation.
 """
 
 from collections.abc import Callable, Mapping
@@ -46,7 +46,7 @@ class Impact:
 
 
 class ImpactMotion:
-    """An impact as `simulate` wants it: solved when the first output after the start is asked for, then read off.
+    """An impact as a motion: solved when the first output after the start is requested, then evaluated.
 
     A record whose time lies beyond the last output of the scene's run is given with that output.
     """
@@ -57,7 +57,7 @@ class ImpactMotion:
         self.reset()
 
     def reset(self) -> None:
-        """Back to the start; what is solved already stays solved."""
+        """Back to the start; the solution is kept."""
         self._now, self._given = 0.0, -np.inf
 
     @cached_property
@@ -89,12 +89,12 @@ class ImpactMotion:
         return found
 
     def costs(self) -> dict[str, int]:
-        """What the solution took."""
+        """Costs of the solution."""
         return dict(self.impact.costs)
 
 
 def channels(parameters) -> tuple[Channel, ...]:
-    """What one sample of two bodies holds."""
+    """Channels of a sample of two bodies."""
     return CHANNELS
 
 
@@ -115,14 +115,14 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed) -
         closed, costs = _followed(parameters, spring, reduced, stepper, setting, expected, touch)
     contact, deepest, restitution, closure, history = closed
     leaving, duration = restitution * motion.speed, contact.duration
-    dented = float(np.ravel(history(np.array([duration]))[0])[0])
+    last_approach = float(np.ravel(history(np.array([duration]))[0])[0])
 
     def at(times):
         since = np.asarray(times, float) - touch
         approach, rate = (np.array(part) for part in history(np.clip(since, 0.0, duration)))
         before, after = since < 0.0, since > duration
-        freed = dented - leaving * (since - duration)
-        approach = np.where(before, motion.speed * since, np.where(after, freed, approach))
+        separated = last_approach - leaving * (since - duration)
+        approach = np.where(before, motion.speed * since, np.where(after, separated, approach))
         rate = np.where(before, motion.speed, np.where(after, -leaving, rate))
         inside = ~(before | after)
         load, stored = np.where(inside, spring.loads(approach, rate), 0.0)
@@ -143,7 +143,7 @@ def pair_impact(parameters, spring: Spring, masses, stepper, expected, closed) -
 
 
 def _followed(parameters, spring, reduced, stepper, setting, expected, touch):
-    """As `closed` of `pair_impact`, by the equation of motion, and what it cost."""
+    """As `closed` of `pair_impact`, by the equation of motion, and its costs."""
     speed, step = parameters.motion.speed, parameters.solver.step or expected / 500.0
     found = collide(spring, reduced, speed, stepper, setting, step, expected, touch)
     figures = found.contact, found.greatest_approach, found.leaving_speed / speed, found.energy_closure

@@ -1,4 +1,4 @@
-"""Law and stepper of two bodies that meet, by the rules."""
+"""Choice of the law and the stepper of two colliding bodies."""
 
 from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import sphere_coefficient
@@ -22,7 +22,7 @@ great and the contact time 3, 0, -5, -9 and -14 % off; the force is 2 to 5 % les
 
 
 def choose_spheres(parameters) -> Choice:
-    """Two spheres: closed forms wherever they give all that is wanted."""
+    """Two spheres: closed forms wherever they give all that is requested."""
     found = answers(SPHERES, parameters)
     law, stepper = found["contact.normal"].value, found["solver.stepper"].value
     exact = sphere_coefficient("hertz", 1.0, 1.0)
@@ -33,24 +33,24 @@ def choose_spheres(parameters) -> Choice:
 
 
 def choose_discs(parameters) -> Choice:
-    """Two discs: Johnson's law unless another is specified, by quadrature when only peaks are wanted."""
+    """Two discs: Johnson's law unless another is specified, by quadrature when only peaks are requested."""
     found = answers(DISCS, parameters)
     law, stepper = found["contact.normal"].value, found["solver.stepper"].value
-    error, warnings = off_elements(parameters)
+    error, warnings = line_contact_error(parameters)
     if parameters.contact.normal != "auto":
-        apart = contact_time_by(parameters, law) / contact_time_by(parameters, "johnson") - 1.0
-        error += abs(apart)
-        if abs(apart) > JOHNSON_ERROR:
+        difference = contact_time_by(parameters, law) / contact_time_by(parameters, "johnson") - 1.0
+        error += abs(difference)
+        if abs(difference) > JOHNSON_ERROR:
             warnings.append(
-                f"the law {law} gives a contact time {100.0 * apart:.2g} % from Johnson's, "
+                f"the law {law} gives a contact time {100.0 * difference:.2g} % from Johnson's, "
                 "which thick discs follow; contact.normal: johnson costs no more"
             )
     warnings += _step_warnings(parameters, stepper)
     return Choice(law, stepper, error, sentences(found), tuple(warnings))
 
 
-def off_elements(parameters) -> tuple[float, list[str]]:
-    """About the error of line contact against finite elasticity, and where that is much, the kind that knows better.
+def line_contact_error(parameters) -> tuple[float, list[str]]:
+    """Approximate error of line contact against finite elasticity, and a warning with the better model if it is large.
 
     It grows with the speed as a share of that of waves, as the strain does; thin discs are not in plane strain, which
     makes the contact longer by 1 / sqrt(1 - nu^2). Both errors have opposite signs where they are small.
@@ -59,15 +59,15 @@ def off_elements(parameters) -> tuple[float, list[str]]:
     share = speed_share(parameters)
     error, why, keys = max(JOHNSON_ERROR, LARGE * share), [], "against: disc"
     if error > JOHNSON_ERROR:
-        why.append(f"each disc comes with {share:.2g} of the speed of waves in it")
+        why.append(f"the speed of each disc is {share:.2g} of that of waves in it")
     if disc.thickness < disc.radius:
         error = max(error, (1.0 - disc.material.poisson_ratio**2) ** -0.5 - 1.0)
-        why.append("thinner than their radius they are not in plane strain")
+        why.append("discs thinner than their radius are not in plane strain")
         keys += " and plane: stress"
     if error <= max(2.0 * JOHNSON_ERROR, parameters.wanted.tolerance):
         return error, []
     return error, [
-        f"line contact is about {100.0 * error:.2g} % off finite elasticity here: {', and '.join(why)}; kind: "
+        f"line contact differs from finite elasticity by about {100.0 * error:.2g} % here: {', and '.join(why)}; kind: "
         f"soft_discs with {keys} computes it"
     ]
 

@@ -35,7 +35,7 @@ class Sphere:
 
 @dataclass(frozen=True)
 class Meeting:
-    """How two bodies come together on their common line, the first behind the second; positive = forward."""
+    """Motion of two bodies on a line before their impact, the first behind the second; positive = forward."""
 
     first_velocity: float = quantity(20.0, "m/s", "velocity of the first body")
     second_velocity: float = quantity(0.0, "m/s", "velocity of the second body")
@@ -59,7 +59,7 @@ class SphereContact(SteadyDamping, PointElastic):
 
 @dataclass(frozen=True)
 class PairSolver(Checked):
-    """How the contact of two bodies is computed."""
+    """Method for the contact of two bodies."""
 
     stepper: str = choice("auto", ("auto", *PAIR_STEPPERS), "method; auto = the cheapest adequate one")
     step: float = quantity(0.0, "s", "step of rk4 and symplectic_euler; 0 = a 500th of the contact", at_least=0.0)
@@ -67,10 +67,10 @@ class PairSolver(Checked):
 
 @dataclass(frozen=True)
 class WantedPair(WantedImpact):
-    """What is wanted of two bodies."""
+    """Requested accuracy and outputs of two bodies."""
 
     tolerance: float = quantity(
-        1e-9, "1", "wanted relative error of force and time", at_least=1e-12, at_most=LOOSEST, less=UNVERIFIED
+        1e-9, "1", "requested relative error of force and time", at_least=1e-12, at_most=LOOSEST, less=UNVERIFIED
     )
 
 
@@ -122,7 +122,7 @@ MOVED = {
     "run.wanted": "wanted.outputs",
 }
 MOVED_OF_DISCS = MOVED | {"contact.yield_pressure": "disc.material.yield_strength (the pressure over 1.6)"}
-"""Keys of earlier versions, and what takes their place."""
+"""Keys of earlier versions, and their successors."""
 
 
 def upgraded(scene: dict) -> dict:

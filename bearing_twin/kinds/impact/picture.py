@@ -1,4 +1,4 @@
-"""The picture of two bodies that meet: force over time and approach, velocities, energies."""
+"""The picture of two colliding bodies: force over time and approach, velocities, energies."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -39,7 +39,7 @@ class PairPicture(RunPicture):
             by_length * deep, by_force * load, color=BALL_COLOURS[0], linewidth=2, marker=marker_of(len(time))
         )
         across, up = f"approach [{length}]", f"contact force [{newtons}]"
-        heading(approach, "Force against approach: the loop is what is lost", across, up)
+        heading(approach, "Force against approach: the loop is the energy lost", across, up)
         velocity = figure.add_subplot(grid[1, 0])
         frame(velocity)
         for body, name in enumerate(("first", "second")):
@@ -72,14 +72,14 @@ def draw_force(axis, time, values, scale: float = 1.0, contacts=NONE) -> None:
 
 
 def draw_energies(axis, time, unit, values, shown=ENERGIES) -> None:
-    """Stored energies on top of each other, as a share of what was brought: the books are closed where they reach 1."""
+    """Stored energies on top of each other, as a share of the initial energy: it is conserved where they reach 1."""
     frame(axis)
-    brought = values["kinetic_energy"][0]
-    parts = [values[name] / brought for name, _ in shown]
+    initial = values["kinetic_energy"][0]
+    parts = [values[name] / initial for name, _ in shown]
     axis.stackplot(time, parts, labels=[text for _, text in shown], colors=BALL_COLOURS[: len(parts)], alpha=0.75)
     axis.axhline(1.0, color=STYLE["ink"], linewidth=1.0, linestyle=":")
     axis.margins(x=0.0)
     axis.tick_params(pad=6)  # its first numbers stand in one corner
     axis.set_ylim(0.0, max(1.3, 1.15 * float(np.sum(parts, axis=0).max())))
     axis.legend(frameon=False, fontsize=10, ncol=3, loc="upper right")
-    heading(axis, "Energy", f"time [{unit}]", "share of what came")
+    heading(axis, "Energy", f"time [{unit}]", "share of the initial energy")

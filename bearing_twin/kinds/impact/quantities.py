@@ -1,10 +1,10 @@
-"""What a study may ask of an impact; nothing here compiles, closed forms are imported when they are called."""
+"""Quantities of studies of impacts; closed forms are imported when they are called."""
 
 from bearing_twin.kinds.contract import Quantity, late, read_off
 
 
 def impact_quantities(**closed) -> dict[str, Quantity]:
-    """What a study may ask of any impact; closed forms by the quantity's name."""
+    """Quantities of any impact; closed forms by the quantity's name."""
     rows = {
         "contact_duration": Quantity("s", "total time in contact", read_off("contact_duration_s")),
         "peak_force": Quantity("N", "greatest contact force", read_off("peak_force_n")),
@@ -16,12 +16,12 @@ def impact_quantities(**closed) -> dict[str, Quantity]:
 
 
 def spheres() -> dict[str, Quantity]:
-    """What a study may ask of two spheres."""
+    """Quantities of two spheres."""
     return _pair("bearing_twin.contact.hertz_impact")
 
 
 def discs() -> dict[str, Quantity]:
-    """What a study may ask of two discs."""
+    """Quantities of two discs."""
     return _pair("bearing_twin.kinds.impact.disc_closed_form")
 
 

@@ -33,7 +33,7 @@ def _pair(name: str, help: str, parameters: type, moved: dict[str, str], *facts:
 
 TWO_SPHERES = _pair(
     "two_spheres",
-    "two elastic spheres meet head-on, without gravity",
+    "central impact of two elastic spheres, without gravity",
     TwoSpheresScene,
     MOVED,
     check="derived:check_spheres",
@@ -47,7 +47,7 @@ TWO_SPHERES = _pair(
 )
 TWO_DISCS = _pair(
     "two_discs",
-    "two equal discs meet in line contact, without gravity",
+    "central impact of two equal discs in line contact, without gravity",
     TwoDiscsScene,
     MOVED_OF_DISCS,
     f"{HERE}.derived:thickness_over_radius",

@@ -87,7 +87,7 @@ def _closed(bodies, power, damping, wanted):
     coefficient, reduced, speed = bodies
     duration, peak, deepest, restitution = closed_forms.damped_impact(*bodies, damping, power)
     contact = ContactPeriod(0.0, float(duration), float(peak), reduced * speed * (1.0 + restitution))
-    brought = 0.5 * reduced * speed**2
+    initial_energy = 0.5 * reduced * speed**2
 
     if damping == 0.0:
 
@@ -102,7 +102,7 @@ def _closed(bodies, power, damping, wanted):
             return curve(times), curve(times, 1)
 
     if damping == 0.0:
-        closure = energies_at(coefficient, power, float(deepest)) / brought - 1.0
+        closure = energies_at(coefficient, power, float(deepest)) / initial_energy - 1.0
     else:
         closure = restitution**2 - wanted**2
     return contact, float(deepest), restitution, closure, history

@@ -1,6 +1,6 @@
-"""The topics of two bodies that meet: wrenches, the contact, frames and markers, as fields of messages.
+"""The topics of two colliding bodies: wrenches, the contact, frames and markers, as fields of messages.
 
-The frame of the scene has x along the line on which they meet, forward, and its origin where the centre of the first
+The frame of the scene has x along the line of impact, forward, and its origin where the centre of the first
 body starts; the axes of discs lie along z.
 """
 
@@ -28,7 +28,7 @@ def topics(link: str, parameters) -> tuple[Topic, ...]:
     return (
         *body_topics(link, wrenches, origins, texts, solids),
         contacts_topic(link, contacts, "the contact, as arrays of one row"),
-        Topic("markers", MARKER_ARRAY, PUBLISH, marker_fields, "both bodies to look at", link),
+        Topic("markers", MARKER_ARRAY, PUBLISH, marker_fields, "both bodies", link),
     )
 
 
@@ -67,7 +67,7 @@ def contacts(parameters, sample: Sample) -> dict:
     """The fields of Contacts: the second body acts on the first, half-way between the surfaces."""
     places, sizes, load = origins(parameters, sample), radii(parameters), float(sample["normal_load"])
     middle = 0.5 * (places[FIRST][0] + sizes[0] + places[SECOND][0] - sizes[1])
-    semi_major, semi_minor, pressure = _spot(parameters, load)
+    semi_major, semi_minor, pressure = _patch(parameters, load)
     return one_contact(
         FIRST, SECOND,
         approach=float(sample["approach"]), normal_load=load, semi_major=semi_major, semi_minor=semi_minor,
@@ -75,7 +75,7 @@ def contacts(parameters, sample: Sample) -> dict:
     )  # fmt: skip
 
 
-def _spot(parameters, load: float) -> tuple[float, float, float]:
+def _patch(parameters, load: float) -> tuple[float, float, float]:
     """Semi-axes [m] and peak pressure [Pa] by Hertz, of discs half the length and half the width of the line."""
     if load <= 0.0:
         return STILL

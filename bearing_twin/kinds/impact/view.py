@@ -1,4 +1,4 @@
-"""The view of two bodies that meet: both, drawn with their displacements enlarged, and the force on each."""
+"""The view of two colliding bodies: both, drawn with their displacements enlarged, and the force on each."""
 
 import numpy as np
 
@@ -13,13 +13,13 @@ ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "in the contact"))
 
 
 def view(facts, channels) -> View:
-    """Of two spheres or two discs; x along the line on which they meet, the first touch in the origin."""
+    """Of two spheres or two discs; x along the line of impact, the first contact in the origin."""
     parameters = facts.scene.parameters
     first, second = radii(parameters)
     least = min(first, second)
     force = Channel("forces", "N", (2, 3), "on each body by the other")
     middles, ways = (
-        Channel("middles", "m", (2, 3), "centres at the first touch"),
+        Channel("middles", "m", (2, 3), "centres at the first contact"),
         Channel("ways", "m", (2, 3), "from there"),
     )
     tails = Channel("tails", "m", (2, 3), "where the arrows begin")

@@ -15,7 +15,7 @@ class TwoBodiesDoubt(EllipsoidDoubt):
     """The law against exact Hertz where each contact was hardest."""
 
     figures_type = TwoBodiesFigures
-    rubbed = ()  # normal loads change the velocities, too
+    frictional = ()  # normal loads change the velocities, too
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """What waves take is known of a sphere on a half-space alone."""
