@@ -134,9 +134,13 @@ def plain(instance) -> dict:
         if dataclasses.is_dataclass(value):
             value = plain(value)
         elif isinstance(value, tuple):
-            value = [list(row) if isinstance(row, tuple) else row for row in value]
+            value = [list(row) if isinstance(row, tuple) else _plain_row(row) for row in value]
         result[item.name] = value
     return result
+
+
+def _plain_row(row):
+    return plain(row) if dataclasses.is_dataclass(row) else row
 
 
 def names_at(cls, words: Iterable[str]) -> Mapping[str, Any]:

@@ -69,13 +69,16 @@ template <class X> Push(X, X, X, X) -> Push<X>;
 
 // The contact where `v` [m] points from the ball's centre to the inner groove's, or from the outer one's to it.
 template <class R, class Z>
-CORE_INLINE auto push_of(const Seat &seat, const Groove &groove, const Plane<R, Z> &v) {
+CORE_INLINE auto push_of(const Seat &seat, const Groove &groove, const Plane<R, Z> &v, const Pack &height = Pack{}) {
   auto [distance, inverse] = root_and_inverse(v.r * v.r + v.z * v.z + 1e-300);
   auto n_r = v.r * inverse, n_z = v.z * inverse;
-  auto approach = distance - seat.reach(groove);
+  auto approach = distance - seat.reach(groove) + height;
   auto load = elastic(along_groove(groove.coefficient, n_r), seat.power, approach).load;
   return Push{approach, load, n_r, n_z};
 }
+
+// What acts on a ball besides its contacts [N], and heights of the raceways under it [m].
+struct Surroundings : Plane<Pack> { Pack inner{}, outer{}; };
 
 // Cosine and sine of a contact angle a, beyond 60 degrees those of 120 - |a| degrees, at least 0.
 template <class X>
@@ -118,7 +121,7 @@ template <class X>
 struct Balance { X left_r, left_z, force_r, force_z, moment; ValueOf<X> scale; };
 
 template <class I, class O>
-CORE_INLINE auto balance_of(const Seat &seat, const Push<I> &inner, const Push<O> &outer, const Plane<Pack> &weight) {
+CORE_INLINE auto balance_of(const Seat &seat, const Push<I> &inner, const Push<O> &outer, const Surroundings &weight) {
   constexpr unsigned COLUMNS = columns_of<I> | columns_of<O>;
   auto none = widened<COLUMNS>(Pack{});
   auto centrifugal = none, gyroscopic = none;
@@ -138,10 +141,10 @@ CORE_INLINE auto balance_of(const Seat &seat, const Push<I> &inner, const Push<O
 using Number = Dual<BY_PLACES, Pack>;
 
 inline Balance<Number> balance_at(const Seat &seat, const Plane<Pack> &opening, const Plane<Pack> &place,
-                                  const Plane<Pack> &weight) {
+                                  const Surroundings &weight) {
   Plane inner{variable<0>(Pack(opening.r - place.r)), variable<1>(Pack(opening.z - place.z))};
   Plane outer{variable<2>(place.r), variable<3>(place.z)};
-  return balance_of(seat, push_of(seat, seat.inner, inner), push_of(seat, seat.outer, outer), weight);
+  return balance_of(seat, push_of(seat, seat.inner, inner, weight.inner), push_of(seat, seat.outer, outer, weight.outer), weight);
 }
 
 // Derivatives by the ball's place, the opening kept, and by the opening, the place kept.
@@ -174,7 +177,7 @@ CORE_INLINE Balance<Number> select(const Mask &which, const Balance<Number> &yes
 }
 
 // The balance from this place on by damped Newton steps, each ball's own.
-inline Settled newton(const Seat &seat, const Plane<Pack> &opening, const Plane<Pack> &begin, const Plane<Pack> &weight) {
+inline Settled newton(const Seat &seat, const Plane<Pack> &opening, const Plane<Pack> &begin, const Surroundings &weight) {
   const double smallest = SMALLEST_STEP * seat.outer.groove_radius;
   Settled found{begin, {}, Mask{}};
   Plane<Pack> trial = begin;
@@ -214,12 +217,12 @@ inline Settled newton(const Seat &seat, const Plane<Pack> &opening, const Plane<
 }
 
 // The vector between the centres of a ball that rests on one raceway alone, pressed along by this force [N].
-inline Plane<Pack> resting_on(const Seat &seat, const Groove &groove, const Plane<Pack> &along) {
+inline Plane<Pack> resting_on(const Seat &seat, const Groove &groove, const Plane<Pack> &along, const Pack &height) {
   Pack load = square_root(along.r * along.r + along.z * along.z + 1e-300);
   Plane<Pack> n{along.r / load, along.z / load};
   const double deep = seat.reach(groove) + PROBE;
   Pack coefficient = push_of(seat, groove, Plane<Pack>{n.r * deep, n.z * deep}).load / std::pow(PROBE, seat.power);
-  Pack length = seat.reach(groove) + each_lane(load / coefficient, [&](double x) { return std::pow(x, 1.0 / seat.power); });
+  Pack length = seat.reach(groove) - height + each_lane(load / coefficient, [&](double x) { return std::pow(x, 1.0 / seat.power); });
   return {n.r * length, n.z * length};
 }
 
@@ -227,8 +230,8 @@ struct FirstPlace { Plane<Pack> place; Mask alone; };
 
 // Where to begin a ball's balance, and whether that is the answer already (at most one raceway carries). The energy of
 // both contacts is convex in the place, so a ball that rests on one raceway clear of the other is there.
-inline FirstPlace first_place(const Seat &seat, const Plane<Pack> &opening, const Plane<Pack> &weight) {
-  const double reach_i = seat.reach(seat.inner), reach_o = seat.reach(seat.outer);
+inline FirstPlace first_place(const Seat &seat, const Plane<Pack> &opening, const Surroundings &weight) {
+  Pack reach_i = seat.reach(seat.inner) - weight.inner, reach_o = seat.reach(seat.outer) - weight.outer;
   Pack distance = square_root(opening.r * opening.r + opening.z * opening.z + 1e-300);
   Pack squeeze = distance - reach_i - reach_o, share = (reach_o + 0.5 * squeeze) / distance;
   Plane<Pack> between{share * opening.r, share * opening.z};
@@ -238,21 +241,21 @@ inline FirstPlace first_place(const Seat &seat, const Plane<Pack> &opening, cons
   const double orbit = 0.5 * seat.speed * (1.0 - seat.gamma());
   Plane<Pack> force{0.5 * seat.ball_mass * seat.pitch_diameter * orbit * orbit + weight.r, weight.z};
   Mask floats = loose & (force.r == 0.0) & (force.z == 0.0);
-  Plane<Pack> outside = resting_on(seat, seat.outer, force);
-  Plane<Pack> inside = resting_on(seat, seat.inner, {-force.r, -force.z});
+  Plane<Pack> outside = resting_on(seat, seat.outer, force, weight.outer);
+  Plane<Pack> inside = resting_on(seat, seat.inner, {-force.r, -force.z}, weight.inner);
   Plane<Pack> gap{opening.r - outside.r, opening.z - outside.z}, low{opening.r - inside.r, opening.z - inside.z};
-  Mask clear_inner = dot(gap, gap) <= broadcast<Pack>(reach_i * reach_i);
-  Mask clear_outer = dot(low, low) <= broadcast<Pack>(reach_o * reach_o);
+  Mask clear_inner = dot(gap, gap) <= reach_i * reach_i;
+  Mask clear_outer = dot(low, low) <= reach_o * reach_o;
   Plane<Pack> place = select(~loose | floats, between, select(clear_inner | ~clear_outer, outside, low));
   return {place, floats | (loose & (clear_inner | clear_outer))};
 }
 
 // A ball's place by nested bisection: the radial balance falls with the radial place, what is left axially too. Both
 // follow from the energy being convex; it holds as long as speeds change little with the angles.
-inline Plane<Pack> bracketed(const Seat &seat, const Plane<Pack> &opening, const Plane<Pack> &weight) {
+inline Plane<Pack> bracketed(const Seat &seat, const Plane<Pack> &opening, const Surroundings &weight) {
   auto left_at = [&](const Plane<Pack> &place) {
     Plane<Pack> inner{opening.r - place.r, opening.z - place.z};
-    return balance_of(seat, push_of(seat, seat.inner, inner), push_of(seat, seat.outer, place), weight);
+    return balance_of(seat, push_of(seat, seat.inner, inner, weight.inner), push_of(seat, seat.outer, place, weight.outer), weight);
   };
   Pack wide = square_root(opening.r * opening.r + opening.z * opening.z) + (seat.inner.groove_radius + seat.outer.groove_radius);
   Pack low_z = -wide, high_z = wide;
@@ -273,7 +276,7 @@ inline Plane<Pack> bracketed(const Seat &seat, const Plane<Pack> &opening, const
 }
 
 // The balance of balls, begun at a place, NaN for a cold start: Newton's method, then nested bisection.
-inline Settled settled(const Seat &seat, const Plane<Pack> &opening, Plane<Pack> begin, const Plane<Pack> &weight) {
+inline Settled settled(const Seat &seat, const Plane<Pack> &opening, Plane<Pack> begin, const Surroundings &weight) {
   Mask cold = begin.r != begin.r;
   FirstPlace first{};
   if (any(cold)) {

@@ -8,8 +8,10 @@
 
 namespace core {
 
+struct NoHeight { Zero value, rate; };
+
 // Where: the meridian plane of the ring through the ball's centre. How hard, as far as the place alone says.
-template <class O, class N, class A, class D, class R, class T, class W, class L, class S>
+template <class O, class N, class A, class D, class R, class T, class W, class L, class S, class H>
 struct ContactPlace {
   O offset;  // of the ball's centre from the ring's [m]
   N normal;
@@ -20,9 +22,10 @@ struct ContactPlace {
   W ring_speed;  // about the axis [rad/s]
   L load;  // elastic [N]
   S stiffness;  // [N/m]
+  H height_rate;  // by which heights that come by close the contact [m/s]
 };
-template <class O, class N, class A, class D, class R, class T, class W, class L, class S>
-ContactPlace(O, N, A, D, R, T, W, L, S) -> ContactPlace<O, N, A, D, R, T, W, L, S>;
+template <class O, class N, class A, class D, class R, class T, class W, class L, class S, class H>
+ContactPlace(O, N, A, D, R, T, W, L, S, H) -> ContactPlace<O, N, A, D, R, T, W, L, S, H>;
 
 // The coefficient of the elastic law where the normal has this radial part, from what is `carried` (LANES,) if anything is.
 [[gnu::noinline]] inline std::pair<Pack, Pack> carried_coefficient(const Bearing &bearing, const Raceway &raceway, const Pack &radial,
@@ -46,9 +49,9 @@ CORE_INLINE auto coefficient_at(const Bearing &bearing, const Raceway &raceway, 
   return along_groove(raceway.coefficient, radial);
 }
 
-template <class O, class W>
+template <class O, class W, class H = NoHeight>
 CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &ring_speed,
-                               const CarriedContact *carried = nullptr) {
+                               const CarriedContact *carried = nullptr, const H &height = {}) {
   auto [axis_distance, over_distance] = [&] {
     if constexpr (IsZero<decltype(offset.y)>) return std::pair{offset.x, 1.0 / offset.x};
     else return root_and_inverse(offset.x * offset.x + offset.y * offset.y);
@@ -58,7 +61,7 @@ CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, c
   auto normal_radial = outwards * inverse;
   auto in_plane = normal_radial * over_distance;
   Vector3 normal{in_plane * offset.x, in_plane * offset.y, offset.z * inverse};
-  auto approach = distance + (bearing.ball_radius - raceway.groove_radius);
+  auto approach = distance + (bearing.ball_radius - raceway.groove_radius) + height.value;
   auto arm = (bearing.ball_radius - 0.5 * approach) * normal;
   auto point = offset + arm;
   Vector3 surface_velocity{-(ring_speed * point.y), ring_speed * point.x, Zero{}};
@@ -66,7 +69,7 @@ CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, c
   auto coefficient = coefficient_at(bearing, raceway, normal_radial, carried);
   auto spring = elastic(coefficient, bearing.power, approach);
   return std::pair{ContactPlace{offset, normal, approach, axis_distance, arm, surface_velocity, ring_speed, spring.load,
-                               spring.stiffness},
+                               spring.stiffness, height.rate},
                    normal_radial};
 }
 
@@ -85,8 +88,9 @@ CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, 
                                 const U &relative, const W &spin) {
   auto approach_rate = dot(relative, at.normal);
   auto slip = relative - approach_rate * at.normal;
-  auto normal_load = maximum(proportional_load(at.load, at.stiffness, approach_rate, bearing.damping, bearing.relaxation_time), 0.0);
-  auto damping_loss = (normal_load - at.load) * approach_rate;
+  auto closing = approach_rate + at.height_rate;
+  auto normal_load = maximum(proportional_load(at.load, at.stiffness, closing, bearing.damping, bearing.relaxation_time), 0.0);
+  auto damping_loss = (normal_load - at.load) * closing;
   if constexpr (!PATCH) {
     auto square = dot(slip, slip);
     auto resistance = point_resistance(bearing.friction_coefficient * normal_load, square, bearing.regularisation);
@@ -119,6 +123,14 @@ CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, 
     auto power = dot(force, at.surface_velocity) - moment * (at.ring_speed * at.normal.z);
     return ContactAction{force, torque, power, loss, normal_load, slip, friction, -moment};
   }
+}
+
+// What heights that come by do to a contact [W], of the force on the ball.
+template <class F, class N>
+CORE_INLINE Pack height_power(const F &force, const N &normal, const Pack &rate) {
+  Pack load = -(value_of(force.x) * value_of(normal.x) + value_of(force.z) * value_of(normal.z));
+  if constexpr (!IsZero<decltype(normal.y)>) load -= value_of(force.y) * value_of(normal.y);
+  return load * rate;
 }
 
 // What the equations of motion take of a contact.

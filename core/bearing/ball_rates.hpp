@@ -12,7 +12,7 @@ template <class O, class V, class S, class P, class L> BallRates(O, V, S, P, L) 
 // Rates of a ball whose neighbours are apart. In the frame that turns with it at `orbit_rate` about z, velocity and
 // angular velocity gain the terms -orbit_rate z x (.): the centrifugal, Coriolis and gyroscopic effects.
 template <bool PATCH, bool TILTED, class R, class A, class H, class V, class S>
-CORE_INLINE auto ball_rates(const Bearing &bearing, const Pack &ring_speed, const CarriedBalls *carried, const R &radius, const A &angle,
+CORE_INLINE auto ball_rates(const Bearing &bearing, const Pack &ring_speed, const CarriedBalls *carried, const Heights &heights, const R &radius, const A &angle,
                             const H &height, const V &velocity, const S &spin) {
   auto [cosine, sine] = cosine_sine(angle);
   auto minus_sine = -sine;
@@ -20,25 +20,28 @@ CORE_INLINE auto ball_rates(const Bearing &bearing, const Pack &ring_speed, cons
     return about_z(cosine, minus_sine, Vector3{fixed[0], fixed[1], fixed[2]});
   };
   Vector3 position{radius, Zero{}, height};
-  auto action = [&](const Raceway &raceway, const CarriedContact *states, const auto &offset, const auto &moves, const auto &spins,
+  Pack height_work{};
+  auto action = [&](const Raceway &raceway, const CarriedContact *states, const Height &height, const auto &offset, const auto &moves, const auto &spins,
                     const auto &speed) __attribute__((always_inline)) {
-    auto [at, normal_radial] = contact_place(bearing, raceway, offset, speed, states);
+    auto [at, normal_radial] = contact_place(bearing, raceway, offset, speed, states, height);
     auto relative = (moves + cross(spins, at.arm)) - at.surface_velocity;
     auto about_normal = dot(spins, at.normal) - speed * at.normal.z;
-    return staged_action<PATCH>(bearing, raceway, at, normal_radial, relative, about_normal);
+    auto found = staged_action<PATCH>(bearing, raceway, at, normal_radial, relative, about_normal);
+    height_work += height_power(found.force, at.normal, height.rate);
+    return found;
   };
   auto inner = [&]() __attribute__((always_inline)) {
     auto offset = position - in_ball_frame(bearing.offset);
     const CarriedContact *states = carried ? carried->inner : nullptr;
-    if constexpr (!TILTED) return action(bearing.inner, states, offset, velocity, spin, ring_speed);
+    if constexpr (!TILTED) return action(bearing.inner, states, heights.inner, offset, velocity, spin, ring_speed);
     else {
       auto tilt = about_z(cosine, minus_sine, Vector3{bearing.tilt[0], bearing.tilt[1], Zero{}});
       auto axes = ring_axes(tilt.x, tilt.y);
-      auto found = action(bearing.inner, states, into_ring(axes, offset), into_ring(axes, velocity), into_ring(axes, spin), ring_speed);
+      auto found = action(bearing.inner, states, heights.inner, into_ring(axes, offset), into_ring(axes, velocity), into_ring(axes, spin), ring_speed);
       return BallAction{out_of_ring(axes, found.force), out_of_ring(axes, found.torque), found.power, found.loss};
     }
   }();
-  auto outer = action(bearing.outer, carried ? carried->outer : nullptr, position, velocity, spin, Zero{});
+  auto outer = action(bearing.outer, carried ? carried->outer : nullptr, heights.outer, position, velocity, spin, Zero{});
   auto force = inner.force + outer.force, torque = inner.torque + outer.torque;
   auto gravity = in_ball_frame(bearing.gravity);
   auto orbit_rate = velocity.y / radius;
@@ -47,7 +50,7 @@ CORE_INLINE auto ball_rates(const Bearing &bearing, const Pack &ring_speed, cons
                        over_mass * force.y + gravity.y - orbit_rate * velocity.x, over_mass * force.z + gravity.z};
   Vector3 angular_acceleration{over_inertia * torque.x + orbit_rate * spin.y, over_inertia * torque.y - orbit_rate * spin.x,
                                over_inertia * torque.z};
-  return BallRates{orbit_rate, acceleration, angular_acceleration, inner.power + outer.power, inner.loss + outer.loss};
+  return BallRates{orbit_rate, acceleration, angular_acceleration, (inner.power + outer.power) + height_work, inner.loss + outer.loss};
 }
 
 using BallState = std::array<Pack, COLUMNS>;
@@ -74,8 +77,8 @@ CORE_INLINE void store_rates(const BallState &state, const R &rates, BallState &
 // `carried` is null where the law carries nothing.
 template <bool PATCH, bool TILTED>
 [[gnu::noinline]] inline void evaluate_rates(const Bearing &bearing, const Pack &ring_speed, const CarriedBalls *carried,
-                                             const BallState &y, BallState &rates) {
-  auto found = ball_rates<PATCH, TILTED>(bearing, ring_speed, carried, y[RADIUS], y[ANGLE], y[HEIGHT],
+                                             const Heights &heights, const BallState &y, BallState &rates) {
+  auto found = ball_rates<PATCH, TILTED>(bearing, ring_speed, carried, heights, y[RADIUS], y[ANGLE], y[HEIGHT],
                                  Vector3{y[VELOCITY], y[VELOCITY + 1], y[VELOCITY + 2]},
                                  Vector3{y[SPIN], y[SPIN + 1], y[SPIN + 2]});
   store_rates(y, found, rates);
@@ -83,10 +86,11 @@ template <bool PATCH, bool TILTED>
 
 template <bool PATCH, bool TILTED>
 [[gnu::noinline]] inline void evaluate_rates_and_jacobian(const Bearing &bearing, const Pack &ring_speed,
-                                                          const CarriedBalls *carried, const BallState &y, BallState &rates, BallJacobian &j) {
+                                                          const CarriedBalls *carried, const Heights &heights, const BallState &y,
+                                                          BallState &rates, BallJacobian &j) {
   Vector3 velocity{variable<3>(y[VELOCITY]), variable<4>(y[VELOCITY + 1]), variable<5>(y[VELOCITY + 2])};
   Vector3 spin{variable<6>(y[SPIN]), variable<7>(y[SPIN + 1]), variable<8>(y[SPIN + 2])};
-  auto found = ball_rates<PATCH, TILTED>(bearing, ring_speed, carried, variable<0>(y[RADIUS]), variable<1>(y[ANGLE]),
+  auto found = ball_rates<PATCH, TILTED>(bearing, ring_speed, carried, heights, variable<0>(y[RADIUS]), variable<1>(y[ANGLE]),
                                  variable<2>(y[HEIGHT]), velocity, spin);
   store_rates(y, found, rates);
   auto triple = []<int C>(const auto &x) __attribute__((always_inline)) {

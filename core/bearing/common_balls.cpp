@@ -27,7 +27,7 @@ CORE_EXPORT int core_common_balls(const double *bearing_numbers, const double *p
                                   double *next) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   bool implicit = method_numbers[0] == 0.0;
-  AllBalls all{bearing, {drive[0], drive[1]}, int(number), near, implicit ? 0.0 : 1.0};
+  AllBalls all{bearing, {drive[0], drive[1], drive[2]}, int(number), near, implicit ? 0.0 : 1.0};
   all.load(carried);
   CommonResults results{state, orientation, states, orientations};
   auto stepped = [&](auto &balls, const Pace &pace) {
@@ -44,12 +44,12 @@ CORE_EXPORT int core_common_balls(const double *bearing_numbers, const double *p
   return stepped(balls, {longest, method.adapts() ? method.order : 0, false});
 }
 
-// Rates (balls, COLUMNS) of all balls in a state (balls, COLUMNS) with the ring at this speed [rad/s].
-CORE_EXPORT void core_all_rates(const double *bearing_numbers, const double *points, double ring_speed, std::int64_t number,
+// Rates (balls, COLUMNS) of all balls in a state (balls, COLUMNS) with the ring at this speed [rad/s] and angle [rad].
+CORE_EXPORT void core_all_rates(const double *bearing_numbers, const double *points, double ring_speed, double ring_angle, std::int64_t number,
                                 const std::uint8_t *near, const double *state, double *rates) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   Blocks y = blocks_of(state, int(number)), found(y.size());
-  AllBalls{bearing, {ring_speed, 0.0}, int(number), near, 1.0}.rates(0.0, y, found);
+  AllBalls{bearing, {ring_speed, 0.0, ring_angle}, int(number), near, 1.0}.rates(0.0, y, found);
   for (int k = 0; k < number; k++)
     for (int c = 0; c < COLUMNS; c++) rates[k * COLUMNS + c] = found[k / LANES][c][k % LANES];
 }

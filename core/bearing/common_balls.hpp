@@ -63,17 +63,24 @@ struct AllBalls {
       for (int lane = 0; lane < LANES; lane++) core::carry_on(bearing, y[b], lane, carried[b]);
   }
 
+  // Of raceways: orientations, on which heights of balls depend, turn apart from the states.
+  Heights heights(double time, const Pack &speed, const BallState &y) const {
+    if (!bearing.defects.count) return {};
+    Pack turned = broadcast<Pack>(drive.angle_at(time));
+    return heights_at(bearing.defects, surface_places(y[ANGLE], y[VELOCITY + 1] / y[RADIUS], turned, speed, Quaternion{}, Pack{}, Mask{}), Pack{});
+  }
+
   template <class Evaluate>
   void rates(double time, const Blocks &y, Blocks &out, Evaluate evaluate) const {
     Pack speed = broadcast<Pack>(drive.speed + drive.acceleration * time);
-    for (std::size_t b = 0; b < y.size(); b++) evaluate(b, speed, y[b], out[b]);
+    for (std::size_t b = 0; b < y.size(); b++) evaluate(b, speed, heights(time, speed, y[b]), y[b], out[b]);
     for (int k = 0; k < balls; k++)
       if (near[k]) add_contact(k, k + 1 < balls ? k + 1 : 0, y, out);
   }
   void rates(double time, const Blocks &y, Blocks &out) const {
     for_kind_of(bearing, [&]<bool PATCH, bool TILTED>() {
-      rates(time, y, out, [&](std::size_t b, const Pack &speed, const BallState &ball, BallState &rate) {
-        evaluate_rates<PATCH, TILTED>(bearing, speed, states(b), ball, rate);
+      rates(time, y, out, [&](std::size_t b, const Pack &speed, const Heights &heights, const BallState &ball, BallState &rate) {
+        evaluate_rates<PATCH, TILTED>(bearing, speed, states(b), heights, ball, rate);
       });
     });
   }
@@ -227,8 +234,8 @@ class ImexBalls : public CommonBalls {
   double step(double time, double h, bool) {
     for (BallState &ball : y) drift(0.5 * h, true, ball);
     for_kind_of(all.bearing, [&]<bool PATCH, bool TILTED>() {
-      all.rates(time + 0.5 * h, y, rates, [&](std::size_t b, const Pack &speed, const BallState &ball, BallState &rate) {
-        evaluate_rates_and_jacobian<PATCH, TILTED>(all.bearing, speed, all.states(b), ball, rate, jacobians[b]);
+      all.rates(time + 0.5 * h, y, rates, [&](std::size_t b, const Pack &speed, const Heights &heights, const BallState &ball, BallState &rate) {
+        evaluate_rates_and_jacobian<PATCH, TILTED>(all.bearing, speed, all.states(b), heights, ball, rate, jacobians[b]);
       });
     });
     for (std::size_t b = 0; b < y.size(); b++) {

@@ -25,7 +25,7 @@ CORE_EXPORT int core_coupled_balls(
   Bearing bearing = bearing_of(bearing_numbers, points);
   RosenbrockMethod method = method_of(method_numbers);
   CoupledBodies bodies = bodies_of(body_numbers, load, load_rate, drive);
-  Chunk chunk{bearing, method, {bodies.shaft_speed, bodies.shaft_acceleration}, duration, {}, int(instants), times, stop};
+  Chunk chunk{bearing, method, {bodies.shaft_speed, bodies.shaft_acceleration, bodies.shaft_angle}, duration, {}, int(instants), times, stop};
   std::copy(scales, scales + MOTION, chunk.scale);
   Results results{int(balls), state, orientation, steps, carried, states, orientations, counts, failure};
   BodyState body_state = state_of(bearing, bodies, border);
@@ -52,7 +52,7 @@ CORE_EXPORT void core_coupled_rates(
   RosenbrockMethod method = method_of(method_numbers);
   CoupledBodies bodies = bodies_of(body_numbers, load, load_rate, drive);
   std::uint8_t stop = 0;
-  Chunk chunk{bearing, method, {bodies.shaft_speed, bodies.shaft_acceleration}, 1.0, {}, 0, nullptr, &stop};
+  Chunk chunk{bearing, method, {bodies.shaft_speed, bodies.shaft_acceleration, bodies.shaft_angle}, 1.0, {}, 0, nullptr, &stop};
   std::vector<double> orientations(4 * balls), steps(balls, 1.0), carried(CARRIED * balls, 0.0);
   std::vector<std::int64_t> numbers(balls);
   for (int ball = 0; ball < balls; ball++) numbers[ball] = ball;

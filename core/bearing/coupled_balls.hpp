@@ -19,7 +19,7 @@ class Integration {
     alone = layout.unknowns == 0;
     varies = !bodies.torque_driven() && bodies.shaft_acceleration != 0.0;
     for (int k = 0; k < layout.unknowns; k++) varies |= bodies.load_rate[layout.coordinate[k]] != 0.0;
-    varies |= bodies.unbalance != 0.0 && !bodies.torque_driven();
+    varies |= (bodies.unbalance != 0.0 && !bodies.torque_driven()) || bearing.defects.count;
     for (int i = 0; i < method.stages; i++) evaluations += !method.repeats_first(i);
   }
 
@@ -31,7 +31,10 @@ class Integration {
     for (;;) {
       if (*chunk.stop != 0) return STOPPED;
       double wanted = step, left = chunk.duration - time;
+      find_places();
       if (alone && wanted > LONGEST_FLIGHT && any_flies()) wanted = LONGEST_FLIGHT;
+      for (int place = 0; bearing.defects.count && place < count; place++)
+        wanted = std::min(wanted, resolving_step(bearing.defects, blocks[place / LANES].places, place % LANES));
       step = wanted >= left - NEGLIGIBLE * chunk.duration ? left : wanted;
       double resume = cut_at_walls();
       make_step();
@@ -161,6 +164,7 @@ class Integration {
     Pack carried{};
     prescribe_shaft(e.y, moment);
     for (BallBlock &k : blocks) {
+      if (bearing.defects.count) k.heights = heights_at(bearing.defects, k.places, broadcast<Pack>(moment - time));
       follow_cage(k.y, e.y, k);
       if (DERIVATIVES && touching.active()) std::fill(&k.tile[0][0], &k.tile[0][0] + TILE_ROWS * TILE_COLUMNS, Pack{});
       forces_of_block<PATCH, DERIVATIVES>(bearing, bodies, layout, k, e.y, push);
@@ -172,6 +176,28 @@ class Integration {
     if (layout.even) over_inertia[layout.slot[CAGE_ANGLE]] = 1.0 / (bodies.inertia[CAGE_ANGLE] + total(carried));
     body_rates<DERIVATIVES>(bodies, layout, moment, over_inertia, e, push);
     if (DERIVATIVES) std::copy(over_inertia, over_inertia + MOST_FREE, e.over_inertia);
+  }
+
+  void find_places() {
+    if (!bearing.defects.count) return;
+    BodyState now = e.start;
+    prescribe_shaft(now, time);
+    for (std::size_t block = 0; block < blocks.size(); block++) {
+      BallBlock &k = blocks[block];
+      Mask first{};
+      for (int lane = 0; lane < LANES; lane++)
+        if (int place = int(block) * LANES + lane; place < count && numbers[place] == 0) first[lane] = -1;
+      k.places = surface_places(k.start[ANGLE], k.start[ORBIT_RATE], broadcast<Pack>(now[SHAFT]),
+                                broadcast<Pack>(now[COORDINATES + SHAFT]), k.before, spin_in_frame(k.start)[2], first);
+    }
+  }
+  // Approaches of the ball in a lane at the place `y`, this share of the step after its start.
+  template <class Y>
+  Approaches approaches(const BallBlock &k, int lane, const Y &y, double share) const {
+    Approaches found{inner_approach(y), outer_approach(y)};
+    if (!bearing.defects.count) return found;
+    Heights more = heights_at(bearing.defects, k.places, broadcast<Pack>(share * step));
+    return {found[0] + more.inner.value[lane], found[1] + more.outer.value[lane]};
   }
 
   void linearise() {
@@ -457,20 +483,21 @@ class Integration {
 
   bool any_flies() const {
     for (int place = 0; place < count; place++) {
-      auto y = place_of(blocks[place / LANES].start, place % LANES);
-      if (outer_approach(y) < 0.0 && inner_approach(y) < 0.0) return true;
+      const BallBlock &k = blocks[place / LANES];
+      auto [inner, outer] = approaches(k, place % LANES, place_of(k.start, place % LANES), 0.0);
+      if (outer < 0.0 && inner < 0.0) return true;
     }
     return false;
   }
 
   // The least error of a step in which a contact of the ball with a raceway begins or ends, as in free_balls.hpp.
   double least_error(const BallBlock &k, int lane) const {
-    auto begin = place_of(k.start, lane), end = place_of(k.end, lane);
-    double first = outer_approach(begin), last = outer_approach(end);
+    auto [inner_first, first] = approaches(k, lane, place_of(k.start, lane), 0.0);
+    auto [inner_last, last] = approaches(k, lane, place_of(k.end, lane), 1.0);
     double lag = bearing.power * bearing.relaxation_time * std::min(last - first, 0.0) / step;
     if (!(std::min(first, last) + lag <= 0.0)) return 0.0;
     double change = std::max(free_balls::contact_change(bearing, bearing.outer, first, last, step),
-                             free_balls::contact_change(bearing, bearing.inner, inner_approach(begin), inner_approach(end), step));
+                             free_balls::contact_change(bearing, bearing.inner, inner_first, inner_last, step));
     return LANDING_SHARE / (chunk.scale[VELOCITY] * std::sqrt(double(MOTION))) * change;
   }
 
@@ -480,14 +507,13 @@ class Integration {
     for (int place = 0; place < count; place++) {
       BallBlock &k = blocks[place / LANES];
       int lane = place % LANES;
-      auto approaches = [&](const auto &there) { return Approaches{inner_approach(there), outer_approach(there)}; };
-      Approaches before = approaches(place_of(k.start, lane));
-      if (!changes_contact(before, approaches(place_of(k.end, lane)))) continue;
+      Approaches before = approaches(k, lane, place_of(k.start, lane), 0.0);
+      if (!changes_contact(before, approaches(k, lane, place_of(k.end, lane), 1.0))) continue;
       for (int c = 0; c < VELOCITY; c++) prepare_interpolant(k, c);
       double share = share_of_change(before, [&](double fraction) {
         std::array<double, 3> there;
         for (int c = 0; c < 3; c++) there[c] = inside(k, fraction, c)[lane];
-        return approaches(there);
+        return approaches(k, lane, there, fraction);
       });
       least = std::min(least, share);
     }

@@ -18,12 +18,15 @@ constexpr int VARIABLES = BODY_SPEED + COORDINATES;
 enum ElementRow { RADIAL_ROW, ORBIT_ROW, AXIAL_ROW, SPIN_ROW, POWER_ROW = 6, LOSS_ROW };
 constexpr int ON_BODY = LOSS_ROW + 1, ELEMENT_ROWS = ON_BODY + COORDINATES;
 
+inline const Heights NO_HEIGHTS{};
+
 // The motion of a ball and of the bodies, as variables or as values.
 template <bool DERIVATIVES>
 struct ElementInput {
   const BallState &ball;  // its VELOCITY + 1 is the orbit rate
   const BodyState &bodies;
   const CarriedBalls *carried = nullptr;
+  const Heights &heights = NO_HEIGHTS;
   template <int C> CORE_INLINE auto own() const { return input<DERIVATIVES, C>(ball[C]); }
   template <int C> CORE_INLINE auto place() const { return input<DERIVATIVES, BODY_PLACE + C>(broadcast<Pack>(bodies[C])); }
   template <int C> CORE_INLINE auto speed() const {
@@ -32,13 +35,14 @@ struct ElementInput {
 };
 
 template <class F, class T, class M, class L>
-struct RingAction { F force; T torque; M moment; L loss; };  // on the ball; moment [N m]: about the ring's axis
-template <class F, class T, class M, class L> RingAction(F, T, M, L) -> RingAction<F, T, M, L>;
+// On the ball; moment [N m]: about the ring's axis; power of heights that come by [W].
+struct RingAction { F force; T torque; M moment; L loss; Pack height_power; };
+template <class F, class T, class M, class L> RingAction(F, T, M, L, Pack) -> RingAction<F, T, M, L>;
 
 // The inner raceway, all in the ring's axes: differentiated by the ball's offset, velocity and spin against the ring and
 // by the ring's speed, and then by what these depend on.
 template <bool PATCH, bool DERIVATIVES, class O, class V, class S, class W>
-CORE_INLINE auto inner_action(const Bearing &bearing, const CarriedBalls *carried, const O &offset, const V &velocity, const S &spin, const W &speed) {
+CORE_INLINE auto inner_action(const Bearing &bearing, const CarriedBalls *carried, const Height &height, const O &offset, const V &velocity, const S &spin, const W &speed) {
   auto local = [&]<int C>(const auto &x) __attribute__((always_inline)) { return input<DERIVATIVES, C>(value_of(x)); };
   auto three = [&]<int C>(const auto &v) __attribute__((always_inline)) {
     return Vector3{local.template operator()<C>(v.x), local.template operator()<C + 1>(v.y), local.template operator()<C + 2>(v.z)};
@@ -46,7 +50,7 @@ CORE_INLINE auto inner_action(const Bearing &bearing, const CarriedBalls *carrie
   auto o = three.template operator()<0>(offset), v = three.template operator()<3>(velocity);
   auto s = three.template operator()<6>(spin);
   auto w = local.template operator()<9>(speed);
-  auto [at, normal_radial] = contact_place(bearing, bearing.inner, o, w, carried ? carried->inner : nullptr);
+  auto [at, normal_radial] = contact_place(bearing, bearing.inner, o, w, carried ? carried->inner : nullptr, height);
   auto relative = (v + cross(s, at.arm)) - at.surface_velocity;
   auto about_normal = dot(s, at.normal) - w * at.normal.z;
   auto action = staged_action<PATCH>(bearing, bearing.inner, at, normal_radial, relative, about_normal);
@@ -55,7 +59,8 @@ CORE_INLINE auto inner_action(const Bearing &bearing, const CarriedBalls *carrie
   };
   auto vector = [&](const auto &x) __attribute__((always_inline)) { return Vector3{through(x.x), through(x.y), through(x.z)}; };
   auto moment = (o.x * action.force.y - o.y * action.force.x) + action.torque.z;
-  return RingAction{vector(action.force), vector(action.torque), through(moment), through(action.loss)};
+  return RingAction{vector(action.force), vector(action.torque), through(moment), through(action.loss),
+                    height_power(action.force, at.normal, height.rate)};
 }
 
 // The same for a ring of any motion, all in the ball's frame: `offset` of the ball's centre and its `velocity` against the
@@ -64,7 +69,7 @@ template <class A, class X, class Y>
 struct TiltedAction { A action; X moment_x; Y moment_y; };  // moments about the ring's centre as its tilts work
 template <class A, class X, class Y> TiltedAction(A, X, Y) -> TiltedAction<A, X, Y>;
 template <bool PATCH, bool DERIVATIVES, class O, class V, class S, class T, class R, class W>
-CORE_INLINE auto tilted_action(const Bearing &bearing, const CarriedBalls *carried, const O &offset, const V &velocity, const S &spin, const T &tilt,
+CORE_INLINE auto tilted_action(const Bearing &bearing, const CarriedBalls *carried, const Height &height, const O &offset, const V &velocity, const S &spin, const T &tilt,
                                const R &turning, const W &speed) {
   auto local = [&]<int C, class X>(const X &x) __attribute__((always_inline)) {
     if constexpr (!IsDual<X>) return x;
@@ -79,7 +84,7 @@ CORE_INLINE auto tilted_action(const Bearing &bearing, const CarriedBalls *carri
   auto t = three.template operator()<10>(tilt), r = three.template operator()<13>(turning);
   auto axes = ring_axes(t.x, t.y);
   auto from_centre = into_ring(axes, o);
-  auto found = inner_action<PATCH, DERIVATIVES>(bearing, carried, from_centre, into_ring(axes, v - cross(r, from_centre)), into_ring(axes, s - r), w);
+  auto found = inner_action<PATCH, DERIVATIVES>(bearing, carried, height, from_centre, into_ring(axes, v - cross(r, from_centre)), into_ring(axes, s - r), w);
   auto through = [&](const auto &x) __attribute__((always_inline)) {
     return composed(x, offset.x, offset.y, offset.z, velocity.x, velocity.y, velocity.z, spin.x, spin.y, spin.z, speed,
                     tilt.x, tilt.y, tilt.z, turning.x, turning.y, turning.z);
@@ -87,7 +92,7 @@ CORE_INLINE auto tilted_action(const Bearing &bearing, const CarriedBalls *carri
   auto vector = [&](const auto &x) __attribute__((always_inline)) { return Vector3{through(x.x), through(x.y), through(x.z)}; };
   auto force = out_of_ring(axes, found.force), torque = out_of_ring(axes, found.torque);
   auto moment = cross(from_centre, force) + torque;
-  return TiltedAction{RingAction{vector(force), vector(torque), through(found.moment), through(found.loss)},
+  return TiltedAction{RingAction{vector(force), vector(torque), through(found.moment), through(found.loss), found.height_power},
                       through(moment.x), through(moment.y)};
 }
 
@@ -104,8 +109,9 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const ElementInput<DER
   auto in_ball_frame = [&](const auto &v) __attribute__((always_inline)) { return about_z(c, minus_s, v); };
   Vector3 position{radius, Zero{}, height}, velocity{radial, radius * orbit_rate, axial};
 
-  auto [at, normal_radial] = contact_place(bearing, bearing.outer, position, Zero{}, carried ? carried->outer : nullptr);
+  auto [at, normal_radial] = contact_place(bearing, bearing.outer, position, Zero{}, carried ? carried->outer : nullptr, in.heights.outer);
   auto outer = staged_action<PATCH>(bearing, bearing.outer, at, normal_radial, velocity + cross(spin, at.arm), dot(spin, at.normal));
+  Pack outer_height = height_power(outer.force, at.normal, in.heights.outer.rate);
   auto finish = [&](const auto &inner) __attribute__((always_inline)) {
     auto force = inner.force + outer.force, torque = inner.torque + outer.torque;
     auto gravity = in_ball_frame(Vector3{bearing.gravity[0], bearing.gravity[1], bearing.gravity[2]});
@@ -116,7 +122,7 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const ElementInput<DER
     give.template operator()<SPIN_ROW>(over_inertia * torque.x + orbit_rate * spin.y);
     give.template operator()<SPIN_ROW + 1>(over_inertia * torque.y - orbit_rate * spin.x);
     give.template operator()<SPIN_ROW + 2>(over_inertia * torque.z);
-    give.template operator()<POWER_ROW>(shaft_speed * inner.moment);
+    give.template operator()<POWER_ROW>(shaft_speed * inner.moment + (inner.height_power + outer_height));
     give.template operator()<LOSS_ROW>(inner.loss + outer.loss);
     give.template operator()<ON_BODY + SHAFT>(-inner.moment);
     if constexpr (RING == RingMotion::level || RING == RingMotion::tilting) {
@@ -127,7 +133,7 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const ElementInput<DER
   };
   if constexpr (RING == RingMotion::held) {
     auto offset = position - in_ball_frame(Vector3{bearing.offset[0], bearing.offset[1], bearing.offset[2]});
-    finish(inner_action<PATCH, DERIVATIVES>(bearing, carried, offset, velocity, spin, shaft_speed));
+    finish(inner_action<PATCH, DERIVATIVES>(bearing, carried, in.heights.inner, offset, velocity, spin, shaft_speed));
   } else {
     constexpr bool MOVES = RING != RingMotion::tilted;
     ElementInput<DERIVATIVES && MOVES> ring{in.ball, in.bodies};
@@ -139,11 +145,11 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const ElementInput<DER
     Vector3 drift{rate.template operator()<RING_X>(), rate.template operator()<RING_Y>(), rate.template operator()<RING_Z>()};
     auto offset = position - in_ball_frame(centre), against = velocity - in_ball_frame(drift);
     if constexpr (RING == RingMotion::level) {
-      finish(inner_action<PATCH, DERIVATIVES>(bearing, carried, offset, against, spin, shaft_speed));
+      finish(inner_action<PATCH, DERIVATIVES>(bearing, carried, in.heights.inner, offset, against, spin, shaft_speed));
     } else {
       auto tilt = in_ball_frame(Vector3{ring.template place<TILT_X>(), ring.template place<TILT_Y>(), Zero{}});
       auto turning = in_ball_frame(Vector3{rate.template operator()<TILT_X>(), rate.template operator()<TILT_Y>(), Zero{}});
-      auto inner = tilted_action<PATCH, DERIVATIVES>(bearing, carried, offset, against, spin, tilt, turning, shaft_speed);
+      auto inner = tilted_action<PATCH, DERIVATIVES>(bearing, carried, in.heights.inner, offset, against, spin, tilt, turning, shaft_speed);
       finish(inner.action);
       if constexpr (RING == RingMotion::tilting) {
         auto moment = about_z(c, s, Vector3{inner.moment_x, inner.moment_y, Zero{}});

@@ -50,6 +50,8 @@ struct BallBlock {
   BallState start{}, end{}, y{}, f{}, first{}, right{}, slope{}, stage[MOST_STAGES]{}, third{}, fourth{};
   Quaternion before{}, after{};
   CarriedBalls carried{};
+  SurfacePlaces places{};  // where a step starts
+  Heights heights{};
   Pack tile[TILE_ROWS][TILE_COLUMNS]{};
   Pack inverse[3][3]{}, coupling[3][3]{}, below[3][3]{};
   Matrix3 schur{};
@@ -109,7 +111,7 @@ struct ElementStore {
 template <RingMotion RING, bool PATCH, bool DERIVATIVES>
 [[gnu::noinline]] inline void raceways_of_block(const Bearing &bearing, const Layout &layout, BallBlock &k, const BodyState &y, Pushes &push) {
   ElementStore<false, DERIVATIVES> store{layout, k, push};
-  between_raceways<RING, PATCH>(bearing, ElementInput<DERIVATIVES>{k.y, y, bearing.carried == CarriedLaw::none ? nullptr : &k.carried}, store);
+  between_raceways<RING, PATCH>(bearing, ElementInput<DERIVATIVES>{k.y, y, bearing.carried == CarriedLaw::none ? nullptr : &k.carried, k.heights}, store);
 }
 
 template <bool DERIVATIVES>

@@ -19,6 +19,13 @@ void write(const Matrix5 &matrix, double *out) {
   for (const Five &row : matrix) write(row, out), out += COORDINATES;
 }
 
+void write_heights(const SurfaceDefects &defects, double azimuth, double ring_angle, int ball, double *out) {
+  Quaternion start{Pack{}, Pack{}, broadcast<Pack>(-std::sin(0.5 * azimuth)), broadcast<Pack>(std::cos(0.5 * azimuth))};
+  Mask first = ball == 0 ? ~Mask{} : Mask{};
+  Heights found = heights_at(defects, surface_places(broadcast<Pack>(azimuth), Pack{}, broadcast<Pack>(ring_angle), Pack{}, start, Pack{}, first), Pack{});
+  out[0] = found.inner.value[0], out[1] = found.outer.value[0];
+}
+
 // Room that stays between calls of a thread.
 System &system_of(const double *seats, std::int64_t count, const std::int64_t *balls) {
   static thread_local System system;
@@ -37,17 +44,17 @@ double shared_orbit(const double *contacts, int balls) {
 }  // namespace
 
 // Cases of equilibria, each from nothing: of `free` (5,) coordinates the loads `wanted` (cases, 5) are given, of the others
-// `held` (cases, 5). Seats and azimuths are one for all cases, or one for each. Stops between two cases.
+// `held` (cases, 5). `heights` (N, 2) of the raceways under the balls count where they are `rough`. Seats and azimuths are one for all cases, or one for each. Stops between two cases.
 CORE_EXPORT void core_equilibria(std::int64_t cases, std::int64_t count, const std::int64_t *balls,
                                  const double *seats, std::int64_t many_seats, const double *azimuth,
-                                 std::int64_t many_azimuths, const std::int64_t *free, const double *wanted,
+                                 std::int64_t many_azimuths, const double *heights, std::int64_t rough, const std::int64_t *free, const double *wanted,
                                  const double *held, const volatile std::uint8_t *stop, double *q, double *load,
                                  double *stiffness, double *memory, double *contacts, double *left, std::int64_t *status) {
   std::int64_t all = 0;
   for (int i = 0; i < count; i++) all += balls[i];
   for (std::int64_t k = 0; k < cases; k++) {
     System &system = system_of(seats, count, balls);
-    system.place(azimuth);
+    system.place(azimuth, rough ? heights : nullptr);
     status[k] = *stop ? STOPPED : system.settle(free_ones(free), five(wanted + COORDINATES * k), five(held + COORDINATES * k));
     left[k] = system.left;
     write(system.q, q + COORDINATES * k);
@@ -81,12 +88,19 @@ CORE_EXPORT void core_ball_balances(const std::int64_t *balls, const double *sea
   system.rings[0].write_balances(five(q), balances, openings);
 }
 
+// Heights (N, 2) [m] of the inner and the outer raceway under balls at these azimuths, the ring turned by an angle [rad]: as
+// in `core_equilibria`; a ball's own are those of its start. `defect_numbers` are those of a bearing.
+CORE_EXPORT void core_surface_heights(const double *defect_numbers, std::int64_t balls, const double *azimuth, double ring_angle, double *heights) {
+  SurfaceDefects defects = defects_of(defect_numbers);
+  for (int k = 0; k < balls; k++) write_heights(defects, azimuth[k], ring_angle, k, heights + 2 * k);
+}
+
 // A run of equilibria: a ring of which the coordinates that are not `free` are `held` (instants, 5), turned by `turn` [rad]
 // and at `speed` [rad/s], `step` [s] after the instant before. The balls orbit by the cage's share `cage[1]` of the turn
 // from the instant before on, where `cage[0]` [rad] was the azimuth of ball 0, and turn about themselves as at the instant;
 // `attitude` (N, 4) are their orientations in the frame that goes round with each. Returns the status of the last instant,
 // whose number is in `instant`: FOUND for all.
-CORE_EXPORT std::int64_t core_equilibrium_run(const double *seat_numbers, std::int64_t balls, std::int64_t instants, const double *step,
+CORE_EXPORT std::int64_t core_equilibrium_run(const double *seat_numbers, const double *defect_numbers, double ring_angle, std::int64_t balls, std::int64_t instants, const double *step,
                                      const double *turn, const double *speed, const double *held, const std::int64_t *free,
                                      const double *wanted, const volatile std::uint8_t *stop, double *cage, double *q,
                                      double *memory, double *attitude, double *azimuths, double *orbits, double *coordinates,
@@ -96,7 +110,8 @@ CORE_EXPORT std::int64_t core_equilibrium_run(const double *seat_numbers, std::i
   System system;
   const FreeOnes freed = free_ones(free);
   const Five load = five(wanted);
-  std::vector<double> azimuth(balls);
+  std::vector<double> azimuth(balls), heights(2 * balls);
+  SurfaceDefects defects = defects_of(defect_numbers);
   system.set(&seat, 1, &balls);
   system.remember(memory);
   system.q = five(q);
@@ -105,7 +120,9 @@ CORE_EXPORT std::int64_t core_equilibrium_run(const double *seat_numbers, std::i
     seat.speed = speed[t];
     cage[0] += cage[1] * turn[t];
     for (int k = 0; k < balls; k++) azimuth[k] = cage[0] + 2.0 * M_PI * k / double(balls);
-    system.place(azimuth.data());
+    ring_angle += turn[t];
+    for (int k = 0; k < balls && defects.count; k++) write_heights(defects, azimuth[k], ring_angle, k, &heights[2 * k]);
+    system.place(azimuth.data(), defects.count ? heights.data() : nullptr);
     const Five here = five(held + COORDINATES * t);
     for (int i = 0; i < COORDINATES; i++)
       if (!freed[i]) system.q[i] = here[i];

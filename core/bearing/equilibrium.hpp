@@ -31,7 +31,8 @@ enum Status { FOUND, NOTHING_CARRIES, TOO_MUCH, STOPPED };
 // LANES balls of one ring; `present` is 0 in lanes that only repeat the last ball.
 struct Balls {
   Pack cosine, sine, present;
-  Plane<Pack> weight, place, seen, by_radial, by_axial;
+  Surroundings weight;
+  Plane<Pack> place, seen, by_radial, by_axial;
 
   void forget() { place.r = place.z = broadcast<Pack>(NAN); }
 };
@@ -60,13 +61,15 @@ class Ring {
     balls.resize((count + LANES - 1) / LANES);
   }
   // Puts the balls at these azimuths [rad].
-  void place(const double *azimuth) {
+  // `heights` (N, 2) [m] of the inner and the outer raceway under the balls; null: none.
+  void place(const double *azimuth, const double *heights = nullptr) {
     each([&](Balls &b, int lane, int ball, bool present) {
+      b.weight.inner[lane] = heights ? heights[2 * ball] : 0.0, b.weight.outer[lane] = heights ? heights[2 * ball + 1] : 0.0;
       b.cosine[lane] = std::cos(azimuth[ball]), b.sine[lane] = std::sin(azimuth[ball]), b.present[lane] = present;
     });
     const double *g = seat->gravity;
     for (Balls &b : balls)
-      b.weight = {seat->ball_mass * (g[0] * b.cosine + g[1] * b.sine), broadcast<Pack>(seat->ball_mass * g[2])};
+      b.weight.r = seat->ball_mass * (g[0] * b.cosine + g[1] * b.sine), b.weight.z = broadcast<Pack>(seat->ball_mass * g[2]);
   }
   void forget() { for (Balls &b : balls) b.forget(); }
   void remember(const double *memory) {
@@ -147,8 +150,8 @@ class Ring {
   void write_contacts(const Five &q, double *out) {
     for (Balls &b : balls) {
       Plane<Pack> opening = opening_at(b, q);
-      auto inner = push_of(*seat, seat->inner, Plane<Pack>{opening.r - b.place.r, opening.z - b.place.z});
-      auto outer = push_of(*seat, seat->outer, b.place);
+      auto inner = push_of(*seat, seat->inner, Plane<Pack>{opening.r - b.place.r, opening.z - b.place.z}, b.weight.inner);
+      auto outer = push_of(*seat, seat->outer, b.place, b.weight.outer);
       auto speeds = speeds_of(*seat, inner, outer);
       Pack gyroscopic = select(inner.load > 0.0, speeds.gyroscopic, Pack{});
       for (int lane = 0; lane < LANES; lane++) {
@@ -260,8 +263,11 @@ class System {
     scales = {1.0, 1.0, 1.0, lever, lever};
     longest = LONGEST * widest + middle, rounding = ROUNDING * opening;
   }
-  void place(const double *azimuth) {
-    for (Ring &ring : rings) ring.place(azimuth), azimuth += ring.count;
+  void place(const double *azimuth, const double *heights = nullptr) {
+    for (Ring &ring : rings) {
+      ring.place(azimuth, heights), azimuth += ring.count;
+      if (heights) heights += 2 * ring.count;
+    }
   }
   void forget() { for (Ring &ring : rings) ring.forget(); }
   void remember(const double *memory) {

@@ -95,6 +95,7 @@ class Integration {
   const CarriedBalls *states = nullptr;  // null where the law carries none
   Pack time, step, over_step, gain, error;
   bool varies;
+  SurfacePlaces places;  // where a step starts
   double over_scale[MOTION];
   BallJacobian jacobian;
   BallFactors factors;
@@ -114,15 +115,31 @@ class Integration {
 
   // A step that begins and ends in flight may pass over a bounce that none of its stages sees: it is kept short.
   void cut_steps() {
-    Pack approach = outer_approach(bearing, start);
+    find_places();
+    Heights now = heights(0.0);
+    Pack approach = outer_approach(bearing, start) + now.outer.value;
     for (int lane = 0; lane < LANES; lane++) {
       double left = chunk.duration - time[lane];
       wanted[lane] = step[lane];
       if (wanted[lane] > LONGEST_FLIGHT && approach[lane] < 0.0 &&
-          inner_approach(bearing, start[RADIUS][lane], start[ANGLE][lane], start[HEIGHT][lane]) < 0.0)
+          inner_approach(bearing, start[RADIUS][lane], start[ANGLE][lane], start[HEIGHT][lane]) + now.inner.value[lane] < 0.0)
         wanted[lane] = LONGEST_FLIGHT;
+      if (bearing.defects.count) wanted[lane] = std::min(wanted[lane], resolving_step(bearing.defects, places, lane));
       step[lane] = wanted[lane] >= left - NEGLIGIBLE * chunk.duration ? left : wanted[lane];
     }
+  }
+
+  void find_places() {
+    if (!bearing.defects.count) return;
+    Pack turned;
+    Mask first;
+    for (int lane = 0; lane < LANES; lane++) first[lane] = held[lane] == 0 ? -1 : 0, turned[lane] = chunk.drive.angle_at(time[lane]);
+    places = surface_places(start[ANGLE], start[VELOCITY + 1] / start[RADIUS], turned, chunk.drive.speed + chunk.drive.acceleration * time,
+                            before, spin_in_frame(start)[2], first);
+  }
+  // After this share of a step.
+  Heights heights(double alpha) const {
+    return bearing.defects.count ? heights_at(bearing.defects, places, alpha * step) : Heights{};
   }
 
   Pack ring_speed(double alpha) const {
@@ -132,8 +149,8 @@ class Integration {
   void make_step() {
     over_step = 1.0 / step;
     gain = method.gamma * step;
-    varies = chunk.drive.acceleration != 0.0;
-    if (varies) evaluate_rates<PATCH, TILTED>(bearing, ring_speed(TIME_DIFFERENCE), states, start, time_slope);
+    varies = chunk.drive.acceleration != 0.0 || bearing.defects.count;
+    if (varies) evaluate_rates<PATCH, TILTED>(bearing, ring_speed(TIME_DIFFERENCE), states, heights(TIME_DIFFERENCE), start, time_slope);
     make_stage<0>(), make_stage<1>(), make_stage<2>(), make_stage<3>();
     if (method.stages > 4) make_stage<4>(), make_stage<5>();
     const BallState &last = stage[method.stages - 1];
@@ -162,14 +179,14 @@ class Integration {
   CORE_INLINE void make_stage() {
     BallState right;
     if constexpr (I == 0) {
-      evaluate_rates_and_jacobian<PATCH, TILTED>(bearing, ring_speed(0.0), states, start, rates, jacobian);
+      evaluate_rates_and_jacobian<PATCH, TILTED>(bearing, ring_speed(0.0), states, heights(0.0), start, rates, jacobian);
       factorise(jacobian, gain, factors);
       if (varies)
         for (int c = 0; c < COLUMNS; c++) time_slope[c] = (time_slope[c] - rates[c]) * (1.0 / TIME_DIFFERENCE);
       right = rates;
     } else {
       for (int c = 0; c < COLUMNS; c++) end[c] = start[c] + weighted<I>(method.a[I], c);
-      if (!method.repeats_first(I)) evaluate_rates<PATCH, TILTED>(bearing, ring_speed(method.alpha[I]), states, end, rates);
+      if (!method.repeats_first(I)) evaluate_rates<PATCH, TILTED>(bearing, ring_speed(method.alpha[I]), states, heights(method.alpha[I]), end, rates);
       for (int c = 0; c < COLUMNS; c++) right[c] = rates[c] + over_step * weighted<I>(method.c[I], c);
     }
     if (varies)
@@ -191,7 +208,8 @@ class Integration {
   // The error of a step in which a contact begins or ends is at least a share of what that does to the ball. A contact
   // beside one that carries load throughout is soon forgotten.
   void weigh_contact_changes() {
-    Pack first = outer_approach(bearing, start), last = outer_approach(bearing, end);
+    Heights early = heights(0.0), late = heights(1.0);
+    Pack first = outer_approach(bearing, start) + early.outer.value, last = outer_approach(bearing, end) + late.outer.value;
     double lag = bearing.power * bearing.relaxation_time;
     Pack closing = minimum(last - first, 0.0);
     Pack least = minimum(first, last) + lag * closing / step;
@@ -199,8 +217,8 @@ class Integration {
     for (int lane = 0; lane < LANES; lane++) {
       if (!(least[lane] <= 0.0 && error[lane] <= 1.0)) continue;
       double change = contact_change(bearing, bearing.outer, first[lane], last[lane], step[lane]);
-      double begin = inner_approach(bearing, start[RADIUS][lane], start[ANGLE][lane], start[HEIGHT][lane]);
-      double finish = inner_approach(bearing, end[RADIUS][lane], end[ANGLE][lane], end[HEIGHT][lane]);
+      double begin = inner_approach(bearing, start[RADIUS][lane], start[ANGLE][lane], start[HEIGHT][lane]) + early.inner.value[lane];
+      double finish = inner_approach(bearing, end[RADIUS][lane], end[ANGLE][lane], end[HEIGHT][lane]) + late.inner.value[lane];
       change = std::max(change, contact_change(bearing, bearing.inner, begin, finish, step[lane]));
       error[lane] = std::max(error[lane], per_scale * change);
     }
@@ -208,13 +226,17 @@ class Integration {
 
   // The share of a step after which a contact has just begun or ended; 1 where none does.
   double landing_share(int lane) {
-    auto approaches = [&](const BallState &y) { return approaches_at(bearing, y[RADIUS][lane], y[ANGLE][lane], y[HEIGHT][lane]); };
-    Approaches before = approaches(start);
-    if (!changes_contact(before, approaches(end))) return 1.0;
+    auto approaches = [&](double share, double radius, double angle, double height) {
+      Approaches found = approaches_at(bearing, radius, angle, height);
+      Heights more = heights(share);
+      return Approaches{found[0] + more.inner.value[lane], found[1] + more.outer.value[lane]};
+    };
+    Approaches before = approaches(0.0, start[RADIUS][lane], start[ANGLE][lane], start[HEIGHT][lane]);
+    if (!changes_contact(before, approaches(1.0, end[RADIUS][lane], end[ANGLE][lane], end[HEIGHT][lane]))) return 1.0;
     for (int c = 0; c < VELOCITY; c++) prepare_interpolant(c);
     return share_of_change(before, [&](double share) {
       auto at = [&](int c) { return interpolated(share, start[c][lane], end[c][lane], third[c][lane], fourth[c][lane]); };
-      return approaches_at(bearing, at(RADIUS), at(ANGLE), at(HEIGHT));
+      return approaches(share, at(RADIUS), at(ANGLE), at(HEIGHT));
     });
   }
 

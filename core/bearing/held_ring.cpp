@@ -13,7 +13,7 @@ CORE_EXPORT int core_free_balls(
     double *orientations, std::int64_t *counts, double *failure) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   RosenbrockMethod method = method_of(method_numbers);
-  Chunk chunk{bearing, method, {drive[0], drive[1]}, duration, {}, int(instants), times, stop};
+  Chunk chunk{bearing, method, {drive[0], drive[1], drive[2]}, duration, {}, int(instants), times, stop};
   std::copy(scales, scales + MOTION, chunk.scale);
   Results results{int(balls), state, orientation, steps, carried, states, orientations, counts, failure};
   return for_kind_of(bearing, [&]<bool PATCH, bool TILTED>() {
@@ -33,7 +33,7 @@ CORE_EXPORT void core_ball_rates(const double *bearing_numbers, const double *po
   CarriedBalls states;
   for (int lane = 0; lane < LANES; lane++) load_carried(carried, lane, states);
   const CarriedBalls *given = bearing.carried == CarriedLaw::none ? nullptr : &states;
-  for_kind_of(bearing, [&]<bool PATCH, bool TILTED>() { evaluate_rates_and_jacobian<PATCH, TILTED>(bearing, speed, given, y, f, j); });
+  for_kind_of(bearing, [&]<bool PATCH, bool TILTED>() { evaluate_rates_and_jacobian<PATCH, TILTED>(bearing, speed, given, Heights{}, y, f, j); });
   for (int c = 0; c < COLUMNS; c++) rates[c] = f[c][0];
   std::fill(jacobian, jacobian + MOTION * MOTION, 0.0);
   jacobian[0 * MOTION + VELOCITY] = jacobian[2 * MOTION + VELOCITY + 2] = 1.0;

@@ -7,6 +7,7 @@
 #include "../contact/friction.hpp"
 #include "../contact/laws.hpp"
 #include "../shapes/groove.hpp"
+#include "surface_heights.hpp"
 
 namespace core {
 
@@ -32,6 +33,7 @@ struct Bearing {
   Raceway inner, outer;
   PatchFriction patch;
   CarriedLaw carried;
+  SurfaceDefects defects;
   bool tilted() const { return tilt[0] != 0.0 || tilt[1] != 0.0; }
   // Curvatures of a contact's gap [1/m], across the groove, and along it where its normal has this radial part.
   double curvature_across(const Raceway &raceway) const { return curvature_across_groove(ball_radius, raceway.groove_radius); }
@@ -42,8 +44,11 @@ struct Bearing {
   bool over_patch() const { return patch.model != FrictionModel::point; }
 };
 
-// Prescribed rotation of the inner ring: at time t [s] it has speed + acceleration t [rad/s].
-struct Drive { double speed, acceleration; };
+// Prescribed rotation of the inner ring: at time t [s] it has speed + acceleration t [rad/s], and from `angle` [rad] on.
+struct Drive {
+  double speed, acceleration, angle;
+  double angle_at(double time) const { return angle + time * (speed + 0.5 * acceleration * time); }
+};
 
 // A ball's state: position (axis distance, orbit angle, height), velocity and angular velocity (radial, tangential,
 // axial), and the integrals of the drive's power, of the losses, and of the size of the drive's power.

@@ -18,6 +18,7 @@ class Reader {
     (*this)(r.coefficient), (*this)(r.semi_major), (*this)(r.semi_minor);
   }
   int integer() { return int(*next++); }
+  const double *rest() const { return next; }
 
  private:
   const double *next;
@@ -35,6 +36,7 @@ inline Bearing bearing_of(const double *numbers, const double *points) {
   b.patch.points = read.integer();
   b.patch.point = points;
   b.carried = CarriedLaw(read.integer());
+  b.defects = defects_of(read.rest());
   return b;
 }
 

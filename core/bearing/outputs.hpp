@@ -32,7 +32,7 @@ template <class X, class Y, class Z>
 CORE_INLINE Vector filled(const Vector3<X, Y, Z> &v) { return {filled(v.x), filled(v.y), filled(v.z)}; }
 
 // The inner ring as the balls in lanes meet it, in bearing_link; a ring that is held has neither tilt nor motion.
-struct RingPose { Vector centre, tilt, drift, turning; Pack speed; };
+struct RingPose { Vector centre, tilt, drift, turning; Pack speed, angle; Mask first; };  // first: lanes of the first ball
 
 // A contact in the axes in which it was computed.
 struct Contact {
@@ -42,8 +42,8 @@ struct Contact {
 
 template <bool PATCH, class O, class W>
 CORE_INLINE Contact contact_of(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &speed,
-                               const Vector &velocity, const Vector &spin) {
-  auto [at, normal_radial] = contact_place(bearing, raceway, offset, speed);
+                               const Vector &velocity, const Vector &spin, const Height &height) {
+  auto [at, normal_radial] = contact_place(bearing, raceway, offset, speed, nullptr, height);
   auto relative = (velocity + cross(spin, at.arm)) - at.surface_velocity;
   auto spin_rate = dot(spin, at.normal) - speed * at.normal.z;
   auto action = contact_action<PATCH>(bearing, raceway, at, normal_radial, relative, spin_rate);
@@ -59,19 +59,19 @@ CORE_INLINE Contact contact_of(const Bearing &bearing, const Raceway &raceway, c
 
 template <bool PATCH, RingMotion RING>
 CORE_INLINE Contact inner_contact(const Bearing &bearing, const RingPose &ring, const Pack &cosine, const Pack &sine,
-                                  const Vector &local, const Vector &velocity, const Vector &spin) {
+                                  const Vector &local, const Vector &velocity, const Vector &spin, const Height &height) {
   auto seen = [&](const Vector &v) __attribute__((always_inline)) { return about_z(cosine, Pack(-sine), v); };
   Vector offset = local - seen(ring.centre);
-  if constexpr (RING == RingMotion::held) return contact_of<PATCH>(bearing, bearing.inner, offset, ring.speed, velocity, spin);
+  if constexpr (RING == RingMotion::held) return contact_of<PATCH>(bearing, bearing.inner, offset, ring.speed, velocity, spin, height);
   Vector against = velocity - seen(ring.drift);
   if constexpr (RING == RingMotion::held || RING == RingMotion::level)
-    return contact_of<PATCH>(bearing, bearing.inner, offset, ring.speed, against, spin);
+    return contact_of<PATCH>(bearing, bearing.inner, offset, ring.speed, against, spin, height);
   else {
     Vector tilt = seen(ring.tilt), turning = seen(ring.turning);
     auto axes = ring_axes(tilt.x, tilt.y);
     Vector from_centre = into_ring(axes, offset);
     Contact contact = contact_of<PATCH>(bearing, bearing.inner, from_centre, ring.speed,
-                                        into_ring(axes, against - cross(turning, from_centre)), into_ring(axes, spin - turning));
+                                        into_ring(axes, against - cross(turning, from_centre)), into_ring(axes, spin - turning), height);
     for (Vector *v : {&contact.arm, &contact.normal, &contact.friction, &contact.slip}) *v = out_of_ring(axes, *v);
     return contact;
   }
@@ -116,8 +116,13 @@ template <bool PATCH, RingMotion RING>
   Pack c = cosine, s = sine;
   Vector local{y[RADIUS], Pack{}, y[HEIGHT]}, velocity{y[VELOCITY], y[VELOCITY + 1], y[VELOCITY + 2]};
   Vector spin{y[SPIN], y[SPIN + 1], y[SPIN + 2]};
-  Contact at_inner = inner_contact<PATCH, RING>(bearing, ring, c, s, local, velocity, spin);
-  Contact at_outer = contact_of<PATCH>(bearing, bearing.outer, Vector3{y[RADIUS], Zero{}, y[HEIGHT]}, Zero{}, velocity, spin);
+  Heights heights;
+  if (bearing.defects.count) {
+    Pack orbit_rate = y[VELOCITY + 1] / y[RADIUS];
+    heights = heights_at(bearing.defects, surface_places(y[ANGLE], orbit_rate, ring.angle, ring.speed, own_orientation, y[SPIN + 2] - orbit_rate, ring.first), Pack{});
+  }
+  Contact at_inner = inner_contact<PATCH, RING>(bearing, ring, c, s, local, velocity, spin, heights.inner);
+  Contact at_outer = contact_of<PATCH>(bearing, bearing.outer, Vector3{y[RADIUS], Zero{}, y[HEIGHT]}, Zero{}, velocity, spin, heights.outer);
   Placed inner = placed(at_inner, local, c, s), outer = placed(at_outer, local, c, s);
   Vector position = about_z(c, s, local);
   auto [half_cosine, half_sine] = cosine_sine_value(Pack(0.5 * y[ANGLE]));
@@ -309,9 +314,11 @@ void write_balls(const Source &from, const RowPlaces &places, double *out) {
       for (int c = 0; c < COLUMNS; c++) y[c][lane] = from.states[pair * COLUMNS + c];
       for (int c = 0; c < 4; c++) orientation[c][lane] = from.orientations[pair * 4 + c];
       ring.speed[lane] = from.drive.speed + from.drive.acceleration * from.times[instant];
+      ring.first[lane] = pair % from.balls == 0 ? -1 : 0;
+      ring.angle[lane] = from.drive.angle + from.times[instant] * (from.drive.speed + 0.5 * from.drive.acceleration * from.times[instant]);
       if (!from.bodies) continue;
       const double *place = from.body_states[instant].data(), *speed = place + COORDINATES;
-      if (driven) ring.speed[lane] = speed[SHAFT];
+      if (driven) ring.speed[lane] = speed[SHAFT], ring.angle[lane] = place[SHAFT];
       if constexpr (RING != RingMotion::held) {
         ring.centre.x[lane] = place[RING_X], ring.centre.y[lane] = place[RING_Y], ring.centre.z[lane] = place[RING_Z];
         ring.drift.x[lane] = speed[RING_X], ring.drift.y[lane] = speed[RING_Y], ring.drift.z[lane] = speed[RING_Z];

@@ -33,10 +33,14 @@ _common_balls = Function(
         *(REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT, REALS_OUT),
     ),
 )
-_all_rates = Function("core_all_rates", None, (REALS, REALS, REAL, INTEGER, FLAGS, REALS, REALS_OUT))
+_all_rates = Function("core_all_rates", None, (REALS, REALS, REAL, REAL, INTEGER, FLAGS, REALS, REALS_OUT))
 _add_stored = Function("core_add_stored", None, (REALS, REALS, INTEGER, FLAGS, REAL, INTEGER, REALS_OUT))
 _place = Function("core_place_balls", INTEGER, (REALS, REALS, REAL, INTEGER, INTEGER, REALS_OUT))
 _rates = Function("core_ball_rates", None, (REALS, REALS, REAL, REALS, REALS, REALS_OUT, REALS_OUT))
+
+
+def _drive_numbers(drive) -> np.ndarray:
+    return np.array([drive.speed, drive.acceleration, drive.angle], float)
 
 
 _latest: tuple = (None, None)  # the last bearing and its numbers: it is the same, chunk after chunk
@@ -62,6 +66,7 @@ def numbers_of(bearing) -> tuple[np.ndarray, np.ndarray]:
         *raceways,
         *friction,
         bearing.inner.law.carried,
+        *(bearing.defects or (0,)),
     ]
     found = np.array(numbers, float), points
     _latest = bearing, found
@@ -125,7 +130,7 @@ def advance(bearing, drive, method: Rosenbrock, chunk, balls, moving, results) -
     numbers, points = numbers_of(bearing)
     balls = np.asarray(balls, np.int64)
     return _free_balls(
-        *(numbers, points, method_numbers(method), np.array(drive[1:], float)),
+        *(numbers, points, method_numbers(method), _drive_numbers(drive)),
         *(np.ascontiguousarray(chunk.scales), chunk.duration, len(chunk.times), np.ascontiguousarray(chunk.times)),
         *(results.stop, len(balls), balls, len(moving[0]), *moving, results.carried),
         *(results.states, results.orientations, results.counts, results.failure),
@@ -141,7 +146,7 @@ def advance_together(bearing, drive, method: RungeKutta | None, chunk, moving, r
     state, orientation, steps = moving
     adaptive, following = method is not None and bool(method.error.any()), np.empty(1)
     status = _common_balls(
-        *(numbers, points, _runge_kutta_numbers(method), np.array(drive[1:], float)),
+        *(numbers, points, _runge_kutta_numbers(method), _drive_numbers(drive)),
         *(np.ascontiguousarray(chunk.scales), float(steps[0]) if adaptive else chunk.step, chunk.duration),
         *(
             len(chunk.times),
@@ -160,13 +165,13 @@ def advance_together(bearing, drive, method: RungeKutta | None, chunk, moving, r
     return status
 
 
-def rates(bearing, ring_speed: float, near: np.ndarray, state: np.ndarray) -> np.ndarray:
+def rates(bearing, ring_speed: float, ring_angle: float, near: np.ndarray, state: np.ndarray) -> np.ndarray:
     """Rates (N, COLUMNS) of all balls in a state (N, COLUMNS); near[k] says whether ball k may touch the next ahead.
 
     Losses take in what contacts of balls store.
     """
     found = np.empty_like(state)
-    _all_rates(*numbers_of(bearing), float(ring_speed), len(state), near, state, found)
+    _all_rates(*numbers_of(bearing), float(ring_speed), float(ring_angle), len(state), near, state, found)
     return found
 
 

@@ -34,7 +34,8 @@ class Bearing(NamedTuple):
     name and inner and outer semi-axes (`along_groove.axes_along`).
     `offset` is the place of the inner ring's centre; `ring` is empty where its axis
     stays z and it only spins, else its motion (`RingMotion`, or `LevelMotion` where it does not tilt).
-    `pockets`, empty else, are those of a cage that balls bump into (`coupled_bodies.Pockets`).
+    `pockets`, empty else, are those of a cage that balls bump into (`coupled_bodies.Pockets`); `defects` are the
+    numbers of `surface_defects`, empty for smooth surfaces.
     """
 
     balls: int
@@ -54,6 +55,7 @@ class Bearing(NamedTuple):
     spot: tuple
     ring: tuple
     pockets: tuple
+    defects: tuple[float, ...] = ()
 
 
 class RingDrive(NamedTuple):

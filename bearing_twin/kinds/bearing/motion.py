@@ -16,7 +16,7 @@ from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
 from bearing_twin.kinds.bearing.integrate import Chunk, PartRoom, Results, check, instants_in, integrated
 from bearing_twin.kinds.bearing.meeting_parts import NEAR, PartBalls, integrate_alone, integrate_in_common, time_apart
 from bearing_twin.kinds.bearing.model import RingDrive
-from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
+from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, moduli, write_outputs
 from bearing_twin.kinds.bearing.overload import check_speed, explained
 from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen
 from bearing_twin.kinds.bearing.partners import RingLoading, border_scales, caged_start, partners_of, settled_start
@@ -24,8 +24,10 @@ from bearing_twin.kinds.bearing.rings import keeps_apart
 from bearing_twin.kinds.bearing.snapshots import MOVING, put_back, snapshot_of
 from bearing_twin.kinds.bearing.start import bearing_of, start_orientation, start_state
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, Rates, fastest_rates
+from bearing_twin.kinds.bearing.surface_defects import ball_defects, defect_numbers, start_load
 from bearing_twin.kinds.contract import late
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
+from bearing_twin.numerics.steppers import ROSENBROCK
 
 FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's acceleration changes
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
@@ -59,6 +61,13 @@ class BearingMotion:
         else:
             start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
             start, self._start_border = caged_start(start, partners, parameters.drive.speed)
+        if parameters.defects:
+            if ball_defects(parameters) and choice.stepper not in ROSENBROCK:
+                raise SceneError(
+                    f"{choice.stepper} does not follow defects of balls; use solver.stepper: rodas4, or auto"
+                )
+            numbers = defect_numbers(parameters, moduli(parameters.materials), start_load(self.bearing, start))
+            self.bearing = self._bearing = self.bearing._replace(defects=tuple(numbers.tolist()))
         self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
         scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
         light = light_approach(self.bearing, start) if self.bearing.pockets else 0.0

@@ -12,6 +12,7 @@ from bearing_twin.contact.laws import numbers_missing
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.kinds.bearing.catalogue import designations
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
+from bearing_twin.kinds.bearing.defects import defect_list, defect_problems
 from bearing_twin.kinds.bearing.drive import Drive, torque_problems
 from bearing_twin.kinds.bearing.lubricant import FORTY, Lubricant, Surface, lubricant_problems
 from bearing_twin.kinds.bearing.rings import LOADS, QUASI_STATIC, Cage, Model, Rings, dimension_of, ring_problems
@@ -173,6 +174,7 @@ class BearingScene:
     cage: Cage = section(Cage)
     gravity: tuple[float, float, float] = free_fall(0.0, -1.0, 0.0)
     initial: Initial = section(Initial)
+    defects: tuple = defect_list()
     solver: Solver = section(Solver)
     wanted: WantedLoads = section(WantedLoads)
     run: RunSettings = section(RunSettings, default=RunSettings(1.0, 1000.0, 100.0))
@@ -260,6 +262,7 @@ def check(parameters: BearingScene) -> list[str]:
             problems.append(found)
             break
     problems += ring_problems(parameters)
+    problems += defect_problems(parameters.defects, geometry)
     problems += torque_problems(parameters, dimension_of(parameters) == QUASI_STATIC)
     problems += numbers_missing(parameters.contact)
     problems += check_damping(parameters.contact, False, {"relaxation_time": RELAXATION_TIME})

@@ -29,7 +29,8 @@ def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, or
         if results.stop[0] != 0:
             raise Stopped("the computation was stopped within a chunk")
         speed = drive.speed + drive.acceleration * time
-        return compiled_balls.rates(bearing, speed, near, np.ascontiguousarray(flat.reshape(shape))).ravel()
+        angle = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time)
+        return compiled_balls.rates(bearing, speed, angle, near, np.ascontiguousarray(flat.reshape(shape))).ravel()
 
     method = solver(
         right_hand_side,

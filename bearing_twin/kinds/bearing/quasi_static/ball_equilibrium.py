@@ -22,7 +22,8 @@ OF_CONTACTS = 16  # numbers of the `Contacts` of a ball
 SPEED = 32  # where the speed stands among a setting's numbers
 
 STOP = ndpointer(np.uint8, shape=(1,))
-_GIVEN = INTEGER, INTEGER, INTEGERS, REALS, INTEGER, REALS, INTEGER, INTEGERS, REALS, REALS, STOP
+_GIVEN = INTEGER, INTEGER, INTEGERS, REALS, INTEGER, REALS, INTEGER, REALS, INTEGER, INTEGERS, REALS, REALS, STOP
+SMOOTH = np.zeros((0, 2))  # no heights
 _equilibria = Function("core_equilibria", None, (*_GIVEN, *(REALS_OUT,) * 6, INTEGERS_OUT))
 _ball_contacts = Function("core_ball_contacts", None, (INTEGER, INTEGERS, *(REALS,) * 4, REALS_OUT))
 _ball_balances = Function("core_ball_balances", None, (INTEGERS, *(REALS,) * 4, REALS_OUT, REALS_OUT))
@@ -93,16 +94,27 @@ class Solved(NamedTuple):
     status: np.ndarray
 
 
-def solved_from_nothing(seats, balls, azimuths, free, wanted, held) -> Solved:
+def solved_from_nothing(seats, balls, azimuths, free, wanted, held, heights=SMOOTH) -> Solved:
     """Equilibria with the free coordinates loaded by `wanted` (C, 5) [N, N m], the others `held` (C, 5) [m, rad].
 
     `seats` ([C,] rings, SEAT) are `Setting.numbers`, `balls` (rings,) how many there are, at `azimuths` ([C,] N) [rad].
+    `heights` (N, 2) [m] are those of the inner and the outer raceway under the balls.
     """
     cases, count = len(wanted), azimuths.shape[-1]
     shapes = (5,), (5,), (5, 5), (count, PLACES), (count, OF_CONTACTS), ()
     found = Solved(*(np.empty((cases, *shape)) for shape in shapes), np.empty(cases, np.int64))
     _equilibria(
-        *(cases, len(balls), np.array(balls, np.int64), seats, seats.ndim == 3, azimuths, azimuths.ndim == 2),
+        *(
+            cases,
+            len(balls),
+            np.array(balls, np.int64),
+            seats,
+            seats.ndim == 3,
+            azimuths,
+            azimuths.ndim == 2,
+            heights,
+            len(heights) > 0,
+        ),
         *(np.array(free, np.int64), wanted, held, SIGNALLED, *found),
     )
     return found

@@ -21,6 +21,7 @@ from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, rubbing_by
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import (
     FOUND,
     NOTHING_CARRIES,
+    SMOOTH,
     Contacts,
     Setting,
     contacts_in,
@@ -38,6 +39,7 @@ from bearing_twin.kinds.bearing.rings import (
     moving_centre,
 )
 from bearing_twin.kinds.bearing.start import bearing_of
+from bearing_twin.kinds.bearing.surface_defects import defect_numbers, heights_under
 
 SOFT = 1e-9  # of the greatest stiffness: what is softer counts as not held
 LONGEST = 0.2  # of the ball diameter: no coordinate of the ring goes further
@@ -123,12 +125,16 @@ def azimuths_of(balls: int, first: float) -> np.ndarray:
 
 
 class EquilibriumSolver:
-    """Equilibria of one bearing with balls at these azimuths [rad] (N,), pulled at by `gravity` [m/s^2] (3,)."""
+    """Equilibria of one bearing with balls at these azimuths [rad] (N,), pulled at by `gravity` [m/s^2] (3,).
+
+    `rough` are the parameters of a scene with defects, whose contacts are those of smooth raceways; None without any.
+    """
 
     body = "the ring"
     remedy = "load it, or hold it by a displacement or by less clearance"
 
-    def __init__(self, setting: Setting, azimuths: np.ndarray, gravity=(0.0, 0.0, 0.0)):
+    def __init__(self, setting: Setting, azimuths: np.ndarray, gravity=(0.0, 0.0, 0.0), rough=None):
+        self.rough, self.heights = rough, SMOOTH
         self.setting, self.azimuths, self.gravity = setting, np.array(azimuths, float), gravity
         self.balls = (len(azimuths),)
         self.longest = LONGEST * 2.0 * setting.ball_radius
@@ -150,7 +156,7 @@ class EquilibriumSolver:
         wanted, held = (share * np.where(which, values, 0.0)[None] for which, values in (
             (free, support.loads), (~free, support.held)
         ))  # fmt: skip
-        found = solved_from_nothing(self.seats(), self.balls, self.azimuths, free, wanted, held)
+        found = solved_from_nothing(self.seats(), self.balls, self.azimuths, free, wanted, held, self.heights)
         self.q, self.load, self.stiffness, self.place, self.contacts, left, status = (one[0] for one in found)
         return int(status), float(left), bool(status == FOUND) and max(self.legal()) <= 1.0
 
@@ -169,6 +175,11 @@ class EquilibriumSolver:
     def solve(self, support: Support) -> Equilibrium:
         """The equilibrium; raises SceneError as `settle` does."""
         left = self.settle(support)
+        if self.rough:
+            load = float(contacts_in(self.contacts).load.max())
+            numbers = defect_numbers(self.rough, moduli(self.rough.materials), load)
+            self.heights = heights_under(numbers, self.azimuths)
+            left = self.settle(support)
         found = self.q, self.load, self.stiffness, self.azimuths, self.place[:, :2], contacts_in(self.contacts)
         return Equilibrium(*found, left, control_named(self.setting))
 
@@ -262,7 +273,7 @@ def _vector(values, share) -> str:
 
 def weighed_solver(parameters, setting: Setting, azimuths: np.ndarray) -> EquilibriumSolver:
     """The solver for balls at these azimuths [rad] (N,) that the scene's gravity pulls at."""
-    return EquilibriumSolver(setting, azimuths, tuple(parameters.gravity))
+    return EquilibriumSolver(setting, azimuths, tuple(parameters.gravity), parameters if parameters.defects else None)
 
 
 def loose_directions(found: Equilibrium, support: Support, scales) -> list[str]:
@@ -279,7 +290,11 @@ def loose_directions(found: Equilibrium, support: Support, scales) -> list[str]:
 def solver_of(parameters, law, ball_angle=0.0, arm="groove") -> EquilibriumSolver:
     """The solver of a scene without gravity, ball 0 at `ball_angle` [rad]; see `setting_of`."""
     setting = setting_of(parameters, law, parameters.drive.speed, arm)
-    return EquilibriumSolver(setting, azimuths_of(operating_geometry(parameters).balls, ball_angle))
+    azimuths, rough = (
+        azimuths_of(operating_geometry(parameters).balls, ball_angle),
+        parameters if parameters.defects else None,
+    )
+    return EquilibriumSolver(setting, azimuths, rough=rough)
 
 
 def spots_of(parameters, contacts: Contacts) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

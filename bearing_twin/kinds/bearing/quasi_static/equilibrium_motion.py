@@ -7,8 +7,8 @@ import numpy as np
 from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.base.report import Choice
 from bearing_twin.base.stopping import SIGNALLED
-from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
-from bearing_twin.kinds.bearing.outputs import Outputs, channels
+from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
+from bearing_twin.kinds.bearing.outputs import Outputs, channels, moduli
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import (
     FOUND,
@@ -26,6 +26,7 @@ from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     support_of,
     weighed_solver,
 )
+from bearing_twin.kinds.bearing.surface_defects import SMOOTH_NUMBERS, defect_numbers
 
 MOVING = (
     "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored",
@@ -79,19 +80,21 @@ def new_instants(count: int, balls: int) -> Instants:
 _run = Function(
     "core_equilibrium_run",
     INTEGER,
-    (REALS, INTEGER, INTEGER, *(REALS,) * 4, INTEGERS, REALS, STOP, *(REALS_OUT,) * 11, INTEGERS_OUT),
+    (REALS, REALS, REAL, INTEGER, INTEGER, *(REALS,) * 4, INTEGERS, REALS, STOP, *(REALS_OUT,) * 11, INTEGERS_OUT),
 )
 
 
-def equilibria(seat: np.ndarray, course: Course, state: State, out: Instants, stop: np.ndarray) -> tuple[int, int]:
+def equilibria(
+    seat: np.ndarray, defects: np.ndarray, angle: float, course: Course, state: State, out: Instants, stop: np.ndarray
+) -> tuple[int, int]:
     """Fills `out`; returns (status, instant) of the first that has no equilibrium, else (FOUND, T).
 
-    `seat` is `Setting.numbers`. Looks at `stop` (1,) before every instant, and ends with STOPPED there where it is not
-    0. Between two instants the balls orbit by the cage's share of the ring's turn at the first, and turn about
-    themselves as at the second.
+    `seat` is `Setting.numbers`, `defects` are those of `surface_defects`, `angle` [rad] is the ring's before. Looks at
+    `stop` (1,) before every instant, and ends with STOPPED there where it is not 0. Between two instants the balls
+    orbit by the cage's share of the ring's turn at the first, and turn about themselves as at the second.
     """
     instant = np.zeros(1, np.int64)
-    status = _run(seat, len(state.place), len(course.turn), *course, stop, *state, *out, instant)
+    status = _run(seat, defects, angle, len(state.place), len(course.turn), *course, stop, *state, *out, instant)
     return status, int(instant[0])
 
 
@@ -185,7 +188,10 @@ class QuasiStaticMotion:
         azimuths = azimuths_of(parameters.geometry.balls, 0.0)
         solver = weighed_solver(parameters, self.setting, azimuths)
         self._start = controlled(parameters, solver, self.support)
-        self.setting = solver.setting
+        self.setting, self._defects = solver.setting, SMOOTH_NUMBERS
+        if parameters.defects:
+            load = float(self._start.contacts.load.max())
+            self._defects = defect_numbers(parameters, moduli(parameters.materials), load)
         self._seat, self.stop = self.setting.numbers(parameters.gravity), SIGNALLED
         self.reset()
 
@@ -299,7 +305,9 @@ class QuasiStaticMotion:
 
     def _outputs(self, course: Course, angle) -> Outputs:
         found = new_instants(len(angle), self.parameters.geometry.balls)
-        status, instant = equilibria(self._seat, course, self.state, found, self.stop)
+        status, instant = equilibria(
+            self._seat, self._defects, float(angle[0] - course.turn[0]), course, self.state, found, self.stop
+        )
         seconds = self.elapsed + float(course.step[: instant + 1].sum())
         if status == STOPPED:
             raise Stopped(f"the computation was stopped at {seconds:.9g} s")

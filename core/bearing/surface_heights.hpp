@@ -1,0 +1,121 @@
+// Waviness and spalls: heights of raceways and balls [m], which add to the approach of a contact. They are functions of
+// place: of the orbit angle on the outer raceway, of that less the ring's angle on the inner one, of the angle on the great
+// circle across the first ball's axis z on that ball. A spall comes as a table of how far it lets a ball drop (Python makes it from
+// length, depth and contact ellipse, `surface_defects.py`).
+//
+// Within a step the places move on evenly from its start. So heights depend on time alone, and their rates come in as
+// df/dt; what a slope does along the orbit is not modelled, and its work counts as the drive's.
+#pragma once
+#include <algorithm>
+#include "../math/rotation.hpp"
+
+namespace core {
+
+enum class Surface { inner, outer, ball };
+constexpr int MOST_DEFECTS = 16, TABLE_PIECES = 128, TABLE_NUMBERS = 2 * (TABLE_PIECES + 1);
+constexpr double PIECES_OF_BEND = 4.0, PIECES_OF_WAVE = 16.0;  // steps in which a bend of a spall and a wave pass
+
+// A spall of no `order`: its middle [rad], radius of the path [m], half its length with what smooths it, half its width,
+// semi-major axis of the contact, length of a bend [m]; values and slopes (times a piece) of the drop, alternating.
+struct Defect {
+  Surface on;
+  double order, amplitude, phase, middle, radius, half, half_width, semi_major, bend;
+  const double *table;
+};
+struct SurfaceDefects { int count = 0; Defect one[MOST_DEFECTS]; };
+
+// From how many there are and their numbers, as surface_defects.py writes them; tables stay where they are.
+inline SurfaceDefects defects_of(const double *numbers) {
+  SurfaceDefects found;
+  found.count = int(*numbers++);
+  for (int i = 0; i < found.count; i++) {
+    Defect &d = found.one[i];
+    d.on = Surface(int(*numbers++));
+    for (double *one : {&d.order, &d.amplitude, &d.phase, &d.middle, &d.radius, &d.half, &d.half_width, &d.semi_major, &d.bend})
+      *one = *numbers++;
+    d.table = numbers, numbers += TABLE_NUMBERS;
+  }
+  return found;
+}
+
+struct Height { Pack value{}, rate{}; };  // [m], [m/s]
+struct Heights { Height inner, outer; };
+// Where balls in lanes stand on their surfaces [rad], and how fast these places move; a ball's is that of its outer contact,
+// with the sine of its latitude; `first` says which is the first ball.
+struct SurfacePlaces { Pack inner{}, outer{}, ball{}, latitude{}, inner_rate{}, outer_rate{}, ball_rate{}; Mask first{}; };
+
+inline SurfacePlaces surface_places(const Pack &angle, const Pack &orbit_rate, const Pack &ring_angle, const Pack &ring_speed,
+                                    const Quaternion &q, const Pack &spin_in_frame, const Mask &first) {
+  Pack across = 2.0 * (q[0] * q[1] - q[2] * q[3]), along = 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]);
+  SurfacePlaces at{angle - ring_angle, angle, {}, 2.0 * (q[0] * q[2] + q[1] * q[3]), orbit_rate - ring_speed, orbit_rate, -spin_in_frame, first};
+  for (int lane = 0; lane < LANES; lane++) at.ball[lane] = std::atan2(across[lane], along[lane]);
+  return at;
+}
+
+inline double around(double angle) { return angle - 2.0 * M_PI * std::floor(angle / (2.0 * M_PI) + 0.5); }
+
+// Share of a contact's load on a strip of this half width, its middle off by `aside` along the semi-major axis.
+inline double share_of_strip(double half_width, double semi_major, double aside) {
+  auto below = [](double s) { s = std::clamp(s, -1.0, 1.0); return 0.75 * (s - s * s * s / 3.0); };
+  return below((half_width - aside) / semi_major) - below((-half_width - aside) / semi_major);
+}
+
+// Height and slope [m/rad] of one defect at a place; `latitude` counts on balls.
+inline std::pair<double, double> height_of(const Defect &d, double place, double latitude) {
+  if (d.order > 0.0) {
+    double phase = d.order * place + d.phase;
+    return {d.amplitude * std::cos(phase), -d.amplitude * d.order * std::sin(phase)};
+  }
+  double x = d.radius * around(place - d.middle);
+  if (!(std::fabs(x) < d.half)) return {0.0, 0.0};
+  double share = share_of_strip(d.half_width, d.semi_major, d.on == Surface::ball ? d.radius * latitude : 0.0);
+  double piece = 2.0 * d.half / TABLE_PIECES, u = (x + d.half) / piece;
+  int i = std::min(int(u), TABLE_PIECES - 1);
+  const double *t = d.table + 2 * i;
+  double s = u - i, low = t[0], high = t[2], begin = t[1], end = t[3], rise = high - low;
+  double value = low + s * (begin + s * (3.0 * rise - 2.0 * begin - end + s * (begin + end - 2.0 * rise)));
+  double slope = begin + s * (2.0 * (3.0 * rise - 2.0 * begin - end) + 3.0 * s * (begin + end - 2.0 * rise));
+  return {-share * value, -share * slope * d.radius / piece};
+}
+
+// Heights `later` [s] than the places.
+inline Heights heights_at(const SurfaceDefects &defects, const SurfacePlaces &at, const Pack &later) {
+  Heights found;
+  auto add = [&](Height &to, const Defect &d, const Pack &place, const Pack &rate, double ahead) {
+    for (int lane = 0; lane < LANES; lane++) {
+      if (d.on == Surface::ball && !at.first[lane]) continue;
+      auto [value, slope] = height_of(d, place[lane] + ahead + rate[lane] * later[lane], at.latitude[lane]);
+      to.value[lane] += value, to.rate[lane] += slope * rate[lane];
+    }
+  };
+  for (int i = 0; i < defects.count; i++) {
+    const Defect &d = defects.one[i];
+    if (d.on == Surface::inner) add(found.inner, d, at.inner, at.inner_rate, 0.0);
+    if (d.on == Surface::outer) add(found.outer, d, at.outer, at.outer_rate, 0.0);
+    if (d.on == Surface::ball) add(found.outer, d, at.ball, at.ball_rate, 0.0), add(found.inner, d, at.ball, at.ball_rate, M_PI);
+  }
+  return found;
+}
+
+// The longest step [s] of the ball in a lane that resolves its defects: to the next bend, and a part of one within.
+inline double resolving_step(const SurfaceDefects &defects, const SurfacePlaces &at, int lane) {
+  double longest = HUGE_VAL;
+  auto limit = [&](const Defect &d, double place, double rate) {
+    double speed = std::fabs(rate) + 1e-300;
+    if (d.order > 0.0) longest = std::min(longest, 2.0 * M_PI / (PIECES_OF_WAVE * d.order * speed));
+    else {
+      double x = d.radius * around(place - d.middle) * (rate < 0.0 ? -1.0 : 1.0), part = d.bend / PIECES_OF_BEND;
+      double far = -d.half - x, round = 2.0 * M_PI * d.radius;
+      longest = std::min(longest, std::max(part, x < d.half ? far : far + round) / (d.radius * speed));
+    }
+  };
+  for (int i = 0; i < defects.count; i++) {
+    const Defect &d = defects.one[i];
+    if (d.on == Surface::inner) limit(d, at.inner[lane], at.inner_rate[lane]);
+    if (d.on == Surface::outer) limit(d, at.outer[lane], at.outer_rate[lane]);
+    if (d.on == Surface::ball && at.first[lane]) limit(d, at.ball[lane], at.ball_rate[lane]), limit(d, at.ball[lane] + M_PI, at.ball_rate[lane]);
+  }
+  return longest;
+}
+
+}  // namespace core

@@ -1,0 +1,248 @@
+"""Waviness and spalls: published displacements, waves of all orders, models and methods alike, lines of a run."""
+
+import copy
+import itertools
+
+import numpy as np
+import pytest
+
+from bearing_twin import SceneError, load_scene, read_log, simulate
+from bearing_twin.command import cli
+from bearing_twin.kinds.bearing.quasi_static.equilibrium import scene_equilibrium
+from bearing_twin.run.scene import choose
+
+STEEL = {"young_modulus": 207.5e9, "poisson_ratio": 0.3}
+RIG = {
+    "kind": "bearing",
+    "name": "rig",
+    "geometry": {"radial_clearance": 0.0},
+    "materials": dict.fromkeys(("ball", "inner_ring", "outer_ring"), STEEL),
+    "contact": {"normal": "hertz"},
+    "gravity": [0, 0, 0],
+    "drive": {"speed": 0.0},
+    "model": {"dimension": "quasi_static"},
+}
+
+
+def scene_of(changes: dict, defects=()):
+    mapping = copy.deepcopy(RIG) | {"defects": list(defects)}
+    for key, value in changes.items():
+        section, _, word = key.rpartition(".")
+        mapping[section or word] = {**mapping.get(section, {}), word: value} if section else value
+    return load_scene(mapping)
+
+
+def equilibrium(changes, defects=()):
+    scene = scene_of(changes, defects)
+    return scene_equilibrium(scene.parameters, choose(scene).law)
+
+
+RADIAL = {  # the public rig of a 6203: 8 balls of 6.75 mm on 28.55 mm
+    "geometry": {"ball_diameter": 6.75e-3, "pitch_diameter": 28.55e-3, "radial_clearance": 0.0},
+    "rings": {"inner": {"free": "radial", "load": [400.0, 0, 0]}},
+}
+
+
+def pit(on="outer", place=0.0, length=1.5e-3, **more):
+    return {"on": on, "spall": {"place": place, "length": length, **more}}
+
+
+def test_a_ring_over_a_pit_stands_where_published_programs_have_it():
+    """6203, no clearance, 400 N, ball 0 on the load line: flat pits under ball 0, and one too deep to reach (m)."""
+    for defects, place in (
+        ((), 8.6461e-6),
+        ((pit(depth=1e-6),), 9.1822e-6),
+        ((pit(depth=4e-6),), 10.7034e-6),
+        ((pit("inner", depth=4e-6),), 10.7034e-6),
+        ((pit(depth=3e-6), pit("inner", depth=1e-6)), 10.7034e-6),
+        ((pit(length=2e-3),), 14.5773e-6),
+    ):
+        rel = 2e-4 if place < 12e-6 else 1e-3  # their grooves do not go back beside a ball
+        assert equilibrium(RADIAL, defects).coordinates[0] == pytest.approx(place, rel=rel), defects
+
+
+def test_a_ball_drops_as_far_as_the_edges_let_it_and_no_further():
+    """Under a ring that is held, of a spall of 1 mm: outer and inner raceway (m); half of it for a pit half as wide."""
+    held = {"drive.offset": [0.0, 0.0, 0.0], "geometry.radial_clearance": -12e-6}
+    smooth = equilibrium(held).contacts.approach[0].sum()
+    for on, drop in (("outer", 30.170e-6), ("inner", 48.763e-6)):
+        found = [equilibrium(held, [pit(on, length=1e-3, depth=d)]).contacts.approach[0].sum() for d in (60e-6, 1e-3)]
+        assert smooth - found[0] == pytest.approx(drop, rel=2e-3)
+        assert found[0] == found[1]
+    narrow, wide = (equilibrium(held, [pit(depth=1e-6, width=w)]).contacts.approach[0].sum() for w in (0.1e-3, 0.0))
+    assert 0.0 < smooth - narrow < 0.6e-6 < smooth - wide
+
+
+def test_waves_of_the_orders_next_to_multiples_of_the_balls_move_the_ring_sideways_and_no_others():
+    """Preloaded 6203 under constant axial load, 0.2 um: 0.19987 um where the ring may tilt, 0.20013 um where not."""
+    geometry = {"geometry.radial_clearance": -6e-6}
+    pushed = float(equilibrium({**geometry, "drive.offset": [0, 0, 10e-6]}).loads[2])
+    for free, size in (("all", 0.19987e-6), ("displacement", 0.20013e-6)):
+        loaded = {**geometry, "rings": {"inner": {"free": free, "load": [0.0, 0.0, pushed]}}}
+        rest = equilibrium(loaded).coordinates
+        for on, order in itertools.product(("inner", "outer"), (2, 3, 5, 6, 7, 8, 9, 10, 15, 17)):
+            moved = equilibrium(loaded, [{"on": on, "waviness": [order, 0.2e-6, 0.7]}]).coordinates - rest
+            sideways, beside = float(np.hypot(*moved[:2])), order % 8 in (1, 7)
+            assert sideways == (pytest.approx(size, rel=1e-3) if beside else pytest.approx(0.0, abs=1.2e-11)), order
+            if order == 8:
+                assert abs(moved[2]) > 1e-7
+            else:
+                assert moved[2] == pytest.approx(0.0 if beside else -0.0063e-6, abs=1e-10)
+
+
+def outputs(scene) -> dict:
+    blocks = list(simulate(scene).blocks())
+    return {name: np.concatenate([one.values[name] for one in blocks]) for name in blocks[0].values}
+
+
+FREE = {
+    "rings": {
+        "inner": {
+            "free": "radial",
+            "load": [0.0, -400.0, 0.0],
+            "mass": 0.5,
+            "support": {"damping": [500.0, 500.0, 500.0]},
+        }
+    },
+    "model.dimension": "free",
+    "cage": {"kind": "even"},
+    "solver": {"check": "none"},
+    "wanted": {"tolerance": 1e-6},
+}
+
+
+def test_a_ring_creeping_over_a_pit_passes_through_equilibria():
+    run = {"run": {"duration": 0.2, "output_rate": 1000.0}, "drive.speed": 1.0}
+    still = {"rings": {"inner": {"free": "radial", "load": [0.0, -400.0, 0.0]}}}
+    for on in ("outer", "inner"):
+        defects = [pit(on, place=-np.pi / 2 + 0.03, length=1e-3, depth=1e-6)]
+        moving, standing, smooth = (
+            outputs(scene_of({**changes, **run}, rough))
+            for changes, rough in ((FREE, defects), (still, defects), (still, ()))
+        )
+        down, balanced, level = (one["inner_ring_offset"][:, 1] for one in (moving, standing, smooth))
+        assert np.ptp(balanced - level) > 0.4e-6
+        angles = (one["orbit_angle"][:, 0] for one in (moving, standing))  # at the same places: moving balls creep
+        assert np.abs(down - np.interp(*angles, balanced)).max() < 2e-4 * 8.7e-6
+
+
+def test_every_method_drives_over_defects_alike_and_energy_closes():
+    defects = [pit(place=0.05, length=0.6e-3, depth=3e-6), {"on": "inner", "waviness": [9, 0.2e-6, 0.0]}]
+    shared = {
+        "geometry.radial_clearance": -6e-6,
+        "drive.speed": 183.26,
+        "model.dimension": "prescribed",
+        "run": {"duration": 2e-3, "output_rate": 20_000.0},
+    }
+    found = {}
+    for stepper in ("rodas4", "rodas3", "dopri5", "imex", "dop853"):
+        scene = scene_of(
+            {**shared, "solver": {"stepper": stepper, "check": "none"}, "wanted": {"tolerance": 1e-6}}, defects
+        )
+        run = simulate(scene)
+        blocks = list(run.blocks())
+        found[stepper] = np.concatenate([one.values["normal_load"] for one in blocks])
+        energy = sum(
+            blocks[-1].values[name][-1] - blocks[0].values[name][0] for name in ("kinetic_energy", "elastic_energy")
+        )
+        potential = blocks[-1].values["potential_energy"][-1] - blocks[0].values["potential_energy"][0]
+        worked, lost = (blocks[-1].values[name][-1] for name in ("drive_work", "dissipated"))
+        stored = blocks[0].values["elastic_energy"][0]
+        assert energy + potential == pytest.approx(worked - lost, abs=2e-4 * stored), stepper
+    greatest = found["dop853"].max()
+    assert np.ptp(found["dop853"][:, 0]) > 0.1 * greatest
+    for stepper, loads in found.items():
+        assert np.abs(loads - found["dop853"]).max() < 5e-3 * greatest, stepper
+
+
+def line_of(signal, rate, frequency):
+    """Amplitude at a frequency [Hz] of an array, by a Hann window."""
+    window = np.hanning(len(signal))
+    turned = np.exp(-2j * np.pi * frequency * np.arange(len(signal)) / rate)
+    return 2.0 * abs(np.sum((signal - signal.mean()) * window * turned)) / window.sum()
+
+
+def test_lines_of_spalls_and_none_of_a_sound_bearing_under_axial_load():
+    rate, speed = 5000.0, 183.26
+    axial = {
+        "geometry.radial_clearance": -6e-6,
+        "drive": {"speed": speed, "offset": [0.0, 0.0, 1e-5]},
+        "model.dimension": "prescribed",
+        "run": {"duration": 2.0, "output_rate": rate},
+        "solver": {"check": "none"},
+    }
+    per_turn = {"outer": 3.0538, "inner": 4.9462}  # of balls that roll at the contact angle of this load
+    levels = {}
+    for on in ("outer", "inner", ""):
+        force = outputs(scene_of(axial, [pit(on, place=0.3, depth=1e-6, length=0.5e-3)] if on else []))[
+            "outer_ring_force"
+        ]
+        for part, order in per_turn.items():
+            around = speed / (2 * np.pi) * order * np.linspace(0.99, 1.01, 201)
+            lines = [line_of(force[:, 2], rate, one) for one in around]
+            levels[on, part] = max(lines)
+            if on == part:
+                assert around[int(np.argmax(lines))] == pytest.approx(speed / (2 * np.pi) * order, rel=3e-3)
+    assert levels["", "outer"] < 1e-6 * levels["outer", "outer"]
+    assert levels["inner", "outer"] < 0.05 * levels["inner", "inner"]
+
+
+def test_a_spall_on_the_inner_ring_goes_through_the_load_once_a_turn():
+    rate, speed = 5000.0, 157.08
+    radial = {
+        **FREE,
+        "drive.speed": speed,
+        "run": {"duration": 2.0, "output_rate": rate},
+        "wanted": {"tolerance": 1e-3},
+    }
+    axial = {
+        "geometry.radial_clearance": -6e-6,
+        "drive": {"speed": speed, "offset": [0.0, 0.0, 1e-5]},
+        "model.dimension": "prescribed",
+        "run": {"duration": 2.0, "output_rate": rate},
+        "solver": {"check": "none"},
+    }
+    shaft, ratios = speed / (2 * np.pi), []
+    for changes, axis in ((radial, 1), (axial, 2)):
+        force = outputs(scene_of(changes, [pit("inner", depth=1e-6, length=0.5e-3)]))["outer_ring_force"][:, axis]
+        lines = {
+            side: max(
+                line_of(force, rate, shaft * (4.9465 * stretch + side)) for stretch in np.linspace(0.998, 1.002, 41)
+            )
+            for side in (-1, 0, 1)
+        }
+        ratios.append(min(lines[-1], lines[1]) / lines[0])
+    assert ratios[0] > 0.2
+    assert ratios[1] < 0.02
+
+
+def test_defects_stand_in_the_log_and_a_run_repeats(tmp_path, capsys):
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(
+        "kind: bearing\nrun: {duration: 0.02}\ndefects:\n"
+        "- {on: ball, spall: {place: 0.5, length: 0.5 mm, depth: 2 um}}\n- {on: inner, waviness: [7, 1e-7, 0]}\n"
+    )
+    assert cli.main(["simulate", str(scene), "--out", str(tmp_path / "run.mcap")]) == 0
+    assert read_log(tmp_path / "run.mcap").scene.parameters.defects == load_scene(scene).parameters.defects
+    assert cli.main(["verify", str(tmp_path / "run.mcap"), "--json"]) == 0
+    assert cli.main(["simulate", str(scene), "--set", "solver.stepper=dopri5"]) == 2
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("defect", "word"),
+    [
+        ({"on": "outer"}, "waviness"),
+        ({"on": "shaft", "waviness": [7, 1e-7, 0]}, "inner"),
+        ({"on": "outer", "spall": {"length": 30e-3}}, "sixth"),
+        ({"on": "outer", "spall": {"length": 1e-3, "width": 9e-3}}, "groove"),
+        ({"on": "outer", "spall": {"length": 1e-3, "depth": -1e-3}}, "depth"),
+        ({"on": "inner", "waviness": [7.5, 1e-7, 0]}, "whole"),
+        ({"on": "inner", "waviness": [7, 1e-4, 0]}, "at most"),
+        ({"on": "inner", "waviness": [4000, 1e-9, 0]}, "shorter"),
+        ("a pit", "list"),
+    ],
+)
+def test_a_defect_that_no_bearing_has_is_refused(defect, word):
+    with pytest.raises(SceneError, match=word):
+        simulate(scene_of({"model.dimension": "prescribed", "geometry.radial_clearance": -6e-6}, [defect]))
