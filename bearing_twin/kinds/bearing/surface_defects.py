@@ -12,8 +12,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.contact.elastic import elastic
-from bearing_twin.contact.ellipse import ellipses
+from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.defects import SURFACES, Defect
@@ -35,7 +34,7 @@ def ball_defects(parameters) -> bool:
 def start_load(bearing, state: np.ndarray) -> float:
     """Greatest load [N] of a contact in a state (N, COLUMNS)."""
     depth, law = max(max(approaches(bearing, row)) for row in state), bearing.outer.law
-    return elastic(law.given, law.power, max(depth, 0.0)).load
+    return law.given * max(depth, 0.0) ** law.power
 
 
 def defect_numbers(parameters, moduli, load: float) -> np.ndarray:
@@ -45,7 +44,7 @@ def defect_numbers(parameters, moduli, load: float) -> np.ndarray:
     """
     geometry = operating_geometry(parameters)
     curvatures = np.array(nominal_curvatures(geometry))[None]
-    spots = ellipses(curvatures[..., 0], curvatures[..., 1], np.array(moduli), np.full((1, 2), max(load, LEAST_LOAD)))
+    spots = ellipse(curvatures[..., 0], curvatures[..., 1], np.array(moduli), np.full((1, 2), max(load, LEAST_LOAD)))
     numbers = [float(len(parameters.defects))]
     for number, one in enumerate(parameters.defects):
         side = 0 if one.on == "inner" else 1
