@@ -18,14 +18,14 @@ from bearing_twin.base.process import one_processor
 
 one_processor()
 gc.disable()  # until all tests are collected: what modules hold is no garbage
-# Each process that a test starts would compile every module for itself, 0.3 s.
+# Each process that a test starts would compile every module of Python for itself, 0.3 s.
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 os.environ["LANGUAGE"] = "C"  # words of argparse are not translated, nor looked for, which was half of a parser's time
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # in the background of a shell; what tests start would inherit it
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# The first example compiles a kernel; how long examples take says nothing about right or wrong.
+# How long examples take says nothing about right or wrong.
 settings.register_profile("bearing_twin", deadline=None)
 settings.load_profile("bearing_twin")
 
@@ -34,7 +34,7 @@ TOOK = "bearing_twin/seconds"  # where the cache of pytest keeps how long each t
 UNKNOWN = 0.3  # s, assumed of a test that never ran here
 TIMES: dict[str, float] = {}  # s, of the tests of this session
 # Files that fork most: first, while there is little to copy.
-FORKING = "test_workers", "test_compiled", "test_ensemble", "test_model_error"
+FORKING = "test_workers", "test_ensemble", "test_model_error"
 LEFT_OUT: list[str] = []
 BEGAN: list[float] = []
 
@@ -149,7 +149,7 @@ def pytest_addoption(parser):
 def pytest_xdist_make_scheduler(config, log):
     """Side by side, one process takes files from the front, the other from the back.
 
-    Files that stand together use the same: the process that forks programs, kernels, what is cached. Each process has
+    Files that stand together use the same: the process that forks programs, what is cached. Each process has
     it for itself, so that files dealt in turn made both have all of it.
     """
     from xdist.scheduler import LoadFileScheduling

@@ -22,7 +22,7 @@ def a_choice(law: str = "hertz", stepper: str = "rodas4") -> Choice:
 
 
 def made_up_scene(balls: int = 3, output_rate: float = 1000.0, publish_rate: float = 100.0) -> Scene:
-    """A scene with few balls; its law and stepper are pinned, so that nothing is compiled to choose them."""
+    """A scene with few balls; its law and stepper are fixed."""
     return load_scene(
         "bearing_6203",
         (

@@ -1,8 +1,8 @@
 """Runs the tests against a product that is broken on purpose: `make mutants`, or `python tests/mutants.py [ID ...]`.
 
 Each row of mutants.yaml says what it breaks in words, which text becomes which other in the one file of a folder that
-holds it, and the names of the tests that must notice. Every mutant is tried in a copy of the checkout, with a copy of
-this machine's compiled kernels. Exit code 1 if more than SURVIVORS are not noticed, or a row fits the sources no more.
+holds it, and the names of the tests that must notice. Every mutant is tried in a copy of the checkout.
+Exit code 1 if more than SURVIVORS are not noticed, or a row fits the sources no more.
 """
 
 import argparse

@@ -129,7 +129,7 @@ def _import_all() -> None:
     from bearing_twin.run.scene import load_scene
     from bearing_twin.run.simulation import simulate
 
-    simulate(load_scene("bearing_6203", ["run.duration=1e-4"]))  # which loads its kernels
+    simulate(load_scene("bearing_6203", ["run.duration=1e-4"]))  # which loads the core
     gc.freeze()
 
 

@@ -219,7 +219,7 @@ def test_help_is_quick_because_nothing_heavy_is_imported():
         (["study", "--list"], ("numpy", "scipy", "matplotlib")),
     ],
 )
-def test_lists_import_no_kernel(words, heavy):
+def test_lists_import_nothing_heavy(words, heavy):
     code = (
         f"import sys\nfrom bearing_twin.command.cli import main\nassert main({words}) == 0\n"
         f"print([name for name in {heavy} if name in sys.modules], file=sys.stderr)"

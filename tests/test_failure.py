@@ -125,7 +125,7 @@ def test_an_ellipsoid_goes_on_to_the_bit_in_the_middle_of_a_contact(monkeypatch,
         assert records[0][len(records[0]) - len(records[1]) :].tobytes() == records[1].tobytes()
 
 
-def test_the_kernels_own_failures_leave_a_file_too(tmp_path):
+def test_failures_of_the_core_leave_a_file_too(tmp_path):
     """A tolerance without any sense: ever shorter steps."""
     simulation = Simulation(BALLS)
     simulation.advance(50)

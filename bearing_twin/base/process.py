@@ -107,7 +107,6 @@ def one_processor() -> None:
 def seldom_collecting() -> None:
     """Lets Python look for circular garbage seldom: for an executable, whose process is its own.
 
-    Libraries and compiled kernels are 130 000 objects that stay; to look through them took a tenth of the time of a
-    compilation and of a start.
+    Libraries are many objects that stay; to look through them took a tenth of the time of a start.
     """
     gc.set_threshold(20_000, 20, 20)

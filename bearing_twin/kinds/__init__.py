@@ -1,6 +1,6 @@
 """THE table of kinds of scenes: `KINDS`, one row a kind; see `contract`.
 
-A row is imported when it is wanted. That imports parameter files alone: it compiles, plots and reads no files.
+A row is imported when it is wanted. That imports parameter files alone: it plots and reads no files.
 """
 
 import importlib

@@ -1,7 +1,7 @@
 """What a kind of scene gives to the rest of the house: one row, `Kind`, and the protocols of its parts.
 
 `parameters`, `motion` and `channels` are needed; what else a kind leaves out is drawn from its channels. Parts that
-compile or plot are named by `late`, so that reading the table imports nothing heavy, not even arrays.
+compute or plot are named by `late`, so that reading the table imports nothing heavy, not even arrays.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """sim_node: runs a scene and publishes it; `bearing_twin topics SCENE` lists what.
 
-Compilation, integration, pacing, log and publishing happen in a worker thread; the callbacks only hand commands to it.
+Integration, pacing, log and publishing happen in a worker thread; the callbacks only hand commands to it.
 """
 
 import dataclasses

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 NOTHING = 1e-12  # share of a stretch that is too short for a step
-MOST_STAGES = 6  # of a method whose coefficients the kernels read; a and c have one column fewer
+MOST_STAGES = 6  # of a method whose coefficients the core reads; a and c have one column fewer
 
 
 class Rosenbrock(NamedTuple):
@@ -91,7 +91,7 @@ STEPPER_FACTS = {
 
 
 def _lower(*rows) -> np.ndarray:
-    """A matrix from the rows of its lower triangle, padded with zeros to what the kernels expect."""
+    """A matrix from the rows of its lower triangle, padded with zeros to what the core expects."""
     matrix = np.zeros((len(rows), MOST_STAGES - 1))
     for i, row in enumerate(rows):
         matrix[i, : len(row)] = row

@@ -77,7 +77,7 @@ def cost_of(scene: Scene) -> Cost:
 class Simulation:
     """A scene in motion, advanced as far as somebody asks; the numbers do not depend on how it is cut.
 
-    Integration runs in compiled code that releases the GIL, in chunks that end before sequence numbers divisible by
+    Integration runs in the core, while other threads do, in chunks that end before sequence numbers divisible by
     their length, which is shorter for a while after a command. Commands take effect after the last output given out:
     what was computed ahead is computed again. A run that breaks off gives out what comes before, then raises.
     A long chunk ends with the error Stopped by `halt`, else by a signal; interrupted, it is computed again.

@@ -169,7 +169,7 @@ def _dask_client(address: str):
 # Worker processes that compute realisations: they get values by pipes, and answer in the order of the requests.
 #
 # On Linux one process is started, which loads what a realisation needs and forks the workers: a second one costs some
-# hundredths of a second, not the imports and kernels of the first. Where this process has no thread but the one, the
+# hundredths of a second, not the imports of the first. Where this process has no thread but the one, the
 # started process is a fork of it, which spares the imports too; else it is started afresh (spawn), for a fork lacks the
 # threads that may hold a lock. Elsewhere each worker is started afresh.
 #

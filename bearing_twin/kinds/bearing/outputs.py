@@ -83,7 +83,7 @@ def _channels(n: int) -> tuple[Channel, ...]:
 
 
 Outputs = namedtuple("Outputs", [channel.name for channel in _channels(1)])
-Outputs.__doc__ = "One array a channel, first axis = solver output, as kernels take them."
+Outputs.__doc__ = "One array a channel, first axis = solver output, as the core writes them."
 
 
 class Rows(Columns):
