@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pages import NODE, ROOT
 
-PATIENCE = 1800.0  # s for one line: kernels are compiled within it, and a busy machine is slow
+PATIENCE = 1800.0  # s for one line: a busy machine is slow
 LASTING = (NODE, "bearing_twin watch")  # lines that run until Ctrl-C, in a shell of their own
 
 

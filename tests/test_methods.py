@@ -26,10 +26,10 @@ from bearing_twin.numerics.rotation import (
     rotation_matrix,
     turned,
 )
+from bearing_twin.numerics.stepper_facts import STEPPER_FACTS
 from bearing_twin.numerics.steppers import (
     EXPLICIT,
     ROSENBROCK,
-    STEPPER_FACTS,
 )
 
 

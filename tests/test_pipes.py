@@ -70,5 +70,4 @@ def test_a_result_that_finds_no_room_says_that_it_was_to_go_to_standard_output(w
     command = f"{sys.executable} -m bearing_twin {words} > /dev/full"
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 2
-    # Where kernels are compiled that is said before.
     assert done.stderr.splitlines()[-1] == "bearing_twin: standard output cannot be used (No space left on device)"

@@ -95,7 +95,7 @@ def test_numbers_are_the_same_however_workers_are_started_and_a_fork_imports_not
     assert children() == []
 
 
-def test_kernels_are_loaded_once_by_what_forks_the_workers(tmp_path, monkeypatch):
+def test_what_realisations_need_is_loaded_once_by_what_forks_the_workers(tmp_path, monkeypatch):
     monkeypatch.setattr(workers, "start_method", lambda: "fork")
     monkeypatch.setattr(workers, "load", lambda task, values: (tmp_path / f"{os.getpid()}").touch())
     task = task_of(parse_study(TOY, "s"))
@@ -176,7 +176,7 @@ def test_a_worker_whose_pipe_closes_ends_without_a_word(unread, monkeypatch):
     assert len(closed) == 1
 
 
-def test_a_cancel_ends_what_still_loads_kernels(tmp_path, monkeypatch):
+def test_a_cancel_ends_what_still_loads(tmp_path, monkeypatch):
     """And does not wait for them."""
     loading = tmp_path / "loading"
 

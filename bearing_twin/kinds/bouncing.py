@@ -51,12 +51,12 @@ def contact_numbers(contact, first: Material, second: Material) -> dict[str, Any
 class BouncingMotion:
     """Bodies in motion: `advance` integrates one chunk and returns its outputs; the records are their contacts.
 
-    A kind gives `kernels`, the module described above, `start()` with the first state, `work()` with the kernel's room,
+    A kind gives `core`, the module described above, `start()` with the first state, `work()` with room for steps,
     `outputs(states)` and `contacts(records)`, the rows of contacts that have ended; the names of the `bodies`, of which
     the first fails against the other; `failures` are sentences by status, `words` their reasons.
     """
 
-    kernels: Any
+    core: Any
     bodies: tuple[str, str]
     words: Mapping[int, str] = WORDS
 
@@ -65,10 +65,10 @@ class BouncingMotion:
         self.reset()
 
     def reset(self) -> None:
-        kernels = self.kernels
-        self.state, self.clock = self.start(), np.zeros(kernels.CLOCK)
+        core = self.core
+        self.state, self.clock = self.start(), np.zeros(core.CLOCK)
         self.clock[STEP] = math.inf
-        self.record, self.counts = np.zeros(kernels.RECORD), np.zeros(COUNTS, np.int64)
+        self.record, self.counts = np.zeros(core.RECORD), np.zeros(COUNTS, np.int64)
         self._ended: list[np.ndarray] = []  # contacts since records were taken
         self._touched = -math.inf  # begin [s] of the last touch recorded
         self._work = self.work()
@@ -76,7 +76,7 @@ class BouncingMotion:
         self.keep()
 
     def _arrays(self) -> tuple[np.ndarray, ...]:
-        """All that a kernel changes; its room holds the step before the last."""
+        """All that steps change; its room holds the step before the last."""
         return self.state, self.clock, self.record, self.counts, *self._work
 
     def keep(self) -> None:
@@ -98,12 +98,12 @@ class BouncingMotion:
     def advance(self, times: np.ndarray, duration: float):
         """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError."""
         self.keep()
-        kernels, due, until = self.kernels, self._now + np.asarray(times, float), self._now + duration
-        states, finished = np.empty((len(due), len(self.state))), np.empty((RECORDS, kernels.RECORD))
+        core, due, until = self.core, self._now + np.asarray(times, float), self._now + duration
+        states, finished = np.empty((len(due), len(self.state))), np.empty((RECORDS, core.RECORD))
         self.clock[WRITTEN] = 0.0
         status = FULL
         while status == FULL:
-            status, count = kernels.advance(
+            status, count = core.advance(
                 self.body, self.plan, self.state, self.clock, due, until, states, self.record, finished, self.counts,
                 self._work, self.stop,
             )  # fmt: skip
@@ -122,9 +122,9 @@ class BouncingMotion:
 
     def take_records(self) -> dict[str, np.ndarray]:
         """Begins and ends of contacts since the last call."""
-        rows = [*self._ended, self.record] if self.clock[self.kernels.IN_CONTACT] else self._ended
-        began = [row[self.kernels.BEGAN] for row in rows if row[self.kernels.BEGAN] > self._touched]
-        ended = self.contacts(np.array(self._ended).reshape(-1, self.kernels.RECORD))
+        rows = [*self._ended, self.record] if self.clock[self.core.IN_CONTACT] else self._ended
+        began = [row[self.core.BEGAN] for row in rows if row[self.core.BEGAN] > self._touched]
+        ended = self.contacts(np.array(self._ended).reshape(-1, self.core.RECORD))
         self._ended = []
         self._touched = max(began, default=self._touched)
         return {"touch": np.array(began).reshape(-1, 1), "contact": ended}

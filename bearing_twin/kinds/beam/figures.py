@@ -1,4 +1,4 @@
-"""The figures of a sphere on a beam, a function of outputs and records alone; the quantities of studies."""
+"""The figures of a sphere on a beam, a function of outputs and records alone."""
 
 import math
 from typing import Any
@@ -11,10 +11,8 @@ from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, pressure_doubt, spot_radius, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.beam.models import euler_warning, impact_speed, modes_for, sphere_of
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
-from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, ImpactFigures
 from bearing_twin.kinds.impact.figures import MEANINGS as IMPACT_MEANINGS
-from bearing_twin.kinds.impact.quantities import impact_quantities
 
 MEANINGS = IMPACT_MEANINGS | {
     "restitution": "speed of the sphere away from the beam over its speed before, at the end",
@@ -133,16 +131,3 @@ class BeamFigures(ImpactFigures):
                 "lengthen run.duration"
             )
         return flags
-
-
-def quantities() -> dict[str, Quantity]:
-    """What a study may ask of a sphere on a beam."""
-    return {
-        **impact_quantities(),
-        "contacts": Quantity("1", "number of contacts", read_off("contact_count")),
-        "peak_deflection": Quantity("m", "greatest deflection of the beam", read_off("peak_deflection_m"), whole=True),
-        "peak_stress": Quantity("Pa", "greatest bending stress", read_off("peak_stress_pa"), whole=True),
-        "velocity_after": Quantity(
-            "m/s", "of the sphere at the end, positive along its motion before", read_off("sphere_velocity_after_m_s")
-        ),
-    }

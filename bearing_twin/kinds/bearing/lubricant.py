@@ -2,14 +2,16 @@
 
 import math
 from dataclasses import dataclass
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from bearing_twin.base.parameters import choice, quantity
 from bearing_twin.base.units import CELSIUS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.catalogue import entries
+
+if TYPE_CHECKING:  # to read a scene needs no arrays
+    import numpy as np
 
 KINDS = NONE, GREASE, OIL = "none", "grease", "oil"  # LubricantKind of film.hpp
 FILM_NUMBERS, FILM_RESULTS = 6, 6
@@ -106,8 +108,10 @@ def rolling_speed(geometry, speed: float) -> float:
     return 0.25 * abs(speed) * geometry.pitch_diameter * (1.0 - (geometry.ball_diameter / geometry.pitch_diameter) ** 2)
 
 
-def film_lubricant(parameters) -> np.ndarray:
+def film_lubricant(parameters) -> "np.ndarray":
     """The numbers of a Lubricant of film.hpp; the speed of the bearing is that at which its balls roll so fast."""
+    import numpy as np
+
     lubricant, geometry = parameters.lubricant, parameters.geometry
     if not lubricated(parameters):
         return np.zeros(8)
@@ -125,15 +129,17 @@ def film_lubricant(parameters) -> np.ndarray:
     )
 
 
-def film_numbers(lubricant: np.ndarray, small, large, modulus: float, ball_radius: float) -> np.ndarray:
+def film_numbers(lubricant: "np.ndarray", small, large, modulus: float, ball_radius: float) -> "np.ndarray":
     """What loads and speeds are put into (N, FILM_NUMBERS), of contacts with these curvatures of the gap [1/m] (N,)."""
+    import numpy as np
+
     small, large = (np.ascontiguousarray(one, float) for one in (small, large))
     found = np.empty((len(small), FILM_NUMBERS))
     _numbers(lubricant, len(small), small, large, modulus, ball_radius, found)
     return found
 
 
-def films(lubricant: np.ndarray, numbers: np.ndarray, load, speed) -> np.ndarray:
+def films(lubricant: "np.ndarray", numbers: "np.ndarray", load, speed) -> "np.ndarray":
     """Films of contacts with `film_numbers`, loads [N] and rolling speeds [m/s] (N,) above 0.
 
     Returns
@@ -142,6 +148,8 @@ def films(lubricant: np.ndarray, numbers: np.ndarray, load, speed) -> np.ndarray
         Thickness at the centre [m], the same over the roughness (Lambda), rolling resistance on each surface [N],
         moments of hysteresis and of differential slip about the ball's axis [N m], coefficient of friction.
     """
+    import numpy as np
+
     load, speed = (np.ascontiguousarray(one, float) for one in (load, speed))
     found = np.empty((len(load), FILM_RESULTS))
     _films(lubricant, len(load), np.ascontiguousarray(numbers), load, speed, found)

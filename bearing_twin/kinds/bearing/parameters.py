@@ -32,10 +32,10 @@ from bearing_twin.kinds.sections import (
     point_laws,
     resolved_run,
 )
-from bearing_twin.numerics.steppers import STEPPER_FACTS
+from bearing_twin.numerics.stepper_facts import STEPPER_FACTS
 
 GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
-STEADY_REFUSED = {"steady": "is nothing a bearing's kernel knows; legal: hunt_crossley, with contact.restitution_speed"}
+STEADY_REFUSED = {"steady": "is not modelled in bearings; legal: hunt_crossley, with contact.restitution_speed"}
 MOTIONS = ("rolling", "rest")
 STEEPEST = 0.25 * math.pi  # rad: radial bearings end at 45 degrees
 RELAXATION_TIME = 1.0e-6  # s, unless the scene says otherwise; no source, see the key's help

@@ -74,7 +74,7 @@ def plan_of(parameters: EllipsoidOnPlaneScene, choice: Choice) -> np.ndarray:
 class EllipsoidMotion(BouncingMotion):
     """The ellipsoid in motion: `advance` integrates one chunk and returns its outputs; `records` are its contacts."""
 
-    kernels, bodies = compiled, (BODY, PLANE)
+    core, bodies = compiled, (BODY, PLANE)
 
     def __init__(self, parameters: EllipsoidOnPlaneScene, choice: Choice):
         self.parameters, plan = parameters, plan_of(parameters, choice)

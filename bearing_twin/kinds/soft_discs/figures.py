@@ -1,10 +1,9 @@
-"""The figures of soft discs, a function of outputs and records alone, and what a study may ask of them."""
+"""The figures of soft discs, a function of outputs and records alone."""
 
 from typing import Any
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Table
-from bearing_twin.kinds.contract import Quantity, read_off
 from bearing_twin.kinds.energy import adds_up
 from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
@@ -126,16 +125,3 @@ class SoftDiscFigures:
         if not adds_up(figures["energy_closure"], self.parameters):
             return "failed: energy"
         return "done" if figures["force_balance"] <= BALANCE else "failed: momentum"
-
-
-def quantities() -> dict[str, Quantity]:
-    """Each read off a figure; there are no closed forms."""
-    return {
-        "contact_duration": Quantity("s", "from first touch to last contact", read_off("contact_duration_s")),
-        "peak_force": Quantity("N", "greatest contact force", read_off("peak_force_n")),
-        "peak_time": Quantity("s", "when the force is greatest", read_off("peak_time_s")),
-        "impulse": Quantity("N s", "of the contact force", read_off("impulse_ns")),
-        "restitution": Quantity("1", "velocity of the centre away over that before", read_off("restitution")),
-        "greatest_penetration": Quantity("m", "depth of the rim below the wall", read_off("greatest_penetration_m")),
-        "least_stretch": Quantity("1", "least principal stretch in the plane", read_off("least_stretch")),
-    }

@@ -1,11 +1,25 @@
-"""The row of soft discs in the table of kinds."""
+"""The row of soft discs in the table of kinds, and the quantities of their studies."""
 
-from bearing_twin.kinds.contract import Kind
+from bearing_twin.kinds.contract import Kind, Quantity, read_off
 from bearing_twin.kinds.ranges import facts_at
 from bearing_twin.kinds.rows import parts_in
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 
 HERE = "bearing_twin.kinds.soft_discs"
+
+
+def quantities() -> dict[str, Quantity]:
+    """Each read off a figure; there are no closed forms."""
+    return {
+        "contact_duration": Quantity("s", "from first touch to last contact", read_off("contact_duration_s")),
+        "peak_force": Quantity("N", "greatest contact force", read_off("peak_force_n")),
+        "peak_time": Quantity("s", "when the force is greatest", read_off("peak_time_s")),
+        "impulse": Quantity("N s", "of the contact force", read_off("impulse_ns")),
+        "restitution": Quantity("1", "velocity of the centre away over that before", read_off("restitution")),
+        "greatest_penetration": Quantity("m", "depth of the rim below the wall", read_off("greatest_penetration_m")),
+        "least_stretch": Quantity("1", "least principal stretch in the plane", read_off("least_stretch")),
+    }
+
 
 SOFT_DISCS = Kind(
     name="soft_discs",
@@ -25,7 +39,7 @@ SOFT_DISCS = Kind(
         HERE,
         choose="derived:choose",
         channels="motion:channels",
-        quantities="figures:quantities",
+        quantities="row:quantities",
         refined="model_error:refined",
         comparison="model_error:SoftDiscComparison",
         figures="figures:SoftDiscFigures",

@@ -92,7 +92,7 @@ def refined(parameters: TwoBodiesScene, choice: Choice) -> tuple[TwoBodiesScene,
 class TwoBodiesMotion(BouncingMotion):
     """Two bodies in motion: `advance` integrates one chunk and returns its outputs; the records are their contacts."""
 
-    kernels, bodies = compiled, (FIRST, SECOND)
+    core, bodies = compiled, (FIRST, SECOND)
 
     def __init__(self, parameters: TwoBodiesScene, choice: Choice):
         pair = pair_of(parameters, choice.law)
