@@ -122,12 +122,13 @@ inline PlaneContact Ellipsoid::contact(const EllipsoidState &state, const Pose &
   found.gap = ellipsoid_gap(semi_axes, at.down, at.low);
   auto [small, large, excess] = std::tuple{found.gap.small, found.gap.large, found.gap.excess};
   found.approach = at.low.extent - state.motion.position[2];
-  found.coefficient = law_coefficient(law, small, large, state.shape);
+  auto [coefficient, log_slope] = coefficient_and_log_slope(law, small, large, excess, state.shape);
+  found.coefficient = coefficient;
   GapSlopes slopes = ellipsoid_slopes(semi_axes, at.down, at.low);
   double depth = std::max(found.approach, 0.0);
   double aside = follows_curvatures(law.law) ? depth / (law.power + 1.0) : 0.0;  // energy over load
   Real3 point = at.low.point;
-  if (aside > 0.0) point = point + aside * (slopes.size + log_slope(law, small, large, excess, state.shape) * slopes.shape);
+  if (aside > 0.0) point = point + aside * (slopes.size + log_slope * slopes.shape);
   found.arm = at.rotation * point;
   found.arm[2] = sink * depth - at.low.extent;
   Real3 velocity = state.motion.velocity + cross(at.spin, found.arm);

@@ -132,14 +132,16 @@ inline double fresh_coefficient(const Elasticity &law, double small, double larg
   return law_coefficient(law, small, large, carries_states(law.law) ? carried::shape_at(small / large) : EllipseShape{});
 }
 
-// d ln(c)/d(shape) at constant sqrt(PQ), shape = (P + Q)/(2 sqrt(PQ)) = sqrt(1 + excess^2), `excess` = 0 for a circle. With
-// ln(Q/P) = 2 arcosh(shape) it is (Q dc/dQ - P dc/dP)/(c excess); near a circle it is that of the circle.
-inline double log_slope(const Elasticity &law, double small, double large, double excess, const EllipseShape &shape = {}) {
+// c [N/m^p] of a law and d ln(c)/d(shape) at constant sqrt(PQ), shape = (P + Q)/(2 sqrt(PQ)) = sqrt(1 + excess^2), `excess` = 0
+// for a circle. With ln(Q/P) = 2 arcosh(shape) it is (Q dc/dQ - P dc/dP)/(c excess); near a circle it is that of the circle.
+struct CoefficientAndSlope { double coefficient, log_slope; };
+inline CoefficientAndSlope coefficient_and_log_slope(const Elasticity &law, double small, double large, double excess,
+                                                     const EllipseShape &shape = {}) {
   constexpr double ROUND = 1e-3;
-  if (!follows_curvatures(law.law)) return 0.0;
-  if (excess < ROUND) return 1.0 / 6.0;
+  if (!follows_curvatures(law.law)) return {law.given, 0.0};
+  if (excess < ROUND) return {law_coefficient(law, small, large, shape), 1.0 / 6.0};
   auto c = law_coefficient(law, variable<0>(small), variable<1>(large), shape);
-  return (large * c.slope[1] - small * c.slope[0]) / (c.value * excess);
+  return {c.value, (large * c.slope[1] - small * c.slope[0]) / (c.value * excess)};
 }
 
 // The line contact of two equal cylinders side by side, half their thickness a [m] and V = (1 - nu^2)/(pi E) [1/Pa]:

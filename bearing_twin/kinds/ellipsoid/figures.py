@@ -153,7 +153,7 @@ class EllipsoidFigures:
     def __init__(self, parameters: EllipsoidOnPlaneScene, choice: Choice):
         self.parameters, self.law = parameters, choice.law
         self.until, self.first, self.last, self.gain, self.scale = 0.0, {}, {}, 0.0, 0.0
-        self._contacts: list[np.ndarray] = []
+        self._ended: list[Bounce] = []
         self._going_on = _OpenContact()
 
     def add(self, block: Block) -> None:
@@ -166,7 +166,7 @@ class EllipsoidFigures:
         if self.scale > 0.0:
             self.gain = max(self.gain, float(total.max() - self.first["total"]) / self.scale)
         self.until = 1e-9 * float(block.time_ns[-1])
-        self._contacts.extend(block.records.get(CONTACT.name, ()))
+        self._ended.extend(map(self.ended, block.records.get(CONTACT.name, ())))
         self._going_on.add(block)
 
     def brought(self, block: Block) -> np.ndarray:
@@ -185,8 +185,8 @@ class EllipsoidFigures:
 
     def bounces(self) -> list[Bounce]:
         """All contacts, the one that goes on last."""
-        bounces = [self.ended(row) for row in self._contacts]
-        return bounces if self._going_on.start is None else [*bounces, self._going_on.bounce(self.until)]
+        goes_on = self._going_on.start is not None
+        return [*self._ended, self._going_on.bounce(self.until)] if goes_on else list(self._ended)
 
     def figures(self) -> dict[str, Any]:
         """Contacts and balances; velocities and angular momentum as changes since the first output.
