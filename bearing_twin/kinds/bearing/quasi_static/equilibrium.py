@@ -132,9 +132,10 @@ class EquilibriumSolver:
 
     body = "the ring"
     remedy = "load it, or hold it by a displacement or by less clearance"
+    rough, heights = None, SMOOTH
 
     def __init__(self, setting: Setting, azimuths: np.ndarray, gravity=(0.0, 0.0, 0.0), rough=None):
-        self.rough, self.heights = rough, SMOOTH
+        self.rough = rough
         self.setting, self.azimuths, self.gravity = setting, np.array(azimuths, float), gravity
         self.balls = (len(azimuths),)
         self.longest = LONGEST * 2.0 * setting.ball_radius
