@@ -12,6 +12,7 @@ from bearing_twin.base.messages import echo, unknown
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import SQLITE, SUFFIX, LogReader
 from bearing_twin.log.run_log import read_log
+from bearing_twin.run.dataset import tables_of
 
 TIMES = {"time_ns": 1e-9, "time": 1.0, "t": 1.0, "time_s": 1.0, "time [s]": 1.0, "seconds": 1.0}
 COUNTERS = ("sequence",)
@@ -170,10 +171,25 @@ def _field(message, topic: str, key: str | None):
     return found
 
 
+def _sensor_record(log) -> Record:
+    """The samples of the sensor of a bearing scene, with the course of its speed."""
+    rows, times, speeds = [], [], []
+    for block in log.blocks():
+        rows.append(block.records.get(ACCELERATION, np.zeros((0, 2))))
+        times.append(1e-9 * block.time_ns), speeds.append(block.values["inner_ring_speed"])
+    samples = np.concatenate(rows)
+    if len(samples) < 16:
+        raise BearingTwinError(f"{log.path} holds {len(samples)} samples of the sensor, which are no record")
+    course = np.concatenate(times) - samples[0, 0], np.concatenate(speeds)
+    return Record(samples[:, 1].astype(np.float32), _even_rate(samples[:, 0]), course, log.scene.parameters.geometry)
+
+
 def _own_log(path: Path, key: str | None, topic: str | None) -> Record:
     log = read_log(path, topic=topic)
     if log.kept_rate:
         raise LogError(f"{path} holds {log.kept_rate:g} outputs a second, not all; a node logs all with full:=true")
+    if log.scene and key in (None, ACCELERATION) and any(one.name == ACCELERATION for one in tables_of(log.scene)):
+        return _sensor_record(log)
     names, place = {}, 0
     for channel in log.channels:
         for number in range(channel.width):

@@ -13,6 +13,7 @@ from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.kinds.bearing import step_limits
 from bearing_twin.kinds.bearing.columns import CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, PLACES, SHAFT_ANGLE, SHAFT_SPEED
 from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
+from bearing_twin.kinds.bearing.housing import ACCELERATION, NONE, ROOM, Accelerometer
 from bearing_twin.kinds.bearing.integrate import Chunk, PartRoom, Results, check, instants_in, integrated
 from bearing_twin.kinds.bearing.meeting_parts import NEAR, PartBalls, integrate_alone, integrate_in_common, time_apart
 from bearing_twin.kinds.bearing.model import RingDrive
@@ -31,7 +32,18 @@ from bearing_twin.numerics.steppers import ROSENBROCK
 
 FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's acceleration changes
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
-REPLACED = ("drive", "goal_speed", "bearing", "step", "elapsed", "_acceleration", "_changed", "_load", "_load_rate")
+REPLACED = (
+    "drive",
+    "goal_speed",
+    "bearing",
+    "step",
+    "elapsed",
+    "_acceleration",
+    "_changed",
+    "_load",
+    "_load_rate",
+    "heard",
+)
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
 TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
 LONGEST = 0.4  # s asked for in one go: of balls alone, or round a ring with mass in a cage that keeps them apart
@@ -80,6 +92,7 @@ class BearingMotion:
                 raise SceneError(problem.sentence)
             self.step = self._fixed(step)
         self._start_step = self.step
+        self.accelerometer = Accelerometer(parameters) if parameters.sensor.on != NONE else None
         self.reset()
 
     @cached_property
@@ -97,7 +110,7 @@ class BearingMotion:
         self.steps = np.full(self.bearing.balls, FIRST_STEP)
         self.carried = np.zeros((self.bearing.balls, CARRIED_COLUMNS))
         self._acceleration = 0.0
-        self.elapsed = 0.0
+        self.elapsed, self.heard, self._samples = 0.0, (), []
         self._load = self._load_rate = np.zeros(PLACES)
         self._changed = self.parameters.drive.change.time == 0.0
         self.counts = np.zeros(4, np.int64)
@@ -111,6 +124,7 @@ class BearingMotion:
     def take_back(self) -> None:
         """Back to before the last `advance`."""
         vars(self).update(zip((*MOVING, "counts", *REPLACED), self._before, strict=True))
+        self._samples = []
         self._keep()
 
     def snapshot(self) -> dict:
@@ -125,8 +139,9 @@ class BearingMotion:
         self._keep()
 
     def take_records(self) -> dict[str, np.ndarray]:
-        """None: the outputs of a bearing say all."""
-        return {}
+        """The samples of the sensor since the last call; all else stands in the outputs."""
+        taken, self._samples = self._samples, []
+        return {ACCELERATION.name: np.concatenate(taken)} if taken else {}
 
     def costs(self) -> dict[str, int]:
         """Steps, rejected steps, evaluations of one ball's rates, and Jacobians, summed over the balls."""
@@ -256,6 +271,10 @@ class BearingMotion:
             if np.any(np.abs(load - self._load) > SAME * np.abs(load)) or np.any(rate != self._load_rate):
                 self.steps = np.minimum(self.steps, FIRST_STEP)
             self._load, self._load_rate = load + duration * rate if rate.any() else load, rate
+        wanted, sampled = times, np.zeros(0)
+        if self.accelerometer:
+            sampled = self.accelerometer.times(self.heard, self.elapsed, self.elapsed + duration)
+            times = np.sort(np.concatenate([times, np.clip(sampled - self.elapsed, 0.0, duration)]), kind="stable")
         filled = self._instants.empty(len(times), self.bearing.balls)
         moving = [getattr(self, name) for name in MOVING]
         near = np.zeros(self.bearing.balls, np.bool_)
@@ -264,6 +283,10 @@ class BearingMotion:
             integrate_in_common(integrate, balls, times, duration, filled, self._apart, partners.even)
         else:
             integrate_alone(integrate, balls, times, duration, filled)
+        if self.accelerometer:
+            self._listen(partners, drive, times, filled, sampled)
+            rows = np.searchsorted(times, wanted)
+            times, filled = wanted, tuple(one[rows] for one in filled)
         write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out.numbers, first)
         check_speed(self.parameters, partners, self.elapsed, times, filled[2])
         self.elapsed += duration
@@ -275,6 +298,19 @@ class BearingMotion:
         # The goal itself once it is reached, so that no rounding keeps an acceleration alive.
         reached = abs(missing) <= limit * (1.0 + SHORTEST_PART)
         self.drive = RingDrive(angle, self.goal_speed if reached else drive.speed + change, 0.0)
+
+    def _listen(self, partners, drive, times, filled, sampled) -> None:
+        """Takes the samples of the sensor at `sampled` [s] of the run, from the states at `times` of a part."""
+        rows, forces = np.searchsorted(times, np.clip(sampled - self.elapsed, 0.0, None)), []
+        rows = np.minimum(rows, len(times) - 1)
+        for part in (rows[begin : begin + ROOM] for begin in range(0, len(rows), ROOM)):
+            out = empty_outputs(self.parameters, len(part))
+            now = times[part], *(one[part] for one in filled)
+            write_outputs(self.parameters, self.bearing, partners, drive, *now, out.numbers, 0)
+            forces.append(out.outer_ring_force.copy())
+        if forces:
+            self.heard, found = self.accelerometer.heard(self.heard, sampled, np.concatenate(forces))
+            self._samples.append(found)
 
     def _integrate(self, partners, drive, near, begin, times, duration, filled):
         drive, elapsed = drive_later(drive, begin) if begin else drive, self.elapsed + begin

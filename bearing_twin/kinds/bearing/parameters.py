@@ -14,6 +14,7 @@ from bearing_twin.kinds.bearing.catalogue import designations
 from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
 from bearing_twin.kinds.bearing.defects import defect_list, defect_problems
 from bearing_twin.kinds.bearing.drive import Drive, torque_problems
+from bearing_twin.kinds.bearing.housing import Housing, Sensor, sensor_problems
 from bearing_twin.kinds.bearing.lubricant import FORTY, Lubricant, Surface, lubricant_problems
 from bearing_twin.kinds.bearing.rings import LOADS, QUASI_STATIC, Cage, Model, Rings, dimension_of, ring_problems
 from bearing_twin.kinds.rules import BEARING, pick
@@ -175,6 +176,8 @@ class BearingScene:
     gravity: tuple[float, float, float] = free_fall(0.0, -1.0, 0.0)
     initial: Initial = section(Initial)
     defects: tuple = defect_list()
+    housing: Housing = section(Housing)
+    sensor: Sensor = section(Sensor)
     solver: Solver = section(Solver)
     wanted: WantedLoads = section(WantedLoads)
     run: RunSettings = section(RunSettings, default=RunSettings(1.0, 1000.0, 100.0))
@@ -263,6 +266,7 @@ def check(parameters: BearingScene) -> list[str]:
             break
     problems += ring_problems(parameters)
     problems += defect_problems(parameters.defects, geometry)
+    problems += sensor_problems(parameters, geometry)
     problems += torque_problems(parameters, dimension_of(parameters) == QUASI_STATIC)
     problems += numbers_missing(parameters.contact)
     problems += check_damping(parameters.contact, False, {"relaxation_time": RELAXATION_TIME})

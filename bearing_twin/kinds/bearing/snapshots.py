@@ -17,9 +17,10 @@ def snapshot_of(motion) -> dict:
     arrays["commanded"] = loading.load.tolist() if loading.commanded else []
     arrays["commanded_torque"] = [loading.torque] if loading.torque_commanded else []
     rest = {"drive": list(motion.drive), "goal_speed": motion.goal_speed, "offset": list(motion.bearing.offset)}
+    heard = {"heard": list(motion.heard)} if motion.accelerometer else {}
     fixed = {"fixed_step": motion.step} if motion.stepper in FIXED_STEP else {}
     moving = {"elapsed": motion.elapsed, "changed": motion._changed, "acceleration": motion._acceleration}
-    return arrays | rest | fixed | moving
+    return arrays | rest | fixed | moving | heard
 
 
 def put_back(motion, kept: dict) -> None:
@@ -44,6 +45,9 @@ def put_back(motion, kept: dict) -> None:
     if not (motion.steps > 0.0).all():
         raise ValueError("steps")
     motion.counts[:] = kept["counts"]
+    if motion.accelerometer and kept.get("heard"):
+        count, *filtered = map(float, kept["heard"])
+        motion.heard = (int(count), *filtered[:2])
     motion.drive = RingDrive(*map(float, kept["drive"]))
     motion.goal_speed, motion.elapsed = float(kept["goal_speed"]), float(kept["elapsed"])
     motion._changed, motion._acceleration = kept["changed"], float(kept["acceleration"])

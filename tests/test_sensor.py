@@ -1,0 +1,103 @@
+"""The accelerometer on the housing of a bearing: its equation, its samples in logs, what `spectrum` hears."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from bearing_twin import SceneError, load_scene, read_log, simulate
+from bearing_twin.command import cli
+
+SPALLS = {"outer": "BPFO", "inner": "BPFI"}
+
+
+def samples_of(stream) -> np.ndarray:
+    """Time [s] and acceleration [m/s^2] of each sample of a run or a log."""
+    return np.concatenate([one.records["acceleration"] for one in stream.blocks() if "acceleration" in one.records])
+
+
+def test_the_housing_follows_its_equation_of_motion():
+    changes = [
+        "run.duration=0.02",
+        "run.output_rate=12000",
+        "sensor.noise=0",
+        "sensor.direction=0,2,0",
+        "solver.check=none",
+    ]
+    scene = load_scene("bearing_6205_spall_outer", changes)
+    blocks = list(simulate(scene).blocks())
+    found = np.concatenate([one.records["acceleration"] for one in blocks if "acceleration" in one.records])
+    times = 1e-9 * np.concatenate([one.time_ns for one in blocks])
+    force = np.concatenate([one.values["outer_ring_force"] for one in blocks])[:, 1]
+    housing = scene.parameters.housing
+
+    def acceleration(t, x, v):
+        return (np.interp(t, times, force) - housing.damping * v - housing.stiffness * x) / housing.mass
+
+    start = [force[0] / housing.stiffness, 0.0]
+    moved = solve_ivp(
+        lambda t, y: [y[1], acceleration(t, *y)], (0.0, times[-1]), start, t_eval=found[:, 0], rtol=1e-9, atol=1e-15,
+        max_step=2e-5,
+    )  # fmt: skip
+    true = acceleration(found[:, 0], *moved.y)
+    assert np.abs(true).max() > 1.0
+    assert np.abs(found[:, 1] - true).max() < 2e-3 * np.abs(true).max()
+
+
+def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tmp_path, capsys):
+    log, longer = tmp_path / "run.mcap", tmp_path / "longer.mcap"
+    keys = ("--set", "sensor.rate=12300", "--set", "solver.check=none")
+    scene = ("simulate", "bearing_6205_spall_outer", *keys)
+    assert cli.main([*scene, "--duration", "0.06", "--out", str(log)]) == 0
+    found = samples_of(read_log(log))
+    assert len(found) == 739
+    assert found[:, 0] == pytest.approx(np.arange(739) / 12300.0, abs=1e-12)
+    assert cli.main(["verify", str(log)]) == 0
+    coarse = load_scene(
+        "bearing_6205_spall_outer", [*keys[1::2], "run.duration=0.06", "run.output_rate=200", "run.publish_rate=50"]
+    )
+    assert samples_of(simulate(coarse)) == pytest.approx(found, rel=1e-6, abs=1e-6)
+    assert cli.main([*scene, "--duration", "0.1", "--out", str(longer)]) == 0
+    more = tmp_path / "more.mcap"
+    assert cli.main(["simulate", str(log), "--continue", "0.04", "--out", str(more)]) == 0
+    whole, rest = samples_of(read_log(longer)), samples_of(read_log(more))
+    assert np.array_equal(rest, whole[-len(rest) :])
+    assert len(rest) == 492
+    capsys.readouterr()
+
+
+def test_spectrum_names_the_spalls_that_scenes_have(tmp_path, capsys):
+    for on, family in SPALLS.items():
+        log = tmp_path / f"{on}.mcap"
+        assert cli.main(["simulate", f"bearing_6205_spall_{on}", "--set", "solver.check=none", "--out", str(log)]) == 0
+        capsys.readouterr()
+        assert cli.main(["spectrum", str(log), "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        lines = {one["name"]: one for one in found["lines"]}
+        assert found["verdict"] == on
+        assert lines[family]["off"] == pytest.approx(0.0, abs=3e-3)
+        assert found["shaft_hz"] == pytest.approx(183.26 / (2 * np.pi))
+        sides = [lines[f"{family}{sign}fs"]["over_noise_db"] for sign in "+-"]
+        assert (min(sides) > 15.0) == (on == "inner")
+    sound = tmp_path / "sound.mcap"
+    scene = ("bearing_6205_spall_outer", "--set", "defects=[]", "--set", "solver.check=none", "--duration", "1")
+    assert cli.main(["simulate", *scene, "--out", str(sound)]) == 0
+    capsys.readouterr()
+    assert cli.main(["spectrum", str(sound), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["verdict"] == "nothing stands out"
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ("sensor.rate=2000", "at least"),
+        ("sensor.rate=60000", "at most"),
+        ("sensor.direction=0,0,0", "zero"),
+        ("solver.stepper=imex", "rodas4"),
+        ("housing.mass=0", "above 0"),
+    ],
+)
+def test_a_sensor_that_cannot_hear_is_refused(change, word):
+    with pytest.raises(SceneError, match=word):
+        load_scene("bearing_6205_spall_outer", [change])
