@@ -226,7 +226,7 @@ def test_balls_push_each_other_off():
     state[0, ORBIT_ANGLE] = state[1, ORBIT_ANGLE] - apart
     state[0, SPIN + 2] *= 0.5
     near = np.arange(bearing.balls) == 0
-    pushed = rates(bearing, 0.0, 0.0, near, state) - rates(bearing, 0.0, 0.0, np.zeros_like(near), state)
+    pushed = rates(bearing, 0.0, near, state) - rates(bearing, 0.0, np.zeros_like(near), state)
     angle = state[1, ORBIT_ANGLE] - state[0, ORBIT_ANGLE]
     back = Rotation.from_rotvec([0.0, 0.0, angle]).apply(pushed[1, VELOCITY : VELOCITY + 3])
     assert bearing.ball_mass * np.linalg.norm(back) > 0.1

@@ -165,7 +165,7 @@ def advance_together(bearing, drive, method: RungeKutta | None, chunk, moving, r
     return status
 
 
-def rates(bearing, ring_speed: float, ring_angle: float, near: np.ndarray, state: np.ndarray) -> np.ndarray:
+def rates(bearing, ring_speed: float, near: np.ndarray, state: np.ndarray, ring_angle: float = 0.0) -> np.ndarray:
     """Rates (N, COLUMNS) of all balls in a state (N, COLUMNS); near[k] says whether ball k may touch the next ahead.
 
     Losses take in what contacts of balls store.

@@ -15,7 +15,7 @@ from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
 
 NONE, HOUSING = "none", "housing"
 FASTEST = 50e3  # Hz
-SAMPLES_A_PULSE = 2.0  # of half the time in which a ball passes a spall
+SAMPLES_A_PULSE = 1.0  # of half the time in which a ball passes a spall
 NOISE_BLOCK = 1024  # samples whose noise is drawn at once
 ROOM = 500  # instants of which outputs are made at once
 

@@ -30,7 +30,7 @@ def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, or
             raise Stopped("the computation was stopped within a chunk")
         speed = drive.speed + drive.acceleration * time
         angle = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time)
-        return compiled_balls.rates(bearing, speed, angle, near, np.ascontiguousarray(flat.reshape(shape))).ravel()
+        return compiled_balls.rates(bearing, speed, near, np.ascontiguousarray(flat.reshape(shape)), angle).ravel()
 
     method = solver(
         right_hand_side,

@@ -131,6 +131,7 @@ class EquilibriumSolver:
     """
 
     body = "the ring"
+    rough, heights = None, SMOOTH
     remedy = "load it, or hold it by a displacement or by less clearance"
     rough, heights = None, SMOOTH
 
