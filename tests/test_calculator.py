@@ -27,11 +27,10 @@ from bearing_twin.contact.calculator import (
     solve,
 )
 from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
-from bearing_twin.contact.hertz_impact import contact_time
+from bearing_twin.contact.hertz_impact import bar_speed, contact_time, restitution_lost_on_half_space
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material, effective_modulus, yield_pressure
 from bearing_twin.contact.stress import axis_stresses, greatest_shear
 from bearing_twin.contact.validity import FELT, FEWEST_TRANSITS, gap_error, wave_transit
-from bearing_twin.contact.waves import bar_speed, restitution_lost_on_half_space
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate

@@ -50,7 +50,7 @@ from bearing_twin.contact.materials import MATERIALS, Material, effective_modulu
 from bearing_twin.kinds.bearing.along_groove import TERMS, axes_along, terms_along
 from bearing_twin.kinds.bearing.parameters import GIVES
 from bearing_twin.kinds.impact.collision import NO_LINE, Spring
-from bearing_twin.shapes.groove import ball_in_groove
+from bearing_twin.shapes.closed_forms import ball_in_groove
 
 POINT = [name for name, row in LAWS.items() if row.fits == "point"]
 CURVED = [name for name in POINT if LAWS[name].follows]

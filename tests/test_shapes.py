@@ -14,8 +14,7 @@ from scipy.special import ellipe
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
-from bearing_twin.shapes.ellipsoid import ellipsoid_on_plane
-from bearing_twin.shapes.groove import ball_in_groove
+from bearing_twin.shapes.closed_forms import ball_in_groove, ellipsoid_on_plane
 from bearing_twin.shapes.implicit import SURFACES, ellipsoid, level, plane, sphere, superquadric, support, torus
 from bearing_twin.shapes.opposing import (
     body,

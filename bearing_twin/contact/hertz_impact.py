@@ -131,3 +131,29 @@ def _lost(speed, rate, damping):
         powers = [(-1.0) ** k * (x**k - y**k) / k for k in range(2, 8)]
         return np.maximum(sum(powers), 0.0) / damping**2
     return np.maximum((x - y) - np.log1p((x - y) / (1.0 + y)), 0.0) / damping**2
+
+
+RAYLEIGH = 0.02  # 1/50
+HUNTER = 1.04  # Poisson's ratio 1/4
+"""Of what slow impacts of spheres lose to elastic waves, by two estimates; no law of contact holds it."""
+
+
+def bar_speed(young_modulus: float, density: float) -> float:
+    """sqrt(E/rho) [m/s], the speed of waves in a thin bar."""
+    return math.sqrt(young_modulus / density)
+
+
+def restitution_lost_between_spheres(speed: float, wave_speed: float) -> float:
+    """1 - e of two equal spheres that meet with a relative `speed` [m/s]: half of the share that goes into vibration.
+
+    v / (50 c): Rayleigh, Philosophical Magazine 11 (1906) 283. Breaks for speeds near that of waves.
+    """
+    return 0.5 * min(1.0, RAYLEIGH * speed / wave_speed)
+
+
+def restitution_lost_on_half_space(speed: float, wave_speed: float) -> float:
+    """1 - e of a sphere on a half-space of its material: half of the share that waves carry away.
+
+    1.04 (v / c)^(3/5): Hunter, J. Mech. Phys. Solids 5 (1957) 162. Breaks for speeds near that of waves.
+    """
+    return 0.5 * min(1.0, HUNTER * (speed / wave_speed) ** 0.6)

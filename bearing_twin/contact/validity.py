@@ -26,7 +26,7 @@ FEWEST_TRANSITS = 5.0  # tuned: a quarter of the energy goes into waves
 """Transits of waves through a body below which a contact leaves much energy in vibration.
 
 No source: a sphere of steel that meets a half-space in five transits leaves a quarter of its energy in waves by
-Hunter's estimate (`waves.restitution_lost_on_half_space`; `tests/test_calculator.py`).
+Hunter's estimate (`hertz_impact.restitution_lost_on_half_space`; `tests/test_calculator.py`).
 """
 
 BEARS, LEVEL = 0.1, 1e-9

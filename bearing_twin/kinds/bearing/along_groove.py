@@ -1,9 +1,9 @@
 """What a contact's curvatures decide along a groove, as polynomials in its direction, made once for a bearing.
 
 Across a groove the gap between it and a ball has one curvature, along it one that follows from the radial part n of
-the contact's normal alone (`groove.groove_curvatures`): so do the coefficient of a law that follows curvatures, and
-the semi-axes of a spot over the root of its approach. They are taken at Chebyshev's points and held as polynomials in
-|n| - 1. All laws then cost the same, and slopes are exact.
+the contact's normal alone (`closed_forms.groove_curvatures`): so do the coefficient of a law that follows curvatures,
+and the semi-axes of a contact patch over the root of its approach. They are taken at Chebyshev's points and held as
+polynomials in |n| - 1. All laws then cost the same, and slopes are exact.
 
 The points reach to a right angle, or to where the groove's radius about the axis is FURTHEST times that at angle zero,
 or as small a part of it: at 0.52 of the ball, to 67 degrees where balls are half the pitch circle. Beyond, the
@@ -16,7 +16,7 @@ from numpy.polynomial import Chebyshev, Polynomial
 
 from bearing_twin.contact.elasticity import Elasticity, fresh_coefficient
 from bearing_twin.contact.ellipse import semi_axes
-from bearing_twin.shapes.groove import groove_curvatures
+from bearing_twin.shapes.closed_forms import groove_curvatures
 
 TERMS = 10
 FURTHEST = 1.7

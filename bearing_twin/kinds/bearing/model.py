@@ -14,7 +14,7 @@ import numpy as np
 from bearing_twin.contact.elasticity import Elasticity
 from bearing_twin.kinds.bearing.along_groove import terms_along
 from bearing_twin.kinds.bearing.columns import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE
-from bearing_twin.shapes.groove import ball_in_groove
+from bearing_twin.shapes.closed_forms import ball_in_groove
 
 
 class Raceway(NamedTuple):

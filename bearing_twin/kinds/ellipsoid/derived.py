@@ -16,7 +16,7 @@ from bearing_twin.kinds.ellipsoid.parameters import EllipsoidBody, EllipsoidOnPl
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.kinds.sections import check_damping, check_run, resolved_run
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
-from bearing_twin.shapes.ellipsoid import ellipsoid_on_plane
+from bearing_twin.shapes.closed_forms import ellipsoid_on_plane
 
 GRID = 13  # directions over a quarter turn, where a law is weighed over the surface
 REAL_AXIS = 2.785  # rk4 damps what dies out at rates up to this over its step

@@ -8,8 +8,8 @@ import numpy as np
 
 from bearing_twin.base.sample import Block
 from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.contact.hertz_impact import bar_speed, restitution_lost_on_half_space
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.contact.waves import bar_speed, restitution_lost_on_half_space
 from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LAW, ModelDoubt
 from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass
 from bearing_twin.kinds.ellipsoid.figures import EllipsoidFigures

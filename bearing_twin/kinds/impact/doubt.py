@@ -10,10 +10,10 @@ import numpy as np
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block
 from bearing_twin.contact.elasticity import sphere_coefficient
+from bearing_twin.contact.hertz_impact import bar_speed, restitution_lost_between_spheres
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import spot_radius
-from bearing_twin.contact.waves import bar_speed, restitution_lost_between_spheres
 from bearing_twin.kinds.doubt import HERTZ_MENDS, LAW, ModelDoubt
 from bearing_twin.kinds.impact.derived import contact_time_by, hunt_crossley_damping
 from bearing_twin.kinds.impact.figures import FIGURES

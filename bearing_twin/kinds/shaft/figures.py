@@ -16,7 +16,7 @@ from bearing_twin.kinds.energy import adds_up
 from bearing_twin.kinds.shaft.derived import bearing_scene
 from bearing_twin.kinds.shaft.modes import modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
-from bearing_twin.shapes.groove import groove_curvatures
+from bearing_twin.shapes.closed_forms import groove_curvatures
 
 HALF = "over the second half of the run"
 LATE = f"mean {HALF}"
