@@ -85,6 +85,8 @@ def test_what_a_run_took_is_unknown_in_a_recording_and_not_0(tmp_path, capsys):
     found = said(capsys, "report", str(path))
     assert (found["compute_s"], found["real_time_factor"]) == (None, None)
     assert main(["report", str(path)]) == 0
+    assert "real time" not in capsys.readouterr().out
+    assert main(["report", str(path), "--verbose"]) == 0
     rows = [line.split() for line in capsys.readouterr().out.splitlines()]
     assert ["compute", "-"] in rows
     assert ["real", "time", "factor", "-"] in rows
