@@ -299,7 +299,7 @@ def _describe(cls, instance, path):
             yield from _describe(metadata["section"], value, key)
         elif "columns" in metadata:
             limits = "rows of " + ", ".join(f"{name} [{unit}]" for name, unit in metadata["columns"])
-            yield Parameter(key, "table", value, "", metadata["help"], limits, NO_LIMITS, ())
+            yield Parameter(key, metadata.get("kind", "table"), value, "", metadata["help"], limits, NO_LIMITS, ())
         elif "options" in metadata:
             options = metadata["options"]()
             kind, legal = "words" if metadata.get("widest") else "text", ", ".join(options)

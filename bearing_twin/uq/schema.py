@@ -173,6 +173,8 @@ def parameter_schema(row: Parameter) -> dict:
     if row.type == "table":
         lines = {"type": "array", "items": {"type": "array", "items": number_schema()}}
         return found | {"anyOf": [lines, {"type": "string"}]}
+    if row.type == "list":
+        return found | {"anyOf": [{"type": "array", "items": {"type": "object"}}]}
     if row.type == "free text":
         return found | {"type": ["string", "integer"], "examples": list(row.options)}
     if row.type == "text":

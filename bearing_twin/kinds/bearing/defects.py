@@ -47,7 +47,9 @@ def defect_list():
     """The field of a scene: a list of mappings, as `{on: outer, spall: {place: 4.7, length: 1e-3}}`."""
     columns = (("on", "word"), ("waviness", "order, m, rad"), ("spall", "place, length, width, depth"))
     help = "of raceways and of the first ball, waviness or a spall each: heights that add to approaches"
-    return dataclasses.field(default=(), metadata={"columns": columns, "help": help, "read": read_defects})
+    return dataclasses.field(
+        default=(), metadata={"columns": columns, "help": help, "read": read_defects, "kind": "list"}
+    )
 
 
 def read_defects(given, _columns) -> tuple[tuple, str]:
