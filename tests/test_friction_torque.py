@@ -1,4 +1,4 @@
-"""Films of lubricants against the published formulas, the torque of equilibria against tables, bad input."""
+"""Films of lubricants against the published formulas, torque of equilibria and of moving balls, bad input."""
 
 import dataclasses
 import itertools
@@ -10,11 +10,11 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from bearing_twin import load_scene
+from bearing_twin import load_scene, simulate
 from bearing_twin.command import cli
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.kinds.bearing.friction_torque import friction_torque, skf_torque
-from bearing_twin.kinds.bearing.lubricant import film_numbers, films, viscosity_of
+from bearing_twin.kinds.bearing.lubricant import film_lubricant, film_numbers, films, viscosity_of
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import controlled, load_line, solver_of, support_of
 from bearing_twin.kinds.bearing.ratings import ratings_of
 
@@ -66,7 +66,7 @@ def test_films_and_rolling_resistance_are_those_of_print():
         for load, speed in ((217.4, 1.234), (10.0, 0.141), (600.0, 10.0)):
             expected, fits = published(load, speed, along, across), by_curvatures(load, speed, along, across)
             for kind, place in ((GREASE, 1), (OIL, 2)):
-                lubricant = np.array([kind, VISCOSITY, PRESSURE_COEFFICIENT, 1e-7, 0.12, 0.05, 0.0, 0.0])
+                lubricant = np.array([kind, VISCOSITY, PRESSURE_COEFFICIENT, math.log(1e-7), 0.12, 0.05, 0.0, 0.0])
                 numbers = film_numbers(lubricant, [0.5 / across], [0.5 / along], 0.5 * E, BALL)
                 found = films(lubricant, numbers, [load], [speed])[0]
                 assert found[0] == pytest.approx(expected[0], rel=1e-6)
@@ -81,7 +81,8 @@ def test_films_and_rolling_resistance_are_those_of_print():
 def test_differential_slip_is_that_of_a_curved_patch():
     """Heathcote: slip y^2/(2 R_d) less what has no net force, under Hertz's load per width, summed over the width."""
     across, along = 2.0 * CONFORMITY * BALL / (2.0 * CONFORMITY - 1.0), BALL * (1.0 - 6.746 / 28.5)
-    lubricant = np.array([GREASE, VISCOSITY, PRESSURE_COEFFICIENT, 1e-12, 0.12, 0.05, 0.0, 0.0])  # wholly on the film
+    smooth = math.log(1e-12)  # all load is on the film
+    lubricant = np.array([GREASE, VISCOSITY, PRESSURE_COEFFICIENT, smooth, 0.12, 0.05, 0.0, 0.0])
     numbers = film_numbers(lubricant, [0.5 / across], [0.5 / along], 0.5 * E, BALL)
     load, a = 217.4, ellipse(0.5 / across, 0.5 / along, 0.5 * E, 217.4).semi_major
     curved = 4.0 * CONFORMITY * BALL / (2.0 * CONFORMITY + 1.0)
@@ -203,3 +204,118 @@ def test_bad_lubricants_get_a_sentence(capsys, changes, word):
     assert said.out == ""
     assert word in said.err
     assert len(said.err.splitlines()) == 1
+
+
+def last_of(run):
+    block = list(run.blocks())[-1]
+    return {name: block.values[name][-1] for name in block.values}
+
+
+def report_of(scene, *changes):
+    run = simulate(load_scene(scene, (*changes, "solver.check=none")))
+    last_of(run)
+    return run.report.figures
+
+
+def test_one_contact_drags_ball_and_ring_as_published():
+    """Friction switched off, the ball is dragged by -F at either contact and pushed by 2 F R_x/r at its centre."""
+    gamma, u = 6.746 / 28.5, 0.25 * 183.26 * 28.5e-3 * (1.0 - (6.746 / 28.5) ** 2)
+    across = 2.0 * CONFORMITY * BALL / (2.0 * CONFORMITY - 1.0)
+    for kind, place in (("grease", 0), ("oil", 1)):
+        scene = load_scene(
+            "bearing_6203",
+            (
+                *TABLE_SCENE[1:],
+                f"lubricant.kind={kind}",
+                "lubricant.boundary_friction=1e-9",
+                "lubricant.film_friction=0",
+                "geometry.radial_clearance=-6e-6",
+                "drive.offset=[0, 0, 0]",
+                "gravity=[0, 0, 0]",
+                "run={duration: 1e-3, output_rate: 1000}",
+                "solver.check=none",
+            ),
+        )
+        first = next(iter(simulate(scene).blocks()))
+        values = {name: first.values[name][0] for name in first.values}
+        drag, load = np.linalg.norm(values["friction_force"], axis=-1), values["normal_load"]
+        radial = values["position"] * [1.0, 1.0, 0.0]
+        along = np.cross([0.0, 0.0, 1.0], radial / np.linalg.norm(radial, axis=-1)[:, None])
+        inlet = 0.9829 * (0.9515 if kind == "grease" else 1.0)
+        for side, sign in ((0, -1.0), (1, 1.0)):
+            resistance = inlet * by_curvatures(load[0, side], u, BALL * (1.0 + sign * gamma), across)[place]
+            curved = across / (BALL * (1.0 + sign * gamma)) - 1.0
+            steel = 7.48e-7 * BALL**0.33 * load[0, side] ** 1.33 * (1.0 - 3.519e-3 * curved**0.8063)
+            assert drag[:, side] == pytest.approx(resistance + 0.5 * steel / BALL, rel=8e-3)
+            assert np.sum(values["friction_force"][:, side] * along, axis=-1) == pytest.approx(sign * drag[:, side])
+        pushed = np.sum(values["raceway_force"] * along, axis=-1)
+        expected = drag[:, 0] * (1.0 - 2.0 * gamma) - drag[:, 1] * (1.0 + 2.0 * gamma)
+        assert pushed == pytest.approx(expected, rel=5e-3)
+        # the ring is dragged by F alone: what pushes it goes through its centre
+        on_ring = -drag[:, 0] * np.linalg.norm((values["point"] * [1.0, 1.0, 0.0])[:, 0], axis=-1)
+        assert values["inner_ring_torque"][2] == pytest.approx(on_ring.sum(), rel=1e-6)
+
+
+MOVING = {
+    "held": ("bearing_6203", ("run.duration=0.2",)),
+    "patches": ("bearing_6203", ("run.duration=0.1", "contact.friction=spot")),
+    "tilted": ("bearing_6203_tilted", ("run.duration=0.05",)),
+    "level": ("bearing_6203_rig_400N", ("run.duration=0.05",)),
+    "tilting": ("bearing_6203_rig_400N", ("run.duration=0.03", "rings.inner.free=all")),
+    "guided": ("bearing_6203_guided_cage", ("run.duration=0.02",)),
+    "torque": ("bearing_6203_run_up", ("run.duration=0.05",)),
+    "explicit": ("bearing_6203", ("run.duration=2e-3", "solver.stepper=dopri5")),
+}
+
+
+@pytest.mark.parametrize("kind", ["grease", "oil"])
+def test_power_closes_with_every_part(kind):
+    for name, (scene, changes) in MOVING.items():
+        found = report_of(scene, *changes, f"lubricant.kind={kind}")
+        assert abs(found["energy_closure"]) < 1e-5, name
+
+
+def test_moving_balls_take_the_torque_of_equilibria(capsys):
+    """Within 3 %; of a bearing that a load pushes to one side of equilibria with balls anywhere."""
+    for scene, angles in (("bearing_6203", (0.0,)), ("bearing_6203_rig_400N", np.arange(0.0, 45.0, 5.0) - 90.0)):
+        still = []
+        for angle in angles:
+            words = "--set", "lubricant.kind=grease", "--json", "--ball-angle", f"{angle}"
+            assert cli.main(["bearing", scene, *words]) == cli.DONE
+            still.append(json.loads(capsys.readouterr().out)["friction_torque_nm"]["total"])
+        given = scene, "lubricant.kind=grease", "run.duration=0.2"
+        moving = [report_of(*given, f"wanted.tolerance={one}")["drive_torque_nm"] for one in ("1e-3", "1e-5")]
+        assert moving[0] == pytest.approx(np.mean(still), rel=0.03)
+        assert moving[0] == pytest.approx(moving[1], rel=1e-3)
+
+
+def test_films_of_moving_contacts_are_given_out():
+    elastic = "contact.relaxation_time=0", "solver.check=none"  # films follow the elastic load
+    scene = load_scene("bearing_6203_rig_400N", ("lubricant.kind=grease", "run.duration=0.02", *elastic))
+    values, parameters = last_of(simulate(scene)), scene.parameters
+    held, lubricant = values["normal_load"] > 0.0, film_lubricant(parameters)
+    assert not values["film_thickness"][~held].any()
+    speed, centre = float(values["inner_ring_speed"]), values["inner_ring_offset"]
+    for side, (turning, middle, drift) in enumerate(
+        ((speed, centre, values["inner_ring_velocity"]), (0.0, np.zeros(3), np.zeros(3)))
+    ):
+        point, place = values["point"][:, side] - middle, values["position"] - middle
+        radius = np.linalg.norm(place[:, :2], axis=-1)
+        along = np.column_stack((-place[:, 1], place[:, 0], np.zeros(len(place)))) / radius[:, None]
+        velocity = values["velocity"] - drift
+        surface = velocity + np.cross(values["angular_velocity"], point - place)
+        race = turning * np.column_stack((-point[:, 1], point[:, 0], np.zeros(len(point))))
+        lead = np.sum(point[:, :2] * place[:, :2], axis=-1) / radius**2
+        rolling = np.abs(np.sum((0.5 * (surface + race) - lead[:, None] * velocity) * along, axis=-1))
+        here = held[:, side]
+        gap = [values[name][here, side] for name in ("curvature_small", "curvature_large")]
+        modulus = 0.5 * parameters.materials.ball.young_modulus / (1.0 - parameters.materials.ball.poisson_ratio**2)
+        numbers = film_numbers(lubricant, *gap, modulus, 0.5 * parameters.geometry.ball_diameter)
+        expected = films(lubricant, numbers, values["normal_load"][here, side], rolling[here])
+        assert values["film_thickness"][here, side] == pytest.approx(expected[:, 0], rel=1e-6)
+        assert values["film_ratio"][here, side] == pytest.approx(expected[:, 1], rel=1e-6)
+
+
+def test_outputs_without_lubricant_have_no_films():
+    run = simulate(load_scene("bearing_6203", ("run.duration=1e-3", "solver.check=none")))
+    assert "film_thickness" not in last_of(run)

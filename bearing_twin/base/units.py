@@ -183,6 +183,8 @@ def sizes_for_units(sizes: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
+LUBRICATED = "lubricant"  # among what is not known of a result: it is of films, not of dry contacts
+_DRY = {"drive torque (dry-contact friction)": "drive torque", "dry-contact friction torque": "friction torque"}
 _WORDS = {  # of keys whose names do not say enough
     "drive_torque_nm": "drive torque (dry-contact friction)",
     "friction_torque_nm": "dry-contact friction torque",
@@ -198,6 +200,11 @@ def _words_and_unit(key: str) -> tuple[str, Unit]:
         if key.endswith(f"_{unit.suffix}") and len(key) > len(unit.suffix) + 1:
             return key.removesuffix(f"_{unit.suffix}").replace("_", " "), unit
     return key.replace("_", " "), UNITS["1"]
+
+
+def of_films(words: str) -> str:
+    """The words of a key in a result of lubricated contacts."""
+    return _DRY.get(words, words)
 
 
 def suffix_of(unit: str) -> str:

@@ -2,13 +2,16 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 
 from bearing_twin.base.report import Report, plain_json
 from bearing_twin.base.units import (
+    LUBRICATED,
     greatest_error,
     known_digits,
     named,
+    of_films,
     readable,
     sizes_for_units,
     two_digits,
@@ -24,6 +27,7 @@ from bearing_twin.command.terminal import (
     width_of_terminal,
 )
 
+FILMS: ContextVar[bool] = ContextVar("films", default=False)  # whether contacts of the result shown have films
 ERROR = "_error"  # behind a figure's key: what is not known of it
 BEYOND_DIGITS = 5e-7  # of a value: an error below it is beyond the six digits shown
 AXES = 3  # lists of so many numbers at most are vectors
@@ -95,6 +99,7 @@ class _Values:
     def of(cls, whole: Mapping, shown: Mapping, errors: Mapping) -> "_Values":
         from bearing_twin.run.report import shown_errors
 
+        FILMS.set(LUBRICATED in (whole.get("errors_unknown") or ()))
         found = cls(whole, errors, _sizes(shown, errors))
         for key, value in _flat(shown):
             first = value[0] if isinstance(value, (list, tuple)) and value else None
@@ -161,7 +166,8 @@ def show_quantities(result: Mapping) -> None:
 
 def _readable(key: str, size: float) -> tuple[str, str, float]:
     """(words, unit, factor into that unit) of a key with values to `size`: SI with --si, else what engineers read."""
-    return (*named(key), 1.0) if SI.get() else readable(key, size)
+    words, *shown = (*named(key), 1.0) if SI.get() else readable(key, size)
+    return (of_films(words) if FILMS.get() else words, *shown)
 
 
 def _sizes(result: Mapping, errors: Mapping) -> dict[str, float]:

@@ -4,6 +4,7 @@
 // on the ball, half the approach inside its surface. A gap gives zero loads.
 #pragma once
 #include "../math/rotation.hpp"
+#include "contact_film.hpp"
 #include "model.hpp"
 
 namespace core {
@@ -42,7 +43,7 @@ ContactPlace(O, N, A, D, R, T, W, L, S, H) -> ContactPlace<O, N, A, D, R, T, W, 
 template <Number N>
 CORE_INLINE auto coefficient_at(const Bearing &bearing, const Raceway &raceway, const N &radial, const CarriedContact *carried) {
   if constexpr (std::is_same_v<ValueOf<N>, Pack>)
-    if (carried) {
+    if (carried && bearing.carried != CarriedLaw::none) {
       std::pair<Pack, Pack> found = carried_coefficient(bearing, raceway, value_of(radial), carried);
       return with_slope(radial, found.first, [&] { return found.second; });
     }
@@ -81,11 +82,11 @@ struct ContactAction { F force; T torque; P power; L loss; N normal_load; S slip
 template <class F, class T, class P, class L, class N, class S, class R, class D>
 ContactAction(F, T, P, L, N, S, R, D) -> ContactAction<F, T, P, L, N, S, R, D>;
 
-// How hard, for `relative`, the velocity of the ball's surface against the raceway at the contact point, and the spin of
-// the ball against it about the normal.
+// How hard, for `relative`, the velocity of the ball's surface against the raceway at the contact point, the spin of the
+// ball against it about the normal, and a coefficient of friction.
 template <bool PATCH, class P, class N, class U, class W>
 CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, const P &at, const N &normal_radial,
-                                const U &relative, const W &spin) {
+                                const U &relative, const W &spin, const Pack &coefficient) {
   auto approach_rate = dot(relative, at.normal);
   auto slip = relative - approach_rate * at.normal;
   auto closing = approach_rate + at.height_rate;
@@ -93,7 +94,7 @@ CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, 
   auto damping_loss = (normal_load - at.load) * closing;
   if constexpr (!PATCH) {
     auto square = dot(slip, slip);
-    auto resistance = point_resistance(bearing.friction_coefficient * normal_load, square, bearing.regularisation);
+    auto resistance = point_resistance(coefficient * normal_load, square, bearing.regularisation);
     auto friction = (-resistance) * slip;
     auto force = friction - normal_load * at.normal;
     return ContactAction{force, cross(at.arm, friction), dot(force, at.surface_velocity),
@@ -114,7 +115,7 @@ CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, 
       return Vector3{outwards * y + along_minor * x, along_minor * y - outwards * x,
                      along_normal * at.normal.z - along_major * normal_radial};
     };
-    auto limit = bearing.patch.coefficient * normal_load, lever = bearing.ball_radius - 0.5 * at.approach;
+    auto limit = coefficient * normal_load, lever = bearing.ball_radius - 0.5 * at.approach;
     auto along = limit * means.along, across = limit * means.across, moment = limit * means.moment;
     auto friction = in_ball_frame(-along, -across, Zero{});
     auto force = friction - normal_load * at.normal;
@@ -138,19 +139,42 @@ template <class F, class T, class P, class L>
 struct BallAction { F force; T torque; P power; L loss; };
 template <class F, class T, class P, class L> BallAction(F, T, P, L) -> BallAction<F, T, P, L>;
 
+// What the film does to the ball, beside friction by its coefficient.
+template <class P, class A>
+CORE_INLINE A with_film(const P &at, const ContactFilm &film, const A &action) {
+  auto resistance = with_slope(at.load, film.resistance, [&] { return film.by_load; });
+  auto pull = (film.lead - 1.0) * resistance;
+  Vector3 force{pull * film.x, pull * film.y, Zero{}};
+  auto torque = resistance * film.turning;
+  auto axial = (at.offset.x * force.y - at.offset.y * force.x) + torque.z;
+  return {action.force + force, action.torque + torque, action.power + at.ring_speed * axial,
+          action.loss + 2.0 * film.speed * resistance};
+}
+
 // A contact that is differentiated first by the place, the relative velocity and the spin about the normal (columns 10 to
-// 13), and then by what these depend on: fewer columns through the friction.
-template <bool PATCH, class P, class N, class U, class W>
+// 13), and then by what these depend on: fewer columns through the friction. `velocity` is that of the ball's centre against
+// the ring's; `begin` may be null.
+template <bool PATCH, class P, class N, class U, class W, class V>
 CORE_INLINE auto staged_action(const Bearing &bearing, const Raceway &raceway, const P &at, const N &normal_radial,
-                               const U &relative, const W &spin) {
+                               const U &relative, const W &spin, const V &velocity, FilmBegin *begin) {
   constexpr int FIRST = 10;
-  if constexpr (!IsDual<decltype(relative.x)>) {
-    auto action = contact_action<PATCH>(bearing, raceway, at, normal_radial, relative, spin);
-    return BallAction{action.force, action.torque, action.power, action.loss};
+  constexpr bool DERIVATIVES = IsDual<decltype(relative.x)>;
+  Pack coefficient = broadcast<Pack>(PATCH ? bearing.patch.coefficient : bearing.friction_coefficient);
+  ContactFilm film{};
+  if (bearing.lubricant.works()) {
+    film = contact_film<DERIVATIVES>(bearing, raceway, at, normal_radial, relative, velocity, begin);
+    coefficient = film.friction;
+  }
+  auto finished = [&](const auto &action) __attribute__((always_inline)) {
+    return bearing.lubricant.works() ? with_film(at, film, action) : action;
+  };
+  if constexpr (!DERIVATIVES) {
+    auto action = contact_action<PATCH>(bearing, raceway, at, normal_radial, relative, spin, coefficient);
+    return finished(BallAction{action.force, action.torque, action.power, action.loss});
   } else {
     Vector3 free{variable<FIRST>(value_of(relative.x)), variable<FIRST + 1>(value_of(relative.y)),
                  variable<FIRST + 2>(value_of(relative.z))};
-    auto action = contact_action<PATCH>(bearing, raceway, at, normal_radial, free, variable<FIRST + 3>(value_of(spin)));
+    auto action = contact_action<PATCH>(bearing, raceway, at, normal_radial, free, variable<FIRST + 3>(value_of(spin)), coefficient);
     auto through = [&](const auto &y) __attribute__((always_inline)) {
       if constexpr (IsZero<decltype(y)>) return Zero{};
       else {
@@ -169,7 +193,7 @@ CORE_INLINE auto staged_action(const Bearing &bearing, const Raceway &raceway, c
     auto vector = [&](const auto &v) __attribute__((always_inline)) {
       return Vector3{through(v.x), through(v.y), through(v.z)};
     };
-    return BallAction{vector(action.force), vector(action.torque), through(action.power), through(action.loss)};
+    return finished(BallAction{vector(action.force), vector(action.torque), through(action.power), through(action.loss)});
   }
 }
 

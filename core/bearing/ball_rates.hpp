@@ -21,27 +21,29 @@ CORE_INLINE auto ball_rates(const Bearing &bearing, const Pack &ring_speed, cons
   };
   Vector3 position{radius, Zero{}, height};
   Pack height_work{};
-  auto action = [&](const Raceway &raceway, const CarriedContact *states, const Height &height, const auto &offset, const auto &moves, const auto &spins,
+  auto action = [&](const Raceway &raceway, const CarriedContact *states, FilmBegin *film, const Height &height, const auto &offset, const auto &moves, const auto &spins,
                     const auto &speed) __attribute__((always_inline)) {
     auto [at, normal_radial] = contact_place(bearing, raceway, offset, speed, states, height);
     auto relative = (moves + cross(spins, at.arm)) - at.surface_velocity;
     auto about_normal = dot(spins, at.normal) - speed * at.normal.z;
-    auto found = staged_action<PATCH>(bearing, raceway, at, normal_radial, relative, about_normal);
+    auto found = staged_action<PATCH>(bearing, raceway, at, normal_radial, relative, about_normal, moves, film);
     height_work += height_power(found.force, at.normal, height.rate);
     return found;
   };
   auto inner = [&]() __attribute__((always_inline)) {
     auto offset = position - in_ball_frame(bearing.offset);
     const CarriedContact *states = carried ? carried->inner : nullptr;
-    if constexpr (!TILTED) return action(bearing.inner, states, heights.inner, offset, velocity, spin, ring_speed);
+    FilmBegin *film = carried ? &carried->film[0] : nullptr;
+    if constexpr (!TILTED) return action(bearing.inner, states, film, heights.inner, offset, velocity, spin, ring_speed);
     else {
       auto tilt = about_z(cosine, minus_sine, Vector3{bearing.tilt[0], bearing.tilt[1], Zero{}});
       auto axes = ring_axes(tilt.x, tilt.y);
-      auto found = action(bearing.inner, states, heights.inner, into_ring(axes, offset), into_ring(axes, velocity), into_ring(axes, spin), ring_speed);
+      auto found = action(bearing.inner, states, film, heights.inner, into_ring(axes, offset), into_ring(axes, velocity), into_ring(axes, spin), ring_speed);
       return BallAction{out_of_ring(axes, found.force), out_of_ring(axes, found.torque), found.power, found.loss};
     }
   }();
-  auto outer = action(bearing.outer, carried ? carried->outer : nullptr, heights.outer, position, velocity, spin, Zero{});
+  FilmBegin *film = carried ? &carried->film[1] : nullptr;
+  auto outer = action(bearing.outer, carried ? carried->outer : nullptr, film, heights.outer, position, velocity, spin, Zero{});
   auto force = inner.force + outer.force, torque = inner.torque + outer.torque;
   auto gravity = in_ball_frame(bearing.gravity);
   auto orbit_rate = velocity.y / radius;

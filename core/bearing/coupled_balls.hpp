@@ -214,7 +214,7 @@ class Integration {
 
   // Rates a little later, for their change with time by itself.
   void evaluate_later() {
-    for (BallBlock &k : blocks) k.y = k.start;
+    for (BallBlock &k : blocks) k.y = k.start, k.carried.forget_films();
     e.y = e.start;
     evaluate<false>(time + TIME_DIFFERENCE * step);
     for (BallBlock &k : blocks) k.slope = k.f;

@@ -53,7 +53,7 @@ CORE_INLINE auto inner_action(const Bearing &bearing, const CarriedBalls *carrie
   auto [at, normal_radial] = contact_place(bearing, bearing.inner, o, w, carried ? carried->inner : nullptr, height);
   auto relative = (v + cross(s, at.arm)) - at.surface_velocity;
   auto about_normal = dot(s, at.normal) - w * at.normal.z;
-  auto action = staged_action<PATCH>(bearing, bearing.inner, at, normal_radial, relative, about_normal);
+  auto action = staged_action<PATCH>(bearing, bearing.inner, at, normal_radial, relative, about_normal, v, carried ? &carried->film[0] : nullptr);
   auto through = [&](const auto &x) __attribute__((always_inline)) {
     return composed(x, offset.x, offset.y, offset.z, velocity.x, velocity.y, velocity.z, spin.x, spin.y, spin.z, speed);
   };
@@ -110,7 +110,8 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const ElementInput<DER
   Vector3 position{radius, Zero{}, height}, velocity{radial, radius * orbit_rate, axial};
 
   auto [at, normal_radial] = contact_place(bearing, bearing.outer, position, Zero{}, carried ? carried->outer : nullptr, in.heights.outer);
-  auto outer = staged_action<PATCH>(bearing, bearing.outer, at, normal_radial, velocity + cross(spin, at.arm), dot(spin, at.normal));
+  auto outer = staged_action<PATCH>(bearing, bearing.outer, at, normal_radial, velocity + cross(spin, at.arm), dot(spin, at.normal), velocity,
+                                    carried ? &carried->film[1] : nullptr);
   Pack outer_height = height_power(outer.force, at.normal, in.heights.outer.rate);
   auto finish = [&](const auto &inner) __attribute__((always_inline)) {
     auto force = inner.force + outer.force, torque = inner.torque + outer.torque;

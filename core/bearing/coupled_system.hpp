@@ -111,7 +111,7 @@ struct ElementStore {
 template <RingMotion RING, bool PATCH, bool DERIVATIVES>
 [[gnu::noinline]] inline void raceways_of_block(const Bearing &bearing, const Layout &layout, BallBlock &k, const BodyState &y, Pushes &push) {
   ElementStore<false, DERIVATIVES> store{layout, k, push};
-  between_raceways<RING, PATCH>(bearing, ElementInput<DERIVATIVES>{k.y, y, bearing.carried == CarriedLaw::none ? nullptr : &k.carried, k.heights}, store);
+  between_raceways<RING, PATCH>(bearing, ElementInput<DERIVATIVES>{k.y, y, bearing.carries() ? &k.carried : nullptr, k.heights}, store);
 }
 
 template <bool DERIVATIVES>

@@ -58,7 +58,7 @@ class Integration {
  public:
   Integration(const Chunk &chunk, const Results &results) : chunk(chunk), bearing(chunk.bearing), method(chunk.method), out(results) {
     for (int c = 0; c < MOTION; c++) over_scale[c] = 1.0 / chunk.scale[c];
-    if (bearing.carried != CarriedLaw::none) states = &carried;
+    if (bearing.carries()) states = &carried;
   }
 
   // Moves the numbered balls through the chunk.
@@ -150,6 +150,7 @@ class Integration {
     over_step = 1.0 / step;
     gain = method.gamma * step;
     varies = chunk.drive.acceleration != 0.0 || bearing.defects.count;
+    carried.forget_films();
     if (varies) evaluate_rates<PATCH, TILTED>(bearing, ring_speed(TIME_DIFFERENCE), states, heights(TIME_DIFFERENCE), start, time_slope);
     make_stage<0>(), make_stage<1>(), make_stage<2>(), make_stage<3>();
     if (method.stages > 4) make_stage<4>(), make_stage<5>();
@@ -284,7 +285,7 @@ class Integration {
     Mask moved;
     for (int lane = 0; lane < LANES; lane++) {
       moved[lane] = until[lane] >= 0.0 ? -1 : 0;
-      if (states && moved[lane]) carry_on(bearing, end, lane, carried);
+      if (bearing.carried != CarriedLaw::none && moved[lane]) carry_on(bearing, end, lane, carried);
     }
     time = select(moved, time + step, time);
     for (int c = 0; c < COLUMNS; c++) start[c] = select(moved, end[c], start[c]);

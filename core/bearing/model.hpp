@@ -4,6 +4,7 @@
 // written in the frame that turns with that ball about the axis, with unit vectors (radial, tangential, axial).
 #pragma once
 #include "../contact/damping.hpp"
+#include "../contact/film.hpp"
 #include "../contact/friction.hpp"
 #include "../contact/laws.hpp"
 #include "../shapes/groove.hpp"
@@ -21,6 +22,7 @@ struct GroovePolynomial { double term[POLYNOMIAL_TERMS], least; };
 struct Raceway {
   double locus_radius, groove_radius, given, modulus;
   GroovePolynomial coefficient, semi_major, semi_minor;
+  double film[FILM_NUMBERS][3];  // the numbers of a film, as polynomials of second degree in |n| - 1
 };
 
 struct Bearing {
@@ -33,7 +35,9 @@ struct Bearing {
   Raceway inner, outer;
   PatchFriction patch;
   CarriedLaw carried;
+  Lubricant lubricant;
   SurfaceDefects defects;
+  bool carries() const { return carried != CarriedLaw::none || lubricant.works(); }  // anything within or between steps
   bool tilted() const { return tilt[0] != 0.0 || tilt[1] != 0.0; }
   // Curvatures of a contact's gap [1/m], across the groove, and along it where its normal has this radial part.
   double curvature_across(const Raceway &raceway) const { return curvature_across_groove(ball_radius, raceway.groove_radius); }
@@ -63,8 +67,18 @@ CORE_INLINE auto for_kind_of(const Bearing &bearing, Function function) {
   return bearing.tilted() ? function.template operator()<false, true>() : function.template operator()<false, false>();
 }
 
-// What a law with states carries at the contacts of the balls in lanes.
-struct CarriedBalls { CarriedContact inner[LANES], outer[LANES]; };
+// A film where a step began: 1 over load and rolling speed there, its resistance [N] and coefficient of friction, and each
+// one's exponent e of load and speed, as 1 + e and 1 - e. It is written where the rates are differentiated.
+struct FilmBegin {
+  bool known = false;
+  Pack over_load{}, over_speed{}, value[2]{}, load[2][2]{}, speed[2][2]{};
+};
+// What a law with states carries at the contacts of the balls in lanes, and the films of both.
+struct CarriedBalls {
+  CarriedContact inner[LANES], outer[LANES];
+  mutable FilmBegin film[2];
+  void forget_films() const { film[0].known = film[1].known = false; }
+};
 
 template <Number X>
 CORE_INLINE auto along_groove(const GroovePolynomial &polynomial, const X &radial) {

@@ -24,6 +24,13 @@ class Reader {
   const double *next;
 };
 
+inline Lubricant lubricant_of(Reader &read) {
+  Lubricant l{LubricantKind(read.integer())};
+  read(l.viscosity), read(l.pressure_coefficient), read(l.log_roughness), read(l.boundary_friction), read(l.film_friction);
+  read(l.heating), read(l.starvation);
+  return l;
+}
+
 inline Bearing bearing_of(const double *numbers, const double *points) {
   Bearing b{};
   Reader read(numbers);
@@ -36,6 +43,10 @@ inline Bearing bearing_of(const double *numbers, const double *points) {
   b.patch.points = read.integer();
   b.patch.point = points;
   b.carried = CarriedLaw(read.integer());
+  b.lubricant = lubricant_of(read);
+  if (b.lubricant.works())
+    for (Raceway *raceway : {&b.inner, &b.outer})
+      for (auto &terms : raceway->film) read(terms);
   b.defects = defects_of(read.rest());
   return b;
 }

@@ -7,7 +7,7 @@
 
 namespace core {
 
-constexpr int OWN_CHANNELS = 19, SUMS = 18;
+constexpr int OWN_CHANNELS = 21, SUMS = 18;  // the last two are those of films, of width 0 where there are none
 // Where the numbers of a row stand: those of ball k in own channel i at first[i] + k width[i]; then the first of the
 // ring's, of the sums over the balls and of the contacts between neighbours; positions, forces of the raceways.
 struct RowPlaces { int first[OWN_CHANNELS], width[OWN_CHANNELS], ring, shared, neighbours, position, force, columns; };
@@ -38,6 +38,8 @@ struct RingPose { Vector centre, tilt, drift, turning; Pack speed, angle; Mask f
 struct Contact {
   Pack approach, normal_load, energy, contact_angle, spin_rate, small, large, drilling;
   Vector arm, normal, friction, slip;
+  Pack film{}, film_ratio{};
+  Vector pressure{};  // of a film, on the ball's centre
 };
 
 template <bool PATCH, class O, class W>
@@ -46,7 +48,11 @@ CORE_INLINE Contact contact_of(const Bearing &bearing, const Raceway &raceway, c
   auto [at, normal_radial] = contact_place(bearing, raceway, offset, speed, nullptr, height);
   auto relative = (velocity + cross(spin, at.arm)) - at.surface_velocity;
   auto spin_rate = dot(spin, at.normal) - speed * at.normal.z;
-  auto action = contact_action<PATCH>(bearing, raceway, at, normal_radial, relative, spin_rate);
+  const bool films = bearing.lubricant.works();
+  Pack coefficient = broadcast<Pack>(PATCH ? bearing.patch.coefficient : bearing.friction_coefficient);
+  ContactFilm film{};
+  if (films) film = contact_film<false>(bearing, raceway, at, normal_radial, relative, velocity, nullptr), coefficient = film.friction;
+  auto action = contact_action<PATCH>(bearing, raceway, at, normal_radial, relative, spin_rate, coefficient);
   Contact contact;
   contact.normal = filled(at.normal), contact.arm = filled(at.arm);
   contact.friction = filled(action.friction), contact.slip = filled(action.slip);
@@ -54,6 +60,12 @@ CORE_INLINE Contact contact_of(const Bearing &bearing, const Raceway &raceway, c
   contact.energy = elastic_energy(bearing.power, at.load, maximum(at.approach, 0.0));
   contact.small = broadcast<Pack>(bearing.curvature_across(raceway)), contact.large = bearing.curvature_along(raceway, normal_radial);
   contact.drilling = filled(action.drilling);
+  if (films) {
+    Vector along = film.resistance * Vector{film.x, film.y, Pack{}};
+    contact.friction = contact.friction - along, contact.pressure = film.lead * along;
+    contact.film_ratio = film_ratio(bearing, raceway, normal_radial, at.load, film.speed);
+    contact.film = contact.film_ratio * std::exp(bearing.lubricant.log_roughness);
+  }
   return contact;
 }
 
@@ -72,7 +84,7 @@ CORE_INLINE Contact inner_contact(const Bearing &bearing, const RingPose &ring, 
     Vector from_centre = into_ring(axes, offset);
     Contact contact = contact_of<PATCH>(bearing, bearing.inner, from_centre, ring.speed,
                                         into_ring(axes, against - cross(turning, from_centre)), into_ring(axes, spin - turning), height);
-    for (Vector *v : {&contact.arm, &contact.normal, &contact.friction, &contact.slip}) *v = out_of_ring(axes, *v);
+    for (Vector *v : {&contact.arm, &contact.normal, &contact.friction, &contact.slip, &contact.pressure}) *v = out_of_ring(axes, *v);
     return contact;
   }
 }
@@ -85,12 +97,12 @@ CORE_INLINE Pack contact_angle(const Contact &contact, double outwards) {
 }
 
 // A contact in bearing_link, the normal in the direction of the load; force and torque on the ball about its centre.
-struct Placed { Vector point, normal, friction, slip, drilling, force, torque; };
+struct Placed { Vector point, normal, friction, slip, drilling, force, torque, pressure; };
 CORE_INLINE Placed placed(const Contact &contact, const Vector &local, const Pack &cosine, const Pack &sine) {
   auto turned = [&](const Vector &v) __attribute__((always_inline)) { return about_z(cosine, sine, v); };
   Vector drilling = contact.drilling * contact.normal;
   return {turned(local + contact.arm), turned(-1.0 * contact.normal), turned(contact.friction), turned(contact.slip), turned(drilling),
-          turned(contact.friction - contact.normal_load * contact.normal), turned(cross(contact.arm, contact.friction) + drilling)};
+          turned(contact.friction - contact.normal_load * contact.normal), turned(cross(contact.arm, contact.friction) + drilling), turned(contact.pressure)};
 }
 
 // What a contact does to the inner ring about its centre: about x and y as the tilts work, about z about the ring's axis.
@@ -103,7 +115,7 @@ CORE_INLINE Vector moment_on_tilted(const RingPose &ring, const Vector &position
 
 // The numbers of one ball in the order of the own channels, then its shares in the sums.
 struct BallRow {
-  Pack own[62], shares[SUMS];
+  Pack own[66], shares[SUMS];
   int next = 0;
   CORE_INLINE void put(const Pack &x) { own[next++] = x; }
   CORE_INLINE void put(const Vector &v) { put(v.x), put(v.y), put(v.z); }
@@ -125,6 +137,8 @@ template <bool PATCH, RingMotion RING>
   Contact at_outer = contact_of<PATCH>(bearing, bearing.outer, Vector3{y[RADIUS], Zero{}, y[HEIGHT]}, Zero{}, velocity, spin, heights.outer);
   Placed inner = placed(at_inner, local, c, s), outer = placed(at_outer, local, c, s);
   Vector position = about_z(c, s, local);
+  const bool films = bearing.lubricant.works();
+  if (films) inner.force = inner.force + inner.pressure, outer.force = outer.force + outer.pressure;
   auto [half_cosine, half_sine] = cosine_sine_value(Pack(0.5 * y[ANGLE]));
   Quaternion orientation = product({Pack{}, Pack{}, half_sine, half_cosine}, own_orientation);
 
@@ -138,11 +152,16 @@ template <bool PATCH, RingMotion RING>
     row.put(at_inner.*number), row.put(at_outer.*number);
   for (auto vector : {&Placed::point, &Placed::normal, &Placed::friction, &Placed::slip}) row.put(inner.*vector), row.put(outer.*vector);
   row.put(at_inner.drilling), row.put(at_outer.drilling);
+  row.put(at_inner.film), row.put(at_outer.film), row.put(at_inner.film_ratio), row.put(at_outer.film_ratio);
 
   Vector on_inner, on_outer = -1.0 * (cross(outer.point, outer.force) + outer.drilling);
   if constexpr (RING == RingMotion::tilted || RING == RingMotion::tilting)
     on_inner = moment_on_tilted(ring, position, inner.force, inner.torque);
   else on_inner = -1.0 * (cross(inner.point - ring.centre, inner.force) + inner.drilling);
+  if (films) {  // the pressure acts through the ball's centre
+    on_outer = on_outer + cross(outer.point - position, outer.pressure);
+    if constexpr (RING == RingMotion::held || RING == RingMotion::level) on_inner = on_inner + cross(inner.point - position, inner.pressure);
+  }
   Pack *share = row.shares;
   for (const Vector &v : {-1.0 * inner.force, on_inner, -1.0 * outer.force, on_outer}) *share++ = v.x, *share++ = v.y, *share++ = v.z;
   *share++ = 0.5 * (bearing.ball_mass * dot(velocity, velocity) + bearing.ball_inertia * dot(spin, spin));

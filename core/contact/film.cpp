@@ -7,9 +7,7 @@ using namespace core;
 
 namespace {
 
-Lubricant lubricant_of(const double *numbers) {
-  return {LubricantKind(int(numbers[0])), numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6], numbers[7]};
-}
+Lubricant lubricant_of(const double *n) { return {LubricantKind(int(n[0])), n[1], n[2], n[3], n[4], n[5], n[6], n[7]}; }
 
 }  // namespace
 
@@ -28,9 +26,9 @@ CORE_EXPORT void core_films(const double *lubricant, std::int64_t count, const d
                             double *out) {
   const Lubricant oil = lubricant_of(lubricant);
   for (std::int64_t i = 0; i < count; i++, numbers += FILM_NUMBERS, out += 6) {
-    double q = std::log(load[i]), u = std::log(speed[i]), thickness = film_thickness(numbers, q, u);
-    double ratio = thickness / oil.roughness, friction = mixed_friction(oil, std::log(ratio));
-    out[0] = thickness, out[1] = ratio, out[2] = film_resistance(oil, numbers, q, u, speed[i]);
+    double q = std::log(load[i]), u = std::log(speed[i]), ratio = film_thickness(numbers, q, u) - oil.log_roughness;
+    double friction = mixed_friction(oil, ratio);
+    out[0] = std::exp(ratio + oil.log_roughness), out[1] = std::exp(ratio), out[2] = film_resistance(oil, numbers, q, u, speed[i]);
     out[3] = hysteresis_moment(numbers, q), out[4] = friction * slip_moment(numbers, q), out[5] = friction;
   }
 }

@@ -26,7 +26,8 @@ enum class LubricantKind { none, grease, oil };
 // `heating` is c [(s/m)^1.28], `starvation` s [s/m]; coefficients of friction where surfaces touch and on a whole film.
 struct Lubricant {
   LubricantKind kind;
-  double viscosity, pressure_coefficient, roughness, boundary_friction, film_friction, heating, starvation;  // [Pa s], [1/Pa], [m]
+  double viscosity = 0.0, pressure_coefficient = 0.0, log_roughness = 0.0;  // [Pa s], [1/Pa], of metres
+  double boundary_friction = 0.0, film_friction = 0.0, heating = 0.0, starvation = 0.0;
   bool works() const { return kind != LubricantKind::none; }
 };
 
@@ -62,9 +63,10 @@ inline FilmNumbers film_numbers(const Lubricant &lubricant, double small, double
 }
 
 // At a contact whose numbers may have any type; `load` and `speed` are logarithms, of Q and of `rolling` u, above zero.
+// The logarithm of the thickness [m].
 template <class N, class Q, class U>
 CORE_INLINE auto film_thickness(const N &numbers, const Q &load, const U &speed) {
-  return exponential(numbers[THICKNESS] + 0.67 * speed - 0.067 * load);
+  return numbers[THICKNESS] + 0.67 * speed - 0.067 * load;
 }
 // F [N].
 template <class N, class Q, class U>

@@ -16,6 +16,7 @@ from numpy.polynomial import Chebyshev, Polynomial
 
 from bearing_twin.contact.elasticity import Elasticity, fresh_coefficient
 from bearing_twin.contact.ellipse import semi_axes
+from bearing_twin.kinds.bearing.lubricant import film_numbers
 from bearing_twin.shapes.closed_forms import groove_curvatures
 
 TERMS = 10
@@ -75,3 +76,17 @@ def terms_along(law: Elasticity, ball_radius, locus_radius, groove_radius, side)
     reach, groove = _reach_of(locus_radius, groove_radius, side), (ball_radius, locus_radius, groove_radius, side)
     found = _along(*groove, 1.0 + reach * _POINTS, lambda small, large: fresh_coefficient(law, small, large))
     return _terms(found, reach)
+
+
+FILM_PLACES = np.array([0.0, -0.05, -0.1])  # |n| - 1 at contact angles of 0, 18 and 26 degrees
+
+
+def films_along(lubricant: np.ndarray, raceway, ball_radius: float, side: float) -> np.ndarray:
+    """The numbers of films on an inner (side = -1) or outer (side = +1) raceway, polynomials (FILM_NUMBERS, 3).
+
+    They are logarithms, which hardly bend; `lubricant` as `lubricant.film_lubricant`.
+    """
+    groove = ball_radius, raceway.locus_radius, raceway.groove_radius
+    small, large = np.broadcast_arrays(*groove_curvatures(*groove, side * (1.0 + FILM_PLACES)))
+    found = film_numbers(lubricant, small, large, raceway.law.modulus, ball_radius)
+    return np.linalg.solve(np.vander(FILM_PLACES, increasing=True), found).T

@@ -16,6 +16,7 @@ from bearing_twin.numerics.statuses import OK
 from bearing_twin.numerics.steppers import MOST_STAGES, ROSENBROCK, Rosenbrock, RungeKutta
 
 NO_AXES = ((0.0,) * (TERMS + 1),) * 2
+NO_FILM = np.zeros(8)  # a Lubricant of film.hpp
 
 _free_balls = Function(
     "core_free_balls",
@@ -66,6 +67,7 @@ def numbers_of(bearing) -> tuple[np.ndarray, np.ndarray]:
         *raceways,
         *friction,
         bearing.inner.law.carried,
+        *np.concatenate([np.ravel(one) for one in bearing.film or (NO_FILM,)]),
         *(bearing.defects or (0,)),
     ]
     found = np.array(numbers, float), points

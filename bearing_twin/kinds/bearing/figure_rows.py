@@ -18,8 +18,8 @@ MEANINGS = {
     "wanted.tolerance times what is stored where that is more",
     "drive_work_j": "work of the drive and of the loads on a ring with mass since the start, at the end",
     "dissipated_j": "energy lost in the contacts since the start, at the end; none from equilibria",
-    "drive_torque_nm": f"that turns the inner ring, against dry-contact friction (no lubricant), {LATE}: work "
-    "over angle, less that of loads; none from equilibria",
+    "drive_torque_nm": f"that turns the inner ring, without lubricant against dry contacts' friction alone, {LATE}: "
+    "work over angle, less that of loads; none from equilibria",
     "catalogue_drive_torque_nm": "friction torque of a greased bearing under the mean force on its ring, by Palmgren's "
     f"rule, within about 50 %, {HALF}; none at rest or where a torque drives",
     "ring_displacement_m": f"of the inner ring's centre, {LATE}; none of a ring that is held",
@@ -46,7 +46,7 @@ MEANINGS = {
     "cage_eccentricity_m": f"distance of the cage's centre from the axis, {LATE}; none where it stays centred",
     "cage_whirl_rad_s": f"of the cage's centre round the axis, about +z, {LATE}; none where it stays centred",
     "greatest_land_force_n": "of the land on the cage, greatest over the run; none without guidance by a land",
-    "friction_torque_nm": f"of each ball, not the bearing's: the dry-contact friction of its raceways about its "
+    "friction_torque_nm": f"of each ball, not the bearing's: the friction of its raceways about its "
     f"centre, {LATE}; none from equilibria",
 }
 """What each key of the figures is, in their order."""

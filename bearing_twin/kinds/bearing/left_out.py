@@ -3,8 +3,10 @@
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from bearing_twin.base.units import LUBRICATED
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.drive import TORQUE, shaft_inertia
+from bearing_twin.kinds.bearing.outputs import has_films
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of, free_coordinates, moving_centre
 
 
@@ -17,8 +19,13 @@ class LeftOut(NamedTuple):
 
 ROWS = {
     "film": LeftOut(
-        lambda parameters: True,
+        lambda parameters: not has_films(parameters),
         "no oil film: its thickness, its rolling resistance and what oil takes along are not computed",
+    ),
+    LUBRICATED: LeftOut(
+        has_films,
+        "films are steady ones, at the temperature given: churning, seals and fresh grease are not computed, and a "
+        "measured torque may differ by half",
     ),
     "vibration": LeftOut(
         lambda parameters: dimension_of(parameters) != QUASI_STATIC,

@@ -123,7 +123,7 @@ def film_lubricant(parameters) -> "np.ndarray":
         [
             *(KINDS.index(lubricant.kind), viscosity * lubricant.density),
             lubricant.pressure_coefficient or 1.29e-7 * cold**0.204,
-            *(parameters.surface.roughness, lubricant.boundary_friction, lubricant.film_friction),
+            *(math.log(parameters.surface.roughness), lubricant.boundary_friction, lubricant.film_friction),
             *(heating * turns**1.28, starvation * turns),
         ]
     )

@@ -34,8 +34,9 @@ class Bearing(NamedTuple):
     name and inner and outer semi-axes (`along_groove.axes_along`).
     `offset` is the place of the inner ring's centre; `ring` is empty where its axis
     stays z and it only spins, else its motion (`RingMotion`, or `LevelMotion` where it does not tilt).
-    `pockets`, empty else, are those of a cage that balls bump into (`coupled_bodies.Pockets`); `defects` are the
-    numbers of `surface_defects`, empty for smooth surfaces.
+    `pockets`, empty else, are those of a cage that balls bump into (`coupled_bodies.Pockets`). `film`, empty else, are
+    the numbers of a lubricant and those of its films on both raceways (`lubricant.film_lubricant`, `films_along`);
+    `defects` are the numbers of `surface_defects`, empty for smooth surfaces.
     """
 
     balls: int
@@ -56,6 +57,7 @@ class Bearing(NamedTuple):
     ring: tuple
     pockets: tuple
     defects: tuple[float, ...] = ()
+    film: tuple = ()
 
 
 class RingDrive(NamedTuple):

@@ -9,21 +9,32 @@ from bearing_twin.base.sample import Block, Channel, Columns, Layout, Sample, la
 from bearing_twin.contact import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.compiled_outputs import write_rows
+from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
 
 IN_PLANE = ("in_plane",)  # axes: x and y
 ALIKE = 1e-3  # sines of angles by different ways differ by less
-OWN = 19  # channels with a ball's own numbers
+OWN, FILMS = 19, 2  # channels with a ball's own numbers, and those of films that follow them
 
 
 def channels(parameters: BearingScene) -> tuple[Channel, ...]:
     """The channels of a bearing with N balls; vectors in `bearing_link`, contact rows ball x (inner, outer)."""
-    return _channels(parameters.geometry.balls)
+    return _channels(parameters.geometry.balls, has_films(parameters))
+
+
+def has_films(parameters: BearingScene) -> bool:
+    """True if outputs hold films of a lubricant: those of balls that move."""
+    return lubricated(parameters) and dimension_of(parameters) != QUASI_STATIC
 
 
 # The tables below know the number of balls alone: to look one up by a scene would hash all of it, for every chunk.
 @functools.cache
-def _channels(n: int) -> tuple[Channel, ...]:
+def _channels(n: int, films: bool = False) -> tuple[Channel, ...]:
+    film = (
+        Channel("film_thickness", "m", (n, 2), "of the lubricant, at the centre of the contact; 0 without load"),
+        Channel("film_ratio", "1", (n, 2), "Lambda, the same over the roughness of both surfaces"),
+    )
     return (
         Channel("orbit_angle", "rad", (n,), "position of each ball around the axis, not wrapped"),
         Channel("position", "m", (n, 3), "ball centres"),
@@ -44,6 +55,7 @@ def _channels(n: int) -> tuple[Channel, ...]:
         Channel("friction_force", "N", (n, 2, 3), "on the ball"),
         Channel("slip", "m/s", (n, 2, 3), "ball's surface relative to the raceway"),
         Channel("drilling_torque", "N m", (n, 2), "friction on the ball about the line from its centre to the contact"),
+        *(film if films else ()),
         Channel("inner_ring_angle", "rad", (), "not wrapped"),
         Channel("inner_ring_speed", "rad/s", (), "about +z"),
         Channel("inner_ring_offset", "m", (3,), "displacement of the inner ring's centre"),
@@ -113,24 +125,25 @@ def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
 
 
 @functools.cache
-def _places(n: int) -> np.ndarray:
+def _places(n: int, films: bool) -> np.ndarray:
     """Where the numbers of a bearing with n balls stand in a row of all channels: those of RowPlaces."""
-    rows, layout = _channels(n), _layout(n)
+    rows, layout = _channels(n, films), _layout(n, films)
     edges = {name: columns.start for name, (columns, _) in layout.places.items()}
-    first, width = zip(*((edges[channel.name], channel.width // n) for channel in rows[:OWN]), strict=True)
+    own = [(edges[channel.name], channel.width // n) for channel in rows[: OWN + films * FILMS]]
+    first, width = zip(*own, *((0, 0),) * (OWN + FILMS - len(own)), strict=True)
     named = "inner_ring_angle", "inner_ring_force", "neighbour_approach", "position", "raceway_force"
     return np.array([*first, *width, *(edges[name] for name in named), layout.width])
 
 
 @functools.cache
-def _layout(n: int) -> Layout:
+def _layout(n: int, films: bool) -> Layout:
     """`layout_of` a bearing with n balls, which looks at all channels each time."""
-    return layout_of(_channels(n))
+    return layout_of(_channels(n, films))
 
 
 def empty_outputs(parameters: BearingScene, count: int) -> Rows:
     """Room for `count` solver outputs: all channels side by side."""
-    layout = _layout(parameters.geometry.balls)
+    layout = _layout(parameters.geometry.balls, has_films(parameters))
     return Rows(layout, np.empty((count, layout.width)))
 
 
@@ -142,7 +155,7 @@ def write_outputs(parameters, bearing, partners, drive, times, states, orientati
     """
     geometry = parameters.geometry
     rolling = 0.5 * (1.0 - geometry.ball_diameter / geometry.pitch_diameter)
-    rows, places = out[first : first + len(times)], _places(geometry.balls)
+    rows, places = out[first : first + len(times)], _places(geometry.balls, has_films(parameters))
     write_rows(bearing, partners, drive, rolling, times, states, orientations, borders, places, rows)
 
 

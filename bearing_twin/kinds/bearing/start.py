@@ -11,10 +11,11 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing import compiled_balls
-from bearing_twin.kinds.bearing.along_groove import axes_along
+from bearing_twin.kinds.bearing.along_groove import axes_along, films_along
 from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.columns import COLUMNS, ORBIT_ANGLE
 from bearing_twin.kinds.bearing.coupled_bodies import MovingPockets, Pockets
+from bearing_twin.kinds.bearing.lubricant import film_lubricant, lubricated
 from bearing_twin.kinds.bearing.model import Bearing, LevelMotion, RingMotion, raceway_of
 from bearing_twin.kinds.bearing.parameters import BearingScene, Geometry, viscous_terms
 from bearing_twin.kinds.bearing.rings import (
@@ -50,12 +51,15 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
 
     inner = raceway_of(geometry, geometry.inner_conformity, -1.0, law_of(materials.inner_ring))
     outer = raceway_of(geometry, geometry.outer_conformity, 1.0, law_of(materials.outer_ring))
-    spot = ()
+    spot, coefficient, film = (), contact.friction_coefficient, ()
+    if lubricated(parameters):
+        oil, coefficient = film_lubricant(parameters), parameters.lubricant.boundary_friction
+        film = oil, films_along(oil, inner, radius, -1.0), films_along(oil, outer, radius, 1.0)
     if friction.over_spot:
         axes = [
             axes_along(radius, one.locus_radius, one.groove_radius, side) for one, side in ((inner, -1.0), (outer, 1.0))
         ]
-        spot = contact.friction_coefficient, contact.friction, *axes
+        spot = coefficient, contact.friction, *axes
     return Bearing(
         balls=geometry.balls,
         ball_radius=radius,
@@ -70,10 +74,11 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         friction_coefficient=contact.friction_coefficient,
         friction_regularisation=contact.friction_regularisation,
         pair_coefficient=hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
-        raceway_friction=0.0 if friction.over_spot else contact.friction_coefficient,
+        raceway_friction=0.0 if friction.over_spot else coefficient,
         spot=spot,
         ring=_ring_motion(parameters),
         pockets=_pockets(parameters),
+        film=film,
     )
 
 
