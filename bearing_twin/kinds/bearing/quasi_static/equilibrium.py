@@ -133,7 +133,6 @@ class EquilibriumSolver:
     body = "the ring"
     rough, heights = None, SMOOTH
     remedy = "load it, or hold it by a displacement or by less clearance"
-    rough, heights = None, SMOOTH
 
     def __init__(self, setting: Setting, azimuths: np.ndarray, gravity=(0.0, 0.0, 0.0), rough=None):
         self.rough = rough
