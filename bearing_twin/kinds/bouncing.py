@@ -1,12 +1,12 @@
 """Motion with contacts that begin and end: common to an ellipsoid on a plane and two bodies.
 
-Each has a function `advance(body, plan, state, clock, times, until, states, record, records, counts, work, stop)` in a
-module that also names the entries of its clock, beside TIME, STEP and WRITTEN, and record. Their counts are COUNTED.
+Each has a module with its functions of the core: `advance`, made by `advancing`, and the entries of its clock, beside
+TIME, STEP and WRITTEN, and of its record. Their counts are COUNTED.
 """
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.contact.damping import damping_for_restitution, steady_ratio
 from bearing_twin.contact.materials import Material, compliance
+from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.numerics.statuses import FULL, OK, STOPPED, WORDS
 
 FLOOR = 1e-4  # of the shortest contact: lift-offs and touches shorter than that are passed
@@ -26,6 +27,31 @@ COUNTS = len(COUNTED)
 PROPORTIONAL, STEADY, STEADY_RATIO = range(3)  # DampingLaw of core/contact/damping.hpp
 FINEST, COARSEST = 1e-12, 1e-10
 """The least tolerance of a step, and the greatest at which the tolerance, and not the contact's own time, sets it."""
+
+
+class CoreBodies(NamedTuple):
+    """Bodies as the core takes them: their `numbers`, and the `points` of their friction's quadrature."""
+
+    numbers: np.ndarray
+    points: np.ndarray
+
+
+def advancing(name: str) -> Function:
+    """A function of the core that moves bodies on from a clock until an instant [s], and returns a status.
+
+    Its arguments: bodies, plan, state, clock, record, state at the start of the last step, the instant; number and
+    times [s] of outputs, the flag that stops it, their states; room for records of contacts that have ended, their
+    number; counts.
+    """
+    moving = REALS, REALS, REALS, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REAL
+    return Function(
+        name, INTEGER, (*moving, INTEGER, REALS, FLAG, REALS_OUT, INTEGER, REALS_OUT, INTEGERS_OUT, INTEGERS_OUT)
+    )
+
+
+def giving_outputs(name: str) -> Function:
+    """A function of the core that writes the channels of states: bodies; number, states; width, rows."""
+    return Function(name, None, (REALS, REALS, INTEGER, REALS, INTEGER, REALS_OUT))
 
 
 def contact_numbers(contact, first: Material, second: Material) -> dict[str, Any]:
@@ -51,9 +77,9 @@ def contact_numbers(contact, first: Material, second: Material) -> dict[str, Any
 class BouncingMotion:
     """Bodies in motion: `advance` integrates one chunk and returns its outputs; the records are their contacts.
 
-    A kind gives `core`, the module described above, `start()` with the first state, `work()` with room for steps,
-    `outputs(states)` and `contacts(records)`, the rows of contacts that have ended; the names of the `bodies`, of which
-    the first fails against the other; `failures` are sentences by status, `words` their reasons.
+    A kind gives `core`, the module described above, `start()` with the first state, `outputs(states)` and
+    `contacts(records)`, the rows of contacts that have ended; the names of the `bodies`, of which the first fails
+    against the other; `failures` are sentences by status, `words` their reasons.
     """
 
     core: Any
@@ -71,13 +97,13 @@ class BouncingMotion:
         self.record, self.counts = np.zeros(core.RECORD), np.zeros(COUNTS, np.int64)
         self._ended: list[np.ndarray] = []  # contacts since records were taken
         self._touched = -math.inf  # begin [s] of the last touch recorded
-        self._work = self.work()
+        self._last = np.zeros_like(self.state)  # the state at the start of the last step
         self._now = 0.0
         self.keep()
 
     def _arrays(self) -> tuple[np.ndarray, ...]:
-        """All that steps change; its room holds the step before the last."""
-        return self.state, self.clock, self.record, self.counts, *self._work
+        """All that steps change."""
+        return self.state, self.clock, self.record, self.counts, self._last
 
     def keep(self) -> None:
         """Keeps what `take_back` needs."""
@@ -98,16 +124,16 @@ class BouncingMotion:
     def advance(self, times: np.ndarray, duration: float):
         """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError."""
         self.keep()
-        core, due, until = self.core, self._now + np.asarray(times, float), self._now + duration
-        states, finished = np.empty((len(due), len(self.state))), np.empty((RECORDS, core.RECORD))
+        due, until = np.ascontiguousarray(self._now + np.asarray(times, float)), self._now + duration
+        states, finished = np.empty((len(due), len(self.state))), np.empty((RECORDS, self.core.RECORD))
+        status, completed = FULL, np.zeros(1, np.int64)
         self.clock[WRITTEN] = 0.0
-        status = FULL
         while status == FULL:
-            status, count = core.advance(
-                self.body, self.plan, self.state, self.clock, due, until, states, self.record, finished, self.counts,
-                self._work, self.stop,
-            )  # fmt: skip
-            self._ended.extend(finished[:count].copy())
+            status = self.core.advance(
+                *(*self.body, self.plan, self.state, self.clock, self.record, self._last, until),
+                *(len(due), due, self.stop, states, RECORDS, finished, completed, self.counts),
+            )
+            self._ended.extend(finished[: completed[0]].copy())
         if status == STOPPED:
             raise Stopped(f"the computation was stopped at {self.clock[TIME]:.9g} s")
         if status != OK:

@@ -55,15 +55,15 @@ void write_outputs(const TwoBodies &pair, const PairState &state, double *out) {
 
 }  // namespace
 
-// Opens the record of a contact in which the bodies are at the start.
+// Opens the record of a contact in which the bodies are at the start; `counts` (4,) ends with touches.
 CORE_EXPORT void core_two_bodies_start(const double *numbers, const double *points, const double *plan, double *state, double *clock,
-                                       double *record) {
+                                       double *record, std::int64_t *counts) {
   TwoBodies pair = pair_of(numbers, points);
   State before{};
-  Counts counts{};
   PairPlan how{plan[0], plan[1]};
   TwoBodiesMotion(pair, how, *reinterpret_cast<State *>(state), *reinterpret_cast<PairClock *>(clock),
-                  *reinterpret_cast<ContactRecord *>(record), before, counts)
+                  *reinterpret_cast<ContactRecord *>(record), before,
+                  *reinterpret_cast<Counts *>(counts), counts[3])
       .note_start();
 }
 // Moves on from `clock` until `until` [s]; `states` are those at the `instants` (outputs,) [s], `records` (room,) the contacts that
@@ -75,7 +75,7 @@ CORE_EXPORT std::int64_t core_two_bodies_advance(const double *numbers, const do
   TwoBodies pair = pair_of(numbers, points);
   PairPlan how{plan[0], plan[1]};
   TwoBodiesMotion motion(pair, how, *reinterpret_cast<State *>(state), *reinterpret_cast<PairClock *>(clock),
-                         *reinterpret_cast<ContactRecord *>(record), *reinterpret_cast<State *>(before), *reinterpret_cast<Counts *>(counts));
+                         *reinterpret_cast<ContactRecord *>(record), *reinterpret_cast<State *>(before), *reinterpret_cast<Counts *>(counts), counts[3]);
   int count;
   Status status = motion.advance({until, int(outputs), instants, stop}, reinterpret_cast<State *>(states),
                                  reinterpret_cast<ContactRecord *>(records), int(room), count);

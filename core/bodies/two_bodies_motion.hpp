@@ -14,15 +14,15 @@ namespace core {
 struct PairPlan { double tolerance, floor; };
 
 // Seconds; the next step; whether in contact; greatest drift of a quaternion's norm; outputs written; greatest distance [m] of the
-// opposing points from meeting their equations at the end of a step; touches.
-struct PairClock { double time, step, in_contact, drift, written, off, touches; };
+// opposing points from meeting their equations at the end of a step.
+struct PairClock { double time, step, in_contact, drift, written, off; };
 
 class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion, PAIR_NUMBERS, PAIR_MOVING, PairClock> {
  public:
   // `record` is of the contact that goes on, `before` the state at the start of the last step.
   TwoBodiesMotion(const TwoBodies &pair, const PairPlan &plan, State &state, PairClock &clock, ContactRecord &record, State &before,
-                  Counts &counts)
-      : AdaptiveMotion(DOP853, state, clock, counts), pair(pair), plan(plan), contact_record(record), before(before),
+                  Counts &counts, std::int64_t &touch_count)
+      : AdaptiveMotion(DOP853, state, clock, counts), pair(pair), plan(plan), contact_record(record), before(before), touch_count(touch_count),
         touch(contact_at(state)) {}
 
   void rates(const State &at, bool loaded, Slopes &slopes) {
@@ -84,6 +84,7 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion, PAIR_NUMBERS, PAI
   const PairPlan &plan;
   ContactRecord &contact_record;
   State &before;
+  std::int64_t &touch_count;
   PairContact touch, touch_after{};
   double drift = 0.0, off = 0.0;  // found by `finish` last
 
@@ -166,7 +167,7 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion, PAIR_NUMBERS, PAI
       return clock.time - (1.0 - crossing(step, {at_start.approach, at_start.approach_rate}, {touch.approach, touch.approach_rate})) * step;
     };
     if (touches && clock.in_contact == 0.0) {
-      clock.in_contact = 1.0, clock.touches++;
+      clock.in_contact = 1.0, touch_count++;
       contact_record = {};
       contact_record.began = at_start.approach <= 0.0 && 0.0 < step ? moment() : clock.time - step;
       contact_record.speed_in = at_start.approach_rate;

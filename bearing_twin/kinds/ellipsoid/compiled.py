@@ -1,11 +1,10 @@
 """An ellipsoid on a plane as the core takes it (`core/bodies/ellipsoid.cpp`): numbers in, motion and outputs back."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from bearing_twin.contact.patch_friction import patch_by
-from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
+from bearing_twin.core import REAL, REALS, REALS_OUT, Function
+from bearing_twin.kinds.bouncing import CoreBodies, advancing, giving_outputs
 
 COLUMNS = 18
 """Of the state, EllipsoidState of the core."""
@@ -25,32 +24,18 @@ EARLIER = (1, 0, 2, 3, 4, 5, 6, 10, 11, 13, 14, 12, 16, 17, 18, 19)
 """Where the numbers stand that earlier snapshots have of a contact."""
 
 _start = Function("core_ellipsoid_start", None, (REALS, REALS, REAL, REALS_OUT))
-_advance = Function(
-    "core_ellipsoid_advance",
-    INTEGER,
-    (
-        *(REALS, REALS, REALS, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REAL, INTEGER, REALS, FLAG),
-        *(REALS_OUT, INTEGER, REALS_OUT, INTEGERS_OUT, INTEGERS_OUT),
-    ),
-)
-_outputs = Function("core_ellipsoid_outputs", None, (REALS, REALS, INTEGER, REALS, INTEGER, REALS_OUT))
+advance = advancing("core_ellipsoid_advance")
+write_outputs = giving_outputs("core_ellipsoid_outputs")
 
 
-class Ellipsoid(NamedTuple):
-    """What the core takes of an ellipsoid: `numbers` and the `points` of its friction's quadrature."""
-
-    numbers: np.ndarray
-    points: np.ndarray
-
-
-def ellipsoid_numbers(semi_axes, mass: float, inertia, gravity: float, law, contact, friction: str) -> Ellipsoid:
+def ellipsoid_numbers(semi_axes, mass: float, inertia, gravity: float, law, contact, friction: str) -> CoreBodies:
     """An ellipsoid with an elastic law and what `bouncing.contact_numbers` gives of the contact; SI."""
     patch, points = patch_by(friction, contact["friction"])
     numbers = [
         *(mass, *inertia, *semi_axes, gravity, contact["sink"], *law),
         *(*contact["damping"], contact["regularisation"], *patch),
     ]
-    return Ellipsoid(np.array(numbers, float), points)
+    return CoreBodies(np.array(numbers, float), points)
 
 
 def plan_numbers(rk4: bool, tolerance: float, fixed: float, semi_axes, floor: float) -> np.ndarray:
@@ -70,27 +55,9 @@ def record_of(numbers: np.ndarray) -> np.ndarray:
     return record
 
 
-def start_state(body: Ellipsoid, height: float, orientation, velocity, angular_velocity) -> np.ndarray:
+def start_state(body: CoreBodies, height: float, orientation, velocity, angular_velocity) -> np.ndarray:
     """The state (COLUMNS,) of an ellipsoid whose lowest point is `height` [m] above the plane; SI, fixed axes."""
     state = np.zeros(COLUMNS)
     state[3:7], state[7:10], state[10:13] = orientation, velocity, angular_velocity
     _start(*body, height, state)
     return state
-
-
-def advance(body, plan, state, clock, times, until, states, record, records, counts, work, stop) -> tuple[int, int]:
-    """Moves on from the clock's time until `until` [s]; returns (status, contacts completed), which are in `records`.
-
-    `states` (outputs, COLUMNS) receives those at `times` [s]; `work` is the state at the start of the last step.
-    """
-    completed = np.zeros(1, np.int64)
-    status = _advance(
-        *(*body, plan, state, clock, record, *work, until, len(times), np.ascontiguousarray(times), stop),
-        *(states, len(records), records, completed, counts),
-    )
-    return status, int(completed[0])
-
-
-def write_outputs(body: Ellipsoid, states: np.ndarray, rows: np.ndarray) -> None:
-    """Writes the channels of states (n, COLUMNS) but the drift to rows (n, width), in their order."""
-    _outputs(*body, len(states), np.ascontiguousarray(states), rows.shape[1], rows)

@@ -8,9 +8,9 @@ from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bouncing import COARSEST, FINEST, FLOOR, STEP, TIME, BouncingMotion, contact_numbers
+from bearing_twin.kinds.bouncing import COARSEST, FINEST, FLOOR, STEP, TIME, BouncingMotion, CoreBodies, contact_numbers
 from bearing_twin.kinds.ellipsoid import compiled
-from bearing_twin.kinds.ellipsoid.compiled import COLUMNS, DRIFT, IN_CONTACT, RECORDED, Ellipsoid, start_state
+from bearing_twin.kinds.ellipsoid.compiled import DRIFT, IN_CONTACT, RECORDED, start_state
 from bearing_twin.kinds.ellipsoid.derived import (
     ellipsoid_mass,
     longest_creep_step,
@@ -35,7 +35,7 @@ FAILURES = {
 }
 
 
-def ellipsoid_of(parameters: EllipsoidOnPlaneScene, law: str) -> Ellipsoid:
+def ellipsoid_of(parameters: EllipsoidOnPlaneScene, law: str) -> CoreBodies:
     """The numbers of the equations of motion for a scene with the elastic law `law`."""
     contact, gap, modulus = parameters.contact, start_gap(parameters), modulus_of(parameters)
     frozen = hertz_coefficient(gap.curvature_small, gap.curvature_large, modulus)
@@ -85,10 +85,6 @@ class EllipsoidMotion(BouncingMotion):
         """The state (COLUMNS,) at the start."""
         start = self.parameters.start
         return start_state(self.body, start.height, start_orientation(start), start.velocity, start.angular_velocity)
-
-    def work(self) -> tuple[np.ndarray]:
-        """The state at the start of the last step."""
-        return (np.zeros(COLUMNS),)
 
     def outputs(self, states: np.ndarray):
         """The outputs at states (n, COLUMNS)."""

@@ -3,7 +3,8 @@
 import numpy as np
 
 from bearing_twin.base.sample import Channel, Columns, layout_of
-from bearing_twin.kinds.ellipsoid.compiled import COLUMNS, Ellipsoid, write_outputs
+from bearing_twin.kinds.bouncing import CoreBodies
+from bearing_twin.kinds.ellipsoid.compiled import write_outputs
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
 
 CHANNELS = (
@@ -40,9 +41,9 @@ def channels(parameters: EllipsoidOnPlaneScene) -> tuple[Channel, ...]:
     return CHANNELS
 
 
-def outputs_of(body: Ellipsoid, states: np.ndarray, drift: float) -> Columns:
+def outputs_of(body: CoreBodies, states: np.ndarray, drift: float) -> Columns:
     """All channels of states (n, COLUMNS); `drift` is the last."""
     rows = np.empty((len(states), LAYOUT.width))
-    write_outputs(body, states.reshape(-1, COLUMNS), rows)
+    write_outputs(*body, len(states), np.ascontiguousarray(states), LAYOUT.width, rows)
     rows[:, -1] = drift
     return Columns(LAYOUT, rows)

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.contact.patch_friction import patch_by
-from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
+from bearing_twin.core import INTEGERS_OUT, REALS, REALS_OUT, Function
+from bearing_twin.kinds.bouncing import CoreBodies, advancing, giving_outputs
 from bearing_twin.shapes.implicit import Surface
 
 COLUMNS = 46
@@ -14,25 +15,18 @@ POSITION, QUATERNION, VELOCITY, MOMENTUM, UNKNOWNS = 0, 3, 7, 10, 34
 """Of the state, PairState of the core: a body's part, in which it is the first; the second's begins at BODY. A held
 body's momentum is its angular velocity."""
 
-CLOCK = 7
-IN_CONTACT, DRIFT, OFF, TOUCHES = 2, 3, 5, 6
+CLOCK = 6
+IN_CONTACT, DRIFT, OFF = 2, 3, 5
 """Of PairClock, beside those of `bouncing`: whether in contact; greatest drift of a quaternion's norm, and
-distance [m] of the opposing points from meeting their equations, at the end of a step; touches so far."""
+distance [m] of the opposing points from meeting their equations, at the end of a step."""
 
 RECORD = 20
 ENDED, BEGAN, RUB_X, DEEPEST_APPROACH = 0, 1, 13, 16
 """Of ContactRecord: times [s], impulse of friction (3,) [N s], greatest approach [m]."""
 
-_start = Function("core_two_bodies_start", None, (REALS, REALS, REALS, REALS_OUT, REALS_OUT, REALS_OUT))
-_advance = Function(
-    "core_two_bodies_advance",
-    INTEGER,
-    (
-        *(REALS, REALS, REALS, REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, REAL, INTEGER, REALS, FLAG),
-        *(REALS_OUT, INTEGER, REALS_OUT, INTEGERS_OUT, INTEGERS_OUT),
-    ),
-)
-_outputs = Function("core_two_bodies_outputs", None, (REALS, REALS, INTEGER, REALS, INTEGER, REALS_OUT))
+_start = Function("core_two_bodies_start", None, (REALS, REALS, REALS, *(REALS_OUT,) * 3, INTEGERS_OUT))
+advance = advancing("core_two_bodies_advance")
+write_outputs = giving_outputs("core_two_bodies_outputs")
 
 
 class Rigid(NamedTuple):
@@ -53,14 +47,7 @@ class Rigid(NamedTuple):
         return [self.mass, *self.inertia, *self.surface.numbers(), self.reach]
 
 
-class Pair(NamedTuple):
-    """What the core takes of two bodies: `numbers` of TwoBodies and the `points` of its friction's quadrature."""
-
-    numbers: np.ndarray
-    points: np.ndarray
-
-
-def pair_numbers(a: Rigid, b: Rigid, gravity, size, tracking, by_overlap, law, contact, friction: str) -> Pair:
+def pair_numbers(a: Rigid, b: Rigid, gravity, size, tracking, by_overlap, law, contact, friction: str) -> CoreBodies:
     """The pair of two bodies with an elastic law and what `bouncing.contact_numbers` gives of the contact.
 
     `size` [m] is about the least radius; `by_overlap`: the load is that of the true overlap.
@@ -70,28 +57,9 @@ def pair_numbers(a: Rigid, b: Rigid, gravity, size, tracking, by_overlap, law, c
         *(*a.numbers(), *b.numbers(), *gravity, contact["sink"], size, tracking, by_overlap, *law),
         *(*contact["damping"], contact["regularisation"], *patch),
     ]
-    return Pair(np.array(numbers, float), points)
+    return CoreBodies(np.array(numbers, float), points)
 
 
-def open_record(pair: Pair, plan: np.ndarray, state: np.ndarray, clock: np.ndarray, record: np.ndarray) -> None:
+def open_record(pair: CoreBodies, plan, state, clock, record, counts) -> None:
     """Opens the record of a contact in which the bodies are at the start."""
-    _start(*pair, plan, state, clock, record)
-
-
-def advance(pair, plan, state, clock, times, until, states, record, records, counts, work, stop) -> tuple[int, int]:
-    """Moves on from the clock's time until `until` [s]; returns (status, contacts completed), which are in `records`.
-
-    `states` (outputs, COLUMNS) receives those at `times` [s]; `work` is the state at the start of the last step.
-    """
-    completed, touches = np.zeros(1, np.int64), clock[TOUCHES]
-    status = _advance(
-        *(*pair, plan, state, clock, record, *work, until, len(times), np.ascontiguousarray(times), stop),
-        *(states, len(records), records, completed, counts),
-    )
-    counts[-1] += int(clock[TOUCHES] - touches)
-    return status, int(completed[0])
-
-
-def write_outputs(pair: Pair, states: np.ndarray, rows: np.ndarray) -> None:
-    """Writes the channels of states (n, COLUMNS) but those of the numerics to rows (n, width), in their order."""
-    _outputs(*pair, len(states), np.ascontiguousarray(states), rows.shape[1], rows)
+    _start(*pair, plan, state, clock, record, counts)

@@ -8,10 +8,10 @@ from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bouncing import COARSEST, FINEST, FLOOR, BouncingMotion, contact_numbers
+from bearing_twin.kinds.bouncing import COARSEST, FINEST, FLOOR, BouncingMotion, CoreBodies, contact_numbers
 from bearing_twin.kinds.refinement import TOLERANCE, finer_setting
 from bearing_twin.kinds.two_bodies import compiled
-from bearing_twin.kinds.two_bodies.compiled import BODY, COLUMNS, QUATERNION, UNKNOWNS, VELOCITY, Pair
+from bearing_twin.kinds.two_bodies.compiled import BODY, COLUMNS, QUATERNION, UNKNOWNS, VELOCITY
 from bearing_twin.kinds.two_bodies.derived import (
     modulus_of,
     rigid_of,
@@ -42,7 +42,7 @@ FAILURES_OF_OVERLAP = FAILURES | {
 }
 
 
-def pair_of(parameters: TwoBodiesScene, law: str) -> Pair:
+def pair_of(parameters: TwoBodiesScene, law: str) -> CoreBodies:
     """The numbers of the equations of motion for a scene with the elastic law `law`."""
     contact, modulus = parameters.contact, modulus_of(parameters)
     frozen, over = 0.0, law == OVERLAP
@@ -103,15 +103,11 @@ class TwoBodiesMotion(BouncingMotion):
     def reset(self) -> None:
         """Back to the start, where they may touch already."""
         super().reset()
-        compiled.open_record(self.body, self.plan, self.state, self.clock, self.record)
+        compiled.open_record(self.body, self.plan, self.state, self.clock, self.record, self.counts)
 
     def start(self) -> np.ndarray:
         """The state (COLUMNS,) at the start."""
         return self._start.copy()
-
-    def work(self) -> tuple[np.ndarray]:
-        """The state at the start of the last step."""
-        return (np.zeros(COLUMNS),)
 
     def outputs(self, states: np.ndarray):
         """The outputs at states (n, COLUMNS)."""

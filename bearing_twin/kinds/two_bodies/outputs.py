@@ -3,7 +3,8 @@
 import numpy as np
 
 from bearing_twin.base.sample import Channel, Columns, layout_of
-from bearing_twin.kinds.two_bodies.compiled import Pair, write_outputs
+from bearing_twin.kinds.bouncing import CoreBodies
+from bearing_twin.kinds.two_bodies.compiled import write_outputs
 from bearing_twin.kinds.two_bodies.parameters import TwoBodiesScene
 
 
@@ -59,9 +60,9 @@ def channels(parameters: TwoBodiesScene) -> tuple[Channel, ...]:
     return CHANNELS
 
 
-def outputs_of(pair: Pair, states: np.ndarray, drift: float, off: float) -> Columns:
+def outputs_of(pair: CoreBodies, states: np.ndarray, drift: float, off: float) -> Columns:
     """All channels of states (n, COLUMNS); `drift` and `off` are the last two."""
     rows = np.empty((len(states), LAYOUT.width))
-    write_outputs(pair, states, rows)
+    write_outputs(*pair, len(states), np.ascontiguousarray(states), rows.shape[1], rows)
     rows[:, -2:] = drift, off
     return Columns(LAYOUT, rows)
