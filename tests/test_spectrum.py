@@ -78,7 +78,9 @@ def test_one_record_in_every_kind_of_file_says_the_same(capsys, tmp_path):
     np.savetxt(tmp_path / "a.csv", np.c_[times, samples], delimiter=",", header="time,acceleration", comments="")
     np.savetxt(tmp_path / "b.csv", samples)
     np.savez(tmp_path / "c.npz", x=samples, y=np.zeros(100))
-    scipy.io.savemat(tmp_path / "d.mat", {"X97_DE_time": samples[:, None], "X97_FE_time": samples[::-1][:, None]})
+    scipy.io.savemat(
+        tmp_path / "d.mat", {"X97_DE_time": samples[:, None], "X97_FE_time": samples[::-1][:, None], "X97RPM": 1775}
+    )
     imu, floats = "sensor_msgs/msg/Imu", "std_msgs/msg/Float64"
     with RawLogWriter(tmp_path / "e.mcap") as log:
         for ros_type, name in ((imu, "/imu"), (floats, "/force")):
@@ -94,6 +96,7 @@ def test_one_record_in_every_kind_of_file_says_the_same(capsys, tmp_path):
         "e.mcap": ("--topic", "/shaken", "--key", "linear_acceleration.z"),
     }
     found = {name: spectrum(capsys, tmp_path / name, *given, *BEARING) for name, given in options.items()}
+    found["its own speed"] = spectrum(capsys, tmp_path / "d.mat", *options["d.mat"], *BEARING[:2])
     for name, one in found.items():
         assert one["verdict"] == "outer", name
         assert one["rms"] == pytest.approx(float(np.std(samples, dtype=float)), rel=1e-4), name

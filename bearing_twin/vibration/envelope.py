@@ -23,7 +23,7 @@ FASTER = 0.016  # tuned: contact angle, 0.6 % of BPFO in print, and pitch circle
 SPEED_DOUBT = 0.02  # of a given speed, within which the shaft's line is looked for  # tuned: slip of induction motors
 LEAST_TURNS = 20  # of the shaft in a record
 LENGTH = 256  # turns in a stretch of which a spectrum is made  # tuned: fine lines against slip, which smears them
-OUTSTANDING = 15.0  # dB, mean of three harmonics over the median around them  # tuned: noise alone reaches 9
+OUTSTANDING = 16.0  # dB, mean of three harmonics over the median around them  # tuned: noise alone reaches 9
 APART = 6.0  # dB, of the verdict's family over the next  # tuned: a family's harmonics come near another's
 LEAST_LINE = 10.0  # dB, of a line that is there  # tuned: above the greatest of some fifty bins of noise
 LARGEST_CLIPPED = 2e-4  # share of samples at a limit of the converter
@@ -161,8 +161,11 @@ def kurtosis_of(values: np.ndarray) -> float:
     return float(np.mean(np.square(square), dtype=float) / np.mean(square, dtype=float) ** 2)
 
 
-def _band(bands: _Bands, least: float) -> tuple[float, float]:
-    """Of four octaves below the Nyquist frequency, each at least `least` [Hz] wide, that of the greatest kurtosis."""
+def _usual_bands(bands: _Bands, least: float) -> list[tuple[float, float]]:
+    """Bands to look into: of four octaves below the Nyquist frequency that of most kurtosis, then the upper two.
+
+    Octaves less than `least` [Hz] wide do not count.
+    """
     high, found = TOP * 0.5 * bands.rate, []
     for octave in range(OCTAVES):
         ends = high / 2 ** (octave + 1), high / 2**octave
@@ -174,7 +177,7 @@ def _band(bands: _Bands, least: float) -> tuple[float, float]:
             f"the sampling rate of {bands.rate:g} Hz is too low for this bearing at this speed; sample with at least "
             f"{math.ceil(4.0 * least / TOP):d} Hz"
         )
-    return max(found)[1]
+    return [max(found)[1], (0.25 * high, high)]
 
 
 class _Lines:
@@ -292,7 +295,8 @@ def spectrum_of(samples, rate: float, geometry, speed, band: tuple[float, float]
     speed : float or (times, speeds)
         Of the shaft [rad/s]; a number is refined on the shaft's line, a course over time [s] is taken as it is.
     band : (float, float), optional
-        Band [Hz] whose envelope is taken; default: of four octaves that of the greatest kurtosis.
+        Band [Hz] whose envelope is taken; default: of four octaves that of the greatest kurtosis, and the upper two
+        where nothing stands out in that.
 
     Raises
     ------
@@ -319,22 +323,31 @@ def spectrum_of(samples, rate: float, geometry, speed, band: tuple[float, float]
     bands = _Bands(samples, rate)
     fastest = shaft if course is None else float(np.max(course[1]))
     if band is None:
-        band = _band(bands, highest * fastest)
+        tried = _usual_bands(bands, highest * fastest)
     elif not (0.0 <= band[0] < band[1] <= 0.5 * rate and band[1] - band[0] >= highest * fastest):
         raise BearingTwinError(
             f"the band from {band[0]:g} to {band[1]:g} Hz must lie below {0.5 * rate:g} Hz and be at least "
             f"{highest * fastest:.0f} Hz wide for this bearing at this speed"
         )
-    envelope, envelope_rate = bands.envelope(*band)
-    if np.isscalar(speed):
-        shaft, course = _speed(bands, (envelope, envelope_rate), shaft)
-    values, per_turn = envelope, envelope_rate / shaft
-    if course is not None:
-        values, per_turn = _by_angle(envelope, envelope_rate, *course)
-    lines = _Lines(values, per_turn, highest)
-    found, scores, shown = _judged(lines, families, shaft)
+    else:
+        tried = [band]
+    found = None
+    for band in tried:
+        envelope, envelope_rate = bands.envelope(*band)
+        if np.isscalar(speed) and found is None:
+            shaft, course = _speed(bands, (envelope, envelope_rate), shaft)
+        values, per_turn = envelope, envelope_rate / shaft
+        if course is not None:
+            values, per_turn = _by_angle(envelope, envelope_rate, *course)
+        lines = _Lines(values, per_turn, highest)
+        judged = _judged(lines, families, shaft)
+        if found is None or judged[0] != NOTHING:
+            found = band, lines, *judged
+        if judged[0] != NOTHING:
+            break
+    band, lines, verdict, scores, shown = found
     return Spectrum(
-        verdict=found,
+        verdict=verdict,
         shaft_hz=shaft,
         by_order=course is not None,
         band_hz=(float(band[0]), float(band[1])),
@@ -390,7 +403,7 @@ def _judged(lines: _Lines, families, shaft: float) -> tuple[str, dict[str, float
         if family.part == "ball":  # its lines come with those of the cage, which carries it through the load
             there[family.name] &= bool(np.mean(sides) > LEAST_LINE)
     parts = {family.name: family.part for family in families}
-    judged = sorted((name for name in parts if parts[name] != "cage"), key=scores.get, reverse=True)
-    first, second = judged[:2]
-    stands_out = scores[first] >= OUTSTANDING and scores[first] >= scores[second] + APART and there[first]
+    first = max((name for name in parts if parts[name] != "cage"), key=scores.get)
+    rivals = [name for name in parts if name != first and not (parts[first] == "ball" and parts[name] == "cage")]
+    stands_out = scores[first] >= max(OUTSTANDING, *(scores[name] + APART for name in rivals)) and there[first]
     return (parts[first] if stands_out else NOTHING), scores, tuple(shown)

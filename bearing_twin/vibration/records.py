@@ -99,7 +99,9 @@ def _record_of(path: Path, columns: dict[str, np.ndarray], key: str | None, rate
         rate = next(said, None)
     if rate is None:
         raise BearingTwinError(f"{path} does not say at which rate it was sampled; give it by --rate, as 12kHz")
-    return Record(samples, rate)
+    turns = (float(one[0]) for word, one in numbers.items() if word.lower().endswith("rpm") and len(one) == 1)
+    speed = next(turns, None)
+    return Record(samples, rate, None if speed is None else speed * math.pi / 30.0)
 
 
 def _named(path: Path, key: str | None, names: list[str]) -> str:
