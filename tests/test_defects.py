@@ -246,3 +246,32 @@ def test_defects_stand_in_the_log_and_a_run_repeats(tmp_path, capsys):
 def test_a_defect_that_no_bearing_has_is_refused(defect, word):
     with pytest.raises(SceneError, match=word):
         simulate(scene_of({"model.dimension": "prescribed", "geometry.radial_clearance": -6e-6}, [defect]))
+
+
+def test_a_sound_bearing_under_radial_load_has_the_line_of_its_compliance():
+    """6203, amplitudes of the ring's place at BPFO in line with the load and across (um), of two other programs."""
+    rate = 1000.0
+    for clearance, load, along, across in ((0.0, 400.0, 0.02870, 0.1378), (10e-6, 1000.0, 0.1376, 0.4674)):
+        run = {"drive.speed": 20.0, "run": {"duration": 4.0, "output_rate": rate}}
+        ring = {"inner": {"free": "radial", "load": [0.0, -load, 0.0]}}
+        found = outputs(scene_of({"geometry.radial_clearance": clearance, "rings": ring, **run}))
+        turns = np.ptp(found["orbit_angle"][:, 0]) / (2 * np.pi)
+        passes = 8 * turns / (len(found["orbit_angle"]) - 1) * rate
+        lines = [1e6 * line_of(found["inner_ring_offset"][:, axis], rate, passes) for axis in (1, 0)]
+        assert lines == [pytest.approx(along, rel=2e-2), pytest.approx(across, rel=2e-2)]
+
+
+def test_a_pit_on_a_ball_is_met_by_both_raceways_in_turn():
+    axial = {
+        "geometry.radial_clearance": -6e-6,
+        "drive": {"speed": 183.26, "offset": [0.0, 0.0, 1e-5]},
+        "model.dimension": "prescribed",
+        "run": {"duration": 2.0, "output_rate": 5000.0},
+        "solver": {"check": "none"},
+    }
+    force = outputs(scene_of(axial, [pit("ball", place=0.3, depth=1e-6, length=0.5e-3)]))["outer_ring_force"][:, 2]
+    twice_spin = 183.26 / (2 * np.pi) * 3.98802
+    around = twice_spin * np.linspace(0.99, 1.01, 201)
+    lines = [line_of(force, 5000.0, one) for one in around]
+    assert around[int(np.argmax(lines))] == pytest.approx(twice_spin, rel=3e-3)
+    assert line_of(force, 5000.0, 0.5 * twice_spin) < 0.5 * max(lines)
