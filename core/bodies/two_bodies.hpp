@@ -68,7 +68,9 @@ struct TwoBodies {
     else if (tracking == Tracking::algebraic) settle(one, other, points);
   }
   PairContact contact(const PairState &state) const { return contact(a.at(state.a), b.at(state.b), state.points, state.carried); }
-  PairContact contact(const MovingSurface &one, const MovingSurface &other, const OpposingPoints &points, const CarriedContact &carried) const;
+  // Without `complete` the patch is left out where nothing but outputs asks for it.
+  PairContact contact(const MovingSurface &one, const MovingSurface &other, const OpposingPoints &points, const CarriedContact &carried,
+                      bool complete = true) const;
   PairState rates(const PairState &state, bool loaded, bool &tracked) const;
 
  private:
@@ -109,7 +111,7 @@ constexpr double FLAT = 1e-9;  // P/Q below which the gap has no ellipse that a 
 
 // The contact of two bodies with these opposing points, loaded or not.
 inline PairContact TwoBodies::contact(const MovingSurface &one, const MovingSurface &other, const OpposingPoints &points,
-                                      const CarriedContact &carried) const {
+                                      const CarriedContact &carried, bool complete) const {
   Opposition at(one, other, points);
   Pressing pressing{};
   if (by_overlap) {
@@ -138,7 +140,7 @@ inline PairContact TwoBodies::contact(const MovingSurface &one, const MovingSurf
   // Half-widths and pressure under the whole load, elastic and viscous, as in all other kinds.
   found.patch = pressing.patch;
   if (by_overlap) found.patch.peak_pressure *= found.normal_load / pressing.spring.load;
-  else found.patch = ellipse(at.gap.small, at.gap.large, law.modulus, found.normal_load);
+  else if (complete || friction.model != FrictionModel::point) found.patch = ellipse(at.gap.small, at.gap.large, law.modulus, found.normal_load);
   if (friction.coefficient > 0.0) {
     PatchForce force = contact_friction(friction, regularisation, found.normal_load, found.patch.semi_major, found.patch.semi_minor,
                                         dot(found.slip, at.axes.x), dot(found.slip, at.axes.y), found.spin_rate);
@@ -162,7 +164,7 @@ inline PairState TwoBodies::rates(const PairState &state, bool loaded, bool &tra
   if (!loaded) return rates;
   track(one, other, points);
   if (approach_of(other, points) <= 0.0) return rates;
-  PairContact at = contact(one, other, points, state.carried);
+  PairContact at = contact(one, other, points, state.carried, false);
   Real3 force = at.friction - at.normal_load * at.normal, drill = at.drilling * at.normal;
   double held = a.push(1.0, force, cross(at.point - one.position, force) + drill, state.a, one.spin, rates.a) +
                 b.push(-1.0, force, cross(at.point - other.position, force) + drill, state.b, other.spin, rates.b);

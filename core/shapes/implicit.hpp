@@ -63,8 +63,8 @@ inline Level superquadric(const Real3 &point, const double (&size)[5]) {
   double n = size[3], m = size[4], scale = std::min({size[0], size[1], size[2]}) / m, power = m / n;
   PowerTerm flat[2] = {power_term(point[0], size[0], n), power_term(point[1], size[1], n)}, up = power_term(point[2], size[2], m);
   double inner = flat[0].value + flat[1].value, safe = std::max(inner, 1e-100);  // on the z axis all terms below vanish
-  double slope = power * std::pow(safe, power - 1.0), bend = power * (power - 1.0) * std::pow(safe, power - 2.0);
-  Level found{scale * (std::pow(inner, power) + up.value - 1.0), {}, {}};
+  double least = std::pow(safe, power - 2.0), slope = power * least * safe, bend = power * (power - 1.0) * least;
+  Level found{scale * ((inner >= safe ? least * safe * safe : std::pow(inner, power)) + up.value - 1.0), {}, {}};
   for (int i = 0; i < 2; i++) {
     found.gradient[i] = scale * slope * flat[i].first;
     for (int j = 0; j < 2; j++) found.hesse[i][j] = scale * bend * flat[i].first * flat[j].first;
