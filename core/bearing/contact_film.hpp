@@ -16,11 +16,12 @@ namespace core {
 constexpr double LIGHT = 1e-6;  // N: resistance sets in smoothly with the load, tuned: far below what a ball weighs
 constexpr double SLOW = 1e-4;  // m/s: and with the speed, tuned: far below any that is looked at
 
-// F [N] and its slope by the load, and the coefficient of friction; u [m/s], the x and y of t, 2 R_x/r, and -arm x t [m].
-struct ContactFilm { Pack resistance, by_load, friction, speed, x, y, lead; Vector3<Pack> turning; };
+// F [N] and its slope by the load, the coefficient of friction, and where a step begins the logarithm of thickness over
+// roughness; u [m/s], the x and y of t, 2 R_x/r, and -arm x t [m].
+struct ContactFilm { Pack resistance, by_load, friction, log_ratio, speed, x, y, lead; Vector3<Pack> turning; };
 
 template <class X>
-struct FilmValues { X resistance, friction; };
+struct FilmValues { X resistance, friction, log_ratio; };
 
 inline std::array<Pack, FILM_NUMBERS> film_numbers_at(const Raceway &raceway, const Pack &radial) {
   std::array<Pack, FILM_NUMBERS> found;
@@ -29,8 +30,8 @@ inline std::array<Pack, FILM_NUMBERS> film_numbers_at(const Raceway &raceway, co
   return found;
 }
 
-// Resistance at a load [N] and a speed [m/s] of any sign, and the coefficient of friction, where the normal has this radial
-// part; slopes by that, which are next to nothing, are left out.
+// Resistance at a load [N] and a speed [m/s] of any sign, coefficient of friction and logarithm of thickness over roughness, where
+// the normal has this radial part; slopes by that, which are next to nothing, are left out.
 template <class Q, class U>
 [[gnu::noinline]] inline FilmValues<decltype(Q{} * U{})> film_values(const Bearing &bearing, const Raceway &raceway, const Pack &radial, const Q &load,
                                                             const U &speed) {
@@ -40,17 +41,11 @@ template <class Q, class U>
   auto pressed = load + LIGHT;
   auto log_load = logarithm(pressed);
   auto log_speed = logarithm(size);
-  auto friction = mixed_friction(lubricant, film_thickness(numbers, log_load, log_speed) - lubricant.log_roughness);
+  auto log_ratio = film_thickness(numbers, log_load, log_speed) - lubricant.log_roughness;
+  auto friction = mixed_friction(lubricant, log_ratio);
   auto moments = hysteresis_moment(numbers, log_load) + friction * slip_moment(numbers, log_load);
   auto resistance = film_resistance(lubricant, numbers, log_load, log_speed, size) + 0.5 / bearing.ball_radius * moments;
-  return {(load / pressed) * (speed * over_size) * resistance, friction};
-}
-
-// Thickness over roughness; 0 where nothing presses.
-inline Pack film_ratio(const Bearing &bearing, const Raceway &raceway, const Pack &radial, const Pack &load, const Pack &speed) {
-  Pack size = square_root(speed * speed + SLOW * SLOW);
-  Pack thickness = film_thickness(film_numbers_at(raceway, radial), logarithm(Pack(maximum(load, LIGHT))), logarithm(size));
-  return select(load > 0.0, exponential(Pack(thickness - bearing.lubricant.log_roughness)), Pack{});
+  return {(load / pressed) * (speed * over_size) * resistance, friction, log_ratio};
 }
 
 // Fills what holds within the step.
@@ -75,7 +70,7 @@ CORE_INLINE FilmValues<Pack> film_within(const FilmBegin &begin, const Pack &loa
     under[i] = (2.0 + begin.load[i][1] * p) * (2.0 + begin.speed[i][1] * w);
   }
   Pack inverse = 1.0 / (under[0] * under[1]);
-  return {select(load > 0.0, over[0] * (under[1] * inverse), Pack{}), over[1] * (under[0] * inverse)};
+  return {select(load > 0.0, over[0] * (under[1] * inverse), Pack{}), over[1] * (under[0] * inverse), Pack{}};
 }
 
 // `velocity` of the ball's centre against the ring's. Of slopes that of F by the load alone is taken, for it is the only stiff
@@ -95,12 +90,14 @@ CORE_INLINE ContactFilm contact_film(const Bearing &bearing, const Raceway &race
   film.lead = 2.0 - 2.0 * over * film.turning.z;  // twice the contact point's distance from the axis over that of the ball
   auto along = [&](const auto &v) __attribute__((always_inline)) { return film.x * pack(v.x) + film.y * pack(v.y); };
   film.speed = 0.5 * along(relative) + along(at.surface_velocity) - 0.5 * film.lead * along(velocity);
-  auto take = [&](const FilmValues<Pack> &found) { film.resistance = found.resistance, film.friction = found.friction; };
+  auto take = [&](const FilmValues<Pack> &found) {
+    film.resistance = found.resistance, film.friction = found.friction, film.log_ratio = found.log_ratio;
+  };
   film.by_load = Pack{};
   if constexpr (DERIVATIVES) {
     auto found = film_values(bearing, raceway, pack(normal_radial), variable<0>(load), variable<1>(film.speed));
     if (begin) begin_film(found, load, film.speed, *begin);
-    take({found.resistance.value, found.friction.value}), film.by_load = found.resistance.slope[0];
+    take({found.resistance.value, found.friction.value, found.log_ratio.value}), film.by_load = found.resistance.slope[0];
   } else if (begin && begin->known) take(film_within(*begin, load, film.speed));
   else take(film_values(bearing, raceway, pack(normal_radial), load, film.speed));
   return film;

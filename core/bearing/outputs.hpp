@@ -63,7 +63,7 @@ CORE_INLINE Contact contact_of(const Bearing &bearing, const Raceway &raceway, c
   if (films) {
     Vector along = film.resistance * Vector{film.x, film.y, Pack{}};
     contact.friction = contact.friction - along, contact.pressure = film.lead * along;
-    contact.film_ratio = film_ratio(bearing, raceway, normal_radial, at.load, film.speed);
+    contact.film_ratio = select(at.load > 0.0, exponential(film.log_ratio), Pack{});
     contact.film = contact.film_ratio * std::exp(bearing.lubricant.log_roughness);
   }
   return contact;

@@ -1,5 +1,6 @@
 """The model errors of a bearing run (law, half-spaces, friction model), and how its second run is made and compared."""
 
+import dataclasses
 import functools
 import math
 from collections.abc import Mapping
@@ -16,6 +17,7 @@ from bearing_twin.kinds.bearing.drilling import SIDES, Drilled, drilling_of
 from bearing_twin.kinds.bearing.law_error import half_space_error, law_error, rule_error
 from bearing_twin.kinds.bearing.left_out import left_out, of_torque, unknown_drilling
 from bearing_twin.kinds.bearing.load_error import by_load
+from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene, as_chosen
 from bearing_twin.kinds.bearing.quasi_static.model_error import SceneWorth, Worth, worths_of_run
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of
@@ -196,6 +198,9 @@ class BearingDoubt:
             return {}
         met = Drilled(self.load, self.curvatures, self.spin, self.rubbed / self.outputs)
         contact, speed = self.parameters.contact, abs(figures["inner_ring_speed_at_end_rad_s"])
+        if lubricated(self.parameters):  # at most
+            most = max(self.parameters.lubricant.boundary_friction, self.parameters.lubricant.film_friction)
+            contact = dataclasses.replace(contact, friction_coefficient=most)
         off = functools.partial(rule_error, contact) if FRICTIONS[contact.friction].over_spot else None
         most, power = drilling_of(contact, met, figures, off)
         found = {

@@ -22,10 +22,11 @@ from bearing_twin.contact.validity import (
 )
 from bearing_twin.kinds.bearing.adequacy import untouched
 from bearing_twin.kinds.bearing.figure_rows import MEANINGS, missing
+from bearing_twin.kinds.bearing.friction_torque import catalogue_torque
 from bearing_twin.kinds.bearing.law_error import law_error
 from bearing_twin.kinds.bearing.outputs import ellipses, moduli
 from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen
-from bearing_twin.kinds.bearing.ratings import palmgren_torque, ratings_of
+from bearing_twin.kinds.bearing.ratings import ratings_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
 from bearing_twin.kinds.bearing.run_up import RunUp
 from bearing_twin.kinds.bearing.speeds import off_rolling, speed_figures
@@ -251,8 +252,8 @@ class BearingFigures:
             "drive_work_j": self.last["drive_work"],
             "dissipated_j": self.last["dissipated"],
             "drive_torque_nm": mean_torque(late, before, self._work_known(late, before)),
-            "catalogue_drive_torque_nm": palmgren_torque(
-                self.parameters.geometry, self._static, force, float(late["speed"] / late["count"])
+            "catalogue_drive_torque_nm": catalogue_torque(
+                self.parameters, self._static, force, float(late["speed"] / late["count"])
             ),
             "ring_displacement_m": place.tolist(),
             "misalignment_rad": tilt.tolist(),

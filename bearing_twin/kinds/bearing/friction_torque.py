@@ -120,6 +120,18 @@ def skf_torque(parameters, static: float, force) -> float | None:
     return 1e-3 * (inlet * rolling * stirred**0.6 + sliding * friction)
 
 
+def catalogue_torque(parameters, static: float, force, speed: float) -> float | None:
+    """`palmgren_torque` with the lubricant of a scene, and its defaults without one."""
+    if not lubricated(parameters):
+        return palmgren_torque(parameters.geometry, static, force, speed)
+    lubricant = parameters.lubricant
+    viscosity, amount = (
+        viscosity_of(lubricant, parameters.temperature),
+        GREASED if lubricant.kind == GREASE else OIL_BATH,
+    )
+    return palmgren_torque(parameters.geometry, static, force, speed, viscosity, amount)
+
+
 def torque_answer(parameters, contacts, static: float, force) -> dict:
     """Friction in an equilibrium's answer: torque by parts beside estimates, loss, film; {} without lubricant.
 
@@ -135,12 +147,9 @@ def torque_answer(parameters, contacts, static: float, force) -> dict:
             f"the thinnest film is {found.ratio:.2g} of surface.roughness, and no formula of films holds below "
             f"{LEAST_FILM:g}; lower the load or temperature, raise the speed or the viscosity, or leave lubricant out"
         )
-    speed, lubricant = parameters.drive.speed, parameters.lubricant
+    speed = parameters.drive.speed
     total, skf = found.film + found.hysteresis + found.slip, skf_torque(parameters, static, force)
-    palmgren = palmgren_torque(
-        parameters.geometry, static, force, speed, viscosity_of(lubricant, parameters.temperature),
-        GREASED if lubricant.kind == GREASE else OIL_BATH,
-    )  # fmt: skip
+    palmgren = catalogue_torque(parameters, static, force, speed)
     parts = {"film": found.film, "hysteresis": found.hysteresis, "slip": found.slip, "total": total}
     return {
         "drive_torque_nm": total,

@@ -11,7 +11,7 @@ from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt
 from bearing_twin.kinds.bearing.clearance import clearance_of
 from bearing_twin.kinds.bearing.drilling import SIDES
 from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
-from bearing_twin.kinds.bearing.friction_torque import torque_answer
+from bearing_twin.kinds.bearing.friction_torque import catalogue_torque, torque_answer
 from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import shared
 from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     Equilibrium,
@@ -26,7 +26,6 @@ from bearing_twin.kinds.bearing.ratings import (
     equivalent_loads,
     limiting_speeds,
     lives_of,
-    palmgren_torque,
     ratings_of,
     speed_doubt,
 )
@@ -110,7 +109,7 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
         "reference_life_mrev": lives.reference,
         "static_safety": lives.static_safety,
         "drive_torque_nm": None,
-        "catalogue_drive_torque_nm": palmgren_torque(geometry, ratings.static, force, parameters.drive.speed),
+        "catalogue_drive_torque_nm": catalogue_torque(parameters, ratings.static, force, parameters.drive.speed),
         "not_computed": {"drive_torque_nm": NO_TORQUE},
         "limiting_speed_rad_s": limiting_speeds(geometry),
         **torque_answer(parameters, contacts, ratings.static, force),
