@@ -31,12 +31,12 @@ def draw_spectrum(found: Spectrum, name: str, path):
             for harmonic in HARMONICS:
                 line = lines[f"{harmonic}x{family}" if harmonic > 1 else family]
                 key = family if harmonic == 1 else None
-                panel.axvline(line.found_hz, color=colour, ls="--", lw=1.4, alpha=0.8, label=key)
+                panel.axvline(line.found_hz, color=colour, ls="--", lw=1.4, alpha=0.8, zorder=1.5, label=key)
         panel.set_xlim(0.0, hertz[-1])
         panel.set_ylim(0.0, 1.05 * float(np.max(values[shown])))
         heading(panel, words, "frequency [Hz]", label)
         if place == 0:
-            panel.legend(frameon=False, fontsize=11, loc="upper right", ncol=4)
+            panel.legend(frameon=False, fontsize=11, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=4)
     low, high = (round(one) for one in found.band_hz)
     words = f"shaft {found.shaft_hz:.4g} Hz   ·   band {low} to {high} Hz   ·   {found.seconds:.4g} s"
     title = found.verdict if found.verdict == NOTHING else WORDS[found.verdict]
