@@ -264,3 +264,10 @@ def test_balls_that_touch_are_integrated_with_their_spots():
     for name in ("drilling_torque", "raceway_torque"):
         found, expected = (getattr(out, name) for out in outs)
         assert found == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
+
+
+def test_friction_over_the_patch_has_its_name_in_the_field():
+    """`patch` of a scene is read as `spot`, in bearings and for bodies."""
+    for scene in ("bearing_6203", "ellipsoid_rocking"):
+        found = load_scene(scene, ["contact.friction=patch_fine"]).parameters.contact.friction
+        assert found == load_scene(scene, ["contact.friction=spot_fine"]).parameters.contact.friction == "spot_fine"

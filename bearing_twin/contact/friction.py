@@ -117,6 +117,10 @@ FRICTIONS = {row.name: row for row in _ROWS}
 """Every friction model by name, in order."""
 
 
+PATCH_NAMES = {"patch": "spot", "patch_medium": "spot_medium", "patch_fine": "spot_fine"}
+"""Words in which a scene may ask for friction over the contact patch, too."""
+
+
 def friction_names() -> tuple[str, ...]:
     """Names of the friction models."""
     return tuple(FRICTIONS)

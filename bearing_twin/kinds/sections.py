@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.parameters import choice, quantity, read_number
-from bearing_twin.contact.friction import friction_names
+from bearing_twin.contact.friction import PATCH_NAMES, friction_names
 from bearing_twin.contact.laws import law_names
 from bearing_twin.kinds.refinement import NO_CHECK, SECOND_RUN
 
@@ -104,7 +104,8 @@ class Friction:
     friction: str = choice(
         "point",
         friction_names,
-        "point = by the slip at the contact point; others = over the spot that slides and spins",
+        "point = by the slip at the contact point; others = over the contact patch that slides and spins (patch = spot)",
+        aliases=PATCH_NAMES,
     )
     friction_coefficient: float = quantity(
         0.0,

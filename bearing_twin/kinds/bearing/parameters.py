@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 from bearing_twin.base.parameters import choice, quantity, section, text
-from bearing_twin.contact.friction import AUTO, POINT, friction_names
+from bearing_twin.contact.friction import AUTO, PATCH_NAMES, POINT, friction_names
 from bearing_twin.contact.laws import numbers_missing
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.kinds.bearing.catalogue import designations
@@ -93,8 +93,9 @@ class BearingContact(ViscoelasticDamping, Friction, PointElastic):
     friction: str = choice(
         POINT,
         lambda: (AUTO, *friction_names()),
-        "point = by the slip at the contact point; others = over the spot that slides and spins; auto = the cheapest "
-        "adequate one",
+        "point = by the slip at the contact point; others = over the contact patch that slides and spins (patch = spot); "
+        "auto = the cheapest adequate one",
+        aliases=PATCH_NAMES,
     )
     damping_law: str = choice(
         "hunt_crossley", ("hunt_crossley",), "of a restitution below 1: it loses more when faster", STEADY_REFUSED
