@@ -104,7 +104,7 @@ class Friction:
     friction: str = choice(
         "point",
         friction_names,
-        "point = by the slip at the contact point; others = over the contact patch that slides and spins (patch = spot)",
+        "point = by the slip at the contact point; others = over the whole contact patch (patch = spot)",
         aliases=PATCH_NAMES,
     )
     friction_coefficient: float = quantity(

@@ -11,9 +11,10 @@ from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.kinds.bearing import step_limits
+from bearing_twin.kinds.bearing.accelerometer import ACCELERATION, ROOM, Accelerometer
 from bearing_twin.kinds.bearing.columns import CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, PLACES, SHAFT_ANGLE, SHAFT_SPEED
 from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
-from bearing_twin.kinds.bearing.housing import ACCELERATION, NONE, ROOM, Accelerometer
+from bearing_twin.kinds.bearing.housing import NONE
 from bearing_twin.kinds.bearing.integrate import Chunk, PartRoom, Results, check, instants_in, integrated
 from bearing_twin.kinds.bearing.meeting_parts import NEAR, PartBalls, integrate_alone, integrate_in_common, time_apart
 from bearing_twin.kinds.bearing.model import RingDrive

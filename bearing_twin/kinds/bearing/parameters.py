@@ -93,7 +93,7 @@ class BearingContact(ViscoelasticDamping, Friction, PointElastic):
     friction: str = choice(
         POINT,
         lambda: (AUTO, *friction_names()),
-        "point = by the slip at the contact point; others = over the contact patch that slides and spins (patch = spot); "
+        "point = by the slip at the contact point; others = over the whole contact patch (patch = spot); "
         "auto = the cheapest adequate one",
         aliases=PATCH_NAMES,
     )
