@@ -13,8 +13,8 @@
 
 namespace core {
 
-constexpr double LIGHT = 1e-6;  // N: resistance sets in smoothly with the load, tuned: far below what a ball weighs
-constexpr double SLOW = 1e-4;  // m/s: and with the speed, tuned: far below any that is looked at
+constexpr double LIGHT = 1e-6;  // N: resistance sets in smoothly with the load  # tuned: far below what a ball weighs
+constexpr double SLOW = 1e-4;  // m/s: and with the speed  # tuned: far below any that is looked at
 
 // F [N] and its slope by the load, the coefficient of friction, and where a step begins the logarithm of thickness over
 // roughness; u [m/s], the x and y of t, 2 R_x/r, and -arm x t [m].

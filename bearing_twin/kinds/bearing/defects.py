@@ -33,7 +33,9 @@ class Defect:
 
     on: str = choice("outer", SURFACES, "inner, outer: a raceway; ball: the first ball, on its great circle across z")
     waviness: tuple[float, float, float] = quantity(
-        (0.0, 0.0, 0.0), "1", "order, amplitude [m], phase [rad]: adds amplitude cos(order angle + phase) to approaches"
+        (0.0, 0.0, 0.0),
+        "1",
+        "order, amplitude [m], phase [rad]: adds to approaches the cosine of order angle + phase, times the amplitude",
     )
     spall: Spall = section(Spall)
 
