@@ -25,6 +25,8 @@ WORDS_OF_LIMITS = {
     "at_least": "minimum",
     "at_most": "maximum",
 }
+UNIT = r"([A-Za-zµμ°%/][A-Za-zµμ°/^²³·* \d.-]{0,15})?"
+"""Behind a number, as in 3000rpm, 13 um, 60 °C; whether it fits the key is not checked."""
 NAME = {"type": "string", "minLength": 1, "maxLength": LONGEST_NAME, "pattern": r"\S", "description": "on one line"}
 DESCRIPTION = {"type": "string", "maxLength": LONGEST_DESCRIPTION, "description": "what it shows"}
 ONE_OR_MORE = {"type": ["string", "array"], "minLength": 1, "minItems": 1, "uniqueItems": True}
@@ -156,14 +158,14 @@ def _described(description: str, **schema) -> dict:
 
 
 def number_schema(limits: Limits = NO_LIMITS, whole: bool = False) -> dict:
-    """The schema of a number; text such as 1e-6 counts, as YAML 1.1 reads it, and then its limits are not checked."""
+    """The schema of a number; text such as 1e-6 or 3000rpm counts, and then its limits are not checked."""
     given = limits._asdict()
     bounds = {word: given[name] for name, word in WORDS_OF_LIMITS.items() if given[name] is not None}
     if limits.greatest < math.inf:
         bounds["maximum"] = limits.greatest
         if not {"minimum", "exclusiveMinimum"} & bounds.keys():
             bounds["minimum"] = -limits.greatest
-    written = {"pattern": rf"^\s*{NUMBER.pattern}\s*$", "maxLength": LONGEST_NUMBER}
+    written = {"pattern": rf"^\s*{NUMBER.pattern}\s*{UNIT}$", "maxLength": LONGEST_NUMBER}
     return {"type": ["integer" if whole else "number", "string"], **bounds, **written}
 
 
