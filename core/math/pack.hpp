@@ -3,7 +3,9 @@
 #include <cmath>
 #include <cstdint>
 
+#ifndef CORE_INLINE  // sanitizers take `inline`: what they add to one large function takes minutes to compile
 #define CORE_INLINE [[gnu::always_inline]] inline
+#endif
 #ifdef __AVX512F__
 constexpr int LANES = 8;
 #else
