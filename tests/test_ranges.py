@@ -294,3 +294,10 @@ def test_strains_are_small_up_to_the_speed_that_small_strains_are_for():
     run, _ = ran("soft_discs_mean", "formulation=linear", f"motion.first_velocity={0.999 * speed}", "mesh.divisions=8",
                  "mesh.order=2", "solver.companion=off")  # fmt: skip
     assert 0.04 < 1.0 - run.report.figures["least_stretch"] < 0.05
+
+
+def test_a_ball_at_the_end_of_the_load_zone_forbids_no_equilibria():
+    """Its centrifugal load is more than its load, but a few newtons: a 6308 under 3 kN across and 0.5 kN along."""
+    load = ["drive.speed=3000rpm", "rings.inner.load=[0,-3kN,500]", "model.dimension=quasi_static"]
+    scene = load_scene("6308", [*load, "run.duration=0.002"])
+    assert simulate(scene).choice.stepper == "quasi_static"

@@ -100,7 +100,8 @@ RANGES = (
     ),
     Range(
         "model.dimension", ("quasi_static",), "centrifugal_share",
-        "the centrifugal load over the load on the inner raceway", "", -math.inf, 1.4,
+        "the centrifugal load over that on the inner raceway, of balls with a tenth of the greatest load or more,",
+        "", -math.inf, 1.4,
         "`bearing_twin chart dimensions` compared no more", "take model.dimension: prescribed or free",
     ),
     Range(

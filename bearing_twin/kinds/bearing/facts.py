@@ -48,9 +48,12 @@ def relative_acceleration(parameters) -> float:
 
 
 def centrifugal_share(parameters) -> float:
-    """The greatest centrifugal load over the load on the inner raceway, at the start; raises SceneError."""
+    """The greatest centrifugal load over the load on the inner raceway, at the start, of balls that matter.
+
+    Those are balls with a tenth of the greatest load or more. Raises SceneError.
+    """
     law = parameters.contact.normal
-    return share_at_start(parameters, "hertz" if law == "auto" else law)
+    return share_at_start(parameters, "hertz" if law == "auto" else law, least=0.1)
 
 
 def turned_under_load(parameters) -> bool:

@@ -26,16 +26,19 @@ def still_error(share: float) -> float:
     return max(1e-4, 0.04 * share * share)
 
 
-def centrifugal_share(contacts: Contacts) -> float:
-    """The greatest centrifugal load over the load on the inner raceway, of the balls that carry; 0 where none does."""
+def centrifugal_share(contacts: Contacts, least: float = 1e-3) -> float:
+    """The greatest centrifugal load over the load on the inner raceway; 0 where no ball carries.
+
+    Of the balls that carry more than `least` of the greatest load: one at the end of the load zone has any share.
+    """
     load = contacts.load[:, 0]
-    carry = load > 1e-3 * load.max()
+    carry = load > least * load.max()
     return float((contacts.centrifugal[carry] / load[carry]).max()) if carry.any() and load.max() > 0.0 else 0.0
 
 
-def share_at_start(parameters, law: str) -> float:
+def share_at_start(parameters, law: str, least: float = 1e-3) -> float:
     """`centrifugal_share` with the scene's own load, or the ring where its drive holds it; raises SceneError."""
-    return centrifugal_share(scene_equilibrium(parameters, law).contacts)
+    return centrifugal_share(scene_equilibrium(parameters, law).contacts, least)
 
 
 @functools.lru_cache(4)

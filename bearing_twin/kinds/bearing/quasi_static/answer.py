@@ -178,7 +178,7 @@ def flags_of(
         "the gyroscopic moment of a ball needs more friction than contact.friction_coefficient gives: it slides"
         if slips
         else None,
-        f"balls that move by themselves differ in load by up to {100.0 * transient:.2g} %"
+        f"balls that move by themselves differ in load by up to {100.0 * transient:.2g} %, those that carry least most"
         if transient > FLAGGED
         else None,
     )
