@@ -77,6 +77,8 @@ def test_one_record_in_every_kind_of_file_says_the_same(capsys, tmp_path):
     times = np.arange(len(samples)) / RATE
     np.savetxt(tmp_path / "a.csv", np.c_[times, samples], delimiter=",", header="time,acceleration", comments="")
     np.savetxt(tmp_path / "b.csv", samples)
+    rows = (f"{1e3 * time:.9g};{one:.9g}".replace(".", ",") for time, one in zip(times, samples, strict=True))
+    (tmp_path / "c.csv").write_text("\n".join(["Zeit [ms];Beschl. [m/s^2]", *rows]))
     np.savez(tmp_path / "c.npz", x=samples, y=np.zeros(100))
     scipy.io.savemat(
         tmp_path / "d.mat", {"X97_DE_time": samples[:, None], "X97_FE_time": samples[::-1][:, None], "X97RPM": 1775}
@@ -91,6 +93,7 @@ def test_one_record_in_every_kind_of_file_says_the_same(capsys, tmp_path):
     options = {
         "a.csv": (),
         "b.csv": ("--rate", "12kHz"),
+        "c.csv": (),
         "c.npz": ("--key", "x", "--rate", "12000"),
         "d.mat": ("--key", "DE_time", "--rate", "12kHz"),
         "e.mcap": ("--topic", "/shaken", "--key", "linear_acceleration.z"),

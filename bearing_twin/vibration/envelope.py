@@ -78,6 +78,7 @@ class Spectrum:
         """The result as plain data."""
         plain = ("verdict", "shaft_hz", "by_order", "band_hz", "level_db", "rms", "kurtosis", "seconds")
         found = {name: getattr(self, name) for name in plain}
+        found["shaft_rpm"] = 60.0 * self.shaft_hz
         return found | {"lines": [line._asdict() for line in self.lines]}
 
 

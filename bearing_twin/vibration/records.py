@@ -1,7 +1,9 @@
 """Records of acceleration from files: logs of ours, other MCAP logs and bags, tables (.csv) and arrays (.npz, .mat)."""
 
 import csv
+import io
 import math
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +16,9 @@ from bearing_twin.log.bag import SQLITE, SUFFIX, LogReader
 from bearing_twin.log.run_log import read_log
 from bearing_twin.run.dataset import tables_of
 
-TIMES = {"time_ns": 1e-9, "time": 1.0, "t": 1.0, "time_s": 1.0, "time [s]": 1.0, "seconds": 1.0}
+TIMES = {"time_ns": 1e-9, "time": 1.0, "t": 1.0, "time_s": 1.0, "seconds": 1.0}
+TIME_UNIT = re.compile(r"[\[(]\s*(s|sec|ms|us|µs|ns)\s*[\])]\s*$")  # behind the name of a column, in any language
+SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
 COUNTERS = ("sequence",)
 RATES = ("rate", "sampling_rate", "sample_rate", "fs")
 MOST_NAMED = 12
@@ -62,11 +66,14 @@ def _csv_columns(path: Path) -> dict[str, np.ndarray]:
     words = next(csv.reader([first], delimiter=delimiter)) if delimiter else first.split()
     words = [word.strip() for word in words]
     try:
-        [float(word) for word in words]
+        [float(word.replace(",", ".")) for word in words]
         header, names = 0, [str(number + 1) for number in range(len(words))]
     except ValueError:
         header, names = 1, words
-    table = np.loadtxt(path, delimiter=delimiter, skiprows=header, ndmin=2, comments="#" if header == 0 else None)
+    source = path
+    if delimiter == ";":  # where a comma is the sign of decimals
+        source = io.StringIO(path.read_text(encoding="utf-8").replace(",", "."))
+    table = np.loadtxt(source, delimiter=delimiter, skiprows=header, ndmin=2, comments="#" if header == 0 else None)
     if table.shape[1] != len(names):
         raise ValueError(f"{len(names)} names for {table.shape[1]} columns")
     return dict(zip(names, table.T, strict=True))
@@ -89,11 +96,11 @@ _TABLES = {".csv": _csv_columns, ".txt": _csv_columns, ".npz": _npz_columns, ".m
 def _record_of(path: Path, columns: dict[str, np.ndarray], key: str | None, rate: float | None) -> Record:
     numbers = {name: np.ravel(one) for name, one in columns.items() if one.dtype.kind in "fiu"}
     rows = {name: one for name, one in numbers.items() if len(one) >= 16}
-    times = {name: one for name, one in rows.items() if name.lower() in TIMES}
+    times = {name: one for name, one in rows.items() if _time_factor(name)}
     name = _named(path, key, [one for one in rows if one not in times and one.lower() not in COUNTERS])
     samples = rows[name]
     if rate is None and (clock := next((one for one in times if len(times[one]) == len(samples)), None)):
-        rate = _even_rate(times[clock] * TIMES[clock.lower()])
+        rate = _even_rate(times[clock] * _time_factor(clock))
     if rate is None:
         said = (float(one[0]) for word, one in numbers.items() if word.lower() in RATES and len(one) == 1)
         rate = next(said, None)
@@ -102,6 +109,12 @@ def _record_of(path: Path, columns: dict[str, np.ndarray], key: str | None, rate
     turns = (float(one[0]) for word, one in numbers.items() if word.lower().endswith("rpm") and len(one) == 1)
     speed = next(turns, None)
     return Record(samples, rate, None if speed is None else speed * math.pi / 30.0)
+
+
+def _time_factor(name: str) -> float | None:
+    """Factor into seconds of a column of times, as `time`, `Time [ms]`, `Zeit (s)`; None where it is none."""
+    unit = TIME_UNIT.search(name.lower())
+    return SECONDS[unit[1]] if unit else TIMES.get(name.lower())
 
 
 def _named(path: Path, key: str | None, names: list[str]) -> str:
