@@ -312,3 +312,13 @@ def test_stiffness_over_load_and_speed_is_a_file(capsys, tmp_path):
     assert "shows one of them" in refused(capsys, *DOWN, *sweeps, "--plot", str(tmp_path / "two.png"))
     high = "--sweep", "load=1e8:1e9:2", "--sweep", "speed=0:100:2"
     assert "no value of this sweep has an equilibrium" in refused(capsys, *DOWN, *high)
+
+
+def test_the_table_says_what_holds_tilts_and_which_lubricant_it_is(capsys):
+    words = ["bearing", "6308", "--speed", "3000rpm", "--load", "0,-3kN,500", "--set", "lubricant.kind=grease"]
+    assert cli.main(words) == 0
+    held = capsys.readouterr().out
+    assert "tilts are held" in held
+    assert "grease, VG100, 40 °C, 101 mm²/s" in " ".join(held.split())
+    assert cli.main([*words, "--moment", "0,0"]) == 0
+    assert "tilts are held" not in capsys.readouterr().out

@@ -18,6 +18,7 @@ from bearing_twin.command.terminal import show_text
 from bearing_twin.kinds.bearing.ratings import BASE_VISCOSITY, TORQUE_SCATTER, hours_of
 
 L10 = "L10 lives: 90 % of bearings survive them, under the assumptions of the standards."
+HELD_MOMENT = 1e-3  # N m: what holds tilts is named from there on
 STEP = math.radians(0.01)  # of a tilt, for which its stiffness is shown
 _DEGREE, _MOMENT, _PRESSURE = (UNITS[symbol].people[1] for symbol in ("rad", "N m", "Pa"))
 PARTS = {
@@ -41,6 +42,8 @@ def show_equilibrium(result: dict) -> None:
     moved = [1e6 * one for one in result["ring_displacement_m"]]
     _row("displacement", "µm, °", moved, result["misalignment_rad"], _DEGREE)
     _row("load", "N, N mm", [0.0 - one for one in result["ring_force_n"]], result["ring_moment_nm"], -_MOMENT)
+    if not any(result["misalignment_rad"]) and max(map(abs, result["ring_moment_nm"])) > HELD_MOMENT:
+        show_text("tilts are held, by these moments; --moment MX,MY [N m] frees them")
     show_text("stiffness: load [N, N mm] for 1 µm or 0.01° more along")
     rises = (1.0, 1.0, 1.0, _MOMENT, _MOMENT)
     for name, row, rise in zip(("x", "y", "z", "about x", "about y"), result["stiffness"], rises, strict=True):

@@ -14,6 +14,7 @@ from bearing_twin.kinds.bearing.lubricant import (
     film_lubricant,
     film_numbers,
     films,
+    in_words,
     inlet_factors,
     lubricated,
     viscosity_of,
@@ -158,5 +159,5 @@ def torque_answer(parameters, contacts, static: float, force) -> dict:
         "friction_loss_w": total * abs(speed),
         "film_m": found.thickness,
         "lambda": found.ratio,
-        "friction_note": WHY if skf is not None else f"{WHY} {UNKNOWN_SERIES}.",
+        "friction_note": f"{in_words(parameters)} {WHY}{'' if skf is not None else f' {UNKNOWN_SERIES}.'}",
     }

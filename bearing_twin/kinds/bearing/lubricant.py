@@ -84,6 +84,14 @@ def viscosity_of(lubricant: Lubricant, temperature: float) -> float:
     return 1e-6 * a * math.exp(b / (temperature - CELSIUS + 95.0))
 
 
+def in_words(parameters) -> str:
+    """The lubricant of a scene, at its temperature, as a sentence."""
+    lubricant, celsius = parameters.lubricant, parameters.temperature - CELSIUS
+    grade = "two viscosities" if lubricant.viscosity_40 else "VG100" if lubricant.name == "auto" else lubricant.name
+    viscosity = 1e6 * viscosity_of(lubricant, parameters.temperature)
+    return f"Lubricant: {lubricant.kind}, {grade}, {celsius:.4g} °C, {viscosity:.3g} mm²/s."
+
+
 def boundary_dimensions(geometry) -> tuple[float, float]:
     """Bore and outside diameter [m]: of the catalogue where the bearing is in it, else estimated from its balls."""
     if entry := entries().get(geometry.designation):
