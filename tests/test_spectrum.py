@@ -157,3 +157,9 @@ def test_files_that_are_none_are_refused(capsys, tmp_path):
         assert cli.main(["spectrum", str(tmp_path / name), *BEARING, "--rate", "12kHz"]) == 2, name
         assert len(capsys.readouterr().err.strip().splitlines()) == 1, name
     assert cli.main(["spectrum", str(tmp_path / "none.csv"), *BEARING]) == 2
+
+
+def test_a_speed_without_a_unit_is_said_in_rpm(capsys, tmp_path):
+    path = saved(tmp_path, record("outer", seconds=3.0, strength=2.0))
+    assert cli.main(["spectrum", str(path), *BEARING[:2], "--speed", "185.9", "--rate", "12kHz"]) == 0
+    assert "is in rad/s, 1775.21 rpm" in capsys.readouterr().err

@@ -1,6 +1,7 @@
 """The subcommand `spectrum`: what an acceleration record says of a bearing. Imports are late, so --help is quick."""
 
 import argparse
+import math
 from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError, SceneError
@@ -43,10 +44,12 @@ def run(arguments: argparse.Namespace) -> Outcome:
     band = None if arguments.band is None else _band(arguments.band)
     geometry = None if arguments.bearing is None else _geometry(arguments.bearing)
 
-    from bearing_twin.command.terminal import progress
+    from bearing_twin.command.terminal import progress, say
     from bearing_twin.vibration.envelope import spectrum_of
     from bearing_twin.vibration.records import read_record
 
+    if speed and arguments.speed.strip()[-1] in "0123456789.":
+        say(f"--speed {arguments.speed} is in rad/s, {30.0 / math.pi * speed:.6g} rpm; write 1750rpm for other units")
     with progress(f"reading {arguments.file}"):
         record = read_record(arguments.file, arguments.key, rate, arguments.topic)
         speed = record.speed if speed is None else speed
