@@ -320,3 +320,9 @@ def test_films_of_moving_contacts_are_given_out():
 def test_outputs_without_lubricant_have_no_films():
     run = simulate(load_scene("bearing_6203", ("run.duration=1e-3", "solver.check=none")))
     assert "film_thickness" not in last_of(run)
+
+
+def test_a_run_from_equilibria_says_that_it_has_no_friction_of_the_lubricant():
+    scene = load_scene("bearing_6203_greased", ["model.dimension=quasi_static", "run.duration=0.002"])
+    assert any("lubricant's torque" in one for one in simulate(scene).choice.warnings)
+    assert not any("lubricant's torque" in one for one in simulate(load_scene("bearing_6203_greased")).choice.warnings)

@@ -11,6 +11,7 @@ from bearing_twin.kinds.bearing import row
 from bearing_twin.kinds.bearing.adequacy import of_falling_balls, of_held_ring, of_temperatures
 from bearing_twin.kinds.bearing.facts import axis_ratio, rim_speed, without_friction
 from bearing_twin.kinds.bearing.law_error import rule_error
+from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
 from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
@@ -62,6 +63,11 @@ def choose(parameters) -> Choice:
             warnings += left_by(parameters, row.BEARING.facts, ("model.dimension", dimension))
         if parameters.solver.stepper != AUTO:
             warnings.append("solver.stepper does nothing in a run from equilibria, which has no steps")
+        if lubricated(parameters):
+            warnings.append(
+                "a run from equilibria has no friction: the lubricant's torque is computed by `bearing_twin bearing`, "
+                "or with model.dimension: prescribed or free"
+            )
         return Choice(law, QUASI_STATIC, error, sentences(found), tuple(warnings))
     stepper, friction = found["solver.stepper"].value, found["contact.friction"].value
     if dimension == PRESCRIBED:
