@@ -86,12 +86,12 @@ def skf_torque(parameters, static: float, force) -> float | None:
 
     Parameters
     ----------
-    parameters
+    parameters : BearingScene
         Of a scene with a lubricant.
-    static
+    static : float
         Basic static rating C_0 [N].
-    force
-        Force (3,) [N] on the inner ring, z along the axis.
+    force : sequence of float, (3,)
+        Force [N] on the inner ring, z along the axis.
     """
     geometry, lubricant = parameters.geometry, parameters.lubricant
     pitch, turns = 0.5e3 * sum(boundary_dimensions(geometry)), abs(parameters.drive.speed) * 30.0 / math.pi
