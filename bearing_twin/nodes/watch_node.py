@@ -61,7 +61,7 @@ PARAMETERS = (
     NodeParameter("node", "", "full name of the node to look at; empty = the only one that publishes samples"),
     NodeParameter("host", "localhost", "address to listen on; any but localhost lets other machines look and command"),
     NodeParameter("port", 8080, "port to listen on; 0 = any that is free", "", 0, 65535),
-    NodeParameter("patience", 10.0, "wait at most this long for such a node", "s", 0.0, 3600.0),
+    NodeParameter("patience", 30.0, "wait at most this long for such a node", "s", 0.0, 3600.0),
 )
 LOOK_PERIOD = 0.05  # s between looks for viewers and for messages
 REQUESTED_FOR = 20.0  # s after a request for the page, within which its viewer may come
