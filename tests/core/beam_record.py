@@ -4,10 +4,10 @@ The record was made by the engine before the compiled core, by Numba: it is the 
 only hold what the core itself computes.
 """
 
-import json
 from pathlib import Path
 
 import numpy as np
+from records import rounded, write
 
 from bearing_twin import load_scene, simulate
 
@@ -54,23 +54,10 @@ def result(scene: str, overrides) -> dict:
     rows = {name: np.concatenate([block.records[name] for block in blocks]) for name in ("contact", "extremes")}
     return {
         "costs": {name: int(run.report.costs[name]) for name in ("steps", "modes")},
-        **{name: _rounded(values.tolist()) for name, values in rows.items()},
-        **{name: _rounded(values[list(INSTANTS)].tolist()) for name, values in channels.items()},
+        **{name: rounded(values.tolist(), 11) for name, values in rows.items()},
+        **{name: rounded(values[list(INSTANTS)].tolist(), 11) for name, values in channels.items()},
     }
 
 
-def _rounded(values):
-    return [_rounded(one) for one in values] if isinstance(values, list) else float(f"{values:.11g}")
-
-
-def main() -> None:
-    """Write the record."""
-    lines = []
-    for name, scene, overrides in cases():
-        found = result(scene, overrides)
-        lines.append(f"{json.dumps(name)}: {json.dumps(found, separators=(',', ':'))}")
-    RECORD.write_text("{\n" + ",\n".join(lines) + "\n}\n")
-
-
 if __name__ == "__main__":
-    main()
+    write(RECORD, cases(), result)

@@ -4,10 +4,10 @@ The record was made by the engine before the compiled core, by Numba: it is the 
 only hold what the core itself computes.
 """
 
-import json
 from pathlib import Path
 
 import numpy as np
+from records import rounded, write
 
 from bearing_twin import load_scene, simulate
 
@@ -66,22 +66,5 @@ def result(scene: str, overrides) -> dict:
     }
 
 
-def rounded(values):
-    """Nested lists with thirteen digits of each number."""
-    return [rounded(one) for one in values] if isinstance(values, list) else float(f"{values:.13g}")
-
-
-def main() -> None:
-    """Write the record."""
-    found = {}
-    for name, scene, overrides in cases():
-        try:
-            found[name] = result(scene, overrides)
-        except Exception as error:  # a case that a scene refuses is none
-            print(name, "refused:", error)
-    lines = (f"{json.dumps(name)}: {json.dumps(one, separators=(',', ':'))}" for name, one in found.items())
-    RECORD.write_text("{\n" + ",\n".join(lines) + "\n}\n")
-
-
 if __name__ == "__main__":
-    main()
+    write(RECORD, cases(), result)

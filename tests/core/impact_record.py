@@ -4,10 +4,10 @@ The record was made by the engine before the compiled core, by Numba: it is the 
 only hold what the core itself computes.
 """
 
-import json
 from pathlib import Path
 
 import numpy as np
+from records import write
 
 from bearing_twin import load_scene, simulate
 
@@ -83,14 +83,5 @@ def _rounded(values):
     return [_rounded(one) for one in values] if isinstance(values, (list, np.ndarray)) else float(f"{values:.12g}")
 
 
-def main() -> None:
-    """Write the record."""
-    found = {}
-    for name, *case in cases():
-        found[name] = result(*case)
-    lines = (f"{json.dumps(name)}: {json.dumps(one, separators=(',', ':'))}" for name, one in found.items())
-    RECORD.write_text("{\n" + ",\n".join(lines) + "\n}\n")
-
-
 if __name__ == "__main__":
-    main()
+    write(RECORD, cases(), result)

@@ -4,11 +4,10 @@ The record was made by the engine before the compiled core, by Numba: it is the 
 only hold what the core itself computes.
 """
 
-import json
 from pathlib import Path
 
 import numpy as np
-from engine_record import rounded
+from records import rounded, write
 
 from bearing_twin import load_scene, simulate
 
@@ -49,17 +48,5 @@ def result(scene: str, overrides) -> dict:
     return {"costs": costs, **{name: rounded(values[list(INSTANTS)].tolist()) for name, values in channels.items()}}
 
 
-def main() -> None:
-    """Write the record."""
-    found = {}
-    for name, scene, overrides in cases():
-        try:
-            found[name] = result(scene, overrides)
-        except Exception as error:  # a case that a scene refuses is none
-            print(name, "refused:", error)
-    lines = (f"{json.dumps(name)}: {json.dumps(one, separators=(',', ':'))}" for name, one in found.items())
-    RECORD.write_text("{\n" + ",\n".join(lines) + "\n}\n")
-
-
 if __name__ == "__main__":
-    main()
+    write(RECORD, cases(), result)

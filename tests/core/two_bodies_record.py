@@ -4,10 +4,10 @@ The record was made by the engine before the compiled core, by Numba: it is the 
 only hold what the core itself computes.
 """
 
-import json
 from pathlib import Path
 
 import numpy as np
+from records import rounded, write
 
 from bearing_twin import load_scene, simulate
 
@@ -76,27 +76,10 @@ def result(scene: str, overrides) -> dict:
     contacts = np.concatenate([block.records["contact"] for block in blocks])
     return {
         "costs": {name: int(cost) for name, cost in run.report.costs.items() if name not in ("wall", "touches")},
-        "contacts": _rounded(contacts[:CONTACTS].tolist()),
-        **{name: _rounded(values[list(INSTANTS)].tolist()) for name, values in channels.items()},
+        "contacts": rounded(contacts[:CONTACTS].tolist(), 11),
+        **{name: rounded(values[list(INSTANTS)].tolist(), 11) for name, values in channels.items()},
     }
 
 
-def _rounded(values):
-    return [_rounded(one) for one in values] if isinstance(values, list) else float(f"{values:.11g}")
-
-
-def main() -> None:
-    """Write the record."""
-    found = {}
-    for name, scene, overrides in cases():
-        try:
-            found[name] = result(scene, overrides)
-            print(name, found[name]["costs"], len(found[name]["contacts"]), flush=True)
-        except Exception as error:  # a case that a scene refuses is none
-            print(name, "refused:", type(error), error, flush=True)
-        lines = (f"{json.dumps(name)}: {json.dumps(one, separators=(',', ':'))}" for name, one in found.items())
-        RECORD.write_text("{\n" + ",\n".join(lines) + "\n}\n")
-
-
 if __name__ == "__main__":
-    main()
+    write(RECORD, cases(), result)
