@@ -49,23 +49,23 @@ def show_report(report: Report, result: Mapping, verbose: bool = False) -> None:
     if verbose:
         show_result(result)
         return
-    said = report.as_dict().keys()
-    shown = {key: result[key] for key in report.figures} | {key: one for key, one in result.items() if key not in said}
+    of_report = report.as_dict().keys()
+    shown = {key: result[key] for key in report.figures} | {key: one for key, one in result.items() if key not in of_report}
     errors = {key: one for key, one in _errors_apart(result)[1].items() if key in shown}
     values = _Values.of(result, shown, errors)
     duration = in_shown_units(f"{report.simulated_seconds:.6g} s")
     show_text(f"{report.scene or 'log'}: {duration}, law {report.law}, stepper {report.stepper}")
-    cut = values.show_columns(everything=False)
+    left_out = values.show_columns(everything=False)
     show_text()
     values.show_single()
     values.show_events()
     show_text()
-    said = [("status", report.status), *_errors_of_outputs(result)]
+    rows = [("status", report.status), *_errors_of_outputs(result)]
     if report.compute_seconds > 0.0:
         computed = in_shown_units(f"{report.compute_seconds:.3g} s")
-        said.append(("computed in", f"{computed}, {report.real_time_factor:.2g} times real time"))
-    show_text("\n".join(named_values(said, width_of_terminal())))
-    more = "further columns, " if cut else ""
+        rows.append(("computed in", f"{computed}, {report.real_time_factor:.2g} times real time"))
+    show_text("\n".join(named_values(rows, width_of_terminal())))
+    more = "further columns, " if left_out else ""
     show_text(f"with --verbose: {more}why this model, costs, errors of the model")
 
 

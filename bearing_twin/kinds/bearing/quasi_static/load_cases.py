@@ -60,14 +60,14 @@ class Equilibria:
     reason: np.ndarray
 
     def __repr__(self) -> str:
-        told = {
+        rows = {
             "displacement x, y, z [m]": self.displacement[..., :3],
             "tilts about x and y [rad]": self.displacement[..., 3:],
             "greatest ball load [N]": self.ball_load.max(axis=(-2, -1)),
             "stiffness along x, y, z [N/m]": np.diagonal(self.stiffness, axis1=-2, axis2=-1)[..., :3],
         }
         title = f"{self.converged.size} equilibria, {int(self.converged.sum())} of them found"
-        return in_lines(title, {name: value.ravel().tolist() for name, value in told.items()})
+        return in_lines(title, {name: value.ravel().tolist() for name, value in rows.items()})
 
 
 def azimuths_on(loads: np.ndarray) -> np.ndarray:
