@@ -50,7 +50,9 @@ def show_report(report: Report, result: Mapping, verbose: bool = False) -> None:
         show_result(result)
         return
     of_report = report.as_dict().keys()
-    shown = {key: result[key] for key in report.figures} | {key: one for key, one in result.items() if key not in of_report}
+    shown = {key: result[key] for key in report.figures} | {
+        key: one for key, one in result.items() if key not in of_report
+    }
     errors = {key: one for key, one in _errors_apart(result)[1].items() if key in shown}
     values = _Values.of(result, shown, errors)
     duration = in_shown_units(f"{report.simulated_seconds:.6g} s")
