@@ -132,6 +132,9 @@ def test_scenes_and_keys_are_listed(capsys):
     loaded = [load_scene(name) for name in scene_names()]
     listed = [{"name": one.name, "kind": one.kind, "description": one.description} for one in loaded]
     assert asked(capsys, "scenes")["scenes"] == listed
+    assert main(["scenes"]) == DONE
+    shown = capsys.readouterr().out.split()
+    assert set(shown) >= {word for row in listed for word in row["description"].split()}, "words are cut"
     keys = asked(capsys, "scenes", "--keys")["keys"]
     assert [key["key"] for key in keys] == [row.key for kind in KINDS.values() for row in describe(kind.parameters)]
     assert main(["scenes", "--keys"]) == DONE

@@ -70,13 +70,14 @@ def _lines(header, rows, width: int, sides: Sequence[str], widest: Sequence[int 
     from rich.table import Table
 
     rows = [[*map(str, row)] for row in rows]
-    found = Table(box=None, pad_edge=False, padding=(0, len(GAP), 0, 0), show_header=header is not None)
+    found = Table(box=None, padding=(0, len(GAP), 0, 0), show_header=header is not None)
     names = header or [""] * len(sides)
     for place, (side, name, most) in enumerate(zip_longest(sides, names, widest)):
         least = _longest_word([name, *(row[place] for row in rows)])
         found.add_column(name, justify=side, min_width=min(least, most or least), max_width=most)
     for row in rows:
         found.add_row(*row)
+    width += len(GAP)  # behind the last column, too: without it rich cuts words there
     console = Console(file=io.StringIO(), width=width, highlight=False, markup=False, emoji=False, color_system=None)
     console.print(found)
     return [line.rstrip() for line in console.file.getvalue().splitlines()]
