@@ -13,9 +13,11 @@ import pytest
 from bearing_twin.base.messages import LONGEST_ECHO, name_of_peer
 from bearing_twin.base.units import UNITS, for_people, known_digits, readable
 from bearing_twin.command import cli, commands
+from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.results import show_result
 from bearing_twin.command.scene_commands import SHELLS
+from bearing_twin.run.scene import load_scene
 
 RESULT = {
     "cage_speed_rad_s": 69.9611,
@@ -127,6 +129,29 @@ def test_every_command_has_examples_and_each_of_them_parses(capsys):
         out = capsys.readouterr().out
         assert all(line in out for line in command.examples)
         assert all(len(line) <= 80 or line.strip() in command.examples for line in out.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("key", "wrong", "right", "others"),
+    [
+        ("drive.speed", "3000rps", "3000rpm", ["rad/s"]),
+        ("geometry.radial_clearance", "10mic", "10µm", ["m", "mm"]),
+        ("drive.tilt", "[1gon, 0]", "[1°, 0]", ["rad"]),
+        ("run.duration", "3weeks", "3ms", ["s", "µs"]),
+    ],
+)
+def test_a_number_in_a_wrong_unit_is_refused_with_the_units_that_are_read(key, wrong, right, others, capsys):
+    assert load_scene("bearing_6203", [f"{key}={right}"]).kind == "bearing"
+    assert main(["simulate", "bearing_6203", "--set", f"{key}={wrong}"]) == BAD_INPUT
+    named = capsys.readouterr().err.rpartition("units that are read:")[2]
+    assert {re.sub(r"[\d\[\], ]", "", right), *others} <= {one.strip() for one in named.split(",")}
+
+
+@pytest.mark.parametrize(("speed", "noted"), [("3000", True), ("100", False), ("30000rpm", False)])
+@pytest.mark.parametrize("words", [("bearing", "6203", "--speed={}"), ("bearing", "6203", "--set=drive.speed={}")])
+def test_a_speed_without_a_unit_above_the_limiting_speed_is_said_in_rpm(words, speed, noted, capsys):
+    assert main([word.format(speed) for word in words] + ["--load", "0,-1kN,0"]) == DONE
+    assert ("28647.9 rpm" in capsys.readouterr().err) == noted
 
 
 @pytest.mark.parametrize("shell", SHELLS)

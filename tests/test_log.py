@@ -113,7 +113,7 @@ def test_a_recording_of_all_outputs_that_begins_late_verifies_and_says_what_is_s
     assert "0.06 s of this log, before output 60, would be simulated" in capsys.readouterr().err
 
 
-def test_a_log_with_gaps_is_verified_where_it_has_outputs_and_one_that_was_reset_is_refused(tmp_path, capsys):
+def test_a_log_with_gaps_is_verified_where_it_has_outputs(tmp_path, capsys):
     scene = load_scene("bearing_6203", ["run.duration=0.12"])
     whole = joined(list(simulate(scene).blocks()))
     write_log(made_up_run(scene, [whole.part(0, 50), whole.part(80, 121)]), tmp_path / "gap.mcap")
@@ -124,9 +124,6 @@ def test_a_log_with_gaps_is_verified_where_it_has_outputs_and_one_that_was_reset
     found = json.loads(captured.out)
     assert (found["samples"], found["greatest_deviation"], found["outputs_missing"]) == (91, 0.0, 30)
     assert "30 outputs are missing in the log, and nothing is known of them" in captured.err
-    write_log(made_up_run(scene, [whole.part(0, 50), whole.part(0, 50)]), tmp_path / "reset.mcap")
-    assert main(["verify", str(tmp_path / "reset.mcap")]) == BAD_INPUT
-    assert "the run in this log starts again: output 0 follows 49" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["bearing_6203", "ellipsoid_rocking"])
@@ -402,7 +399,7 @@ def test_gap_is_an_error_that_counts_it(tmp_path):
 
 def test_reset_while_recording_is_told(tmp_path):
     record(tmp_path / "run.mcap", [BLOCK, made_up_block(SCENE, 40, seed=9)])
-    with pytest.raises(LogError, match="starts again: output 0 follows 229"):
+    with pytest.raises(LogError, match="output 0 follows 229"):
         list(read_log(tmp_path / "run.mcap"))
     assert len(list(read_log(tmp_path / "run.mcap", allow_gaps=True))) == 270
 
@@ -653,13 +650,17 @@ def test_records_that_come_out_of_order_are_put_in_theirs(tmp_path):
         assert all(np.array_equal(mine[name], theirs[name], equal_nan=True) for name in theirs)
 
 
-def test_of_a_recording_of_several_runs_the_last_is_reported_on(tmp_path, capsys):
-    """As of a node that was reset after 1000 N were commanded, to the 400 N of its scene."""
-    path, scene = tmp_path / "reset.mcap", load_scene("bearing_6203_rig_400N", ["run.duration=0.06"])
-    before, run = simulate(load_scene("bearing_6203_rig_1000N", ["run.duration=0.1"])), simulate(scene)
-    numbers = {}
+def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, capsys):
+    """As of a node whose law and load were changed while it ran: each run with its own scene, the last by default."""
+    path = tmp_path / "reset.mcap"
+    scenes = [
+        load_scene("bearing_6203_rig_1000N", ["run.duration=0.1"]),
+        load_scene("bearing_6203_rig_400N", ["run.duration=0.02", "contact.normal=hertz_exact"]),
+        load_scene("bearing_6203_rig_400N", ["run.duration=0.06"]),
+    ]
+    runs, numbers = [simulate(scene) for scene in scenes], {}
     with RawLogWriter(path) as log:
-        for one in (before, run):
+        for one in runs:
             messages = MessageStream(one.scene, choice=one.choice)
             made = [message for block in one.blocks() for message in messages.messages(block)]
             for topic, stamp, data in (*made, *messages.flush()):
@@ -667,24 +668,31 @@ def test_of_a_recording_of_several_runs_the_last_is_reported_on(tmp_path, capsys
                     described = topic.ros_type, cdr.schema_text(topic.ros_type), cdr.type_hash(topic.ros_type)
                     numbers[topic.full_name] = log.add_topic(topic.full_name, *described, (Qos(),))
                 log.write(numbers[topic.full_name], stamp, stamp, data)
-    stream = read_log(path, allow_gaps=True, last_run=True)
-    found, missing = report_of(stream)
-    assert (found.samples, missing, stream.restart, stream.seconds) == (61, 0, (0, 100, 2, False), pytest.approx(0.061))
-    assert (found.figures, found.errors["errors_by_source"]) == (
-        run.report.figures,
-        run.report.errors["errors_by_source"],
-    )
-    assert bits(stream) == bits(joined(list(simulate(scene).blocks())))
-    with pytest.raises(LogError, match=r"starts again: output 0 follows 100.* read the last with last_run=True"):
+        log.add_topic("/bearing/command/load", cdr.WRENCH, cdr.schema_text(cdr.WRENCH), "", (Qos(),))
+    for number, (scene, run) in enumerate(zip(scenes, runs, strict=True), start=1):
+        stream = read_log(path, run=number)
+        found, missing = report_of(stream)
+        outputs = int(1000 * scene.parameters.run.duration) + 1
+        assert (found.samples, missing, stream.run, stream.runs) == (outputs, 0, number, 3)
+        assert (stream.seconds, stream.scene.parameters) == (pytest.approx(0.001 * outputs), scene.parameters)
+        assert (found.law, found.figures) == (run.choice.law, run.report.figures)
+        assert found.errors["errors_by_source"] == run.report.errors["errors_by_source"]
+        assert bits(stream) == bits(joined(list(simulate(scene).blocks())))
+        for command in ("report", "verify"):
+            assert main([command, str(path), "--json", "--run", str(number)]) == DONE
+            told = capsys.readouterr()
+            assert json.loads(told.out)["samples"] == outputs
+            assert f"run {number} of 3" in told.err
+        assert json.loads(told.err and told.out)["greatest_deviation"] == 0.0
+        assert document_of_log(path, run=number)["facts"][3] == ("outputs", str(outputs))
+    assert read_log(path, last_run=True).run == 3
+    (note,) = document_of_log(path)["notes"]  # a command has a topic that the kind knows
+    assert "run 3 of 3" in note
+    with pytest.raises(LogError, match=r"holds 3 runs.* output 0 follows 100.*run=1 to 3.*last_run=True"):
         list(read_log(path))
-    assert main(["report", str(path)]) == DONE
-    assert (
-        "holds 2 runs, as the node was reset or started again: figures are those of the last" in capsys.readouterr().err
-    )
-    assert main(["verify", str(path)]) == BAD_INPUT
-    assert "the run in this log starts again: output 0 follows 100" in capsys.readouterr().err
+    assert sum(map(len, read_log(path, allow_gaps=True).blocks())) == 101 + 21 + 61
+    for wrong in ("0", "4", "-2"):
+        assert main(["report", str(path), "--run", wrong]) == BAD_INPUT
+        assert "give one from 1 to 3" in capsys.readouterr().err
     assert main(["export", str(path), "--to", "csv", "--out", str(tmp_path / "tables")]) == DONE
-    assert "holds 2 runs, as the node was reset or started again: time and sequence begin" in capsys.readouterr().err
-    assert document_of_log(path)["notes"] == [
-        "The log holds 2 runs, as the node was reset or started again: figures are those of the last."
-    ]
+    assert "holds 3 runs" in capsys.readouterr().err

@@ -18,7 +18,7 @@ from bearing_twin.log.bag import Qos, offered_qos, raw_messages
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, McapReader, StoredTopic
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety
 from bearing_twin.log.recover import recover
-from bearing_twin.log.run_log import LogStream, read_log, write_log
+from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.sample_block import sample_range, samples_message
 from bearing_twin.log.stream import RELIABLE, MessageStream, topics
 from bearing_twin.nodes.recording import (
@@ -279,23 +279,6 @@ def test_a_recording_holds_the_bytes_and_what_was_lost(tmp_path):
     assert sum(len(block) for block in stored.blocks()) == 100
     assert stored.metadata[RECORDING_RECORD]["samples_lost"] == "20"
     assert stored.metadata[RECORDING_RECORD]["samples_received"] == "100"
-
-
-@pytest.mark.parametrize(("firsts", "ended", "passes"), [((0, 50), True, 0), ((0, 50), False, 1), ((50, 0), True, 1)])
-def test_a_recording_of_one_run_is_read_once(tmp_path, monkeypatch, firsts, ended, passes):
-    recording = Recording(tmp_path / "out.mcap", ["/bearing/*"])
-    recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
-    for first in firsts:
-        receive(recording, SAMPLES, 1, 1, sample_block(first, 50))
-    if ended:
-        recording.close()
-    else:  # as it is killed
-        recording._log.close()
-    looked, look = [], LogStream._last_run
-    monkeypatch.setattr(LogStream, "_last_run", lambda stream, ranges: looked.append(1) or look(stream, ranges))
-    stream = read_log(tmp_path / "out.mcap", last_run=True)
-    assert (len(looked), stream.end, stream.restart is None) == (passes, firsts[-1] + 50, firsts == (0, 50))
-    assert sum(len(block) for block in stream.blocks()) == (100 if stream.restart is None else 50)
 
 
 def test_rows_of_records_that_are_lost_are_no_outputs(tmp_path):

@@ -10,7 +10,7 @@ from made_up_run import made_up_block, made_up_scene
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.mcap_read import McapReader
-from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter, Safety
+from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety
 from bearing_twin.log.sample_block import samples_message
 from bearing_twin.nodes.recording import MIXED, Recording, Sequences
 
@@ -34,15 +34,6 @@ def test_one_publisher_that_starts_again_and_again_mixes_with_nobody():
         stream.saw(0, 50)
         stream.saw(50, 10)
     assert (stream.restarts, stream.mixed, stream.lost) == (MIXED + 2, 0, 0)
-
-
-def test_the_end_of_a_recording_is_that_of_the_longest_samples(tmp_path):
-    recording = Recording(tmp_path / "out.mcap", ["*"])
-    for topic, count in (("/left/samples", 50), ("/right/samples", 20), ("/right/records/touch", 90)):
-        recording.add(topic, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
-        recording.receive_all(topic, [1], [1], [sample_block(0, count)], [1])
-    recording.close()
-    assert told_in(tmp_path / "out.mcap")[-1][ENDED_KEY] == "50"
 
 
 def test_every_one_of_many_that_no_reader_takes_is_counted(tmp_path):

@@ -284,7 +284,7 @@ def test_view_of_a_scene_says_what_it_wrote(tmp_path, capsys):
         (["no_such_scene"], "no scene 'no_such_scene'"),
         (["run.mcap", "--duration", "1"], "a log cannot be changed"),
         (["spheres_alpha_4e-5", "--duration", "1"], "a study has no --duration"),
-        (["two_spheres", "--topic", "/left/samples"], "give --topic with a log"),
+        (["two_spheres", "--topic", "/left/samples"], "give --topic and --run with a log"),
     ],
 )
 def test_what_view_cannot_do_is_said_in_one_sentence(tmp_path, capsys, monkeypatch, words, sentence):

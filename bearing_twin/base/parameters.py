@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.messages import LONGEST_ECHO, echo, unknown
 from bearing_twin.base.paths import ROOM
-from bearing_twin.base.units import NO_LIMITS, UNITS, Limits, si_value, with_unit
+from bearing_twin.base.units import NO_LIMITS, UNITS, Limits, si_value, units_taken, with_unit
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
@@ -176,7 +176,8 @@ def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any
     if isinstance(given, str) and (value := si_value(given, unit)) is not None:
         given = value
     if isinstance(given, bool) or not isinstance(given, (int, float)):
-        return None, legal
+        units = units_taken(unit) if isinstance(given, str) else ()
+        return None, f"{legal}; units that are read: {', '.join(units)}" if units[1:] else legal
     try:
         value = float(given)
     except OverflowError:

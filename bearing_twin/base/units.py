@@ -250,6 +250,15 @@ def si_value(text: str, unit: str) -> float | None:
 
 
 @functools.cache
+def units_taken(unit: str) -> tuple[str, ...]:
+    """Units that a number declared in `unit` may be written with, the usual prefixes among them; that of SI first."""
+    row = UNITS.get(unit, UNITS["1"])
+    names = [row.shown, *(row.people or ())[:1], *(prefix + row.shown for prefix in "kmµ" if prefix in row.prefixes)]
+    names += ["°C"] if unit == "K" else ALSO_WRITTEN.get(unit, ())
+    return tuple(dict.fromkeys(name for name in names if name))
+
+
+@functools.cache
 def _factors(unit: str) -> dict[str, float]:
     """Factor into SI of each way to write a unit; prefixes belong to a first unit that has no power."""
     row, found = UNITS[unit], {}

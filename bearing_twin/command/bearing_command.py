@@ -6,7 +6,15 @@ import math
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.units import Limits
 from bearing_twin.command import catalogue_table
-from bearing_twin.command.outcome import Outcome, add_changes, new_path, number, overrides_of, picture_path
+from bearing_twin.command.outcome import (
+    Outcome,
+    add_changes,
+    new_path,
+    note_bare_speed,
+    number,
+    overrides_of,
+    picture_path,
+)
 
 HELP = "a bearing in equilibrium under load: displacement, loads, stiffness, ratings, life, fault frequencies"
 EXAMPLES = (
@@ -103,6 +111,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     from bearing_twin.command import bearing_table
     from bearing_twin.command.terminal import progress
 
+    note_bare_speed(_bearing_scene(arguments), overrides_of(arguments, **SHORT_KEYS))
     result, show = None, catalogue_table.show_row
     if not (sweeps or picture or sheet or arguments.mass):
         result = _row_alone(arguments, given)

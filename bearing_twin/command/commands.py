@@ -27,6 +27,7 @@ from bearing_twin.command.outcome import (
     doubts_of,
     failure_kept,
     new_log,
+    note_bare_speed,
     number,
     overrides_of,
     picture_path,
@@ -78,6 +79,7 @@ def _simulate(arguments) -> Outcome:
 
         begun = continued(read_log(arguments.scene), arguments.more, overrides)
         scene = begun.scene
+    note_bare_speed(scene, overrides)
     picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
     log = new_log(arguments.out) if arguments.out else None
 

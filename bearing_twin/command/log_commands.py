@@ -12,6 +12,7 @@ from typing import NamedTuple
 from bearing_twin.base.errors import IntegrationError, LogError
 from bearing_twin.command import study_command
 from bearing_twin.command.outcome import (
+    RUN,
     Outcome,
     Subcommand,
     add_verbose,
@@ -107,8 +108,13 @@ def _samples_arguments(parser):
     parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
 
 
-def _verify_arguments(parser):
+def _one_run_arguments(parser):
     _samples_arguments(parser)
+    parser.add_argument("--run", **RUN)
+
+
+def _verify_arguments(parser):
+    _one_run_arguments(parser)
     what = "simulated at most where a log begins late or has gaps; without it, what is long is refused"
     parser.add_argument("--before", type=quantity("s"), metavar="SECONDS", help=what)
 
@@ -123,9 +129,7 @@ def _verify(arguments) -> Outcome:
     if is_study(arguments.log):
         raise LogError("that is the log of a study, and runs alone are verified; report and study --resume read it")
     with progress("simulating the scene of the log again") as update:
-        log = read_log(arguments.log, allow_gaps=True, topic=arguments.topic, last_run=True)
-        if log.restart:
-            raise LogError(f"the run in this log {log.restart}; verify the log of one run")
+        log = read_log(arguments.log, True, arguments.topic, last_run=True, run=arguments.run)
         verification = verify(log, lambda time: update(time / log.seconds), _before_the_log, arguments.before)
     kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
     result = {"log": str(arguments.log)} | verification.as_dict() | kept
@@ -134,7 +138,11 @@ def _verify(arguments) -> Outcome:
     hidden = {"deviations", "records_not_as_many", *(("greatest_deviation",) if off else ())}  # each of them is shown
     shown = {key: value for key, value in result.items() if key not in hidden} | {"channels": count}
     shown |= {"deviation of": off} if off else {}
-    return Outcome(result, log.notes + verification.doubts(), lambda: show_result(shown))
+    return Outcome(result, log.notes + _run_noted(log) + verification.doubts(), lambda: show_result(shown))
+
+
+def _run_noted(log) -> list[str]:
+    return [log.run_note] if log.run_note else []
 
 
 @contextlib.contextmanager
@@ -147,7 +155,7 @@ def _before_the_log(seconds: float):
 
 
 def _report_arguments(parser):
-    _samples_arguments(parser)
+    _one_run_arguments(parser)
     parser.add_argument("--plot", metavar="PNG", help="draw the ball loads")
     add_verbose(parser)
 
@@ -160,7 +168,7 @@ def _report(arguments) -> Outcome:
     from bearing_twin.run.report import report_of
 
     picture = picture_path(arguments.plot) if arguments.plot else None
-    stream = read_log(arguments.log, allow_gaps=True, topic=arguments.topic, last_run=True)
+    stream = read_log(arguments.log, True, arguments.topic, last_run=True, run=arguments.run)
     if STUDY_RECORD in stream.metadata:
         return study_command.report(arguments.log, picture)
     watched = ShownStream(stream, bool(picture))
@@ -172,7 +180,7 @@ def _report(arguments) -> Outcome:
     if picture:
         result["plot"] = watched.write(picture, report, arguments.plot_errors)
     result |= {"messages_foreign": sum(stream.foreign.values())} if stream.foreign else {}
-    warnings = stream.notes + ([stream.restart.sentence()] if stream.restart else [])
+    warnings = stream.notes + _run_noted(stream)
     warnings += [f"{missing} outputs are missing from the log"] if missing else []
     warnings += [stream.cut_short.sentence()] if stream.cut_short else []
     lost = {

@@ -7,7 +7,16 @@ from typing import Any
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, wanted
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.paths import file_name
-from bearing_twin.command.outcome import Outcome, Subcommand, add_changes, failure_kept, new_path, overrides_of
+from bearing_twin.command.outcome import (
+    RUN,
+    Outcome,
+    Subcommand,
+    add_changes,
+    failure_kept,
+    new_path,
+    note_bare_speed,
+    overrides_of,
+)
 
 LONGEST = 10.0  # simulated seconds of a scene that is run for its page
 
@@ -23,6 +32,7 @@ def _view_arguments(parser: argparse.ArgumentParser) -> None:
         "--duration", metavar="S", help=f"simulated time of a scene [s] (default: its own, at most {LONGEST:g})"
     )
     parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
+    parser.add_argument("--run", **RUN)
     parser.add_argument("--gif", metavar="GIF", help="also the picture in motion, for slides; wants the extra `view`")
     parser.add_argument("--mp4", metavar="MP4", help="the same as a film")
 
@@ -40,8 +50,8 @@ def _view(arguments: argparse.Namespace) -> Outcome:
     sort = _sort(arguments)
     if sort == "log" and (arguments.set or arguments.duration):
         raise BearingTwinError("a log cannot be changed; give --set and --duration with a scene")
-    if sort != "log" and arguments.topic:
-        raise BearingTwinError(f"a {sort} has one view; give --topic with a log of several bearings")
+    if sort != "log" and (arguments.topic or arguments.run is not None):
+        raise BearingTwinError(f"a {sort} has one view; give --topic and --run with a log")
     document, problem = {"log": _of_log, "study": _of_study, "scene": _of_scene}[sort](arguments)
     from bearing_twin.view.page import write_page
 
@@ -94,7 +104,7 @@ def _of_log(arguments) -> tuple[dict[str, Any], str]:
     from bearing_twin.view.run_page import document_of_log
 
     with progress(f"reading {arguments.what}"):
-        return document_of_log(arguments.what, topic=arguments.topic), ""
+        return document_of_log(arguments.what, arguments.topic, arguments.run), ""
 
 
 def _of_scene(arguments) -> tuple[dict[str, Any], str]:
@@ -103,6 +113,7 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
 
     overrides = overrides_of(arguments, duration="run.duration")
     scene = load_scene(arguments.what, overrides)
+    note_bare_speed(scene, overrides)
     own = scene.parameters.run.duration
     from bearing_twin.command.terminal import in_shown_units, progress, say
     from bearing_twin.run.scene import late_keys

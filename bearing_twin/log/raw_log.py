@@ -34,7 +34,6 @@ KEPT_RATE = 5.0  # 1/s: an hour of a bearing of eight balls takes 0.3 GB then, a
 BAG_RECORD = "rosbag2"
 SCENE_RECORD = "bearing_twin"
 RECORDING_RECORD = "bearing_twin_recording"  # messages that a recorder received and lost; the last one counts
-ENDED_KEY = "samples_end"  # in it, once the recorder has ended: the number behind the last output
 OUTPUTS_KEY = "outputs"  # in SCENE_RECORD, where a whole run is written: how many it has; others may end at any time
 RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs of one scene
 BEGINS_KEY = "begins"  # in SCENE_RECORD: the number of the first output of a run that continues another

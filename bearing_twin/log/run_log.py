@@ -8,6 +8,7 @@ import math
 import platform
 import sys
 import time
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from os import PathLike
@@ -24,9 +25,9 @@ from bearing_twin.base.sample import Block, Channel, Sample, between, joined
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, path_of
+from bearing_twin.log.mcap_read import LoggedMessage
 from bearing_twin.log.raw_log import (
     BEGINS_KEY,
-    ENDED_KEY,
     OUTPUTS_KEY,
     RECORDING_RECORD,
     RUN_RECORD,
@@ -37,8 +38,8 @@ from bearing_twin.log.raw_log import (
     Told,
     kept_rate,
 )
-from bearing_twin.log.recover import advised, logged
-from bearing_twin.log.sample_block import Restart, block_of, channels_of, check_block, refuse_misfits, sample_range
+from bearing_twin.log.recover import advised
+from bearing_twin.log.sample_block import block_of, channels_of, check_block, refuse_misfits, sample_range
 from bearing_twin.log.stream import Channelled, MessageStream, choice_record, topics
 from bearing_twin.run.dataset import dataset_of
 from bearing_twin.run.failure import told_in
@@ -83,14 +84,17 @@ def known_choice(choice: Choice, scene: Scene | None) -> Choice:
     return now._replace(stepper=choice.stepper or now.stepper, warnings=(*choice.warnings, doubt))
 
 
-def read_log(path: Any, allow_gaps: bool = False, topic: str | None = None, last_run: bool = False) -> "LogStream":
+def read_log(
+    path: Any, allow_gaps: bool = False, topic: str | None = None, last_run: bool = False, run: int | None = None
+) -> "LogStream":
     """The samples of a log (.mcap file or bag folder), as the run gave them out.
 
     Raises LogError if it is no log, is damaged (then also how much `recover` saves) or holds no `samples`; with several
     such topics `topic` chooses one. While iterating, outputs that are missing or begin again raise LogError unless
-    `allow_gaps`. With `last_run` the recording of a node that was reset or started again is read from there on.
+    `allow_gaps`. Of the recording of a node that was reset or started again, `run` selects one run (1 is the first),
+    and `last_run` the last; without either all are read.
     """
-    return LogStream(path, allow_gaps, topic, last_run)
+    return LogStream(path, allow_gaps, topic, -1 if last_run and run is None else run)
 
 
 class LogStream:
@@ -98,15 +102,15 @@ class LogStream:
 
     `scene` is that of the metadata or, of a recording, of its topic `scene`; None where there is neither. `choice` is
     the model in use, `report` what the run said of itself (None for recordings). `metadata` maps each record's name to
-    its texts. With `allow_gaps`, `missing` counts outputs that were found missing so far, and `runs` the runs begun.
+    its texts. With `allow_gaps`, `missing` counts outputs that were found missing so far.
     `kept_rate` [1/s] is how many outputs a second of simulated time were logged, 0 = all; what then lies between is not
-    missing. `frame` is what the samples are stamped with. With `last_run`, `restart` is where the run that is read
-    begins in a recording of several, None of one, and `end` the number behind its last output.
+    missing. `frame` is what the samples are stamped with. `runs` is the number of runs in the log, `run` that of the
+    one that is read (None: all), and `end` the number behind its last output.
     """
 
-    def __init__(self, path, allow_gaps: bool, topic: str | None, last_run: bool = False):
+    def __init__(self, path, allow_gaps: bool, topic: str | None, run: int | None = None):
         self.path: Path = path_of(path)
-        self.missing, self.runs, self._reached = 0, 1, 0
+        self.missing, self._reached = 0, 0
         self._allow_gaps = allow_gaps
         with advised(path):
             self._reader = LogReader(path, unfinished=allow_gaps)
@@ -120,13 +124,15 @@ class LogStream:
         self.namespace = self.topic.rpartition("/")[0]
         self._tables = {name for name in kept if name.startswith(f"{self.namespace}/records/")}
         self.report: dict | None = report_in(self.metadata.get(RUN_RECORD, {}))
-        self.restart: Restart | None = None
-        self.end = self._skipped = 0
-        ranges = self._ranges()
-        if last_run and self.report is None:  # else one run, which reported on itself when it was over
-            self.end = self._told_end(len(kept) - len(self._tables))
-            if not self.end:
-                self.restart, self._skipped, self.end = self._last_run(ranges)
+        parts = self._parts()
+        self.runs = len(parts)
+        if run is not None and run != -1 and run not in range(1, self.runs + 1):
+            several = f"{self.runs} runs: give one from 1 to {self.runs}" if self.runs > 1 else "one run"
+            raise LogError(f"run {echo(run)} is not in {path}, which holds {several}")
+        self.run: int | None = self.runs if run == -1 else run
+        part = parts[(self.run or self.runs) - 1]
+        self.end = part.end
+        self._part = None if self.run is None or self.runs == 1 else part
         described = self.metadata.get(SCENE_RECORD, {})
         described = described if described.get("scene") else self._described() or described
         text = described.get("scene")
@@ -199,6 +205,21 @@ class LogStream:
         return (sequence, state) if sequence is not None and isinstance(state, dict) else None
 
     @property
+    def run_note(self) -> str:
+        """A warning for figures of one run of a recording of several; "" where there is one."""
+        if self.runs == 1:
+            return ""
+        if self.topic in self.metadata.get(RECORDING_RECORD, {}).get("mixed", "").split():
+            return (
+                "several nodes sent samples at a time, so that outputs of them stand among each other: figures are of "
+                "what came last, and hold for none of them; record each in a namespace of its own"
+            )
+        return (
+            f"the log holds {self.runs} runs, as the node was reset or started again: figures are those of run "
+            f"{self.run} of {self.runs}; --run N for another"
+        )
+
+    @property
     def has_records(self) -> bool:
         """True where the log has topics of records, events between outputs."""
         return bool(self._tables)
@@ -213,7 +234,7 @@ class LogStream:
 
     def blocks(self) -> Iterator[Block]:
         """The blocks as recorded; raises LogError where the log is damaged or outputs are missing."""
-        self.missing, self.runs, self._reached = 0, 1, 0
+        self.missing, self._reached = 0, 0
         expected, held, records = None, None, self._records()
         names = [channel.name for channel in self.channels]
         widths = [channel.width for channel in self.channels]
@@ -255,91 +276,98 @@ class LogStream:
     def _described(self) -> dict[str, str]:
         """The content of the topic `scene` of a recording, as texts; empty where there is nothing usable.
 
-        Where the last run alone is read, it is the last message: a node that is started again may play another scene.
+        Of several runs each has its own, for a node that is started again may play another scene.
         """
-        found: dict[str, str] = {}
+        place = self._part.scene if self._part else 0
+        found = self._in_order({f"{self.namespace}/scene"})
+        found = deque(found, maxlen=1) if place < 0 else itertools.islice(found, place, place + 1)
+        if (message := next(iter(found), None)) is None:
+            return {}
         try:
-            for _, data in logged(self.path, {f"{self.namespace}/scene"}, self._allow_gaps):
-                said = parsed_json(cdr.deserialise(cdr.STRING, data).data)
-                found = {key: one if isinstance(one, str) else json.dumps(one) for key, one in said.items()}
-                if not self.restart:
-                    break
+            said = parsed_json(cdr.deserialise(cdr.STRING, message.data).data)
+            return {key: one if isinstance(one, str) else json.dumps(one) for key, one in said.items()}
         except (ValueError, AttributeError) as error:
             raise LogError(f"the scene in {self.path.name} cannot be read ({error}); record it again") from error
-        return found
 
     def _gap(self, expected: int, found: int) -> None:
         if self.kept_rate and found > expected:
             return
         lost = max(found - expected, 0)
         self.missing += lost
-        self.runs += found < expected
         if self._allow_gaps:
             return
         if found < expected:
-            restart = Restart(found, expected - 1, 2)
             raise LogError(
-                f"the run in {self.path} {restart}; read the last with last_run=True, or all with allow_gaps=True"
+                f"{self.path} holds {self.runs} runs, as the node was reset or started again: output {found} follows "
+                f"{expected - 1}; read one with run=1 to {self.runs}, the last with last_run=True, or all with "
+                "allow_gaps=True"
             )
         raise LogError(
             f"{lost} outputs are missing in {self.path}, from sequence {expected} to {found - 1}: they were lost while "
             "recording; read the rest with allow_gaps=True"
         )
 
-    def _told_end(self, topics: int) -> int:
-        """The number behind the last output of one run, as a recorder said when it ended; 0 where it did not.
+    def _parts(self) -> list["_Part"]:
+        """The runs in the log, at least one; records behind the last samples of a run belong to the next one.
 
-        It counts restarts of all `topics` of samples together.
+        Messages are in the order of time, except for a recording by the clock of a simulation that began again: its
+        runs overlap in time, and follow each other in the file.
         """
-        told = self.metadata.get(RECORDING_RECORD, {})
-        one = topics == 1 and told.get("restarts") == "0"
-        return (count_in(told.get(ENDED_KEY)) or 0) if one else 0
-
-    def _last_run(self, ranges: list[tuple[int, int]]) -> tuple[Restart | None, int, int]:
-        """The start of the last run, messages of samples and records before it, and the number behind its last output.
-
-        Records behind the last samples of a run belong to the next one.
-        """
-        restart, skipped, before, expected = None, 0, 0, 0
-        mixed = self.topic in self.metadata.get(RECORDING_RECORD, {}).get("mixed", "").split()
-        for read, (first, count) in enumerate(ranges, start=1):
-            if count:
-                if first < expected:
-                    restart, skipped = Restart(first, expected - 1, restart.runs + 1 if restart else 2, mixed), before
-                before, expected = read, first + count
-        return restart, skipped, expected
-
-    def _ranges(self) -> list[tuple[int, int]]:
-        """First output and count of each message of samples in the order of the outputs; counts of records are 0.
-
-        That is the order of time, except for a recording by the clock of a simulation that began again: its runs
-        overlap in time, and follow each other in the file.
-        """
-        times, ranges = [], []
-        with advised(self.path):
-            for message in self._reader.in_file_order({self.topic, *self._tables}):
-                times.append(message.log_time)
-                samples = message.topic.name == self.topic and message.topic.ros_type == cdr.SAMPLE_BLOCK
-                ranges.append(sample_range(message.data) if samples else (0, 0))
+        times, ranges, scene = [], [], f"{self.namespace}/scene"
+        self._by_time = False
+        for message in self._in_order({self.topic, scene, *self._tables}):
+            times.append(message.log_time)
+            samples = message.topic.name == self.topic and message.topic.ros_type == cdr.SAMPLE_BLOCK
+            ranges.append(sample_range(message.data) if samples else (0, -1 if message.topic.name == scene else 0))
         by_time = [ranges[place] for place in sorted(range(len(times)), key=times.__getitem__)]
         self._by_time = _breaks(by_time) < _breaks(ranges)
-        return by_time if self._by_time else ranges
+        parts, before, scenes = [_Part()], 0, 0
+        for read, (first, count) in enumerate(by_time if self._by_time else ranges, start=1):
+            scenes += count < 0
+            if count > 0:
+                if first < parts[-1].end:
+                    parts[-1] = parts[-1]._replace(stop=before)
+                    parts.append(_Part(before, scene=max(scenes - 1, 0)))
+                before, parts[-1] = read, parts[-1]._replace(end=first + count)
+        if len(parts) > 1:
+            parts[-1] = parts[-1]._replace(scene=-1)
+        return parts
+
+    def _in_order(self, names: set[str]) -> Iterator[LoggedMessage]:
+        """The messages of these topics in the order of the outputs."""
+        with advised(self.path):
+            yield from (self._reader.messages if self._by_time else self._reader.in_file_order)(names)
 
     def _blocks_of(self, names: set[str]) -> Iterator[tuple[str, Any]]:
         """(topic, SampleBlock), checked, of these topics of samples and records, in the order of the outputs."""
-        read = self._reader.messages if self._by_time else self._reader.in_file_order
-        with advised(self.path):
-            messages = read({self.topic, *self._tables} if self._skipped else names)
-            for topic, _, _, data in itertools.islice(messages, self._skipped, None):
-                if topic.name in names and topic.ros_type == cdr.SAMPLE_BLOCK:
-                    message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-                    check_block(self.path, message)
-                    yield topic.name, message
+        if self._part is None:
+            messages = self._in_order(names)
+        else:
+            counted = self._in_order({self.topic, f"{self.namespace}/scene", *self._tables})
+            messages = itertools.islice(counted, self._part.start, self._part.stop)
+        for topic, _, _, data in messages:
+            if topic.name in names and topic.ros_type == cdr.SAMPLE_BLOCK:
+                message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+                check_block(self.path, message)
+                yield topic.name, message
+
+
+class _Part(NamedTuple):
+    """One run of a log among its messages of samples, records and scenes.
+
+    It is from message `start` to before `stop`; `end` is the number behind its last output, `scene` the place of its
+    scene among the messages of that topic, -1 for the last.
+    """
+
+    start: int = 0
+    stop: int | None = None
+    end: int = 0
+    scene: int = 0
 
 
 def _breaks(ranges: list[tuple[int, int]]) -> int:
     """Number of SampleBlocks that do not follow the one before them."""
-    found = [(first, count) for first, count in ranges if count]
+    found = [(first, count) for first, count in ranges if count > 0]
     return sum(first + count != after for (first, count), (after, _) in itertools.pairwise(found))
 
 

@@ -5,7 +5,6 @@ import math
 import struct
 from array import array
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -43,30 +42,6 @@ def _block_encoder(channels: tuple[Channel, ...], frame: str) -> tuple[Encoder, 
     names, units = [channel.name for channel in channels], [channel.unit for channel in channels]
     widths = [channel.width for channel in channels]
     return Encoder(cdr.SAMPLE_BLOCK, frame), {"channel_name": names, "channel_unit": units, "channel_width": widths}
-
-
-class Restart(NamedTuple):
-    """Start of another run in a recording: output `found` follows `before`, the last of `runs` in the log.
-
-    `mixed` where outputs of several nodes stand among each other.
-    """
-
-    found: int
-    before: int
-    runs: int
-    mixed: bool = False
-
-    def sentence(self) -> str:
-        """A warning for figures of the last run alone."""
-        if self.mixed:
-            return (
-                "several nodes sent samples at a time, so that outputs of them stand among each other: figures are of "
-                "what came last, and hold for none of them; record each in a namespace of its own"
-            )
-        return f"the log holds {self.runs} runs, as the node was reset or started again: figures are those of the last"
-
-    def __str__(self) -> str:
-        return f"starts again: output {self.found} follows {self.before}, as it was reset while it was recorded"
 
 
 def sample_range(data: bytes) -> tuple[int, int]:

@@ -13,7 +13,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, MOST_TOPICS
-from bearing_twin.log.raw_log import ENDED_KEY, RECORDING_RECORD, RawLogWriter, Safety, Told
+from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety, Told
 from bearing_twin.log.sample_block import readable_range
 
 DEPTH = 4000  # messages a subscription may hold back, 1000 a second: other nodes send one that was lost after up to 3 s
@@ -233,9 +233,7 @@ class Recording(Told):
                 return
             self._closed = True
         try:
-            ends = [stream.end for topic, stream in self.sequences.items() if RECORDS not in topic]
-            counts = self._counts_of(self.status()) | {ENDED_KEY: max(ends, default=0)}
-            self._log.add_metadata(RECORDING_RECORD, counts)
+            self._log.add_metadata(RECORDING_RECORD, self._counts_of(self.status()))
         finally:
             self._log.close()
 

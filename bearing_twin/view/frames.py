@@ -77,7 +77,7 @@ class Frames:
         if self.stride == 1:
             return ""
         return (
-            f"The run has {self.outputs} outputs, too many for a browser: every {self.stride}th is shown. Figures are "
+            f"The run has {self.outputs} outputs, too many for a browser: one in {self.stride} is shown. Figures are "
             "those of all of them; peaks between the outputs shown are missing from the curves."
         )
 

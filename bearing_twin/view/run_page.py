@@ -144,21 +144,22 @@ OF_ROS = ("/clock", "/diagnostics", "/parameter_events", "/rosout", "/tf", "/tf_
 """Topics of any system, which hold nothing of a run that its samples do not."""
 
 
-def document_of_log(path, topic: str | None = None) -> dict[str, Any]:
+def document_of_log(path, topic: str | None = None, run: int | None = None) -> dict[str, Any]:
     """The page of a log (.mcap file or bag folder), of a run or a study.
 
-    `topic` is that of the samples to show where there are several. Of a damaged log the page shows what `recover` can
-    save, and says so. Raises LogError where there is nothing.
+    `topic` is that of the samples to show where there are several, `run` the number of the run in a recording (None:
+    the last). Of a damaged log the page shows what `recover` can save, and says so. Raises LogError where there is
+    nothing.
     """
     try:
-        return _document(path, (), topic)
+        return _document(path, (), topic, run)
     except LogError as error:
         if not isinstance(error.__cause__, DamagedLog):
             raise
-        return _of_damaged(path, error.__cause__, topic)
+        return _of_damaged(path, error.__cause__, topic, run)
 
 
-def _of_damaged(path, damage: DamagedLog, topic: str | None) -> dict[str, Any]:
+def _of_damaged(path, damage: DamagedLog, *which) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="bearing_twin_view_") as folder:
         saved = Path(folder) / "recovered.mcap"
         found = recover(path, saved)
@@ -166,33 +167,32 @@ def _of_damaged(path, damage: DamagedLog, topic: str | None) -> dict[str, Any]:
             f"The log is damaged at byte {damage.offset}: {damage.what}. Shown are the {found.samples} outputs "
             f"that can be saved; `bearing_twin recover {Path(path).name} NEW_LOG` writes them to a new log."
         )
-        return _document(saved, (note,), topic, Path(path))
+        return _document(saved, (note,), *which, Path(path))
 
 
-def _document(path, notes: tuple[str, ...], topic: str | None, original: Path | None = None) -> dict[str, Any]:
-    stream = read_log(path, allow_gaps=True, topic=topic, last_run=True)
+def _document(
+    path, notes: tuple[str, ...], topic: str | None, run: int | None, original: Path | None = None
+) -> dict[str, Any]:
+    stream = read_log(path, True, topic, last_run=True, run=run)
     if STUDY_RECORD in stream.metadata:
         return document_of_study(read_study(path))
-    left_out = _left_out(path, stream)
-    notes = (
-        *notes,
-        *([f"Left out, because no kind of scene has such topics: {', '.join(left_out)}."] if left_out else []),
-    )
-    notes = (*notes, *(f"{note[:1].upper()}{note[1:]}." for note in stream.notes))
-    if stream.restart:
-        notes = (*notes, f"{stream.restart.sentence()}.".capitalize())
+    left_out = ", ".join(_left_out(path, stream))
+    said = [f"Left out, because no kind of scene has such topics: {left_out}."] if left_out else []
+    said += [f"{note[:1].upper()}{note[1:]}." for note in (*stream.notes, stream.run_note) if note]
     if stream.kept_rate:
-        notes = (*notes, f"The log holds {stream.kept_rate:g} outputs a second, not all of them.")
-    viewed = document_of_run(stream, notes)
+        said.append(f"The log holds {stream.kept_rate:g} outputs a second, not all of them.")
+    viewed = document_of_run(stream, [*notes, *said])
     name = original or Path(path)
     return viewed.document | {"title": viewed.report.scene or name.stem}
 
 
 def _left_out(path, stream) -> list[str]:
-    """Topics, with their types, that are not in the table of the log's scene."""
-    known = (
-        {topic.full_name.rpartition("/")[2] for topic in topics(stream.scene)} if stream.scene else {"samples", "scene"}
-    )
+    """Topics, with their types, that a node with the log's scene neither publishes nor subscribes to."""
+    known = {"samples", "scene"}
+    if stream.scene:
+        commands = KINDS[stream.scene.kind].commands()
+        names = [topic.full_name for topic in topics(stream.scene)] + [command.name for command in commands]
+        known = {name.rpartition("/")[2] for name in names}
     found = {topic.name: topic.ros_type or "of unknown type" for topic in LogReader(path, unfinished=True).topics}
     return sorted(
         f"{name} ({ros_type})"
