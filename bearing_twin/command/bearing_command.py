@@ -10,7 +10,6 @@ from bearing_twin.command.outcome import (
     Outcome,
     add_changes,
     new_path,
-    note_bare_speed,
     number,
     overrides_of,
     picture_path,
@@ -111,7 +110,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     from bearing_twin.command import bearing_table
     from bearing_twin.command.terminal import progress
 
-    note_bare_speed(_bearing_scene(arguments), overrides_of(arguments, **SHORT_KEYS))
+    catalogue_table.note_bare_speed(_bearing_scene(arguments), overrides_of(arguments, **SHORT_KEYS))
     result, show = None, catalogue_table.show_row
     if not (sweeps or picture or sheet or arguments.mass):
         result = _row_alone(arguments, given)

@@ -3,10 +3,12 @@
 import math
 import textwrap
 from collections import Counter
+from collections.abc import Iterable
 
+from bearing_twin.base.parameters import NUMBER
 from bearing_twin.base.units import known_digits, two_digits
 from bearing_twin.command.outcome import Outcome
-from bearing_twin.command.terminal import show_text
+from bearing_twin.command.terminal import say, show_text
 
 
 def listed_catalogue() -> Outcome:
@@ -117,6 +119,21 @@ def limiting(speeds: dict[str, float]) -> str:
     shown = ", ".join(f"{name} {float(f'{one * 30.0 / math.pi:.2g}'):.0f}" for name, one in speeds.items())
     products = " and ".join(f"{1e-5 * one:g}e5" for one in LIMITING.values())
     return f"{shown} rpm ± {100.0 * LIMITING_SCATTER:.0f} %, estimated by n d_m = {products} mm/min (FBJ)"
+
+
+def note_bare_speed(scene, overrides: Iterable[str]) -> None:
+    """Says on standard error that a speed without a unit is in rad/s, where it is above a bearing's limiting speeds."""
+    given = [text for one in overrides for key, _, text in [one.partition("=")] if key.strip() == "drive.speed"]
+    if scene.kind != "bearing" or not given or not NUMBER.fullmatch(given[-1].strip()):
+        return
+    from bearing_twin.kinds.bearing.ratings import limiting_speeds
+
+    speed, limits = abs(scene.parameters.drive.speed), limiting_speeds(scene.parameters.geometry)
+    if limits and speed > max(limits.values()):
+        say(
+            f"drive.speed = {given[-1]} is in rad/s, {math.degrees(speed) / 6.0:.6g} rpm, above the limiting speeds "
+            f"({limiting(limits)}); if it is meant in rpm, give {given[-1].strip()}rpm"
+        )
 
 
 def kilonewtons(value: float) -> str:

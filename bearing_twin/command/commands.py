@@ -18,6 +18,7 @@ from bearing_twin.command import (
     study_command,
     view_commands,
 )
+from bearing_twin.command.catalogue_table import note_bare_speed
 from bearing_twin.command.log_commands import ShownStream, ended
 from bearing_twin.command.outcome import (
     Outcome,
@@ -27,7 +28,6 @@ from bearing_twin.command.outcome import (
     doubts_of,
     failure_kept,
     new_log,
-    note_bare_speed,
     number,
     overrides_of,
     picture_path,

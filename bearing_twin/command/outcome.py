@@ -1,14 +1,13 @@
 """Results of subcommands, options that several of them share, and paths they may write to."""
 
 import argparse
-import math
 from collections.abc import Callable, Iterable
 from contextvars import ContextVar
 from pathlib import Path
 from typing import NamedTuple
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError
-from bearing_twin.base.parameters import NUMBER, echo, read_number
+from bearing_twin.base.parameters import echo, read_number
 from bearing_twin.base.units import NO_LIMITS, Limits
 
 
@@ -135,23 +134,6 @@ def number(option: str, text: str, unit: str = "", limits: Limits = NO_LIMITS, i
     if problem:
         raise BearingTwinError(f"{option} {echo(text)} {problem}")
     return value
-
-
-def note_bare_speed(scene, overrides: Iterable[str]) -> None:
-    """Says on standard error that a speed without a unit is in rad/s, where it is above a bearing's limiting speeds."""
-    given = [text for one in overrides for key, _, text in [one.partition("=")] if key.strip() == "drive.speed"]
-    if scene.kind != "bearing" or not given or not NUMBER.fullmatch(given[-1].strip()):
-        return
-    from bearing_twin.command.catalogue_table import limiting
-    from bearing_twin.command.terminal import say
-    from bearing_twin.kinds.bearing.ratings import limiting_speeds
-
-    speed, limits = abs(scene.parameters.drive.speed), limiting_speeds(scene.parameters.geometry)
-    if limits and speed > max(limits.values()):
-        say(
-            f"drive.speed = {given[-1]} is in rad/s, {math.degrees(speed) / 6.0:.6g} rpm, above the limiting speeds "
-            f"({limiting(limits)}); if it is meant in rpm, give {given[-1].strip()}rpm"
-        )
 
 
 FORCE: ContextVar[bool] = ContextVar("force", default=False)  # with --force files that exist are replaced
