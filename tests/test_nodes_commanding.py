@@ -9,7 +9,6 @@ from commanded import obeying, twist, wrench
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.kinds.bearing.quasi_static import equilibrium
-from bearing_twin.nodes.simulation_loop import Commands
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
@@ -178,6 +177,20 @@ def test_speeds_come_with_a_stamp_or_without_one():
     assert it.channel("inner_ring_speed")[-1] == 150.0
 
 
+@pytest.mark.parametrize(("scene", "limit"), [("bearing_6203", 6e5 / 28.5), ("shaft_two_6203", 6e5 / 28.5)])
+def test_a_speed_that_may_be_meant_in_rpm_is_obeyed_and_said_once(scene, limit):
+    """The limiting speed with oil, n·d_m of 6e5 mm/min; below it nothing is said."""
+    it = obeying(scene)
+    it.tell("command/speed", SimpleNamespace(data=0.99 * limit * math.pi / 30.0))
+    assert it.loop.commands.speed_doubt == ""
+    for speed in (3000.0, 2500.0):
+        it.tell("command/speed", SimpleNamespace(data=speed))
+    said = it.loop.commands.speed_doubt
+    assert "3000 rad/s is 28648 rpm, above" in said
+    assert said.endswith("314.16 rad/s is 3000 rpm")
+    assert it.loop.commands.counts["refused"] == 0
+
+
 def test_a_speed_at_which_the_load_is_not_carried_is_refused_and_the_run_goes_on():
     it = recorded("bearing_218_thrust", ["run.output_rate=1000"])
     it.run(0.005)
@@ -263,6 +276,6 @@ def test_the_weight_of_the_balls_is_in_the_operating_point():
 def test_the_name_of_a_frame_is_anybodys():
     """It stands on /diagnostics and in files of ROS, as long as it came."""
     with pytest.raises(BearingTwinError, match="its frame is") as refused:
-        Commands().checked(wrench(frame="x\x1b[2J" * 10_000), "bearing_link")
+        recorded().tell("command/load", wrench(frame="x\x1b[2J" * 10_000))
     assert len(str(refused.value)) < 200
     assert "\x1b" not in str(refused.value)

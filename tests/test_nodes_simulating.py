@@ -35,7 +35,8 @@ def made_up_simulation():
         "chosen": a_choice(),
         "switched": "",
     }
-    it = SimpleNamespace(output_period_ns=MS, chunk_outputs=400, **at_start)
+    kind = SimpleNamespace(speed_doubt=lambda parameters, speed: "")
+    it = SimpleNamespace(output_period_ns=MS, chunk_outputs=400, kind=kind, scene=SCENE, **at_start)
 
     def reset():
         it.sequence, it.time_ns = -1, -MS

@@ -227,9 +227,10 @@ class Kind:
     `commands`: topics obeyed under way. Its motion then has `take_back()`, to before the last `advance`, a `goal_speed`
     [rad/s] and, where `check_load(parameters, law, speed, force, moment)` raises nothing, `set_load(force, moment)`;
     None for both is the scene's own load. `check_drive(parameters, law, key, value, load)` refuses a "speed", or a
-    "torque" for `set_torque`. `operating_point(parameters, law, sample)` raises where none is. `view(facts, channels)`:
-    a `views.View`. `moved` maps earlier keys to those; `upgraded` rewrites an old log's scene, `renewed` its blocks.
-    `catalogue()` maps names to scenes; `completed(scene)` fills them in.
+    "torque" for `set_torque`; `speed_doubt(parameters, speed)` is a sentence on a commanded speed above the limiting
+    one. `operating_point(parameters, law, sample)` raises where none is. `view(facts, channels)`: a `views.View`.
+    `moved` maps earlier keys to those; `upgraded` rewrites an old log's scene, `renewed` its blocks. `catalogue()` maps
+    names to scenes; `completed(scene)` fills them in.
     """
 
     name: str
@@ -254,6 +255,7 @@ class Kind:
     brief: bool = False
     commands: Callable[[], tuple[Command, ...]] = tuple
     check_drive: Callable[..., None] | None = None
+    speed_doubt: Callable[[Any, float], str] = lambda parameters, speed: ""
     check_load: Callable[..., None] | None = None
     operating_point: Callable[[Any, str, Sample], OperatingPoint] | None = None
     frame: str = "world"

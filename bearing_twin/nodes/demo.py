@@ -6,12 +6,11 @@ the browser, made of the recording.
 
 import argparse
 import contextlib
-import math
 import os
 import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -19,7 +18,6 @@ import numpy as np
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rich.console import Console
-from rich.live import Live
 from rich.markup import escape
 from rich.table import Table
 from std_srvs.srv import SetBool
@@ -27,7 +25,6 @@ from std_srvs.srv import SetBool
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import LogReader
 from bearing_twin.log.run_log import read_log
 from bearing_twin.log.sample_block import sample_range
 from bearing_twin.log.stream import topics
@@ -43,10 +40,9 @@ REPLAY_RATE = 2.0
 DISCOVERY = 600.0  # s at most; it ends when every topic has its subscriber
 REFRESH = 0.25  # s between updates of what is shown
 LINE_PERIOD = 5.0  # s between lines about a wait where there is no terminal
-LINE_NS = 500_000_000  # simulated time between lines where there is no terminal
+LINE_NS = 250_000_000  # simulated time between lines
 QUIET = 0.5  # s for the last messages to come
 RATE_WINDOW = 100  # messages
-ROOM = 7  # columns of a number in the live table
 
 SCENE, DURATION = "bearing_6203_load_and_speed", 2.0
 STORY = {
@@ -72,12 +68,12 @@ class DemoError(BearingTwinError):
 
 
 class Watcher(Node):
-    """Subscribes to all topics of a scene and to /diagnostics; keeps the wrenches on the balls and counts the rest."""
+    """Subscribes to all topics of a scene and to /diagnostics; keeps the forces on the balls and counts the rest."""
 
     def __init__(self, scene: Scene, processes: dict[str, NodeProcess]):
         super().__init__("watcher")
         balls = scene.parameters.geometry.balls
-        self.wrench = np.zeros((balls, 6))  # last force [N] and torque [N m]
+        self.force = np.zeros((balls, 3))  # the last [N]
         self.count = np.zeros(balls, dtype=np.int64)
         self.came = [deque(maxlen=RATE_WINDOW) for _ in range(balls)]
         self.sequences, self.messages, self.time_ns = Sequences(), 0, 0
@@ -98,8 +94,8 @@ class Watcher(Node):
             take(message)
 
     def _on_wrench(self, ball: int, message) -> None:
-        force, torque = message.wrench.force, message.wrench.torque
-        self.wrench[ball] = force.x, force.y, force.z, torque.x, torque.y, torque.z
+        force = message.wrench.force
+        self.force[ball] = force.x, force.y, force.z
         self.time_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
         self.came[ball].append(time.monotonic())
         self.count[ball] += 1
@@ -238,8 +234,7 @@ def _simulate(scene: Scene, given: argparse.Namespace, folder: Path, recording: 
         if answer.done() and not answer.result().success:
             raise DemoError(f"sim_node did not start: {answer.result().message}; what it said is in {simulation.said}")
         progress.print(f"{scene.name} runs in real time for {given.duration:g} s:")
-        with _live_table(watcher) as show:
-            stage.spin(lambda: simulation.ended, show, ends="sim_node")
+        stage.spin(lambda: simulation.ended, _shown_live(watcher), ends="sim_node")
         simulation.look(may_end=True)
         del stage.processes["sim_node"]
         recorder.interrupt()
@@ -260,65 +255,29 @@ def _replay(scene: Scene, folder: Path, recording: Path) -> Watcher:
         return stage.watcher
 
 
-@contextlib.contextmanager
-def _live_table(watcher: Watcher) -> Iterator[Callable[[], None]]:
-    """A function that shows the last wrenches: a table that stays in place, lines where there is no terminal."""
-    if output.is_terminal:
-        with Live(ball_table(watcher), console=output, auto_refresh=False) as live:
-            yield lambda: live.update(ball_table(watcher), refresh=True)
-        return
+def _shown_live(watcher: Watcher) -> Callable[[], None]:
+    """A function that prints the last wrenches, a line every LINE_NS of simulated time."""
     printed_ns = 0
 
     def show() -> None:
         nonlocal printed_ns
         if watcher.time_ns - printed_ns >= LINE_NS:
             printed_ns = watcher.time_ns
-            sizes = " ".join(f"{size:7.3f}" for size in np.linalg.norm(watcher.wrench[:, :3], axis=1))
+            sizes = " ".join(f"{size:7.3f}" for size in np.linalg.norm(watcher.force, axis=1))
             line = f"t = {1e-9 * printed_ns:5.2f} s  net |F| on balls [N]: {sizes}  at {watcher.rates().mean():5.1f} Hz"
             output.print(line, soft_wrap=True)
 
-    yield show
+    return show
 
 
-def ball_table(watcher: Watcher) -> Table:
-    """The last wrench on each ball, and the rate of its messages."""
-    table = Table(title=f"t = {watcher.time_ns * 1e-9:.2f} s, net wrench on each ball in bearing_link", padding=0)
-    forces, torques = ("Fx", "Fy", "Fz", "|F|"), ("Tx", "Ty", "Tz")
-    for heading in ("ball", *(f"{one}\n[N]" for one in forces), *(f"{one}\n[N mm]" for one in torques), "rate\n[Hz]"):
-        table.add_column(escape(heading), justify="right", no_wrap=True)
-    for ball, (wrench, rate) in enumerate(zip(watcher.wrench, watcher.rates(), strict=True)):
-        newtons = (_signed(value, 3) for value in (*wrench[:3], np.linalg.norm(wrench[:3])))
-        table.add_row(str(ball), *newtons, *(_signed(1e3 * value, 4) for value in wrench[3:]), f"{rate:.1f}")
-    return table
-
-
-def _signed(value: float, decimals: int) -> str:
-    """A number with its sign and so many decimals at most, as many as its column has room for."""
-    shown = (f"{value:+.{places}f}" for places in range(decimals, -1, -1))
-    return next((one for one in shown if len(one) <= ROOM), f"{value:+.1e}")
-
-
-def result_table(title: str, live: Watcher, recording: Path, greatest: np.ndarray, lost: int) -> Table:
-    """Loads, contacts and messages of each ball, for a terminal of 80 columns."""
+def result_table(title: str, live: Watcher, greatest: np.ndarray, lost: int) -> Table:
+    """Loads and messages of each ball."""
     table = Table(title=title, padding=0)
-    for heading in (
-        "ball", "greatest load\n[N]\ninner  outer", "contact angle\n[°]\ninner  outer", "ellipse\ninner\na x b [µm]",
-        "ellipse\nouter\na x b [µm]", "\nwren-\nches", "\nrate\n[Hz]", "sam-\nples\nlost",
-    ):  # fmt: skip
+    headings = "ball", "greatest load\n[N]\ninner  outer", "\nwrenches", "rate\n[Hz]", "samples\nlost"
+    for heading in headings:
         table.add_column(escape(heading), justify="right", no_wrap=True)
-    topic = next(one for one in LogReader(recording).topics if one.ros_type == cdr.CONTACTS)
-    contacts = [cdr.deserialise(cdr.CONTACTS, one.data) for one in LogReader(recording).messages((topic.name,))]
-    angle, major, minor, load = (
-        np.array([getattr(one, name)[: 2 * len(greatest)] for one in contacts])
-        for name in ("contact_angle", "semi_major", "semi_minor", "normal_load")
-    )
-    most = load.argmax(axis=0)
-    for ball, (wrenches, rate) in enumerate(zip(live.count, live.rates(), strict=True)):
-        both = [(angle[most[k], k], major[most[k], k], minor[most[k], k]) for k in (2 * ball, 2 * ball + 1)]
-        loads = "  ".join(f"{load:.{2 - (load >= 100.0)}f}" for load in greatest[ball])
-        angles = "  ".join(f"{math.degrees(angle):+.1f}" for angle, *_ in both)
-        ellipses = (" x ".join(f"{1e6 * axis:.{1 - (axis >= 1e-4)}f}" for axis in axes) for _, *axes in both)
-        table.add_row(str(ball), loads, angles, *ellipses, str(wrenches), f"{rate:.1f}", str(lost))
+    for ball, (loads, wrenches, rate) in enumerate(zip(greatest, live.count, live.rates(), strict=True)):
+        table.add_row(str(ball), "  ".join(f"{load:.1f}" for load in loads), str(wrenches), f"{rate:.1f}", str(lost))
     return table
 
 
@@ -336,9 +295,8 @@ def _show_results(scene: Scene, duration: float, recording: Path, live: Watcher,
     page = write_page(document_of_log(recording), recording.with_name("view.html"))
     greatest = np.max([block.values["normal_load"].max(axis=0) for block in blocks], axis=0)
     title = f"{scene.name}: {duration:g} s, {expected} solver outputs"
-    output.print(result_table(title, live, recording, greatest, max(lost.values())))
+    output.print(result_table(title, live, greatest, max(lost.values())))
     lines = [
-        "loads are the greatest of all outputs, angles and ellipses of messages on contacts",
         f"samples lost: {', '.join(f'{count} {where}' for where, count in lost.items())}",
         f"messages: {live.messages} live, {replayed.messages} replayed",
         f"log:     {recording.resolve()}",

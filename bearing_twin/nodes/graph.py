@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 from action_msgs.msg import GoalStatus
-from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.msg import Log, ParameterType
 from rclpy.action import ActionClient
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.executors import SingleThreadedExecutor
@@ -20,15 +20,17 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.messages import name_of_peer
+from bearing_twin.base.messages import harmless, name_of_peer
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.messages import RunStudy, compatible_profile, filled, interface, plain, qos_profile, rclpy
 
 QUIET, LONGEST = 1.5, 3.0  # s without a change after which a list is complete on a free machine; most times that
 TURN, DEPTH = 0.05, 100  # s of one turn of the executor; messages that may wait
+WARNED = 0.5  # s after the last message in which its subscribers may warn of it
 GONE = 5.0  # s without a server after which the goal of an action is lost; a killed server is seen for 20 s more
 GOALS = "/_action/send_goal"  # the service of an action that takes its goals
+OWN = "/bearing_twin_command"
 NAME = re.compile(r"/[\w/]*", flags=re.ASCII)  # anybody on the network can send names with control characters
 
 Found = TypeVar("Found")
@@ -44,6 +46,11 @@ def is_topic(name: str) -> bool:
         return validate_full_topic_name(name)
     except InvalidTopicNameException:
         return False
+
+
+def full_name(end) -> str:
+    """Full name of the node of a publisher or subscription."""
+    return f"{end.node_namespace.rstrip('/')}/{end.node_name}"
 
 
 def quiet_time() -> float:
@@ -62,7 +69,7 @@ class Graph:
         self._wait, self._context = wait, rclpy.Context()
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
         options = {"context": self._context, "enable_rosout": False, "start_parameter_services": False}
-        self._node = rclpy.create_node("bearing_twin_command", **options)
+        self._node = rclpy.create_node(OWN.lstrip("/"), **options)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
 
@@ -76,9 +83,8 @@ class Graph:
 
     def nodes(self) -> list[str]:
         """Full names of the nodes."""
-        own = self._node.get_fully_qualified_name()
         names = self._at_rest(self._node.get_fully_qualified_node_names)
-        return sorted(name for name in names if name != own and NAME.fullmatch(name))
+        return sorted(name for name in names if name != OWN and NAME.fullmatch(name))
 
     def topics(self) -> dict[str, str]:
         """Topics with their types."""
@@ -88,20 +94,18 @@ class Graph:
     def ends(self, topic: str) -> list[dict[str, str]]:
         """Publishers and subscriptions of a topic: node, type and quality of service of each."""
         self._type_of(topic)
-        found = {
-            "publisher": self._node.get_publishers_info_by_topic,
-            "subscription": self._node.get_subscriptions_info_by_topic,
-        }
+        publishers, subscriptions = self._node.get_publishers_info_by_topic, self._node.get_subscriptions_info_by_topic
+        found = self._at_rest(lambda: (publishers(topic), subscriptions(topic)))
         return [
             {
                 "end": end,
-                "node": f"{one.node_namespace.rstrip('/')}/{one.node_name}",
+                "node": full_name(one),
                 "type": one.topic_type,
                 "reliability": one.qos_profile.reliability.name.lower(),
                 "durability": one.qos_profile.durability.name.lower(),
             }
-            for end, of in found.items()
-            for one in self._at_rest(lambda of=of: of(topic))
+            for end, ends in zip(("publisher", "subscription"), found, strict=True)
+            for one in ends
         ]
 
     def messages(self, topic: str, silent: Callable[[], None], raw: bool = False) -> Iterator[Any]:
@@ -120,31 +124,39 @@ class Graph:
                 patient_until = math.inf
                 silent()
 
-    def publish(self, topic: str, ros_type: str, data: Any, count: int, rate: float) -> int:
+    def publish(
+        self, topic: str, ros_type: str, data: Any, count: int, rate: float, warn: Callable[[str], None]
+    ) -> int:
         """Publishes a message `count` times (0: until Ctrl-C) at `rate` [Hz]; returns how often it did.
 
-        Waits for a subscriber first; raises GraphError where none comes, or one that takes another type.
+        Waits for a subscriber first; raises GraphError where none comes, or one that takes another type. `warn` takes
+        what the nodes that subscribe log meanwhile as a warning or an error, such as the refusal of a command.
         """
         kind = interface(ros_type, "msg")
         message, full = filled(kind, data), f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
         publisher = self._node.create_publisher(kind, topic, qos_profile(Qos(10)))
+        takers, sent = lambda: self._node.get_subscriptions_info_by_topic(topic), 0
 
         def heard() -> int:
-            types = sorted({one.topic_type for one in self._node.get_subscriptions_info_by_topic(topic)})
+            types = sorted({one.topic_type for one in takers()})
             if types and full not in types:
                 raise GraphError(f"{topic} takes {' or '.join(map(name_of_peer, types))}, not {full}")
             return publisher.get_subscription_count()
 
+        def on_log(one: Log) -> None:
+            name = f"/{one.name.replace('.', '/')}"
+            if sent and one.level >= Log.WARN and name in map(full_name, takers()):
+                warn(harmless(f"{name} warns: {one.msg}"))
+
+        self._node.create_subscription(Log, "/rosout", on_log, DEPTH)
         subscribed = lambda: [one for one in self.topics() if self._node.count_subscribers(one)]  # noqa: E731
         self._await(heard, "subscriber of", topic, subscribed)
         self._at_rest(publisher.get_subscription_count)  # each learns of the publisher a little later
-        sent = 0
         with contextlib.suppress(KeyboardInterrupt):
             while not count or sent < count:
                 publisher.publish(message)
                 sent += 1
-                pause = time.monotonic() + 1.0 / rate
-                self._spin(lambda end=pause: time.monotonic() > end)
+                self._spin_for(1.0 / rate if sent != count else WARNED)
             publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=self._wait))
         return sent
 
@@ -191,8 +203,10 @@ class Graph:
         Ctrl-C cancels the goal and waits for its end. Raises GraphError if the goal is refused or its node gone.
         """
         client = ActionClient(self._node, RunStudy, action)
+        known, served = self._node.get_service_names_and_types, self._node.count_services
+        actions = lambda: [name.removesuffix(GOALS) for name, _ in known() if name.endswith(GOALS) and served(name)]  # noqa: E731
         try:
-            self._await(client.server_is_ready, "action", action, self._actions)
+            self._await(client.server_is_ready, "action", action, actions)
             request = filled(RunStudy.Goal, goal)
             sent = client.send_goal_async(request, feedback_callback=lambda one: tell(plain(one.feedback)))
             handle = self._answer(sent, action)
@@ -208,11 +222,6 @@ class Graph:
             return status[ended.result().status].removeprefix("STATUS_").lower(), plain(ended.result().result)
         finally:
             client.destroy()
-
-    def _actions(self) -> list[str]:
-        """Actions that a node serves."""
-        names = [name for name, _ in self._node.get_service_names_and_types() if name.endswith(GOALS)]
-        return [name.removesuffix(GOALS) for name in names if self._node.count_services(name)]
 
     def _parameter(self, node: str, name: str) -> Any:
         # One by one: a node answers with nothing at all where it lacks one of several.
@@ -241,8 +250,7 @@ class Graph:
         end = time.monotonic() + self._wait
         while not (found := ask()):
             if time.monotonic() > end:
-                own = self._node.get_fully_qualified_name()
-                there = [one for one in names() if NAME.fullmatch(one) and not one.startswith(own)]
+                there = [one for one in names() if NAME.fullmatch(one) and not one.startswith(OWN)]
                 if name in there:
                     raise GraphError(f"{name} is there, but was not ready within {self._wait:g} s; wait longer: --wait")
                 near = f"; {unknown(name, there)}" if there else ": no node is to be seen in this ROS_DOMAIN_ID"
@@ -251,8 +259,7 @@ class Graph:
         return found
 
     def _answer(self, future, name: str) -> Any:
-        end = time.monotonic() + self._wait
-        self._spin(lambda: future.done() or time.monotonic() > end)
+        self._spin_for(self._wait, future.done)
         if not future.done():
             raise GraphError(f"{name} did not answer within {self._wait:g} s; wait longer: --wait")
         return future.result()
@@ -266,9 +273,11 @@ class Graph:
             if time.monotonic() > seen + GONE:
                 raise GraphError(f"the node of {action} is gone, and the goal with it; start it and ask again")
 
-    def _spin(self, done: Callable[[], bool]) -> None:
-        while not done():
-            self._executor.spin_once(timeout_sec=TURN)
+    def _spin_for(self, seconds: float, done: Callable[[], bool] = lambda: False) -> None:
+        """Serves what comes for so long, or until `done()`."""
+        end = time.monotonic() + seconds
+        while not done() and (left := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=min(TURN, left))
 
     def _at_rest(self, ask: Callable[[], Found]) -> Found:
         """The value of `ask()` once discovery adds nothing any more."""

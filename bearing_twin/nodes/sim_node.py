@@ -17,7 +17,7 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
-from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError, Stopped
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, LogError, SceneError, Stopped
 from bearing_twin.base.stopping import Halt
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Kind
@@ -181,7 +181,7 @@ class SimNode(BaseNode):
         outgoing = ((topic.name, topic.ros_type, topic.qos) for topic in topics(scene))
         self._outlet = Outlet(self, outgoing, values["publish_clock"])
         self._values, self._scene = values, scene
-        self._log, self._logs, self._not_logged = None, 0, ""
+        self._log, self._logs = None, 0
         safety = safety_of(values)
         self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
         self._halt = Halt()
@@ -264,10 +264,10 @@ class SimNode(BaseNode):
 
     def _open_log(self, run: int) -> LogWriter | None:
         """The log of run 0, 1 ... if the node writes any; raises LogError."""
-        if self._values["log"] and self._logs >= MOST_LOGS:
-            self._not_logged = f"not logged: the node has begun {MOST_LOGS} logs; start it again for more"
-        if not self._values["log"] or self._not_logged:
+        if not self._values["log"]:
             return None
+        if self._logs >= MOST_LOGS:
+            raise LogError(f"the node has written {MOST_LOGS} logs; start it again for more")
         path = log_path(self._values["log"], run)
         self.get_logger().info(f"log: {path}{THINNED if self._safety.kept_rate else ''}")
         # The choice of the start: a log is opened before the run that it is for begins again.
@@ -284,6 +284,8 @@ class SimNode(BaseNode):
         wake_at = self.loop.turn(now)
         while self._commands.refusals:
             self.get_logger().warning(self._commands.refusals.popleft(), throttle_duration_sec=TALK)
+        if self._commands.speed_doubt:
+            self.get_logger().warning(self._commands.speed_doubt, once=True)
         if self.loop.over and not self.done.is_set():
             wait_for_acknowledgement(self._outlet.publishers)
             self._report()
@@ -307,36 +309,29 @@ class SimNode(BaseNode):
         if self.loop is not None and time.monotonic_ns() >= self.loop.obeys_at:
             self._halt.interrupt()
 
-    def _ask(self, command: str, *arguments, seconds: float = COMMAND_TIMEOUT, urgent: bool = False) -> Future:
-        """Has the worker call a method of the loop, and waits for it, at most `seconds`.
+    def _ask(self, command: str, *arguments, seconds: float = COMMAND_TIMEOUT, urgent: bool = False, now: bool = False):
+        """The answer of a method of the loop, which the worker calls.
 
-        What is `urgent` interrupts the computation under way, whatever that has cost.
+        What takes longer than `seconds` is carried out later, which the answer says, or is given up where it is wanted
+        `now`, with BearingTwinError. What is `urgent` interrupts the computation under way, whatever that has cost.
         """
-        future = self.worker.post(lambda now: getattr(self.loop, command)(now, *arguments))
+        future = self.worker.post(lambda at: getattr(self.loop, command)(at, *arguments))
         end = time.monotonic() + (seconds if self.ready.is_set() else 0.0)
         while not future.done() and (left := end - time.monotonic()) > 0.0:
             if urgent:
                 self._halt.interrupt(always=True)
             wait([future], timeout=min(left, INTERRUPT_PERIOD))
-        return future
-
-    def _answer_or_later(self, future: Future) -> str:
-        """The answer of a command, or that it will be carried out."""
-        if future.done():
+        if now and not future.done() and future.cancel():
+            raise BearingTwinError(
+                f"the node is still {self._doing} ({self._seconds():.0f} s so far); ask again when /diagnostics "
+                "says that it runs or is paused"
+            )
+        if now or future.done():
             return future.result()
         future.add_done_callback(self._say_failure)
         if self.ready.is_set():
             return "taken: it is carried out when the computation under way is done"
         return f"taken: it is carried out when the run is prepared ({self._seconds():.0f} s so far)"
-
-    def _answer_now(self, future: Future):
-        """The answer of a command that is given up where it is not carried out in time; raises BearingTwinError."""
-        if not future.done() and future.cancel():
-            raise BearingTwinError(
-                f"the node is still {self._doing} ({self._seconds():.0f} s so far); ask again when /diagnostics "
-                "says that it runs or is paused"
-            )
-        return future.result()
 
     def _say_failure(self, future: Future) -> None:
         if not future.cancelled() and (error := future.exception()) is not None:
@@ -347,29 +342,27 @@ class SimNode(BaseNode):
         held = request.data and self.loop is not None
         if held:
             self.loop.paced.paused = True  # at once: a chunk that is being computed is not published
-        future = self._ask("pause", request.data, seconds=ANSWER_TIME)
-        said = self._answer_or_later(future)
-        response.message = f"paused at {self._time_ns * 1e-9:.6f} s" if held and not future.done() else said
+        said = self._ask("pause", request.data, seconds=ANSWER_TIME)
+        response.message = f"paused at {self._time_ns * 1e-9:.6f} s" if held else said
         response.success = True
         return response
 
     @guarded
     def _on_reset(self, request, response):
-        answer = self._answer_or_later(self._ask("reset", seconds=ANSWER_TIME, urgent=True))
-        response.message = "; ".join(filter(None, (answer, self._not_logged)))
+        response.message = self._ask("reset", seconds=ANSWER_TIME, urgent=True)
         response.success = True
         return response
 
     @guarded
     def _on_step(self, request, response):
         response.time_ns = self._time_ns
-        response.message = self._answer_now(self._ask("step", request.duration))
+        response.message = self._ask("step", request.duration, now=True)
         response.time_ns, response.success = self._time_ns, True
         return response
 
     @guarded
     def _on_stiffness(self, request, response):
-        sample, point = self._answer_now(self._ask("operating_point", urgent=True))
+        sample, point = self._ask("operating_point", urgent=True, now=True)
         return fill_stiffness(response, sample, point, self._frame)
 
     def _on_overrides(self, parameters) -> SetParametersResult:
@@ -426,7 +419,7 @@ class SimNode(BaseNode):
             self.get_logger().warning(f"{message}; see /diagnostics, or lower real_time_factor or run.output_rate")
         listeners = min(publisher.get_subscription_count() for publisher in self._outlet.publishers)
         numbers |= {"messages": self._outlet.published, "least_subscribers": listeners, "logs": self._logs}
-        warning = "; ".join(filter(None, (self.loop.warning(), self._not_logged)))
+        warning = self.loop.warning()
         level, message = WARN if slow or warning else OK, "; ".join(filter(None, (message, warning)))
         if self._log is not None:
             log_level, log_says, room = self.watch_log(self._log, self._folder, time.monotonic())

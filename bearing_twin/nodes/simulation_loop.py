@@ -31,11 +31,12 @@ class Commands:
     def __init__(self, load_timeout_ns: int = 0, frame_prefix: str = ""):
         self.counts = Counter(taken=0, refused=0, superseded=0)
         self.refusals: deque[str] = deque(maxlen=WAITING)  # to be logged
+        self.speed_doubt = ""  # the first, to be logged
+        self.prefix = frame_prefix
         self._waiting: dict[Command, deque] = {}
         self._lock = threading.Lock()
-        self._timeout, self._prefix = load_timeout_ns, frame_prefix
-        self._last, self._reported = "", 0
-        self.forget_load()
+        self._timeout, self._last, self._reported = load_timeout_ns, "-", 0
+        self.note_load(None)
 
     @property
     def waiting(self) -> bool:
@@ -57,59 +58,40 @@ class Commands:
             while queue:
                 try:
                     obey(command, queue.pop())
-                except Exception as error:
-                    self.refusals.append(str(error) if isinstance(error, BearingTwinError) else repr(error))
+                except BearingTwinError as error:
+                    self.refusals.append(str(error))
                 else:
                     break
             self.counts["superseded"] += len(queue)
 
-    def checked(self, message, frame: str) -> None:
-        """Raises BearingTwinError unless a message with a header is in `frame`, or names no frame at all."""
-        given = message.header.frame_id if hasattr(message, "header") else ""
-        if given and given != f"{self._prefix}{frame}":
-            raise BearingTwinError(f"its frame is {echo(given)}, but it is taken in {self._prefix}{frame} alone")
-
-    def refuse(self, name: str, error: BearingTwinError) -> BearingTwinError:
+    def refused(self, name: str, error: Exception) -> BearingTwinError:
         """Counts a refused command on the topic `name`; returns the error to raise."""
         self.counts["refused"] += 1
-        self._last = f"{name} refused: {error}"
+        self._last = f"{name} refused: {error if isinstance(error, BearingTwinError) else repr(error)}"
         return BearingTwinError(self._last)
 
-    def forget_load(self) -> None:
-        """The scene's own load acts, as at the start."""
-        self._stale_at: int | None = None
-        self._source = "the scene"
-        self.load_is_stale = False
-
-    def note_load(self, time_ns: int) -> None:
-        """A load acts from the output after `time_ns` on."""
-        self.forget_load()
-        self._source = "command/load"
-        if self._timeout:
-            self._stale_at = max(time_ns, 0) + self._timeout
+    def note_load(self, time_ns: int | None, stale: bool = False) -> None:
+        """A commanded load acts from the output after `time_ns` on; None: the scene's own acts, the last is `stale`."""
+        self.load_is_stale = stale
+        self._source = "the scene" if time_ns is None else "command/load"
+        self._stale_at = max(time_ns, 0) + self._timeout if self._timeout and time_ns is not None else None
 
     def fresh_outputs(self, time_ns: int, period_ns: int) -> float:
         """Number of outputs after `time_ns` for which the load holds; infinite if it does not become stale."""
         return math.inf if self._stale_at is None else max(0, math.ceil((self._stale_at - time_ns) / period_ns))
-
-    def let_go(self) -> None:
-        """The load is stale."""
-        self.forget_load()
-        self.load_is_stale = True
 
     def warning(self) -> str:
         """A stale load, and refusals since the last call; "" if nothing."""
         refused = self.counts["refused"]
         new, self._reported = refused - self._reported, refused
         stale = f"command/load is stale, {self._timeout * 1e-9:g} s without another: the scene's own load acts"
-        return "; ".join(
-            ([stale] if self.load_is_stale else []) + ([f"{new} refused, the last: {self._last}"] if new else [])
-        )
+        said = stale if self.load_is_stale else "", f"{new} refused, the last: {self._last}" if new else ""
+        return "; ".join(filter(None, said))
 
     def numbers(self) -> dict[str, object]:
         """For diagnostics."""
         counts = {f"commands_{key}": count for key, count in self.counts.items()}
-        return {**counts, "last_refusal": self._last or "-", "load_from": self._source}
+        return {**counts, "last_refusal": self._last, "load_from": self._source}
 
 
 def log_path(path: str | Path, run: int) -> Path:
@@ -224,22 +206,20 @@ class SimulationLoop:
         """
         held = 0 if (since := self._computing) is None or now - since < LONG_NS else now - since
         pace, requested = self.paced.pacer.pace(), float(self.paced.pacer.factor)
-        factor, earlier = pace.real_time_factor(self._earlier), self._earlier
-        self._earlier = pace
-        slow = (
-            requested > 0.0 and pace.running_ns > earlier.running_ns and factor < SHORTFALL * requested and pace.behind
-        )
+        factor, passed = pace.real_time_factor(self._earlier), pace.running_ns > self._earlier.running_ns
+        self._earlier, slow = pace, False
         if self.paced.paused:
-            slow, message = False, "paused"
+            message = "paused"
         elif self.paced.finished and not self.over:
-            slow, message = False, "waiting for the next begin"
+            message = "waiting for the next begin"
         elif held:
             slow, word = (True, "slower than real time") if requested else (False, "as fast as possible")
             message = f"{word}: the next outputs have taken {1e-9 * held:.1f} s so far"
-        elif slow:
-            message = f"cannot keep up: {factor:.3g} of {requested:g} times real time"
+        elif passed and pace.behind and factor < SHORTFALL * requested:
+            slow, message = True, f"cannot keep up: {factor:.3g} of {requested:g} times real time"
         else:
             message = "running" if requested else "running as fast as possible"
+        choice = self.simulation.choice
         numbers = {
             "real_time_factor": factor,
             "wanted_real_time_factor": requested or FASTEST,
@@ -249,7 +229,11 @@ class SimulationLoop:
             "outputs": self.simulation.sequence + 1,
             "runs": self.runs + 1,
             **self.commands.numbers(),
-            **model(self.simulation),
+            "law": choice.law,
+            "stepper": choice.stepper,
+            "choice_reason": choice.reason,
+            "outside_range": "; ".join(choice.outside) or "-",
+            "choice_warnings": "; ".join(choice.warnings) or "-",
             **self._errors,
         }
         return slow, message, numbers
@@ -270,12 +254,14 @@ class SimulationLoop:
 
     def obey(self, now: int, command: Command, message) -> None:
         """Carries out a message of the topic `command`; raises BearingTwinError, counted, where it is refused."""
+        given, frame = getattr(message, "header", None), f"{self.commands.prefix}{command.frame}"
         try:
-            self.commands.checked(message, command.frame)
+            if given is not None and given.frame_id not in ("", frame):
+                raise BearingTwinError(f"its frame is {echo(given.frame_id)}, but it is taken in {frame} alone")
             order, *arguments = command.order(message)
             getattr(self, order)(now, *arguments)
-        except BearingTwinError as error:
-            raise self.commands.refuse(command.name, error) from error
+        except Exception as error:  # anybody can send commands
+            raise self.commands.refused(command.name, error) from error
         self.commands.counts["taken"] += 1
 
     def set_load(self, now: int, force, torque) -> None:
@@ -292,6 +278,8 @@ class SimulationLoop:
         """New goal for the speed of the inner ring [rad/s]; raises BearingTwinError when it is no possible speed."""
         check_speed(speed)
         self.simulation.set_speed(speed)
+        doubt = self.simulation.kind.speed_doubt(self.simulation.scene.parameters, speed)
+        self.commands.speed_doubt = self.commands.speed_doubt or doubt
 
     def set_torque(self, now: int, torque: float) -> None:
         """New torque on the inner ring [N m]; raises BearingTwinError where the drive takes none."""
@@ -299,17 +287,15 @@ class SimulationLoop:
 
     def reset(self, now: int) -> str:
         """Back to time 0 and the scene's own speed; a log is completed and the next run goes to a new one."""
-        log = self._open_log(self.runs + 1)  # before anything changes: where none can be opened, the run goes on
-        self.close()
-        self._begin_again(log)
-        return f"run {self.runs} starts at 0 s"
+        return self.change(now, self.simulation, self._make_stream)
 
     def change(self, now: int, simulation, make_stream: Callable) -> str:
         """Begins again with another simulation of the same topics; the log is completed, the run gets a new one."""
+        log = self._open_log(self.runs + 1)  # before anything changes: where none can be opened, the run goes on
         self.close()
         self._take(simulation)
         self._make_stream = make_stream
-        self._begin_again(self._open_log(self.runs + 1))
+        self._begin_again(log)
         return f"run {self.runs} starts at 0 s"
 
     def _take(self, simulation) -> None:
@@ -320,7 +306,7 @@ class SimulationLoop:
     def _begin_again(self, log) -> None:
         self.runs += 1
         self.simulation.reset()
-        self.commands.forget_load()
+        self.commands.note_load(None)
         self._stream = self._make_stream()
         self._log = log
         self._done = self._flushed = False
@@ -375,7 +361,7 @@ class SimulationLoop:
         fresh = self.commands.fresh_outputs(run.time_ns, run.output_period_ns)
         if not fresh:
             run.set_load(None, None)
-            self.commands.let_go()
+            self.commands.note_load(None, stale=True)
         try:
             block = run.advance(min(outputs, fresh) if fresh else outputs)
         except Interrupted:  # by a command, which is obeyed between turns
@@ -407,14 +393,6 @@ def check_speed(speed: float) -> None:
         raise BearingTwinError(
             f"commanded speed {speed} rad/s is ignored: it must be finite and within +-{GREATEST_SPEED:g}"
         )
-
-
-def model(simulation) -> dict[str, str]:
-    """The model in use, for diagnostics: its names, the reason, warnings."""
-    choice = simulation.choice
-    words = {"law": choice.law, "stepper": choice.stepper, "choice_reason": choice.reason}
-    words["outside_range"] = "; ".join(simulation.choice.outside) or "-"
-    return words | {"choice_warnings": "; ".join(choice.warnings) or "-"}
 
 
 def errors_of(report) -> dict[str, float | str]:

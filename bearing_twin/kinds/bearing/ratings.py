@@ -199,6 +199,26 @@ def limiting_speeds(geometry) -> dict[str, float] | None:
     return {name: product / (1e3 * geometry.pitch_diameter) * math.pi / 30.0 for name, product in LIMITING.items()}
 
 
+def command_doubt(parameters, speed: float) -> str:
+    """A sentence on a commanded speed [rad/s] above the limiting speed, as of one meant in rpm; "" for others.
+
+    `parameters` are those of a bearing or of a shaft on two. The limit is that with oil, of angular contact bearings
+    that of spindles.
+    """
+    bearings = [parameters] if hasattr(parameters, "geometry") else [parameters.left, parameters.right]
+    limits = [
+        (FASTEST if one.geometry.contact_angle else LIMITING["oil"]) / (1e3 * one.geometry.pitch_diameter)
+        for one in bearings
+    ]
+    to_rpm, limit = 30.0 / math.pi, float(f"{min(limits):.2g}")
+    if abs(speed) * to_rpm <= min(limits):
+        return ""
+    return (
+        f"{speed:.5g} rad/s is {speed * to_rpm:.5g} rpm, above the bearing's limiting speed of about {limit:.6g} rpm; "
+        f"{speed / to_rpm:.5g} rad/s is {speed:.5g} rpm"
+    )
+
+
 def lives_of(parameters, ratings: Ratings, force, inner_loads, outer_loads) -> Lives:
     """The lives under a force [N] (3,) on the inner ring that loads the balls like this [N]; see `Lives`."""
     geometry = parameters.geometry

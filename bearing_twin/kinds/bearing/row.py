@@ -35,6 +35,7 @@ BEARING = Kind(
         doubt="doubt:BearingDoubt",
         commands="topics:commands",
         check_drive="quasi_static.operating:check_drive",
+        speed_doubt="ratings:command_doubt",
         check_load="quasi_static.operating:check_load",
         refined="doubt:refined",
         comparison="doubt:BearingComparison",

@@ -2,7 +2,7 @@
 
 import math
 
-from bearing_twin.kinds.contract import Kind, Quantity, read_off
+from bearing_twin.kinds.contract import Kind, Quantity, late, read_off
 from bearing_twin.kinds.rows import parts_in
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
 
@@ -55,6 +55,7 @@ SHAFT = Kind(
     home=HERE,
     parameters=ShaftScene,
     frame="shaft_link",
+    speed_doubt=late("bearing_twin.kinds.bearing.ratings:command_doubt"),
     **parts_in(
         HERE,
         motion="motion:ShaftMotion",
