@@ -6,8 +6,8 @@ import numpy as np
 from contact_reference import about_z, ball_position, single_contact, with_patch
 from made_up_run import a_choice
 
-from bearing_twin.kinds.bearing.columns import ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing.system import ORBIT_ANGLE, SPIN, VELOCITY
 from bearing_twin.run.scene import load_scene
 
 TURNED_REST = ("initial.motion=rest", "drive.offset=[0.0, -1.0e-6, 5.0e-6]")

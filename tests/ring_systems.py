@@ -3,7 +3,8 @@
 import numpy as np
 from bearings import motion
 
-from bearing_twin.kinds.bearing.columns import (
+from bearing_twin.kinds.bearing.compiled_coupled import COORDINATES, rates_and_jacobian
+from bearing_twin.kinds.bearing.system import (
     AXIS_DISTANCE,
     BORDER,
     CAGE_X,
@@ -15,9 +16,8 @@ from bearing_twin.kinds.bearing.columns import (
     SHAFT_ANGLE,
     SHAFT_SPEED,
     TANGENTIAL_VELOCITY,
+    RingDrive,
 )
-from bearing_twin.kinds.bearing.compiled_coupled import COORDINATES, rates_and_jacobian
-from bearing_twin.kinds.bearing.model import RingDrive
 
 AXIAL_PRELOAD = 14.2229392  # N that press the inner ring 10 um along the axis
 FREE = ("model.dimension=free", "rings.inner.mass=0.5", "rings.inner.free=all", "rings.inner.load=[0,0,17.07]")

@@ -13,8 +13,8 @@ from scipy.optimize import brentq, fsolve
 from scipy.special import ellipe, ellipk
 
 from bearing_twin.command import cli
-from bearing_twin.kinds.bearing.controls import CONTROLS
-from bearing_twin.kinds.bearing.quasi_static import equilibrium
+from bearing_twin.kinds.bearing import equilibrium
+from bearing_twin.kinds.bearing.rings import CONTROLS
 from bearing_twin.run.scene import load_scene
 
 BALLS, BALL, PITCH, CONFORMITY, FREE_ANGLE = 16, 22.23e-3, 125.26e-3, 0.5232, math.radians(40.0)

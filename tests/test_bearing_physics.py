@@ -14,12 +14,20 @@ from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.damping import damping_number, restitution_of
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS, law_names
-from bearing_twin.kinds.bearing.columns import AXIS_DISTANCE, HEIGHT, ORBIT_ANGLE, SPIN, TANGENTIAL_VELOCITY, VELOCITY
 from bearing_twin.kinds.bearing.compiled_balls import rates
+from bearing_twin.kinds.bearing.geometry import cage_speed, roll_rate
 from bearing_twin.kinds.bearing.meeting_parts import MET, PartBalls
 from bearing_twin.kinds.bearing.parameters import GIVES
-from bearing_twin.kinds.bearing.speeds import cage_speed, roll_rate
-from bearing_twin.kinds.bearing.start import bearing_of, start_state
+from bearing_twin.kinds.bearing.start import start_state
+from bearing_twin.kinds.bearing.system import (
+    AXIS_DISTANCE,
+    HEIGHT,
+    ORBIT_ANGLE,
+    SPIN,
+    TANGENTIAL_VELOCITY,
+    VELOCITY,
+    bearing_of,
+)
 from bearing_twin.run.scene import choose, load_scene, open_scene, parse_scene
 from bearing_twin.run.simulation import Simulation, simulate
 

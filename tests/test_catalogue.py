@@ -12,11 +12,11 @@ from published_ratings import SOLD_BALLS
 from bearing_twin.base.errors import SceneError
 from bearing_twin.command import cli
 from bearing_twin.kinds.bearing import catalogue
-from bearing_twin.kinds.bearing.catalogue_answer import answer_of, row_of
+from bearing_twin.kinds.bearing.catalogue import row_of
+from bearing_twin.kinds.bearing.geometry import rolling_frequencies
 from bearing_twin.kinds.bearing.models import choose
 from bearing_twin.kinds.bearing.parameters import Geometry
-from bearing_twin.kinds.bearing.quasi_static.answer import rolling_frequencies
-from bearing_twin.kinds.bearing.ratings import basic_dynamic_rating, basic_static_rating
+from bearing_twin.kinds.bearing.ratings import basic_dynamic_rating, basic_static_rating, catalogue_sheet
 from bearing_twin.run.scene import load_scene, parse_scene, read_logged
 
 SCATTER = 0.014  # by which a rating may leave the range that makers publish; most in the 6208, sold with two sets
@@ -80,7 +80,7 @@ def test_ratings_lie_within_the_scatter_of_those_published():
     for name, entry in ENTRIES.items():
         if entry.found in ("literature", "published"):  # today's 7218 holds larger balls; SKF rates by its own factor
             continue
-        found = answer_of(name, parameters(name))
+        found = catalogue_sheet(name, parameters(name))
         for kind in ("dynamic", "static"):
             value, (low, high) = found[f"basic_{kind}_rating_n"], getattr(entry, kind)
             scatter = SCATTER if not entry.contact_angle else 0.02
@@ -93,7 +93,7 @@ def test_ratings_lie_within_the_scatter_of_those_published():
 def test_published_sets_give_published_frequencies_and_the_ratings_of_skf():
     """Case Western Reserve University, Bearing Data Center: BPFI, BPFO, FTF in turns of the shaft."""
     for name, wanted in {"6205SKF": (5.4152, 3.5848, 0.39828), "6203SKF": (4.9469, 3.0530, 0.3817)}.items():
-        found = answer_of(name, load_scene(name, [f"drive.speed={2.0 * math.pi!r}"]).parameters)
+        found = catalogue_sheet(name, load_scene(name, [f"drive.speed={2.0 * math.pi!r}"]).parameters)
         for word, value in zip(("bpfi", "bpfo", "ftf"), wanted, strict=True):
             error = found["fault_frequencies_hz_error"][word]
             assert abs(found["fault_frequencies_hz"][word] - value) < error + 5e-5, (name, word)
@@ -344,7 +344,7 @@ def test_an_angular_contact_bearing_has_no_group_of_clearance():
 
 def test_fault_frequencies_have_the_error_of_pitch_circle_and_balls():
     """The set of the bearing of a known data set, 9 balls of 7.94 mm on 39.04 mm, lies within it."""
-    found = answer_of("6205", load_scene("6205", ["drive.speed=6.283185307179586"]).parameters)
+    found = catalogue_sheet("6205", load_scene("6205", ["drive.speed=6.283185307179586"]).parameters)
     ratio = 7.94 / 39.04
     wanted = {"bpfo": 4.5 * (1.0 - ratio), "bpfi": 4.5 * (1.0 + ratio), "ftf": 0.5 * (1.0 - ratio)}
     for name, value in wanted.items():

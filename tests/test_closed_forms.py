@@ -7,9 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import gamma
 
-from bearing_twin.kinds.bearing import ratings
-from bearing_twin.kinds.bearing.quasi_static import equilibrium
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import Support
+from bearing_twin.kinds.bearing import equilibrium, ratings
+from bearing_twin.kinds.bearing.equilibrium import Support
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study

@@ -13,9 +13,9 @@ from scipy.special import ellipe, ellipk
 from bearing_twin import load_scene, simulate
 from bearing_twin.command import cli
 from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.kinds.bearing.equilibrium import controlled, load_line, solver_of, support_of
 from bearing_twin.kinds.bearing.friction_torque import friction_torque, skf_torque
 from bearing_twin.kinds.bearing.lubricant import film_lubricant, film_numbers, films, viscosity_of
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import controlled, load_line, solver_of, support_of
 from bearing_twin.kinds.bearing.ratings import ratings_of
 
 GREASE, OIL = 1, 2

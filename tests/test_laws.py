@@ -47,8 +47,8 @@ from bearing_twin.contact.ellipse import (
 from bearing_twin.contact.laws import HERTZIAN, LAWS, law_names
 from bearing_twin.contact.line import line_law
 from bearing_twin.contact.materials import MATERIALS, Material, effective_modulus
-from bearing_twin.kinds.bearing.along_groove import TERMS, axes_along, terms_along
 from bearing_twin.kinds.bearing.parameters import GIVES
+from bearing_twin.kinds.bearing.system import TERMS, axes_along, terms_along
 from bearing_twin.kinds.impact.collision import NO_LINE, Spring
 from bearing_twin.shapes.closed_forms import ball_in_groove
 

@@ -14,10 +14,9 @@ from scipy.spatial.transform import Rotation
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.parameters import describe
-from bearing_twin.kinds.bearing.columns import BORDER, MOTION, VELOCITY
-from bearing_twin.kinds.bearing.model import RingDrive
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.step_limits import stability_limits
+from bearing_twin.kinds.bearing.system import BORDER, MOTION, VELOCITY, RingDrive
 from bearing_twin.numerics.rotation import (
     cross,
     dot,

@@ -8,7 +8,7 @@ import pytest
 from commanded import obeying, twist, wrench
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.kinds.bearing.quasi_static import equilibrium
+from bearing_twin.kinds.bearing import equilibrium
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 

@@ -13,9 +13,9 @@ from bearing_twin.base.errors import SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
+from bearing_twin.kinds.bearing import equilibrium
+from bearing_twin.kinds.bearing.equilibrium import Support
 from bearing_twin.kinds.bearing.motion import bearing_motion
-from bearing_twin.kinds.bearing.quasi_static import equilibrium
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import Support
 from bearing_twin.run.scene import load_scene
 
 NO_TILT = (True, True, True, False, False)
@@ -436,7 +436,7 @@ def test_any_number_of_balls_carries_a_thrust(balls, radial, angle):
 
 
 def test_a_ring_that_one_ball_carries_is_found_and_called_loose():
-    from bearing_twin.kinds.bearing.quasi_static.equilibrium import loose_directions
+    from bearing_twin.kinds.bearing.equilibrium import loose_directions
 
     given_ = parameters("geometry.radial_clearance=2e-5", "drive.speed=0.0")
     support = pushed((0.0, -1.0, 0.0))

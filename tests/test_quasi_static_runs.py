@@ -10,9 +10,9 @@ from made_up_run import a_choice
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing.adequacy import cage_needed
+from bearing_twin.kinds.bearing import equilibrium
+from bearing_twin.kinds.bearing.facts import cage_needed
 from bearing_twin.kinds.bearing.motion import bearing_motion
-from bearing_twin.kinds.bearing.quasi_static import equilibrium
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.run.scene import choose, load_scene, parse_scene
 from bearing_twin.run.simulation import Simulation, simulate

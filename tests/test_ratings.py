@@ -10,9 +10,8 @@ from published_ratings import LIMITING_SPEEDS
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.kinds.bearing import ratings
-from bearing_twin.kinds.bearing.clearance import clearance_of, operating_geometry
+from bearing_twin.kinds.bearing.geometry import clearance_of, nominal_curvatures, operating_geometry
 from bearing_twin.kinds.bearing.parameters import Geometry
-from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.run.scene import load_scene
 
 
@@ -71,7 +70,7 @@ def test_reference_life_of_even_loads_by_the_formula_written_out():
 
 def test_the_reference_life_under_the_load_distribution_of_the_standard_is_the_basic_life():
     """ISO/TS 16281 is built so: half the balls loaded (no clearance, epsilon 0.5) gives about (C/P)^3."""
-    from bearing_twin.kinds.bearing.quasi_static import equilibrium
+    from bearing_twin.kinds.bearing import equilibrium
 
     given = parameters("geometry.radial_clearance=0.0", "drive.speed=0.0", "geometry.balls=9",
                        "geometry.ball_diameter=6e-3")  # fmt: skip
@@ -231,7 +230,7 @@ def test_hollow_shafts_and_thin_housings_of_other_materials_press_as_elastic_rin
 
 
 def test_a_run_has_the_operating_clearance():
-    from bearing_twin.kinds.bearing.start import bearing_of
+    from bearing_twin.kinds.bearing.system import bearing_of
 
     warm, plain = parameters("temperatures.inner_ring=303.15"), parameters()
     taken = clearance_of(warm).temperature

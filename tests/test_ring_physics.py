@@ -10,7 +10,9 @@ from ring_systems import AXIAL_PRELOAD, CASES, FREE, disturbed
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.paths import only_below
-from bearing_twin.kinds.bearing.columns import (
+from bearing_twin.kinds.bearing.equilibrium import solver_of, support_of
+from bearing_twin.kinds.bearing.rings import land_radius
+from bearing_twin.kinds.bearing.system import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
     CAGE,
@@ -23,8 +25,6 @@ from bearing_twin.kinds.bearing.columns import (
     SPIN,
     TANGENTIAL_VELOCITY,
 )
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import solver_of, support_of
-from bearing_twin.kinds.bearing.rings import land_radius
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.run.scene import load_scene

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.base.report import Choice
-from bearing_twin.kinds.bearing.still import still_error
+from bearing_twin.kinds.bearing.equilibrium import equilibrium_error
 from bearing_twin.kinds.shaft.equilibrium import balance_of
 from bearing_twin.kinds.shaft.figures import MEANINGS
 from bearing_twin.kinds.shaft.model_error import ShaftDoubt, Wide, moved_by, responses, wide_of
@@ -128,7 +128,7 @@ def test_a_load_errs_as_in_the_balance_that_it_belongs_to(place):
     load = both[place].greatest
     told = ShaftDoubt(parameters, Choice("hertz", "rodas4", 0.0, "", ())).left_out(made_up(parameters, load))
     assert both[place].kept < 0.4
-    still = still_error(shares_of(parameters, "hertz")["left"])
+    still = equilibrium_error(shares_of(parameters, "hertz")["left"])
     assert told["left_greatest_ball_load_n"] == pytest.approx(load * (still + both[place].share * both[place].kept))
 
 

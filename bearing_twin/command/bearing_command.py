@@ -119,7 +119,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
             result = (_solved, _swept, _crossed)[len(sweeps)](arguments, given, angle, *sweeps)
         show = (bearing_table.show_equilibrium, bearing_table.show_sweep, bearing_table.show_crossed)[len(sweeps)]
     if picture or sheet:
-        from bearing_twin.kinds.bearing.quasi_static import picture as pictures
+        from bearing_twin.kinds.bearing import picture as pictures
 
         draw = pictures.draw_sweep if sweeps else pictures.draw_equilibrium
         if picture:
@@ -151,7 +151,7 @@ def _vector(name: str, text: str | None) -> list[float | None] | None:
 
 def _support(given: dict, parameters):
     """Held coordinates and loads of the ring, by the options, or by the scene where there is none."""
-    from bearing_twin.kinds.bearing.quasi_static.equilibrium import Support, support_of
+    from bearing_twin.kinds.bearing.equilibrium import Support, support_of
 
     if all(values is None for values in given.values()):
         return support_of(parameters)
@@ -195,18 +195,19 @@ def _row_alone(arguments, given) -> dict | None:
     support, name = _support(given, parameters), _row(parameters)
     if not name or any(support.loads) or any(support.held):
         return None
-    from bearing_twin.kinds.bearing.catalogue_answer import answer_of
-    from bearing_twin.kinds.bearing.clearance import operating_geometry
+    from bearing_twin.kinds.bearing.geometry import operating_geometry
+    from bearing_twin.kinds.bearing.ratings import catalogue_sheet
 
     if operating_geometry(parameters).radial_clearance < 0.0:
         return None
-    return answer_of(name, parameters)
+    return catalogue_sheet(name, parameters)
 
 
 def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     """One equilibrium; `factor` multiplies the loads."""
-    from bearing_twin.kinds.bearing import catalogue_answer
-    from bearing_twin.kinds.bearing.quasi_static import answer, equilibrium
+    from bearing_twin.kinds.bearing import equilibrium, equilibrium_report
+    from bearing_twin.kinds.bearing.catalogue import row_of
+    from bearing_twin.kinds.bearing.ratings import frequency_errors
     from bearing_twin.run.scene import choose
 
     scene = _bearing_scene(arguments, overrides)
@@ -220,13 +221,13 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": found.control}
     head["control_reason"] = equilibrium.control_reason(parameters, found)
     if catalogued := _row(parameters):
-        head["catalogue"] = catalogue_answer.row_of(catalogued)
-        head["fault_frequencies_hz_error"] = catalogue_answer.frequency_errors(catalogued, parameters)
+        head["catalogue"] = row_of(catalogued)
+        head["fault_frequencies_hz_error"] = frequency_errors(catalogued, parameters)
     head["speed_rad_s"] = parameters.drive.speed
-    found_values = answer.answer_of(parameters, law, solver, support, found)
+    found_values = equilibrium_report.answer_of(parameters, law, solver, support, found)
     if arguments.mass is not None:
         mass = number("--mass", arguments.mass, "kg", Limits(above=0.0))
-        found_values |= answer.natural_frequencies(found.stiffness, mass, support.free[3:])
+        found_values |= equilibrium_report.natural_frequencies(found.stiffness, mass, support.free[3:])
     if scene.outside:
         head["outside_range"] = list(scene.outside)
         found_values["flags"] = [*scene.outside, *found_values["flags"]]
@@ -256,7 +257,7 @@ def _evenly(first: str, last: str, count: int, unit: str) -> list[float]:
 def _swept(arguments, given, angle, sweep, **outer) -> dict:
     """Curves over a sweep, with how its axis is shown; `outer` as of `_solved`."""
     from bearing_twin.base.units import with_unit
-    from bearing_twin.kinds.bearing.quasi_static.answer import curves_of
+    from bearing_twin.kinds.bearing.equilibrium_report import curves_of
 
     path, unit, axis, values, change = _changes(arguments, given, sweep)
 

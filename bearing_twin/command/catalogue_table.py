@@ -14,8 +14,7 @@ from bearing_twin.command.terminal import say, show_text
 def listed_catalogue() -> Outcome:
     """Every designation with its row, and what the ways are in which ball sets were found."""
     from bearing_twin.base.paths import own_folder
-    from bearing_twin.kinds.bearing.catalogue import FOUND, designations
-    from bearing_twin.kinds.bearing.catalogue_answer import row_of
+    from bearing_twin.kinds.bearing.catalogue import FOUND, designations, row_of
 
     rows = [row_of(name) for name in designations()]
     result = {"bearings": rows, "found": FOUND, "own_folder": str(own_folder("bearings"))}

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import fft, ndimage
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.kinds.bearing.quasi_static.answer import rolling_frequencies
+from bearing_twin.kinds.bearing.geometry import rolling_frequencies
 
 HARMONICS = (1, 2, 3)
 OCTAVES = 4

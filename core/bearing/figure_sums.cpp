@@ -1,4 +1,4 @@
-// Sums over the outputs of a bearing for its figures (kinds/bearing/summing.py), output by output, so that they do not
+// Sums over the outputs of a bearing for its figures (kinds/bearing/figures.py), output by output, so that they do not
 // depend on how a stream of outputs is cut into blocks.
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ enum Column {
 };
 constexpr int RING_PARTS[4] = {3, 2, 3, 2}, RING_WIDTH = 10;
 
-// One row of sums over a stretch, in the order of summing.StretchSums.
+// One row of sums over a stretch, in the order of figures.StretchSums.
 struct Stretch {
   double *row;
   int balls;
@@ -27,7 +27,7 @@ struct Stretch {
   double *centre() const { return scalars() + 4; }
   double *ring() const { return centre() + 3; }
 };
-// The greatest so far, in the order of summing.Greatest.
+// The greatest so far, in the order of figures.Greatest.
 struct Greatest {
   double *numbers;
   int balls;

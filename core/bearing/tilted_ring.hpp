@@ -1,4 +1,4 @@
-// A ring whose tilt is taken to first order: a point at p of it goes to p + theta x p (kinds/bearing/forces/ring_seat.py).
+// A ring whose tilt is taken to first order: a point at p of it goes to p + theta x p.
 #pragma once
 #include "../math/vector3.hpp"
 

@@ -4,7 +4,8 @@ import numpy as np
 from bearings import motion
 from ring_systems import places_in_border
 
-from bearing_twin.kinds.bearing.columns import (
+from bearing_twin.kinds.bearing.compiled_coupled import BODY_NUMBERS, COORDINATES, rates_and_jacobian
+from bearing_twin.kinds.bearing.system import (
     AXIS_DISTANCE,
     COLUMNS,
     GROSS_WORK,
@@ -13,7 +14,6 @@ from bearing_twin.kinds.bearing.columns import (
     PLACES,
     TANGENTIAL_VELOCITY,
 )
-from bearing_twin.kinds.bearing.compiled_coupled import BODY_NUMBERS, COORDINATES, rates_and_jacobian
 
 # Scene, overrides, instant [s], whether balls are pushed onto each other.
 COUPLED = (

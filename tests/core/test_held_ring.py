@@ -5,8 +5,8 @@ import pytest
 
 from bearing_twin import load_scene
 from bearing_twin.kinds.bearing import compiled_balls
-from bearing_twin.kinds.bearing.model import RingMotion
-from bearing_twin.kinds.bearing.start import bearing_of, start_state
+from bearing_twin.kinds.bearing.start import start_state
+from bearing_twin.kinds.bearing.system import RingMotion, bearing_of
 
 FRICTIONS = ("point", "spot", "spot_medium", "spot_fine", "pade1", "pade2")
 LAWS = ("hertz", "volumetric", "constant", "linear", "hertz_differential")

@@ -320,3 +320,29 @@ def _with_balls(entry: Entry) -> Entry:
     if not entry.balls:
         found |= {"found": RULE, "balls": balls, "balls_doubt": rule.balls_doubt}
     return dataclasses.replace(entry, **found)
+
+
+def row_of(name: str) -> dict:
+    """The row of a designation with SI-suffixed keys; ranges are (least, greatest), None where nothing is published."""
+    entry = entries()[name]
+    return {
+        "designation": name,
+        "bore_m": entry.bore,
+        "outside_diameter_m": entry.outside_diameter,
+        "width_m": entry.width or None,
+        "balls": entry.balls,
+        "balls_doubt": entry.balls_doubt,
+        "ball_diameter_m": entry.ball_diameter,
+        "ball_diameter_doubt_m": entry.ball_diameter_doubt,
+        "pitch_diameter_m": entry.pitch_diameter,
+        "pitch_diameter_doubt_m": entry.pitch_diameter_doubt,
+        "contact_angle_rad": entry.contact_angle,
+        "inner_conformity": entry.inner_conformity,
+        "outer_conformity": entry.outer_conformity,
+        "radial_clearance_m": None if entry.contact_angle else list(clearance_of(entry)),
+        "found": entry.found,
+        "found_means": FOUND[entry.found],
+        "source": entry.source,
+        "published_dynamic_rating_n": list(entry.dynamic) if entry.dynamic[1] else None,
+        "published_static_rating_n": list(entry.static) if entry.static[1] else None,
+    }

@@ -10,8 +10,7 @@ import numpy as np
 from bearing_twin.contact.friction import POINT
 from bearing_twin.contact.patch_friction import patch_by
 from bearing_twin.core import FLAG, FLAGS, INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
-from bearing_twin.kinds.bearing.along_groove import TERMS
-from bearing_twin.kinds.bearing.columns import CARRIED_COLUMNS
+from bearing_twin.kinds.bearing.system import CARRIED_COLUMNS, TERMS
 from bearing_twin.numerics.statuses import OK
 from bearing_twin.numerics.steppers import MOST_STAGES, ROSENBROCK, Rosenbrock, RungeKutta
 

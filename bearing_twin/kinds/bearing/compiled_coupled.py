@@ -6,8 +6,8 @@ The arrays that are handed over stand in the order in which coupled.cpp reads th
 import numpy as np
 
 from bearing_twin.core import FLAG, INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
-from bearing_twin.kinds.bearing.columns import CAGE
 from bearing_twin.kinds.bearing.compiled_balls import method_numbers, numbers_of
+from bearing_twin.kinds.bearing.system import CAGE
 from bearing_twin.numerics.steppers import RODAS4
 
 COORDINATES, INTEGRALS = 9, 4  # ring x, y, z, its tilt about x and y, cage x, y, its angle, shaft

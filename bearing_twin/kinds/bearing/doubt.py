@@ -3,31 +3,132 @@
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block
+from bearing_twin.base.units import LUBRICATED
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bearing.adequacy import mend_of_method, told_of_equilibria
-from bearing_twin.kinds.bearing.drilling import SIDES, Drilled, drilling_of
-from bearing_twin.kinds.bearing.law_error import half_space_error, law_error, rule_error
-from bearing_twin.kinds.bearing.left_out import left_out, of_torque, unknown_drilling
-from bearing_twin.kinds.bearing.load_error import by_load
+from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, equilibrium_error, scene_equilibrium
+from bearing_twin.kinds.bearing.facts import mend_of_method
+from bearing_twin.kinds.bearing.figures import STRETCH
 from bearing_twin.kinds.bearing.lubricant import lubricated
+from bearing_twin.kinds.bearing.model_error import (
+    SIDES,
+    Drilled,
+    SceneWorth,
+    Tilted,
+    Worth,
+    added,
+    by_load,
+    drilling_of,
+    half_space_error,
+    law_error,
+    rule_error,
+    worths_of_run,
+)
+from bearing_twin.kinds.bearing.outputs import has_films
 from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene, as_chosen
-from bearing_twin.kinds.bearing.quasi_static.model_error import SceneWorth, Worth, worths_of_run
-from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.rings import (
+    FREE_RING,
+    QUASI_STATIC,
+    TORQUE,
+    dimension_of,
+    free_coordinates,
+    moving_centre,
+    shaft_inertia,
+)
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
-from bearing_twin.kinds.bearing.still import EQUILIBRIA
-from bearing_twin.kinds.bearing.summing import STRETCH
-from bearing_twin.kinds.bearing.tilt_error import Tilted, added
 from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LAW, LEFT_OUT, Errors, ModelError
 from bearing_twin.kinds.refinement import Comparison, with_tolerance
 
+
+class LeftOut(NamedTuple):
+    """Something that real bearings have: whether a scene lacks it, and what is to be said of its effect."""
+
+    applies: Callable[[object], bool]
+    sentence: str
+
+
+ROWS = {
+    "film": LeftOut(
+        lambda parameters: not has_films(parameters),
+        "no oil film: its thickness, its rolling resistance and what oil takes along are not computed",
+    ),
+    LUBRICATED: LeftOut(
+        has_films,
+        "films are steady ones, at the temperature given: churning, seals and fresh grease are not computed, and a "
+        "measured torque may differ by half",
+    ),
+    "vibration": LeftOut(
+        lambda parameters: dimension_of(parameters) != QUASI_STATIC,
+        "balls and rings are rigid outside their contacts: energy that goes into their vibration is not computed",
+    ),
+    "cage": LeftOut(
+        lambda parameters: parameters.cage.kind == "none",
+        "no cage: its friction and its pushes on the balls are not computed; cage.kind: pockets has them",
+    ),
+    "cage_guidance": LeftOut(
+        lambda parameters: parameters.cage.kind != "none" and not moving_centre(parameters),
+        "the cage stays centred: what guides it, and its friction there, are not computed; cage.guidance has them",
+    ),
+    "cage_tilt": LeftOut(
+        moving_centre,
+        "the cage moves in its plane alone: its tilt, and what it does along the axis, are not computed",
+    ),
+    "whirl": LeftOut(
+        lambda parameters: (
+            dimension_of(parameters) == QUASI_STATIC
+            and any(free_coordinates(parameters))
+            and not parameters.rings.inner.mass
+            and parameters.contact.friction_coefficient > 0.0
+        ),
+        "whether the ring stays in its equilibrium: friction along the grooves can make it whirl, which is looked at "
+        "where rings.inner.mass is given",
+    ),
+    "shear": LeftOut(
+        lambda parameters: dimension_of(parameters) != QUASI_STATIC,
+        "no tangential elasticity: friction answers to slip alone, smoothed by contact.friction_regularisation, so "
+        "that creep in rolling is what the smoothing gives",
+    ),
+}
+"""What is left out, by name."""
+
+
+def left_out(parameters) -> dict[str, str]:
+    """The sentences that apply to a scene, by name."""
+    return {name: row.sentence for name, row in ROWS.items() if row.applies(parameters)}
+
+
+def unknown_drilling(parameters) -> str:
+    """What errors of the friction model do not hold, of a scene whose friction is chosen; "" for nothing."""
+    model, beyond = FRICTIONS[parameters.contact.friction], "not what the motion makes of it, as in roll rates"
+    if not model.over_spot:
+        return (
+            "contact.friction: point holds no drilling: errors hold the torque and the loss that the spots' spin would "
+            f"add, {beyond}; contact.friction: spot computes it"
+        )
+    if dimension_of(parameters) == QUASI_STATIC:
+        return ""
+    return f"errors hold torque and loss that contact.friction: {model.name} errs by, {beyond}"
+
+
+def of_torque(parameters, figures: Mapping[str, Any], torque: float, seconds: float) -> dict[str, float]:
+    """What friction off by this torque [N m] does in so many seconds: to the drive's torque, or to its speed."""
+    if parameters.drive.kind != TORQUE:
+        return {"drive_torque_nm": torque}
+    faster = torque * seconds / shaft_inertia(parameters)
+    work = abs(figures["drive_torque_nm"]) * faster * seconds
+    return {"inner_ring_speed_at_end_rad_s": faster, "drive_torque_nm": 0.0, "drive_work_j": work}
+
+
+EQUILIBRIA = (  # what is known of a run from them
+    "equilibria are solved to rounding; the error of loads is what balls that move differ by; friction is none"
+)
 LEAST_LOAD = 0.01  # of the greatest load: a contact that carries less has no friction limit worth a relative error
 TILTING = "ring_moment_nm", "misalignment_rad"
 SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
@@ -217,13 +318,9 @@ class BearingDoubt:
         of_loads = [ModelError(LAW, off if worth is None else off * worth.kept, HERTZ_MENDS)]
         if self.choice.stepper != QUASI_STATIC:
             return {"loads": tuple(of_loads)}
-        if (still := self._of_equilibria) is not None:
-            of_loads.append(ModelError(LEFT_OUT, still, self._smaller_steps))
+        ratio = centrifugal_ratio(scene_equilibrium(self.parameters, self.choice.law).contacts)
+        of_loads.append(ModelError(LEFT_OUT, equilibrium_error(ratio), self._smaller_steps))
         return {"loads": tuple(of_loads)}
-
-    @functools.cached_property
-    def _of_equilibria(self) -> float | None:
-        return told_of_equilibria(self.parameters, self.choice)
 
     @functools.cached_property
     def _smaller_steps(self) -> str:

@@ -14,9 +14,8 @@ import math
 import numpy as np
 
 from bearing_twin.contact.elasticity import elastic
-from bearing_twin.kinds.bearing.columns import AXIS_DISTANCE, HEIGHT, RADIAL_VELOCITY
-from bearing_twin.kinds.bearing.model import Bearing
 from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.system import AXIS_DISTANCE, HEIGHT, RADIAL_VELOCITY, Bearing
 
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
 STEP_SHARE = 0.2  # of the wanted accuracy, that one adaptive step may spend: `chart steppers`, docs/accuracy.md

@@ -1,13 +1,15 @@
-"""What a bearing run found: loads, speeds, ellipses, the energy balance, and what to doubt."""
+"""The figures of a bearing run: loads, speeds, contact ellipses, energy balance, and validity of the theory."""
 
 import math
+from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 
 from bearing_twin.base.report import Choice
-from bearing_twin.base.sample import Block
+from bearing_twin.base.sample import Block, Layout
 from bearing_twin.contact.elasticity import approaches_of_loads, coefficient_of, elastic
-from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
+from bearing_twin.contact.ellipse import axis_ratio, ellipse, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
@@ -20,18 +22,252 @@ from bearing_twin.contact.validity import (
     wave_doubt,
     wave_transit,
 )
-from bearing_twin.kinds.bearing.adequacy import untouched
-from bearing_twin.kinds.bearing.figure_rows import MEANINGS, missing
+from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
+from bearing_twin.kinds.bearing.facts import touches_at_rest
 from bearing_twin.kinds.bearing.friction_torque import catalogue_torque
-from bearing_twin.kinds.bearing.law_error import law_error
-from bearing_twin.kinds.bearing.outputs import ellipses, moduli
+from bearing_twin.kinds.bearing.geometry import cage_speed, moduli, roll_rate
+from bearing_twin.kinds.bearing.model_error import law_error
 from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen
+from bearing_twin.kinds.bearing.quantities import missing
 from bearing_twin.kinds.bearing.ratings import ratings_of
-from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, dimension_of
-from bearing_twin.kinds.bearing.run_up import RunUp
-from bearing_twin.kinds.bearing.speeds import off_rolling, speed_figures
-from bearing_twin.kinds.bearing.summing import AT_GREATEST, RING_COLUMNS, Sums, centre_figures, columns_of, mean_torque
+from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, TORQUE, dimension_of
 from bearing_twin.kinds.energy import STORED, adds_up
+
+STRETCH = 50  # outputs, by their numbers: sums over the second half of a run begin at the end of such a stretch
+STANDING = 1e-12  # of the speed that friction is smoothed over: what slides more slowly stands
+MOST_STRETCHES = 256  # that are kept; more are added two by two
+RING = {"inner_ring_offset": 3, "inner_ring_tilt": 2, "inner_ring_force": 3, "inner_ring_torque": 2}  # first numbers of
+RING_WIDTH = sum(RING.values())
+RING_COLUMNS = tuple(slice(end - RING[name], end) for name, end in zip(RING, accumulate(RING.values()), strict=True))
+AT_GREATEST = "curvature_small", "curvature_large", "contact_angle", "spin_rate"
+CENTRE = "cage_offset", "cage_velocity", "land_force"
+_READ = (
+    "normal_load", "raceway_torque", "inner_ring_torque", "roll_rate", "inner_ring_speed", "cage_slip", "orbit_angle",
+    "pocket_force", "drive_work", "inner_ring_angle", "inner_ring_load_work", *AT_GREATEST, *RING, *CENTRE,
+)  # fmt: skip
+MISSING = -1  # in the place of the first column of a channel that is not there
+# What logs of earlier versions have not: its numbers were 0, or are not known.
+MAY_BE_MISSING = {"cage_slip", "pocket_force", "inner_ring_load_work", *CENTRE}
+
+
+class Greatest(NamedTuple):
+    """What is kept of single contacts (2 N,), of a ball's inner one and outer one in turn, over all outputs.
+
+    The greatest load and AT_GREATEST (4, 2 N) there; outputs without a load. `off_even` (1,) [rad] is how far a gap
+    between neighbours came off even spacing, `pocket_force` (1,) [N] the greatest of a cage on a ball,
+    `land_force` (1,) [N] that of a land on the cage.
+    """
+
+    load: np.ndarray
+    there: np.ndarray
+    without: np.ndarray
+    off_even: np.ndarray
+    pocket_force: np.ndarray
+    land_force: np.ndarray
+
+
+class StretchSums(NamedTuple):
+    """Sums over stretches of outputs, one row each; times [s] and orbit angles (N,) are those of their last outputs.
+
+    So are `turned` (2,), the work [J] of turning the inner ring and its angle [rad].
+    Contacts (2 N,) stand as in `Greatest`; `ring` (RING_WIDTH,) has the columns of RING side by side. `centre` (3,): of
+    the cage's centre, distance from the axis [m], its square, and x dy/dt - y dx/dt [m^2/s].
+    """
+
+    time: np.ndarray
+    orbit_angle: np.ndarray
+    turned: np.ndarray
+    count: np.ndarray
+    load: np.ndarray
+    torque: np.ndarray
+    drive_torque: np.ndarray
+    roll_rate: np.ndarray
+    speed: np.ndarray
+    cage_slip: np.ndarray
+    centre: np.ndarray
+    ring: np.ndarray
+    ring_least: np.ndarray
+    ring_greatest: np.ndarray
+
+
+_sum_outputs = Function(
+    "core_sum_outputs",
+    None,
+    (
+        *(INTEGERS, REALS, INTEGER, INTEGER, INTEGERS, INTEGER, INTEGER, INTEGER),
+        *(REALS_OUT, REALS_OUT, INTEGER, INTEGER, INTEGERS_OUT),
+    ),
+)
+LAST = "time", "orbit_angle", "turned"
+TOGETHER = {"ring_least": np.minimum, "ring_greatest": np.maximum}  # all others are added
+
+
+def new_greatest(balls: int) -> np.ndarray:
+    """The numbers of a `Greatest` that has seen nothing yet, side by side as the core takes them."""
+    return np.zeros(2 * balls * (len(AT_GREATEST) + 2) + 3)
+
+
+def named_greatest(room: np.ndarray, balls: int) -> Greatest:
+    """The same numbers by their names."""
+    widths = 2 * balls, len(AT_GREATEST) * 2 * balls, 2 * balls, 1, 1
+    load, there, without, *single = np.split(room, np.cumsum(widths))
+    return Greatest(load, there.reshape(len(AT_GREATEST), -1), without, *single)
+
+
+def new_stretches(count: int, balls: int) -> np.ndarray:
+    """Sums over `count` stretches without an output, a row each, as the core takes them."""
+    return np.zeros((count, 4 * balls + 3 * RING_WIDTH + 11))
+
+
+def named_stretches(room: np.ndarray, balls: int) -> StretchSums:
+    """The columns of these sums by their names."""
+    widths = {"orbit_angle": balls, "turned": 2, "load": 2 * balls, "torque": balls, "centre": 3}
+    widths |= dict.fromkeys(("ring", "ring_least", "ring_greatest"), RING_WIDTH)
+    ends = list(accumulate(widths.get(name, 1) for name in StretchSums._fields))
+    named = zip(StretchSums._fields, np.split(room, ends[:-1], axis=1), strict=True)
+    return StretchSums(*(part if name in widths else part[:, 0] for name, part in named))
+
+
+def columns_of(layout: Layout) -> np.ndarray:
+    """The first column of each channel that is read in a row of all channels; raises ChannelError for one too few."""
+    missing = MAY_BE_MISSING.difference(layout.places)
+    missing |= set(CENTRE) if missing.intersection(CENTRE) else set()
+    return np.array([MISSING if name in missing else layout.places[name][0].start for name in _READ])
+
+
+class Sums:
+    """The stretches of a run so far, in memory that does not grow with it, and the greatest of its contacts."""
+
+    def __init__(self, balls: int):
+        self.outputs = self.stretches = 0
+        self._balls, self._greatest = balls, new_greatest(balls)
+        self._rows = new_stretches(MOST_STRETCHES + 1, balls)
+
+    @property
+    def greatest(self) -> Greatest:
+        """The greatest of all contacts so far."""
+        return named_greatest(self._greatest, self._balls)
+
+    @property
+    def _kept(self) -> StretchSums:
+        return named_stretches(self._rows, self._balls)
+
+    def add(self, block: Block, columns: np.ndarray) -> None:
+        """Takes in a block that ends, unless it is the last, before a sequence number divisible by STRETCH."""
+        numbers, times, done = block.matrix(), block.time_ns, 0
+        while done < len(block):
+            rest, ended = numbers[done:], np.array([0, self.stretches])
+            _sum_outputs(
+                *(columns, rest, *rest.shape, times[done:], block.first_sequence + done, STRETCH, self._balls),
+                *(self._greatest, self._rows, *self._rows.shape, ended),
+            )
+            taken, self.stretches = ended.tolist()
+            done += taken
+            if self.stretches > MOST_STRETCHES:
+                self._halve()
+        self.outputs += len(block)
+
+    def _halve(self) -> None:
+        """Makes one stretch of every two; of an odd number the last stays as it is."""
+        pairs, odd = divmod(self.stretches, 2)
+        for name, kept in self._kept._asdict().items():
+            one, other = kept[0 : 2 * pairs : 2], kept[1 : 2 * pairs : 2]
+            both = other.copy() if name in LAST else TOGETHER.get(name, np.add)(one, other)
+            kept[pairs] = kept[self.stretches - 1]
+            kept[:pairs] = both
+            kept[pairs + odd :] = 0.0
+        self.stretches = pairs + odd
+
+    def from_row(self, first: int) -> dict:
+        """All stretches from number `first` on as one, by the names of `StretchSums`."""
+        found = {}
+        for name, kept in self._kept._asdict().items():
+            rows = kept[first : self.stretches]
+            found[name] = rows[-1] if name in LAST else TOGETHER.get(name, np.add).reduce(rows, axis=0)
+        return found
+
+    def ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Times [s] (n,), orbit angles [rad] (n, N) and `turned` (n, 2) at the ends of all stretches."""
+        rows = slice(self.stretches)
+        return self._kept.time[rows], self._kept.orbit_angle[rows], self._kept.turned[rows]
+
+
+def centre_figures(centre: np.ndarray, greatest: Greatest) -> dict[str, float]:
+    """Eccentricity [m], whirl [rad/s] of the cage's centre from means of `StretchSums.centre`; the land's force [N]."""
+    distance, square, turned = centre.tolist()
+    return {
+        "cage_eccentricity_m": distance,
+        "cage_whirl_rad_s": turned / square if square > 0.0 else 0.0,
+        "greatest_land_force_n": float(greatest.land_force[0]),
+    }
+
+
+def turning(parameters, speed: float) -> float:
+    """A speed of balls [rad/s] as a figure holds it: 0 where it is rounding beside what friction is smoothed over."""
+    slowest = STANDING * parameters.contact.friction_regularisation / (0.5 * parameters.geometry.ball_diameter)
+    return 0.0 if abs(speed) <= slowest else float(speed)
+
+
+def speed_figures(parameters, late: dict, before: dict) -> dict[str, float]:
+    """Mean speeds [rad/s] over the part `late` of a run, by `Sums.from_row`, which follows the instant `before`."""
+    geometry, span, speed = parameters.geometry, late["time"] - before["time"], late["speed"] / late["count"]
+    diameters, turned = (geometry.ball_diameter, geometry.pitch_diameter), late["orbit_angle"] - before["orbit_angle"]
+    return {
+        "cage_speed_rad_s": turning(parameters, turned.mean() / span) if span > 0.0 else 0.0,
+        "cage_speed_theory_rad_s": float(cage_speed(speed, *diameters)),
+        "roll_rate_rad_s": turning(parameters, late["roll_rate"] / late["count"]),
+        "roll_rate_theory_rad_s": float(roll_rate(speed, *diameters)),
+    }
+
+
+def mean_torque(late: dict, before: dict, known: bool) -> float:
+    """The mean torque of the drive [N m] over `late`, which follows the instant `before`.
+
+    Where the work of turning is `known` it is work over angle, which keeps no noise of single outputs; else, or where
+    the ring did not turn, the mean of the outputs.
+    """
+    (work, angle), (work_before, angle_before) = late["turned"], before["turned"]
+    if not known or angle == angle_before or math.isnan(work):
+        return float(late["drive_torque"] / late["count"])
+    return float((work - work_before) / (angle - angle_before))
+
+
+DONE = 0.99  # of the change of speed over the run
+APART = 1e-3  # relative: changes nearer than this to the one kept last are not kept
+
+
+class RunUp:
+    """The greatest changes of a speed so far, upwards and downwards, and when they were come to."""
+
+    def __init__(self, parameters):
+        self._turned = parameters.drive.kind == TORQUE
+        self._kept: dict[int, list[tuple[float, float]]] = {1: [], -1: []}
+        self._first: float | None = None
+
+    def add(self, block: Block) -> None:
+        """Takes in the speeds of a block where a torque makes them."""
+        if not self._turned:
+            return
+        times, speeds = 1e-9 * block.time_ns, block.values["inner_ring_speed"]
+        self._first = float(speeds[0]) if self._first is None else self._first
+        for sign, kept in self._kept.items():
+            change = np.maximum.accumulate(sign * (speeds - self._first))
+            grown = np.flatnonzero(np.diff(change, prepend=0.0 if not kept else kept[-1][1]) > 0.0)
+            for row in grown.tolist():
+                if change[row] > (kept[-1][1] if kept else 0.0) * (1.0 + APART):
+                    kept.append((float(times[row]), float(change[row])))
+
+    def time_to(self, last: float) -> float:
+        """Time [s] at which DONE of the change from first to `last` speed was first made; 0 without a change."""
+        change = last - (last if self._first is None else self._first)
+        before = (0.0, 0.0)
+        for here in self._kept[1 if change > 0.0 else -1]:
+            if here[1] >= DONE * abs(change):
+                share = (DONE * abs(change) - before[1]) / (here[1] - before[1])
+                return before[0] + share * (here[0] - before[0])
+            before = here
+        return before[0]
+
 
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
@@ -137,7 +373,7 @@ class BearingFigures:
         """Ellipses and pressures at each contact's greatest load."""
         if "peaks" not in self._made:
             curvatures = (self.at_greatest[name] for name in ("curvature_small", "curvature_large"))
-            found = ellipses(moduli(self.parameters.materials), *curvatures, self.greatest_load)
+            found = ellipse(*curvatures, np.array(moduli(self.parameters.materials)), self.greatest_load)
             self._made["peaks"] = dict(zip(("semi_major", "semi_minor", "peak_pressure"), found, strict=True))
         return self._made["peaks"]
 
@@ -190,7 +426,8 @@ class BearingFigures:
         if off_even > UNEVEN:
             found.append(f"their spacing leaves even by {off_even:.2g} rad")
         steady = parameters.initial.motion == "rolling" and not parameters.drive.change.time
-        off = off_rolling(speed_figures(parameters, *self._second_half())) if steady else 0.0
+        speeds = speed_figures(parameters, *self._second_half())
+        off = speeds["cage_speed_rad_s"] / (speeds["cage_speed_theory_rad_s"] or math.inf) - 1.0 if steady else 0.0
         if SLOW < abs(off) < 1.0:
             found.append(f"they go round {100.0 * off:+.2g} % off rolling")
         return f"nothing keeps the balls apart and {' and '.join(found)}; set cage.kind: even" if found else None
@@ -199,7 +436,16 @@ class BearingFigures:
         """Doubt about an inner ring that balls touch at no output."""
         if self.greatest_load[:, 0].any():
             return None
-        return untouched(self.parameters, self.last["inner_ring_speed"], self.last["drive_work"])
+        if self.last["drive_work"]:
+            return (
+                "balls touch the inner ring between outputs alone, unseen by its loads: give a greater run.output_rate"
+            )
+        if not touches_at_rest(self.parameters):
+            return None  # of which a warning tells before the run
+        return (
+            f"at {self.last['inner_ring_speed']:g} rad/s the balls are thrown off the inner ring, so that it neither "
+            "carries nor drives them: lower drive.speed, which is in rad/s, or press the rings together harder"
+        )
 
     def flags(self) -> list[str]:
         """What in this run lies outside the theory's validity, one sentence each."""
@@ -275,8 +521,3 @@ class BearingFigures:
         torque, load = (late[name].reshape(-1, width) / late["count"] for name, width in (("torque", 1), ("load", 2)))
         least = ROUNDING * 0.5 * self.parameters.geometry.ball_diameter * load.sum(axis=1)
         return [float(one) for one in np.where(torque[:, 0] > least, torque[:, 0], 0.0)]
-
-
-def meanings() -> dict[str, str]:
-    """What each key of the figures is."""
-    return dict(MEANINGS)

@@ -7,6 +7,7 @@ import numpy as np
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.ellipse import ellipse, elliptic_e
+from bearing_twin.kinds.bearing.geometry import moduli
 from bearing_twin.kinds.bearing.lubricant import (
     GREASE,
     LEAST_FILM,
@@ -19,7 +20,6 @@ from bearing_twin.kinds.bearing.lubricant import (
     lubricated,
     viscosity_of,
 )
-from bearing_twin.kinds.bearing.outputs import moduli
 from bearing_twin.kinds.bearing.ratings import GREASE as GREASED
 from bearing_twin.kinds.bearing.ratings import OIL_BATH, palmgren_torque
 

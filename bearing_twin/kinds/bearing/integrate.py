@@ -7,10 +7,8 @@ import numpy as np
 
 from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.kinds.bearing import compiled_balls, compiled_coupled
-from bearing_twin.kinds.bearing.columns import BORDER, COLUMNS
-from bearing_twin.kinds.bearing.coupled_bodies import Partners
-from bearing_twin.kinds.bearing.model import Bearing, RingDrive
 from bearing_twin.kinds.bearing.scipy_chunk import scipy_chunk
+from bearing_twin.kinds.bearing.system import BORDER, COLUMNS, Bearing, Partners, RingDrive
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, WORDS
 from bearing_twin.numerics.steppers import EXPLICIT, ROSENBROCK
 

@@ -9,8 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.clearance import operating_geometry
-from bearing_twin.kinds.bearing.loads import ring_attitude
+from bearing_twin.kinds.bearing.geometry import operating_geometry
+from bearing_twin.kinds.bearing.outputs import ring_attitude
 from bearing_twin.kinds.markers import (
     BLUE,
     BRASS,

@@ -8,12 +8,18 @@ from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import AUTO, FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing import row
-from bearing_twin.kinds.bearing.adequacy import of_falling_balls, of_held_ring, of_temperatures
-from bearing_twin.kinds.bearing.facts import axis_ratio, rim_speed, without_friction
-from bearing_twin.kinds.bearing.law_error import rule_error
+from bearing_twin.kinds.bearing.facts import (
+    axis_ratio,
+    of_falling_balls,
+    of_held_ring,
+    of_temperatures,
+    rim_speed,
+    without_friction,
+)
+from bearing_twin.kinds.bearing.geometry import nominal_curvatures
 from bearing_twin.kinds.bearing.lubricant import lubricated
+from bearing_twin.kinds.bearing.model_error import rule_error
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
-from bearing_twin.kinds.bearing.start import nominal_curvatures
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
 from bearing_twin.kinds.law_words import drift, idle_step
 from bearing_twin.kinds.ranges import left_by

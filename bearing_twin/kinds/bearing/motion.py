@@ -7,29 +7,47 @@ from operator import attrgetter
 
 import numpy as np
 
-from bearing_twin.base.errors import IntegrationError, SceneError
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.kinds.bearing import step_limits
 from bearing_twin.kinds.bearing.accelerometer import ACCELERATION, ROOM, Accelerometer
-from bearing_twin.kinds.bearing.columns import CARRIED_COLUMNS, DRIVE_WORK, GROSS_WORK, PLACES, SHAFT_ANGLE, SHAFT_SPEED
+from bearing_twin.kinds.bearing.equilibrium import OVERLOAD, check_load
+from bearing_twin.kinds.bearing.equilibrium_motion import QuasiStaticMotion
 from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
+from bearing_twin.kinds.bearing.geometry import moduli
 from bearing_twin.kinds.bearing.housing import NONE
 from bearing_twin.kinds.bearing.integrate import Chunk, PartRoom, Results, check, instants_in, integrated
 from bearing_twin.kinds.bearing.meeting_parts import NEAR, PartBalls, integrate_alone, integrate_in_common, time_apart
-from bearing_twin.kinds.bearing.model import RingDrive
-from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, moduli, write_outputs
-from bearing_twin.kinds.bearing.overload import check_speed, explained
+from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen
-from bearing_twin.kinds.bearing.partners import RingLoading, border_scales, caged_start, partners_of, settled_start
-from bearing_twin.kinds.bearing.rings import keeps_apart
-from bearing_twin.kinds.bearing.snapshots import MOVING, put_back, snapshot_of
-from bearing_twin.kinds.bearing.start import bearing_of, start_orientation, start_state
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, keeps_apart
+from bearing_twin.kinds.bearing.start import caged_start, settled_start, start_orientation, start_state
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, Rates, fastest_rates
 from bearing_twin.kinds.bearing.surface_defects import ball_defects, defect_numbers, start_load
-from bearing_twin.kinds.contract import late
+from bearing_twin.kinds.bearing.system import (
+    CAGE,
+    CARRIED_COLUMNS,
+    DRIVE_WORK,
+    GROSS_WORK,
+    PLACES,
+    SHAFT_ANGLE,
+    SHAFT_SPEED,
+    Partners,
+    RingDrive,
+    RingLoading,
+    bearing_of,
+    border_scales,
+    outside_load,
+    partners_of,
+)
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
 from bearing_twin.numerics.steppers import ROSENBROCK
+
+MOVING = ("state", "orientation", "steps", "carried", "border")  # arrays that a chunk moves on
+ARRAYS = (*MOVING, "_load", "_load_rate")
+LISTS = {"commanded": (0, 5), "commanded_torque": (0, 1), "drive": (3,), "offset": (3,)}  # how many numbers each may be
+
 
 FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's acceleration changes
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
@@ -50,7 +68,6 @@ TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that
 LONGEST = 0.4  # s asked for in one go: of balls alone, or round a ring with mass in a cage that keeps them apart
 KEPT = attrgetter(*MOVING, "counts", *REPLACED)  # what `take_back` needs
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
-bearing_motion = late("bearing_twin.kinds.bearing.moving:moving_by")  # see there
 
 
 class BearingMotion:
@@ -130,12 +147,42 @@ class BearingMotion:
 
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""
-        return snapshot_of(self)
+        loading = self.loading
+        arrays = {name: getattr(self, name).tolist() for name in (*ARRAYS, "counts")}
+        arrays["commanded"] = loading.load.tolist() if loading.commanded else []
+        arrays["commanded_torque"] = [loading.torque] if loading.torque_commanded else []
+        rest = {"drive": list(self.drive), "goal_speed": self.goal_speed, "offset": list(self.bearing.offset)}
+        heard = {"heard": list(self.heard)} if self.accelerometer else {}
+        fixed = {"fixed_step": self.step} if self.stepper in FIXED_STEP else {}
+        moving = {"elapsed": self.elapsed, "changed": self._changed, "acceleration": self._acceleration}
+        return arrays | rest | fixed | moving | heard
 
     def resume(self, kept: dict) -> None:
         """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another bearing."""
         self.reset()
-        put_back(self, kept)
+        for name, lengths in LISTS.items():
+            numbers = np.array(kept[name], float)
+            if numbers.ndim != 1 or len(numbers) not in lengths or not np.isfinite(numbers).all():
+                raise ValueError(name)
+        if kept["commanded"]:
+            self.loading.set(kept["commanded"][:3], kept["commanded"][3:])
+        for torque in kept["commanded_torque"]:
+            self.loading.set_torque(torque)
+        self._load, self._load_rate = self._load.copy(), self._load_rate.copy()
+        for name in ARRAYS:
+            array, given = getattr(self, name), np.array(kept[name], float)
+            if given.shape != array.shape or not np.isfinite(given).all():
+                raise ValueError(name)
+            array[...] = given
+        if not (self.steps > 0.0).all():
+            raise ValueError("steps")
+        self.counts[:] = kept["counts"]
+        if self.accelerometer and kept.get("heard"):
+            count, *filtered = map(float, kept["heard"])
+            self.heard = (int(count), *filtered[:2])
+        self.drive = RingDrive(*map(float, kept["drive"]))
+        self.goal_speed, self.elapsed = float(kept["goal_speed"]), float(kept["elapsed"])
+        self._changed, self._acceleration = kept["changed"], float(kept["acceleration"])
         self.bearing = self._bearing._replace(offset=tuple(map(float, kept["offset"])))
         self._keep()
 
@@ -330,3 +377,50 @@ def drive_later(drive: RingDrive, start: float) -> RingDrive:
     """The drive `start` [s] later, while it accelerates evenly."""
     angle, speed, acceleration = drive
     return RingDrive(angle + start * (speed + 0.5 * acceleration * start), speed + acceleration * start, acceleration)
+
+
+def bearing_motion(parameters: BearingScene, choice: Choice):
+    """What moves a bearing by the chosen model: equilibria, or balls by their equations of motion."""
+    return (QuasiStaticMotion if choice.stepper == QUASI_STATIC else BearingMotion)(parameters, choice)
+
+
+TOO_FAST = "too fast"  # reason of an error
+
+
+def explained(error: IntegrationError, parameters, law: str, chunk: Chunk, begin: float) -> IntegrationError:
+    """`error` of a chunk that began at `begin` [s], or one that names the load on a ring with mass, time and limit.
+
+    The load counts with the ring's unbalance, at the beginning of the chunk, else at the error.
+    """
+    if not len(chunk.partners.ring) or not error.seconds >= begin:
+        return error
+    for into in (0.0, error.seconds - begin):
+        load, seconds = _load(chunk, into), begin + into
+        try:
+            check_load(parameters, law, chunk.drive.speed + chunk.drive.acceleration * into, load[:3], load[3:])
+        except BearingTwinError as limit:
+            return IntegrationError(f"at {seconds:.9g} s {limit}", OVERLOAD, seconds, "inner ring")
+    return error
+
+
+def _load(chunk: Chunk, into: float) -> list[float]:
+    """What acts on the free coordinates of the ring [N, N m] (5,) `into` [s] the chunk."""
+    return [outside_load(chunk.partners, chunk.drive, into, i) for i in range(CAGE)]
+
+
+def check_speed(parameters, partners: Partners, begin, times, borders) -> None:
+    """Raises IntegrationError at the first of the `times` (n,) [s] at which a shaft that a torque turns is too fast.
+
+    They count from `begin` [s]; `borders` (n, BORDER) are those of the `partners` then.
+    """
+    if not partners.shaft:
+        return
+    limit, speeds = parameters.drive.greatest_speed, borders[:, SHAFT_SPEED]
+    beyond = ~(np.abs(speeds) <= limit)
+    if beyond.any():
+        seconds, speed = begin + float(times[beyond.argmax()]), float(speeds[beyond.argmax()])
+        sentence = (
+            f"at {seconds:.9g} s the inner ring turns at {speed:.6g} rad/s, beyond drive.greatest_speed = {limit:g} "
+            "rad/s: nothing holds the torque; lower it, or add drive.damping"
+        )
+        raise IntegrationError(sentence, TOO_FAST, seconds, "inner ring")

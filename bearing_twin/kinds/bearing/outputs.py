@@ -5,13 +5,15 @@ from collections import namedtuple
 
 import numpy as np
 
-from bearing_twin.base.sample import Block, Channel, Columns, Layout, Sample, layout_of
-from bearing_twin.contact import ellipse
+from bearing_twin.base.sample import Block, Channel, Columns, Layout, Sample, Wrench, layout_of
+from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.compiled_outputs import write_rows
+from bearing_twin.kinds.bearing.geometry import moduli
 from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
+from bearing_twin.kinds.topics import NUMBERS
 
 IN_PLANE = ("in_plane",)  # axes: x and y
 ALIKE = 1e-3  # sines of angles by different ways differ by less
@@ -159,17 +161,6 @@ def write_outputs(parameters, bearing, partners, drive, times, states, orientati
     write_rows(bearing, partners, drive, rolling, times, states, orientations, borders, places, rows)
 
 
-def moduli(materials) -> tuple[float, float]:
-    """E* [Pa] of a ball on the inner and on the outer raceway."""
-    ball = materials.ball
-    return effective_modulus(ball, materials.inner_ring), effective_modulus(ball, materials.outer_ring)
-
-
-def ellipses(moduli, small, large, load) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Semi-axes [m] and peak pressures [Pa], each (N, 2), of contacts (ball, raceway); `moduli` are the races' E*."""
-    return ellipse.ellipse(small, large, np.array(moduli), load)
-
-
 def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:
     """`in_contact` (N, 2), `semi_major`, `semi_minor` [m], `peak_pressure` [Pa] (N, 2) and `major_axis` (N, 2, 3).
 
@@ -179,7 +170,7 @@ def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.nd
     load = sample["normal_load"]
     flat = load.reshape(-1, 2)
     small, large = (sample[name].reshape(-1, 2) for name in ("curvature_small", "curvature_large"))
-    found = np.array(ellipses(moduli(parameters.materials), small, large, flat))
+    found = np.array(ellipse(small, large, np.array(moduli(parameters.materials)), flat))
     semi_major, semi_minor, pressure = found.reshape(3, *load.shape)
     normal = sample["normal"]
     axis = np.array([0.0, 0.0, 1.0]) - normal[..., 2:] * normal
@@ -200,3 +191,103 @@ def renewed(block: Block) -> None:
         return
     inner, rises = angle[..., 0], normal[..., 0, 2]  # the load on a ball by the inner raceway points away from the axis
     np.negative(inner, out=inner, where=np.abs(np.sin(inner) + rises) < ALIKE * np.abs(rises))
+
+
+RINGS = ("inner_ring", "outer_ring")
+
+
+def bodies(parameters: BearingScene) -> list[str]:
+    """Names of the bodies: the balls, then the rings."""
+    return [*(f"ball_{k}" for k in range(parameters.geometry.balls)), *RINGS]
+
+
+def origins(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:
+    """Where the frames of the bodies have their origins [m]: centres of balls and rings, in `bearing_link`."""
+    offset = sample["inner_ring_offset"]
+    centres = [*np.moveaxis(sample["position"], -2, 0), offset, np.zeros(offset.shape)]
+    return dict(zip(bodies(parameters), centres, strict=True))
+
+
+def ring_attitude(tilt: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Quaternions (..., 4) x, y, z, w of a ring turned by `angle` (...) [rad] about z, then tilted.
+
+    `tilt` (..., 2) [rad] is a rotation vector about x and y.
+    """
+    half = 0.5 * np.asarray(tilt)
+    size = np.sqrt(half[..., 0] ** 2 + half[..., 1] ** 2)
+    x, y = np.moveaxis(half, -1, 0) * np.sinc(size / np.pi)
+    w, cosine, sine = np.cos(size), np.cos(0.5 * np.asarray(angle)), np.sin(0.5 * np.asarray(angle))
+    return np.stack([x * cosine + y * sine, y * cosine - x * sine, w * sine, w * cosine], axis=-1)
+
+
+def wrenches(parameters: BearingScene, sample: Sample) -> list[Wrench]:
+    """The wrench of all contacts on each ball about its centre, then those on the rings about theirs."""
+    force, torque = sample["raceway_force"], sample["raceway_torque"]
+    touching = sample["neighbour_load"].any(axis=-1)[..., None, None]
+    if touching.any():
+        position, point = sample["position"], sample["neighbour_point"]
+        push = sample["neighbour_load"][..., None] * sample["neighbour_normal"] + sample["neighbour_friction"]
+        ahead = np.cross(point - position, push)
+        behind = np.cross(point - np.roll(position, -1, axis=-2), -push)  # on the next ball
+        force = np.where(touching, force + push - np.roll(push, 1, axis=-2), force)
+        torque = np.where(touching, torque + ahead + np.roll(behind, 1, axis=-2), torque)
+    rows = [
+        Wrench(f"ball_{k}", "raceways and balls", "ball centre", f"ball_{k}", force[..., k, :], torque[..., k, :])
+        for k in range(parameters.geometry.balls)
+    ]
+    for ring in RINGS:
+        rows.append(Wrench(ring, "balls", "ring centre", ring, sample[f"{ring}_force"], sample[f"{ring}_torque"]))
+    return rows
+
+
+def contacts(parameters: BearingScene, sample: Sample) -> dict:
+    """The fields of Contacts: ball k with raceway r is row 2 k + r, then ball k with the next ball ahead."""
+    balls = parameters.geometry.balls
+    raceway = {
+        **{name: sample[name] for name in ("approach", "normal_load", "contact_angle")},
+        **{name: sample[name] for name in ("point", "normal", "friction_force", "slip")},
+        **contact_details(parameters, sample),
+        # The channels count both about the line from the ball to the raceway, against `normal`.
+        "spin_rate": -sample["spin_rate"],
+        "drilling_torque": -sample["drilling_torque"],
+    }
+    body, by = [k // 2 for k in range(2 * balls)], [balls, balls + 1] * balls
+    outer = sample["approach"].shape[:-2]
+    rows = {name: array.reshape(*outer, 2 * balls, *array.shape[len(outer) + 2 :]) for name, array in raceway.items()}
+    if balls > 1:
+        for name, values in _neighbours(parameters, sample).items():
+            rows[name] = np.concatenate([rows[name], values], axis=len(outer))
+        body, by = [*body, *range(balls)], [*by, *((k + 1) % balls for k in range(balls))]
+    return {"balls": balls, "bodies": bodies(parameters), "body": body, "by": by, **rows}
+
+
+def _neighbours(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:
+    """One row for each ball and the next ahead, of spheres that roll on each other."""
+    load, normal, point = (sample[f"neighbour_{name}"] for name in ("load", "normal", "point"))
+    touching = sample["neighbour_approach"] > 0.0
+    rows = {
+        "in_contact": touching,
+        "approach": sample["neighbour_approach"],
+        "normal_load": load,
+        "point": point,
+        "normal": normal,
+        "friction_force": sample["neighbour_friction"],
+        **{name: np.zeros(load.shape) for name in NUMBERS if name not in ("approach", "normal_load")},
+        **{name: np.zeros(point.shape) for name in ("major_axis", "slip")},
+    }
+    curvature = 2.0 / parameters.geometry.ball_diameter  # of the gap between two balls, the same all round
+    modulus = effective_modulus(parameters.materials.ball, parameters.materials.ball)
+    position, velocity, spin = (sample[name] for name in ("position", "velocity", "angular_velocity"))
+    for one in zip(*np.nonzero(touching), strict=True):
+        other = (*one[:-1], (one[-1] + 1) % load.shape[-1])
+        across = normal[one]
+        own = velocity[one] + np.cross(spin[one], point[one] - position[one])
+        relative = own - velocity[other] - np.cross(spin[other], point[one] - position[other])
+        axis = np.array([0.0, 0.0, 1.0]) - across[2] * across
+        rows["slip"][one] = relative - relative @ across * across
+        rows["spin_rate"][one] = (spin[one] - spin[other]) @ across
+        rows["major_axis"][one] = axis / np.linalg.norm(axis)
+        rows["contact_angle"][one] = np.arctan2(-across[2], np.hypot(*across[:2]))
+        spot = ellipse(curvature, curvature, modulus, load[one])
+        rows["semi_major"][one], rows["semi_minor"][one], rows["peak_pressure"][one] = spot
+    return rows

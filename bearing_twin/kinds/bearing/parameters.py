@@ -11,12 +11,21 @@ from bearing_twin.contact.friction import AUTO, PATCH_NAMES, POINT, friction_nam
 from bearing_twin.contact.laws import numbers_missing
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.kinds.bearing.catalogue import designations
-from bearing_twin.kinds.bearing.clearance import Fits, Temperatures, clearance_problems, operating_geometry
 from bearing_twin.kinds.bearing.defects import defect_list, defect_problems
-from bearing_twin.kinds.bearing.drive import Drive, torque_problems
+from bearing_twin.kinds.bearing.geometry import Fits, Temperatures, clearance_problems, operating_geometry
 from bearing_twin.kinds.bearing.housing import Housing, Sensor, sensor_problems
 from bearing_twin.kinds.bearing.lubricant import FORTY, Lubricant, Surface, lubricant_problems
-from bearing_twin.kinds.bearing.rings import LOADS, QUASI_STATIC, Cage, Model, Rings, dimension_of, ring_problems
+from bearing_twin.kinds.bearing.rings import (
+    LOADS,
+    QUASI_STATIC,
+    Cage,
+    Drive,
+    Model,
+    Rings,
+    dimension_of,
+    ring_problems,
+    torque_problems,
+)
 from bearing_twin.kinds.rules import BEARING, pick
 from bearing_twin.kinds.sections import (
     LOOSEST,

@@ -1,10 +1,86 @@
-"""What a study may ask of a bearing; nothing here compiles."""
+"""The figures of a bearing run by name: what each is, which a scene lacks, and which a study may ask for."""
 
 import math
 
-from bearing_twin.kinds.bearing.drive import TORQUE
-from bearing_twin.kinds.bearing.rings import free_coordinates
+from bearing_twin.kinds.bearing.rings import BALLS, TORQUE, free_coordinates, moving_centre
 from bearing_twin.kinds.contract import Quantity, read_off
+
+HALF = "over the second half of the run"
+LATE = f"mean {HALF}"
+PEAK = "at the contact's greatest load"
+MEANINGS = {
+    "inner_ring_speed_at_end_rad_s": "of the inner ring, at the end",
+    "run_up_time_s": "until 99 % of the change of the inner ring's speed over the run was first made; none where its "
+    "speed is prescribed",
+    "cage_speed_rad_s": f"of the balls about the axis, {LATE}",
+    "cage_speed_theory_rad_s": f"of balls that roll without slip, at the inner ring's {LATE}",
+    "roll_rate_rad_s": f"of the balls about their own axes, {LATE}",
+    "roll_rate_theory_rad_s": f"of balls that roll without slip, at the inner ring's {LATE}",
+    "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the work moved, or of "
+    "wanted.tolerance times what is stored where that is more",
+    "drive_work_j": "work of the drive and of the loads on a ring with mass since the start, at the end",
+    "dissipated_j": "energy lost in the contacts since the start, at the end; none from equilibria",
+    "drive_torque_nm": f"that turns the inner ring, without lubricant against dry contacts' friction alone, {LATE}: "
+    "work over angle, less that of loads; none from equilibria",
+    "catalogue_drive_torque_nm": "friction torque of a greased bearing under the mean force on its ring, by Palmgren's "
+    f"rule, within about 50 %, {HALF}; none at rest or where a torque drives",
+    "ring_displacement_m": f"of the inner ring's centre, {LATE}; none of a ring that is held",
+    "misalignment_rad": f"of the inner ring about x and y, {LATE}; none where tilts are held",
+    "ring_force_n": f"on the inner ring by the balls, {LATE}",
+    "ring_moment_nm": f"on the inner ring by the balls about x and y, {LATE}",
+    "ring_displacement_range_m": f"greatest minus least displacement, {HALF}; none of a ring that is held",
+    "ring_force_range_n": f"greatest minus least force of the balls, {HALF}",
+    **{
+        f"{key}_{ring}{suffix}": f"{words.format(ring=ring)}, one value a ball"
+        for key, suffix, words in (
+            ("normal_load", "_n", f"load on the {{ring}} raceway, {LATE}"),
+            ("greatest_normal_load", "_n", "load on the {ring} raceway, greatest over the run"),
+            ("contact_angle", "_rad", f"on the {{ring}} raceway, {PEAK}, > 0 where the ring is pushed along +z"),
+            ("semi_major", "_m", f"of the ellipse on the {{ring}} raceway, {PEAK}"),
+            ("semi_minor", "_m", f"of the ellipse on the {{ring}} raceway, {PEAK}"),
+            ("peak_pressure", "_pa", f"on the {{ring}} raceway, {PEAK}"),
+            ("share_without_contact", "", "share of the outputs without a load on the {ring} raceway, whole run"),
+        )
+        for ring in ("inner", "outer")
+    },
+    "cage_slip": f"1 - speed of the cage / that of balls that roll at contact angle 0, {LATE}; none without a cage",
+    "greatest_pocket_force_n": "of the cage on a ball along its orbit, greatest over the run; none without a cage",
+    "cage_eccentricity_m": f"distance of the cage's centre from the axis, {LATE}; none where it stays centred",
+    "cage_whirl_rad_s": f"of the cage's centre round the axis, about +z, {LATE}; none where it stays centred",
+    "greatest_land_force_n": "of the land on the cage, greatest over the run; none without guidance by a land",
+    "friction_torque_nm": f"of each ball, not the bearing's: the friction of its raceways about its "
+    f"centre, {LATE}; none from equilibria",
+}
+"""What each key of the figures is, in their order."""
+FIGURES_OF = {
+    "lubricated": ("catalogue_drive_torque_nm",),
+    "losses": ("dissipated_j", "drive_torque_nm", "friction_torque_nm"),
+    "run-up": ("run_up_time_s",),
+    "displacement": ("ring_displacement_m", "ring_displacement_range_m"),
+    "tilt": ("misalignment_rad",),
+    "cage": ("cage_slip", "greatest_pocket_force_n"),
+    "centre": ("cage_eccentricity_m", "cage_whirl_rad_s"),
+    "land": ("greatest_land_force_n",),
+}
+
+
+def missing(parameters, still: bool) -> frozenset[str]:
+    """Keys of figures whose part a scene does not have; `still`: the run is one of equilibria.
+
+    A ring that is held has its place and tilt from the scene; equilibria lose nothing, and their cage is no body.
+    """
+    free, moving = free_coordinates(parameters), moving_centre(parameters)
+    there = {
+        "lubricated": parameters.drive.kind != TORQUE,
+        "losses": not still,
+        "run-up": parameters.drive.kind == TORQUE,
+        "displacement": any(free[:3]),
+        "tilt": any(free[3:]),
+        "cage": parameters.cage.kind != "none" and not still,
+        "centre": moving and not still,
+        "land": moving and not still and parameters.cage.guidance != BALLS,
+    }
+    return frozenset(key for part, keys in FIGURES_OF.items() if not there[part] for key in keys)
 
 
 def _of_both(*keys: str):

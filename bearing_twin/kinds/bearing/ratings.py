@@ -5,11 +5,14 @@ reach, by the standards' own assumptions about steel, film and dirt; it is no pr
 """
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.kinds.bearing.catalogue import entries, row_of
+from bearing_twin.kinds.bearing.geometry import rolling_frequencies
 from bearing_twin.shapes.closed_forms import ball_in_groove
 
 # ISO 76: pressure and steel of the static rating. With 207 GPa the formula meets the standard's table of f_0 (C_0 over
@@ -273,3 +276,35 @@ def palmgren_torque(
     torque_load = max(radial, thrust * axial - 0.1 * radial)
     z, y = (float(np.interp(angle, LOAD_TORQUE[:, 0], column)) for column in LOAD_TORQUE[:, 1:].T)
     return 1e-3 * (without_load + z * (static_load(geometry, radial, axial) / static) ** y * torque_load * pitch)
+
+
+def frequency_errors(name: str, parameters) -> dict[str, float]:
+    """By how much fault frequencies [Hz] may be wrong, as the row's pitch circle and ball diameter may be."""
+    entry, geometry, speed = entries()[name], parameters.geometry, parameters.drive.speed
+    sizes = {"pitch_diameter": entry.pitch_diameter_doubt, "ball_diameter": entry.ball_diameter_doubt}
+    errors = dict.fromkeys(rolling_frequencies(geometry, speed), 0.0)
+    for key, doubt in sizes.items():
+        ends = [replace(geometry, **{key: getattr(geometry, key) + sign * doubt}) for sign in (-1.0, 1.0)]
+        low, high = (rolling_frequencies(one, speed) for one in ends)
+        errors = {word: error + 0.5 * abs(high[word] - low[word]) for word, error in errors.items()}
+    return errors
+
+
+def catalogue_sheet(name: str, parameters) -> dict:
+    """The row of a designation, and of the scene that uses it the ratings by ISO 281 and ISO 76 and fault frequencies.
+
+    Fault frequencies are those of balls that roll without load, at the nominal contact angle.
+    """
+    ratings, speed, row = ratings_of(parameters), parameters.drive.speed, row_of(name)
+    made, taken = row["radial_clearance_m"], parameters.geometry.radial_clearance
+    if made and abs(taken - 0.5 * sum(made)) > 1e-9:
+        row["radial_clearance_m"] = [taken, taken]
+    return row | {
+        "basic_dynamic_rating_n": ratings.dynamic,
+        "basic_static_rating_n": ratings.static,
+        "speed_rad_s": speed,
+        "limiting_speed_rad_s": limiting_speeds(parameters.geometry),
+        "fault_frequencies_hz": rolling_frequencies(parameters.geometry, speed),
+        "fault_frequencies_hz_error": frequency_errors(name, parameters),
+        "flags": [doubt] if (doubt := speed_doubt(parameters.geometry, speed)) else [],
+    }

@@ -4,7 +4,7 @@ import numpy as np
 
 from bearing_twin.base.errors import Stopped
 from bearing_twin.kinds.bearing import compiled_balls
-from bearing_twin.kinds.bearing.columns import (
+from bearing_twin.kinds.bearing.system import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
     COLUMNS,

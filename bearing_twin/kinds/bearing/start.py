@@ -1,115 +1,36 @@
-"""From a bearing scene to the numbers of its equations, and to the state it starts from."""
-
-import math
+"""The states from which balls, ring and cage start: between the raceways, or in equilibrium with the loads."""
 
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.contact.elasticity import elasticity
-from bearing_twin.contact.ellipse import hertz_coefficient
-from bearing_twin.contact.friction import FRICTIONS
-from bearing_twin.contact.laws import LAWS
-from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing import compiled_balls
-from bearing_twin.kinds.bearing.along_groove import axes_along, films_along
-from bearing_twin.kinds.bearing.clearance import operating_geometry
-from bearing_twin.kinds.bearing.columns import COLUMNS, ORBIT_ANGLE
-from bearing_twin.kinds.bearing.coupled_bodies import MovingPockets, Pockets
-from bearing_twin.kinds.bearing.lubricant import film_lubricant, lubricated
-from bearing_twin.kinds.bearing.model import Bearing, LevelMotion, RingMotion, raceway_of
-from bearing_twin.kinds.bearing.parameters import BearingScene, Geometry, viscous_terms
-from bearing_twin.kinds.bearing.rings import (
-    FREE_RING,
-    POCKETS,
-    PRESCRIBED,
-    QUASI_STATIC,
-    dimension_of,
-    moving_centre,
-    tilts,
+from bearing_twin.kinds.bearing.equilibrium import (
+    EquilibriumSolver,
+    Support,
+    azimuths_of,
+    setting_of,
+    shared,
+    weighed_solver,
+    weighed_support,
 )
-
-
-def bearing_of(parameters: BearingScene, law: str) -> Bearing:
-    """The numbers of the equations of motion for a scene with the elastic law `law`.
-
-    Balls meet each other by Hertz's law, whatever the raceways do.
-    """
-    geometry, materials, contact = operating_geometry(parameters), parameters.materials, parameters.contact
-    radius = 0.5 * geometry.ball_diameter
-    mass = materials.ball.density * 4.0 / 3.0 * math.pi * radius**3
-    pair = effective_modulus(materials.ball, materials.ball)
-    friction = FRICTIONS[contact.friction]
-    damping, relaxation_time = viscous_terms(contact)
-
-    def law_of(ring):
-        modulus = effective_modulus(materials.ball, ring)
-
-        def at(small, large):
-            return elasticity(law, modulus, LAWS[law].number(contact, hertz_coefficient(small, large, modulus)))
-
-        return at
-
-    inner = raceway_of(geometry, geometry.inner_conformity, -1.0, law_of(materials.inner_ring))
-    outer = raceway_of(geometry, geometry.outer_conformity, 1.0, law_of(materials.outer_ring))
-    spot, coefficient, film = (), contact.friction_coefficient, ()
-    if lubricated(parameters):
-        oil, coefficient = film_lubricant(parameters), parameters.lubricant.boundary_friction
-        film = oil, films_along(oil, inner, radius, -1.0), films_along(oil, outer, radius, 1.0)
-    if friction.over_spot:
-        axes = [
-            axes_along(radius, one.locus_radius, one.groove_radius, side) for one, side in ((inner, -1.0), (outer, 1.0))
-        ]
-        spot = coefficient, contact.friction, *axes
-    return Bearing(
-        balls=geometry.balls,
-        ball_radius=radius,
-        ball_mass=mass,
-        ball_inertia=0.4 * mass * radius**2,
-        inner=inner,
-        outer=outer,
-        offset=tuple(parameters.drive.offset),
-        gravity=tuple(parameters.gravity),
-        damping=damping,
-        relaxation_time=relaxation_time,
-        friction_coefficient=contact.friction_coefficient,
-        friction_regularisation=contact.friction_regularisation,
-        pair_coefficient=hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
-        raceway_friction=0.0 if friction.over_spot else coefficient,
-        spot=spot,
-        ring=_ring_motion(parameters),
-        pockets=_pockets(parameters),
-        film=film,
-    )
-
-
-def _ring_motion(parameters: BearingScene) -> RingMotion | LevelMotion | tuple:
-    """The ring's tilt and motion at the start, empty where it only spins about z."""
-    tilt, dimension = tuple(map(float, parameters.drive.tilt)), dimension_of(parameters)
-    if dimension == FREE_RING and not tilts(parameters):
-        return LevelMotion((0.0, 0.0, 0.0))
-    if dimension == FREE_RING or (dimension == PRESCRIBED and any(tilt)):
-        return RingMotion(tilt, (0.0, 0.0, 0.0), (0.0, 0.0))
-    return ()
-
-
-def _pockets(parameters: BearingScene) -> Pockets | MovingPockets | tuple:
-    cage = parameters.cage
-    if cage.kind != POCKETS or dimension_of(parameters) == QUASI_STATIC:
-        return ()
-    radius = 0.5 * parameters.geometry.pitch_diameter
-    walls = Pockets(radius, 0.5 * cage.pocket_clearance, cage.stiffness, cage.relaxation_time, cage.friction)
-    return MovingPockets(walls) if moving_centre(parameters) else walls
-
-
-def nominal_curvatures(geometry: Geometry) -> tuple[tuple[float, float], ...]:
-    """Curvatures (small, large) of the gap [1/m] at the inner and the outer contact, at contact angle zero."""
-    ball = 2.0 / geometry.ball_diameter
-    pairs = []
-    for side, conformity in ((-1.0, geometry.inner_conformity), (1.0, geometry.outer_conformity)):
-        small = 0.5 * (ball - 1.0 / (conformity * geometry.ball_diameter))
-        large = 0.5 * (ball - side / (0.5 * geometry.pitch_diameter + side / ball))
-        pairs.append((small, max(small, large)))
-    return tuple(pairs)
+from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.system import (
+    AXIS_DISTANCE,
+    BORDER,
+    CAGE,
+    CAGE_SPEED,
+    CAGE_X,
+    COLUMNS,
+    HEIGHT,
+    NO_LAND,
+    ORBIT_ANGLE,
+    SHAFT_SPEED,
+    SPIN,
+    TANGENTIAL_VELOCITY,
+    Bearing,
+    Loading,
+    Partners,
+)
 
 
 def start_state(bearing: Bearing, inner_speed: float, motion: str) -> np.ndarray:
@@ -129,3 +50,68 @@ def start_orientation(state: np.ndarray) -> np.ndarray:
     """Orientations (N, 4), x, y, z, w, of balls in a state (N, COLUMNS): turned back about z by their orbit angle."""
     half, nothing = -0.5 * state[:, ORBIT_ANGLE], np.zeros(len(state))
     return np.stack((nothing, nothing, np.sin(half), np.cos(half)), axis=1)
+
+
+def _settled(solver: EquilibriumSolver, support: Support, partners: Partners):
+    """The equilibrium with the springs of the support, whose force is found by Newton's method."""
+    found = solver.solve(support)
+    stiffness, free = partners.stiffness[:CAGE], np.array(support.free, np.bool_)
+    if not np.any(stiffness * free):
+        return found
+    loads, pull = np.array(support.loads), np.zeros(5)
+    for _ in range(30):
+        off = stiffness * (found.coordinates - partners.rest[:CAGE]) - pull
+        if np.abs(off[free]).max() <= 1e-9 * np.abs(loads).max():
+            return found
+        answer = np.linalg.solve(found.stiffness[np.ix_(free, free)], np.eye(int(free.sum())))
+        matrix = np.eye(len(answer)) + stiffness[free, None] * answer
+        pull[free] += np.linalg.solve(matrix, off[free])
+        found = solver.solve(support._replace(loads=tuple(loads - pull)))
+    return found
+
+
+def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tuple[np.ndarray, np.ndarray]:
+    """State of the balls (N, COLUMNS) and of ring and cage (BORDER,) in balance, the balls rolling unless at rest.
+
+    Balls of a cage share one orbit speed, the mean of what the loaded ones roll with. Raises SceneError where there is
+    no equilibrium.
+    """
+    balls, speed = parameters.geometry.balls, parameters.drive.speed
+    setting, azimuths = setting_of(parameters, law, speed), azimuths_of(balls, 0.0)
+    support = weighed_support(parameters, Loading(parameters.rings.inner).at(0.0)[0])
+    found = _settled(weighed_solver(parameters, setting, azimuths), support, partners)
+    state, border = np.zeros((balls, COLUMNS)), np.zeros(BORDER)
+    border[:CAGE] = found.coordinates
+    border[SHAFT_SPEED] = speed if partners.shaft else 0.0
+    if partners.land:
+        border[CAGE_X:CAGE] = _resting(parameters, partners, border)
+    state[:, AXIS_DISTANCE] = setting.outer.locus_radius + found.places[:, 0]
+    state[:, ORBIT_ANGLE], state[:, HEIGHT] = azimuths, found.places[:, 1]
+    if parameters.initial.motion == "rolling":
+        contacts = found.contacts
+        together = shared(contacts, contacts.orbit)
+        orbit = np.full(balls, together) if partners.free[CAGE] else contacts.orbit
+        state[:, TANGENTIAL_VELOCITY] = state[:, AXIS_DISTANCE] * orbit
+        state[:, SPIN], state[:, SPIN + 2] = contacts.pitch, orbit - contacts.roll
+        border[CAGE_SPEED] = together if partners.free[CAGE] else 0.0
+    return state, border
+
+
+def _resting(parameters: BearingScene, partners: Partners, border: np.ndarray) -> np.ndarray:
+    """Where a cage rests in its land under its weight [m] (2,); the land's centre without weight, or without a land."""
+    land, weight = partners.land, partners.weight[CAGE_X:CAGE]
+    middle = border[:2] if land.side < 0.0 else np.zeros(2)
+    size = float(np.hypot(*weight))
+    if size == 0.0 or land.clearance == NO_LAND:
+        return middle
+    return middle + (land.clearance + size / land.stiffness) * weight / size
+
+
+def caged_start(state: np.ndarray, partners: Partners, speed: float) -> tuple[np.ndarray, np.ndarray]:
+    """A start of balls round a ring that is held, at `speed` [rad/s], in a cage that goes round with their mean."""
+    border = np.zeros(BORDER)
+    border[SHAFT_SPEED] = speed if partners.shaft else 0.0
+    if partners.free[CAGE]:
+        border[CAGE_SPEED] = np.mean(state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE])
+        state[:, TANGENTIAL_VELOCITY] = state[:, AXIS_DISTANCE] * border[CAGE_SPEED]
+    return state, border

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.contact.elasticity import elastic
-from bearing_twin.kinds.bearing.model import Bearing, approaches
+from bearing_twin.kinds.bearing.system import Bearing, approaches
 
 FIXED_STEP = ("rk4", "imex")
 LEAST_APPROACH = 1e-6  # m: lighter contacts are taken as this one, for loads to come

@@ -14,10 +14,9 @@ from scipy.interpolate import PchipInterpolator
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function
-from bearing_twin.kinds.bearing.clearance import operating_geometry
 from bearing_twin.kinds.bearing.defects import SURFACES, Defect
-from bearing_twin.kinds.bearing.model import approaches
-from bearing_twin.kinds.bearing.start import nominal_curvatures
+from bearing_twin.kinds.bearing.geometry import nominal_curvatures, operating_geometry
+from bearing_twin.kinds.bearing.system import approaches
 
 PIECES = 128  # TABLE_PIECES of the core
 SMOOTH_NUMBERS = np.zeros(1)

@@ -6,9 +6,8 @@ They take many outputs at once, with one row an output in front of every array.
 import numpy as np
 
 from bearing_twin.base.sample import Sample
-from bearing_twin.kinds.bearing.loads import RINGS, contacts, origins, ring_attitude, wrenches
 from bearing_twin.kinds.bearing.markers import markers, solids
-from bearing_twin.kinds.bearing.outputs import contact_details
+from bearing_twin.kinds.bearing.outputs import RINGS, contact_details, contacts, origins, ring_attitude, wrenches
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import moving_centre
 from bearing_twin.kinds.bearing.row import BEARING

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from bearing_twin.base.sample import Channel
-from bearing_twin.kinds.bearing.clearance import operating_geometry
+from bearing_twin.kinds.bearing.geometry import operating_geometry
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.rings import EVEN, FREE_RING, POCKETS, PRESCRIBED, dimension_of, moving_centre
 from bearing_twin.kinds.views import (

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from bearing_twin.kinds.bearing.loading import SAME, Loading, apart
-from bearing_twin.kinds.bearing.model import RingDrive
+from bearing_twin.kinds.bearing.system import SAME, Loading, RingDrive, apart
 from bearing_twin.kinds.shaft.parameters import ShaftDrive, ShaftScene
 
 

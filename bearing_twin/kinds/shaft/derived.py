@@ -5,10 +5,9 @@ import math
 from collections.abc import Mapping
 
 from bearing_twin.kinds.bearing import catalogue
-from bearing_twin.kinds.bearing.drive import Drive
 from bearing_twin.kinds.bearing.parameters import BearingContact, BearingScene
 from bearing_twin.kinds.bearing.parameters import check as check_bearing
-from bearing_twin.kinds.bearing.rings import EVEN, QUASI_STATIC, Cage, Model
+from bearing_twin.kinds.bearing.rings import EVEN, QUASI_STATIC, Cage, Drive, Model
 from bearing_twin.kinds.sections import resolved_run
 from bearing_twin.kinds.shaft.parameters import SIDES, Mounted, ShaftScene
 

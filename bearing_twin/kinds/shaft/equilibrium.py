@@ -6,27 +6,29 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
-from bearing_twin.kinds.bearing.drive import SPEED as SPEED_COMMAND
-from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
-from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import (
+from bearing_twin.kinds.bearing.equilibrium import (
     COORDINATES,
     IDLE,
-    SPEED,
-    Contacts,
-    Setting,
-    contacts_at,
-    limits_used,
-    shared,
-)
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     LONGEST,
+    OVERLOAD,
+    SPEED_COLUMN,
+    TRIED_PLACES,
+    Contacts,
     EquilibriumSolver,
+    Setting,
     Support,
     azimuths_of,
+    check_goal,
+    commanded_loads,
+    contacts_at,
+    limits_used,
     loose_directions,
     setting_of,
+    shared,
+    tried_at,
 )
-from bearing_twin.kinds.bearing.quasi_static.operating import OVERLOAD, PLACES, check_goal, commanded_loads, tried_at
+from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
+from bearing_twin.kinds.bearing.rings import SPEED
 from bearing_twin.kinds.shaft.course import about_centre, constant_loads, loads_of, unbalance_of
 from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
@@ -161,7 +163,7 @@ class ShaftSolver(EquilibriumSolver):
 
     def _seats_at(self, speed: float) -> np.ndarray:
         seats = self.rotor.seat_numbers()
-        seats[:, SPEED] = speed
+        seats[:, SPEED_COLUMN] = speed
         return seats
 
     def _at_rest(self) -> "ShaftSolver":
@@ -244,18 +246,18 @@ def check_drive(parameters: ShaftScene, law: str, key: str, value: float, load: 
 
     The `load` is (force, moment), None for both being the scene's own.
     """
-    check_goal(SPEED_COMMAND, key, value)
+    check_goal(SPEED, key, value)
     check_load(parameters, law, value, *load)
 
 
 def refuse_uncarried(parameters: ShaftScene, law: str, speed: float, loads: np.ndarray) -> None:
     """Raises BearingTwinError for loads (5,) [N, N m] about the centre of mass that the bearings do not carry.
 
-    They are tried in balance, with the shaft's weight, at `speed` [rad/s] and with the balls at PLACES of their way
-    from one to the next.
+    They are tried in balance, with the shaft's weight, at `speed` [rad/s] and with the balls at TRIED_PLACES
+    of their way to the next.
     """
     support = weighed_support(parameters, loads)
-    for place in range(PLACES):
+    for place in range(TRIED_PLACES):
         solver = solver_of(parameters, law, speed, lambda balls, place=place: tried_at(support, balls, place))
         solver.settle(support)
         solver.refuse_thrown_out(support)

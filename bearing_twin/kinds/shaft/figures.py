@@ -10,7 +10,7 @@ from bearing_twin.base.sample import Block
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import setting_of
+from bearing_twin.kinds.bearing.equilibrium import setting_of
 from bearing_twin.kinds.bearing.ratings import hours_of, lives_of, ratings_of
 from bearing_twin.kinds.energy import adds_up
 from bearing_twin.kinds.shaft.derived import bearing_scene

@@ -12,11 +12,15 @@ import numpy as np
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.sample import Block
-from bearing_twin.kinds.bearing.law_error import half_space_error
-from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import COORDINATES
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import Support, azimuths_of, spots_of, weighed_solver
-from bearing_twin.kinds.bearing.quasi_static.model_error import ALIKE, pushed_by
-from bearing_twin.kinds.bearing.still import still_error
+from bearing_twin.kinds.bearing.equilibrium import (
+    COORDINATES,
+    Support,
+    azimuths_of,
+    equilibrium_error,
+    spots_of,
+    weighed_solver,
+)
+from bearing_twin.kinds.bearing.model_error import ALIKE, half_space_error, pushed_by
 from bearing_twin.kinds.doubt import HERTZ_MENDS, LEFT_OUT, Errors, ModelDoubt
 from bearing_twin.kinds.refinement import Comparison, with_tolerance
 from bearing_twin.kinds.shaft.course import speeds_of
@@ -211,7 +215,7 @@ class ShaftDoubt(ModelDoubt):
         if not shares:
             return {}
         wide = {side: self._wide(side, figures[f"{side}_greatest_ball_load_n"]) for side in SIDES}
-        still = {side: still_error(share) for side, share in shares.items()}
+        still = {side: equilibrium_error(share) for side, share in shares.items()}
         found = self._of_loads(figures, {side: still[side] + one.load for side, one in wide.items()})
         for side, one in wide.items():
             pressure, life = f"{side}_peak_pressure_pa", f"{side}_reference_life_mrev"

@@ -3,7 +3,7 @@
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.kinds.bearing import models as of_bearings
-from bearing_twin.kinds.bearing.still import centrifugal_share, still_error
+from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, equilibrium_error
 from bearing_twin.kinds.rules import SHAFT, answers, sentences
 from bearing_twin.kinds.shaft.course import speeds_of
 from bearing_twin.kinds.shaft.derived import bearing_scene
@@ -30,7 +30,7 @@ def shares_of(parameters: ShaftScene, law: str, commanded: float = 0.0) -> dict[
     speed = commanded if commanded > abs(speed) * (1.0 + SAME) else speed
     for time in (0.0, float(parameters.run.duration)):
         for side, contacts in zip(SIDES, balance_of(parameters, law, float(speed), time).contacts, strict=True):
-            shares[side] = max(shares[side], centrifugal_share(contacts))
+            shares[side] = max(shares[side], centrifugal_ratio(contacts))
     return shares
 
 
@@ -46,10 +46,10 @@ def choose(parameters: ShaftScene) -> Choice:
         raise SceneError(f"at {end:g} s, where the run ends, {problem}") from problem
     error = law_error(parameters, law)
     share = max(shares_of(parameters, law).values())
-    if still_error(share) > parameters.wanted.tolerance:
+    if equilibrium_error(share) > parameters.wanted.tolerance:
         warnings.append(
             f"the centrifugal load is {share:.2g} of a contact's, where balls in balance are off by up to "
-            f"{100.0 * still_error(share):.2g} % in load until the axes of their spin have settled"
+            f"{100.0 * equilibrium_error(share):.2g} % of the greatest load until the axes of their spin have settled"
         )
     slow = [f"{one:.4g}" for one in modes_of(parameters, law)[0].frequencies if one > FAST]
     if slow:

@@ -11,9 +11,8 @@ from bearing_twin.base.sample import Channel, Columns, layout_of
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.compiled_balls import method_numbers
-from bearing_twin.kinds.bearing.loading import Loading
-from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import COORDINATES, STOP
-from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import PLACES as OF_BALL
+from bearing_twin.kinds.bearing.equilibrium import COORDINATES, OF_BALL, STOP
+from bearing_twin.kinds.bearing.system import Loading
 from bearing_twin.kinds.shaft.course import ShaftCourse
 from bearing_twin.kinds.shaft.equilibrium import balance_of, explained, lever_of, longest_of, rotor_of
 from bearing_twin.kinds.shaft.modes import matrices_of, stiffest_mode, unbalance_response

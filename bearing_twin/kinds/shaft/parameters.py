@@ -4,10 +4,9 @@
 from dataclasses import dataclass
 
 from bearing_twin.base.parameters import choice, number_table, quantity, section
-from bearing_twin.kinds.bearing.acting import LoadChange, load_table, steady_load, steady_moment
-from bearing_twin.kinds.bearing.clearance import Fits, Temperatures
-from bearing_twin.kinds.bearing.drive import SpeedChange
+from bearing_twin.kinds.bearing.geometry import Fits, Temperatures
 from bearing_twin.kinds.bearing.parameters import GIVES, RELAXATION_TIME, Geometry, GivenRatings, Materials
+from bearing_twin.kinds.bearing.rings import LoadChange, SpeedChange, load_table, steady_load, steady_moment
 from bearing_twin.kinds.sections import (
     LOOSEST,
     UNVERIFIED,

@@ -6,7 +6,7 @@ They take many outputs at once, with one row an output in front of every array.
 import numpy as np
 
 from bearing_twin.base.sample import Sample, Wrench
-from bearing_twin.kinds.bearing.loads import ring_attitude
+from bearing_twin.kinds.bearing.outputs import ring_attitude
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
 from bearing_twin.kinds.markers import BLUE, CYLINDER, GLASS, LINE_LIST, RED, STEEL, marker
 from bearing_twin.kinds.shaft.parameters import SIDES, Mounted, ShaftScene

@@ -1,4 +1,4 @@
-"""The clearance a bearing runs with: as made, less what tight fits and warmer parts take of it."""
+"""Geometry of a bearing: the clearance it runs with, curvatures of its contacts, and speeds of pure rolling."""
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
 import dataclasses
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from bearing_twin.base.parameters import quantity, section
-from bearing_twin.contact.materials import MATERIALS, Material
+from bearing_twin.contact.materials import MATERIALS, Material, effective_modulus
 
 ROOM = 293.15  # K
 SAME = 1e-9  # relative: a clearance that is already the one of the contact angle
@@ -162,3 +162,52 @@ def squeezes(parameters) -> list[tuple[float, float]]:
 def leaves_raceway(parameters) -> bool:
     """True if a ball leaves the inner raceway somewhere on its way round, where the ring is held."""
     return any(far <= 0.0 for _, far in squeezes(parameters))
+
+
+def nominal_curvatures(geometry) -> tuple[tuple[float, float], ...]:
+    """Curvatures (small, large) of the gap [1/m] at the inner and the outer contact, at contact angle zero."""
+    ball = 2.0 / geometry.ball_diameter
+    pairs = []
+    for side, conformity in ((-1.0, geometry.inner_conformity), (1.0, geometry.outer_conformity)):
+        small = 0.5 * (ball - 1.0 / (conformity * geometry.ball_diameter))
+        large = 0.5 * (ball - side / (0.5 * geometry.pitch_diameter + side / ball))
+        pairs.append((small, max(small, large)))
+    return tuple(pairs)
+
+
+def moduli(materials) -> tuple[float, float]:
+    """E* [Pa] of a ball on the inner and on the outer raceway."""
+    ball = materials.ball
+    return effective_modulus(ball, materials.inner_ring), effective_modulus(ball, materials.outer_ring)
+
+
+def cage_speed(inner_speed: float, ball_diameter: float, pitch_diameter: float, contact_angle: float = 0.0) -> float:
+    """Orbital speed of the balls [rad/s] without slip: half the inner ring's, times 1 - (D/d_m) cos(angle)."""
+    return 0.5 * inner_speed * (1.0 - ball_diameter / pitch_diameter * math.cos(contact_angle))
+
+
+def roll_rate(inner_speed: float, ball_diameter: float, pitch_diameter: float, contact_angle: float = 0.0) -> float:
+    """Angular speed [rad/s] of a ball about its own centre against its orbit, without slip."""
+    ratio = ball_diameter / pitch_diameter * math.cos(contact_angle)
+    return 0.5 * inner_speed * pitch_diameter / ball_diameter * (1.0 - ratio**2)
+
+
+def fault_frequencies(cage: float, spin: float, balls: int, speed: float) -> dict[str, float]:
+    """Fault frequencies [Hz] of outer ring, inner ring, cage and ball, from the speeds of cage and ball [rad/s]."""
+    turn = 0.5 / math.pi
+    return {
+        "bpfo": abs(balls * cage * turn),
+        "bpfi": abs(balls * (speed - cage) * turn),
+        "ftf": abs(cage * turn),
+        "ball_spin": abs(spin * turn),
+    }
+
+
+def rolling_frequencies(geometry, speed: float) -> dict[str, float]:
+    """Fault frequencies [Hz] of balls without load that roll at the nominal contact angle.
+
+    Cage w (1 - g)/2 and spin w d_m (1 - g^2)/(2 D), g = D cos a/d_m (Harris, Rolling Bearing Analysis, chapter 8).
+    """
+    ratio = geometry.ball_diameter * math.cos(geometry.contact_angle) / geometry.pitch_diameter
+    spin = 0.5 * speed * geometry.pitch_diameter / geometry.ball_diameter * (1.0 - ratio**2)
+    return fault_frequencies(0.5 * speed * (1.0 - ratio), spin, geometry.balls, speed)

@@ -8,20 +8,21 @@ import numpy as np
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
-from bearing_twin.kinds.bearing.clearance import clearance_of
-from bearing_twin.kinds.bearing.drilling import SIDES
-from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
-from bearing_twin.kinds.bearing.friction_torque import catalogue_torque, torque_answer
-from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import shared
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
+from bearing_twin.kinds.bearing.equilibrium import (
     Equilibrium,
     EquilibriumSolver,
     Support,
+    centrifugal_ratio,
+    equilibrium_error,
     loose_directions,
+    shared,
     spots_of,
 )
-from bearing_twin.kinds.bearing.quasi_static.equilibrium_motion import LEFT
-from bearing_twin.kinds.bearing.quasi_static.model_error import model_errors
+from bearing_twin.kinds.bearing.equilibrium_motion import LEFT
+from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
+from bearing_twin.kinds.bearing.friction_torque import catalogue_torque, torque_answer
+from bearing_twin.kinds.bearing.geometry import clearance_of, fault_frequencies
+from bearing_twin.kinds.bearing.model_error import SIDES, model_errors
 from bearing_twin.kinds.bearing.ratings import (
     equivalent_loads,
     limiting_speeds,
@@ -29,7 +30,6 @@ from bearing_twin.kinds.bearing.ratings import (
     ratings_of,
     speed_doubt,
 )
-from bearing_twin.kinds.bearing.still import centrifugal_share, still_error
 
 NO_TORQUE = "an equilibrium has no friction; catalogue_drive_torque_nm is Palmgren's estimate with grease"
 FLAGGED = 2e-2  # of the greatest load: what balls that move differ by at most unflagged
@@ -41,27 +41,7 @@ def frequencies_of(contacts, balls: int, speed: float) -> dict[str, float]:
     The cage's speed is the mean of the orbit speeds by load; a spot on a ball strikes a raceway at twice `ball_spin`.
     """
     cage, spin = (shared(contacts, values) for values in (contacts.orbit, np.hypot(contacts.roll, contacts.pitch)))
-    return _frequencies(cage, spin, balls, speed)
-
-
-def rolling_frequencies(geometry, speed: float) -> dict[str, float]:
-    """As `frequencies_of`, of balls without load that roll at the nominal contact angle.
-
-    Cage w (1 - g)/2 and spin w d_m (1 - g^2)/(2 D), g = D cos a/d_m (Harris, Rolling Bearing Analysis, chapter 8).
-    """
-    ratio = geometry.ball_diameter * math.cos(geometry.contact_angle) / geometry.pitch_diameter
-    spin = 0.5 * speed * geometry.pitch_diameter / geometry.ball_diameter * (1.0 - ratio**2)
-    return _frequencies(0.5 * speed * (1.0 - ratio), spin, geometry.balls, speed)
-
-
-def _frequencies(cage: float, spin: float, balls: int, speed: float) -> dict[str, float]:
-    turn = 0.5 / math.pi
-    return {
-        "bpfo": abs(balls * cage * turn),
-        "bpfi": abs(balls * (speed - cage) * turn),
-        "ftf": abs(cage * turn),
-        "ball_spin": abs(spin * turn),
-    }
+    return fault_frequencies(cage, spin, balls, speed)
 
 
 def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> dict:
@@ -162,7 +142,7 @@ def flags_of(
     limit = yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)
     loose = loose_directions(found, support, solver.scales)
     friction = parameters.contact.friction_coefficient
-    transient = still_error(centrifugal_share(contacts))
+    transient = equilibrium_error(centrifugal_ratio(contacts))
     held = contacts.load > 0.0
     slips = np.any(np.abs(contacts.friction)[held] > friction * contacts.load[held])
     return gathered(
@@ -178,7 +158,7 @@ def flags_of(
         "the gyroscopic moment of a ball needs more friction than contact.friction_coefficient gives: it slides"
         if slips
         else None,
-        f"balls that move by themselves differ in load by up to {100.0 * transient:.2g} %, those that carry least most"
+        f"balls that move by themselves differ in load by up to {100.0 * transient:.2g} % of the greatest"
         if transient > FLAGGED
         else None,
     )

@@ -1,24 +1,27 @@
-"""Model errors of equilibria: what elastic law, half-spaces and tilts of first order make of loads and places.
+"""Model errors of contacts and equilibria: elastic law, half-spaces, tilts of first order, friction at a point.
 
-An equilibrium is solved to rounding, so these are its errors. A contact that is too stiff by a share of its load pushes
-its ball and the ring, which move until they are in balance again: the balance differentiated by that share.
-"""
+A contact that is too stiff by a share of its load pushes its ball and the ring, which move until they are in balance
+again: the balance differentiated by that share."""
 
-from typing import NamedTuple
+import functools
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.kinds.bearing.drilling import SIDES
-from bearing_twin.kinds.bearing.drive import with_speeds
-from bearing_twin.kinds.bearing.law_error import half_space_error, law_error
-from bearing_twin.kinds.bearing.loading import Loading
-from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import ball_balances
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
+from bearing_twin.base.sample import Block
+from bearing_twin.contact.elasticity import coefficient_of
+from bearing_twin.contact.ellipse import axis_ratio, elliptic_b_d, hertz_coefficient
+from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.contact.laws import LAWS
+from bearing_twin.kinds.bearing.equilibrium import (
     Equilibrium,
     EquilibriumSolver,
     Support,
     azimuths_of,
+    ball_balances,
     controlled,
     load_line,
     setting_of,
@@ -26,8 +29,111 @@ from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     weighed_solver,
     weighed_support,
 )
-from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of
+from bearing_twin.kinds.bearing.geometry import nominal_curvatures
+from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, with_speeds
+from bearing_twin.kinds.bearing.system import Loading
 from bearing_twin.kinds.doubt import LAW
+
+SIDES = ("inner", "outer")
+
+
+class Drilled(NamedTuple):
+    """What contacts met, each (N, 2): greatest `load` [N], `curvatures` (2, N, 2) [1/m] there, and how they spun.
+
+    `spin` [rad/s] is the greatest under load, `rubbed` the mean over the outputs of load^(4/3) times spin.
+    """
+
+    load: np.ndarray
+    curvatures: np.ndarray
+    spin: np.ndarray
+    rubbed: np.ndarray
+
+
+def drilling_of(
+    contact, met: Drilled, figures: Mapping[str, Any], off: Callable[[float, float], float] | None = None
+) -> tuple[np.ndarray, float]:
+    """Greatest drilling torque of each ball (N,) [N m], and the power of all, mean over the run [W].
+
+    A spot under pure spin resists with 3/8 mu N a E at most, E the complete elliptic integral of its eccentricity;
+    with less where its rim is no faster than friction is smoothed over. `contact` is that of the scene. With `off`,
+    what these are off by: a share of that by b/a and the rim's speed [m/s].
+    """
+    most, power = np.zeros(len(met.load)), 0.0
+    for side, name in enumerate(SIDES):
+        for ball in np.flatnonzero(met.load[:, side] > 0.0):
+            load, major = met.load[ball, side], figures[f"semi_major_{name}_m"][ball]
+            ratio = axis_ratio(*(float(one[ball, side]) for one in met.curvatures))
+            b, d = elliptic_b_d(ratio)
+            greatest = 0.375 * contact.friction_coefficient * load * major * (b + ratio * ratio * d)
+            rim = met.spin[ball, side] * major
+            share = off(ratio, rim) if off else rim / math.hypot(rim, contact.friction_regularisation)
+            most[ball] += greatest * share
+            power += greatest * met.rubbed[ball, side] / load ** (4.0 / 3.0) * (share if off else 1.0)
+    return most, power
+
+
+def law_error(parameters, law: str, curvature_small, curvature_large, load) -> np.ndarray | None:
+    """Relative error of each contact's load (N, 2) against exact Hertz at these curvatures [1/m]; above 0: too stiff.
+
+    0 where there is no load; None for a law that is measured, of whose error nothing is known.
+    """
+    if law not in LAWS or LAWS[law].measured:
+        return None
+    found = np.zeros_like(load)
+    for side, nominal in enumerate(nominal_curvatures(parameters.geometry)):
+        frozen = hertz_coefficient(*nominal, 1.0)
+        pairs = zip(curvature_small[:, side].tolist(), curvature_large[:, side].tolist(), strict=True)
+        for ball, (at, bears) in enumerate(zip(pairs, (load[:, side] > 0.0).tolist(), strict=True)):
+            if bears:
+                found[ball, side] = _error_at(law, frozen, *at)
+    return found
+
+
+@functools.lru_cache(maxsize=1024)
+def _error_at(law: str, frozen: float, curvature_small: float, curvature_large: float) -> float:
+    """Kept, as figures and errors of a run ask for the same contacts."""
+    at = curvature_small, curvature_large
+    return coefficient_of(law, *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0
+
+
+def half_space_error(parameters, semi_major):
+    """Relative errors of loads where ellipses of these semi-axes [m] lie on bodies that Hertz takes for half-spaces.
+
+    The square of semi-axis over ball radius: the next term of the shape of a sphere against its parabola.
+    """
+    return (np.asarray(semi_major) / (0.5 * parameters.geometry.ball_diameter)) ** 2
+
+
+def spots_off(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, list[float]]:
+    """Errors of ellipses and pressures of contacts whose loads are off by these shares (N, 2): of its cube root."""
+    return {
+        f"{key}_{side}{unit}": [float(share[ball, place]) * value / 3.0 for ball, value in enumerate(values)]
+        for key, unit in (("semi_major", "_m"), ("semi_minor", "_m"), ("peak_pressure", "_pa"))
+        for place, side in enumerate(SIDES)
+        for values in [figures[f"{key}_{side}{unit}"]]
+    }
+
+
+SMOOTHING = 2.5  # tuned: power by which the error of a sum over points falls as spin at the rim becomes slow
+
+
+def rule_error(contact, ratio: float, rim: float) -> float:
+    """Greatest error of friction over contact patches, over its limit, and over the torque of pure spin.
+
+    Parameters
+    ----------
+    contact
+        The section `contact` of a scene.
+    ratio : float
+        b/a of the contact ellipse; errors are those found for 0.1 and above.
+    rim : float
+        Speed by spin [m/s] at the ends of the ellipse: what is slow against the regularisation is smooth, and n points
+        round a ring resolve it. Within a factor of 3 of `bearing_twin chart friction` where the error is above 1e-4.
+    """
+    model = FRICTIONS[contact.friction]
+    share = rim / contact.friction_regularisation
+    return model.error / (1.0 + (model.rule.spokes / share) ** SMOOTHING) if share > 0.0 else 0.0
+
 
 LOOSE = 1e-12  # of the stiffest direction: a direction that nothing holds is not moved
 ALIKE = 0.1  # of the greatest load: an equilibrium whose greatest is nearer than this stands for a run
@@ -275,3 +381,96 @@ def _beyond_rounding(changes: np.ndarray) -> np.ndarray:
     """Displacements or forces (3), tilts or moments (2), without those that are rounding beside the others."""
     parts = changes[:3], changes[3:]
     return np.concatenate([np.where(one > NOTHING * one.max(), one, 0.0) for one in parts])
+
+
+def by_load(geometry, figures: Mapping[str, Any], load, share, worth: Worth | None, given: bool) -> dict[str, Any]:
+    """Errors of figures where contacts are off by these shares (N, 2) of their load at the same approach.
+
+    `load` (N, 2) [N] is their greatest, `worth` the equilibrium that stands for the run. What all contacts share scales
+    their sum on a ring that is held, and only moves one whose load is `given`; what they do not share need not cancel.
+    """
+    greatest = float(share.max(initial=0.0))
+    uneven = float(np.ptp(share[load[:, 0] > 0.0, 0])) if load[:, 0].any() else 0.0
+    pitch = 0.5 * geometry.pitch_diameter
+    carried = math.fsum(abs(one) for one in figures["normal_load_inner_n"])
+    kept = share if worth is None else worth.kept * share
+    found = {
+        f"{key}_{side}_n": [float(kept[ball, place]) * abs(value) for ball, value in enumerate(values)]
+        for key in LOADS_OF
+        for place, side in enumerate(SIDES)
+        for values in [figures[f"{key}_{side}_n"]]
+    }
+    if worth is not None:
+        moved, ring = (np.abs(one) for one in (worth.response.coordinates, worth.response.ring_loads))
+    else:
+        moved, ring = np.zeros(5), np.zeros(5)
+        for part, key, arm in ((slice(3), "ring_force_n", 1.0), (slice(3, 5), "ring_moment_nm", pitch)):
+            ring[part] = 0.0 if given else greatest * max(map(abs, figures[key])) + arm * uneven * carried
+        for part, key in ((slice(3), "ring_displacement_m"), (slice(3, 5), "misalignment_rad")):
+            moved[part] = 2.0 / 3.0 * greatest * math.hypot(*figures.get(key, ())) if given else 0.0
+    return {
+        **found,
+        **spots_off(figures, share),
+        "ring_force_n": ring[:3].tolist(),
+        "ring_moment_nm": ring[3:].tolist(),
+        "ring_displacement_m": moved[:3].tolist(),
+        "misalignment_rad": moved[3:].tolist(),
+    }
+
+
+POWER = 1.5  # of the load by the approach
+
+
+class Tilted:
+    """The greatest `tilt` [rad] of a run, and how far contacts (balls, 2) were pressed [m] at their greatest loads."""
+
+    def __init__(self, balls: int):
+        self.tilt = 0.0
+        self.approach = np.zeros((balls, 2))
+
+    def add(self, block: Block, better: np.ndarray, at: tuple) -> None:
+        """Takes a block in, whose contacts `at` bear more than all before where that is `better` (balls, 2)."""
+        tilt = block.values["inner_ring_tilt"]
+        self.tilt = max(self.tilt, float(np.sqrt(np.square(tilt).sum(axis=-1)).max()))
+        self.approach[better] = block.values["approach"][at]
+
+    def errors(self, geometry, figures: Mapping[str, Any], load: np.ndarray, given: bool) -> dict[str, Any]:
+        """Errors of figures, by their names, with the greatest `load` (balls, 2) [N]; nothing where no ring is tilted.
+
+        `given` are the ring's loads, which otherwise follow from its place.
+        """
+        if self.tilt == 0.0:
+            return {}
+        radius = 0.5 * geometry.pitch_diameter + (geometry.inner_conformity - 0.5) * geometry.ball_diameter
+        distance = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
+        angle = np.abs(figures["contact_angle_inner_rad"])
+        lower, cosine, sine = 0.5 * radius * self.tilt**2, np.cos(angle), np.sin(angle)
+        pressed = self.approach.sum(axis=1)
+        both = load.max(axis=1)
+        stiffness = np.divide(POWER * both, pressed, out=np.zeros_like(both), where=pressed > 0.0)
+        off = np.minimum(stiffness * cosine * lower, both)
+        share = np.divide(off[:, None], load, out=np.zeros_like(load), where=load > 0.0)
+        tilt = math.hypot(*figures.get("misalignment_rad", (self.tilt,)))  # mean, as the moment is
+        moment = tilt * radius * float(cosine @ np.abs(figures["normal_load_inner_n"]))
+        # What a tilt is off whose moment is given, nothing being known of its stiffness but what it was.
+        carried = max(map(abs, figures["ring_moment_nm"]))
+        turned = min(moment / carried, 1.0) * tilt if carried else tilt
+        held = 0.0 if given else 0.5 * float(off.sum())
+        return {
+            **{f"{key}_{side}_n": off.tolist() for key in LOADS_OF for side in SIDES},
+            **{f"contact_angle_{side}_rad": (lower * sine / distance).tolist() for side in SIDES},
+            **spots_off(figures, np.minimum(share, 1.0)),
+            "ring_force_n": [held] * 3,
+            "ring_moment_nm": [moment * (not given)] * 2,
+            "ring_displacement_m": [lower * given] * 3,
+            "misalignment_rad": [turned * given] * 2,
+        }
+
+
+def added(*parts: Mapping[str, Any]) -> dict[str, Any]:
+    """The sum of sets of errors by figure; one that a single one of them names is that one's."""
+    found: dict[str, Any] = {}
+    for part in parts:
+        for key, error in part.items():
+            found[key] = np.add(found[key], error).tolist() if key in found else error
+    return found

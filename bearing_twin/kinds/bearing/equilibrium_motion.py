@@ -8,24 +8,23 @@ from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.base.report import Choice
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
-from bearing_twin.kinds.bearing.outputs import Outputs, channels, moduli
-from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.quasi_static.ball_equilibrium import (
+from bearing_twin.kinds.bearing.equilibrium import (
     FOUND,
+    OF_BALL,
     OF_CONTACTS,
-    PLACES,
     STOP,
     STOPPED,
-    contacts_in,
-    limits_used,
-)
-from bearing_twin.kinds.bearing.quasi_static.equilibrium import (
     azimuths_of,
+    contacts_in,
     controlled,
+    limits_used,
     setting_of,
     support_of,
     weighed_solver,
 )
+from bearing_twin.kinds.bearing.geometry import moduli
+from bearing_twin.kinds.bearing.outputs import Outputs, channels
+from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.surface_defects import SMOOTH_NUMBERS, defect_numbers
 
 MOVING = (
@@ -198,7 +197,7 @@ class QuasiStaticMotion:
     def reset(self) -> None:
         """Back to the start."""
         balls = self.parameters.geometry.balls
-        place = np.full((balls, PLACES), np.nan)
+        place = np.full((balls, OF_BALL), np.nan)
         half = -np.pi * np.arange(balls) / balls
         zero = np.zeros(balls)
         attitude = np.stack([zero, zero, np.sin(half), np.cos(half)], axis=1)

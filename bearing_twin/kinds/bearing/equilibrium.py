@@ -1,0 +1,708 @@
+"""Equilibria of balls and inner ring (Jones 1960; Harris, Rolling Bearing Analysis): five coordinates, held or free.
+
+The equations are those of `core/bearing/ball_equilibrium.hpp` and `equilibrium.hpp`, which solve them; here are their
+numbers from a scene, the raceway control of the balls, why there is no equilibrium, and which loads are carried.
+"""
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.ctypeslib import ndpointer
+
+from bearing_twin.base.errors import BearingTwinError, SceneError
+from bearing_twin.base.report import in_lines
+from bearing_twin.base.stopping import SIGNALLED
+from bearing_twin.contact.ellipse import ellipse as spots_at
+from bearing_twin.contact.ellipse import elliptic_e
+from bearing_twin.contact.friction import AUTO, POINT
+from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
+from bearing_twin.kinds.bearing.geometry import moduli, operating_geometry
+from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE, rubbing_by
+from bearing_twin.kinds.bearing.rings import (
+    CONTROLS,
+    COORDINATE_NAMES,
+    FREE_RING,
+    INNER_LAND,
+    OUTER,
+    PRESCRIBED,
+    SHARED,
+    SPEED,
+    TORQUE,
+    dimension_of,
+    free_coordinates,
+    idle_loads,
+    moving_centre,
+)
+from bearing_twin.kinds.bearing.surface_defects import defect_numbers, heights_under
+from bearing_twin.kinds.bearing.system import Raceway, bearing_of
+from bearing_twin.kinds.contract import OperatingPoint
+
+IDLE = 1e-3  # of the greatest load: below it the angle of a contact has no limit
+FOUND, NOTHING_CARRIES, TOO_MUCH, STOPPED = range(4)  # what the core tells of an equilibrium
+COORDINATES = 5  # of a ring: x, y, z, theta_x, theta_y
+OF_BALL = 8  # numbers kept of a ball's equilibrium: place, opening, d(place)/d(opening); NaN to begin from nothing
+OF_CONTACTS = 16  # numbers of the `Contacts` of a ball
+SPEED_COLUMN = 32  # where the speed stands among a setting's numbers
+
+STOP = ndpointer(np.uint8, shape=(1,))
+_GIVEN = INTEGER, INTEGER, INTEGERS, REALS, INTEGER, REALS, INTEGER, REALS, INTEGER, INTEGERS, REALS, REALS, STOP
+SMOOTH = np.zeros((0, 2))  # no heights
+_equilibria = Function("core_equilibria", None, (*_GIVEN, *(REALS_OUT,) * 6, INTEGERS_OUT))
+_ball_contacts = Function("core_ball_contacts", None, (INTEGER, INTEGERS, *(REALS,) * 4, REALS_OUT))
+_ball_balances = Function("core_ball_balances", None, (INTEGERS, *(REALS,) * 4, REALS_OUT, REALS_OUT))
+
+
+class Setting(NamedTuple):
+    """The numbers of the balance (SI): grooves, ball, `arm` of a tilt, speed [rad/s], shares of the gyroscopic moment.
+
+    `arm` [m] turns a tilt into axial displacement and an axial force into a moment; `lever` [m] is the arm of the
+    friction that carries the gyroscopic moment, about the point at the end of `arm`. A ball's last step may leave
+    `unseen` of the loads, for which stiffness is to the root of that; 0 where it is to be exact.
+    """
+
+    inner: Raceway
+    outer: Raceway
+    ball_radius: float
+    ball_mass: float
+    pitch_diameter: float
+    arm: float
+    lever: float
+    speed: float
+    share_inner: float
+    share_outer: float
+    unseen: float
+
+    def numbers(self, gravity=(0.0, 0.0, 0.0), place=0.0, facing=1.0, middle=0.0) -> np.ndarray:
+        """The core's `Seat`: with `gravity` [m/s^2], and `place` [m], side and `middle` [m] of a ring on a shaft."""
+        grooves = [(one.locus_radius, one.groove_radius, *one.terms) for one in (self.inner, self.outer)]
+        return np.array([*grooves[0], *grooves[1], self.inner.law.power, *self[2:], *gravity, place, facing, middle])
+
+
+class Contacts(NamedTuple):
+    """Arrays (..., N, 2), inner and outer; `friction` [N] is along t.
+
+    A ball's row (..., N): `orbit` [rad/s], `roll` [rad/s] along the axis and `pitch` [rad/s] along the radius, both of
+    the ball against its orbit; `centrifugal` [N]. Angles count where there is no load too.
+    """
+
+    approach: np.ndarray
+    load: np.ndarray
+    angle: np.ndarray
+    friction: np.ndarray
+    curvature_small: np.ndarray
+    curvature_large: np.ndarray
+    orbit: np.ndarray
+    roll: np.ndarray
+    pitch: np.ndarray
+    centrifugal: np.ndarray
+
+
+def contacts_in(numbers: np.ndarray) -> Contacts:
+    """The contacts that the core wrote into an array (..., N, OF_CONTACTS), as views of it."""
+    return Contacts(*(numbers[..., i : i + 2] for i in range(0, 12, 2)), *np.moveaxis(numbers[..., 12:], -1, 0))
+
+
+class Solved(NamedTuple):
+    """Equilibria (C, ...): coordinates, loads, stiffness, balls' `places` (C, N, OF_BALL), what is `left` [N], status.
+
+    `contacts` (C, N, OF_CONTACTS) are read by `contacts_in`.
+    """
+
+    coordinates: np.ndarray
+    loads: np.ndarray
+    stiffness: np.ndarray
+    places: np.ndarray
+    contacts: np.ndarray
+    left: np.ndarray
+    status: np.ndarray
+
+
+def solved_from_nothing(seats, balls, azimuths, free, wanted, held, heights=SMOOTH) -> Solved:
+    """Equilibria with the free coordinates loaded by `wanted` (C, 5) [N, N m], the others `held` (C, 5) [m, rad].
+
+    `seats` ([C,] rings, SEAT) are `Setting.numbers`, `balls` (rings,) how many there are, at `azimuths` ([C,] N) [rad].
+    `heights` (N, 2) [m] are those of the inner and the outer raceway under the balls.
+    """
+    cases, count = len(wanted), azimuths.shape[-1]
+    shapes = (5,), (5,), (5, 5), (count, OF_BALL), (count, OF_CONTACTS), ()
+    found = Solved(*(np.empty((cases, *shape)) for shape in shapes), np.empty(cases, np.int64))
+    _equilibria(
+        *(
+            cases,
+            len(balls),
+            np.array(balls, np.int64),
+            seats,
+            seats.ndim == 3,
+            azimuths,
+            azimuths.ndim == 2,
+            heights,
+            len(heights) > 0,
+        ),
+        *(np.array(free, np.int64), wanted, held, SIGNALLED, *found),
+    )
+    return found
+
+
+def contacts_at(seats, balls, azimuths, coordinates, places) -> Contacts:
+    """The contacts of balls at their places (N, 2), on rings or a shaft at `coordinates` (5,)."""
+    found = np.empty((len(azimuths), OF_CONTACTS))
+    _ball_contacts(len(balls), np.array(balls, np.int64), seats, azimuths, coordinates, _kept(places), found)
+    return contacts_in(found)
+
+
+def ball_balances(seat, azimuths, coordinates, places) -> tuple[np.ndarray, np.ndarray]:
+    """What changes of place and opening do to balls at their places (N, 2), and coordinates to their openings.
+
+    Derivatives (N, 5, 2, 2) of what is left of a ball's balance (radial, axial), of its force on the ring (radial,
+    axial) and of the moment of its friction, by place and by opening (radial, axial); and (N, 2, 5) of the openings.
+    """
+    count = len(azimuths)
+    by_ball, by_ring = np.empty((count, 5, 2, 2)), np.empty((count, 2, 5))
+    _ball_balances(np.array([count]), seat, azimuths, coordinates, _kept(places), by_ball, by_ring)
+    return by_ball, by_ring
+
+
+def _kept(places) -> np.ndarray:
+    return np.pad(places, ((0, 0), (0, OF_BALL - 2)))
+
+
+def shared(contacts: Contacts, values: np.ndarray) -> float:
+    """What balls in one cage share of `values` (N,), such as orbit speeds: the mean by load on the inner ring."""
+    load = contacts.load[:, 0]
+    weight = load.sum()
+    return float(load @ values / weight if weight > 0.0 else values.mean())
+
+
+def limits_used(ball_radius, load, approach, angle) -> tuple[np.ndarray, np.ndarray]:
+    """Squeeze and greatest contact angle of each ball, each over its limit, from arrays (..., N, 2) of both raceways.
+
+    `ball_radius` [m] broadcasts against (..., N).
+    The angle of a contact that bears less than IDLE of the greatest load does not count: no edge of a groove feels it.
+    """
+    squeeze = np.where((load > 0.0).all(-1), approach.sum(-1), 0.0)
+    greatest = np.where(load > IDLE * load.max(axis=(-2, -1), keepdims=True), np.abs(angle), 0.0).max(-1)
+    return squeeze / (GREATEST_SQUEEZE * 2.0 * ball_radius), greatest / GREATEST_ANGLE
+
+
+SOFT = 1e-9  # of the greatest stiffness: what is softer counts as not held
+LONGEST = 0.2  # of the ball diameter: no coordinate of the ring goes further
+COARSE, HALVINGS, UNFOUND = 8.0, 14, 4  # for the greatest load: steps down, halvings, as how many a slow one counts
+CARRIES, HEAVY = 1e-6, 1e6  # share of a load, of HEAVY [N] at most, below which the greatest load is none
+
+
+class Support(NamedTuple):
+    """What holds the inner ring: of x, y, z, theta_x, theta_y which are `free`, their loads, and where others are held.
+
+    `loads` [N, N m] (5,) act on the ring, `held` [m, rad] (5,) are coordinates; each counts where it applies.
+    """
+
+    free: tuple
+    loads: tuple
+    held: tuple
+
+
+class Equilibrium(NamedTuple):
+    """A bearing in balance: ring `coordinates` (5,), external `loads` (5,), `stiffness` (5, 5) of loads by coordinates.
+
+    `azimuths` [rad] (N,), `places` (N, 2) of the balls, `contacts`; `left` [N] is missing of the ring's balance;
+    `control` names the raceway control of the balls.
+    """
+
+    coordinates: np.ndarray
+    loads: np.ndarray
+    stiffness: np.ndarray
+    azimuths: np.ndarray
+    places: np.ndarray
+    contacts: Contacts
+    left: float
+    control: str
+
+
+def setting_of(parameters, law: str, speed: float, arm: str = "groove") -> Setting:
+    """The numbers of the equilibrium for a scene, `shared` where `model.control` is left to the criterion.
+
+    `arm` of a tilt: "groove", to the inner groove's centre, the true geometry; or "pitch", to the pitch circle, as
+    commercial programs have it.
+    """
+    bearing = bearing_of(rubbing_by(parameters, POINT), law)  # equilibria hold no friction
+    lever, reach = bearing.inner.groove_radius, bearing.inner.locus_radius
+    if arm == "pitch":
+        lever, reach = bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
+    pitch = parameters.geometry.pitch_diameter
+    sizes = bearing.ball_radius, bearing.ball_mass, pitch, reach, lever, float(speed)
+    return Setting(bearing.inner, bearing.outer, *sizes, *CONTROLS[parameters.model.control], 0.0)
+
+
+def support_of(parameters) -> Support:
+    """What the scene itself says: its loads, and where its drive holds the rest."""
+    ring, drive = parameters.rings.inner, parameters.drive
+    return Support(free_coordinates(parameters), (*ring.load, *ring.moment), (*drive.offset, *drive.tilt))
+
+
+def weighed_support(parameters, loads=None) -> Support:
+    """`support_of`, with `loads` (5,) [N, N m] in place of the scene's where given, and with the weights on the ring.
+
+    Those are its own, where it has mass, and that of a cage that rests on its land.
+    """
+    found, ring, cage = support_of(parameters), parameters.rings.inner, parameters.cage
+    acting, gravity = np.array(found.loads if loads is None else loads, float), np.array(parameters.gravity, float)
+    if dimension_of(parameters) == FREE_RING:
+        acting[:3] += ring.mass * gravity
+        if moving_centre(parameters) and cage.guidance == INNER_LAND:
+            acting[:2] += cage.mass * gravity[:2]
+    return found._replace(loads=tuple(np.where(found.free, acting, 0.0).tolist()))
+
+
+def load_line(support: Support) -> float:
+    """Azimuth [rad] of what pushes the ring sideways: load, else displacement, else tilting, else 0."""
+    for values in (support.loads, support.held):
+        for x, y in (values[:2], values[3:]):
+            if x or y:
+                return math.atan2(y, x)
+    return 0.0
+
+
+def azimuths_of(balls: int, first: float) -> np.ndarray:
+    """Azimuths [rad] (N,) of balls evenly spaced from `first` on."""
+    return first + 2.0 * math.pi * np.arange(balls) / balls
+
+
+class EquilibriumSolver:
+    """Equilibria of one bearing with balls at these azimuths [rad] (N,), pulled at by `gravity` [m/s^2] (3,).
+
+    `rough` are the parameters of a scene with defects, whose contacts are those of smooth raceways; None without any.
+    """
+
+    body = "the ring"
+    rough, heights = None, SMOOTH
+    remedy = "load it, or hold it by a displacement or by less clearance"
+
+    def __init__(self, setting: Setting, azimuths: np.ndarray, gravity=(0.0, 0.0, 0.0), rough=None):
+        self.rough = rough
+        self.setting, self.azimuths, self.gravity = setting, np.array(azimuths, float), gravity
+        self.balls = (len(azimuths),)
+        self.longest = LONGEST * 2.0 * setting.ball_radius
+        self.scales = np.array([1.0, 1.0, 1.0, setting.arm, setting.arm])
+
+    def seats(self) -> np.ndarray:
+        """The numbers of the rings (rings, SEAT) for the core."""
+        return self.setting.numbers(self.gravity)[None]
+
+    def legal(self) -> tuple[float, float]:
+        """Greatest squeeze and greatest contact angle of what was found last, each over its limit."""
+        contacts = contacts_in(self.contacts)
+        squeeze, angle = limits_used(self.setting.ball_radius, contacts.load, contacts.approach, contacts.angle)
+        return float(squeeze.max()), float(angle.max())
+
+    def _tried(self, support: Support, share: float) -> tuple[int, float, bool]:
+        """(status, what is left, whether the answer is legal) with `share` of loads and held coordinates."""
+        free = np.array(support.free, np.bool_)
+        wanted, held = (share * np.where(which, values, 0.0)[None] for which, values in (
+            (free, support.loads), (~free, support.held)
+        ))  # fmt: skip
+        found = solved_from_nothing(self.seats(), self.balls, self.azimuths, free, wanted, held, self.heights)
+        self.q, self.load, self.stiffness, self.place, self.contacts, left, status = (one[0] for one in found)
+        return int(status), float(left), bool(status == FOUND) and max(self.legal()) <= 1.0
+
+    def settle(self, support: Support) -> float:
+        """Puts `q`, `load` and `stiffness` where all is in balance; what is left of it [N].
+
+        Raises SceneError with the greatest load, or with the support that is missing.
+        """
+        status, left, legal = self._tried(support, 1.0)
+        if status == NOTHING_CARRIES:
+            raise SceneError(self._nothing_carries(support))
+        if not legal:
+            raise SceneError(self._refusal(support, status))
+        return left
+
+    def solve(self, support: Support) -> Equilibrium:
+        """The equilibrium; raises SceneError as `settle` does."""
+        left = self.settle(support)
+        if self.rough:
+            load = float(contacts_in(self.contacts).load.max())
+            numbers = defect_numbers(self.rough, moduli(self.rough.materials), load)
+            self.heights = heights_under(numbers, self.azimuths)
+            left = self.settle(support)
+        found = self.q, self.load, self.stiffness, self.azimuths, self.place[:, :2], contacts_in(self.contacts)
+        return Equilibrium(*found, left, control_named(self.setting))
+
+    @property
+    def speed(self) -> float:
+        """At which the inner ring turns [rad/s]."""
+        return self.setting.speed
+
+    def _at_rest(self) -> "EquilibriumSolver":
+        return EquilibriumSolver(self.setting._replace(speed=0.0), self.azimuths, self.gravity)
+
+    def _beyond_angle(self) -> str:
+        """That a contact angle of the equilibrium found last is beyond what is modelled; "" where none is."""
+        squeeze, angle = self.legal()
+        if not angle > max(1.0, squeeze):
+            return ""
+        greatest = math.degrees(GREATEST_ANGLE)
+        return f"leans a contact to {angle * greatest:.3g} degrees, beyond the {greatest:.3g} degrees that are modelled"
+
+    def _too_fast(self, support: Support, beyond: str) -> str:
+        """That the speed alone is too much for a load that is carried at rest, "" where it is not."""
+        speed = self.speed
+        if not (speed and self._at_rest()._tried(support, 1.0)[2]):
+            return ""
+        why = f"{beyond}, as the balls are thrown outwards" if beyond else "throws the balls outwards too far"
+        what = f"{_what_acts(support)} is carried at rest; a speed of {speed:g} rad/s {why}"
+        return f"{what}; lower the speed, or load the bearing more along its axis"
+
+    def _greatest(self, support: Support) -> tuple[float, tuple[float, float]]:
+        """The greatest legal share of loads and held coordinates, 0 where there is none, and how near its limits it is.
+
+        It is looked for among ever smaller ones, then between the last two.
+        """
+        free = np.array(support.free, np.bool_)
+        heaviest = np.abs(np.where(free, support.loads, 0.0) / self.scales).max()
+        furthest = np.abs(np.where(free, 0.0, support.held) * self.scales).max()
+        least = CARRIES / max(1.0, heaviest / HEAVY, furthest / self.longest)
+        low, high, ratios = 0.0, 1.0, (0.0, 0.0)
+        share, halvings = 1.0 / COARSE, 0
+        while halvings < HALVINGS and high > least:
+            status, _, legal = self._tried(support, share)
+            # too little to touch anything is no reason against a greater load
+            if legal or status == NOTHING_CARRIES:
+                low = share
+                ratios = self.legal() if legal else ratios
+            else:
+                high = share
+            halvings += (1 if status in (FOUND, NOTHING_CARRIES) else UNFOUND) if low > 0.0 else 0
+            share = 0.5 * (low + high) if low else high / COARSE
+        return low, ratios
+
+    def _nothing_carries(self, support: Support) -> str:
+        free = ", ".join(name for name, one in zip(COORDINATE_NAMES, support.free, strict=True) if one)
+        return f"no ball touches both rings, so that nothing holds {self.body} along {free}; {self.remedy}"
+
+    def _refusal(self, support: Support, status: int) -> str:
+        """Why there is no legal equilibrium, with the greatest share of loads and held coordinates there is.
+
+        That a load is carried at rest is said first, for the greatest at such a speed takes long and tells less.
+        """
+        if sentence := self._too_fast(support, self._beyond_angle() if status == FOUND else ""):
+            return sentence
+        low, ratios = self._greatest(support)
+        what = _what_acts(support)
+        if low == 0.0:
+            return f"{what} finds no contact that carries it; hold {self.body} in this direction, or turn the load"
+        how = f"pushes {self.body} through the balls: a contact is squeezed by at most 2 % of the ball's diameter"
+        if ratios[1] > ratios[0]:
+            how = f"tilts the contacts out of the grooves, beyond {math.degrees(GREATEST_ANGLE):.3g} degrees"
+        return f"{what} {how}; the greatest in this direction is {_what_acts(support, low)}"
+
+
+def _what_acts(support: Support, share: float = 1.0) -> str:
+    """The loads and held coordinates in words."""
+    rows = [
+        (f"{words} of {_vector(values[part], share)} {unit}")
+        for words, unit, values, part, used in (
+            ("a load", "N", support.loads, slice(0, 3), support.free[:3]),
+            ("a moment", "N m", support.loads, slice(3, 5), support.free[3:]),
+            ("a displacement", "m", support.held, slice(0, 3), [not one for one in support.free[:3]]),
+            ("a misalignment", "rad", support.held, slice(3, 5), [not one for one in support.free[3:]]),
+        )
+        if any(value and one for value, one in zip(values[part], used, strict=True))
+    ]
+    return " with ".join(rows) or "no load"
+
+
+def _vector(values, share) -> str:
+    return "(" + ", ".join(f"{share * value:.4g}" for value in values) + ")"
+
+
+def weighed_solver(parameters, setting: Setting, azimuths: np.ndarray) -> EquilibriumSolver:
+    """The solver for balls at these azimuths [rad] (N,) that the scene's gravity pulls at."""
+    return EquilibriumSolver(setting, azimuths, tuple(parameters.gravity), parameters if parameters.defects else None)
+
+
+def loose_directions(found: Equilibrium, support: Support, scales) -> list[str]:
+    """The free coordinates that nothing holds at an equilibrium: their stiffness is rounding, or below 0."""
+    scaled = found.stiffness / np.outer(scales, scales)
+    greatest = np.abs(scaled).max()
+    return [
+        name
+        for i, (name, one) in enumerate(zip(COORDINATE_NAMES, support.free, strict=True))
+        if one and scaled[i, i] <= SOFT * greatest
+    ]
+
+
+def solver_of(parameters, law, ball_angle=0.0, arm="groove") -> EquilibriumSolver:
+    """The solver of a scene without gravity, ball 0 at `ball_angle` [rad]; see `setting_of`."""
+    setting = setting_of(parameters, law, parameters.drive.speed, arm)
+    azimuths, rough = (
+        azimuths_of(operating_geometry(parameters).balls, ball_angle),
+        parameters if parameters.defects else None,
+    )
+    return EquilibriumSolver(setting, azimuths, rough=rough)
+
+
+def spots_of(parameters, contacts: Contacts) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Semi-axes [m] across and along a groove, and peak pressure [Pa], each (N, 2)."""
+    given = contacts.curvature_small, contacts.curvature_large, np.array(moduli(parameters.materials)), contacts.load
+    return tuple(spots_at(*given))
+
+
+def outer_controls(moduli: np.ndarray, contacts: Contacts) -> np.ndarray:
+    """Harris' criterion of outer raceway control, Q_o a_o E_o cos(a_i - a_o) > Q_i a_i E_i, for the ball loaded most.
+
+    a is the semi-major axis, E the complete elliptic integral of the second kind of the contact ellipse (Harris,
+    Rolling Bearing Analysis, chapter on ball speeds: on the raceway that resists spin more the ball does not spin).
+    `moduli` ([...,] 2) are E* of the raceways [Pa], `contacts` (..., N, 2).
+    """
+    ball = contacts.load[..., 0].argmax(-1)[..., None, None]
+    rows = contacts.curvature_small, contacts.curvature_large, contacts.load, contacts.angle
+    small, large, load, angle = (np.take_along_axis(one, ball, axis=-2)[..., 0, :] for one in rows)
+    spots = spots_at(small, large, moduli, load)
+    ratio = np.divide(spots.semi_minor, spots.semi_major, out=np.ones_like(load), where=load > 0.0)
+    holds = load * spots.semi_major * elliptic_e(ratio)
+    held_outside = holds[..., 1] * np.cos(angle[..., 0] - angle[..., 1]) > holds[..., 0]
+    return held_outside & (load.min(-1) > 0.0)
+
+
+def centrifugal_ratio(contacts: Contacts, least: float = 1e-3) -> float:
+    """The greatest centrifugal load over the load on the inner raceway; 0 where no ball carries.
+
+    Of the balls that carry more than `least` of the greatest load: one at the end of the load zone has any ratio.
+    """
+    load = contacts.load[:, 0]
+    carry = load > least * load.max()
+    return float((contacts.centrifugal[carry] / load[carry]).max()) if carry.any() and load.max() > 0.0 else 0.0
+
+
+def equilibrium_error(ratio: float) -> float:
+    """Difference of loads between equilibria and balls that move, over the greatest load, at this `centrifugal_ratio`.
+
+    A bound on what `bearing_twin chart dimensions` measures of a 6203 up to a ratio of 1.4.
+    """
+    return min(max(1e-4, 0.04 * ratio * ratio), 1.0)
+
+
+def control_named(setting: Setting) -> str:
+    """The name of the raceway control with these shares of the gyroscopic moment; "none" where no raceway takes any."""
+    shares = setting.share_inner, setting.share_outer
+    return next((name for name, its in CONTROLS.items() if its == shares and name != AUTO), "none")
+
+
+def controlled(parameters, solver: EquilibriumSolver, support: Support) -> Equilibrium:
+    """The equilibrium with the raceway control that `model.control` names, `auto` by Harris' criterion.
+
+    With `auto` balls are first taken as `shared`; where the criterion then says so the outer raceway controls them, and
+    else it stays so (Harris: both raceways carry the moment). `solver` keeps the control. Raises SceneError.
+    """
+    found = solver.solve(support)
+    auto = parameters.model.control == AUTO and solver.speed
+    if auto and outer_controls(np.array(moduli(parameters.materials)), found.contacts):
+        inner, outer = CONTROLS[OUTER]
+        solver.setting = solver.setting._replace(share_inner=inner, share_outer=outer)
+        found = solver.solve(support)
+    return found
+
+
+def control_reason(parameters, found: Equilibrium) -> str:
+    """Why the balls of an equilibrium have their raceway control, in words."""
+    if parameters.model.control != AUTO:
+        return "as the scene asks"
+    if found.control == SHARED:
+        return "both raceways carry the gyroscopic moment, as the criterion of Harris for outer control is not met"
+    return "by the criterion of Harris, as the outer raceway resists spin more"
+
+
+@functools.lru_cache(4)
+def scene_equilibrium(parameters, law: str) -> Equilibrium:
+    """`controlled`, as the scene loads its ring or holds it; raises SceneError."""
+    return controlled(parameters, solver_of(parameters, law), support_of(parameters))
+
+
+TRIED_PLACES = 3  # of the balls on their way round, from one on the load line to two beside it
+OVERLOAD = "overload"  # reason of the error of a run whose load nothing carries
+
+
+def commanded_loads(force, moment) -> tuple[float, ...]:
+    """Force (3,) [N] and moment (2,) or (3,) [N m] as the loads of the five coordinates; raises BearingTwinError."""
+    values = (*force, *moment)
+    if not all(map(math.isfinite, values)):
+        raise BearingTwinError(f"force {_words(force)} N and torque {_words(moment)} N m must be finite")
+    if any(values[5:]):
+        raise BearingTwinError(
+            f"the torque of {values[5]:g} N m about z is the drive's, which has a command of its own"
+        )
+    return tuple(map(float, values[:5]))
+
+
+def check_load(parameters, law: str, speed: float, force, moment) -> None:
+    """Raises BearingTwinError for a load [N], [N m] on the inner ring that nothing follows or no ball carries.
+
+    It is tried in balance, with the weights on a ring with mass, at `speed` [rad/s] and with the balls at TRIED_PLACES
+    of their way to the next. None for force and moment: the scene's own load.
+    """
+    if dimension_of(parameters) == PRESCRIBED:
+        if force is None:
+            return
+        raise BearingTwinError(
+            "model.dimension = prescribed holds the inner ring, so that a load does not move it; run the scene with "
+            "model.dimension: quasi_static or free, and rings.inner.free: displacement"
+        )
+    loads = None
+    if force is not None:
+        loads = commanded_loads(force, moment)
+        for problem in idle_loads(parameters, loads[:3], loads[3:], "force", "torque"):
+            raise BearingTwinError(problem)
+    support = weighed_support(parameters, loads)
+    setting, balls = setting_of(parameters, law, speed), parameters.geometry.balls
+    for place in range(TRIED_PLACES):
+        azimuths = azimuths_of(balls, tried_at(support, balls, place))
+        weighed_solver(parameters, setting, azimuths).solve(support)
+
+
+def tried_at(support: Support, balls: int, place: int) -> float:
+    """Azimuth [rad] of the first of so many balls, when a load is tried with them at that one of TRIED_PLACES."""
+    return load_line(support) + math.pi / balls * place / (TRIED_PLACES - 1)
+
+
+def check_drive(parameters, law: str, key: str, value: float, load: tuple) -> None:
+    """Raises BearingTwinError for a commanded `key`, speed [rad/s] or torque [N m], that is not the drive's to take.
+
+    Also for a speed at which the `load` (force, moment) is not carried, None for both being the scene's own.
+    """
+    check_goal(parameters.drive.kind, key, value)
+    if key == SPEED:
+        check_load(parameters, law, value, *load)
+
+
+def check_goal(kind: str, key: str, value: float) -> None:
+    """Raises BearingTwinError for a `key`, SPEED or TORQUE, that a drive of this kind does not take, or no number."""
+    if key != kind:
+        why = "the speed follows from the torque" if kind == TORQUE else "the torque follows from the speed"
+        raise BearingTwinError(f"drive.kind = {kind}: {why}; command the {kind} instead")
+    if not math.isfinite(value):
+        raise BearingTwinError(f"a {key} of {value:g} is not finite")
+
+
+def operating_point(parameters, law: str, sample) -> OperatingPoint:
+    """The ring of an output with its loads and stiffness, the balls in balance at their azimuths there.
+
+    A ring that moves or balls that ring are off this balance by their inertia. Raises BearingTwinError.
+    """
+    coordinates = np.array([*sample["inner_ring_offset"], *sample["inner_ring_tilt"]])
+    setting, azimuths = setting_of(parameters, law, float(sample["inner_ring_speed"])), sample["orbit_angle"]
+    held = Support((False,) * 5, (0.0,) * 5, tuple(coordinates))
+    try:
+        solver = weighed_solver(parameters, setting, azimuths)
+        found = controlled(parameters, solver, held)
+    except SceneError as error:
+        raise BearingTwinError(f"there is no stiffness where the ring stands now: {error}") from error
+    return OperatingPoint(found.coordinates, found.loads, found.stiffness)
+
+
+def _words(values) -> str:
+    return "(" + ", ".join(f"{value:g}" for value in values) + ")"
+
+
+AT_ONCE = 1000  # cases solved in one go: their arrays stay in the cache
+SHARES = slice(33, 35)  # of the gyroscopic moment, among a setting's numbers
+ASK = "`bearing_twin bearing` tells the greatest load in this direction"
+REASONS = (  # by what the core says, and then by what of an equilibrium is beyond its limit
+    "",
+    "no ball touches both rings, so that nothing holds the ring; load it, or take less clearance",
+    f"no balance is found: the load pushes the ring through the balls, or no contact carries it; {ASK}",
+    "stopped",
+    f"a contact is squeezed by more than 2 % of the ball's diameter; {ASK}",
+    f"a contact angle is beyond what is modelled: the load tilts contacts out of the grooves; {ASK}",
+)
+SQUEEZED, LEANS = 4, 5
+
+
+@dataclass(frozen=True, repr=False)
+class Equilibria:
+    """A ball bearing in equilibrium under loads of shape `...`; where it is not `converged`, numbers are NaN.
+
+    Attributes
+    ----------
+    displacement : ndarray (..., 5)
+        Of the inner ring: x, y, z [m], tilts about x and y [rad], in `bearing_link`: z along the axis.
+    ball_azimuth : ndarray (..., N)
+        Places of the balls about the axis [rad], from +x towards +y.
+    ball_load, contact_angle : ndarray (..., N, 2)
+        Normal load [N] and contact angle [rad] on the inner and the outer raceway; an angle is > 0 where the inner ring
+        is pushed along +z, and counts where there is a load.
+    stiffness : ndarray (..., 5, 5)
+        Derivatives of the loads [N, N m] by the coordinates [m, rad], balls at their places.
+    converged : ndarray (...) of bool
+        Whether there is an equilibrium within the limits of the model.
+    reason : ndarray (...) of str
+        Why there is none; empty where there is one.
+    """
+
+    displacement: np.ndarray
+    ball_azimuth: np.ndarray
+    ball_load: np.ndarray
+    contact_angle: np.ndarray
+    stiffness: np.ndarray
+    converged: np.ndarray
+    reason: np.ndarray
+
+    def __repr__(self) -> str:
+        rows = {
+            "displacement x, y, z [m]": self.displacement[..., :3],
+            "tilts about x and y [rad]": self.displacement[..., 3:],
+            "greatest ball load [N]": self.ball_load.max(axis=(-2, -1)),
+            "stiffness along x, y, z [N/m]": np.diagonal(self.stiffness, axis1=-2, axis2=-1)[..., :3],
+        }
+        title = f"{self.converged.size} equilibria, {int(self.converged.sum())} of them found"
+        return in_lines(title, {name: value.ravel().tolist() for name, value in rows.items()})
+
+
+def azimuths_on(loads: np.ndarray) -> np.ndarray:
+    """Azimuths [rad] (C,) of the loads (C, 5) across the axis: of the force, else of the moment, else 0."""
+    force, moment = (np.arctan2(loads[:, i + 1], loads[:, i]) for i in (0, 3))
+    return np.where(loads[:, :2].any(1), force, np.where(loads[:, 3:].any(1), moment, 0.0))
+
+
+def solved_cases(scenes, laws, which, loads, tilting: bool, first) -> Equilibria:
+    """Equilibria (C, ...) of the parameters `scenes[which]` under `loads` (C, 5), ball 0 at the azimuths `first` (C,).
+
+    Tilts are free where `tilting`, else as the drive of each scene holds them.
+    """
+    settings = [setting_of(one, law, one.drive.speed) for one, law in zip(scenes, laws, strict=True)]
+    seats = np.array([one.numbers() for one in settings])[:, None]
+    held = np.array([(0.0, 0.0, 0.0, *one.drive.tilt) for one in scenes])
+    e_star = np.array([moduli(one.materials) for one in scenes])
+    auto = np.array([one.model.control == AUTO and bool(one.drive.speed) for one in scenes])
+    radii = np.array([one.ball_radius for one in settings])[:, None]
+    free = np.array([True] * 3 + [tilting] * 2)
+    azimuths = azimuths_of(scenes[0].geometry.balls, first[:, None])
+    parts = []
+    for begin in range(0, len(loads), AT_ONCE):
+        part = slice(begin, begin + AT_ONCE)
+        of, given = which[part], (free, np.where(free, loads[part], 0.0), np.where(free, 0.0, held[which[part]]))
+        numbers, balls = seats[of], (azimuths.shape[1],)
+        found = solved_from_nothing(numbers, balls, azimuths[part], *given)
+        again = auto[of] & (found.status == FOUND) & outer_controls(e_star[of], contacts_in(found.contacts))
+        if again.any():
+            numbers[again, :, SHARES] = CONTROLS[OUTER]
+            better = solved_from_nothing(
+                numbers[again], balls, azimuths[part][again], free, *(g[again] for g in given[1:])
+            )
+            for one, other in zip(found, better, strict=True):
+                one[again] = other
+        contacts = contacts_in(found.contacts)
+        used = limits_used(radii[of], contacts.load, contacts.approach, contacts.angle)
+        squeeze, angle = (one.max(-1) for one in used)
+        status = found.status.copy()
+        status[(status == FOUND) & (np.maximum(squeeze, angle) > 1.0)] = SQUEEZED
+        status[(status == SQUEEZED) & (angle > squeeze)] = LEANS
+        numbers = found.coordinates, contacts.load.copy(), contacts.angle.copy(), found.stiffness
+        for one in numbers:
+            one[status != FOUND] = np.nan
+        parts.append((*numbers, status))
+    displacement, load, angle, stiffness, status = (np.concatenate(one) for one in zip(*parts, strict=True))
+    reason = np.array(REASONS, object)[status]
+    return Equilibria(displacement, azimuths, load, angle, stiffness, status == FOUND, reason)
