@@ -15,8 +15,7 @@ import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.sample import joined
-from bearing_twin.kinds import KINDS, refinement
-from bearing_twin.kinds.soft_discs.derived import resolve
+from bearing_twin.kinds import KINDS, error_estimates
 from bearing_twin.run.scene import choose, load_scene, scene_names
 from bearing_twin.run.second_run import Differences, difference, has_second_run
 from bearing_twin.run.simulation import Simulation
@@ -52,7 +51,7 @@ def drawn(seed: str, count: int):
 def refined(kind, parameters, choice, times: int):
     """Parameters and choice refined so many times, as far as that is finer."""
     for _ in range(times):
-        finer = kind.refined(parameters, choice)
+        finer = kind.comparison(parameters, choice).refined()
         if finer[0].wanted.tolerance > parameters.wanted.tolerance:
             break
         parameters, choice = finer
@@ -82,7 +81,7 @@ def truth(scene, kind, choice):
             scene.resolved(), (f"wanted.tolerance={max(1e-2 * scene.parameters.wanted.tolerance, 1e-9)}",)
         )
     elif scene.kind == "soft_discs":
-        finer = load_scene(scene.resolved(), (f"mesh.divisions={2 * resolve(scene.parameters).mesh.divisions}",))
+        finer = load_scene(scene.resolved(), (f"mesh.divisions={2 * scene.parameters.resolve().mesh.divisions}",))
     else:
         return whole(scene, *refined(kind, scene.parameters, choice, TIMES))
     return whole(finer, finer.parameters, choose(finer))
@@ -124,7 +123,7 @@ def cost(scene) -> tuple[float, float, float]:
     """CPU seconds of a checked run, of the run alone, and of the second run alone, after one that compiles."""
     kind, choice = KINDS[scene.kind], choose(scene)
     plain = load_scene(scene.resolved(), ("solver.check=none",))
-    second = kind.refined(scene.parameters, choice)
+    second = kind.comparison(scene.parameters, choice).refined()
     for _ in range(2):
         checked = Simulation(scene)
         began = time.process_time()
@@ -143,9 +142,9 @@ def main() -> None:
     parser.add_argument("--seed", default=None)
     parser.add_argument("--span", type=float, default=SPAN)
     parser.add_argument("--cost", action="store_true")
-    parser.add_argument("--factor", type=float, default=1.0 / refinement.TOLERANCE, help="of the tolerances")
+    parser.add_argument("--factor", type=float, default=1.0 / error_estimates.TOLERANCE, help="of the tolerances")
     given = parser.parse_args()
-    refinement.TOLERANCE = 1.0 / given.factor
+    error_estimates.TOLERANCE = 1.0 / given.factor
     seed = given.seed or subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
     rows = [(name, ()) for name in given.scene or ([] if given.drawn else scene_names())]
     good, held = [], []

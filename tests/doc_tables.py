@@ -22,7 +22,7 @@ from bearing_twin.charts.contest import cheapest
 from bearing_twin.charts.rows import read_table
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS, MEASURED
-from bearing_twin.kinds import KINDS
+from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.kinds.ranges import RANGES
 from bearing_twin.kinds.rules import RULES
 from bearing_twin.log import topic_table
@@ -34,7 +34,7 @@ from bearing_twin.uq.sampling import SAMPLERS
 ROOT = Path(__file__).resolve().parent.parent
 CHARTED = ROOT / "docs" / "charts"  # tables and pictures of charts
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-SHIPPED = {name: kind for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")}  # not those of tests
+SHIPPED_KINDS = {name: KINDS[name] for name in SHIPPED}  # not those of tests
 _PLACE = re.compile(r"(<!-- table: (\w+) -->\n)(.*?)(<!-- end -->)", flags=re.DOTALL)
 
 
@@ -57,7 +57,7 @@ def _studies() -> str:
 
 
 def _kinds() -> str:
-    return _table(("kind", "what"), ((f"`{kind.name}`", kind.help) for kind in SHIPPED.values()))
+    return _table(("kind", "what"), ((f"`{kind.name}`", kind.help) for kind in SHIPPED_KINDS.values()))
 
 
 def _laws() -> str:
@@ -101,7 +101,7 @@ def _rules() -> str:
 def _unsourced() -> str:
     """Keys whose help says that their default has no source, each word once, and why it was chosen."""
     found: dict[tuple, dict] = {}
-    for kind in SHIPPED.values():
+    for kind in SHIPPED_KINDS.values():
         for row in describe(kind.parameters):
             what, nothing, because = row.help.partition("; no source: ")
             if nothing and row.default:
@@ -114,7 +114,7 @@ def _unsourced() -> str:
 def _laws_of_kinds() -> str:
     """Which kind takes which law and which friction, as its parameters say."""
     rows = []
-    for name, kind in SHIPPED.items():
+    for name, kind in SHIPPED_KINDS.items():
         taken = {row.key: row.options for row in describe(kind.parameters)}
         cells = [
             ", ".join(f"`{one}`" for one in taken.get(key, ()) if one != "auto") or "no choice"
@@ -163,7 +163,7 @@ def _charts() -> str:
 def _quantities() -> str:
     rows = (
         (kind, f"`{name}`", one.unit, one.meaning)
-        for kind, entry in SHIPPED.items()
+        for kind, entry in SHIPPED_KINDS.items()
         for name, one in entry.quantities_of().items()
     )
     return _table(("kind", "quantity", "unit", "meaning"), rows)
@@ -208,11 +208,11 @@ def _failures() -> str:
 def _keys() -> str:
     """Every key once for the kinds that have it with the same default and limits."""
     kinds: dict[tuple, list[str]] = {}
-    for name, kind in SHIPPED.items():
+    for name, kind in SHIPPED_KINDS.items():
         for row in describe(kind.parameters):
             cells = (f"`{row.key}`", row.type, f"`{row.default}`", row.unit, row.limits, row.help)
             kinds.setdefault(cells, []).append(f"`{name}`")
-    of = {cells: "all" if len(names) == len(SHIPPED) else ", ".join(names) for cells, names in kinds.items()}
+    of = {cells: "all" if len(names) == len(SHIPPED_KINDS) else ", ".join(names) for cells, names in kinds.items()}
     return _table(
         ("key", "type", "default", "unit", "limits", "meaning", "kinds"), ((*cells, of[cells]) for cells in kinds)
     )
@@ -221,7 +221,7 @@ def _keys() -> str:
 def _figures() -> str:
     rows = (
         (kind, f"`{key}`", named(key)[1] or "-", meaning)
-        for kind, entry in SHIPPED.items()
+        for kind, entry in SHIPPED_KINDS.items()
         for key, meaning in entry.meanings_of().items()
     )
     return _table(("kind", "figure", "unit", "meaning"), rows)
@@ -273,7 +273,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "keys": _keys,
     "figures": _figures,
     "node_parameters": _node_parameters,
-    "topics": lambda: f"\n{topic_table.markdown(SHIPPED)}\n",
+    "topics": lambda: f"\n{topic_table.markdown(SHIPPED_KINDS)}\n",
 }
 
 

@@ -17,7 +17,7 @@ class SolvedImpact:
 
     def __init__(self, solve, scene, law: str, stepper: str):
         kind, impact = KINDS[scene.kind], solve(scene.parameters, law, stepper)
-        parameters = kind.resolve(scene.parameters)
+        parameters = scene.parameters.resolve()
         self._channels = kind.channels(parameters)
         self.run, self.time, self.records, self.costs, self.at = (
             getattr(impact, name) for name in ("run", "time", "records", "costs", "at")

@@ -9,7 +9,7 @@ from runs import reported
 
 from bearing_twin.base.report import Choice
 from bearing_twin.command.results import show_result
-from bearing_twin.kinds.doubt import FRICTION_MODEL, LAW, Errors, ModelError
+from bearing_twin.kinds.error_estimates import FRICTION_MODEL, LAW, Errors, ModelError
 from bearing_twin.run.report import DOUBTFUL, FAILED, STATUSES, exceeds, judged
 from bearing_twin.run.second_run import OutputError
 

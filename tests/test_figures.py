@@ -64,7 +64,7 @@ def blocks_of(name) -> tuple:
 def gathered(scene, choice, blocks):
     """What is made of these blocks."""
     kind, made_of = KINDS[scene.kind], (scene.parameters, choice)
-    gathering = Gathering(kind.figures_of(*made_of), choice, kind.doubt(*made_of))
+    gathering = Gathering(kind.figures_of(*made_of), choice, kind.model_errors(*made_of))
     for block in blocks:
         gathering.add(block)
     return gathering

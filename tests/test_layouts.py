@@ -18,7 +18,7 @@ from rosbags.interfaces import Nodetype
 from bearing_twin.base.paths import share_path
 from bearing_twin.base.yaml_files import SCENES
 from bearing_twin.command.cli import main
-from bearing_twin.kinds import KINDS
+from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.kinds.contract import MARKERS, PUBLISH
 from bearing_twin.log import cdr
 from bearing_twin.log.layouts import LAYOUTS, log_span, panels, panels_of_study, rviz
@@ -30,7 +30,6 @@ from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
 
-SHIPPED = [name for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")]
 SCENE = load_scene("bearing_6203")
 
 

@@ -9,7 +9,7 @@ import pytest
 from bearing_twin import load_study, run_study
 from bearing_twin.base.errors import StudyError
 from bearing_twin.kinds.contract import Quantity, read_off
-from bearing_twin.kinds.doubt import LAW, METHOD
+from bearing_twin.kinds.error_estimates import LAW, METHOD
 from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.uq.inputs import quantities_of
 from bearing_twin.uq.model_errors import checked_rows, gathered

@@ -35,8 +35,7 @@ def made_up_simulation():
         "chosen": a_choice(),
         "switched": "",
     }
-    kind = SimpleNamespace(speed_doubt=lambda parameters, speed: "")
-    it = SimpleNamespace(output_period_ns=MS, chunk_outputs=400, kind=kind, scene=SCENE, **at_start)
+    it = SimpleNamespace(output_period_ns=MS, chunk_outputs=400, scene=SCENE, **at_start)
 
     def reset():
         it.sequence, it.time_ns = -1, -MS
@@ -48,7 +47,7 @@ def made_up_simulation():
         return cut(BLOCK, first, first + outputs)[1]
 
     it.reset, it.advance, it.looks = reset, advance, SimpleNamespace(since_ns=0)
-    it.set_speed = lambda speed: it.speeds.append((it.time_ns, speed))
+    it.set_speed = lambda speed: it.speeds.append((it.time_ns, speed)) or ""
     said = {"status": "made up"}
     it.report = lambda: SimpleNamespace(**said, errors={}, as_dict=lambda: said, record=lambda: said)
     return it

@@ -20,7 +20,7 @@ from bearing_twin.base.units import (
     suffix_of,
     with_unit,
 )
-from bearing_twin.kinds import KINDS
+from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.pictures.style import scaled
 from bearing_twin.run.scene import load_scene, scene_names
 from bearing_twin.uq.study import Settings
@@ -219,7 +219,7 @@ def test_every_declared_unit_is_in_the_table():
 
     Other tests put a kind of their own into the table, for which no scene is shipped.
     """
-    shipped = {name: kind for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")}
+    shipped = {name: KINDS[name] for name in SHIPPED}
     declared = {row.unit for kind in shipped.values() for row in describe(kind.parameters)}
     declared |= {row.unit for row in describe(Settings)} - {"its unit"}  # the tolerance of a stop: the quantity's
     declared |= {row.unit for kind in shipped.values() for row in kind.quantities_of().values()}

@@ -95,7 +95,7 @@ def ran(name, *overrides):
 
 def test_every_range_has_a_scene_on_either_side_and_a_fact_of_its_kind():
     assert set(CASES) == {(row.key, row.fact) for row in RANGES}
-    assert {row.fact for row in RANGES} == {fact for kind in KINDS.values() for fact in kind.facts}
+    assert {row.fact for row in RANGES} == {fact for kind in KINDS.values() for fact in kind.parameters.facts}
 
 
 @pytest.mark.parametrize("case", CASES, ids=" ".join)
@@ -106,7 +106,7 @@ def test_a_model_asked_for_beyond_its_range_is_refused_with_range_number_and_ano
     choose(load_scene(within, differs))
     scene = load_scene(beyond, others)
     [told] = [one for one in scene.outside if row.words in one and one.startswith(row.key)]
-    value = KINDS[scene.kind].facts[row.fact](scene.parameters)
+    value = scene.parameters.facts[row.fact](scene.parameters)
     assert not row.least <= value <= row.greatest
     assert f"is {value:.3g}" in told
     assert row.limits in told
@@ -263,7 +263,7 @@ def test_the_volumetric_law_leaves_its_half_per_cent_where_its_range_says():
     errors = []
     for conformity in (0.509, 0.508):
         scene = load_scene("bearing_6203", [f"geometry.inner_conformity={conformity}", "contact.normal=volumetric", ON])
-        errors.append((KINDS["bearing"].facts["axis_ratio"](scene.parameters), choose(scene).law_error))
+        errors.append((scene.parameters.facts["axis_ratio"](scene.parameters), choose(scene).law_error))
     (near, small), (beyond, large) = errors
     assert 0.95 * row.least < beyond < row.least < near < 1.05 * row.least
     assert small < 0.005 < large

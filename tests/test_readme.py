@@ -104,13 +104,13 @@ def shortened(words, short=SHORT):
         return (words if scene.parameters.run.duration <= short else [*words, f"{key}={short}"]), True
     if command == "study" and arguments.study:
         study = load_study(arguments.study, arguments.set)
-        closed = KINDS[study.kind].closed_form() is not None
+        closed = KINDS[study.kind].parameters().closed_form() is not None
         return [*words, f"--samples={FEW}", "--workers=1", *two_of_the_sweep(study)], closed
     if command == "view" and not arguments.what.endswith(".mcap"):
         if not (arguments.study or arguments.what in study_names()):
             return [*words, f"--duration={SHORT}"], not arguments.gif
         study = load_study(arguments.what, arguments.set)
-        closed = KINDS[study.kind].closed_form() is not None
+        closed = KINDS[study.kind].parameters().closed_form() is not None
         return [*words, f"--set=samples={FEW}", "--set=workers=1", *two_of_the_sweep(study)], closed
     if command == "bearing" and arguments.sweep:
         return [re.sub(r"^(\w+=[^:]+:[^:]+):\d+$", r"\1:3", word) for word in words], True

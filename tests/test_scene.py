@@ -178,7 +178,7 @@ def test_a_long_text_in_place_of_a_number_is_not_searched_for_a_unit():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_key_of_an_earlier_version_is_refused_with_its_new_name(kind):
-    for old, new in KINDS[kind].moved.items():
+    for old, new in KINDS[kind].parameters.moved.items():
         section, _, word = old.partition(".")
         told = refusal(parse_scene, {"kind": kind, section: {word or "coefficient": 1.0}}, "a scene")
         assert new in told

@@ -40,7 +40,7 @@ def test_the_estimate_is_the_true_error(name):
     blocks, report = finished(scene)
     refined = scene.parameters, choice
     for _ in range(3):
-        refined = kind.refined(*refined)
+        refined = kind.comparison(*refined).refined()
     true, comparison = Simulation(load_scene(name, (*SCENES[name], "solver.check=none"))), None
     true._motion = kind.motion(*refined)
     comparison, found = kind.comparison(scene.parameters, choice), Differences(1e-3)
@@ -145,7 +145,7 @@ def test_at_the_least_tolerance_the_second_run_is_coarser():
     """Both runs would be one otherwise, and the error 0."""
     scene = load_scene("bearing_6203", ("run.duration=0.01", "wanted.tolerance=1e-10"))
     choice = choose(scene)._replace(setting=1e-10)
-    parameters, refined = KINDS[scene.kind].refined(scene.parameters, choice)
+    parameters, refined = KINDS[scene.kind].comparison(scene.parameters, choice).refined()
     assert refined.setting > choice.setting
     assert parameters.wanted.tolerance > scene.parameters.wanted.tolerance
 

@@ -71,7 +71,7 @@ def test_numbers_are_the_same_however_workers_are_started_and_a_fork_imports_not
         "import dataclasses, os",
         "from bearing_twin.kinds import KINDS, register",
         f"with open({str(tmp_path / 'read')!r}, 'a') as stream: stream.write(f'{{os.getpid()}} ')",
-        f"register(dataclasses.replace(KINDS['two_spheres'], name='counted', home={name!r}))",
+        "register(dataclasses.replace(KINDS['two_spheres'], name='counted'), __name__)",
     )
     (tmp_path / f"{name}.py").write_text("\n".join(lines), encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)

@@ -15,7 +15,7 @@ from bearing_twin.base.parameters import quantity, section
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Channel
 from bearing_twin.kinds import register
-from bearing_twin.kinds.contract import Kind
+from bearing_twin.kinds.contract import Kind, SceneParameters
 
 
 @dataclass(frozen=True)
@@ -37,21 +37,20 @@ class RunSettings:
 
 
 @dataclass(frozen=True)
-class ToyScene:
+class ToyScene(SceneParameters):
     """All keys of the scene."""
 
     body: Body = section(Body)
     start: float = quantity(0.01, "m", "position at the start, at rest")
     run: RunSettings = section(RunSettings)
 
-
-def check(parameters: ToyScene) -> list[str]:
-    """A body that creeps back instead of swinging is refused."""
-    body = parameters.body
-    critical = 2.0 * math.sqrt(body.mass * body.stiffness)
-    if body.damping < critical:
-        return []
-    return [f"body.damping = {body.damping:g} N s/m does not let it swing; stay below {critical:g} N s/m"]
+    def check(self) -> list[str]:
+        """A body that creeps back instead of swinging is refused."""
+        critical = 2.0 * math.sqrt(self.body.mass * self.body.stiffness)
+        if self.body.damping < critical:
+            return []
+        given = f"body.damping = {self.body.damping:g} N s/m"
+        return [f"{given} does not let it swing; stay below {critical:g} N s/m"]
 
 
 CHANNELS = (
@@ -105,11 +104,9 @@ class ToyMotion:
 KIND = Kind(
     name="toy",
     help="a mass on a spring with a damper",
-    home="toy_kind",
     parameters=ToyScene,
-    check=check,
     motion=ToyMotion,
     channels=lambda parameters: CHANNELS,
 )
 
-register(KIND)
+register(KIND, __name__)

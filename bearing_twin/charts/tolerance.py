@@ -14,7 +14,7 @@ from bearing_twin.charts.contest import Contest, in_rows, of_methods, of_problem
 from bearing_twin.charts.panels import Axis, Line, Panel, curve, dashed
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import contacts, greatest, load_and_friction, root_mean_square, run
-from bearing_twin.kinds import KINDS
+from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.run.scene import load_scene, scene_names
 from bearing_twin.run.simulation import simulate
 
@@ -116,7 +116,7 @@ def command(kind: str, name: str, tolerance: float, _: float) -> str:
 CHARTS = {
     "tolerance": Contest(
         title="Error found against tolerance requested, in every shipped scene",
-        problems={name: kind.help for name, kind in KINDS.items() if kind.home.startswith("bearing_twin.")},
+        problems={name: KINDS[name].help for name in SHIPPED},
         entries=entries,
         judge=judge,
         command=command,

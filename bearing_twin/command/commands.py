@@ -61,8 +61,15 @@ def _simulate_arguments(parser):
     add_verbose(parser)
 
 
-def _simulate(arguments) -> Outcome:
+def _is_animated(scene) -> bool:
+    """True if the picture of a run of this scene may move."""
     from bearing_twin.kinds import KINDS
+    from bearing_twin.kinds.contract import Facts
+
+    return getattr(KINDS[scene.kind].picture(Facts(scene, "", "")), "animated", False)
+
+
+def _simulate(arguments) -> Outcome:
     from bearing_twin.run.scene import load_scene
 
     max_loss = number("--max-loss", arguments.max_loss, "s", Limits(at_least=0.0, at_most=60.0))
@@ -80,7 +87,7 @@ def _simulate(arguments) -> Outcome:
         begun = continued(read_log(arguments.scene), arguments.more, overrides)
         scene = begun.scene
     note_bare_speed(scene, overrides)
-    picture = picture_path(arguments.plot, KINDS[scene.kind].animated) if arguments.plot else None
+    picture = picture_path(arguments.plot, _is_animated(scene)) if arguments.plot else None
     log = new_log(arguments.out) if arguments.out else None
 
     from bearing_twin.command.results import show_report

@@ -8,7 +8,7 @@ from collections.abc import Iterator, MutableMapping
 
 from bearing_twin.kinds.contract import Kind
 
-ROWS = {  # name of a kind: its row, in its module below this package
+SHIPPED = {  # name of a kind: its row, in its module below this package
     "bearing": "bearing.row:BEARING",
     "shaft": "shaft.row:SHAFT",
     "two_spheres": "impact.row:TWO_SPHERES",
@@ -49,12 +49,14 @@ class Kinds(MutableMapping):
         return len(self._rows)
 
 
-KINDS = Kinds(ROWS)
+KINDS = Kinds(SHIPPED)
+HOMES: dict[str, str] = {}
+"""Modules whose import registers the kinds that do not come with the package, by the name of the kind."""
 
 
-def register(kind: Kind) -> None:
-    """Adds a kind, or replaces the one of its name; its `home` is the module that calls this when it is imported."""
-    KINDS[kind.name] = kind
+def register(kind: Kind, home: str) -> None:
+    """Adds a kind, or replaces the one of its name; `home` is the `__name__` of the module that calls this."""
+    KINDS[kind.name], HOMES[kind.name] = kind, home
 
 
 def kind_of(name: str, home: str = "") -> Kind:

@@ -1,22 +1,21 @@
 """What a kind of scene gives to the rest of the house: one row, `Kind`, and the protocols of its parts.
 
 `parameters`, `motion` and `channels` are needed; what else a kind leaves out is drawn from its channels. Parts that
-compute or plot are named by `late`, so that reading the table imports nothing heavy, not even arrays.
+compute or plot are given as `lazy_import`, so that reading the table imports nothing heavy, not even arrays.
 """
 
 from __future__ import annotations
 
 import importlib
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from bearing_twin.base.report import Choice
-from bearing_twin.base.units import suffix_of
-from bearing_twin.kinds.doubt import Doubt, NothingKnown
-from bearing_twin.kinds.plain_figures import PlainFigures
-from bearing_twin.kinds.refinement import Comparison
+from bearing_twin.kinds.error_estimates import Comparison, ModelErrors, UnknownErrors
+from bearing_twin.kinds.figures import ChannelFigure, ChannelFigures, channel_figures
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,6 +24,55 @@ if TYPE_CHECKING:
 
 PUBLISH, SAMPLES, MARKERS, ONCE = "publish", "samples", "markers", "once"
 """How often a topic is given out: at the scene's publish rate, every output in blocks, at 20 Hz, or at the start."""
+
+
+def lazy_import(place: str) -> Callable:
+    """The function or class at "module:name", imported at the first call; of a table there, what gives it."""
+
+    def call(*arguments, **named):
+        module, _, name = place.partition(":")
+        found = getattr(importlib.import_module(module), name)
+        return found(*arguments, **named) if callable(found) else found
+
+    call.__name__ = place
+    return call
+
+
+class SceneParameters:
+    """Base of the dataclass of a kind's YAML: what its keys mean together, and what earlier versions called them.
+
+    Attributes
+    ----------
+    moved : mapping
+        Keys of earlier versions, and the words that say which keys replace them.
+    facts : mapping
+        Numbers of the scene by name, functions of the parameters, that `kinds.ranges` are about; None: not known.
+    """
+
+    moved: ClassVar[Mapping[str, str]] = {}
+    facts: ClassVar[Mapping[str, Callable[[Any], float | None]]] = {}
+
+    @staticmethod
+    def completed(scene: dict) -> tuple[dict, list[str]]:
+        """The plain data of a scene with what it refers to, such as a row of a catalogue, filled in; what is wrong."""
+        return scene, []
+
+    @staticmethod
+    def upgraded(scene: dict) -> dict:
+        """The plain data of a scene in today's words, from those of the log of an earlier version."""
+        return scene
+
+    def check(self) -> list[str]:
+        """Contradictions between keys, one sentence each that names keys, values and limits."""
+        return []
+
+    def resolve(self):
+        """The parameters of a checked scene with what it leaves open chosen."""
+        return self
+
+    def closed_form(self) -> ClosedForm | None:
+        """The closed forms of the scene's quantities, many scenes at once; None where it has none."""
+        return None
 
 
 class Motion(Protocol):
@@ -37,6 +85,7 @@ class Motion(Protocol):
     5. A motion that has `snapshot()` gives its state as plain data, from which `resume(snapshot)` of a motion with
        other tolerances goes on; one without begins again.
     6. Outputs may be `Columns` of all channels, never copied; `longest_chunk` [s] is what a quick one does in one go.
+    7. A motion whose kind has `commands` also has the methods of `CommandedMotion`.
     """
 
     def reset(self) -> None:
@@ -53,6 +102,30 @@ class Motion(Protocol):
 
     def costs(self) -> dict[str, int]:
         """Steps, evaluations and what else the motion cost so far."""
+
+
+class CommandedMotion(Motion, Protocol):
+    """A motion that obeys commands on its way. A load is a force (3,) [N] and a moment [N m]; None: the scene's own.
+
+    One that a torque may drive has `set_torque(torque)` [N m], one of bearings `operating_point(sample)`.
+    """
+
+    goal_speed: float  # rad/s
+
+    def take_back(self) -> None:
+        """Back to before the last `advance`."""
+
+    def check_drive(self, key: str, value: float, load: tuple) -> str:
+        """A warning of a "speed" [rad/s] or "torque" [N m] that is commanded while the load acts, "" for none.
+
+        Raises BearingTwinError for one that the drive does not take, or at which the load is not carried.
+        """
+
+    def check_load(self, force, moment) -> None:
+        """Raises BearingTwinError for a load that is not carried at the goal speed."""
+
+    def set_load(self, force, moment) -> None:
+        """The load from now on, which `check_load` let pass."""
 
 
 class Figures(Protocol):
@@ -80,7 +153,7 @@ class Facts(NamedTuple):
 
 
 class Picture(Protocol):
-    """The picture of one run, made from `Facts`."""
+    """The picture of one run, made from `Facts`. One whose attribute `animated` is true also writes a .gif."""
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
@@ -168,38 +241,21 @@ class Quantity(NamedTuple):
 
 
 class ClosedForm(NamedTuple):
-    """When a kind has closed forms, and what they share: `bodies(parameters)` is handed to each of them.
+    """What the closed forms of quantities share: `bodies(parameters)` is handed to each of them.
 
     Parameters may hold arrays in place of numbers. `histories` maps channels to functions (times, *bodies) -> array.
+    Scenes whose keys `without` are uncertain have none.
     """
 
-    describes: Callable[[Any], bool]
     bodies: Callable[[Any], tuple]
     histories: dict[str, Callable]
     no_solution: str
     without: tuple[str, ...] = ()
 
 
-def late(place: str) -> Callable:
-    """The function or class at "module:name", imported at the first call; of a table there, what gives it."""
-
-    def call(*arguments, **named):
-        module, _, name = place.partition(":")
-        found = getattr(importlib.import_module(module), name)
-        return found(*arguments, **named) if callable(found) else found
-
-    call.__name__ = place
-    return call
-
-
-def no_problems(parameters) -> list[str]:
-    """The check of a kind whose keys cannot contradict each other."""
-    return []
-
-
-def as_given(parameters):
-    """The resolution of a kind that leaves nothing to be chosen."""
-    return parameters
+def read_off(key: str, pick: Callable = lambda value: value) -> Callable[[Mapping], float]:
+    """A quantity's `figure`: that key of the figures, through `pick`; NaN where a run has none."""
+    return lambda figures: math.nan if figures.get(key) is None else float(pick(figures[key]))
 
 
 def one_model(parameters) -> Choice:
@@ -212,62 +268,61 @@ def nothing(parameters) -> tuple:
     return ()
 
 
-def read_off(key: str, pick: Callable = lambda value: value) -> Callable[[Mapping], float]:
-    """A quantity's `figure`: that key of the figures, through `pick`; NaN where a run has none."""
-    return lambda figures: math.nan if figures.get(key) is None else float(pick(figures[key]))
-
-
 @dataclass(frozen=True)
 class Kind:
     """One row of `KINDS`: all that is known of a kind of scene.
 
-    `parameters` is the dataclass of its YAML, `home` the module whose import registers the kind. `brief`: a run ends by
-    itself. `refined(parameters, choice)`: those of a second run, None where there is nothing to refine; `comparison`
-    says what is compared. `doubt`: see `Doubt`. `animated`: to a .gif. `facts`: numbers that `ranges` are about.
-    `commands`: topics obeyed under way. Its motion then has `take_back()`, to before the last `advance`, a `goal_speed`
-    [rad/s] and, where `check_load(parameters, law, speed, force, moment)` raises nothing, `set_load(force, moment)`;
-    None for both is the scene's own load. `check_drive(parameters, law, key, value, load)` refuses a "speed", or a
-    "torque" for `set_torque`; `speed_doubt(parameters, speed)` is a sentence on a commanded speed above the limiting
-    one. `operating_point(parameters, law, sample)` raises where none is. `view(facts, channels)`: a `views.View`.
-    `moved` maps earlier keys to those; `upgraded` rewrites an old log's scene, `renewed` its blocks. `catalogue()` maps
-    names to scenes; `completed(scene)` fills them in.
+    Attributes
+    ----------
+    name, help : str
+        The word of `kind:` in a scene, and what it stands for.
+    parameters : type
+        The dataclass of its YAML, a `SceneParameters`.
+    motion : callable
+        The `Motion` of parameters and a choice.
+    channels : callable
+        What an output of these parameters holds.
+    choose : callable
+        The law and the method for parameters that are checked and resolved.
+    records : callable
+        Tables of what happens between outputs.
+    figures, meanings : callable
+        The `Figures` of parameters and a choice, and what each of their keys is; None: of the channels.
+    quantities : callable
+        What a study may ask, by name; None: every figure drawn from the channels.
+    model_errors : callable
+        The `ModelErrors` of parameters and a choice.
+    comparison : callable
+        The `Comparison` with a second run of parameters and a choice; None: there is none.
+    brief : bool
+        True if a run ends by itself, and is played slowly.
+    commands : callable
+        Topics that a run obeys; its motion is then a `CommandedMotion`.
+    topics : callable
+        Topics of parameters, beside samples, records and the scene.
+    picture, view : callable
+        The `Picture` of facts; the `views.View` of facts and channels for the browser.
+    place_of : callable
+        The body and the contact that a number of a channel belongs to, by its index; "" for none.
     """
 
     name: str
     help: str
-    home: str
-    parameters: type
-    motion: Callable[[Any, Choice], Motion]
+    parameters: type[SceneParameters]
+    motion: Callable[[Any, Choice], Motion | CommandedMotion]
     channels: Callable[[Any], tuple[Channel, ...]]
-    check: Callable[[Any], list[str]] = no_problems
-    resolve: Callable[[Any], Any] = as_given
     choose: Callable[[Any], Choice] = one_model
-    facts: Mapping[str, Callable[[Any], float | None]] = field(default_factory=dict)
     records: Callable[[Any], tuple[Table, ...]] = nothing
     figures: Callable[[Any, Choice], Figures] | None = None
     meanings: Callable[[], Mapping[str, str]] | None = None
-    doubt: Callable[[Any, Choice], Doubt] = NothingKnown
-    refined: Callable[[Any, Choice], tuple[Any, Choice] | None] | None = None
-    comparison: Callable[[Any, Choice], Comparison] = Comparison
     quantities: Callable[[], dict[str, Quantity]] | None = None
-    closed_form: Callable[[], ClosedForm | None] = lambda: None
-    known_when_solved: bool = False
+    model_errors: Callable[[Any, Choice], ModelErrors] = UnknownErrors
+    comparison: Callable[[Any, Choice], Comparison] | None = None
     brief: bool = False
     commands: Callable[[], tuple[Command, ...]] = tuple
-    check_drive: Callable[..., None] | None = None
-    speed_doubt: Callable[[Any, float], str] = lambda parameters, speed: ""
-    check_load: Callable[..., None] | None = None
-    operating_point: Callable[[Any, str, Sample], OperatingPoint] | None = None
-    frame: str = "world"
     topics: Callable[[Any], tuple[Topic, ...]] = nothing
-    picture: Callable[[Facts], Picture] = field(default=late("bearing_twin.pictures.run:ChannelPicture"))
-    animated: bool = False
-    view: Callable[..., Any] = field(default=late("bearing_twin.kinds.views:plain_view"))
-    moved: Mapping[str, str] = field(default_factory=dict)
-    upgraded: Callable[[dict], dict] = as_given
-    renewed: Callable[[Block], Any] = as_given
-    catalogue: Callable[[], Mapping[str, dict]] = dict
-    completed: Callable[[dict], tuple[dict, list[str]]] = lambda scene: (scene, [])
+    picture: Callable[[Facts], Picture] = field(default=lazy_import("bearing_twin.pictures.run:ChannelPicture"))
+    view: Callable[..., Any] = field(default=lazy_import("bearing_twin.kinds.views:plain_view"))
     place_of: Callable[[Channel, tuple[int, ...]], tuple[str, str]] = lambda channel, index: ("", "")
 
     @property
@@ -275,29 +330,49 @@ class Kind:
         """Where the topics of such a scene stand."""
         return f"/{self.name}"
 
+    @property
+    def frame(self) -> str:
+        """The frame of the scene."""
+        return f"{self.name}_link"
+
     def figures_of(self, parameters, choice: Choice) -> Figures:
         """An empty figures writer of a scene of this kind."""
         if self.figures is None:
-            return PlainFigures(parameters, choice, self.channels(parameters))
+            return ChannelFigures(parameters, choice, self.channels(parameters))
         return self.figures(parameters, choice)
 
     def meanings_of(self) -> Mapping[str, str]:
         """What each key of the figures is: at the end, the greatest, the mean over which part."""
         if self.meanings is not None:
             return self.meanings()
-        return {key: f"{channel.meaning}, {words}" for channel, _, key, words in self._drawn()}
+        return {one.key: one.meaning for one in self._drawn()}
 
-    def _drawn(self) -> Iterator[tuple[Channel, str, str, str]]:
-        """(channel, name, key, when) of each of `PlainFigures`."""
-        for channel in self.channels(self.parameters()):
-            if channel.shape == ():
-                suffix = suffix_of(channel.unit)
-                yield channel, f"{channel.name}_at_end", f"{channel.name}_at_end{suffix}", "at the end"
-                yield channel, f"greatest_{channel.name}", f"greatest_{channel.name}{suffix}", "greatest magnitude"
+    def _drawn(self) -> Iterator[ChannelFigure]:
+        return itertools.chain.from_iterable(channel_figures(self.channels(self.parameters())))
 
     def quantities_of(self) -> dict[str, Quantity]:
         """What a study may ask; by default every figure drawn from the channels."""
         if self.quantities is not None:
             return self.quantities()
-        rows = ((name, channel, f"{channel.meaning}, {words}", key) for channel, name, key, words in self._drawn())
-        return {name: Quantity(channel.unit, meaning, read_off(key)) for name, channel, meaning, key in rows}
+        return {one.name: Quantity(one.channel.unit, one.meaning, read_off(one.key)) for one in self._drawn()}
+
+
+USUAL = {
+    "choose": "models:choose",
+    "motion": "motion:motion",
+    "channels": "motion:channels",
+    "records": "figures:tables",
+    "meanings": "figures:MEANINGS",
+    "quantities": "figures:quantities",
+    "topics": "topics:topics",
+    "view": "view:view",
+}
+"""Where the package of a kind has its parts, "module:name", if its row does not say otherwise."""
+
+
+def parts_in(home: str, **others: str) -> dict[str, Callable]:
+    """The parts of a `Kind` in the package `home`, imported at their first call: USUAL and `others`, "module:name".
+
+    A part whose place is "" the kind does without.
+    """
+    return {part: lazy_import(f"{home}.{place}") for part, place in (USUAL | others).items() if place}

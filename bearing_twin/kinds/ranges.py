@@ -1,19 +1,19 @@
 """Where the models that a scene may ask for hold: one table, one row a model and a number of the scene known before.
 
-A kind gives these numbers, its `facts`, each a function of its parameters. What shows only in the run, as a pressure
-beyond yield, is a flag of the run. Models without a row have no range that is known: `linear` and `measured` are the
-user's own numbers, exact Hertz holds for every ellipse, and steppers refuse steps beyond their limits themselves.
+A kind gives these numbers as `facts` of its parameters. What shows only in the run, as a pressure beyond yield, is a
+flag of the run. Models without a row have no range that is known: `linear` and `measured` are the user's own numbers,
+exact Hertz holds for every ellipse, and steppers refuse steps beyond their limits themselves.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.units import with_unit
 from bearing_twin.contact.validity import LAW_TOLERANCE
-from bearing_twin.kinds.contract import late
-from bearing_twin.kinds.doubt import LARGE
+from bearing_twin.kinds.contract import lazy_import
+from bearing_twin.kinds.error_estimates import LARGE
 
 ON = "on"  # of solver.allow_invalid
 OUTSIDE = "outside_range"  # the mark on all that such a run gives out: channel, topic, key
@@ -131,8 +131,8 @@ RANGES = (
 
 
 def facts_at(*places: str) -> dict[str, Callable[[Any], float | None]]:
-    """The facts of a kind by name: functions of its parameters at "module:name", imported when first asked for."""
-    return {place.partition(":")[2]: late(place) for place in places}
+    """Facts by name: functions of the parameters at "module:name", imported when first asked for."""
+    return {place.partition(":")[2]: lazy_import(place) for place in places}
 
 
 def least_of(key: str, fact: str) -> float:
@@ -145,14 +145,12 @@ def allowed(parameters) -> bool:
     return _at(parameters, "solver.allow_invalid") == ON
 
 
-def left_by(
-    parameters, facts: Mapping[str, Callable[[Any], float | None]], only: tuple[str, str] | None = None
-) -> tuple[str, ...]:
+def left_by(parameters, only: tuple[str, str] | None = None) -> tuple[str, ...]:
     """One sentence for each range that a model asked for leaves; a fact that is None, or has no value, leaves none.
 
     With `only`, a key and a model, those of this model that a rule has chosen.
     """
-    found = []
+    facts, found = parameters.facts, []
     for row in RANGES:
         model = _at(parameters, row.key)
         if only is not None:

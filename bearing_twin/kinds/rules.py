@@ -10,7 +10,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from bearing_twin.contact.friction import AUTO
-from bearing_twin.kinds.contract import late
+from bearing_twin.contact.laws import LAWS
+from bearing_twin.kinds.contract import lazy_import
 
 BEARING, SHAFT, SPHERES, DISCS = "bearing", "shaft", "two_spheres", "two_discs"
 BEAM, ELLIPSOID, BODIES, SOFT = "sphere_on_beam", "ellipsoid_on_plane", "two_bodies", "soft_discs"
@@ -104,7 +105,8 @@ RULES = (
     Rule(
         (SPHERES,), "contact.normal", "measured", "contact.measured_alpha is given",
         "because the scene gives the coefficient that was measured",
-        late("bearing_twin.kinds.impact.derived:is_measured"), example=("two_spheres", "contact.measured_alpha=2e-5"),
+        lazy_import("bearing_twin.kinds.impact.derived:is_measured"),
+        example=("two_spheres", "contact.measured_alpha=2e-5"),
     ),
     Rule(
         (DISCS,), "contact.normal", "johnson", "",
@@ -115,20 +117,20 @@ RULES = (
     Rule(
         (BEARING,), "model.dimension", "free", "a torque turns the shaft and the inner ring follows loads",
         "because a torque turns the ring under a load: it moves with its mass, in one step with all balls",
-        late(f"{FACTS}:turned_under_load"), example=("bearing_6203_run_up", "model.dimension=auto"),
+        lazy_import(f"{FACTS}:turned_under_load"), example=("bearing_6203_run_up", "model.dimension=auto"),
     ),
     Rule(
         (BEARING,), "model.dimension", "free",
         "the ring follows loads, has mass and a cage, and loads alone are wanted",
         "because equilibria of a ring with mass err by up to 1.4 % in load at an instant: it moves with its mass",
-        late(f"{FACTS}:moves_for_loads"),
+        lazy_import(f"{FACTS}:moves_for_loads"),
         example=("bearing_6203_rig_400N", "model.dimension=auto", "wanted.outputs=loads"),
     ),
     Rule(
         (BEARING,), "model.dimension", "quasi_static", "the inner ring follows loads or is tilted",
         "because the inner ring is loaded or tilted: every output is an equilibrium with evenly spaced balls; friction "
         "torque, skidding and ringing are not in it",
-        late(f"{FACTS}:in_equilibrium"), example=("bearing_218_thrust",),
+        lazy_import(f"{FACTS}:in_equilibrium"), example=("bearing_218_thrust",),
     ),
     Rule(
         (BEARING,), "model.dimension", "prescribed", "",
@@ -138,19 +140,20 @@ RULES = (
     Rule(
         (BEARING,), "cage.kind", "even", "balls that move leave a raceway on their way round, or the ring has mass",
         "because balls with clearance bunch up without a cage, and orbit up to 9 % slower than rolling",
-        late(f"{FACTS}:wants_cage"), example=("bearing_6203_loose",),
+        lazy_import(f"{FACTS}:wants_cage"), example=("bearing_6203_loose",),
     ),
     Rule((BEARING,), "cage.kind", "none", "", "because every ball carries load all its way", example=("bearing_6203",)),
     # Friction of a bearing
     Rule(
         (BEARING,), "contact.friction", "point", "no friction is computed or wanted",
         "because no friction is computed (equilibria, a coefficient of 0) or wanted (loads alone)",
-        late(f"{FACTS}:without_friction"), example=("bearing_6203", "contact.friction=auto", "wanted.outputs=loads"),
+        lazy_import(f"{FACTS}:without_friction"),
+        example=("bearing_6203", "contact.friction=auto", "wanted.outputs=loads"),
     ),
     Rule(
         (BEARING,), "contact.friction", "point", "the narrowest contact has b/a below 0.03",
         "because the error of friction over narrower contact patches is not known",
-        late(f"{FACTS}:too_narrow"),
+        lazy_import(f"{FACTS}:too_narrow"),
         example=("bearing_6203", "contact.friction=auto", "geometry.inner_conformity=0.502"),
     ),
     Rule(
@@ -161,7 +164,7 @@ RULES = (
     Rule(
         (BEARING,), "contact.friction", "spot", "spin is slow at the rim of the contact patch, or the tolerance is 3 %",
         "because 6 x 16 points over the contact patch are exact where spin is slow at its rim, and to 3 % elsewhere",
-        late(f"{FACTS}:spins_slowly"), example=("bearing_6203", "contact.friction=auto"),
+        lazy_import(f"{FACTS}:spins_slowly"), example=("bearing_6203", "contact.friction=auto"),
     ),
     Rule(
         (BEARING,), "contact.friction", "spot_medium", "wanted.tolerance is 1 % or more",
@@ -178,7 +181,7 @@ RULES = (
     Rule(
         (SPHERES,), "solver.stepper", "closed_form", "the contact is elastic, or peaks alone are wanted",
         "because contact time and peak force follow from a quadrature that is exact to 1e-12",
-        late("bearing_twin.kinds.impact.derived:spheres_closed"), example=("two_spheres",),
+        lazy_import("bearing_twin.kinds.impact.derived:spheres_closed"), example=("two_spheres",),
     ),
     Rule(
         (DISCS,), "solver.stepper", "closed_form", "peaks alone are wanted, or the tolerance is 1e-6 or more",
@@ -203,23 +206,23 @@ RULES = (
     Rule(
         (BEARING,), SETTING, "wanted.tolerance", "balls collide with the pockets of a cage",
         "because an error grows with every impact on a pocket, so that a smaller one is met for hardly longer",
-        late(f"{FACTS}:collides"), _times(1.0), ("bearing_6203_guided_cage",),
+        lazy_import(f"{FACTS}:collides"), _times(1.0), ("bearing_6203_guided_cage",),
     ),
     Rule(
         (BEARING,), SETTING, "wanted.tolerance / 500", "a torque turns the shaft, so that it may be slow",
         "because balls that carry nothing hop between the raceways while the shaft is slow, and where they land "
         "depends on every step before",
-        late(f"{FACTS}:hops"), _times(0.002), ("bearing_6203_run_up",),
+        lazy_import(f"{FACTS}:hops"), _times(0.002), ("bearing_6203_run_up",),
     ),
     Rule(
         (BEARING,), SETTING, "wanted.tolerance / 5", "contacts ring: a sudden change, an unbalance, or little damping",
         "because contacts ring after a sudden change, and little stops them, so that the errors of many steps add up",
-        late(f"{FACTS}:rings"), _times(0.2), ("bearing_6203_sudden",),
+        lazy_import(f"{FACTS}:rings"), _times(0.2), ("bearing_6203_sudden",),
     ),
     Rule(
         (BEARING,), SETTING, "20 wanted.tolerance", "every ball rolls from the start under a steady load",
         "because the error of balls that roll under a steady load is far below what a step may err by",
-        late(f"{FACTS}:rolls_steadily"), _times(20.0), ("bearing_6203",),
+        lazy_import(f"{FACTS}:rolls_steadily"), _times(20.0), ("bearing_6203",),
     ),
     Rule(
         (BEARING,), SETTING, "wanted.tolerance / 2", "",
@@ -229,13 +232,14 @@ RULES = (
     Rule(
         (SOFT,), "mesh.divisions", "by the order of convergence", "",
         "because the error of the force falls with the divisions, and grows with the stiffness of the penalty",
-        value=late("bearing_twin.kinds.soft_discs.derived:divisions_of"), example=("soft_discs_mean",),
+        value=lazy_import("bearing_twin.kinds.soft_discs.derived:divisions_of"), example=("soft_discs_mean",),
     ),
     Rule(
         (BEAM,), "beam.theory", "timoshenko", "shear changes the first peak by more than the tolerance, or the sphere "
         "touches again", "because the contact is short against the time of a shear wave across the beam, or the sphere "
         "touches more than once",
-        late("bearing_twin.kinds.beam.models:needs_shear"), example=("sphere_on_beam_drop_50mm", "beam.theory=auto"),
+        lazy_import("bearing_twin.kinds.beam.models:needs_shear"),
+        example=("sphere_on_beam_drop_50mm", "beam.theory=auto"),
     ),
     Rule(
         (BEAM,), "beam.theory", "euler", "",
@@ -245,17 +249,17 @@ RULES = (
     Rule(
         (BEAM,), "solver.modes", "by the contact time", "",
         "because modes whose period is short against the contact answer it as static bending does",
-        value=late("bearing_twin.kinds.beam.models:modes_for"), example=("sphere_on_beam",),
+        value=lazy_import("bearing_twin.kinds.beam.models:modes_for"), example=("sphere_on_beam",),
     ),
     Rule(
         (BEAM,), "solver.steps", "by the order of the force", "",
         "because the error falls with the fourth power of the steps, until the onset of the force limits it",
-        value=late("bearing_twin.kinds.beam.models:steps_of"), example=("sphere_on_beam",),
+        value=lazy_import("bearing_twin.kinds.beam.models:steps_of"), example=("sphere_on_beam",),
     ),
     Rule(
         (BODIES,), "contact.tracking", "closed", "a closed form gives the opposing points of both shapes",
         "because it is exact and needs no iteration",
-        late("bearing_twin.kinds.two_bodies.derived:has_closed_form"), example=("two_bodies_groove",),
+        lazy_import("bearing_twin.kinds.two_bodies.derived:has_closed_form"), example=("two_bodies_groove",),
     ),
     Rule(
         (BODIES,), "contact.tracking", "algebraic", "",
@@ -318,3 +322,34 @@ def _at(parameters, key: str):
     for word in key.split("."):
         parameters = getattr(parameters, word, AUTO)
     return parameters
+
+
+# Warnings that a choice says, alike in several kinds
+
+
+def drift(law: str) -> list[str]:
+    """A warning of a law that carries a state whose errors add up, or none; names that are no law's have none."""
+    if law not in LAWS or not LAWS[law].carries or LAWS[law].keeps:
+        return []
+    return [f"nothing pulls the errors of {law} back; contact.normal: hertz_differential does"]
+
+
+LEAST_SHARE = 0.25  # tuned: a hollow sphere with a wall of a tenth of its radius has 0.27 of the solid one's mass
+MOST_SHARE = 4.0  # tuned: with another body attached, as a hammer's head
+
+
+def odd_mass(key: str, mass: float, whole: float) -> list[str]:
+    """A warning of a given mass [kg] that size and density contradict, by which a homogeneous body has `whole`."""
+    if not mass or LEAST_SHARE * whole <= mass <= MOST_SHARE * whole:
+        return []
+    return [
+        f"{key} = {mass:.4g} kg is {mass / whole:.2g} times the {whole:.4g} kg that size and density give; check all "
+        f"three, or leave {key} out"
+    ]
+
+
+def idle_step(step: float, stepper: str, fixed: tuple[str, ...]) -> list[str]:
+    """That a `step` [s] asked for does nothing, as a warning, where the stepper is none of those with `fixed` steps."""
+    if not step or stepper in fixed:
+        return []
+    return [f"solver.step does nothing with {stepper}; solver.stepper: {fixed[0]} takes it"]

@@ -13,7 +13,7 @@ from bearing_twin.base.errors import SceneError
 from bearing_twin.base.parameters import choice, quantity, read_number
 from bearing_twin.contact.friction import PATCH_NAMES, friction_names
 from bearing_twin.contact.laws import law_names
-from bearing_twin.kinds.refinement import NO_CHECK, SECOND_RUN
+from bearing_twin.kinds.error_estimates import NO_CHECK, SECOND_RUN
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 GREATEST_OUTPUT_COUNT = 1e9
@@ -150,6 +150,11 @@ class WantedImpact(Wanted):
         "history = every channel over time; peaks = contact time and peak force alone",
         widest=True,
     )
+
+
+def solved_whole(parameters) -> bool:
+    """True for an impact, which is solved as a whole before its first output."""
+    return isinstance(getattr(parameters, "wanted", None), WantedImpact)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.sample import Block, Channel
-from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.bearing.outputs import renewed
 from bearing_twin.log import cdr
 from bearing_twin.log.encoding import Encoder
 from bearing_twin.run.scene import Scene, parse_scene
@@ -107,8 +107,7 @@ def block_of(channels: tuple[Channel, ...], message) -> Block:
     # A copy: what a message holds can only be read.
     matrix = np.array(message.values).reshape(message.count, -1)
     block = Block(channels, int(message.first_sequence), np.array(message.time_ns), matrix)
-    for kind in KINDS.values():
-        kind.renewed(block)
+    renewed(block)
     return block
 
 

@@ -21,7 +21,7 @@ from bearing_twin.base.errors import BearingTwinError, IntegrationError, LogErro
 from bearing_twin.base.stopping import Halt
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Kind
-from bearing_twin.kinds.refinement import unchecked
+from bearing_twin.kinds.error_estimates import unchecked
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.raw_log import refuse_existing
 from bearing_twin.log.run_log import LogWriter
@@ -216,7 +216,7 @@ class SimNode(BaseNode):
             (Trigger, "~/reset", self._on_reset, services),
             (Step, "~/step", self._on_step, steps),
         ]
-        if kind.operating_point is not None:
+        if kind.commands():
             offered.append((Stiffness, "~/stiffness", self._on_stiffness, steps))
         for ros_type, name, answer, group in offered:
             self.create_service(ros_type, name, answer, qos_profile=SERVICE, callback_group=group)

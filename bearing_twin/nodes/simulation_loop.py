@@ -277,8 +277,7 @@ class SimulationLoop:
     def set_speed(self, now: int, speed: float) -> None:
         """New goal for the speed of the inner ring [rad/s]; raises BearingTwinError when it is no possible speed."""
         check_speed(speed)
-        self.simulation.set_speed(speed)
-        doubt = self.simulation.kind.speed_doubt(self.simulation.scene.parameters, speed)
+        doubt = self.simulation.set_speed(speed)
         self.commands.speed_doubt = self.commands.speed_doubt or doubt
 
     def set_torque(self, now: int, torque: float) -> None:

@@ -14,7 +14,7 @@ from bearing_twin.base.sample import Block, Channel, layout_of
 from bearing_twin.base.units import UNITS
 from bearing_twin.core import INTEGER, INTEGERS, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.contract import Kind
-from bearing_twin.kinds.energy import STORED
+from bearing_twin.kinds.figures import STORED
 
 UNIT_NORM = 1e-6  # of a quaternion's length, from 1
 BOUNDED = ("m", "m/s", "rad/s")

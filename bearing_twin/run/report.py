@@ -13,19 +13,19 @@ from bearing_twin.base.sample import Aligned, Block, cut, outputs_at_once
 from bearing_twin.base.units import greatest_error, known_digits, named, readable, two_digits, with_unit
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts, Figures, Picture
-from bearing_twin.kinds.doubt import (
+from bearing_twin.kinds.error_estimates import (
     FRICTION_MODEL,
     LARGE,
     LATER,
     LAW,
     LEFT_OUT,
     METHOD,
-    Doubt,
     Errors,
-    NothingKnown,
+    ModelErrors,
     Promise,
+    UnknownErrors,
 )
-from bearing_twin.kinds.plain_figures import PlainFigures
+from bearing_twin.kinds.figures import ChannelFigures
 from bearing_twin.run.failure import told_in
 from bearing_twin.run.second_run import Estimate, NoEstimate, estimate_of
 
@@ -251,9 +251,11 @@ class Gathering:
     A writer whose attribute `in_stretches` is False gives the same to the bit for many pieces at once, and gets them.
     """
 
-    def __init__(self, figures: Figures, choice: Choice, doubt: Doubt, estimate: Estimate | NoEstimate | None = None):
+    def __init__(
+        self, figures: Figures, choice: Choice, model_errors: ModelErrors, estimate: Estimate | NoEstimate | None = None
+    ):
         self.choice, self.outputs, self.missing = choice, 0, 0
-        self._writers = figures, doubt, estimate or NoEstimate()
+        self._writers = figures, model_errors, estimate or NoEstimate()
         self._length, self._aligned = 0, Aligned(0)
         self._last_ns, self._following = 0, None
 
@@ -289,16 +291,16 @@ class Gathering:
         """
         if not self.outputs:
             raise LogError("there is no sample in it; recover the log from the original, or simulate again")
-        figures, doubt, estimate = self._writers
+        figures, model, estimate = self._writers
         if not last:
             # Parameters and a choice never change, and copying them took longer than all figures: the copy shares them.
             shared = [getattr(one, name, None) for one in self._writers for name in ("parameters", "choice")]
-            figures, doubt, estimate = copy.deepcopy(self._writers, {id(one): one for one in shared})
+            figures, model, estimate = copy.deepcopy(self._writers, {id(one): one for one in shared})
         for piece in self._aligned.rest():
-            for writer in (figures, doubt, estimate):
+            for writer in (figures, model, estimate):
                 writer.add(piece)
         choice, numbers = self.choice, figures.figures()
-        errors = doubt.errors(numbers)
+        errors = model.errors(numbers)
         status = failed(failure) if failure else figures.status()
         seconds = 1e-9 * self._last_ns
         judgement = judged(errors, estimate, numbers, status, choice)
@@ -332,14 +334,14 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     needed = kind is not None and any(table.needed for table in kind.records(log.scene.parameters))
     if kind is None or (needed and not log.has_records):
         taken = kind.meanings_of() if kind else ()
-        figures, doubt = PlainFigures(None, log.choice, log.channels, taken), NothingKnown(None, log.choice)
+        figures, model = ChannelFigures(None, log.choice, log.channels, taken), UnknownErrors(None, log.choice)
         estimate = NoEstimate()
     else:
         made_of = log.scene.parameters, log.choice
-        figures, doubt, estimate = kind.figures_of(*made_of), kind.doubt(*made_of), estimate_of(kind, *made_of)
+        figures, model, estimate = kind.figures_of(*made_of), kind.model_errors(*made_of), estimate_of(kind, *made_of)
         if log.kept_rate:
             estimate = NoEstimate("the log is thinned: its figures are of the outputs kept, whose error is not known")
-    gathering = Gathering(figures, log.choice, doubt, estimate)
+    gathering = Gathering(figures, log.choice, model, estimate)
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)
     said = log.report or {}

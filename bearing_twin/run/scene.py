@@ -30,6 +30,7 @@ from bearing_twin.base.report import Choice, parsed_json
 from bearing_twin.base.sample import Channel
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.bearing import catalogue
 from bearing_twin.kinds.ranges import OUTSIDE, allowed, left_by
 from bearing_twin.kinds.sections import ALIASES, FORMER_VALUES, damped_twice, not_here
 
@@ -69,7 +70,7 @@ class Scene:
     @functools.cached_property
     def outside(self) -> tuple[str, ...]:
         """One sentence for each range of a model asked for that the scene leaves, as far as it is known before."""
-        return left_by(self.parameters, KINDS[self.kind].facts)
+        return left_by(self.parameters)
 
     @property
     def output_period_ns(self) -> int:
@@ -144,15 +145,14 @@ def parse_scene(text_or_mapping: str | Mapping, origin: str) -> Scene:
 
 def checked(scene: Scene, origin: str) -> Scene:
     """A scene of `read_scene`, checked, its automatic choices made; raises SceneError."""
-    kind = KINDS[scene.kind]
-    raise_problems(origin, kind.check(scene.parameters))
-    return dataclasses.replace(scene, parameters=kind.resolve(scene.parameters))
+    raise_problems(origin, scene.parameters.check())
+    return dataclasses.replace(scene, parameters=scene.parameters.resolve())
 
 
 def read_logged(text: str, origin: str) -> Scene:
     """The scene in a log, YAML or JSON, also in the words of an earlier version."""
     mapping = _canonical(_mapping_of(_from_json(text, origin), origin))
-    return parse_scene(KINDS[_kind_of(mapping, origin)].upgraded(mapping), origin)
+    return parse_scene(KINDS[_kind_of(mapping, origin)].parameters.upgraded(mapping), origin)
 
 
 def _from_json(text: str, origin: str):
@@ -176,7 +176,7 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
     elif (found := _catalogued(source)) is not None:
         text, origin = found, f"bearing {found['name']}"
     else:
-        path = SCENES.find(source, also=(name for kind in KINDS.values() for name in kind.catalogue()))
+        path = SCENES.find(source, also=catalogue.scenes())
         text, origin = SCENES.read_text(path), f"scene {path.name}"
     overrides = listed_overrides(overrides)
     mapping = _canonical(_mapping_of(text, origin))
@@ -193,14 +193,14 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
 
 
 def _catalogued(source) -> dict | None:
-    """The scene that a name of a kind's catalogue stands for; names of scene files come first."""
+    """The scene that a name of the catalogue of bearings stands for; names of scene files come first."""
     if (
         not isinstance(source, str)
         or not (source.isalnum() or DESIGNATION.fullmatch(source))
         or source in SCENES.names()
     ):
         return None
-    return next((found[source] for kind in KINDS.values() if source in (found := kind.catalogue())), None)
+    return catalogue.scenes().get(source)
 
 
 def _mapping_of(text_or_mapping, origin: str) -> dict:
@@ -239,7 +239,7 @@ def _canonical(mapping: dict) -> dict:
 
 def _explained(kind: str):
     """A function that explains a key that a kind does not take."""
-    moved = KINDS[kind].moved
+    moved = KINDS[kind].parameters.moved
 
     def explain(path: str, taken: tuple[str, ...]) -> str | None:
         if path in moved:
@@ -270,7 +270,7 @@ def read_scene(text_or_mapping, origin: str) -> Scene:
     del mapping["kind"]
     name = mapping.pop("name", Path(origin.removeprefix("scene ")).stem)
     description = mapping.pop("description", "")
-    mapping, missing = KINDS[kind].completed(mapping)
+    mapping, missing = KINDS[kind].parameters.completed(mapping)
     parameters, problems = read(KINDS[kind].parameters, mapping, _explained(kind))
     problems = missing + problems
     if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:

@@ -1,6 +1,6 @@
 """A run with a second, finer run beside it: the difference is the error estimate of the run that is given out.
 
-The second run has the same start, commands and outputs, and a fraction of the tolerance (`kinds.refinement`). Both
+The second run has the same start, commands and outputs, and a fraction of the tolerance (`kinds.error_estimates`). Both
 advance chunk by chunk, the second in a thread of its own that ends with the chunk. The differences are rows of the
 table `second_run`, the last of which holds for the run so far; a log carries them, so that its report is the same.
 """
@@ -18,7 +18,7 @@ from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Columns, Layout, Table, layout_of, side_by_side
 from bearing_twin.base.units import symbol_of
 from bearing_twin.kinds.contract import Kind
-from bearing_twin.kinds.refinement import SECOND_RUN, Comparison, is_checked
+from bearing_twin.kinds.error_estimates import SECOND_RUN, Comparison, is_checked
 
 OFTEN = 1.02  # times the time of the last row, when figures are compared again
 LATE = 0.1  # share of the outputs that lie beyond a horizon at least: a single impact is none
@@ -36,7 +36,12 @@ OF_OUTPUT = 3  # columns of each requested output
 
 def has_second_run(kind: Kind, parameters, choice: Choice) -> bool:
     """True where a scene specifies a second run and has one: closed forms and equilibria have none."""
-    return kind.refined is not None and is_checked(parameters) and kind.refined(parameters, choice) is not None
+    return is_checked(parameters) and _refined(kind, parameters, choice) is not None
+
+
+def _refined(kind: Kind, parameters, choice: Choice):
+    """Parameters and choice of the second run, None where there is none."""
+    return None if kind.comparison is None else kind.comparison(parameters, choice).refined()
 
 
 def _compared(kind: Kind, comparison: Comparison) -> dict[str, str]:
@@ -47,7 +52,7 @@ def _compared(kind: Kind, comparison: Comparison) -> dict[str, str]:
 def tables_of(kind: Kind, parameters) -> tuple[Table, ...]:
     """The tables of a scene: the kind's own, and that of the second run where the scene specifies one."""
     own = tuple(kind.records(parameters))
-    return (*own, _table(kind, parameters)) if kind.refined is not None and is_checked(parameters) else own
+    return (*own, _table(kind, parameters)) if kind.comparison is not None and is_checked(parameters) else own
 
 
 def _table(kind: Kind, parameters) -> Table:
@@ -142,12 +147,11 @@ class CheckedMotion:
     def __init__(self, kind: Kind, parameters, choice: Choice, channels: tuple[Channel, ...]):
         self._kind, self._parameters, self._choice = kind, parameters, choice
         self._motion = kind.motion(parameters, choice)
-        refined = kind.refined(parameters, choice)
+        refined = _refined(kind, parameters, choice)
         self._second = kind.motion(*refined)
         self._layouts = layout_of(channels), layout_of(tuple(kind.channels(refined[0])))  # meshes may differ
-        self.longest_chunk = getattr(self._motion, "longest_chunk", None)
         if hasattr(self._motion, "snapshot"):
-            self.snapshot, self.resume = self._motion.snapshot, self._resume
+            self.resume = self._resume
         if hasattr(self._motion, "take_back"):
             self.take_back = self._take_back
         self._begin()
@@ -162,6 +166,11 @@ class CheckedMotion:
         self._told = self._compared = now
         self._row, self._blocks, self._records, self._broken = None, None, {}, ""
         self._before = None
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self._motion, name)  # what does not move the second run
 
     @property
     def stop(self) -> np.ndarray:
@@ -399,7 +408,7 @@ class Estimate:
         if self._row is None:
             if not is_checked(self._parameters):
                 return "solver.check: none, so the error of the method is not known"
-            if self._kind.refined(self._parameters, self._choice) is None:
+            if self._comparison.refined() is None:
                 return "this model has no second run: its solutions are closed forms or equilibria"
             return "no second run was compared, so the error of the method is not known"
         if self._row[COMPARED] < self._row[TIME]:
@@ -429,4 +438,4 @@ class NoEstimate:
 
 def estimate_of(kind: Kind, parameters, choice: Choice) -> Estimate | NoEstimate:
     """An empty estimate of a scene of this kind."""
-    return NoEstimate() if kind.refined is None else Estimate(kind, parameters, choice)
+    return NoEstimate() if kind.comparison is None else Estimate(kind, parameters, choice)

@@ -15,6 +15,7 @@ from bearing_twin.base.sample import Block, Columns, Sample, joined, layout_of, 
 from bearing_twin.base.stopping import SIGNALLED, Halt, heeding_signals
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
+from bearing_twin.kinds.sections import solved_whole
 from bearing_twin.run.failure import Broken, Failure, placed, state_of, told_of, up_to_break
 from bearing_twin.run.health import Health, worst_contact
 from bearing_twin.run.report import Gathering
@@ -116,7 +117,7 @@ class Simulation:
         self._chunk_first: int | None = None  # number of the first output of the chunk computed last
         self._commanded_until = 0  # number of an output: those before it follow a command closely
         made_of = self.scene.parameters, self.choice
-        writers = self.kind.figures_of(*made_of), self.choice, self.kind.doubt(*made_of)
+        writers = self.kind.figures_of(*made_of), self.choice, self.kind.model_errors(*made_of)
         self._gathering = Gathering(*writers, estimate_of(self.kind, *made_of))
         self._compute_seconds = self._solved_seconds
         self._health, self._good = Health(self.kind, self.channels), None
@@ -183,20 +184,22 @@ class Simulation:
         self._gathering.add(block)
         return block
 
-    def set_speed(self, speed: float) -> None:
+    def set_speed(self, speed: float) -> str:
         """New goal [rad/s] for the speed of inner ring or shaft, approached at the drive's acceleration from now on.
 
-        Raises BearingTwinError, and changes nothing, where the load is not carried at this speed, or a torque turns it.
+        Returns a warning of a speed above the limiting one, "" for others. Raises BearingTwinError, and changes
+        nothing, where the load is not carried at this speed, or a torque turns it.
         """
-        if self.kind.check_drive is not None:
-            self.kind.check_drive(self.scene.parameters, self.choice.law, "speed", float(speed), self._load)
+        self._refuse_without("check_drive", "speed")
+        warning = self._motion.check_drive("speed", float(speed), self._load)
         self._to_last_output()
         self._motion.goal_speed = float(speed)
+        return warning
 
     def set_torque(self, torque: float) -> None:
         """New torque [N m] on the inner ring about +z; raises BearingTwinError where the speed is prescribed."""
-        self._refuse_without(self.kind.check_drive, "torque")
-        self.kind.check_drive(self.scene.parameters, self.choice.law, "torque", float(torque), self._load)
+        self._refuse_without("check_drive", "torque")
+        self._motion.check_drive("torque", float(torque), self._load)
         self._to_last_output()
         self._motion.set_torque(float(torque))
 
@@ -206,20 +209,20 @@ class Simulation:
         None for both: the scene's own. Raises BearingTwinError, and changes nothing, for what the scene cannot carry.
         """
         if force is not None:
-            self._refuse_without(self.kind.check_load, "load")
-            self.kind.check_load(self.scene.parameters, self.choice.law, self._motion.goal_speed, force, moment)
+            self._refuse_without("check_load", "load")
+            self._motion.check_load(force, moment)
         self._to_last_output()
         self._load = force, moment
         self._motion.set_load(force, moment)
 
     def operating_point(self) -> tuple[Sample, OperatingPoint]:
         """The last output given out, or the first, with loads and stiffness there; raises BearingTwinError."""
-        self._refuse_without(self.kind.operating_point, "stiffness")
+        self._refuse_without("operating_point", "stiffness")
         sample = (self._begun() if self._given is None else self._given)[-1]
-        return sample, self.kind.operating_point(self.scene.parameters, self.choice.law, sample)
+        return sample, self._motion.operating_point(sample)
 
-    def _refuse_without(self, part, word: str) -> None:
-        if part is None:
+    def _refuse_without(self, method: str, word: str) -> None:
+        if not hasattr(self._motion, method):
             raise BearingTwinError(f"a scene of the kind {self.kind.name} has no {word}; a bearing has")
 
     def _begun(self) -> Block:
@@ -232,7 +235,7 @@ class Simulation:
             self._good = self._pending[0]
             seconds = time.perf_counter() - start
             self._compute_seconds += seconds
-            if self.kind.known_when_solved:
+            if solved_whole(self.scene.parameters):
                 self._solved_seconds += seconds
         return self._pending
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from bearing_twin.base.stopping import look
 from bearing_twin.base.units import with_unit
-from bearing_twin.kinds.doubt import METHOD
+from bearing_twin.kinds.error_estimates import METHOD
 from bearing_twin.run.report import LARGE, exceeds
 from bearing_twin.uq.inputs import quantity_of
 from bearing_twin.uq.realisations import Realised, Task, without_numbers

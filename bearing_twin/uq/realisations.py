@@ -12,9 +12,10 @@ import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError, StatisticError, StudyError
 from bearing_twin.base.parameters import describe
-from bearing_twin.kinds import KINDS, kind_of
+from bearing_twin.kinds import HOMES, KINDS, kind_of
 from bearing_twin.kinds.contract import Quantity
-from bearing_twin.kinds.refinement import NO_CHECK
+from bearing_twin.kinds.error_estimates import NO_CHECK
+from bearing_twin.kinds.sections import solved_whole
 from bearing_twin.run.report import FAILED
 from bearing_twin.run.scene import choose, parse_scene, refuse_outside
 from bearing_twin.run.simulation import Simulation, simulate
@@ -26,10 +27,9 @@ from bearing_twin.uq.study import Study
 
 def has_closed_form(kind: str, parameters, names, histories=(), varied=()) -> bool:
     """True where closed forms give all these quantities and histories of a scene, the `varied` keys being uncertain."""
-    form, known = KINDS[kind].closed_form(), quantities_of(kind)
+    form, known = parameters.closed_form(), quantities_of(kind)
     return (
         form is not None
-        and form.describes(parameters)
         and not set(form.without) & set(varied)
         and all(known[name].closed for name in names)
         and all(channel in form.histories for channel in histories)
@@ -173,9 +173,9 @@ def empty(task: Task, count: int) -> Realised:
 
 
 def _by_closed_forms(task, values):
-    kind = task.scene["kind"]
-    form, known, found = KINDS[kind].closed_form(), quantities_of(kind), empty(task, len(values))
+    known, found = quantities_of(task.scene["kind"]), empty(task, len(values))
     parameters: Any = _parameters_of(json.dumps(task.scene))
+    form = parameters.closed_form()
     for column, keys in enumerate(task.targets):
         for key in keys:
             parameters = replaced(parameters, key, values[:, column])
@@ -208,12 +208,11 @@ def _upright(body):
 
 
 def _by_simulation(task, values):
-    kind, found = task.scene["kind"], empty(task, len(values))
-    scene, known = simulated_scene(task), quantities_of(kind)
+    scene, known, found = simulated_scene(task), quantities_of(task.scene["kind"]), empty(task, len(values))
     for row, these in enumerate(values):
         try:
             realised = parse_scene(placed(scene, task.targets, these), "a realisation")
-            if not task.histories and KINDS[kind].known_when_solved:
+            if not task.histories and solved_whole(realised.parameters):
                 realised = _with_few_outputs(realised)
             run = simulate(realised)
             histories = _outputs(run, task)
@@ -261,8 +260,8 @@ def simulated_scene(task: Task) -> dict:
         rate = 1e9 / task.step_ns
         # A little longer, so that rounding does not lose the last instant.
         run |= {"duration": task.instants[-1] + 0.5e-9 * task.step_ns, "output_rate": rate, "publish_rate": rate}
-    elif KINDS[task.scene["kind"]].known_when_solved:
-        known = KINDS[task.scene["kind"]].quantities_of()
+    elif solved_whole(KINDS[task.scene["kind"]].parameters()):
+        known = quantities_of(task.scene["kind"])
         outputs = "history" if any(known[name].whole for name in task.quantities) else "peaks"
         return {**task.scene, "wanted": {**task.scene["wanted"], "outputs": outputs}}
     return {**task.scene, "run": run}
@@ -304,7 +303,7 @@ def task_of(study: Study) -> Task:
         settings.history_points,
         duration,
         closed,
-        KINDS[study.kind].home,
+        HOMES.get(study.kind, ""),
     )
     return task if closed else _with_one_stepper(task, median_inputs(study))
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import approaches_of_loads
 from bearing_twin.contact.laws import HERTZIAN
 from bearing_twin.contact.materials import effective_modulus
@@ -19,16 +18,14 @@ from bearing_twin.kinds.beam.models import (
     impact_by_both_theories,
     impact_speed,
     modes_for,
-    resolve,
     steps_for,
     theory_of,
     trial,
 )
 from bearing_twin.kinds.beam.motion import WatchedPoints
 from bearing_twin.kinds.beam.parameters import EULER
-from bearing_twin.kinds.doubt import LAW, ModelDoubt
+from bearing_twin.kinds.error_estimates import COARSER, LAW, SMALLER, ModelErrors, is_checked
 from bearing_twin.kinds.impact.doubt import ImpactComparison
-from bearing_twin.kinds.refinement import COARSER, SMALLER, is_checked
 
 INSTANTS = 400  # of a contact, at which forces are compared
 
@@ -54,19 +51,18 @@ def _history_apart(found: BeamImpact, exact: BeamImpact) -> float:
     return float(max(apart, default=0.0)) / exact.peak_force if exact.peak_force else 0.0
 
 
-def refined(parameters, choice: Choice):
-    """Parameters and choice of the second run: fewer modes and steps; by modes where the first is another method."""
-    parameters = resolve(parameters)
-    if choice.stepper != "modes":
-        return parameters, choice._replace(stepper="modes")
-    modes, steps = modes_for(parameters), steps_for(parameters, choice.stepper)
-    fewer = [max(1, math.floor(COARSER * one)) for one in (modes, steps)]
-    solver = dataclasses.replace(parameters.solver, modes=fewer[0], steps=fewer[1])
-    return dataclasses.replace(parameters, solver=solver), choice
-
-
 class BeamComparison(ImpactComparison):
     """As of two bodies on a line."""
+
+    def refined(self):
+        """Fewer modes and steps; by modes where the first run is by another method."""
+        parameters = self.parameters.resolve()
+        if self.choice.stepper != "modes":
+            return parameters, self.choice._replace(stepper="modes")
+        modes, steps = modes_for(parameters), steps_for(parameters, self.choice.stepper)
+        fewer = [max(1, math.floor(COARSER * one)) for one in (modes, steps)]
+        solver = dataclasses.replace(parameters.solver, modes=fewer[0], steps=fewer[1])
+        return dataclasses.replace(parameters, solver=solver), self.choice
 
     @property
     def smaller(self) -> str:
@@ -101,7 +97,7 @@ def shear_error(parameters) -> dict[str, float]:
     return {key: abs(both[0][key] - both[1][key]) for key in keys}
 
 
-class BeamDoubt(ModelDoubt):
+class BeamDoubt(ModelErrors):
     """Euler's beam against Timoshenko's."""
 
     outputs = ("peaks", "forces")

@@ -31,8 +31,7 @@ from bearing_twin.kinds.beam.modes import Beam, first_frequency, modes_of, recta
 from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, EULER, TIMOSHENKO, Blow, SphereOnBeamScene
 from bearing_twin.kinds.impact.collision import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.kinds.impact.derived import homogeneous_mass, sphere_mass
-from bearing_twin.kinds.law_words import odd_mass
-from bearing_twin.kinds.rules import BEAM, answers, sentences
+from bearing_twin.kinds.rules import BEAM, answers, odd_mass, sentences
 from bearing_twin.kinds.sections import LOOSEST, STANDARD_GRAVITY, check_run, resolved_run
 
 OUTPUTS, FEW_OUTPUTS = 1500, 50  # of a run whose output_rate is automatic; where peaks alone are requested

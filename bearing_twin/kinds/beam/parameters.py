@@ -2,14 +2,18 @@
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
+from bearing_twin.kinds.contract import SceneParameters, lazy_import
 from bearing_twin.kinds.impact.parameters import Sphere
+from bearing_twin.kinds.ranges import facts_at
 from bearing_twin.kinds.sections import LOOSEST, UNVERIFIED, Checked, RunSettings, WantedImpact
 
 BEAM_METHODS = ("modes", "volterra", "sinusoidal")
 EULER, TIMOSHENKO = BEAM_THEORIES = ("euler", "timoshenko")
+MODELS = "bearing_twin.kinds.beam.models"
 BODY, BEAM = "sphere", "beam"  # the bodies, as topics and failures name them
 
 
@@ -71,7 +75,7 @@ class BeamOutputs:
 
 
 @dataclass(frozen=True)
-class SphereOnBeamScene:
+class SphereOnBeamScene(SceneParameters):
     """A sphere strikes a simply supported beam (paper 2)."""
 
     beam: BeamParameters = section(BeamParameters)
@@ -82,23 +86,25 @@ class SphereOnBeamScene:
     wanted: WantedOfBeam = section(WantedOfBeam)
     run: RunSettings = section(RunSettings)
 
+    moved: ClassVar = {
+        "contact.yield_pressure": "sphere.material.yield_strength and beam.material.yield_strength "
+        "(the pressure over 1.6)",
+        "contact.yield_stress": "beam.material.yield_strength",
+        "run.wanted": "wanted.outputs",
+    }
+    facts = facts_at(f"{MODELS}:shear_share", f"{MODELS}:first_peak_error")
+    check = lazy_import(f"{MODELS}:check_beam")
+    resolve = lazy_import(f"{MODELS}:resolve")
 
-MOVED = {
-    "contact.yield_pressure": "sphere.material.yield_strength and beam.material.yield_strength (the pressure over 1.6)",
-    "contact.yield_stress": "beam.material.yield_strength",
-    "run.wanted": "wanted.outputs",
-}
-"""Keys of earlier versions, and what takes their place."""
-
-
-def upgraded(scene: dict) -> dict:
-    """The plain data of a scene in today's words, from those of an earlier version."""
-    contact = scene.pop("contact", {})
-    scene["beam"].setdefault("theory", EULER)
-    if "wanted" in scene.get("run", {}):
-        scene.setdefault("wanted", {})["outputs"] = scene["run"].pop("wanted")
-    if "yield_pressure" in contact:
-        scene["sphere"]["material"]["yield_strength"] = contact["yield_pressure"] / YIELD_ONSET
-    if "yield_stress" in contact:
-        scene["beam"]["material"]["yield_strength"] = contact["yield_stress"]
-    return scene
+    @staticmethod
+    def upgraded(scene: dict) -> dict:
+        """The plain data of a scene in today's words, from those of an earlier version."""
+        contact = scene.pop("contact", {})
+        scene["beam"].setdefault("theory", EULER)
+        if "wanted" in scene.get("run", {}):
+            scene.setdefault("wanted", {})["outputs"] = scene["run"].pop("wanted")
+        if "yield_pressure" in contact:
+            scene["sphere"]["material"]["yield_strength"] = contact["yield_pressure"] / YIELD_ONSET
+        if "yield_stress" in contact:
+            scene["beam"]["material"]["yield_strength"] = contact["yield_stress"]
+        return scene

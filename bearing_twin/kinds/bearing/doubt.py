@@ -43,8 +43,16 @@ from bearing_twin.kinds.bearing.rings import (
     shaft_inertia,
 )
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
-from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LAW, LEFT_OUT, Errors, ModelError
-from bearing_twin.kinds.refinement import Comparison, with_tolerance
+from bearing_twin.kinds.error_estimates import (
+    FRICTION_MODEL,
+    HERTZ_MENDS,
+    LAW,
+    LEFT_OUT,
+    Comparison,
+    Errors,
+    ModelError,
+    with_tolerance,
+)
 
 
 class LeftOut(NamedTuple):
@@ -137,15 +145,6 @@ THEORY = "cage_speed_theory_rad_s", "roll_rate_theory_rad_s"
 OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
 
 
-def refined(parameters: BearingScene, choice: Choice) -> tuple[BearingScene, Choice] | None:
-    """Parameters and choice of the second run: half of a fixed step, or a fraction of the tolerance."""
-    if choice.stepper == QUASI_STATIC:
-        return None
-    if choice.stepper in FIXED_STEP:
-        return parameters, choice._replace(finer=2.0 * choice.finer)
-    return with_tolerance(parameters, choice, LEAST_TOLERANCE)
-
-
 class BearingComparison(Comparison):
     """Loads over the greatest load; friction over its limit, unless loads alone are requested or there is none."""
 
@@ -157,6 +156,15 @@ class BearingComparison(Comparison):
         if parameters.wanted.outputs != LOADS and parameters.contact.friction_coefficient:
             self.outputs["friction"] = "over mu N of a contact, or mu N R of a ball"
         self._greatest = 0.0
+
+    def refined(self):
+        """Half of a fixed step, or a fraction of the tolerance; None of equilibria."""
+        choice = self.choice
+        if choice.stepper == QUASI_STATIC:
+            return None
+        if choice.stepper in FIXED_STEP:
+            return self.parameters, choice._replace(finer=2.0 * choice.finer)
+        return with_tolerance(self.parameters, choice, LEAST_TOLERANCE)
 
     @property
     def smaller(self) -> str:

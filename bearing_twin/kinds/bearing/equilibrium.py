@@ -21,6 +21,7 @@ from bearing_twin.contact.friction import AUTO, POINT
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.geometry import moduli, operating_geometry
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE, rubbing_by
+from bearing_twin.kinds.bearing.ratings import command_doubt
 from bearing_twin.kinds.bearing.rings import (
     CONTROLS,
     COORDINATE_NAMES,
@@ -567,16 +568,6 @@ def tried_at(support: Support, balls: int, place: int) -> float:
     return load_line(support) + math.pi / balls * place / (TRIED_PLACES - 1)
 
 
-def check_drive(parameters, law: str, key: str, value: float, load: tuple) -> None:
-    """Raises BearingTwinError for a commanded `key`, speed [rad/s] or torque [N m], that is not the drive's to take.
-
-    Also for a speed at which the `load` (force, moment) is not carried, None for both being the scene's own.
-    """
-    check_goal(parameters.drive.kind, key, value)
-    if key == SPEED:
-        check_load(parameters, law, value, *load)
-
-
 def check_goal(kind: str, key: str, value: float) -> None:
     """Raises BearingTwinError for a `key`, SPEED or TORQUE, that a drive of this kind does not take, or no number."""
     if key != kind:
@@ -586,20 +577,35 @@ def check_goal(kind: str, key: str, value: float) -> None:
         raise BearingTwinError(f"a {key} of {value:g} is not finite")
 
 
-def operating_point(parameters, law: str, sample) -> OperatingPoint:
-    """The ring of an output with its loads and stiffness, the balls in balance at their azimuths there.
+class CommandedBearing:
+    """Base of the motions of a bearing: what a command may ask of it, tried with the balls in balance."""
 
-    A ring that moves or balls that ring are off this balance by their inertia. Raises BearingTwinError.
-    """
-    coordinates = np.array([*sample["inner_ring_offset"], *sample["inner_ring_tilt"]])
-    setting, azimuths = setting_of(parameters, law, float(sample["inner_ring_speed"])), sample["orbit_angle"]
-    held = Support((False,) * 5, (0.0,) * 5, tuple(coordinates))
-    try:
-        solver = weighed_solver(parameters, setting, azimuths)
-        found = controlled(parameters, solver, held)
-    except SceneError as error:
-        raise BearingTwinError(f"there is no stiffness where the ring stands now: {error}") from error
-    return OperatingPoint(found.coordinates, found.loads, found.stiffness)
+    def check_drive(self, key: str, value: float, load: tuple) -> str:
+        """A warning of a `value` for the `key`, speed [rad/s] or torque [N m], or ""; see `CommandedMotion`."""
+        check_goal(self.parameters.drive.kind, key, value)
+        if key != SPEED:
+            return ""
+        check_load(self.parameters, self.law, value, *load)
+        return command_doubt(self.parameters, value)
+
+    def check_load(self, force, moment) -> None:
+        """See the function of this name, at the goal of the speed."""
+        check_load(self.parameters, self.law, self.goal_speed, force, moment)
+
+    def operating_point(self, sample) -> OperatingPoint:
+        """The ring of an output with its loads and stiffness, the balls in balance at their azimuths there.
+
+        A ring that moves or balls that ring are off this balance by their inertia. Raises BearingTwinError.
+        """
+        coordinates = np.array([*sample["inner_ring_offset"], *sample["inner_ring_tilt"]])
+        setting = setting_of(self.parameters, self.law, float(sample["inner_ring_speed"]))
+        held = Support((False,) * 5, (0.0,) * 5, tuple(coordinates))
+        try:
+            solver = weighed_solver(self.parameters, setting, sample["orbit_angle"])
+            found = controlled(self.parameters, solver, held)
+        except SceneError as error:
+            raise BearingTwinError(f"there is no stiffness where the ring stands now: {error}") from error
+        return OperatingPoint(found.coordinates, found.loads, found.stiffness)
 
 
 def _words(values) -> str:

@@ -14,6 +14,7 @@ from bearing_twin.kinds.bearing.equilibrium import (
     OF_CONTACTS,
     STOP,
     STOPPED,
+    CommandedBearing,
     azimuths_of,
     contacts_in,
     controlled,
@@ -174,14 +175,14 @@ def write_channels(setting, gravity, found: Instants, speeds, angles, out: Outpu
         values[np.abs(values) <= LEFT * size] = 0.0
 
 
-class QuasiStaticMotion:
+class QuasiStaticMotion(CommandedBearing):
     """A bearing whose every output is an equilibrium: no inertia but that of the orbits, no history but the cage's way.
 
     `goal_speed` [rad/s] is approached at the drive's acceleration; `loads` [N, N m] (5,) act on the free coordinates.
     """
 
     def __init__(self, parameters: BearingScene, choice: Choice):
-        self.parameters = parameters
+        self.parameters, self.law = parameters, choice.law
         self.setting = setting_of(parameters, choice.law, parameters.drive.speed)
         self.support = support_of(parameters)
         azimuths = azimuths_of(parameters.geometry.balls, 0.0)
@@ -226,7 +227,7 @@ class QuasiStaticMotion:
     def set_load(self, force, moment) -> None:
         """New loads on the inner ring [N], [N m] from now on, or the scene's own where both are None.
 
-        They are taken as `operating.check_load` let them pass.
+        They are taken as `check_load` let them pass.
         """
         self.loads = self.support.loads if force is None else (*map(float, force), *map(float, moment))[:5]
 

@@ -31,7 +31,7 @@ from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen
 from bearing_twin.kinds.bearing.quantities import missing
 from bearing_twin.kinds.bearing.ratings import ratings_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, TORQUE, dimension_of
-from bearing_twin.kinds.energy import STORED, adds_up
+from bearing_twin.kinds.figures import STORED, adds_up
 
 STRETCH = 50  # outputs, by their numbers: sums over the second half of a run begin at the end of such a stretch
 STANDING = 1e-12  # of the speed that friction is smoothed over: what slides more slowly stands

@@ -32,7 +32,7 @@ from bearing_twin.kinds.bearing.equilibrium import (
 from bearing_twin.kinds.bearing.geometry import nominal_curvatures
 from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, with_speeds
 from bearing_twin.kinds.bearing.system import Loading
-from bearing_twin.kinds.doubt import LAW
+from bearing_twin.kinds.error_estimates import LAW
 
 SIDES = ("inner", "outer")
 

@@ -7,7 +7,6 @@ from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import AUTO, FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bearing import row
 from bearing_twin.kinds.bearing.facts import (
     axis_ratio,
     of_falling_balls,
@@ -21,9 +20,8 @@ from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.model_error import rule_error
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
-from bearing_twin.kinds.law_words import drift, idle_step
 from bearing_twin.kinds.ranges import left_by
-from bearing_twin.kinds.rules import BEARING, SETTING, answers, pick, sentences
+from bearing_twin.kinds.rules import BEARING, SETTING, answers, drift, idle_step, pick, sentences
 
 
 def law_error(law: str, parameters) -> float:
@@ -66,7 +64,7 @@ def choose(parameters) -> Choice:
         for key in ("cage.kind", "contact.friction", "solver.stepper", SETTING):
             found.pop(key)
         if parameters.model.dimension == AUTO:
-            warnings += left_by(parameters, row.BEARING.facts, ("model.dimension", dimension))
+            warnings += left_by(parameters, ("model.dimension", dimension))
         if parameters.solver.stepper != AUTO:
             warnings.append("solver.stepper does nothing in a run from equilibria, which has no steps")
         if lubricated(parameters):

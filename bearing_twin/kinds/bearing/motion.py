@@ -12,7 +12,7 @@ from bearing_twin.base.report import Choice
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.kinds.bearing import step_limits
 from bearing_twin.kinds.bearing.accelerometer import ACCELERATION, ROOM, Accelerometer
-from bearing_twin.kinds.bearing.equilibrium import OVERLOAD, check_load
+from bearing_twin.kinds.bearing.equilibrium import OVERLOAD, CommandedBearing, check_load
 from bearing_twin.kinds.bearing.equilibrium_motion import QuasiStaticMotion
 from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
 from bearing_twin.kinds.bearing.geometry import moduli
@@ -70,7 +70,7 @@ KEPT = attrgetter(*MOVING, "counts", *REPLACED)  # what `take_back` needs
 SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
 
 
-class BearingMotion:
+class BearingMotion(CommandedBearing):
     """The bearing in motion: `advance` integrates one chunk and returns its outputs.
 
     `given` is the tolerance that steps are made by; `counts` holds steps, rejections, evaluations of a ball's rates
@@ -287,7 +287,7 @@ class BearingMotion:
     def set_load(self, force, moment) -> None:
         """New loads on a ring with mass [N], [N m] from now on, or the scene's own where both are None.
 
-        They are taken as `operating.check_load` let them pass.
+        They are taken as `check_load` let them pass.
         """
         self.loading = self.loading.loaded(self.parameters, force, moment)
 

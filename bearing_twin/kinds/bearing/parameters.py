@@ -5,6 +5,7 @@ import dataclasses
 import functools
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from bearing_twin.base.parameters import choice, quantity, section, text
 from bearing_twin.contact.friction import AUTO, PATCH_NAMES, POINT, friction_names
@@ -26,6 +27,8 @@ from bearing_twin.kinds.bearing.rings import (
     ring_problems,
     torque_problems,
 )
+from bearing_twin.kinds.contract import SceneParameters, lazy_import
+from bearing_twin.kinds.ranges import facts_at
 from bearing_twin.kinds.rules import BEARING, pick
 from bearing_twin.kinds.sections import (
     LOOSEST,
@@ -44,6 +47,7 @@ from bearing_twin.kinds.sections import (
 )
 from bearing_twin.numerics.stepper_facts import STEPPER_FACTS
 
+HERE = "bearing_twin.kinds.bearing"
 GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
 STEADY_REFUSED = {"steady": "is not modelled in bearings; legal: hunt_crossley, with contact.restitution_speed"}
 MOTIONS = ("rolling", "rest")
@@ -167,7 +171,7 @@ class WantedLoads(Wanted):
 
 
 @dataclass(frozen=True)
-class BearingScene:
+class BearingScene(SceneParameters):
     """Balls between two grooved raceways (paper 1, section 5)."""
 
     geometry: Geometry = section(Geometry)
@@ -191,6 +195,84 @@ class BearingScene:
     solver: Solver = section(Solver)
     wanted: WantedLoads = section(WantedLoads)
     run: RunSettings = section(RunSettings, default=RunSettings(1.0, 1000.0, 100.0))
+
+    moved: ClassVar = {
+        "contact.yield_pressure": "materials.*.yield_strength, which is the yield pressure over 1.6",
+    }
+    facts = facts_at(
+        f"{HERE}.facts:axis_ratio",
+        f"{HERE}.facts:slip_at_start",
+        f"{HERE}.facts:ring_shift",
+        f"{HERE}.facts:relative_acceleration",
+        f"{HERE}.facts:centrifugal_share",
+    )
+    completed = staticmethod(lazy_import(f"{HERE}.catalogue:completed"))
+
+    @staticmethod
+    def upgraded(scene: dict) -> dict:
+        """The plain data of a scene in today's words, from those of an earlier version."""
+        if "yield_pressure" in scene.get("contact", {}):
+            strength = scene["contact"].pop("yield_pressure") / YIELD_ONSET
+            for body in ("ball", "inner_ring", "outer_ring"):
+                scene["materials"][body]["yield_strength"] = strength
+        return scene
+
+    def resolve(self) -> "BearingScene":
+        """The parameters of a checked scene; a restitution leaves no relaxation time."""
+        contact = dataclasses.replace(self.contact, relaxation_time=viscous_terms(self.contact)[1])
+        cage = dataclasses.replace(self.cage, kind=pick(BEARING, "cage.kind", self, self.cage.kind).value)
+        return dataclasses.replace(self, contact=contact, cage=cage, run=resolved_run(self.run))
+
+    def check(self) -> list[str]:
+        """Contradictions between numbers that are legal alone, one sentence each that names keys, values and limits."""
+        problems = clearance_problems(self)
+        if problems:
+            return problems
+        geometry, run = operating_geometry(self), self.run
+        ball, pitch = geometry.ball_diameter, geometry.pitch_diameter
+        if pitch <= ball:
+            problems.append(
+                f"geometry.pitch_diameter = {pitch:g} m leaves no inner raceway; "
+                f"it must exceed geometry.ball_diameter = {ball:g} m"
+            )
+        elif geometry.balls >= 2 and ball > pitch * math.sin(math.pi / geometry.balls):
+            fitting = math.floor(math.pi / math.asin(ball / pitch))
+            widest = pitch * math.sin(math.pi / geometry.balls)
+            problems.append(
+                f"geometry.balls = {geometry.balls} balls of {ball:g} m do not fit on a circle of {pitch:g} m; "
+                f"at most {fitting} do, or geometry.ball_diameter at most {widest:.6g} m"
+            )
+        widest = 0.5 * (pitch / ball + 1.0)
+        if geometry.outer_conformity >= widest:
+            problems.append(
+                f"geometry.outer_conformity = {geometry.outer_conformity:g} makes the groove wider than the outer "
+                f"ring; it must be below {widest:.6g} for this ball and pitch diameter"
+            )
+        legal = -GREATEST_INTERFERENCE * ball <= geometry.radial_clearance <= GREATEST_CLEARANCE * ball
+        if not legal:
+            problems.append(
+                f"geometry.radial_clearance = {geometry.radial_clearance:g} m is outside what a ball of {ball:g} m "
+                f"bears; it must be between {-GREATEST_INTERFERENCE * ball:.6g} and {GREATEST_CLEARANCE * ball:.6g} m"
+            )
+        drive = self.drive
+        for key, vector in (
+            ("drive.offset", drive.offset),
+            ("drive.offset + drive.change.offset", drive.changed_offset),
+        ):
+            found = _check_offset(key, vector, geometry)
+            if found and legal:
+                problems.append(found)
+                break
+        problems += ring_problems(self)
+        problems += defect_problems(self.defects, geometry)
+        problems += sensor_problems(self, geometry)
+        problems += torque_problems(self, dimension_of(self) == QUASI_STATIC)
+        problems += numbers_missing(self.contact)
+        problems += check_damping(self.contact, False, {"relaxation_time": RELAXATION_TIME})
+        problems += check_run(run) + ([] if problems else lubricant_problems(self))
+        if not (run.duration and run.output_rate):
+            problems.append("run.duration and run.output_rate of a bearing must be above 0; give seconds and Hz")
+        return problems
 
 
 GREATEST_INTERFERENCE = 0.02  # of the ball diameter: beyond it the contacts are no longer small
@@ -228,77 +310,6 @@ def as_chosen(parameters: BearingScene, choice=None) -> BearingScene:
     if named not in friction_names():
         named = pick(BEARING, "contact.friction", parameters).value
     return _rubbing(parameters, named)
-
-
-def resolve(parameters: BearingScene) -> BearingScene:
-    """The parameters of a checked scene; a restitution leaves no relaxation time."""
-    contact = dataclasses.replace(parameters.contact, relaxation_time=viscous_terms(parameters.contact)[1])
-    cage = dataclasses.replace(parameters.cage, kind=pick(BEARING, "cage.kind", parameters, parameters.cage.kind).value)
-    return dataclasses.replace(parameters, contact=contact, cage=cage, run=resolved_run(parameters.run))
-
-
-def check(parameters: BearingScene) -> list[str]:
-    """What is impossible although each number alone is legal; one line a problem, naming keys, values and limits."""
-    problems = clearance_problems(parameters)
-    if problems:
-        return problems
-    geometry, run = operating_geometry(parameters), parameters.run
-    ball, pitch = geometry.ball_diameter, geometry.pitch_diameter
-    if pitch <= ball:
-        problems.append(
-            f"geometry.pitch_diameter = {pitch:g} m leaves no inner raceway; "
-            f"it must exceed geometry.ball_diameter = {ball:g} m"
-        )
-    elif geometry.balls >= 2 and ball > pitch * math.sin(math.pi / geometry.balls):
-        fitting = math.floor(math.pi / math.asin(ball / pitch))
-        widest = pitch * math.sin(math.pi / geometry.balls)
-        problems.append(
-            f"geometry.balls = {geometry.balls} balls of {ball:g} m do not fit on a circle of {pitch:g} m; "
-            f"at most {fitting} do, or geometry.ball_diameter at most {widest:.6g} m"
-        )
-    widest = 0.5 * (pitch / ball + 1.0)
-    if geometry.outer_conformity >= widest:
-        problems.append(
-            f"geometry.outer_conformity = {geometry.outer_conformity:g} makes the groove wider than the outer ring; "
-            f"it must be below {widest:.6g} for this ball and pitch diameter"
-        )
-    legal = -GREATEST_INTERFERENCE * ball <= geometry.radial_clearance <= GREATEST_CLEARANCE * ball
-    if not legal:
-        problems.append(
-            f"geometry.radial_clearance = {geometry.radial_clearance:g} m is outside what a ball of {ball:g} m bears; "
-            f"it must be between {-GREATEST_INTERFERENCE * ball:.6g} and {GREATEST_CLEARANCE * ball:.6g} m"
-        )
-    drive = parameters.drive
-    for key, vector in (("drive.offset", drive.offset), ("drive.offset + drive.change.offset", drive.changed_offset)):
-        found = _check_offset(key, vector, geometry)
-        if found and legal:
-            problems.append(found)
-            break
-    problems += ring_problems(parameters)
-    problems += defect_problems(parameters.defects, geometry)
-    problems += sensor_problems(parameters, geometry)
-    problems += torque_problems(parameters, dimension_of(parameters) == QUASI_STATIC)
-    problems += numbers_missing(parameters.contact)
-    problems += check_damping(parameters.contact, False, {"relaxation_time": RELAXATION_TIME})
-    problems += check_run(run) + ([] if problems else lubricant_problems(parameters))
-    if not (run.duration and run.output_rate):
-        problems.append("run.duration and run.output_rate of a bearing must be above 0; give seconds and Hz")
-    return problems
-
-
-MOVED = {
-    "contact.yield_pressure": "materials.*.yield_strength, which is the yield pressure over 1.6",
-}
-"""Keys of earlier versions, and what takes their place."""
-
-
-def upgraded(scene: dict) -> dict:
-    """The plain data of a scene in today's words, from those of an earlier version."""
-    if "yield_pressure" in scene.get("contact", {}):
-        strength = scene["contact"].pop("yield_pressure") / YIELD_ONSET
-        for body in ("ball", "inner_ring", "outer_ring"):
-            scene["materials"][body]["yield_strength"] = strength
-    return scene
 
 
 def _check_offset(key: str, vector: tuple[float, float, float], geometry: Geometry) -> str:

@@ -10,10 +10,18 @@ from bearing_twin.base.sample import Block
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.hertz_impact import bar_speed, restitution_lost_on_half_space
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.doubt import FRICTION_MODEL, HERTZ_MENDS, LAW, ModelDoubt
+from bearing_twin.kinds.bouncing import COARSEST, FINEST
 from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass
 from bearing_twin.kinds.ellipsoid.figures import EllipsoidFigures
-from bearing_twin.kinds.refinement import Comparison
+from bearing_twin.kinds.ellipsoid.motion import setting_of
+from bearing_twin.kinds.error_estimates import (
+    FRICTION_MODEL,
+    HERTZ_MENDS,
+    LAW,
+    Comparison,
+    ModelErrors,
+    finer_setting,
+)
 
 
 def paired(own: list, true: list, size: Callable) -> list[tuple]:
@@ -35,6 +43,11 @@ class ContactComparison(Comparison):
         super().__init__(parameters, choice)
         self.outputs = {"contacts": "in peak load or impulse, over the greatest"}
 
+    def refined(self):
+        """Of order 8 whatever the first is."""
+        setting = finer_setting(setting_of(self.parameters, self.choice), FINEST, COARSEST)
+        return self.parameters, self.choice._replace(stepper="dop853", setting=setting)
+
     def events(self, own, second) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Of all contacts so far."""
         both = paired(own.bounces(), second.bounces(), lambda one: one.peak_load)
@@ -48,7 +61,7 @@ class ContactComparison(Comparison):
         return {"contacts": (times, apart, np.ones(len(both)))}
 
 
-class EllipsoidDoubt(ModelDoubt):
+class EllipsoidDoubt(ModelErrors):
     """The law against exact Hertz where each contact was hardest."""
 
     outputs = ("contacts",)

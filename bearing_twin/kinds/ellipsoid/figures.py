@@ -13,7 +13,7 @@ from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.ellipsoid.derived import modulus_of
 from bearing_twin.kinds.ellipsoid.parameters import EllipsoidOnPlaneScene
-from bearing_twin.kinds.energy import adds_up
+from bearing_twin.kinds.figures import adds_up
 
 LISTED = 200  # contacts named one by one in a report
 NOTABLE = 0.01  # of the greatest load: lighter touches say nothing about waves in the body

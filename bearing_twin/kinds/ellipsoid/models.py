@@ -6,8 +6,7 @@ from bearing_twin.base.report import Choice
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass, law_error_over, shortest_contact
 from bearing_twin.kinds.impact.collision import FEW_STEPS
-from bearing_twin.kinds.law_words import drift, idle_step, odd_mass
-from bearing_twin.kinds.rules import ELLIPSOID, answers, sentences
+from bearing_twin.kinds.rules import ELLIPSOID, answers, drift, idle_step, odd_mass, sentences
 
 RATIONAL = 1e-9  # no law is called wrong that is as near to exact Hertz as the rational form of hertz
 

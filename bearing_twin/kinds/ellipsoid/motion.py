@@ -8,7 +8,7 @@ from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bouncing import COARSEST, FINEST, FLOOR, STEP, TIME, BouncingMotion, CoreBodies, contact_numbers
+from bearing_twin.kinds.bouncing import FINEST, FLOOR, STEP, TIME, BouncingMotion, CoreBodies, contact_numbers
 from bearing_twin.kinds.ellipsoid import compiled
 from bearing_twin.kinds.ellipsoid.compiled import DRIFT, IN_CONTACT, RECORDED, start_state
 from bearing_twin.kinds.ellipsoid.derived import (
@@ -22,7 +22,6 @@ from bearing_twin.kinds.ellipsoid.derived import (
 )
 from bearing_twin.kinds.ellipsoid.outputs import outputs_of
 from bearing_twin.kinds.ellipsoid.parameters import BODY, PLANE, EllipsoidOnPlaneScene
-from bearing_twin.kinds.refinement import finer_setting
 from bearing_twin.numerics.statuses import NOT_FINITE, STALLED, TOO_DEEP
 
 SETTING = 1e-3  # tolerance of a step over that of contacts (`tests/test_impact_doubt.py`)
@@ -54,12 +53,6 @@ def setting_of(parameters, choice: Choice) -> float:
     """The tolerance of a step: errors of bounces add up, and grow where a body tumbles."""
     chosen = SETTING * float(parameters.wanted.tolerance) if math.isnan(choice.setting) else choice.setting
     return max(chosen, FINEST)
-
-
-def refined(parameters, choice: Choice) -> tuple[EllipsoidOnPlaneScene, Choice]:
-    """Parameters and choice of the second run, of order 8 whatever the first is."""
-    setting = finer_setting(setting_of(parameters, choice), FINEST, COARSEST)
-    return parameters, choice._replace(stepper="dop853", setting=setting)
 
 
 def plan_of(parameters: EllipsoidOnPlaneScene, choice: Choice) -> np.ndarray:

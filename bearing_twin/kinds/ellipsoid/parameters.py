@@ -2,9 +2,12 @@
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
+from bearing_twin.kinds.contract import SceneParameters, lazy_import
+from bearing_twin.kinds.ranges import facts_at
 from bearing_twin.kinds.sections import (
     Checked,
     Friction,
@@ -18,6 +21,7 @@ from bearing_twin.kinds.sections import (
     point_laws,
 )
 
+DERIVED = "bearing_twin.kinds.ellipsoid.derived"
 GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need in this kind
 ELLIPSOID_STEPPERS = ("dop853", "rk4")
 BODY, PLANE = "body", "plane"  # the bodies, as topics and failures name them
@@ -79,7 +83,7 @@ class WantedOfEllipsoid(Wanted):
 
 
 @dataclass(frozen=True)
-class EllipsoidOnPlaneScene:
+class EllipsoidOnPlaneScene(SceneParameters):
     """A homogeneous ellipsoid over an elastic half-space, under gravity (paper 1, section 5, first example)."""
 
     body: EllipsoidBody = section(EllipsoidBody)
@@ -91,25 +95,27 @@ class EllipsoidOnPlaneScene:
     wanted: WantedOfEllipsoid = section(WantedOfEllipsoid)
     run: RunSettings = section(RunSettings, default=RunSettings(2.0, 2000.0, 0.0))
 
+    moved: ClassVar = {
+        "contact.yield_pressure": "body.material.yield_strength and plane.material.yield_strength "
+        "(the pressure over 1.6)",
+        "friction": "contact.friction, contact.friction_coefficient and contact.friction_regularisation",
+    }
+    facts = facts_at(f"{DERIVED}:axis_ratio", f"{DERIVED}:coefficient_change")
+    check = lazy_import(f"{DERIVED}:check_ellipsoid")
+    resolve = lazy_import(f"{DERIVED}:resolve")
 
-MOVED = {
-    "contact.yield_pressure": "body.material.yield_strength and plane.material.yield_strength (the pressure over 1.6)",
-    "friction": "contact.friction, contact.friction_coefficient and contact.friction_regularisation",
-}
-"""Keys of earlier versions, and their successors."""
-
-
-def upgraded(scene: dict) -> dict:
-    """The plain data of a scene in today's words, from those of an earlier version."""
-    contact, friction = scene.get("contact", {}), scene.pop("friction", {})
-    names = {"form": "friction", "coefficient": "friction_coefficient", "regularisation": "friction_regularisation"}
-    contact |= {names[key]: value for key, value in friction.items() if key in names}
-    if "yield_pressure" in contact:
-        strength = contact.pop("yield_pressure") / YIELD_ONSET
-        for body in ("body", "plane"):
-            scene[body]["material"]["yield_strength"] = strength
-    if contact.get("restitution_speed", 0.0) > 0.0:
-        contact["damping_law"] = "hunt_crossley"
-    if isinstance(scene.get("gravity"), (int, float)):
-        scene["gravity"] = [0.0, 0.0, -scene["gravity"]]
-    return scene
+    @staticmethod
+    def upgraded(scene: dict) -> dict:
+        """The plain data of a scene in today's words, from those of an earlier version."""
+        contact, friction = scene.get("contact", {}), scene.pop("friction", {})
+        names = {"form": "friction", "coefficient": "friction_coefficient", "regularisation": "friction_regularisation"}
+        contact |= {names[key]: value for key, value in friction.items() if key in names}
+        if "yield_pressure" in contact:
+            strength = contact.pop("yield_pressure") / YIELD_ONSET
+            for body in ("body", "plane"):
+                scene[body]["material"]["yield_strength"] = strength
+        if contact.get("restitution_speed", 0.0) > 0.0:
+            contact["damping_law"] = "hunt_crossley"
+        if isinstance(scene.get("gravity"), (int, float)):
+            scene["gravity"] = [0.0, 0.0, -scene["gravity"]]
+        return scene

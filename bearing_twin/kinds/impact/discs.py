@@ -46,10 +46,11 @@ def motion(parameters: TwoDiscsScene, choice: Choice) -> ImpactMotion:
     return ImpactMotion(solve, parameters, choice)
 
 
-def closed_form() -> ClosedForm:
+def closed_form(parameters: TwoDiscsScene) -> ClosedForm | None:
     """Discs by quadrature, many at once."""
+    if parameters.solver.stepper not in ("auto", "closed_form"):
+        return None
     return ClosedForm(
-        describes=lambda parameters: parameters.solver.stepper in ("auto", "closed_form"),
         bodies=_bodies,
         histories={},
         no_solution="the law of line contact cannot store the energy of this impact",

@@ -7,20 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block
 from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.hertz_impact import bar_speed, restitution_lost_between_spheres
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import spot_radius
-from bearing_twin.kinds.doubt import HERTZ_MENDS, LAW, ModelDoubt
+from bearing_twin.kinds.error_estimates import HERTZ_MENDS, LAW, Comparison, ModelErrors, finer_setting
 from bearing_twin.kinds.impact.derived import contact_time_by, hunt_crossley_damping
 from bearing_twin.kinds.impact.figures import FIGURES
 from bearing_twin.kinds.impact.impact import SETTING
 from bearing_twin.kinds.impact.models import line_contact_error
 from bearing_twin.kinds.impact.parameters import FIXED_STEP
-from bearing_twin.kinds.refinement import Comparison, finer_setting
 
 COARSEST, FINEST = 1e-9, 1e-13  # of the tolerance of a step of a second run, at most and at least
 
@@ -28,17 +26,6 @@ COARSEST, FINEST = 1e-9, 1e-13  # of the tolerance of a step of a second run, at
 def relative(value: float, finer: float) -> float:
     """Relative error of a value; infinite where the finer one is zero."""
     return abs(value - finer) / abs(finer) if finer else (math.inf if value else 0.0)
-
-
-def refined(parameters, choice: Choice):
-    """Parameters and choice of the second run, by the equation of motion; None of elastic spheres in closed form."""
-    contact = parameters.contact
-    spheres = choice.stepper == "closed_form" and hasattr(parameters, "first")
-    if spheres and hunt_crossley_damping(contact, parameters.motion.speed) == 0.0:
-        return None
-    setting = finer_setting(SETTING * parameters.wanted.tolerance, FINEST, COARSEST)
-    wanted = dataclasses.replace(parameters.wanted, tolerance=setting / SETTING)
-    return dataclasses.replace(parameters, wanted=wanted), choice._replace(stepper="dop853")
 
 
 class ImpactComparison(Comparison):
@@ -52,6 +39,16 @@ class ImpactComparison(Comparison):
         self.outputs = {"peaks": "of peak force or contact time"}
         if parameters.wanted.outputs != "peaks":
             self.outputs["forces"] = "over the greatest"
+
+    def refined(self):
+        """By the equation of motion; None of elastic spheres in closed form."""
+        parameters, choice = self.parameters, self.choice
+        spheres = choice.stepper == "closed_form" and hasattr(parameters, "first")
+        if spheres and hunt_crossley_damping(parameters.contact, parameters.motion.speed) == 0.0:
+            return None
+        setting = finer_setting(SETTING * parameters.wanted.tolerance, FINEST, COARSEST)
+        wanted = dataclasses.replace(parameters.wanted, tolerance=setting / SETTING)
+        return dataclasses.replace(parameters, wanted=wanted), choice._replace(stepper="dop853")
 
     @property
     def smaller(self) -> str:
@@ -71,7 +68,7 @@ class ImpactComparison(Comparison):
         return {"peaks": (np.zeros(1), np.array([apart]), np.ones(1))}
 
 
-class PairDoubt(ModelDoubt):
+class PairDoubt(ModelErrors):
     """The model errors of two bodies on a line."""
 
     outputs = ("peaks", "forces")

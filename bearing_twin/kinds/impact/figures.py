@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from bearing_twin.base.sample import Block, Channel, Table
-from bearing_twin.kinds.energy import adds_up
+from bearing_twin.kinds.figures import adds_up
 
 CONTACT = Table(
     "contact",

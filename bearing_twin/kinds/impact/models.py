@@ -6,8 +6,7 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.impact.collision import FEW_STEPS
 from bearing_twin.kinds.impact.derived import contact_time_by, homogeneous_mass, pair_contact_time, speed_share
 from bearing_twin.kinds.impact.parameters import FIXED_STEP
-from bearing_twin.kinds.law_words import idle_step, odd_mass
-from bearing_twin.kinds.rules import DISCS, SPHERES, answers, sentences
+from bearing_twin.kinds.rules import DISCS, SPHERES, answers, idle_step, odd_mass, sentences
 
 JOHNSON_ERROR = 0.04
 """Of force and contact time of slow discs by Johnson in plane strain (`tests/test_impact_physics.py`)."""

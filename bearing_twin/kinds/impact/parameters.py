@@ -2,10 +2,13 @@
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.laws import law_names
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
+from bearing_twin.kinds.contract import SceneParameters, lazy_import
+from bearing_twin.kinds.ranges import facts_at
 from bearing_twin.kinds.sections import (
     LOOSEST,
     UNVERIFIED,
@@ -18,6 +21,7 @@ from bearing_twin.kinds.sections import (
     point_laws,
 )
 
+HERE = "bearing_twin.kinds.impact"
 SPHERES_GIVE = ("curvatures", "stiffness", "alpha")  # what a law may need between spheres
 FIXED_STEP = ("rk4", "symplectic_euler")  # as in core/bodies/impact.hpp
 PAIR_STEPPERS = ("closed_form", "dop853", *FIXED_STEP)
@@ -74,8 +78,26 @@ class WantedPair(WantedImpact):
     )
 
 
+class ImpactParameters(SceneParameters):
+    """Base of the scenes of two bodies on a line."""
+
+    resolve = lazy_import(f"{HERE}.derived:resolve")
+
+    @staticmethod
+    def upgraded(scene: dict) -> dict:
+        """The plain data of a scene in today's words, from those of an earlier version."""
+        if "wanted" in scene.get("run", {}):
+            scene.setdefault("wanted", {})["outputs"] = scene["run"].pop("wanted")
+        if "yield_pressure" in scene.get("contact", {}):
+            strength = scene["contact"].pop("yield_pressure") / YIELD_ONSET
+            for body in ("first", "second", "disc"):
+                if body in scene:
+                    scene[body]["material"]["yield_strength"] = strength
+        return scene
+
+
 @dataclass(frozen=True)
-class TwoSpheresScene:
+class TwoSpheresScene(ImpactParameters):
     """Central impact of two elastic spheres (paper 3, sections 2 and 3), without gravity."""
 
     first: Sphere = section(Sphere)
@@ -85,6 +107,14 @@ class TwoSpheresScene:
     solver: PairSolver = section(PairSolver)
     wanted: WantedPair = section(WantedPair)
     run: RunSettings = section(RunSettings)
+
+    moved: ClassVar = {
+        "contact.yield_pressure": "first.material.yield_strength, second.material.yield_strength "
+        "(the pressure over 1.6)",
+        "run.wanted": "wanted.outputs",
+    }
+    check = lazy_import(f"{HERE}.derived:check_spheres")
+    closed_form = lazy_import(f"{HERE}.spheres:closed_form")
 
 
 @dataclass(frozen=True)
@@ -106,7 +136,7 @@ class DiscContact(ElasticLaw):
 
 
 @dataclass(frozen=True)
-class TwoDiscsScene:
+class TwoDiscsScene(ImpactParameters):
     """Central impact of two equal elastic discs by a law of line contact (paper 3, section 5.1), without gravity."""
 
     disc: Disc = section(Disc)
@@ -116,22 +146,10 @@ class TwoDiscsScene:
     wanted: WantedPair = section(WantedPair)
     run: RunSettings = section(RunSettings)
 
-
-MOVED = {
-    "contact.yield_pressure": "first.material.yield_strength, second.material.yield_strength (the pressure over 1.6)",
-    "run.wanted": "wanted.outputs",
-}
-MOVED_OF_DISCS = MOVED | {"contact.yield_pressure": "disc.material.yield_strength (the pressure over 1.6)"}
-"""Keys of earlier versions, and their successors."""
-
-
-def upgraded(scene: dict) -> dict:
-    """The plain data of a scene in today's words, from those of an earlier version."""
-    if "wanted" in scene.get("run", {}):
-        scene.setdefault("wanted", {})["outputs"] = scene["run"].pop("wanted")
-    if "yield_pressure" in scene.get("contact", {}):
-        strength = scene["contact"].pop("yield_pressure") / YIELD_ONSET
-        for body in ("first", "second", "disc"):
-            if body in scene:
-                scene[body]["material"]["yield_strength"] = strength
-    return scene
+    moved: ClassVar = {
+        "contact.yield_pressure": "disc.material.yield_strength (the pressure over 1.6)",
+        "run.wanted": "wanted.outputs",
+    }
+    facts = facts_at(f"{HERE}.derived:thickness_over_radius", f"{HERE}.derived:speed_share")
+    check = lazy_import(f"{HERE}.derived:check_discs")
+    closed_form = lazy_import(f"{HERE}.discs:closed_form")

@@ -1,6 +1,6 @@
 """Quantities of studies of impacts; closed forms are imported when they are called."""
 
-from bearing_twin.kinds.contract import Quantity, late, read_off
+from bearing_twin.kinds.contract import Quantity, lazy_import, read_off
 
 
 def impact_quantities(**closed) -> dict[str, Quantity]:
@@ -28,8 +28,8 @@ def discs() -> dict[str, Quantity]:
 def _pair(forms: str) -> dict[str, Quantity]:
     """With closed forms from that module, handed (law or coefficient, reduced mass, speed)."""
     return impact_quantities(
-        contact_duration=late(f"{forms}:contact_time"),
-        peak_force=late(f"{forms}:peak_force"),
-        greatest_approach=late(f"{forms}:greatest_approach"),
+        contact_duration=lazy_import(f"{forms}:contact_time"),
+        peak_force=lazy_import(f"{forms}:peak_force"),
+        greatest_approach=lazy_import(f"{forms}:greatest_approach"),
         impulse=lambda _, reduced_mass, speed: 2.0 * reduced_mass * speed,
     )

@@ -63,14 +63,12 @@ def motion(parameters: TwoSpheresScene, choice: Choice) -> ImpactMotion:
     return ImpactMotion(solve, parameters, choice)
 
 
-def closed_form() -> ClosedForm:
+def closed_form(parameters: TwoSpheresScene) -> ClosedForm | None:
     """Spheres without loss, many at once."""
+    hertzian = LAWS[sphere_law(parameters)].power == HERTZIAN
+    if not (hertzian and is_elastic(parameters.contact) and parameters.solver.stepper in ("auto", "closed_form")):
+        return None
     return ClosedForm(
-        describes=lambda parameters: (
-            LAWS[sphere_law(parameters)].power == HERTZIAN
-            and is_elastic(parameters.contact)
-            and parameters.solver.stepper in ("auto", "closed_form")
-        ),
         bodies=_bodies,
         histories={"normal_load": closed_forms.force_history, "approach": closed_forms.approach_history},
         no_solution="the closed form is not finite at these values",

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 from bearing_twin.kinds.bearing import catalogue
 from bearing_twin.kinds.bearing.parameters import BearingContact, BearingScene
-from bearing_twin.kinds.bearing.parameters import check as check_bearing
 from bearing_twin.kinds.bearing.rings import EVEN, QUASI_STATIC, Cage, Drive, Model
 from bearing_twin.kinds.sections import resolved_run
 from bearing_twin.kinds.shaft.parameters import SIDES, Mounted, ShaftScene
@@ -46,7 +45,7 @@ def check(parameters: ShaftScene) -> list[str]:
         mounted = getattr(parameters, side)
         if mounted.facing == 0:
             problems.append(f"{side}.facing = 0 must be 1 or -1: a bearing has two faces")
-        for problem in check_bearing(bearing_scene(parameters, side)):
+        for problem in bearing_scene(parameters, side).check():
             if problem not in seen:
                 own = problem.startswith(("geometry", "fits", "temperatures", "ratings", "materials"))
                 problems.append(f"{side}.{problem}" if own else problem)

@@ -18,7 +18,6 @@ from bearing_twin.kinds.bearing.equilibrium import (
     Setting,
     Support,
     azimuths_of,
-    check_goal,
     commanded_loads,
     contacts_at,
     limits_used,
@@ -28,7 +27,6 @@ from bearing_twin.kinds.bearing.equilibrium import (
     tried_at,
 )
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
-from bearing_twin.kinds.bearing.rings import SPEED
 from bearing_twin.kinds.shaft.course import about_centre, constant_loads, loads_of, unbalance_of
 from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
@@ -239,15 +237,6 @@ def check_load(parameters: ShaftScene, law: str, speed: float, force, moment) ->
         commanded = about_centre(parameters.shaft.load_place, commanded_loads(force, moment))
         loads = constant_loads(parameters) + commanded
     refuse_uncarried(parameters, law, speed, loads)
-
-
-def check_drive(parameters: ShaftScene, law: str, key: str, value: float, load: tuple) -> None:
-    """Raises BearingTwinError for a commanded `key` that is no speed [rad/s], or one at which a load is not carried.
-
-    The `load` is (force, moment), None for both being the scene's own.
-    """
-    check_goal(SPEED, key, value)
-    check_load(parameters, law, value, *load)
 
 
 def refuse_uncarried(parameters: ShaftScene, law: str, speed: float, loads: np.ndarray) -> None:

@@ -12,7 +12,7 @@ from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
 from bearing_twin.kinds.bearing.equilibrium import setting_of
 from bearing_twin.kinds.bearing.ratings import hours_of, lives_of, ratings_of
-from bearing_twin.kinds.energy import adds_up
+from bearing_twin.kinds.figures import adds_up
 from bearing_twin.kinds.shaft.derived import bearing_scene
 from bearing_twin.kinds.shaft.modes import modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene

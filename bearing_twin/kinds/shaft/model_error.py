@@ -21,8 +21,7 @@ from bearing_twin.kinds.bearing.equilibrium import (
     weighed_solver,
 )
 from bearing_twin.kinds.bearing.model_error import ALIKE, half_space_error, pushed_by
-from bearing_twin.kinds.doubt import HERTZ_MENDS, LEFT_OUT, Errors, ModelDoubt
-from bearing_twin.kinds.refinement import Comparison, with_tolerance
+from bearing_twin.kinds.error_estimates import HERTZ_MENDS, LEFT_OUT, Comparison, Errors, ModelErrors, with_tolerance
 from bearing_twin.kinds.shaft.course import speeds_of
 from bearing_twin.kinds.shaft.derived import bearing_scene
 from bearing_twin.kinds.shaft.equilibrium import balance_of, rotor_of
@@ -134,12 +133,6 @@ def wide_of(parameters: ShaftScene, law: str, speed: float, time: float) -> dict
     return found
 
 
-def refined(parameters, choice):
-    """Parameters and choice of the second run: a fraction of the tolerance, and twice the least steps a turn."""
-    parameters, choice = with_tolerance(parameters, choice, FINEST / SETTING)
-    return parameters, choice._replace(finer=2.0 * choice.finer)
-
-
 class ShaftComparison(Comparison):
     """Loads of all balls over the greatest."""
 
@@ -149,6 +142,11 @@ class ShaftComparison(Comparison):
         super().__init__(parameters, choice)
         self.outputs = {"ball_loads": "of any contact at any output, over the greatest load"}
 
+    def refined(self):
+        """A fraction of the tolerance, and twice the least steps a turn."""
+        parameters, choice = with_tolerance(self.parameters, self.choice, FINEST / SETTING)
+        return parameters, choice._replace(finer=2.0 * choice.finer)
+
     def differences(self, own: Block, second: Block) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Of the loads of both bearings."""
         names = [f"{side}_normal_load" for side in SIDES]
@@ -157,7 +155,7 @@ class ShaftComparison(Comparison):
         return {"ball_loads": (np.maximum(*apart), np.maximum(*sizes))}
 
 
-class ShaftDoubt(ModelDoubt):
+class ShaftDoubt(ModelErrors):
     """The law against exact Hertz; equilibria against balls that move."""
 
     outputs = ("ball_loads",)

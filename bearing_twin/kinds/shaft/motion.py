@@ -11,10 +11,12 @@ from bearing_twin.base.sample import Channel, Columns, layout_of
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.compiled_balls import method_numbers
-from bearing_twin.kinds.bearing.equilibrium import COORDINATES, OF_BALL, STOP
+from bearing_twin.kinds.bearing.equilibrium import COORDINATES, OF_BALL, STOP, check_goal
+from bearing_twin.kinds.bearing.ratings import command_doubt
+from bearing_twin.kinds.bearing.rings import SPEED
 from bearing_twin.kinds.bearing.system import Loading
 from bearing_twin.kinds.shaft.course import ShaftCourse
-from bearing_twin.kinds.shaft.equilibrium import balance_of, explained, lever_of, longest_of, rotor_of
+from bearing_twin.kinds.shaft.equilibrium import balance_of, check_load, explained, lever_of, longest_of, rotor_of
 from bearing_twin.kinds.shaft.modes import matrices_of, stiffest_mode, unbalance_response
 from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene
 from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, WORDS
@@ -212,10 +214,20 @@ class ShaftMotion:
     def goal_speed(self, speed: float) -> None:
         self._told(self.course.told(self.seconds, speed))
 
+    def check_drive(self, key: str, value: float, load: tuple) -> str:
+        """A warning of a speed [rad/s], or ""; a torque is refused, see `CommandedMotion`."""
+        check_goal(SPEED, key, value)
+        check_load(self.parameters, self._law, value, *load)
+        return command_doubt(self.parameters, value)
+
+    def check_load(self, force, moment) -> None:
+        """See `equilibrium.check_load`, at the goal of the speed."""
+        check_load(self.parameters, self._law, self.goal_speed, force, moment)
+
     def set_load(self, force, moment) -> None:
         """New loads at `shaft.load_place` [N], [N m] from now on, or the scene's own where both are None.
 
-        They are taken as `equilibrium.check_load` let them pass. Constant loads and unbalances stay.
+        They are taken as `check_load` let them pass. Constant loads and unbalances stay.
         """
         self._told(self.course.loaded(self.seconds, force, moment))
 

@@ -7,6 +7,7 @@ from bearing_twin.base.parameters import choice, number_table, quantity, section
 from bearing_twin.kinds.bearing.geometry import Fits, Temperatures
 from bearing_twin.kinds.bearing.parameters import GIVES, RELAXATION_TIME, Geometry, GivenRatings, Materials
 from bearing_twin.kinds.bearing.rings import LoadChange, SpeedChange, load_table, steady_load, steady_moment
+from bearing_twin.kinds.contract import SceneParameters, lazy_import
 from bearing_twin.kinds.sections import (
     LOOSEST,
     UNVERIFIED,
@@ -18,6 +19,7 @@ from bearing_twin.kinds.sections import (
     point_laws,
 )
 
+DERIVED = "bearing_twin.kinds.shaft.derived"
 SIDES = ("left", "right")
 SETTLED, EQUILIBRIUM = "settled", "equilibrium"
 LOADS = (("place", "m"), ("x", "N"), ("y", "N"), ("z", "N"), ("about x", "N m"), ("about y", "N m"))
@@ -108,7 +110,7 @@ class WantedOfShaft(Wanted):
 
 
 @dataclass(frozen=True)
-class ShaftScene:
+class ShaftScene(SceneParameters):
     """A rigid shaft on two ball bearings whose balls are in balance at every instant."""
 
     shaft: RigidShaft = section(RigidShaft)
@@ -120,3 +122,7 @@ class ShaftScene:
     solver: Checked = section(Checked)
     wanted: WantedOfShaft = section(WantedOfShaft)
     run: RunSettings = section(RunSettings, default=RunSettings(0.5, 2000.0, 100.0))
+
+    completed = staticmethod(lazy_import(f"{DERIVED}:completed"))
+    check = lazy_import(f"{DERIVED}:check")
+    resolve = lazy_import(f"{DERIVED}:resolve")

@@ -2,8 +2,7 @@
 
 import math
 
-from bearing_twin.kinds.contract import Kind, Quantity, late, read_off
-from bearing_twin.kinds.rows import parts_in
+from bearing_twin.kinds.contract import Kind, Quantity, parts_in, read_off
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
 
 HERE = "bearing_twin.kinds.shaft"
@@ -52,25 +51,17 @@ def quantities() -> dict[str, Quantity]:
 SHAFT = Kind(
     name="shaft",
     help="a rigid shaft with mass and unbalance on two ball bearings whose balls are in balance at every instant",
-    home=HERE,
     parameters=ShaftScene,
-    frame="shaft_link",
-    speed_doubt=late("bearing_twin.kinds.bearing.ratings:command_doubt"),
     **parts_in(
         HERE,
         motion="motion:ShaftMotion",
         records="",
-        channels="motion:channels",
-        refined="model_error:refined",
         comparison="model_error:ShaftComparison",
-        completed="derived:completed",
         place_of="motion:place_of",
         figures="figures:ShaftFigures",
         quantities="row:quantities",
-        doubt="model_error:ShaftDoubt",
+        model_errors="model_error:ShaftDoubt",
         commands="topics:commands",
-        check_drive="equilibrium:check_drive",
-        check_load="equilibrium:check_load",
         picture="picture:ShaftPicture",
     ),
 )

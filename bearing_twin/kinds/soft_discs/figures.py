@@ -4,7 +4,7 @@ from typing import Any
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Table
-from bearing_twin.kinds.energy import adds_up
+from bearing_twin.kinds.figures import adds_up
 from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 

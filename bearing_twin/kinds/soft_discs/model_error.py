@@ -5,13 +5,9 @@ import math
 
 import numpy as np
 
-from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block
-from bearing_twin.kinds.doubt import LAW, ModelDoubt
+from bearing_twin.kinds.error_estimates import COARSER, LAW, ModelErrors
 from bearing_twin.kinds.impact.doubt import ImpactComparison
-from bearing_twin.kinds.refinement import COARSER
-from bearing_twin.kinds.soft_discs.derived import resolve
-from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 
 
 def second_divisions(divisions: int, order: int) -> int:
@@ -19,14 +15,6 @@ def second_divisions(divisions: int, order: int) -> int:
     step = 2 * order
     coarser = math.floor(COARSER * divisions / step) * step
     return coarser if coarser >= max(step, 4) else divisions + step
-
-
-def refined(parameters: SoftDiscsScene, choice: Choice) -> tuple[SoftDiscsScene, Choice]:
-    """Parameters and choice of the second run: on another mesh."""
-    parameters = resolve(parameters)
-    divisions = second_divisions(parameters.mesh.divisions, parameters.mesh.order)
-    mesh = dataclasses.replace(parameters.mesh, divisions=divisions)
-    return dataclasses.replace(parameters, mesh=mesh), choice
 
 
 class SoftDiscComparison(ImpactComparison):
@@ -39,6 +27,13 @@ class SoftDiscComparison(ImpactComparison):
         if parameters.wanted.outputs != "peaks":
             self.outputs = {"forces": "root mean square over the contact, over that of the force"}
         self._squares = np.zeros(2)
+
+    def refined(self):
+        """On another mesh."""
+        parameters = self.parameters.resolve()
+        divisions = second_divisions(parameters.mesh.divisions, parameters.mesh.order)
+        mesh = dataclasses.replace(parameters.mesh, divisions=divisions)
+        return dataclasses.replace(parameters, mesh=mesh), self.choice
 
     @property
     def smaller(self) -> str:
@@ -59,7 +54,7 @@ class SoftDiscComparison(ImpactComparison):
         return {"forces": (np.zeros(1), *np.sqrt(self._squares)[:, None])}
 
 
-class SoftDiscDoubt(ModelDoubt):
+class SoftDiscDoubt(ModelErrors):
     """What the model of soft discs leaves out."""
 
     def notes(self) -> dict[str, str]:

@@ -5,8 +5,11 @@ from dataclasses import dataclass
 
 from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.materials import Material
+from bearing_twin.kinds.contract import SceneParameters, lazy_import
+from bearing_twin.kinds.ranges import facts_at
 from bearing_twin.kinds.sections import LOOSEST, Checked, RunSettings, WantedImpact
 
+DERIVED = "bearing_twin.kinds.soft_discs.derived"
 RUBBER = Material(1.0e5, 0.25, 960.0, 0.0)
 GREATEST_DIVISIONS = 512
 
@@ -97,7 +100,7 @@ class WantedOfDisc(WantedImpact):
 
 
 @dataclass(frozen=True)
-class SoftDiscsScene:
+class SoftDiscsScene(SceneParameters):
     """A soft disc on a rigid wall, or two soft discs, by finite elasticity (paper 3, section 5.2), without gravity."""
 
     disc: SoftDisc = section(SoftDisc)
@@ -119,3 +122,7 @@ class SoftDiscsScene:
     solver: CentralDifferences = section(CentralDifferences)
     wanted: WantedOfDisc = section(WantedOfDisc)
     run: RunSettings = section(RunSettings)
+
+    facts = facts_at(f"{DERIVED}:speed_share", f"{DERIVED}:thickness_over_radius", f"{DERIVED}:poisson_ratio_in_strain")
+    check = lazy_import(f"{DERIVED}:check")
+    resolve = lazy_import(f"{DERIVED}:resolve")

@@ -24,7 +24,7 @@ FRAMES = 40  # of an animation
 class SoftDiscPicture(PairPicture):
     """The picture of one impact of a soft disc, from all its outputs."""
 
-    kept = IMPACT.name
+    kept, animated = IMPACT.name, True
 
     def __init__(self, facts: Facts):
         super().__init__(facts)

@@ -3,12 +3,19 @@
 from collections.abc import Mapping
 from typing import Any
 
+from bearing_twin.kinds.bouncing import COARSEST, FINEST
 from bearing_twin.kinds.ellipsoid.doubt import ContactComparison, EllipsoidDoubt
+from bearing_twin.kinds.error_estimates import finer_setting
 from bearing_twin.kinds.two_bodies.figures import TwoBodiesFigures
+from bearing_twin.kinds.two_bodies.motion import setting_of
 
 
 class TwoBodiesComparison(ContactComparison):
     """As of an ellipsoid on a plane."""
+
+    def refined(self):
+        setting = finer_setting(setting_of(self.parameters, self.choice), FINEST, COARSEST)
+        return self.parameters, self.choice._replace(setting=setting)
 
 
 class TwoBodiesDoubt(EllipsoidDoubt):

@@ -8,8 +8,7 @@ from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.law_words import drift, odd_mass
-from bearing_twin.kinds.rules import BODIES, answers, sentences
+from bearing_twin.kinds.rules import BODIES, answers, drift, odd_mass, sentences
 from bearing_twin.kinds.two_bodies.derived import rigid_of, start_contact
 from bearing_twin.kinds.two_bodies.parameters import HELD, OVERLAP
 

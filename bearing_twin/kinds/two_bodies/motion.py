@@ -8,8 +8,8 @@ from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import elasticity
 from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bouncing import COARSEST, FINEST, FLOOR, BouncingMotion, CoreBodies, contact_numbers
-from bearing_twin.kinds.refinement import TOLERANCE, finer_setting
+from bearing_twin.kinds.bouncing import FINEST, FLOOR, BouncingMotion, CoreBodies, contact_numbers
+from bearing_twin.kinds.error_estimates import TOLERANCE
 from bearing_twin.kinds.two_bodies import compiled
 from bearing_twin.kinds.two_bodies.compiled import BODY, COLUMNS, QUATERNION, UNKNOWNS, VELOCITY
 from bearing_twin.kinds.two_bodies.derived import (
@@ -82,11 +82,6 @@ def setting_of(parameters: TwoBodiesScene, choice: Choice) -> float:
     wanted = float(parameters.wanted.tolerance)
     chosen = min(SETTING * wanted, max(OF_SQUARE * wanted**2, FINEST / TOLERANCE))
     return max(chosen if math.isnan(choice.setting) else choice.setting, FINEST)
-
-
-def refined(parameters: TwoBodiesScene, choice: Choice) -> tuple[TwoBodiesScene, Choice]:
-    """Parameters and choice of the second run."""
-    return parameters, choice._replace(setting=finer_setting(setting_of(parameters, choice), FINEST, COARSEST))
 
 
 class TwoBodiesMotion(BouncingMotion):

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.materials import MATERIALS, Material
+from bearing_twin.kinds.contract import SceneParameters, lazy_import
+from bearing_twin.kinds.ranges import facts_at
 from bearing_twin.kinds.sections import (
     Checked,
     Friction,
@@ -18,6 +20,7 @@ from bearing_twin.kinds.sections import (
     point_laws,
 )
 
+DERIVED = "bearing_twin.kinds.two_bodies.derived"
 GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
 SHAPES = ("plane", "sphere", "ellipsoid", "superellipsoid", "groove")
 TRACKINGS = ("closed", "algebraic", "differential")
@@ -78,7 +81,7 @@ class WantedOfPair(Wanted):
 
 
 @dataclass(frozen=True)
-class TwoBodiesScene:
+class TwoBodiesScene(SceneParameters):
     """Two bodies on each other, under gravity (paper 1, sections 2 to 4)."""
 
     first: Shaped = section(Shaped, default=Shaped(position=(0.0, 0.0, 0.011)))
@@ -88,3 +91,7 @@ class TwoBodiesScene:
     solver: Checked = section(Checked)
     wanted: WantedOfPair = section(WantedOfPair)
     run: RunSettings = section(RunSettings, default=RunSettings(0.1, 5000.0, 0.0))
+
+    facts = facts_at(f"{DERIVED}:axis_ratio", f"{DERIVED}:greatest_exponent")
+    check = lazy_import(f"{DERIVED}:check")
+    resolve = lazy_import(f"{DERIVED}:resolve")
