@@ -200,7 +200,8 @@ def _catalogued(source) -> dict | None:
         or source in SCENES.names()
     ):
         return None
-    return catalogue.scenes().get(source)
+    found = catalogue.scenes()
+    return found[source] if source in found else None
 
 
 def _mapping_of(text_or_mapping, origin: str) -> dict:
