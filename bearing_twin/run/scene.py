@@ -201,7 +201,9 @@ def _catalogued(source) -> dict | None:
     ):
         return None
     found = catalogue.scenes()
-    return found[source] if source in found else None
+    if source not in found:  # it reads designations that it does not list
+        return None
+    return found[source]
 
 
 def _mapping_of(text_or_mapping, origin: str) -> dict:
