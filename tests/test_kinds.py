@@ -12,7 +12,7 @@ from bearing_twin import load_scene, read_log
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.kinds import SHIPPED
 from bearing_twin.log.bag import raw_messages
-from bearing_twin.nodes.replay_loop import ReplayLoop
+from bearing_twin.nodes.replay_node import ReplayLoop
 from bearing_twin.run.verify import verify
 
 # A short scene in which a contact begins, its channel of loads, and what a study of it varies and asks for.

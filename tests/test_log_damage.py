@@ -34,7 +34,7 @@ from bearing_twin.log.recover import recover, survey
 from bearing_twin.log.run_log import LogWriter, read_log, write_log
 from bearing_twin.log.sample_block import samples_message
 from bearing_twin.log.stream import MessageStream
-from bearing_twin.nodes.replay_loop import logged_topics
+from bearing_twin.nodes.replay_node import logged_topics
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 

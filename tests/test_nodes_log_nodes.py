@@ -47,8 +47,7 @@ from bearing_twin.nodes.base_node import Outlet
 from bearing_twin.nodes.messages import WARN, compatible_profile, qos_words, stamp
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.pacing import Timed
-from bearing_twin.nodes.recorder_node import RecorderNode
-from bearing_twin.nodes.recording import MENDS, Recording
+from bearing_twin.nodes.recorder_node import MENDS, RecorderNode, Recording
 from bearing_twin.nodes.replay_node import ReplayNode
 
 SCENE = made_up_scene(balls=2)

@@ -21,13 +21,13 @@ from bearing_twin.log.recover import recover
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.sample_block import sample_range, samples_message
 from bearing_twin.log.stream import RELIABLE, MessageStream, topics
-from bearing_twin.nodes.recording import (
+from bearing_twin.nodes.recorder_node import (
     Recording,
     Sequences,
     default_topics,
     lost_in_words,
 )
-from bearing_twin.nodes.replay_loop import Renaming, ReplayLoop, logged_topics
+from bearing_twin.nodes.replay_node import Renaming, ReplayLoop, logged_topics
 from bearing_twin.run.scene import Scene
 
 MS = 1_000_000
@@ -141,7 +141,7 @@ def test_a_message_that_no_reader_takes_is_counted_and_left_out(tmp_path):
 
 def test_no_more_topics_are_recorded_than_are_read(tmp_path, monkeypatch):
     """Anybody can publish on as many as he likes; a log of one more would be refused whole."""
-    for module in ("nodes.recording", "log.mcap_read"):
+    for module in ("nodes.recorder_node", "log.mcap_read"):
         monkeypatch.setattr(f"bearing_twin.{module}.MOST_TOPICS", 5)
     recording = Recording(tmp_path / "out.mcap", ["*"])
     for k in range(7):
@@ -434,7 +434,7 @@ def test_a_replay_goes_by_the_times_of_arrival_and_counts_its_rounds(tmp_path):
 
 
 def test_a_replay_from_beyond_the_end_says_so(log):
-    with pytest.raises(LogError, match="holds no messages from 9 s on"):
+    with pytest.raises(LogError, match="from 9 s on holds no messages"):
         played(log, start_ns=9_000 * MS)
 
 

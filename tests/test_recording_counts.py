@@ -12,7 +12,7 @@ from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety
 from bearing_twin.log.sample_block import samples_message
-from bearing_twin.nodes.recording import MIXED, Recording, Sequences
+from bearing_twin.nodes.recorder_node import MIXED, Recording, Sequences
 
 SCENE = made_up_scene(balls=2)
 BLOCK = made_up_block(SCENE, 120)

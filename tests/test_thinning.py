@@ -18,7 +18,7 @@ from bearing_twin.log.recover import recover
 from bearing_twin.log.run_log import LogWriter, read_log
 from bearing_twin.log.sample_block import samples_message
 from bearing_twin.log.stream import MessageStream, choice_record, topics
-from bearing_twin.nodes.recording import Recording
+from bearing_twin.nodes.recorder_node import Recording
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.run.verify import verify

@@ -53,7 +53,6 @@ from bearing_twin.nodes.node_parameters import (
     refuse_words,
 )
 from bearing_twin.nodes.pacing import Timed
-from bearing_twin.nodes.recording import in_bytes
 
 CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
 MANY = 500  # topics: what DDS and ROS do for each of so many delays the end of a node and its turns
@@ -147,6 +146,12 @@ POLL = 0.1  # s: how soon the main thread sees that a node is done
 NAMESAKE = "another node has this name in this namespace, so their topics mix: give one of them another"
 ANSWER_PERIOD = 0.01  # s between answers of one service: whoever calls it from many clients keeps ten answers
 TALK = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
+
+
+def in_bytes(size: float) -> str:
+    """A size with its unit, such as 3.2 MB."""
+    power = min(max(int(math.log10(size) // 3) if size >= 1.0 else 0, 0), 4)
+    return f"{size / 1000.0**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB')[power]}"
 
 
 def given_parameters(node: Node) -> dict[str, Any]:

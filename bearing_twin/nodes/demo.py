@@ -30,7 +30,7 @@ from bearing_twin.log.sample_block import sample_range
 from bearing_twin.log.stream import topics
 from bearing_twin.nodes.entry import NodeProcess, node_command, started
 from bearing_twin.nodes.messages import interface, qos_profile, rclpy
-from bearing_twin.nodes.recording import DEPTH, Sequences
+from bearing_twin.nodes.recorder_node import DEPTH, Sequences
 from bearing_twin.run.report import plot
 from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.view.page import write_page

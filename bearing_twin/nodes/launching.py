@@ -32,8 +32,8 @@ from bearing_twin.nodes.node_parameters import (
     truth,
     values_given,
 )
+from bearing_twin.nodes.recorder_node import FRAMES
 from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
-from bearing_twin.nodes.recording import FRAMES
 from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
 from bearing_twin.nodes.sim_node import PARAMETERS as SIMULATION
 from bearing_twin.nodes.uq_node import PARAMETERS as STUDIES

@@ -23,7 +23,7 @@ try:
     from builtin_interfaces.msg import Time
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
     from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-    from rosidl_parser.definition import AbstractGenericString, AbstractNestedType, BasicType, NamespacedType
+    from rosidl_parser.definition import AbstractNestedType, BasicType, NamespacedType
 except ImportError as error:
     raise MissingInterfacesError(
         f"ROS 2 cannot be imported ({error}): run `make setup` and `source env.bash`, or source a ROS 2 Jazzy."
@@ -179,46 +179,34 @@ def filled(message_class: type, data: Any, where: str = "") -> Any:
 
     Raises MessageError with the field and what it must be. A whole number is accepted where a real one is meant.
     """
-    if data is None:
-        data = {}
-    if not isinstance(data, Mapping):
-        such = ", ".join(f"{name}: ..." for name in message_class.get_fields_and_field_types())
-        raise MessageError(
-            f"{where or message_class.__name__} = {echo(data)} must be fields with values, as {{{such}}}"
-        )
     types = dict(zip(message_class.get_fields_and_field_types(), message_class.SLOT_TYPES, strict=True))
+    called = where or message_class.__name__
+    if not isinstance(data, Mapping | None):
+        such = ", ".join(f"{name}: ..." for name in types)
+        raise MessageError(f"{called} = {echo(data)} must be fields with values, as {{{such}}}")
     fields = {}
-    for name, value in data.items():
+    for name, value in (data or {}).items():
         if name not in types:
             hint = "write a space behind the colon" if ":" in str(name) else unknown(name, types)
-            raise MessageError(f"{where or message_class.__name__} has no field {echo(name)}; {hint}")
+            raise MessageError(f"{called} has no field {echo(name)}; {hint}")
         fields[name] = _value(types[name], value, f"{where}.{name}" if where else str(name))
     try:
         return message_class(check_fields=True, **fields)
     except AssertionError as error:
-        raise MessageError(f"{where or message_class.__name__}: {error}") from error
+        raise MessageError(f"{called}: {error}") from error
 
 
 def _value(kind, given: Any, where: str) -> Any:
-    """The value of a field of this type, converted from `given`."""
+    """The value of a field of this type, converted from `given`; what is of another type the message itself refuses."""
     if isinstance(kind, NamespacedType):
         return filled(interface(f"{'/'.join(kind.namespaces)}/{kind.name}", kind.namespaces[-1]), given, where)
-    if isinstance(kind, AbstractNestedType):
-        if not isinstance(given, Sequence) or isinstance(given, str):
-            raise MessageError(f"{where} = {echo(given)} must be a list")
+    if isinstance(kind, AbstractNestedType) and isinstance(given, list):
         return [_value(kind.value_type, one, f"{where}[{place}]") for place, one in enumerate(given)]
-    if isinstance(kind, AbstractGenericString):
-        return given if isinstance(given, str) else _refused(where, given, "text; put it into quotes")
-    if isinstance(kind, BasicType) and kind.typename == "boolean":
-        return given if isinstance(given, bool) else _refused(where, given, "true or false")
-    real = kind.typename in FLOATS
-    number, problem = read_number(given, integer=not real)
-    if problem and not (real and isinstance(given, float)):  # a message may hold what a scene may not: nan and inf
+    if not isinstance(kind, BasicType) or isinstance(given, bool | float) or kind.typename == "boolean":
+        return given
+    number, problem = read_number(given, integer=kind.typename not in FLOATS)  # to YAML 2e-3 is a text
+    if problem:
         raise MessageError(f"{where} = {echo(given)} {problem}")
     if kind.typename == "octet":
-        return bytes([number]) if 0 <= number < 256 else _refused(where, given, "between 0 and 255")
-    return float(given) if problem else number
-
-
-def _refused(where: str, given: Any, legal: str):
-    raise MessageError(f"{where} = {echo(given)} must be {legal}")
+        return bytes([number]) if 0 <= number < 256 else given
+    return number

@@ -43,6 +43,15 @@ class StreamPace(NamedTuple):
         running = self.running_ns - earlier.running_ns
         return (self.stream_ns - earlier.stream_ns) / running if running > 0 else 0.0
 
+    def numbers(self, earlier: "StreamPace", requested: float) -> dict[str, float | str]:
+        """Of a pace that was `requested`, 0 for FASTEST: what diagnostics say of it."""
+        return {
+            "real_time_factor": self.real_time_factor(earlier),
+            "wanted_real_time_factor": requested or FASTEST,
+            "lag_s": self.lag_ns * 1e-9,
+            "given_up_s": self.slipped_ns * 1e-9,
+        }
+
 
 class Pacer:
     """The line that stream time follows on the wall clock: `factor` times real time, or FASTEST, which has no line.

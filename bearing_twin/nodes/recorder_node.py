@@ -1,25 +1,28 @@
-"""recorder_node: logs topics as they are on the wire, byte for byte, and counts the solver outputs that were lost."""
+"""recorder_node: logs topics as they are on the wire, byte for byte, and counts what was lost on the way."""
 
+import os
 import threading
 import time
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+from itertools import repeat
+from pathlib import Path
 
 from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
 
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.messages import name_of_peer
-from bearing_twin.nodes.base_node import TALK, BaseNode, PolledGroup, declare, guarded, run, taken
+from bearing_twin.kinds import KINDS
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import Qos
+from bearing_twin.log.mcap_read import LARGEST_MESSAGE, MOST_TOPICS
+from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety, Told
+from bearing_twin.log.sample_block import readable_range
+from bearing_twin.nodes.base_node import TALK, BaseNode, PolledGroup, declare, guarded, in_bytes, run, taken
 from bearing_twin.nodes.graph import is_topic
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, WARN, compatible_profile, interface, qos_words
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
-from bearing_twin.nodes.recording import (
-    DEPTH,
-    RECORDS,
-    Recording,
-    default_topics,
-    definition_prefixes,
-    lost_in_words,
-)
 
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file (or bag folder, without .mcap) to write; empty = recording_<date>_<time>.mcap"),
@@ -34,6 +37,253 @@ DISCOVERY_PERIOD = 0.1  # s
 TAKE_PERIOD = 0.025  # s between looks for messages, each of which takes as long as several messages
 SIM_TIME_PERIOD = 0.005  # s, where messages have the simulation time at which they are taken
 OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
+DEPTH = 4000  # messages a subscription may hold back, 1000 a second: other nodes send one that was lost after up to 3 s
+FRAMES = ("/tf", "/tf_static")
+MENDS = "give the nodes more processors, or send and record less (run.publish_rate, topics)"
+RECORDS = "/records/"  # in the name of a topic whose rows are no outputs
+MIXED = 2  # steps back while there are several publishers: one is a node started again, whose end is not known yet
+
+
+class Sequences:
+    """Counts what has numbers, messages of one publisher or solver outputs, and what of it never arrived.
+
+    `before` is the number of the first: so many were sent before anything was received. While `several` publishers send
+    with numbers of their own nothing is known to be lost; `mixed` counts how often they then step back.
+    """
+
+    def __init__(self):
+        self.received = self.lost = self.restarts = self.before = self.mixed = 0
+        self.several = self._doubted = False
+        self._expected: int | None = None
+
+    def saw(self, first: int, count: int) -> int:
+        """Notes `count` of them from number `first` on; returns how many were lost just before."""
+        lost, doubted = 0, self._doubted or self.several
+        self._doubted = self.several  # the first behind them follows nobody knows what
+        if self._expected is None:
+            self.before = first
+        elif first < self._expected:
+            self.restarts += 1
+            self.mixed += doubted
+        elif not doubted:
+            lost = first - self._expected
+        self._expected = first + count
+        self.received += count
+        self.lost += lost
+        return lost
+
+    def saw_all(self, numbers: Sequence[int]) -> None:
+        """`saw` for one of each of these numbers."""
+        count = len(numbers)
+        if count and list(numbers) == list(range(numbers[0], numbers[0] + count)):  # nearly always, and quick
+            self.saw(numbers[0], count)
+            return
+        for one in numbers:
+            self.saw(one, 1)
+
+
+class RecordedTopic:
+    """Number of a topic in the log, its messages by the numbers of the middleware, and its outputs, if it has any."""
+
+    def __init__(self, name: str, number: int, has_samples: bool):
+        self.name, self.number = name, number
+        self.sent, self.outputs = Sequences(), Sequences() if has_samples else None
+        self.several = False  # publishers, now or before, or one that gives messages no numbers
+
+    @property
+    def counted(self) -> bool:
+        """True where it is known how many messages were lost."""
+        return not (self.several or self.sent.restarts)
+
+
+class Recording(Told):
+    """A log of whatever arrives; from any thread. `prefixes` are where .msg files of other packages are looked for."""
+
+    def __init__(
+        self,
+        path,
+        patterns: Iterable[str],
+        prefixes: Iterable[Path] = (),
+        safety: Safety = Safety(),  # noqa: B008 - it cannot change
+    ):
+        self._patterns = tuple(patterns)
+        self._folder_definition = cdr.definition_in_folders(prefixes)
+        self._log = RawLogWriter(path, safety=safety)
+        self._lock = threading.Lock()
+        self.topics: dict[str, RecordedTopic] = {}
+        self.closed = False
+        self._noted = 0, ""  # losses and mixed topics that stand in the log
+        self.messages = self.unreadable = 0
+
+    def wants(self, topic: str) -> bool:
+        """True if `topic` matches a pattern and is not recorded yet; hidden topics, as of actions, are not recorded."""
+        if topic in self.topics or "/_" in topic:
+            return False
+        return any(fnmatchcase(topic, pattern) for pattern in self._patterns)
+
+    def add(self, topic: str, ros_type: str, type_hash: str, qos: tuple[Qos, ...]) -> None:
+        """Describes a topic in the log; raises LogError for one too many, and for a type without a definition."""
+        if len(self.topics) >= MOST_TOPICS:
+            raise LogError(f"there are {MOST_TOPICS} topics in the log, and no reader takes more")
+        known = cdr.is_known(ros_type) and type_hash in (cdr.type_hash(ros_type), "INVALID")
+        text = cdr.schema_text(ros_type) if known else cdr.full_definition(ros_type, self._folder_definition)
+        with self._lock:
+            known_hash = cdr.type_hash(ros_type) if known else type_hash
+            number = self._log.add_topic(topic, ros_type, text, known_hash, qos)
+            self.topics[topic] = RecordedTopic(topic, number, known and ros_type == cdr.SAMPLE_BLOCK)
+
+    def publishers(self, topic: str, count: int) -> None:
+        """Notes how many publishers a topic has: of several, losses cannot be counted by number, nor is it thinned."""
+        recorded = self.topics[topic]
+        recorded.several |= count > 1
+        if recorded.outputs:
+            recorded.outputs.several = count > 1
+        self._log.keep_all(recorded.number, count > 1)
+
+    def receive_all(
+        self,
+        topic: str,
+        received_ns: Sequence[int],
+        sent_ns: Sequence[int],
+        data: Sequence[bytes],
+        sent_numbers: Sequence[int | None],
+    ) -> int:
+        """Logs messages of one topic as they came; returns how many outputs, or rows of records, were lost before them.
+
+        `sent_numbers` count the messages of its publisher from 1 on, None where the middleware does not tell. What is
+        sent as a SampleBlock and is none, or is larger than LARGEST_MESSAGE, for anybody may send, is counted as
+        `unreadable` and not logged: no reader would get past it.
+        """
+        with self._lock:
+            if self.closed:
+                return 0
+            recorded = self.topics[topic]
+            messages = zip(repeat(recorded.number), received_ns, sent_ns, data, strict=False)
+            ranges, count = [], len(data)
+            if recorded.outputs or max(map(len, data), default=0) > LARGEST_MESSAGE:
+                found = [_range_or_none(one, bool(recorded.outputs)) for one in data]
+                ranges = [one for one in found if one]
+                messages = [message for message, one in zip(messages, found, strict=True) if one]
+                count = len(ranges)
+            self._log.write_all(messages)
+            self.messages += count
+            self.unreadable += len(data) - count
+            recorded.several |= None in sent_numbers
+            before = recorded.sent.lost
+            recorded.sent.saw_all([one - 1 for one in sent_numbers if one is not None])
+            lost = sum(recorded.outputs.saw(*one) for one in ranges) if recorded.outputs else 0
+            # Where no message is missing, outputs were never sent: those of a thinned log that is played.
+            return 0 if recorded.sent.lost == before and None not in sent_numbers else lost
+
+    def summary(self) -> str:
+        """Messages, size and losses in one line."""
+        lost = sum(self.status()[f"messages_{what}"] for what in ("lost", "dropped", "unreadable"))
+        return f"{self._log.path}: {self.messages} messages, {in_bytes(self._log.bytes)}, {lost} lost"
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the log."""
+        return self._log.path.parent
+
+    def note_losses(self) -> None:
+        """Writes what was lost so far into the log, so that a crash does not take the count along."""
+        status = self.status()
+        losses = sum(status[f"{what}_lost"] for what in ("messages", "samples", "records"))
+        losses += status["messages_dropped"] + status["messages_unreadable"]
+        with self._lock:
+            if self.closed:
+                return
+            now = losses, status["mixed"]
+            if now != self._noted and not self._log.problem:  # else once there is room
+                self._noted = now
+                self._log.add_metadata(RECORDING_RECORD, self._counts_of(status))
+
+    def status(self) -> dict[str, float | str]:
+        """Counts so far: topics, messages, bytes, and what was lost, of messages, solver outputs and rows of records.
+
+        `lost_on` names the topics with lost messages, `uncounted` those whose lost messages nobody can count: several
+        publishers, or no numbers; `mixed` those on which outputs of several stand among each other. Messages are
+        dropped while the disk is full; those that no reader takes are unreadable.
+        """
+        with self._lock:
+            topics = sorted(self.topics.values(), key=lambda one: one.name)
+        counted = [one for one in topics if one.counted]
+        numbered = [(RECORDS in one.name, one.outputs) for one in topics if one.outputs]
+        outputs = [stream for is_record, stream in numbered if not is_record]
+        return {
+            "topics": len(topics),
+            "messages": self.messages,
+            "messages_lost": sum(one.sent.lost for one in counted),
+            "messages_before": sum(one.sent.before for one in counted),
+            "messages_dropped": self._log.dropped,
+            "messages_unreadable": self.unreadable,
+            "lost_on": " ".join(one.name for one in counted if one.sent.lost),
+            "uncounted": " ".join(one.name for one in topics if not one.counted),
+            "mixed": " ".join(one.name for one in topics if one.outputs and one.outputs.mixed >= MIXED),
+            "bytes": self._log.bytes,
+            "samples_received": sum(stream.received for stream in outputs),
+            "samples_lost": sum(stream.lost for stream in outputs),
+            "records_lost": sum(stream.lost for is_record, stream in numbered if is_record),
+            "restarts": sum(stream.restarts for stream in outputs),
+        }
+
+    def warning(self, status: dict) -> str:
+        """The sentence about what a `status` counts as lost or not to be recorded, "" where nothing is."""
+        if status["mixed"]:
+            return f"several nodes publish {status['mixed']}: their outputs are mixed, so give each a namespace"
+        for what in ("samples", "records"):
+            if lost := status[f"{what}_lost"]:
+                return f"{lost_in_words(lost, what == 'records')}; {MENDS}"
+        if count := status["messages_unreadable"]:
+            return f"{count} messages are not logged: they are no SampleBlock though sent as one, or too large"
+        if count := status["messages_lost"]:
+            return f"{count} messages were lost on the way; {MENDS}"
+        return "" if status["topics"] else "no topic matches so far: there is nothing to record"
+
+    def close(self) -> None:
+        """Writes the counts into the log and completes it; may be called twice."""
+        with self._lock:
+            if self.closed:
+                return
+            self.closed = True
+        try:
+            self._log.add_metadata(RECORDING_RECORD, self._counts_of(self.status()))
+        finally:
+            self._log.close()
+
+    @staticmethod
+    def _counts_of(status: dict) -> dict:
+        return {key: value for key, value in status.items() if key != "bytes"}
+
+
+def _range_or_none(data: bytes, has_samples: bool) -> tuple[int, int] | None:
+    """First number and count of the outputs of a SampleBlock, None of what is none or too large; of others (0, 0)."""
+    if len(data) > LARGEST_MESSAGE:
+        return None
+    try:
+        return readable_range(data) if has_samples else (0, 0)
+    except LogError:
+        return None
+
+
+def lost_in_words(count: int, records: bool) -> str:
+    """Message about lost solver outputs, or rows of `records`."""
+    what = ("row" if count == 1 else "rows") + " of records" if records else f"solver output{'s' * (count != 1)}"
+    return f"{count} {what} {'was' if count == 1 else 'were'} lost on the way"
+
+
+def default_topics(namespace: str = "/") -> list[str]:
+    """Topics of a recorder without the parameter `topics`: all in its own namespace, and the frames.
+
+    A recorder that stands in none logs the namespaces of all kinds of scenes.
+    """
+    own = [namespace] if namespace.strip("/") else [kind.namespace for kind in KINDS.values()]
+    return [*(f"{one}/*" for one in own), *FRAMES]
+
+
+def definition_prefixes() -> list[Path]:
+    """The installation prefixes of the ROS that is sourced."""
+    return [Path(prefix) for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if prefix]
 
 
 class RecorderNode(BaseNode):
@@ -128,7 +378,7 @@ class RecorderNode(BaseNode):
         if not found:
             return
         try:
-            if topic in self.recording.sequences and topic in self._subscribed:  # numbers say nothing where they mix
+            if self.recording.topics[topic].outputs and topic in self._subscribed:  # numbers say nothing where they mix
                 self.recording.publishers(topic, self._subscribed[topic].get_publisher_count())
             now = self.get_clock().now().nanoseconds  # with use_sim_time 0 before the first /clock
             received = [now if self._by_ros_time else info["received_timestamp"] or now for _, info in found]

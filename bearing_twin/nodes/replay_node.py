@@ -1,12 +1,21 @@
 """replay_node: publishes the messages of a log again, byte for byte, at a multiple of the pace they were logged at."""
 
+import dataclasses
+import re
 import time
+from collections.abc import Callable, Container, Iterable, Iterator
 from concurrent.futures import TimeoutError as StillBusy
 from functools import partial
+from itertools import islice
+from typing import NamedTuple
 
 from std_srvs.srv import SetBool
 
-from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError, LogError
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import LogReader, Qos, offered_qos, raw_messages
+from bearing_twin.log.mcap_read import LoggedMessage, StoredTopic
+from bearing_twin.log.recover import advised
 from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
     BaseNode,
@@ -19,9 +28,9 @@ from bearing_twin.nodes.base_node import (
 )
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, SERVICE, WARN
 from bearing_twin.nodes.node_parameters import NodeParameter
-from bearing_twin.nodes.pacing import StreamPace, Worker
-from bearing_twin.nodes.replay_loop import ReplayLoop
+from bearing_twin.nodes.pacing import PacedStream, Pacer, StreamPace, Timed, Worker
 
+# fmt: off
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file or bag folder to play"),
     NodeParameter("rate", 1.0, "pace, a multiple of that of the log", "1", 0.001, 1000.0, read_only=False),
@@ -32,7 +41,183 @@ PARAMETERS = (
     NodeParameter("publish_clock", False, "publish the time of the log on /clock"),
     NodeParameter("frame_prefix", "", "stands before the name of every frame, such as left/; costs time"),
 )
+# fmt: on
+GLOBAL = frozenset({"/tf", "/tf_static", "/clock", "/diagnostics", "/rosout", "/parameter_events"})
+FRAME_FIELDS = ("frame_id", "child_frame_id")
+DESCRIPTION = "robot_description"
 COMMAND_TIMEOUT = 5.0  # s
+BATCH = 200  # messages read ahead
+SHORTEST_ROUND_NS = 1_000_000  # of a log that is played again and again: a shorter one would flood who listens
+_NAMES = re.compile(r"(<(?:robot|link|joint|material) name=\"|<(?:parent|child) link=\")")
+
+
+class Renaming:
+    """Topics `names` of a log under their names in `namespace`, and their messages with `frame_prefix`.
+
+    Empty words leave everything as it is. A log of one scene has its namespace replaced, as a node's is; one of several
+    has it put in front. What all scenes share, such as /tf, keeps its name. A type that is not known keeps its frames.
+    """
+
+    def __init__(self, names: Iterable[str], namespace: str = "", frame_prefix: str = ""):
+        homes = {name.rpartition("/")[0] for name in names if name.endswith("/samples")}
+        self._home = homes.pop() + "/" if len(homes) == 1 else "/"
+        self._place, self._prefix = namespace.strip("/"), frame_prefix
+
+    def topic(self, name: str) -> str:
+        """The name of a topic."""
+        if not self._place or name in GLOBAL:
+            return name
+        return f"/{self._place}/{name.removeprefix(self._home).lstrip('/')}"
+
+    def data(self, name: str, ros_type: str, data: bytes) -> bytes:
+        """The bytes of a message of a topic, named as in the log; raises LogError for bytes that are none."""
+        if not self._prefix or not cdr.is_known(ros_type):
+            return data
+        message = cdr.deserialise(ros_type, data)
+        if ros_type != cdr.STRING:
+            return cdr.serialised(ros_type, self._renamed(message))
+        if not name.endswith(f"/{DESCRIPTION}"):
+            return data
+        named = _NAMES.sub(lambda found: found[1] + self._prefix, message.data)
+        return cdr.serialised(ros_type, dataclasses.replace(message, data=named))
+
+    def _renamed(self, value):
+        """The same value in which frames have the prefix."""
+        if isinstance(value, list):
+            return [self._renamed(one) for one in value]
+        if not dataclasses.is_dataclass(value):
+            return value
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+        prefixed = {name: self._prefix + fields[name] for name in FRAME_FIELDS if fields.get(name)}
+        return type(value)(**{name: self._renamed(one) for name, one in fields.items()} | prefixed)
+
+
+class ReplayTopic(NamedTuple):
+    """A topic of a log; `changed` where its type has other fields now: subscribers could not read its bytes.
+
+    `others` are types of further messages under its name, which are not played.
+    """
+
+    ros_type: str
+    qos: Qos
+    changed: bool
+    others: frozenset[str] = frozenset()
+
+
+def logged_topics(path) -> dict[str, ReplayTopic]:
+    """Every CDR topic of a log, by name; raises LogError."""
+    topics: dict[str, ReplayTopic] = {}
+    with advised(path):
+        stored = LogReader(path, unfinished=True).topics
+    for one in stored:
+        known, ros_type, said = topics.get(one.name), one.ros_type, one.metadata
+        if one.foreign or (known and known.ros_type == ros_type):
+            continue
+        if known:
+            topics[one.name] = known._replace(others=known.others | {ros_type})
+            continue
+        logged_hash = said.get("topic_type_hash", "")
+        changed = cdr.is_known(ros_type) and logged_hash.startswith("RIHS") and logged_hash != cdr.type_hash(ros_type)
+        topics[one.name] = ReplayTopic(ros_type, offered_qos(said.get("offered_qos_profiles", "")), changed)
+    if not topics:
+        raise LogError(f"{path} holds no ROS topics: give a log written by bearing_twin or `ros2 bag record -s mcap`")
+    return topics
+
+
+def latest_messages(path, start_ns: int, topics: Container[str]) -> list[LoggedMessage]:
+    """The last message of each of these topics before `start_ns` nanoseconds after the log's first; raises LogError."""
+    reader = LogReader(path, unfinished=True)
+    found = {one.topic.name: one for one in reader.messages(topics, until_ns=reader.first_ns + start_ns)}
+    return sorted(found.values(), key=lambda one: one.log_time)
+
+
+class ReplayLoop:
+    """Delivers the messages of the log at `path` by their log times, from `start_ns` after the first one.
+
+    What is latched comes first where a replay starts later: as it was last before, as late subscribers have it.
+    Topics of a type that has changed since are not played; `notes` says which. With `namespace` and `frame_prefix`
+    topics and frames have other names than in the log. Every method runs in the worker's thread; `deliver(timed)` sends
+    one message. Raises LogError, also part way.
+    """
+
+    def __init__(
+        self,
+        path,
+        deliver: Callable[[Timed], None],
+        rate: float,
+        start_ns: int = 0,
+        loop: bool = False,
+        namespace: str = "",
+        frame_prefix: str = "",
+    ):
+        with advised(path):
+            self.notes = LogReader(path, unfinished=True).notes
+        self._played = {}
+        for name, topic in logged_topics(path).items():
+            others = ", ".join(sorted(topic.others))
+            if topic.changed:
+                said = f"{name} is not played: {topic.ros_type} has other fields now than when it was logged"
+                self.notes.append(f"{said}; play it with the bearing_twin that wrote it")
+                continue
+            self._played[name] = topic
+            if others:
+                said = f"messages of type {others} on {name} are not played"
+                self.notes.append(f"{said}, for others there are of type {topic.ros_type}")
+        if not self._played:
+            raise LogError(self.notes[-1])
+        self._renaming = Renaming(self._played, namespace, frame_prefix)
+        self.topics = {self._renaming.topic(name): topic for name, topic in self._played.items()}
+        self.rounds = 0
+        self._path, self._start_ns, self._loop = path, start_ns, loop
+        self._messages = self._read()
+        self._first_ns, self._last_ns = None, 0
+        self.paced = PacedStream(self._next_batch, deliver, Pacer(rate))
+        self._turned = 0
+
+    def turn(self, now: int) -> int | None:
+        """`PacedStream.turn`; simulation time has not begun at 0, and where it goes back the replay goes on."""
+        if now < self._turned:
+            self.paced.resume_at(now)
+        self._turned = now
+        return self.paced.turn(now) if now else now
+
+    def pause(self, now: int, paused: bool) -> str:
+        """Holds the replay or lets it go on."""
+        self.paced.pause(now, paused)
+        return "paused" if paused else "playing"
+
+    def _read(self) -> Iterator[Timed]:
+        latched = [name for name, topic in self._played.items() if topic.qos.durability == "transient_local"]
+        before = latest_messages(self._path, self._start_ns, latched) if self._start_ns else []
+        for topic, log_time, _, data in raw_messages(self._path, self._start_ns, unfinished=True):
+            for one in before:
+                yield from self._renamed(one.topic, log_time, one.data)
+            before = ()
+            yield from self._renamed(topic, log_time, data)
+
+    def _renamed(self, topic: StoredTopic, time_ns: int, data: bytes) -> Iterator[Timed]:
+        """A message as it goes out, if it does."""
+        if not topic.foreign and topic.name in self._played and topic.ros_type == self._played[topic.name].ros_type:
+            renamed = self._renaming.data(topic.name, topic.ros_type, data)
+            yield Timed(time_ns, self._renaming.topic(topic.name), renamed)
+
+    def _next_batch(self) -> list[Timed] | None:
+        if batch := list(islice(self._messages, BATCH)):
+            self._last_ns = batch[-1].time_ns
+            self._first_ns = batch[0].time_ns if self._first_ns is None else self._first_ns
+            return batch
+        start = f"{self._path} from {self._start_ns * 1e-9:g} s on"
+        if self._first_ns is None:
+            raise LogError(f"{start} holds no messages: lower `start`")
+        self.rounds += 1
+        if not self._loop:
+            return None
+        if (span_ns := self._last_ns - self._first_ns) < SHORTEST_ROUND_NS:
+            said = f"{start} covers {span_ns * 1e-9:g} s, too little to be played again and again"
+            raise LogError(f"{said}: leave `loop` out, or lower `start`")
+        self._messages = self._read()
+        self.paced.restart()
+        return []
 
 
 class ReplayNode(BaseNode):
@@ -46,36 +231,28 @@ class ReplayNode(BaseNode):
         values = declare(self, PARAMETERS)
         if not values["log"]:
             raise BearingTwinError("parameter log is empty: give the path of an .mcap file or of a bag folder")
-        self.loop = ReplayLoop(
-            values["log"],
-            lambda message: self._outlet.deliver(message),
-            values["rate"],
-            round(values["start"] * 1e9),
-            values["loop"],
-            self.get_namespace().strip("/"),
-            values["frame_prefix"],
-        )
-        self.loop.paced.paused = values["start_paused"]
+        by_ros_time = self.get_parameter("use_sim_time").value
+        if by_ros_time and values["publish_clock"]:
+            raise BearingTwinError("with use_sim_time the replay follows /clock, so it cannot publish_clock: set one")
+        place, start_ns = self.get_namespace().strip("/"), round(values["start"] * 1e9)
+        deliver = lambda message: self._outlet.deliver(message)  # noqa: E731  (its topics are those of the loop)
+        made_of = values["rate"], start_ns, values["loop"], place, values["frame_prefix"]
+        self.loop = ReplayLoop(values["log"], deliver, *made_of)
         for sentence in self.loop.notes:
             self.get_logger().warning(sentence)
         topics = ((name, topic.ros_type, topic.qos) for name, topic in self.loop.topics.items())
         self._outlet = Outlet(self, topics, values["publish_clock"])
-        self.loop.paced.tick = self._outlet.tick
-        self._earlier = StreamPace(0, 0, 0, 0)
-        self._warned = False
+        self.loop.paced.paused, self.loop.paced.tick = values["start_paused"], self._outlet.tick
+        self._earlier, self._warned = StreamPace(0, 0, 0, 0), False
         self.create_service(SetBool, "~/pause", self._on_pause, qos_profile=SERVICE)
         self.add_post_set_parameters_callback(self._on_parameters)
         self.every(DIAGNOSTICS_PERIOD, self._on_diagnostics)
         if self._outlet.has_clock:
             self.every(CLOCK_PERIOD, self._on_clock)
         self.get_logger().info(f"{values['log']}: {len(self._outlet.publishers)} topics")
-        waited_for = self._outlet.publishers, values["discovery"], self.get_logger().info
-        wait = partial(wait_for_subscribers, *waited_for)
-        by_ros_time = self.get_parameter("use_sim_time").value
-        if by_ros_time and values["publish_clock"]:
-            raise BearingTwinError("with use_sim_time the replay follows /clock, so it cannot publish_clock: set one")
+        discovery = self._outlet.publishers, values["discovery"], self.get_logger().info
         clock = (lambda: self.get_clock().now().nanoseconds) if by_ros_time else time.monotonic_ns
-        self.worker = Worker(self._turn, wait, self._ended, clock)
+        self.worker = Worker(self._turn, partial(wait_for_subscribers, *discovery), self._ended, clock)
         self.worker.start()
 
     def close(self) -> None:
@@ -123,14 +300,8 @@ class ReplayNode(BaseNode):
     @guarded
     def _on_diagnostics(self):
         pace, requested = self.loop.paced.pacer.pace(), float(self.loop.paced.pacer.factor)
-        values = {
-            "real_time_factor": pace.real_time_factor(self._earlier),
-            "wanted_real_time_factor": requested,
-            "lag_s": pace.lag_ns * 1e-9,
-            "given_up_s": pace.slipped_ns * 1e-9,
-            "messages": self._outlet.published,
-            "rounds": self.loop.rounds,
-        }
+        values = pace.numbers(self._earlier, requested)
+        values |= {"messages": self._outlet.published, "rounds": self.loop.rounds}
         self._earlier = pace
         level, message = OK, "paused" if self.loop.paced.paused else "playing"
         if pace.behind:

@@ -9,7 +9,7 @@ from pathlib import Path
 from bearing_twin.base.errors import BearingTwinError, Interrupted
 from bearing_twin.base.messages import echo
 from bearing_twin.kinds.contract import Command
-from bearing_twin.nodes.pacing import FASTEST, PacedStream, Pacer, StreamPace, Timed
+from bearing_twin.nodes.pacing import PacedStream, Pacer, StreamPace, Timed
 
 CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
 LONGEST_STEP = 10.0  # s
@@ -206,7 +206,8 @@ class SimulationLoop:
         """
         held = 0 if (since := self._computing) is None or now - since < LONG_NS else now - since
         pace, requested = self.paced.pacer.pace(), float(self.paced.pacer.factor)
-        factor, passed = pace.real_time_factor(self._earlier), pace.running_ns > self._earlier.running_ns
+        numbers, passed = pace.numbers(self._earlier, requested), pace.running_ns > self._earlier.running_ns
+        factor = numbers["real_time_factor"]
         self._earlier, slow = pace, False
         if self.paced.paused:
             message = "paused"
@@ -214,17 +215,14 @@ class SimulationLoop:
             message = "waiting for the next begin"
         elif held:
             slow, word = (True, "slower than real time") if requested else (False, "as fast as possible")
+            numbers["lag_s"] += held * 1e-9 if requested else 0.0
             message = f"{word}: the next outputs have taken {1e-9 * held:.1f} s so far"
         elif passed and pace.behind and factor < SHORTFALL * requested:
             slow, message = True, f"cannot keep up: {factor:.3g} of {requested:g} times real time"
         else:
             message = "running" if requested else "running as fast as possible"
         choice = self.simulation.choice
-        numbers = {
-            "real_time_factor": factor,
-            "wanted_real_time_factor": requested or FASTEST,
-            "lag_s": (pace.lag_ns + (held if requested else 0)) * 1e-9,
-            "given_up_s": pace.slipped_ns * 1e-9,
+        numbers |= {
             "simulation_time_s": self.time_ns * 1e-9,
             "outputs": self.simulation.sequence + 1,
             "runs": self.runs + 1,
