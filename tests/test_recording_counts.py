@@ -23,7 +23,7 @@ def sample_block(first, count):
     return samples_message(SCENE.channels, first, BLOCK.time_ns[rows], BLOCK.matrix()[rows])
 
 
-def told_in(path):
+def counts_in(path):
     with McapReader(path) as reader:
         return [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
 

@@ -246,8 +246,8 @@ def _read_word(item, given, path, problems):
         word = item.metadata["aliases"].get(word, word)
         if word == item.default or word in options():
             return word
-    told = item.metadata["refused"].get(given) if isinstance(given, str) else None
-    problems.append(f"{path} = {echo(given)} {told or f'is not known; {unknown(given, options())}'}")
+    reason = item.metadata["refused"].get(given) if isinstance(given, str) else None
+    problems.append(f"{path} = {echo(given)} {reason or f'is not known; {unknown(given, options())}'}")
     return item.default
 
 
@@ -271,11 +271,11 @@ def _read_named(metadata, given, path, problems, default):
 
 
 def _read_tuple(item, given, path, problems):
-    length, told = len(item.default), given
+    length, reason = len(item.default), given
     given = given.strip("[] ").split(",") if isinstance(given, str) else given  # 0,-2kN,0
     if not isinstance(given, (list, tuple)) or len(given) != length:
         unit = with_unit(item.metadata["unit"])
-        problems.append(f"{path} = {echo(told)} must be a list of {length} numbers{unit and ' in' + unit}")
+        problems.append(f"{path} = {echo(reason)} must be a list of {length} numbers{unit and ' in' + unit}")
         return item.default
     values = []
     for index, one in enumerate(given):

@@ -15,7 +15,7 @@ PRINTED = 1, 2  # standard output and standard error
 
 
 class _Lossy(io.FileIO):
-    """A file on a disk that may be full: what does not go into it is left out. A reader that left is told of."""
+    """A file on a disk that may be full: what does not go into it is left out. A reader that left is reported."""
 
     def write(self, data):
         try:

@@ -2,7 +2,7 @@
 
 A kind of scene declares its `Channel`s once. A `Block` holds consecutive solver outputs of all channels, and the
 `records` of what happened between them, such as a contact that ended; a `Sample` is one row of it. Nothing here knows
-where the numbers came from, so a stream read from a log and a stream from the integrator cannot be told apart.
+where the numbers came from, so a stream read from a log and a stream from the integrator cannot be distinguished.
 """
 
 import math

@@ -21,7 +21,7 @@ def ended_by_signals() -> Iterator[None]:
     """Ctrl-C is KeyboardInterrupt, SIGTERM and SIGHUP SystemExit with 128 + number: a log being written is closed.
 
     An exception within an import can become any other, which libraries catch or pass on as theirs: there a signal
-    waits, and what it has become in spite of that is told as the signal it was.
+    waits, and what it has become in spite of that is reported as the signal it was.
     """
     began: list[float] = []
 

@@ -18,7 +18,7 @@ class Limits(NamedTuple):
     """Open (`above`, `below`) and closed (`at_least`, `at_most`) bounds of a quantity; None = unbounded.
 
     `least` and `greatest` bound its size where it is not 0: beyond them double precision fails, not physics.
-    `less` says what a number below `at_least` is, where that has a reason worth words.
+    `less` says what a number below `at_least` is, where there is a reason to name.
     """
 
     above: float | None = None

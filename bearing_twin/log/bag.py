@@ -127,11 +127,11 @@ def bag_information(topics: list[LoggedTopic], spans: list[Span]) -> str:
 
     A file without a name is left out, for the copy inside the file itself (rosbag2 fills in the name on reading).
     """
-    told = [span for span in spans if span.first_ns is not None]
+    facts = [span for span in spans if span.first_ns is not None]
     whole = Span(
         "",
-        min((span.first_ns for span in told), default=None),
-        max((span.last_ns for span in told), default=0),
+        min((span.first_ns for span in facts), default=None),
+        max((span.last_ns for span in facts), default=0),
         sum(topic.messages for topic in topics),
         0,
     )
@@ -151,16 +151,16 @@ def bag_information(topics: list[LoggedTopic], spans: list[Span]) -> str:
 
 def _row(topic: LoggedTopic) -> str:
     """A topic in the list of a log's topics; put together, for thousands of them would take a second by the library."""
-    told = topic.ros_type, topic.encodings[0], topic.qos, topic.type_hash
-    name, rest = indent(as_yaml({"name": topic.name}), "    "), _rest(*told)
+    facts = topic.ros_type, topic.encodings[0], topic.qos, topic.type_hash
+    name, rest = indent(as_yaml({"name": topic.name}), "    "), _rest(*facts)
     return f"- topic_metadata:\n{name}{rest}  message_count: {topic.messages}\n"
 
 
 @functools.cache
 def _rest(ros_type: str, encoding: str, qos: tuple[Qos, ...], type_hash: str) -> str:
     """The description of a topic behind its name, alike for many."""
-    told = {"type": ros_type, "serialization_format": encoding, "offered_qos_profiles": qos_profiles(qos)}
-    return indent(as_yaml(told | {"type_description_hash": type_hash}), "    ")
+    facts = {"type": ros_type, "serialization_format": encoding, "offered_qos_profiles": qos_profiles(qos)}
+    return indent(as_yaml(facts | {"type_description_hash": type_hash}), "    ")
 
 
 def _when(span: Span) -> dict:

@@ -252,7 +252,7 @@ def foxglove(panels: Panels) -> bytes:
 
 
 def _foxglove_view(panels: Panels) -> dict:
-    # axes of frames are 0.2 m long unless told; Lichtblick is told a factor of that, Foxglove the length [m]
+    # axes of frames are 0.2 m long by default; Lichtblick takes a factor of that, Foxglove the length [m]
     frames = {"showLabel": False, "axisScale": AXES / 0.2 * panels.radius, "axisSize": AXES * panels.radius}
     return {
         "followTf": panels.follows or panels.frame,

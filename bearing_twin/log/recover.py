@@ -76,8 +76,8 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
         ]
         if not messages:
             raise LogError(f"nothing in {path} can be recovered ({'; '.join(problems) or 'it holds no message'})")
-        told = {"from": Path(path).name, "problems": "; ".join(problems) or "none"}
-        log.add_metadata(RECOVERY_RECORD, {key: harmless(one) for key, one in told.items()})
+        account = {"from": Path(path).name, "problems": "; ".join(problems) or "none"}
+        log.add_metadata(RECOVERY_RECORD, {key: harmless(one) for key, one in account.items()})
     return Recovered(messages, samples, tuple(problems))
 
 

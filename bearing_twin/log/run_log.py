@@ -42,7 +42,7 @@ from bearing_twin.log.recover import advised
 from bearing_twin.log.sample_block import block_of, channels_of, check_block, refuse_misfits, sample_range
 from bearing_twin.log.stream import Channelled, MessageStream, choice_record, topics
 from bearing_twin.run.dataset import dataset_of
-from bearing_twin.run.failure import told_in
+from bearing_twin.run.failure import failure_in
 from bearing_twin.run.scene import Scene, choose, read_logged
 from bearing_twin.run.simulation import Run
 
@@ -161,10 +161,12 @@ class LogStream:
 
         `uncounted` names topics of several publishers, whose losses nobody knows.
         """
-        told = self.metadata.get(RECORDING_RECORD, {})
-        said = {key: count_in(told.get(key)) for key in ("messages_lost", "messages_dropped", "messages_unreadable")}
+        recording = self.metadata.get(RECORDING_RECORD, {})
+        said = {
+            key: count_in(recording.get(key)) for key in ("messages_lost", "messages_dropped", "messages_unreadable")
+        }
         counts = {key: count for key, count in said.items() if count is not None}
-        return counts | ({"uncounted": told["uncounted"]} if told.get("uncounted") else {})
+        return counts | ({"uncounted": recording["uncounted"]} if recording.get("uncounted") else {})
 
     @property
     def foreign(self) -> dict[str, int]:
@@ -183,7 +185,7 @@ class LogStream:
         Of a node and of a recorder, which are ended when their work is done, it is None.
         """
         outputs = count_in(self.metadata.get(SCENE_RECORD, {}).get(OUTPUTS_KEY)) or 0
-        if self.scene is None or not 0 < self._reached < outputs or told_in(self.report or {}):
+        if self.scene is None or not 0 < self._reached < outputs or failure_in(self.report or {}):
             return None
         period = 1e-9 * self.scene.output_period_ns
         return CutShort((self._reached - 1) * period, (outputs - 1) * period)

@@ -14,7 +14,7 @@ STYLE = {"ink": "#22303c", "soft": "#71808c", "panel": "#eef1f4", "ring": "#cfd6
 BALL_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000", "#B8A800")
 DASHES = ("-", "--", ":", "-.")
 FEW = 40  # outputs that are marked one by one
-GREATEST_LINES = 12  # more lines than this cannot be told apart: a map of ball against time takes their place
+GREATEST_LINES = 12  # more lines than this cannot be distinguished: a map of ball against time takes their place
 
 SIZE = (16.0, 10.0)  # inches at 100 dots each
 

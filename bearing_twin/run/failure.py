@@ -104,20 +104,20 @@ def placed(error: IntegrationError, given: float, contact: str, scene: Scene, *s
     return failure
 
 
-def told_of(error: IntegrationError) -> dict[str, Any]:
+def failure_keys(error: IntegrationError) -> dict[str, Any]:
     """Keys of a report on the failure that ended its run: sentence, reason, time [s], body, contact, where known."""
-    told = {
+    keys = {
         "failure": str(error),
         "failure_reason": error.reason,
         "failure_at_s": error.seconds if math.isfinite(error.seconds) else None,
         "failure_body": error.body,
         "failure_contact": error.contact,
     }
-    return {key: one for key, one in told.items() if one not in (None, "")}
+    return {key: one for key, one in keys.items() if one not in (None, "")}
 
 
-def told_in(report: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The failure in a log's own report, as of `told_of`; None without one, and for nonsense."""
+def failure_in(report: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The failure in a log's own report, as of `failure_keys`; None without one, and for nonsense."""
     if not report.get("failure"):
         return None
     seconds = report.get("failure_at_s")
@@ -132,7 +132,7 @@ def told_in(report: Mapping[str, Any]) -> dict[str, Any] | None:
         str(report.get("failure_body", "")),
         str(report.get("failure_contact", "")),
     )
-    return told_of(error)
+    return failure_keys(error)
 
 
 def write_failure(error: IntegrationError, folder: Path) -> Path | None:

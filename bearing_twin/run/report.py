@@ -26,7 +26,7 @@ from bearing_twin.kinds.error_estimates import (
     UnknownErrors,
 )
 from bearing_twin.kinds.figures import ChannelFigures
-from bearing_twin.run.failure import told_in
+from bearing_twin.run.failure import failure_in
 from bearing_twin.run.second_run import Estimate, NoEstimate, estimate_of
 
 WORDS = {LAW: "elastic law", FRICTION_MODEL: "friction model", LEFT_OUT: "what is not modelled"}
@@ -97,8 +97,8 @@ def judged(
         mends = {METHOD: estimate.smaller} | dict(errors.mends)
         cures = "; ".join(filter(None, (mends.get(source) for source in dict.fromkeys(named_ones.values()))))
         said = "; ".join(_said(one, figures[one], known[one][source], source) for one, source in named_ones.items())
-        told = f"the error is over {100.0 * LARGE:g} % of the figure: {said}"
-        flags.append(f"{told}; to mend it: {cures}" if cures else told)
+        sentence = f"the error is over {100.0 * LARGE:g} % of the figure: {said}"
+        flags.append(f"{sentence}; to mend it: {cures}" if cures else sentence)
     outputs = dict.fromkeys(one.output for one in broken)
     doubtful = [*(("model outside its range",) if choice.outside else ()), *outputs]
     if doubtful and status == DONE:
@@ -117,23 +117,23 @@ def _promises(errors: Errors, estimate: Estimate | NoEstimate, choice: Choice) -
     return found
 
 
-def shown_errors(told: Mapping[str, Any], figure: str) -> tuple[float | None, float | None]:
+def shown_errors(result: Mapping[str, Any], figure: str) -> tuple[float | None, float | None]:
     """Of a figure in a table: the error that says how many digits it has, and that behind its ±, None for none.
 
     The latter is the method's, and left out where that of the model is far greater: it would promise too much.
     """
-    method = greatest_error(told.get(f"{figure}_error"))
-    models = (greatest_error(of.get(figure)) for of in told.get("model_errors", {}).values())
+    method = greatest_error(result.get(f"{figure}_error"))
+    models = (greatest_error(of.get(figure)) for of in result.get("model_errors", {}).values())
     known = [one for one in (method, *models) if one is not None]
     most = max(known, default=None)
     return most, None if method is None or most > FAR * method else method
 
 
-def model_errors_in_words(told: Mapping[str, Any]) -> list[str]:
+def model_errors_in_words(result: Mapping[str, Any]) -> list[str]:
     """The errors of the model in a report, one line a source: its greatest over a figure."""
     lines = []
-    for source, of in told.get("model_errors", {}).items():
-        sizes = {key: greatest(told[key]) for key in of if told.get(key) is not None}
+    for source, of in result.get("model_errors", {}).items():
+        sizes = {key: greatest(result[key]) for key in of if result.get(key) is not None}
         shares = {key: greatest(of[key]) / size for key, size in sizes.items() if size > 0.0}
         if not max(shares.values(), default=0.0) > 0.0:
             continue
@@ -154,7 +154,7 @@ def _is_numbers(value) -> bool:
 
 
 def failed(failure: Mapping[str, Any]) -> str:
-    """The status of a run that broke off, by what `run.failure.told_of` says of it."""
+    """The status of a run that broke off, by what `run.failure.failure_keys` says of it."""
     return f"{FAILED}: {failure.get('failure_reason', 'broken off')}"
 
 
@@ -209,15 +209,15 @@ def _said(figure: str, value, error, source: str) -> str:
 
 
 def _told(promise: Promise) -> dict[str, Any]:
-    told = {"norm": promise.norm, "error": promise.error, "tolerance": promise.tolerance, "where": promise.where}
-    told |= {"model_errors": {one.source: one.error for one in promise.model}} if promise.model else {}
-    return told if promise.before is None else told | {"error_up_to_horizon": promise.before}
+    result = {"norm": promise.norm, "error": promise.error, "tolerance": promise.tolerance, "where": promise.where}
+    result |= {"model_errors": {one.source: one.error for one in promise.model}} if promise.model else {}
+    return result if promise.before is None else result | {"error_up_to_horizon": promise.before}
 
 
-def promise_in_words(told: Mapping[str, Any]) -> str:
+def promise_in_words(result: Mapping[str, Any]) -> str:
     """A row of `wanted_errors` whose error is known: by how much, what was requested, and where."""
-    parts = [f"{two_digits(told['error'])} {told['norm']}, requested {told['tolerance']:g}", told["where"]]
-    if (before := told.get("error_up_to_horizon")) is not None:
+    parts = [f"{two_digits(result['error'])} {result['norm']}, requested {result['tolerance']:g}", result["where"]]
+    if (before := result.get("error_up_to_horizon")) is not None:
         parts.append(f"{two_digits(before)} up to the horizon")
     return "; ".join(part for part in parts if part)
 
@@ -345,7 +345,7 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)
     said = log.report or {}
-    report = gathering.report(log.scene.name if log.scene else "", *_cost(said), failure=told_in(said))
+    report = gathering.report(log.scene.name if log.scene else "", *_cost(said), failure=failure_in(said))
     return report, 0 if log.kept_rate else gathering.missing
 
 
@@ -375,7 +375,7 @@ def picture_of(stream) -> Picture:
 def figure_errors(report: Report) -> list:
     """Rows of the errors of a report's figures, for pictures: of figures that are not 0, lists by their greatest.
 
-    Values have their signs; of several the least and the greatest are told, with the greatest of their errors.
+    Values have their signs; of several the least and the greatest are given, with the greatest of their errors.
     """
     from bearing_twin.pictures.panels import FigureError
 

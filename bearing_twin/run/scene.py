@@ -249,8 +249,8 @@ def _explained(kind: str):
             return f"{path} is not a key any more; use {moved[path]}"
         if path in ALIASES:
             return f"{path} is another name of {ALIASES[path]}, which is given too; keep one of them"
-        if told := not_here(kind, path, taken):
-            return "; ".join([told, *(f"for {old} use {moved[old]}" for old in moved if old.startswith(f"{path}."))])
+        if fault := not_here(kind, path, taken):
+            return "; ".join([fault, *(f"for {old} use {moved[old]}" for old in moved if old.startswith(f"{path}."))])
         return _by_last_word(KINDS[kind].parameters, path)
 
     return explain
@@ -317,9 +317,9 @@ def choose(scene: Scene) -> Choice:
 def refuse_outside(scene: Scene) -> None:
     """Raises SceneError where a model that is asked for leaves its range, and the scene does not allow that."""
     if scene.outside and not scene.allows_invalid:
-        told = "; ".join(scene.outside)
+        fault = "; ".join(scene.outside)
         raise SceneError(
-            f"scene {scene.name}: {told}, or let it run all the same by --allow-invalid (solver.allow_invalid: on), "
+            f"scene {scene.name}: {fault}, or let it run all the same by --allow-invalid (solver.allow_invalid: on), "
             "which marks every output"
         )
 

@@ -16,7 +16,7 @@ from bearing_twin.base.stopping import SIGNALLED, Halt, heeding_signals
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
 from bearing_twin.kinds.sections import solved_whole
-from bearing_twin.run.failure import Broken, Failure, placed, state_of, told_of, up_to_break
+from bearing_twin.run.failure import Broken, Failure, failure_keys, placed, state_of, up_to_break
 from bearing_twin.run.health import Health, worst_contact
 from bearing_twin.run.report import Gathering
 from bearing_twin.run.scene import Scene, choose, load_scene
@@ -301,7 +301,7 @@ class Simulation:
         given = self.sequence + 1  # outputs computed but not given out took their share of the seconds
         share = given / (given + len(self._pending)) if self._pending is not None else 0.0
         costs = self._motion.costs()
-        failure = None if self.failure is None else told_of(self.failure)
+        failure = None if self.failure is None else failure_keys(self.failure)
         return self._gathering.report(self.scene.name, share * self._compute_seconds, costs, last, failure)
 
 

@@ -103,10 +103,10 @@ def verify(
     Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
     not the scene's own run. A log of an earlier version may hold fewer channels, or no records; what it has is
     compared, and so are those outputs alone that a log holds which is thinned, begins late, or was read with
-    `allow_gaps`: the others are simulated without comparing. `before` is asked, with the seconds simulated so, for who
-    is told the share of that;
-    `progress` is told the time [s] it has come to. A log that wants more than `longest` [s] (None: LONGEST_BEFORE)
-    simulated without comparing, before it or between two blocks, raises LogError: a log may say it begins after years.
+    `allow_gaps`: the others are simulated without comparing. `before(seconds)`, with the seconds simulated so, gives
+    the function that takes the share of that; `progress` takes the time [s] reached. A log that needs more than
+    `longest` [s] (None: LONGEST_BEFORE) simulated without comparing, before it or between two blocks, raises LogError:
+    a log may say it begins after years.
     """
     if log.scene is None:
         raise LogError(
@@ -116,7 +116,7 @@ def verify(
     names, units = [channel.name for channel in log.channels], {one.name: one.unit for one in simulation.channels}
     if not set(names) <= {channel.name for channel in simulation.channels}:
         raise LogError("this log was written by another version: its channels differ; simulate the scene again")
-    deviations, samples, missing, made, recounted, told = dict.fromkeys(names, 0.0), 0, 0, set(), set(), set()
+    deviations, samples, missing, made, recounted, seen = dict.fromkeys(names, 0.0), 0, 0, set(), set(), set()
     for block in log.blocks():
         if block.first_sequence <= simulation.sequence:
             raise LogError(
@@ -134,11 +134,11 @@ def verify(
         for name in names:
             difference = np.abs(block.values[name] - again.values[name])
             deviations[name] = max(deviations[name], float(difference.max()))
-        told.update(block.records)
+        seen.update(block.records)
         made.update(name for name, rows in again.records.items() if len(rows))
         for name, rows in (again.records if log.has_records else {}).items():  # earlier versions wrote none
             if name == SECOND_RUN and (
-                name not in told or getattr(log, "begins", 0)
+                name not in seen or getattr(log, "begins", 0)
             ):  # nor did they, or its second run began later
                 continue
             found = block.records.get(name, np.empty((0, rows.shape[1])))
@@ -162,8 +162,8 @@ def _refuse_far(simulation: Simulation, sequence: int, longest: float) -> None:
     apart = 1e-9 * (sequence - 1 - simulation.sequence) * simulation.output_period_ns
     if apart > 0.0 and not apart <= longest:
         raise LogError(
-            f"{apart:.6g} s of this log, before output {sequence}, would be simulated without comparing; if it is "
-            f"worth that, allow it: --before {math.ceil(apart)}"
+            f"{apart:.6g} s of this log, before output {sequence}, would be simulated without comparing; allow "
+            f"that by --before {math.ceil(apart)}"
         )
 
 
@@ -177,11 +177,11 @@ def _again(simulation: Simulation, block: Block, before) -> Block:
     ahead = (
         before(1e-9 * block.first_sequence * simulation.output_period_ns) if late else nullcontext(lambda share: None)
     )
-    with ahead as told:
+    with ahead as update:
         while simulation.sequence < last:
             passed = min(simulation.chunk_outputs, last - simulation.sequence)
             parts.append(simulation.advance(passed).records)
-            told((simulation.sequence + 1) / block.first_sequence)
+            update((simulation.sequence + 1) / block.first_sequence)
     again = simulation.advance(len(block))
     parts.append(again.records)
     names = dict.fromkeys(name for records in parts for name in records)

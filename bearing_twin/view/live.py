@@ -88,8 +88,8 @@ def _read(said: str) -> tuple[Scene, Choice]:
     if len(said) > LARGEST_SCENE:
         raise SceneError(f"a scene of {len(said)} characters is none; restart the node that publishes it")
     try:
-        told = parsed_json(said)
-        texts = [told["scene"], *(str(told.get(key, "")) for key in ("law", "stepper", "reason", "friction"))]
+        parsed = parsed_json(said)
+        texts = [parsed["scene"], *(str(parsed.get(key, "")) for key in ("law", "stepper", "reason", "friction"))]
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name") from error
     if not isinstance(texts[0], str):

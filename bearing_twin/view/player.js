@@ -1,7 +1,7 @@
 "use strict";
-// Time: play, pause, slider, pace; everything that shows the run is told of each new time.
+// Time: play, pause, slider, pace; everything that shows the run gets each new time.
 
-const PACED = 8; // images after which their pace is told
+const PACED = 8; // images after which their pace is reported
 
 class Player {
   constructor(parent, store, period, show, moving, paced) {

@@ -1,7 +1,7 @@
 "use strict";
 // Solids: their shapes as triangles, and the bodies of a scene where each output has them.
 
-// Sides enough that a rim 300 pixels from its middle is off by less than half of one: without a graphics processor
+// Sides enough that a rim 300 pixels from its middle deviates by less than half of one: without a graphics processor
 // corners cost more than pixels.
 const ROUND = 64; // sides of a full turn
 const MARKS = 3, DARK = 6; // dark parts of the rim of a turned body that is marked; how wide, in sides by MARKS

@@ -69,7 +69,7 @@ class Stage {
     if (this.scene) this.ask();
   }
 
-  // As many pixels as the machine draws in time, told the mean time between the last images [s].
+  // As many pixels as the machine draws in time, by the mean time between the last images [s].
   keepPace(seconds) {
     const wanted = seconds > SLOW_FRAME ? this.coarse * 0.8 : seconds < QUICK_FRAME ? this.coarse * 1.1 : this.coarse;
     const coarse = Math.min(Math.max(wanted, COARSEST), FINEST);

@@ -85,13 +85,13 @@ def happening_tables(figures: Mapping[str, Any], meanings: Mapping[str, str]) ->
 
 def error_notes(errors: Mapping[str, Any]) -> list[str]:
     """Errors of the outputs requested to a tolerance, and those that are not known."""
-    told = [
+    notes = [
         f"{output}: error {promise_in_words(one)}"
         for output, one in errors.get("wanted_errors", {}).items()
         if one["error"] is not None
     ]
-    told += [f"Not in these errors: {name}: {text}" for name, text in errors.get("errors_unknown", {}).items()]
-    return [sentence_for_people(one) for one in told]
+    notes += [f"Not in these errors: {name}: {text}" for name, text in errors.get("errors_unknown", {}).items()]
+    return [sentence_for_people(one) for one in notes]
 
 
 def _error(error, factor: float) -> str:
@@ -119,11 +119,11 @@ def _text(value, factor: float, error=None) -> str:
 
 def _sizes(figures: Mapping[str, Any], errors: Mapping[str, Any]) -> dict[str, float]:
     """The size by which the unit of each figure is chosen: of a vector its error counts too."""
-    told = {
+    sizes = {
         key: _size(value) if _of_balls(value) else _size(value, errors.get(f"{key}{ERROR}"))
         for key, value in figures.items()
     }
-    return sizes_for_units(told)
+    return sizes_for_units(sizes)
 
 
 def _size(*values) -> float:
