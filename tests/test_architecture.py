@@ -19,11 +19,11 @@ ROOMS = (
     "contact",
     "reference",
     "pictures",
+    "vibration",
     "kinds",
     "run",
     "uq",
     "log",
-    "vibration",
     "charts",
     "view",
     "nodes",
@@ -53,7 +53,7 @@ APART = {
     ("command", "nodes"),
     *(
         (room, "reference")
-        for room in ("pictures", "kinds", "run", "uq", "log", "vibration", "view", "nodes", "command", "__main__")
+        for room in ("pictures", "vibration", "kinds", "run", "uq", "log", "view", "nodes", "command", "__main__")
     ),
 }
 REACH_ROS = {"command/node_command.py"}  # of the command line, inside functions: ROS is imported when one of them runs

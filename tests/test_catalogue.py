@@ -13,11 +13,11 @@ from bearing_twin.base.errors import SceneError
 from bearing_twin.command import cli
 from bearing_twin.kinds.bearing import catalogue
 from bearing_twin.kinds.bearing.catalogue import row_of
-from bearing_twin.kinds.bearing.geometry import rolling_frequencies
 from bearing_twin.kinds.bearing.models import choose
 from bearing_twin.kinds.bearing.parameters import Geometry
 from bearing_twin.kinds.bearing.ratings import basic_dynamic_rating, basic_static_rating, catalogue_sheet
 from bearing_twin.run.scene import load_scene, parse_scene, read_logged
+from bearing_twin.vibration.fault_frequencies import rolling_frequencies
 
 SCATTER = 0.014  # by which a rating may leave the range that makers publish; most in the 6208, sold with two sets
 ENTRIES = catalogue.entries()

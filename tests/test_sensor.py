@@ -6,15 +6,25 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bearing_twin import SceneError, load_scene, read_log, simulate
+from bearing_twin import SceneError, StudyError, load_scene, load_study, read_log, simulate
 from bearing_twin.command import cli
+from bearing_twin.log import cdr
+from bearing_twin.log.bag import LogReader
 
 SPALLS = {"outer": "BPFO", "inner": "BPFI"}
+OK, WARN, STALE = 0, 1, 3
 
 
 def samples_of(stream) -> np.ndarray:
     """Time [s] and acceleration [m/s^2] of each sample of a run or a log."""
     return np.concatenate([one.records["acceleration"] for one in stream.blocks() if "acceleration" in one.records])
+
+
+def health(log) -> list[tuple[int, int]]:
+    """Level and time [s] of each message of the topic `health` in a log."""
+    messages = LogReader(log).messages({"/bearing/health"})
+    found = [cdr.deserialise(one.topic.ros_type, one.data) for one in messages]
+    return [(one.status[0].level, one.header.stamp.sec) for one in found]
 
 
 def test_the_housing_follows_its_equation_of_motion():
@@ -80,12 +90,58 @@ def test_spectrum_names_the_spalls_that_scenes_have(tmp_path, capsys):
         assert found["shaft_hz"] == pytest.approx(183.26 / (2 * np.pi))
         sides = [lines[f"{family}{sign}fs"]["over_noise_db"] for sign in "+-"]
         assert (min(sides) > 15.0) == (on == "inner")
+        assert health(log) == [(STALE, 0), (WARN, 1), (WARN, 2)]
     sound = tmp_path / "sound.mcap"
     scene = ("bearing_6205_spall_outer", "--set", "defects=[]", "--set", "solver.check=none", "--duration", "1")
     assert cli.main(["simulate", *scene, "--out", str(sound)]) == 0
     capsys.readouterr()
     assert cli.main(["spectrum", str(sound), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["verdict"] == "nothing stands out"
+    assert health(sound) == [(STALE, 0), (OK, 1)]
+
+
+def test_a_run_its_log_and_spectrum_give_the_same_levels(tmp_path, capsys):
+    log = tmp_path / "run.mcap"
+    scene = ("bearing_6205_spall_inner", "--duration", "1", "--set", "solver.check=none")
+    found = []
+    for words in (("simulate", *scene, "--out", str(log)), ("report", str(log)), ("spectrum", str(log))):
+        assert cli.main([*words, "--json"]) == 0
+        found.append(json.loads(capsys.readouterr().out))
+    run, logged, spectrum = found
+    level = {line["name"]: line["over_noise_db"] for line in spectrum["lines"]}
+    assert level["BPFI"] > 20.0
+    for figure, name in (("bpfo", "BPFO"), ("bpfi", "BPFI"), ("bsf", "2BSF")):
+        assert run[f"{figure}_over_noise_db"] == logged[f"{figure}_over_noise_db"]
+        assert run[f"{figure}_over_noise_db"] == pytest.approx(level[name], abs=1e-3)
+    assert run["acceleration_rms_m_s2"] == pytest.approx(spectrum["rms"], rel=1e-6)
+
+
+def test_the_study_of_detectability_goes_from_noise_to_a_line_that_stands_out():
+    study = load_study("spall_detectability")
+    lengths, levels = study.sweep[1], []
+    for length in (lengths[0], lengths[-1]):
+        run = simulate(study.at(length).scene_at([3, 10e-6]))
+        assert all(len(block) for block in run.blocks())
+        levels.append(run.report.figures["bpfo_over_noise_db"])
+    assert levels[0] < 10.0 < 20.0 < levels[1]
+
+
+def test_numbers_in_the_list_of_defects_are_reached_by_their_place():
+    scene = load_scene("bearing_6205_spall_outer", ["defects.0.spall.length=0.3 mm", "defects.0.on=inner"])
+    assert (scene.parameters.defects[0].spall.length, scene.parameters.defects[0].on) == (0.3e-3, "inner")
+    study = {"scene": "bearing_6205_spall_outer", "set": ["sensor.rate=50 kHz"], "quantities": ["bpfo_over_noise"]}
+    uniform = {"distribution": "uniform", "low": 1e-4, "high": 3e-4}
+    inputs = {"defects.0.spall.length": {**uniform, "also": ["defects.0.spall.width"]}}
+    spall = load_study({**study, "inputs": inputs}).scene_at([2e-4]).parameters.defects[0].spall
+    assert (spall.length, spall.width) == (2e-4, 2e-4)
+    for key in ("defects.1.spall.length", "defects.x.on", "defects.-1.on"):
+        with pytest.raises(SceneError, match="place"):
+            load_scene("bearing_6205_spall_outer", [f"{key}=1e-4"])
+    for key in ("defects.1.spall.length", "defects.0.spall.length.0", "defects.0.on"):
+        with pytest.raises(StudyError, match="defects"):
+            load_study({**study, "inputs": {key: uniform}})
+    with pytest.raises(StudyError, match="sensor"):
+        load_study({**study, "scene": "bearing_6203", "set": [], "inputs": {"drive.speed": 100.0}})
 
 
 @pytest.mark.parametrize(

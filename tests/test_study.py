@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from bearing_twin.base.errors import BearingTwinError, SceneError, StudyError
+from bearing_twin.base.parameters import describe, element_at
 from bearing_twin.kinds import KINDS
 from bearing_twin.run.report import BLOCK_OUTPUTS
 from bearing_twin.run.scene import load_scene, scene_names
@@ -223,7 +224,9 @@ def test_an_unknown_study_names_the_nearest():
 
 @pytest.mark.parametrize("kind", sorted(KINDS))
 def test_every_number_of_a_scene_can_be_put_and_replaced(kind):
-    parameters = KINDS[kind].parameters()
+    cls = KINDS[kind].parameters
+    lists = {row.key: element_at(cls, [row.key]) for row in describe(cls) if row.type == "list"}
+    parameters = cls(**{key: (element(),) * most for key, (element, most) in lists.items()})
     plain = {"kind": kind, **yaml.safe_load(yaml.safe_dump(_plain(parameters)))}
     for key, row in numeric_keys(kind).items():
         assert row.unit

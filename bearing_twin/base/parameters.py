@@ -148,6 +148,12 @@ def names_at(cls, words: Iterable[str]) -> Mapping[str, Any]:
     return _metadata_at(cls, words).get("names", {})
 
 
+def element_at(cls, words: Iterable[str]) -> tuple[type | None, int]:
+    """The class of the elements of the list at that key path, and how many it may hold; None where there is no list."""
+    metadata = _metadata_at(cls, words)
+    return metadata.get("element"), metadata.get("most", 0)
+
+
 def stands_for_section(cls, words: Iterable[str]) -> bool:
     """True where the text at that key path stands for its whole section."""
     return _metadata_at(cls, words).get("stands_for_section", False)

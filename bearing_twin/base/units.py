@@ -88,6 +88,7 @@ UNITS = {  # by the symbol that declarations use
     "J": Unit("j", "J", ALL),
     "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15, people=("MPa", 1e-6)),
     "1/Pa": Unit("per_pa", "1/Pa", least=1e-12, greatest=1e-3),
+    "dB": Unit("db", "dB"),
     "B": Unit("bytes", "B", ABOVE_ONE, least=1.0, greatest=1e15),
     "Mrev": Unit("mrev", "Mrev"),
     "h": Unit("h", "h"),

@@ -45,8 +45,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
     geometry = None if arguments.bearing is None else _geometry(arguments.bearing)
 
     from bearing_twin.command.terminal import progress, say
+    from bearing_twin.log.acceleration_record import read_record
     from bearing_twin.vibration.envelope import spectrum_of
-    from bearing_twin.vibration.records import read_record
 
     if speed and arguments.speed.strip()[-1] in "0123456789.":
         say(f"--speed {arguments.speed} is in rad/s, {30.0 / math.pi * speed:.6g} rpm; write 1750rpm for other units")

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     from bearing_twin.base.sample import Block, Channel, Sample, Table
 
-PUBLISH, SAMPLES, MARKERS, ONCE = "publish", "samples", "markers", "once"
-"""How often a topic is given out: at the scene's publish rate, every output in blocks, at 20 Hz, or at the start."""
+PUBLISH, SAMPLES, MARKERS, ONCE, SECOND = "publish", "samples", "markers", "once", "second"
+"""How often a topic is given out: at the scene's publish rate, every output in blocks, at 20 Hz, at the start, 1 Hz."""
 
 
 def lazy_import(place: str) -> Callable:
@@ -167,6 +167,7 @@ class Topic(NamedTuple):
 
     `fields(output)` gives the message's fields by name, nested messages as mappings, arrays as arrays; every header,
     with `frame`, is filled in by who sends it. None: the stream itself builds the topic (samples, records, scene).
+    Of a topic at 1 Hz `fields(parameters)` makes what takes blocks by `add(block)` and gives the fields by `fields()`.
     `together`: `fields` takes many outputs at once, as one `Output` whose sample has one row an output in front of all
     its arrays; so have the arrays it gives. What is no array is then the same in every message of the topic.
     """
@@ -174,7 +175,7 @@ class Topic(NamedTuple):
     name: str
     ros_type: str
     rate: str
-    fields: Callable[[Output], Mapping[str, Any]] | None
+    fields: Callable[[Any], Any] | None
     meaning: str
     frame: str = ""
     together: bool = False

@@ -16,7 +16,7 @@ from bearing_twin import __version__
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Sample, Table, joined
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, Output, Topic
+from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, SECOND, Output, Topic
 from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.kinds.topics import outside_topic
 from bearing_twin.log import cdr
@@ -108,7 +108,8 @@ class MessageStream:
     """Turns blocks of solver outputs into messages, the same ones however the blocks are cut.
 
     What is said once comes first, the scene before all. An output whose sequence number is a multiple of
-    output_rate / publish_rate gives the "publish" topics, one at a multiple of round(output_rate / 20) the markers.
+    output_rate / publish_rate gives the "publish" topics, one at a multiple of round(output_rate / 20) the markers, one
+    at a multiple of round(output_rate) those at 1 Hz.
     A SampleBlock ends after round(output_rate / 20) outputs (fewer where that would exceed 4 MiB), counted from
     sequence 0; records come before the SampleBlock that holds their output. `start_time_ns` is added to the
     simulation time in all stamps; `choice` is the model in use (None: the one the scene gets); `frame_prefix` stands
@@ -122,6 +123,9 @@ class MessageStream:
         self.publish_every = max(1, round(run.output_rate / run.publish_rate))
         self.markers_every = max(1, round(run.output_rate / SLOW_RATE))
         self._every = {PUBLISH: self.publish_every, MARKERS: self.markers_every}
+        self._gathered = {topic: topic.row.fields(scene.parameters) for topic in self.topics if topic.rate == SECOND}
+        if self._gathered:
+            self._every[SECOND] = max(1, round(run.output_rate))
         row_bytes = 8 * sum(channel.width for channel in scene.channels)
         self.block_outputs = max(1, min(self.markers_every, LARGEST_BLOCK // row_bytes))
         self._scene, self._choice = scene, choice or choose(scene)
@@ -151,6 +155,7 @@ class MessageStream:
         if block.first_sequence != self._next:
             found += self._rest(wanted)
             self._first = block.first_sequence
+            self._gathered = {topic: topic.row.fields(self._scene.parameters) for topic in self._gathered}
         self._next = block.first_sequence + len(block)
         due, done = self._instants(block, wanted), 0
         for row in self._rows_due(block.first_sequence, len(block)):
@@ -219,7 +224,7 @@ class MessageStream:
         rows = {rate: range(-block.first_sequence % every, len(block), every) for rate, every in self._every.items()}
         together, single = {}, functools.cache(lambda row: self._output(block[row]))
         for topic in self.topics:
-            if not rows.get(topic.rate) or (wanted is not None and topic.name not in wanted):
+            if topic.rate == SECOND or not rows.get(topic.rate) or (wanted is not None and topic.name not in wanted):
                 continue
             if topic.row.together:
                 if topic.rate not in together:
@@ -232,6 +237,16 @@ class MessageStream:
                 made = (self._at_once(topic, row, single(row)) for row in rows[topic.rate])
             for row, stamp_ns, message in made:
                 found.setdefault(row, []).append((topic, stamp_ns, message))
+        for topic, gathered in self._gathered.items():
+            done = 0
+            for row in rows[SECOND]:
+                gathered.add(block.part(done, row + 1))
+                done = row + 1
+                if wanted is None or topic.name in wanted:
+                    stamp_ns = self.start_time_ns + int(block.time_ns[row])
+                    message = encoded(topic.ros_type, gathered.fields(), stamp_ns, "")
+                    found.setdefault(row, []).append((topic, stamp_ns, message))
+            gathered.add(block.part(done, len(block)))
         return found
 
     def _at_once(self, topic: Channelled, row: int, output: Output) -> tuple[int, int, bytes]:

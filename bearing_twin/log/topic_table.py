@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES
+from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, SECOND
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import SLOW_RATE, Channelled, topics
 from bearing_twin.run.scene import Scene, load_scene, scene_names
@@ -16,6 +16,7 @@ RATES = {
     MARKERS: f"{SLOW_RATE:g} Hz",
     SAMPLES: f"in blocks, up to {SLOW_RATE:g} a second",
     ONCE: "once, latched",
+    SECOND: "1 Hz",
 }
 
 

@@ -294,18 +294,29 @@ def _apply(parameters: type, mapping: dict, override: str) -> None:
         raise SceneError(f"override {echo(override)} cannot change {words[0]}; write a scene file for that")
     words = ALIASES.get(".".join(words), ".".join(words)).split(".")
     for depth, word in enumerate(words[:-1], start=1):
-        inner = mapping.setdefault(word, {})
+        if isinstance(mapping, list):
+            word = _place_in(mapping, word, override)
+        inner = mapping[word] if isinstance(mapping, list) else mapping.setdefault(word, {})
         names = names_at(parameters, words[:depth])
         if isinstance(inner, str) and inner in names:
             inner = mapping[word] = plain(names[inner])
-        if not isinstance(inner, dict):
+        if not isinstance(inner, (dict, list)):
             raise SceneError(f"override {echo(override)}: {word} is a value and has no keys of its own")
         mapping = inner
+    last = _place_in(mapping, words[-1], override) if isinstance(mapping, list) else words[-1]
     if stands_for_section(parameters, words):
         mapping.clear()
     value = SCENES.load(text, f"override {echo(override)}")
     former = FORMER_VALUES.get(".".join(words), {})
-    mapping[words[-1]] = former.get(value, value) if isinstance(value, (str, bool)) else value
+    mapping[last] = former.get(value, value) if isinstance(value, (str, bool)) else value
+
+
+def _place_in(found: list, word: str, override: str) -> int:
+    """The place that a word of an override's key names in a list, counted from 0."""
+    if not word.isdecimal() or int(word) >= len(found):
+        told = f"a number below {len(found)}" if found else "none, for it is empty"
+        raise SceneError(f"override {echo(override)}: {echo(word)} is no place in the list; legal: {told}")
+    return int(word)
 
 
 def choose(scene: Scene) -> Choice:

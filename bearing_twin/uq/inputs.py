@@ -1,12 +1,11 @@
 """The numbers of a scene by key path, such as `geometry.radial_clearance` or `drive.offset[1]`: what may be uncertain.
 
-A path is split into words; a whole number is the place in a tuple. Values are put into the plain data of a scene
-(one realisation, read and checked like any scene) or into its dataclass (arrays, for closed forms).
+A path is split into words; a whole number is the place in a tuple or a list. Values are put into the plain data of a
+scene (one realisation, read and checked like any scene) or into its dataclass (arrays, for closed forms).
 """
 
 import dataclasses
 import functools
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
@@ -16,7 +15,7 @@ from scipy import stats
 from scipy.special import ndtr, ndtri
 
 from bearing_twin.base.errors import StudyError
-from bearing_twin.base.parameters import Parameter, describe, echo, read_number, unknown
+from bearing_twin.base.parameters import Parameter, describe, echo, element_at, read_number, unknown
 from bearing_twin.base.units import NO_LIMITS, Limits
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Quantity
@@ -33,18 +32,24 @@ from bearing_twin.uq.distributions import (
 )
 from bearing_twin.uq.entropy import greatest_entropy
 
-_PLACE = re.compile(r"(.+)\[(\d+)\]")
-
 
 @functools.cache
 def numeric_keys(kind: str) -> dict[str, Parameter]:
-    """Every number of a kind of scene by its key path; tuples give one key a place."""
+    """Every number of a kind of scene by its key path; tuples and lists give one key a place."""
+    return _numbers_of(KINDS[kind].parameters)
+
+
+def _numbers_of(cls: type) -> dict[str, Parameter]:
     found = {}
-    for row in describe(KINDS[kind].parameters):
+    for row in describe(cls):
         if row.type in ("number", "integer"):
             found[row.key] = row
         elif row.type.endswith(" numbers"):
             found |= {f"{row.key}[{place}]": row for place in range(len(row.default))}
+        elif row.type == "list":
+            element, most = element_at(cls, row.key.split("."))
+            inner = _numbers_of(element)
+            found |= {f"{row.key}.{place}.{key}": inner[key] for place in range(most) for key in inner}
     return found
 
 
@@ -78,15 +83,20 @@ def checked_key(kind: str, key) -> str:
 
 
 def words_of(key: str) -> tuple[str | int, ...]:
-    """`drive.offset[1]` as ("drive", "offset", 1)."""
-    place = _PLACE.fullmatch(key)
-    words = (place.group(1) if place else key).split(".")
-    return (*words, int(place.group(2))) if place else tuple(words)
+    """`drive.offset[1]` as ("drive", "offset", 1), `defects.0.spall.length` as ("defects", 0, "spall", "length")."""
+    words = key.replace("[", ".").replace("]", "").split(".")
+    return tuple(int(word) if word.isdigit() else word for word in words)
 
 
 def put(mapping: dict, key: str, value) -> dict:
-    """A copy of a scene's plain data, shared but for the changed path, with the value at that key."""
-    return _put(mapping, words_of(key), value)
+    """A copy of a scene's plain data, shared but for the changed path, with the value at that key.
+
+    Raises StudyError for a place beyond the end of a list.
+    """
+    try:
+        return _put(mapping, words_of(key), value)
+    except IndexError:
+        raise StudyError(f"{key} is beyond the end of the scene's list, counted from 0; give the scene more") from None
 
 
 def placed(scene: dict, targets, values) -> dict:
@@ -121,7 +131,8 @@ def _replaced(holder, words, value):
     if not words:
         return value
     if isinstance(holder, tuple):
-        return (*holder[: words[0]], value, *holder[words[0] + 1 :])
+        place = words[0]
+        return (*holder[:place], _replaced(holder[place], words[1:], value), *holder[place + 1 :])
     return dataclasses.replace(holder, **{words[0]: _replaced(getattr(holder, words[0]), words[1:], value)})
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import fft, ndimage
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.kinds.bearing.geometry import rolling_frequencies
+from bearing_twin.vibration.fault_frequencies import rolling_frequencies
 
 HARMONICS = (1, 2, 3)
 OCTAVES = 4
@@ -21,6 +21,7 @@ TOP = 0.95  # of the Nyquist frequency, where the highest octave ends: above it 
 SLOWER = 0.02  # of the cage, against kinematics at the nominal contact angle  # tuned: slip
 FASTER = 0.016  # tuned: contact angle, 0.6 % of BPFO in print, and pitch circles that differ from the catalogue's
 SPEED_DOUBT = 0.02  # of a given speed, within which the shaft's line is looked for  # tuned: slip of induction motors
+LEAST_SAMPLES = 16
 LEAST_TURNS = 20  # of the shaft in a record
 LENGTH = 256  # turns in a stretch of which a spectrum is made  # tuned: fine lines against slip, which smears them
 OUTSTANDING = 16.0  # dB, mean of three harmonics over the median around them  # tuned: noise alone reaches 9
@@ -83,6 +84,7 @@ class Spectrum:
 
 
 NOTHING = "nothing stands out"
+DAMAGE = {"outer": "damage on the outer raceway", "inner": "damage on the inner raceway", "ball": "damage on a ball"}
 
 
 def families_of(geometry) -> tuple[Family, ...]:
@@ -101,8 +103,8 @@ def families_of(geometry) -> tuple[Family, ...]:
 def checked(samples, rate: float) -> tuple[np.ndarray, tuple[str, ...]]:
     """The samples as float32 without their mean, and warnings; raises BearingTwinError for a record of no use."""
     samples = np.asarray(samples)
-    if samples.ndim != 1 or samples.dtype.kind not in "fiu" or len(samples) < 16:
-        raise BearingTwinError("the record must be one row of at least 16 numbers; choose it by --key")
+    if samples.ndim != 1 or samples.dtype.kind not in "fiu" or len(samples) < LEAST_SAMPLES:
+        raise BearingTwinError(f"the record must be one row of at least {LEAST_SAMPLES} numbers; choose it by --key")
     if not 0.0 < rate < math.inf:
         raise BearingTwinError(f"the sampling rate {rate:g} Hz must be above zero; give it by --rate")
     mean = samples.mean(dtype=float)

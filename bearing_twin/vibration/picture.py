@@ -6,10 +6,9 @@ from matplotlib.figure import Figure
 from bearing_twin import __version__
 from bearing_twin.pictures.panels import finish
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
-from bearing_twin.vibration.envelope import HARMONICS, NOTHING, Spectrum
+from bearing_twin.vibration.envelope import DAMAGE, HARMONICS, Spectrum
 
 COLOURS = {"BPFO": BALL_COLOURS[5], "BPFI": BALL_COLOURS[0], "2BSF": BALL_COLOURS[2], "FTF": BALL_COLOURS[3]}
-WORDS = {"outer": "damage on the outer raceway", "inner": "damage on the inner raceway", "ball": "damage on a ball"}
 
 
 def draw_spectrum(found: Spectrum, name: str, path):
@@ -39,5 +38,5 @@ def draw_spectrum(found: Spectrum, name: str, path):
             panel.legend(frameon=False, fontsize=11, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=4)
     low, high = (round(one) for one in found.band_hz)
     words = f"shaft {found.shaft_hz:.4g} Hz   ·   band {low} to {high} Hz   ·   {found.seconds:.4g} s"
-    title = found.verdict if found.verdict == NOTHING else WORDS[found.verdict]
+    title = DAMAGE.get(found.verdict, found.verdict)
     return finish(figure, f"{name}: {title}", f"{words}   ·   bearing_twin {__version__}", path)

@@ -8,11 +8,15 @@ import math
 
 import numpy as np
 
-from bearing_twin.base.sample import Channel, Table
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.kinds.bearing.housing import NONE
 
 NOISE_BLOCK = 1024  # samples whose noise is drawn at once
 ROOM = 500  # instants of which outputs are made at once
+WINDOW = 10.0  # s, of samples at the end of a run, which figures and the health of a bearing are made of
+OK, WARN, STALE = 0, 1, 3  # levels of diagnostic_msgs/DiagnosticStatus
+LINES = {"BPFO": "bpfo", "BPFI": "bpfi", "2BSF": "bsf"}  # of damage: in spectra, in figures
 
 ACCELERATION = Table(
     "acceleration",
@@ -64,3 +68,58 @@ class Accelerometer:
         blocks = range(numbers[0] // NOISE_BLOCK, numbers[-1] // NOISE_BLOCK + 1)
         drawn = [np.random.default_rng((self._sensor.seed, one)).standard_normal(NOISE_BLOCK) for one in blocks]
         return np.concatenate(drawn)[numbers - blocks[0] * NOISE_BLOCK]
+
+
+class Listener:
+    """Gathers the last samples of a sensor, block by block, and judges their envelope spectrum."""
+
+    def __init__(self, parameters):
+        self._geometry, self._rate = parameters.geometry, parameters.sensor.rate
+        self._most = round(WINDOW * self._rate)
+        self._parts: list[tuple[np.ndarray, np.ndarray]] = []  # samples (n, 2); times [s] and speeds (m, 2)
+        self._count = 0
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        rows = np.array(block.records.get(ACCELERATION.name, np.zeros((0, 2))))
+        self._parts.append((rows, np.stack([1e-9 * block.time_ns, block.values["inner_ring_speed"]], axis=1)))
+        self._count += len(rows)
+        while self._count - len(self._parts[0][0]) >= self._most:
+            self._count -= len(self._parts.pop(0)[0])
+
+    def spectrum(self):
+        """The `Spectrum` of the last WINDOW of samples; raises BearingTwinError where they are too few to be judged."""
+        from bearing_twin.vibration.envelope import LEAST_SAMPLES, spectrum_of
+
+        samples, course = map(np.concatenate, zip(*self._parts, strict=True))
+        samples = samples[-self._most :]
+        if len(samples) < LEAST_SAMPLES:
+            raise BearingTwinError("there are too few samples of the sensor yet")
+        course = course[min(np.searchsorted(course[:, 0], samples[0, 0]), len(course) - 1) :]
+        course = course[:, 0] - samples[0, 0], course[:, 1]
+        return spectrum_of(samples[:, 1].astype(np.float32), self._rate, self._geometry, course)
+
+    def fields(self) -> dict:
+        """diagnostic_msgs/DiagnosticArray: the verdict of the spectrum, a warning where it names damage."""
+        from bearing_twin.vibration.envelope import DAMAGE
+
+        try:
+            found = self.spectrum()
+            said, level = DAMAGE.get(found.verdict, found.verdict), WARN if found.verdict in DAMAGE else OK
+            numbers = {"rms_m_s2": found.rms, "kurtosis": found.kurtosis}
+            numbers |= {f"{line.name}_over_noise_db": line.over_noise_db for line in found.lines if line.name in LINES}
+        except BearingTwinError as error:
+            said, level, numbers = str(error), STALE, {}
+        values = [{"key": key, "value": f"{value:.4g}"} for key, value in numbers.items()]
+        status = {"level": level, "name": "bearing: acceleration", "message": said, "hardware_id": "bearing_twin"}
+        return {"status": [{**status, "values": values}]}
+
+    def figures(self) -> dict[str, float | None]:
+        """RMS [m/s^2] and levels over the noise [dB] of the first line of each family; None where none can be had."""
+        keys = "acceleration_rms_m_s2", *(f"{name}_over_noise_db" for name in LINES.values())
+        try:
+            found = self.spectrum()
+        except BearingTwinError:
+            return dict.fromkeys(keys)
+        level = {line.name: line.over_noise_db for line in found.lines}
+        return dict(zip(keys, (found.rms, *(level[name] for name in LINES)), strict=True))

@@ -50,8 +50,11 @@ def defect_list():
     columns = (("on", "word"), ("waviness", "order, m, rad"), ("spall", "place, length, width, depth"))
     help = "of raceways and of the first ball, waviness or a spall each: heights that add to approaches"
     return dataclasses.field(
-        default=(), metadata={"columns": columns, "help": help, "read": read_defects, "kind": "list"}
-    )
+        default=(),
+        metadata={
+            "columns": columns, "help": help, "read": read_defects, "kind": "list", "element": Defect, "most": MOST,
+        },
+    )  # fmt: skip
 
 
 def read_defects(given, _columns) -> tuple[tuple, str]:

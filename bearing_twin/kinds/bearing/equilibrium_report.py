@@ -21,7 +21,7 @@ from bearing_twin.kinds.bearing.equilibrium import (
 from bearing_twin.kinds.bearing.equilibrium_motion import LEFT
 from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
 from bearing_twin.kinds.bearing.friction_torque import catalogue_torque, torque_answer
-from bearing_twin.kinds.bearing.geometry import clearance_of, fault_frequencies
+from bearing_twin.kinds.bearing.geometry import clearance_of
 from bearing_twin.kinds.bearing.model_error import SIDES, model_errors
 from bearing_twin.kinds.bearing.ratings import (
     equivalent_loads,
@@ -30,6 +30,7 @@ from bearing_twin.kinds.bearing.ratings import (
     ratings_of,
     speed_doubt,
 )
+from bearing_twin.vibration.fault_frequencies import fault_frequencies
 
 NO_TORQUE = "an equilibrium has no friction; catalogue_drive_torque_nm is Palmgren's estimate with grease"
 FLAGGED = 2e-2  # of the greatest load: what balls that move differ by at most unflagged

@@ -23,9 +23,11 @@ from bearing_twin.contact.validity import (
     wave_transit,
 )
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
+from bearing_twin.kinds.bearing.accelerometer import Listener
 from bearing_twin.kinds.bearing.facts import touches_at_rest
 from bearing_twin.kinds.bearing.friction_torque import catalogue_torque
 from bearing_twin.kinds.bearing.geometry import cage_speed, moduli, roll_rate
+from bearing_twin.kinds.bearing.housing import NONE
 from bearing_twin.kinds.bearing.model_error import law_error
 from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen
 from bearing_twin.kinds.bearing.quantities import missing
@@ -288,6 +290,7 @@ class BearingFigures:
         self._static = ratings_of(parameters).static
         self._sums, self._run_up = Sums(self._balls), RunUp(parameters)
         self._layout, self._columns = None, None
+        self._listener = Listener(parameters) if parameters.sensor.on != NONE else None
         self._made: dict = {}  # of the outputs so far, what several figures and flags are made of
 
     def add(self, block: Block) -> None:
@@ -298,6 +301,8 @@ class BearingFigures:
             self._layout, self._columns = layout, columns_of(layout)
         self._sums.add(block, self._columns)
         self._run_up.add(block)
+        if self._listener:
+            self._listener.add(block)
         if not self.first:
             self.first = self._instant(block, 0)
         self.last = self._instant(block, len(block) - 1)
@@ -512,6 +517,7 @@ class BearingFigures:
             "greatest_pocket_force_n": float(self._sums.greatest.pocket_force[0]),
             **centre_figures(late["centre"] / late["count"], self._sums.greatest),
             "friction_torque_nm": self._torques(late),
+            **(self._listener.figures() if self._listener else {}),
         }
         absent = missing(self.parameters, self.choice.stepper == QUASI_STATIC)
         return {key: value for key, value in found.items() if key not in absent}

@@ -190,24 +190,3 @@ def roll_rate(inner_speed: float, ball_diameter: float, pitch_diameter: float, c
     """Angular speed [rad/s] of a ball about its own centre against its orbit, without slip."""
     ratio = ball_diameter / pitch_diameter * math.cos(contact_angle)
     return 0.5 * inner_speed * pitch_diameter / ball_diameter * (1.0 - ratio**2)
-
-
-def fault_frequencies(cage: float, spin: float, balls: int, speed: float) -> dict[str, float]:
-    """Fault frequencies [Hz] of outer ring, inner ring, cage and ball, from the speeds of cage and ball [rad/s]."""
-    turn = 0.5 / math.pi
-    return {
-        "bpfo": abs(balls * cage * turn),
-        "bpfi": abs(balls * (speed - cage) * turn),
-        "ftf": abs(cage * turn),
-        "ball_spin": abs(spin * turn),
-    }
-
-
-def rolling_frequencies(geometry, speed: float) -> dict[str, float]:
-    """Fault frequencies [Hz] of balls without load that roll at the nominal contact angle.
-
-    Cage w (1 - g)/2 and spin w d_m (1 - g^2)/(2 D), g = D cos a/d_m (Harris, Rolling Bearing Analysis, chapter 8).
-    """
-    ratio = geometry.ball_diameter * math.cos(geometry.contact_angle) / geometry.pitch_diameter
-    spin = 0.5 * speed * geometry.pitch_diameter / geometry.ball_diameter * (1.0 - ratio**2)
-    return fault_frequencies(0.5 * speed * (1.0 - ratio), spin, geometry.balls, speed)

@@ -2,12 +2,15 @@
 
 import math
 
+from bearing_twin.kinds.bearing.housing import NONE
 from bearing_twin.kinds.bearing.rings import BALLS, TORQUE, free_coordinates, moving_centre
 from bearing_twin.kinds.contract import Quantity, read_off
 
 HALF = "over the second half of the run"
 LATE = f"mean {HALF}"
 PEAK = "at the contact's greatest load"
+LAST = "over the last 10 s of the run; none without a sensor, or of less than 20 turns of the shaft"
+LINES = {"bpfo": "at BPFO (outer raceway)", "bpfi": "at BPFI (inner raceway)", "bsf": "at twice BSF (ball)"}
 MEANINGS = {
     "inner_ring_speed_at_end_rad_s": "of the inner ring, at the end",
     "run_up_time_s": "until 99 % of the change of the inner ring's speed over the run was first made; none where its "
@@ -50,6 +53,11 @@ MEANINGS = {
     "greatest_land_force_n": "of the land on the cage, greatest over the run; none without guidance by a land",
     "friction_torque_nm": f"of each ball, not the bearing's: the friction of its raceways about its "
     f"centre, {LATE}; none from equilibria",
+    "acceleration_rms_m_s2": f"of the sensor's samples, {LAST}",
+    **{
+        f"{key}_over_noise_db": f"level of the line {words} in the envelope spectrum over the median around it, {LAST}"
+        for key, words in LINES.items()
+    },
 }
 """What each key of the figures is, in their order."""
 FIGURES_OF = {
@@ -100,6 +108,11 @@ def _prescribed(parameters) -> str:
     return "" if parameters.drive.kind == TORQUE else say
 
 
+def _unheard(parameters) -> str:
+    """A sensor is needed."""
+    return "the scene has no sensor; give it one by sensor.on: housing" if parameters.sensor.on == NONE else ""
+
+
 def quantities() -> dict[str, Quantity]:
     """What a study may ask of a bearing."""
     return {
@@ -145,4 +158,16 @@ def quantities() -> dict[str, Quantity]:
             "of any contact at its greatest load, to either side",
             _of_both("contact_angle_inner_rad", "contact_angle_outer_rad"),
         ),
+        "acceleration_rms": Quantity(
+            "m/s^2", "of the sensor's samples, last 10 s", read_off("acceleration_rms_m_s2"), missing=_unheard
+        ),
+        **{
+            f"{name}_over_noise": Quantity(
+                "dB",
+                f"level of the line {words} in the envelope spectrum over the median around it, last 10 s",
+                read_off(f"{name}_over_noise_db"),
+                missing=_unheard,
+            )
+            for name, words in LINES.items()
+        },
     }

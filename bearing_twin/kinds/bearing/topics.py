@@ -6,13 +6,15 @@ They take many outputs at once, with one row an output in front of every array.
 import numpy as np
 
 from bearing_twin.base.sample import Sample
+from bearing_twin.kinds.bearing.accelerometer import Listener, tables
 from bearing_twin.kinds.bearing.markers import markers, solids
 from bearing_twin.kinds.bearing.outputs import RINGS, contact_details, contacts, origins, ring_attitude, wrenches
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import moving_centre
 from bearing_twin.kinds.bearing.row import BEARING
-from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
+from bearing_twin.kinds.contract import MARKERS, PUBLISH, SECOND, Command, Output, Topic
 from bearing_twin.kinds.topics import (
+    DIAGNOSTICS,
     FLOAT,
     MARKER_ARRAY,
     POSE,
@@ -53,6 +55,13 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
             together=True,
         ),
         *_cage_topics(parameters),
+        *(
+            Topic(
+                "health", DIAGNOSTICS, SECOND, Listener,
+                "of a scene with a sensor: damage that the spectrum of its last 10 s names, and levels of lines [dB]",
+            )
+            for _ in tables(parameters)
+        ),
         Topic(
             "markers", MARKER_ARRAY, MARKERS, marker_fields, "balls, rings, ellipses, loads to look at", FRAME,
             together=True,
