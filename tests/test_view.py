@@ -31,7 +31,7 @@ from bearing_twin.view.frames import STEPS, Frames, packed
 from bearing_twin.view.page import SCRIPTS, html
 from bearing_twin.view.run_page import described_view, document_of_log, document_of_run
 from bearing_twin.view.study_page import document_of_study
-from bearing_twin.view.tables import figure_rows, happening_tables
+from bearing_twin.view.tables import tables_of_page
 
 SHORT = {  # a short run of each kind
     "bearing": ("bearing_6203_loose", "run.duration=0.02"),
@@ -189,8 +189,9 @@ def test_a_page_shows_the_numbers_of_the_run(shown):
 def test_what_happened_one_after_the_other_is_a_table():
     contacts = [{"start_s": 1e-3 * k, "peak_force_n": 2.0 * k, "restitution": None} for k in range(300)]
     figures = {"contacts": contacts, "peak_force_n": 600.0}
-    assert [row["words"] for row in figure_rows(figures, {}, {})] == ["peak force"]
-    (table,) = happening_tables(figures, {"contacts": "one by one"})
+    shown = tables_of_page(figures, {}, {"contacts": "one by one"})
+    assert [row["words"] for row in shown["figures"]] == ["peak force"]
+    (table,) = shown["tables"]
     assert [column[:2] for column in table["header"]] == [("start", "ms"), ("peak force", "N"), ("restitution", "")]
     assert table["rows"][3] == ["3", "6", "-"]
     assert len(table["rows"]) == 200

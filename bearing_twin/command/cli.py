@@ -147,13 +147,13 @@ def _main(argv) -> int:
 
 
 def _show(outcome, si: bool) -> None:
+    if outcome.show and not (si and outcome.engineering):
+        outcome.show()
+        return
     from bearing_twin.base.report import plain_json
     from bearing_twin.command.results import show_result
 
-    if outcome.show and not (si and outcome.engineering):
-        outcome.show()
-    else:
-        show_result(plain_json(outcome.result))
+    show_result(plain_json(outcome.result))
 
 
 def _parsers(only: str | None = None):

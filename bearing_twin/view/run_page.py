@@ -22,7 +22,7 @@ from bearing_twin.run.report import DONE, DOUBTFUL, report_of
 from bearing_twin.run.simulation import Run
 from bearing_twin.view.frames import Frames, packed, passed_on, prefixes
 from bearing_twin.view.study_page import document_of_study
-from bearing_twin.view.tables import ball_tables, error_notes, figure_rows, happening_tables
+from bearing_twin.view.tables import tables_of_page
 
 STATUS_SORTS = {DONE: "good", DOUBTFUL: "doubt"}  # how a status is shown; any other is a failure
 
@@ -96,9 +96,7 @@ def _told(scene, report: Report) -> dict[str, Any]:
         "status": sentence_for_people(report.status),
         "warnings": [sentence_for_people(one) for one in report.warnings],
         "flags": [sentence_for_people(one) for one in report.flags],
-        "figures": figure_rows(report.figures, report.errors, meanings),
-        "tables": ball_tables(report.figures, report.errors, meanings) + happening_tables(report.figures, meanings),
-        "errors": error_notes(report.errors),
+        **tables_of_page(report.figures, report.errors, meanings),
     }
 
 

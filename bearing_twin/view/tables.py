@@ -1,8 +1,8 @@
-"""Figures of a report as rows for people: words, number in the unit that engineers read, error, meaning."""
+"""Figures of a report for people, on pages and in the terminal: words, numbers in the units they read, errors."""
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
 
 from bearing_twin.base.units import (
     greatest_error,
@@ -12,132 +12,158 @@ from bearing_twin.base.units import (
     sizes_for_units,
     two_digits,
 )
-from bearing_twin.run.report import promise_in_words, shown_errors
+from bearing_twin.run.report import exceeds, promise_in_words, shown_errors
 
-ERROR = "_error"
 AXES = 3  # lists of so many numbers at most are vectors
+BEYOND_DIGITS = 5e-7  # of a value: an error below it is beyond the six digits shown
 DIGITS = 5
 MOST_ROWS = 200
+Readable = Callable[[str, float], tuple[str, str, float]]  # words, unit and factor of a key with values up to a size
 
 
-def figure_rows(
-    figures: Mapping[str, Any], errors: Mapping[str, Any], meanings: Mapping[str, str]
-) -> list[dict[str, str]]:
-    """One row a figure of one number, one text or a short vector, with `<figure>_error` of `errors`."""
-    rows, sizes = [], _sizes(figures, errors)
-    for key, value in figures.items():
-        if _of_balls(value) or _happenings(value) or isinstance(value, Mapping):
-            continue
-        most, error = shown_errors(errors, key)
-        words, unit, factor = readable(key, sizes[key])
-        rows.append(
-            {
-                "words": words,
-                "value": _text(value, factor, most),
-                "unit": unit,
-                "error": _error(error, factor),
-                "meaning": meanings.get(key, ""),
-            }
-        )
-    return rows
+class Figure(NamedTuple):
+    """A figure for people: its key, words and unit, its values as texts, and its error as a text, "" for none.
+
+    `doubtful` is True for a number whose error is large; `length` of a list of more numbers than a vector has, else 0.
+    """
+
+    key: str
+    words: str
+    unit: str
+    texts: list[str]
+    error: str
+    doubtful: bool
+    length: int
 
 
-def ball_tables(
-    figures: Mapping[str, Any], errors: Mapping[str, Any], meanings: Mapping[str, str]
-) -> list[dict[str, Any]]:
-    """Figures that are lists of as many numbers, side by side: `header` (words, unit, meaning), `rows`, `errors`."""
-    by_length: dict[int, dict[str, list]] = {}
-    sizes = _sizes(figures, errors)
-    for key, value in figures.items():
-        if _of_balls(value):
-            by_length.setdefault(len(value), {})[key] = value
-    tables = []
-    for columns in by_length.values():
-        header, filled, greatest = [], [], []
-        for key, values in columns.items():
-            words, unit, factor = readable(key, sizes[key])
-            most, error = shown_errors(errors, key)
-            header.append((words, unit, meanings.get(key, "")))
-            filled.append([_number(value, factor, most) for value in values])
-            greatest.append(_error(error, factor))
-        rows = [list(row) for row in zip(*filled, strict=True)]
-        tables.append({"header": header, "rows": rows, "errors": greatest if any(greatest) else []})
-    return tables
+def figures_for_people(
+    figures: Mapping[str, Any], result: Mapping[str, Any], unit_of: Readable = readable
+) -> list[Figure]:
+    """The figures but lists of events and nested mappings; `result` holds their errors, as the result of `--json`."""
+    found = []
+    figures = {key: one for key, one in figures.items() if not isinstance(one, Mapping) and not is_events(one)}
+    for key, size in _sizes(figures, result).items():
+        value = figures[key]
+        several = value if isinstance(value, (list, tuple)) else [value]
+        words, unit, factor = unit_of(key, size)
+        if any(isinstance(one, (list, tuple, str)) for one in several) or not several:
+            unit, most, own = "", None, None
+        else:
+            most, own = shown_errors(result, key)
+            unit = unit if any(map(_is_number, several)) else ""
+        error = two_digits(factor * own) if value is not None and _in_digits(own, value) else ""
+        doubtful = most is not None and value is not None and exceeds(value, most)
+        texts = [value_text(one, factor, most) for one in several]
+        found.append(Figure(key, words, unit, texts, error, doubtful, len(several) if _is_long(value) else 0))
+    return found
 
 
-def happening_tables(figures: Mapping[str, Any], meanings: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Figures that are lists of what happened one after the other, as contacts: a table each, a row each."""
-    tables = []
-    for key, found in figures.items():
-        if not _happenings(found):
-            continue
-        header, columns = [], []
-        for column in found[0]:
-            values = [one.get(column) for one in found[:MOST_ROWS]]
-            words, unit, factor = readable(column, _size(values))
-            header.append((words, unit, ""))
-            columns.append([_number(value, factor) for value in values])
-        title = meanings.get(key, "") + (f"; the first {MOST_ROWS} of {len(found)}" if len(found) > MOST_ROWS else "")
-        rows = [list(row) for row in zip(*columns, strict=True)]
-        tables.append({"title": title, "noun": key.replace("_", " "), "header": header, "rows": rows, "errors": []})
-    return tables
+def lists_by_length(figures: Iterable[Figure]) -> dict[int, list[Figure]]:
+    """The long lists among figures, those of one length together."""
+    found: dict[int, list[Figure]] = {}
+    for one in figures:
+        if one.length:
+            found.setdefault(one.length, []).append(one)
+    return found
 
 
-def error_notes(errors: Mapping[str, Any]) -> list[str]:
-    """Errors of the outputs requested to a tolerance, and those that are not known."""
-    notes = [
-        f"{output}: error {promise_in_words(one)}"
-        for output, one in errors.get("wanted_errors", {}).items()
-        if one["error"] is not None
-    ]
-    notes += [f"Not in these errors: {name}: {text}" for name, text in errors.get("errors_unknown", {}).items()]
-    return [sentence_for_people(one) for one in notes]
+def events_for_people(rows: list[Mapping[str, Any]], unit_of: Readable = readable) -> tuple[list, list[list[str]]]:
+    """Words and unit of each column of a list of mappings with the same keys, and the rows as texts."""
+    columns = {key: [row.get(key) for row in rows] for key in rows[0]}
+    shown = [unit_of(key, _size(values)) for key, values in columns.items()]
+    texts = [[value_text(one, factor) for one in of] for of, (*_, factor) in zip(columns.values(), shown, strict=True)]
+    return [(words, unit) for words, unit, _ in shown], [list(row) for row in zip(*texts, strict=True)]
 
 
-def _error(error, factor: float) -> str:
-    """An error, of several the greatest, in the unit of its figure."""
-    return "" if error is None else two_digits(factor * greatest_error(error))
+def errors_in_words(result: Mapping[str, Any]) -> tuple[dict[str, str], list[str]]:
+    """The errors of the requested outputs by their names, and sentences about errors that are not known."""
+    wanted = result.get("wanted_errors", {}).items()
+    known = {output: promise_in_words(one) for output, one in wanted if one["error"] is not None}
+    return known, [f"{name}: {text}" for name, text in result.get("errors_unknown", {}).items()]
 
 
-def _of_balls(value) -> bool:
-    """True for a list of more numbers than a vector has."""
-    several = isinstance(value, (list, tuple)) and len(value) > AXES
-    return several and not isinstance(value[0], (list, tuple, str, Mapping))
+def value_text(value, factor: float = 1.0, error=None, digits: int = 6) -> str:
+    """One value: a number times `factor` to the digits that its error, in its own unit, allows; a list of several."""
+    if value is None or isinstance(value, bool):
+        return {None: "-", True: "yes", False: "no"}[value]
+    if isinstance(value, (list, tuple)):
+        return ", ".join(map(value_text, value))
+    if not isinstance(value, (int, float)) or (isinstance(value, int) and factor == 1.0):
+        return str(value)
+    return known_digits(value * factor, None if error is None else factor * greatest_error(error), digits)
 
 
-def _happenings(value) -> bool:
+def is_events(value) -> bool:
     """True for a list of mappings, with the same keys."""
     return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(one, Mapping) for one in value)
 
 
-def _text(value, factor: float, error=None) -> str:
-    if isinstance(value, (list, tuple)) and any(isinstance(one, (list, tuple, str, Mapping)) for one in value):
-        return "; ".join(map(str, value)) or "none"
-    several = list(value) if isinstance(value, (list, tuple)) else [value]
-    return ", ".join(_number(one, factor, error) for one in several) or "none"
+def _is_long(value) -> bool:
+    """True for a list of more numbers than a vector has."""
+    return isinstance(value, (list, tuple)) and len(value) > AXES and not isinstance(value[0], (list, tuple, str))
 
 
-def _sizes(figures: Mapping[str, Any], errors: Mapping[str, Any]) -> dict[str, float]:
+def _sizes(figures: Mapping[str, Any], result: Mapping[str, Any]) -> dict[str, float]:
     """The size by which the unit of each figure is chosen: of a vector its error counts too."""
     sizes = {
-        key: _size(value) if _of_balls(value) else _size(value, errors.get(f"{key}{ERROR}"))
+        key: max(_size(value), 0.0 if _is_long(value) else _size(result.get(f"{key}_error")))
         for key, value in figures.items()
     }
     return sizes_for_units(sizes)
 
 
-def _size(*values) -> float:
-    """The greatest size of some numbers and lists of numbers; 0 where there is none."""
-    several = [one for value in values for one in (value if isinstance(value, (list, tuple)) else [value])]
-    return max((abs(one) for one in several if isinstance(one, float) and math.isfinite(one)), default=0.0)
+def _size(value) -> float:
+    """The greatest magnitude of a value or of the numbers in a list; 0 where there is none."""
+    several = value if isinstance(value, (list, tuple)) else [value]
+    return float(max((abs(one) for one in several if _is_number(one)), default=0.0))
 
 
-def _number(value, factor: float, error=None) -> str:
-    if value is None:
-        return "-"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        worst = None if error is None else factor * greatest_error(error)
-        return known_digits(value * factor, worst, DIGITS) if math.isfinite(value) else "-"
-    return str(value)
+def _is_number(value) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _in_digits(error: float | None, value) -> bool:
+    """True for an error that the digits shown of a value can tell, or one of 0."""
+    if error is None:
+        return False
+    return error > BEYOND_DIGITS * _size(value) if error else _size(value) > 0.0
+
+
+def tables_of_page(
+    figures: Mapping[str, Any], errors: Mapping[str, Any], meanings: Mapping[str, str]
+) -> dict[str, list[dict[str, Any]]]:
+    """The tables of a page: `figures` (a row each), `tables` (long lists side by side, then events), `errors`."""
+    shown = figures_for_people(figures, errors)
+    rows = [
+        {
+            "words": one.words,
+            "value": ("; " if not one.unit else ", ").join(one.texts) or "none",
+            "unit": one.unit,
+            "error": one.error,
+            "meaning": meanings.get(one.key, ""),
+        }
+        for one in shown
+        if not one.length
+    ]
+    tables: list[dict[str, Any]] = []
+    for columns in lists_by_length(shown).values():
+        header = [(one.words, one.unit, meanings.get(one.key, "")) for one in columns]
+        cells = [list(row) for row in zip(*(one.texts for one in columns), strict=True)]
+        greatest = [one.error for one in columns]
+        tables.append({"header": header, "rows": cells, "errors": greatest if any(greatest) else []})
+    for key, events in figures.items():
+        if is_events(events):
+            header, cells = events_for_people(events[:MOST_ROWS])
+            more = f"; the first {MOST_ROWS} of {len(events)}" if len(events) > MOST_ROWS else ""
+            named = {"title": meanings.get(key, "") + more, "noun": key.replace("_", " ")}
+            tables.append(named | {"header": [(*one, "") for one in header], "rows": cells, "errors": []})
+    return {"figures": rows, "tables": tables, "errors": error_notes(errors)}
+
+
+def error_notes(errors: Mapping[str, Any]) -> list[str]:
+    """Errors of the outputs requested to a tolerance, and those that are not known."""
+    known, unknown = errors_in_words(errors)
+    notes = [f"{output}: error {text}" for output, text in known.items()] + [
+        f"Not in these errors: {one}" for one in unknown
+    ]
+    return [sentence_for_people(one) for one in notes]

@@ -478,7 +478,7 @@ class BearingFigures:
         return "done" if adds_up(self.energy_closure, self.parameters) else "failed: energy"
 
     def figures(self) -> dict:
-        """The run in numbers, SI unit at the end of a key; one value a ball where it is a list: see `figure_rows`."""
+        """The run in numbers, SI unit at the end of a key; one value a ball where it is a list."""
         late, before = self._second_half()
         peaks = self._peaks()
         place, tilt, force, moment = ((late["ring"] / late["count"])[columns] for columns in RING_COLUMNS)
