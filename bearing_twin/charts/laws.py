@@ -81,7 +81,7 @@ def _in_a_run(title: str, key: str, names: tuple[str, ...], true: str, *keys: st
     return Problem(
         title=title,
         scene="bearing_6203",
-        keys=("run.duration=0.02", "run.output_rate=2000", *keys),
+        keys=("run.duration=0.1", "run.output_rate=2000", *keys),
         reference=(f"{key}={true}", "wanted.tolerance=1e-8"),
         methods={name: tolerances(1e-3, 1e-6, keys=(f"{key}={name}",)) for name in names},
         norm=load_and_friction,

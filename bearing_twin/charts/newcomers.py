@@ -16,10 +16,9 @@ from bearing_twin.base.report import Choice
 from bearing_twin.charts.bearings import MOVING
 from bearing_twin.charts.contest import Contest, best_of, timed
 from bearing_twin.charts.rows import DONE
-from bearing_twin.charts.scenes import Found, Problem, Scenes, load_and_friction, run, steps, tolerances
+from bearing_twin.charts.scenes import Found, Scenes, load_and_friction, run, steps, tolerances
 from bearing_twin.kinds.bearing import compiled_balls
 from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.run.scene import load_scene
 
 COARSE, SCIPYS = 1e-4, 1e-3  # s, the step that is often tried first; SciPy's default tolerance
 CHANNELS = ("normal_load", "friction_force")
@@ -43,12 +42,11 @@ NAIVE = {
 }
 
 
-def _naive(problem: Problem, method: str, setting: float) -> Found:
-    """A run as a user writes it: a right-hand side of time and a flat state; Euler's steps or `solve_ivp`."""
-    scene = load_scene(problem.scene, problem.keys)
-    settings = scene.parameters.run
-    times = np.arange(round(settings.duration * settings.output_rate) + 1) / settings.output_rate
-    motion = BearingMotion(scene.parameters, Choice("hertz", "rodas4", 0.0, "", ()))
+def _naive(motion: BearingMotion, times: np.ndarray, method: str, setting: float) -> tuple[list[np.ndarray], int]:
+    """A run as a user writes it: a right-hand side of time and a flat state; Euler's steps or `solve_ivp`.
+
+    States at `times` [s], and evaluations of a ball.
+    """
     shape, near = motion.state.shape, np.zeros(motion.bearing.balls, np.bool_)
     count = 0
 
@@ -73,11 +71,7 @@ def _naive(problem: Problem, method: str, setting: float) -> Found:
         if not found.success:
             raise IntegrationError(found.message, "failed", float(found.t[-1]), "")
         states = found.y.T
-    rows = []
-    for one in states:
-        motion.state[:] = one.reshape(shape)
-        rows.append(motion.first_outputs())
-    return Found(times, {name: np.concatenate([row[name] for row in rows]) for name in CHANNELS}, {}, count, scene)
+    return states, count
 
 
 def judge(*entry) -> dict:
@@ -87,8 +81,20 @@ def judge(*entry) -> dict:
         return PRODUCT.judge(*entry)
     problem = TABLE[name]
     exact = run(problem.scene, (*problem.keys, *problem.reference), CHANNELS)
-    found, cost = timed(lambda: _naive(problem, method, setting), exact.scene.parameters.run.duration)
-    return {**load_and_friction(found, exact), **cost, "evaluations": float(found.evaluations)}
+    motion = BearingMotion(exact.scene.parameters, Choice("hertz", "rodas4", 0.0, "", ()))
+    first, rows = motion.state.copy(), []
+
+    def work():
+        motion.state[:] = first
+        return _naive(motion, exact.time, method, setting)
+
+    (states, count), cost = timed(work, exact.scene.parameters.run.duration)
+    for one in states:
+        motion.state[:] = one.reshape(first.shape)
+        rows.append(motion.first_outputs())
+    values = {channel: np.concatenate([row[channel] for row in rows]) for channel in CHANNELS}
+    found = Found(exact.time, values, {}, count, exact.scene)
+    return {**load_and_friction(found, exact), **cost, "evaluations": float(count)}
 
 
 def entries(name: str, quick: bool):
