@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import toy_kind  # noqa: F401 - a kind that workers know by the name of its module alone
 from test_ensemble import LONG_RUN, LOSSY, ROOT, alive, children, run, wait_for
 
 from bearing_twin.base.errors import StudyError
@@ -23,27 +22,8 @@ from bearing_twin.uq.realisations import realise, task_of
 from bearing_twin.uq.study import parse_study
 from bearing_twin.uq.workers import Ensemble
 
-TOY = {
-    "scene": {"kind": "toy"},
-    "inputs": {"start": {"distribution": "uniform", "low": 0.01, "high": 0.02}},
-    "quantities": ["greatest_position"],
-}
-# How the first process is started, and whether it forks the others; who imports what this process has.
-WAYS = {"a fork": ("fork", True, 0), "afresh, then forks": ("spawn", True, 1), "all afresh": ("spawn", False, 2)}
 
-
-AFRESH = [pytest.param(one, marks=pytest.mark.environment) for one in ("afresh, then forks", "all afresh")]
-
-
-@pytest.fixture(params=["a fork", *AFRESH])
-def way(request, monkeypatch):
-    method, forks, _ = WAYS[request.param]
-    monkeypatch.setattr(workers, "FORKS", forks)
-    monkeypatch.setattr(workers, "start_method", lambda: method)
-    return request.param
-
-
-def test_the_first_process_is_a_fork_where_there_is_no_other_thread(monkeypatch):
+def test_a_worker_is_a_fork_where_there_is_no_other_thread():
     """Seen in a fork of the tests, which has one thread whatever they have begun."""
     told, tells = os.pipe()
     if not (child := os.fork()):
@@ -54,16 +34,16 @@ def test_the_first_process_is_a_fork_where_there_is_no_other_thread(monkeypatch)
             beside = workers.start_method()
             over.set()
             thread.join()
-            workers.FORKS = False
-            os.write(tells, f"{alone} {beside} {workers.start_method()}".encode())
+            os.write(tells, f"{alone} {beside}".encode())
         finally:
             os._exit(0)
     os.waitpid(child, 0)
     os.close(tells)
     with os.fdopen(told) as stream:
-        assert stream.read() == ("fork spawn spawn" if sys.platform == "linux" else "spawn spawn spawn")
+        assert stream.read() == ("fork spawn" if sys.platform == "linux" else "spawn spawn")
 
 
+@pytest.mark.parametrize("way", ["fork", pytest.param("spawn", marks=pytest.mark.environment)])
 def test_numbers_are_the_same_however_workers_are_started_and_a_fork_imports_nothing(way, tmp_path, monkeypatch):
     """A kind's own module is read by each process that is started afresh, and by no other."""
     name = f"counted_kind_{os.getpid()}"
@@ -75,6 +55,7 @@ def test_numbers_are_the_same_however_workers_are_started_and_a_fork_imports_not
     )
     (tmp_path / f"{name}.py").write_text("\n".join(lines), encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(workers, "start_method", lambda: way)
     __import__(name)
     try:
         scene = open_scene("two_spheres")[0] | {"kind": "counted"}
@@ -82,26 +63,14 @@ def test_numbers_are_the_same_however_workers_are_started_and_a_fork_imports_not
         values = np.linspace(0.9e-4, 1.6e-4, 40)[:, None]
         with Ensemble(task, 2, "processes", lambda: False) as ensemble:
             found = ensemble.evaluate(values)
-            ours = children()
-            below = [one for each in ours for one in children(each)]
+            assert len(children()) == 2
         here = realise(task, values)
     finally:
         del KINDS["counted"], sys.modules[name]
     assert np.isfinite(here.quantities).all()
     assert np.array_equal(found.quantities, here.quantities)
-    assert len((tmp_path / "read").read_text().split()) - 1 == WAYS[way][2]
-    assert (len(ours), len(below)) == ((1, 2) if WAYS[way][1] else (2, 0))
-    assert not any(map(alive, below))
+    assert len((tmp_path / "read").read_text().split()) - 1 == {"fork": 0, "spawn": 2}[way]
     assert children() == []
-
-
-def test_what_realisations_need_is_loaded_once_by_what_forks_the_workers(tmp_path, monkeypatch):
-    monkeypatch.setattr(workers, "start_method", lambda: "fork")
-    monkeypatch.setattr(workers, "load", lambda task, values: (tmp_path / f"{os.getpid()}").touch())
-    task = task_of(parse_study(TOY, "s"))
-    with Ensemble(task, 2, "processes", lambda: False) as ensemble:
-        ensemble.evaluate(np.linspace(0.01, 0.02, 8)[:, None])
-        assert [int(path.name) for path in tmp_path.iterdir()] == children()
 
 
 def test_what_one_worker_meets_and_nobody_foresaw_is_raised_with_where_it_was(monkeypatch):
@@ -114,27 +83,6 @@ def test_what_one_worker_meets_and_nobody_foresaw_is_raised_with_where_it_was(mo
         run(LOSSY, ["workers=2"])
     assert "in realise" in str(met.value.__cause__)
     assert children() == []
-
-
-@pytest.mark.parametrize("which", ["what forks", "one of two workers"])
-def test_a_process_that_is_killed_ends_the_study_with_what_is_done(which, monkeypatch):
-    monkeypatch.setattr(workers, "start_method", lambda: "fork")
-    killed, below = [], []
-
-    def watch(one):
-        if one.done >= 8 and not killed:
-            (stem,) = children()
-            below.extend(children(stem))
-            killed.append(stem if which == "what forks" else below[-1])
-            os.kill(killed[0], signal.SIGKILL)
-
-    quick = ["set=[run.duration=0.01, run.output_rate=1000]", "samples=400", "batch=8", "stop.minimum=8", "workers=2"]
-    result = run(LONG_RUN, quick, progress=watch)
-    assert len(below) == 2
-    assert 8 <= result.summary["samples"] < 400
-    assert result.summary["stopped_because"].startswith("failed: a worker process died")
-    assert children() == []
-    wait_for(lambda: not any(map(alive, below)), 60.0)
 
 
 def test_a_worker_that_dies_while_it_sends_ends_the_study_too(monkeypatch):
@@ -176,21 +124,6 @@ def test_a_worker_whose_pipe_closes_ends_without_a_word(unread, monkeypatch):
     assert len(closed) == 1
 
 
-def test_a_cancel_ends_what_still_loads(tmp_path, monkeypatch):
-    """And does not wait for them."""
-    loading = tmp_path / "loading"
-
-    def load(task, values):
-        loading.touch()
-        threading.Event().wait()
-
-    monkeypatch.setattr(workers, "start_method", lambda: "fork")
-    monkeypatch.setattr(workers, "load", load)
-    result = run(LONG_RUN, ["workers=2"], cancelled=loading.exists)
-    assert (result.summary["samples"], result.summary["stopped_because"]) == (0, "cancelled")
-    assert children() == []
-
-
 def test_where_no_process_can_be_started_it_is_told(monkeypatch):
     class Refusing:
         def Pipe(self):
@@ -210,11 +143,7 @@ def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path, quick_sta
     command = [sys.executable, "-m", "bearing_twin", "study", str(path), "--json"]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
-    def family():
-        found = [one for each in children(process.pid) for one in (each, *children(each))]
-        return found if len(found) > 2 else []
-
-    started = wait_for(family, 300.0)
+    started = wait_for(lambda: found if len(found := children(process.pid)) == 2 else [], 300.0)
     process.send_signal(number)
     _, error = process.communicate(timeout=300)
     wait_for(lambda: not any(map(alive, started)), 300.0)

@@ -71,7 +71,7 @@ class _Continuous:
     """A continuous distribution with the methods of a frozen one of SciPy that inputs use."""
 
     def __init__(self, low, high):
-        self._low, self._high = low, high
+        self._low, self._high = float(low), float(high)
 
     def support(self):
         return self._low, self._high
@@ -82,50 +82,90 @@ class _Continuous:
     def sf(self, x):
         return 1.0 - self.cdf(x)
 
+    def mean(self):
+        return self.expect(lambda x: x)
+
     def std(self):
-        return math.sqrt(self.var())
+        mean = self.mean()
+        return math.sqrt(self.expect(lambda x: (x - mean) ** 2))
+
+    def expect(self, function):
+        """The mean of a function by the trapezoidal rule in the normal score, which converges exponentially."""
+        z = np.linspace(-9.0, 9.0, 1153)
+        x = np.piecewise(ndtr(-np.abs(z)), [z < 0.0], [self.ppf, self.isf])
+        weights = np.exp(-0.5 * z**2)
+        return float(weights @ function(x) / weights.sum())
 
 
 class Truncated(_Continuous):
-    """A frozen SciPy distribution between two bounds, with its digits on both tails."""
+    """A frozen SciPy distribution between two bounds, with its digits on both tails.
+
+    Of a piece of one tail, which has its digits on that side alone, both quantiles are found there.
+    """
 
     def __init__(self, whole, low, high):
-        below, above = whole.cdf(low), whole.sf(high)
-        self._whole, self._mass = whole, whole.sf(low) - above if below > 0.5 else whole.cdf(high) - below
-        self._below, self._above = below, above
-        _require(self._mass > 1e-9, "less than 1e-9 of the whole distribution lies between the bounds; give others")
-        super().__init__(*(float(end) for end in (max(low, whole.support()[0]), min(high, whole.support()[1]))))
+        super().__init__(max(low, whole.support()[0]), min(high, whole.support()[1]))
+        self._whole, self._below, self._above = whole, whole.cdf(low), whole.sf(high)
+        self.mass = whole.sf(low) - self._above if self._below > 0.5 else whole.cdf(high) - self._below
 
     def ppf(self, u):
-        return np.clip(self._whole.ppf(self._below + self._mass * np.asarray(u, float)), self._low, self._high)
+        u = np.asarray(u, float)
+        return self._from_above(1.0 - u) if self._below > 0.5 else self._from_below(u)
 
     def isf(self, u):
-        return np.clip(self._whole.isf(self._above + self._mass * np.asarray(u, float)), self._low, self._high)
+        u = np.asarray(u, float)
+        return self._from_below(1.0 - u) if self._above > 0.5 else self._from_above(u)
+
+    def _from_below(self, u):
+        return np.clip(self._whole.ppf(self._below + self.mass * u), self._low, self._high)
+
+    def _from_above(self, u):
+        return np.clip(self._whole.isf(self._above + self.mass * u), self._low, self._high)
 
     def cdf(self, x):
-        return np.clip((self._whole.cdf(x) - self._below) / self._mass, 0.0, 1.0)
+        if self._below > 0.5:
+            return 1.0 - self.sf(x)
+        return np.clip((self._whole.cdf(x) - self._below) / self.mass, 0.0, 1.0)
 
     def sf(self, x):
-        return np.clip((self._whole.sf(x) - self._above) / self._mass, 0.0, 1.0)
+        if self._above > 0.5:
+            return 1.0 - self.cdf(x)
+        return np.clip((self._whole.sf(x) - self._above) / self.mass, 0.0, 1.0)
 
     def pdf(self, x):
         x = np.asarray(x, float)
-        return np.where((x >= self._low) & (x <= self._high), self._whole.pdf(x) / self._mass, 0.0)
-
-    def mean(self):
-        return float(_mean_over_scores(self, lambda x: x))
-
-    def var(self):
-        mean = self.mean()
-        return float(_mean_over_scores(self, lambda x: (x - mean) ** 2))
+        return np.where((x >= self._low) & (x <= self._high), self._whole.pdf(x) / self.mass, 0.0)
 
 
-def _mean_over_scores(distribution, function):
-    """The mean of a function by the trapezoidal rule in the normal score, which converges exponentially."""
-    z = np.linspace(-9.0, 9.0, 1153)
-    x = np.where(z < 0.0, distribution.ppf(ndtr(z)), distribution.isf(ndtr(-z)))
-    weights = np.exp(-0.5 * z**2)
-    return weights @ function(x) / weights.sum()
+class TruncatedExponential(_Continuous):
+    """Density proportional to exp(tilt t), t being the share of the way from low to high; it falls for tilt < 0."""
+
+    def __init__(self, low, high, tilt):
+        super().__init__(low, high)
+        self._tilt, self._width = tilt, high - low
+
+    def ppf(self, u):
+        return np.clip(self._low + self._from_end(u, self._tilt), self._low, self._high)
+
+    def isf(self, u):
+        return np.clip(self._high + self._from_end(u, -self._tilt), self._low, self._high)
+
+    def _from_end(self, u, tilt):
+        with np.errstate(divide="ignore"):
+            return self._width * np.log1p(u * np.expm1(tilt)) / self._tilt
+
+    def cdf(self, x):
+        return np.expm1(self._tilt * self._share(x)) / np.expm1(self._tilt)
+
+    def sf(self, x):
+        return np.expm1(-self._tilt * (1.0 - self._share(x))) / np.expm1(-self._tilt)  # its mirror image
+
+    def pdf(self, x):
+        inside = (x >= self._low) & (x <= self._high)
+        return inside * self._tilt * np.exp(self._tilt * self._share(x)) / np.expm1(self._tilt) / self._width
+
+    def _share(self, x):
+        return np.clip((np.asarray(x, float) - self._low) / self._width, 0.0, 1.0)
 
 
 class TableDensity(_Continuous):
@@ -160,65 +200,15 @@ class TableDensity(_Continuous):
             step = np.where(more > 0.0, 2.0 * more / (left + height), 0.0)
         return np.clip(self._x[piece] + step, self._low, self._high)
 
-    def mean(self):
-        return float(self._integral(lambda x: x))
-
-    def var(self):
-        mean = self.mean()
-        return float(self._integral(lambda x: (x - mean) ** 2))
-
-    def _integral(self, function):
-        """By Gauss's rule of two points a piece, exact for cubics."""
+    def expect(self, function):
+        """The mean of a function by Gauss's rule of two points a piece, which is exact for mean and variance."""
         half, middle = 0.5 * np.diff(self._x), 0.5 * (self._x[1:] + self._x[:-1])
         points = (middle + side * half / math.sqrt(3.0) for side in (-1.0, 1.0))
-        return sum(half @ (function(x) * self.pdf(x)) for x in points)
-
-
-class _TruncatedExponential(stats.rv_continuous):
-    """Density proportional to exp(tilt t) on 0 <= t <= 1, falling for tilt < 0; |tilt| <= GREATEST_TILT."""
-
-    def _argcheck(self, tilt):
-        return (tilt != 0.0) & (np.abs(tilt) <= GREATEST_TILT)
-
-    def _pdf(self, x, tilt):
-        return tilt * np.exp(tilt * x) / np.expm1(tilt)
-
-    def _cdf(self, x, tilt):
-        return np.expm1(tilt * x) / np.expm1(tilt)
-
-    def _sf(self, x, tilt):
-        # the mirror image has the opposite tilt
-        return np.expm1(-tilt * (1.0 - x)) / np.expm1(-tilt)
-
-    def _ppf(self, q, tilt):
-        return np.log1p(q * np.expm1(tilt)) / tilt
-
-    def _isf(self, q, tilt):
-        return 1.0 + np.log1p(q * np.expm1(-tilt)) / tilt
-
-    def _stats(self, tilt):
-        tilt = float(np.ravel(tilt)[0])  # a frozen distribution has one
-        return _tilted_mean(tilt), _tilted_variance(tilt), None, None
-
-
-_tilted = _TruncatedExponential(a=0.0, b=1.0, name="truncated_exponential")
-
-
-class _TruncatedNormal(type(stats.truncnorm)):
-    """SciPy's truncated normal with all digits on the upper tail too: that is the lower tail of its mirror image."""
-
-    def _isf(self, q, a, b):
-        return -self._ppf(q, -b, -a)
-
-    def _sf(self, x, a, b):
-        return self._cdf(-x, -b, -a)
-
-
-_truncated_normal_of = _TruncatedNormal(name="truncated_normal")
+        return float(sum(half @ (function(x) * self.pdf(x)) for x in points))
 
 
 def truncated_exponential(low, high, mean):
-    """Frozen SciPy distribution on [low, high], density exponential in x, with that mean.
+    """The distribution on [low, high] whose density is exponential in x, with that mean.
 
     Of all distributions with these bounds and this mean it has the greatest entropy. Raises ValueError with the
     reason where the mean is the middle (that is the uniform distribution) or too near to a bound for doubles.
@@ -231,7 +221,7 @@ def truncated_exponential(low, high, mean):
     if not _tilted_mean(-GREATEST_TILT) <= share <= _tilted_mean(GREATEST_TILT):
         raise ValueError(f"the mean is nearer to a bound than 1/{GREATEST_TILT:g} of the range")
     tilt = brentq(lambda c: _tilted_mean(c) - share, -GREATEST_TILT, GREATEST_TILT, xtol=1e-15, rtol=1e-14)
-    return _tilted(tilt, loc=low, scale=high - low)
+    return TruncatedExponential(low, high, tilt)
 
 
 def _tilted_mean(tilt):
@@ -239,13 +229,6 @@ def _tilted_mean(tilt):
     if abs(tilt) < 1e-2:
         return 0.5 + tilt / 12.0 - tilt**3 / 720.0 + tilt**5 / 30240.0
     return -1.0 / math.expm1(-tilt) - 1.0 / tilt
-
-
-def _tilted_variance(tilt):
-    """1/c^2 - 1/(2 sinh(c/2))^2, by its series where the two cancel."""
-    if abs(tilt) < 1e-2:
-        return 1.0 / 12.0 - tilt**2 / 240.0 + tilt**4 / 6048.0
-    return 1.0 / tilt**2 - 1.0 / (2.0 * math.sinh(0.5 * tilt)) ** 2
 
 
 class Distribution(NamedTuple):
@@ -283,7 +266,7 @@ def _truncated_normal(mean, std, low=-math.inf, high=math.inf):
         cut <= FARTHEST_CUT and top >= -FARTHEST_CUT,
         f"a bound lies more than {FARTHEST_CUT:g} std out on the tail of the normal, of which nothing is left",
     )
-    return _truncated_normal_of(cut, top, loc=mean, scale=std)
+    return Truncated(stats.norm(mean, std), low, high)
 
 
 def _lognormal(mean=None, std=None, mean_log=None, std_log=None):
@@ -323,7 +306,9 @@ def _triangular(low, mode, high):
 
 def _truncated_gamma(low=0.0, high=math.inf, **whole):
     _require(0.0 <= low < high, "low must be below high, and 0 or above")
-    return Truncated(_gamma(**whole), low, high)
+    found = Truncated(_gamma(**whole), low, high)
+    _require(found.mass > 1e-9, "less than 1e-9 of the whole distribution lies between the bounds; give others")
+    return found
 
 
 def of_scipy(name, **parameters):
@@ -398,57 +383,25 @@ DISTRIBUTIONS = {
 }
 
 
-# Quantiles from a table, for samplers that take a million of a distribution that finds each by iteration.
+# Quantiles of a gamma variable from a table: SciPy finds each by iteration, which a million of them wait for.
 #
-# Between nodes even in t = log(u/(1 - u)) stands a cubic with the slopes of the distribution. What is tabulated is the
-# logarithm of a positive value, or log(s/(1 - s)) of the share s between two bounds: both are nearly straight far out.
-# SciPy's `NumericalInversePolynomial` is no substitute: it is good to 1e-6 in the tails, and hangs for some shapes.
+# Over t = log(u/(1 - u)) stands a cubic spline of the logarithm of the value, which is nearly straight far out. SciPy's
+# `NumericalInversePolynomial` is no substitute: it is good to 1e-6 in the tails, and hangs for some shapes.
 
-MOST = 1e-11  # error, of a positive value relative to it, of one between bounds relative to their distance
+MOST = 1e-11  # relative error
 NODES, FARTHEST = 8192, 38.0  # over |t| <= FARTHEST: as far out as doubles reach
-PER_UNIT = (NODES - 1) / (2.0 * FARTHEST)
-ITERATED = {"gamma": False, "beta": True}  # distributions without closed quantiles: whether they have two bounds
-
-
-def quantiles(name: str, distribution) -> Callable[[np.ndarray], np.ndarray] | None:
-    """Quantiles (n,) of a SciPy distribution at probabilities (n,) in (0, 1), by a table; None where it has none.
-
-    It has none where its quantiles are closed, or where the error halfway between nodes would be above MOST.
-    """
-    if name not in ITERATED:
-        return None
-    return _table(name, distribution.args, tuple(sorted(distribution.kwds.items())))
 
 
 @functools.lru_cache(maxsize=4)
-def _table(name: str, arguments: tuple, keywords: tuple[tuple[str, float], ...]):
-    """Kept, a quarter of a megabyte each: every value of a sweep and every further study has the same inputs."""
-    distribution = getattr(stats, name)(*arguments, **dict(keywords))
-    bounded, t = ITERATED[name], np.linspace(-FARTHEST, FARTHEST, 2 * NODES - 1)
-    low, high = map(float, distribution.support())
-    width = high - low if bounded else 1.0
+def gamma_quantiles(shape: float, scale: float) -> Callable[[np.ndarray], np.ndarray] | None:
+    """Quantiles (n,) at probabilities (n,) in (0, 1); None where the error between nodes would be above MOST."""
+    t, distribution = np.linspace(-FARTHEST, FARTHEST, 2 * NODES - 1), stats.gamma(shape, scale=scale)
     with np.errstate(all="ignore"):
-        # From the nearer tail, for u has no digits left near 1.
-        x = np.where(t < 0.0, distribution.ppf(expit(t)), distribution.isf(expit(-t)))
-        share = (x - low) / width
-        inner = np.clip(share, 1e-300, np.nextafter(1.0, 0.0) if bounded else np.inf)
-        steepness = distribution.pdf(x) * width * inner * (1.0 - inner if bounded else 1.0)
-        slopes = np.nan_to_num(expit(t) * expit(-t) / steepness, posinf=0.0)
-        values = logit(inner) if bounded else np.log(inner)
-        if not np.all(np.isfinite(values)):
+        x = np.where(t < 0.0, distribution.ppf(expit(t)), distribution.isf(expit(-t)))  # u has no digits left near 1
+        slopes = np.nan_to_num(expit(t) * expit(-t) / (distribution.pdf(x) * x), posinf=0.0)
+        values = np.log(x)
+        if not np.isfinite(values).all():
             return None
-        cubics = CubicHermiteSpline(np.arange(NODES), values[::2], slopes[::2] / PER_UNIT).c
-
-        def at(t):
-            place = (t + FARTHEST) * PER_UNIT  # even nodes need no search, which takes ten times as long as the rest
-            piece = np.clip(place.astype(np.intp), 0, NODES - 2)
-            place -= piece
-            value = cubics[0].take(piece)
-            for one in cubics[1:]:
-                value *= place
-                value += one.take(piece)
-            return low + width * (expit if bounded else np.exp)(value)
-
-        found = (at(t[1::2]) - low) / width
-        error = np.max(np.abs(found - share[1::2]) / (1.0 if bounded else share[1::2]))
-    return (lambda u: at(logit(u))) if error <= MOST else None
+        spline = CubicHermiteSpline(t[::2], values[::2], slopes[::2])
+        error = np.max(np.abs(np.exp(spline(t[1::2])) / x[1::2] - 1.0))
+    return (lambda u: np.exp(spline(logit(u)))) if error <= MOST else None

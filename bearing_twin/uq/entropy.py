@@ -21,7 +21,7 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
 from scipy.special import digamma, erfcx
 
 from bearing_twin.base.errors import StudyError
@@ -30,7 +30,6 @@ from bearing_twin.base.parameters import echo, unknown
 FACTS = ("positive", "low", "high", "mean", "std", "mean_log", "std_log")
 PLENTY = 9.0  # deviations between mean and bound beyond which the bound cuts nothing off
 LEAST_SPREAD = 0.0025  # deviation over range that the quadrature between two bounds resolves
-NEWTON_STEPS = 60
 FARTHEST_CUT = 30.0  # parent deviations; a normal cut off farther out on its tail loses digits and is refused
 
 
@@ -76,21 +75,27 @@ def _between_with_mean(low, high, mean):
 
 
 def _between_with_mean_std(low, high, mean, std):
-    """exp(l t + q t^2) on 0 <= t <= 1 with q < 0: Newton on the convex dual, l and q so that E[t], E[t^2] are met."""
+    """exp(l t + q t^2) on 0 <= t <= 1 with q < 0, with l and q from E[t] and E[t^2]."""
     _require(low < mean < high, f"mean = {mean:g} must lie between low = {low:g} and high = {high:g}")
     share, spread = (mean - low) / (high - low), std / (high - low)
     if min(share, 1.0 - share) > PLENTY * spread:  # the bounds cut nothing off
         return "truncated_normal", {"mean": mean, "std": std, "low": low, "high": high}
     _require(spread > LEAST_SPREAD, "std is so small against the bounds that one of them says nothing; leave it out")
     _require(spread**2 < share * (1.0 - share), "no distribution between these bounds has this mean and so great a std")
-    points, weights = _interval_rule()
-    powers = np.stack([points, points**2])
-    moments = np.array([share, spread**2 + share**2])
-    found = np.array([share, -0.5]) / spread**2
-    for _ in range(NEWTON_STEPS):
-        found, error = _dual_step(found, moments, powers, weights)
-        if error < 1e-13:
-            break
+    points, weights = np.polynomial.legendre.leggauss(16)  # in each of 64 pieces
+    points = (np.arange(64)[:, None] + 0.5 * (points + 1.0)).ravel() / 64.0
+    powers, weights = np.stack([points, points**2]), np.tile(weights, 64)
+
+    def off(at):
+        """Errors of both moments, and their derivatives by l and q: the covariances of t and t^2."""
+        exponent = at @ powers
+        mass = weights * np.exp(exponent - exponent.max())
+        mass /= mass.sum()
+        centred = powers - (powers @ mass)[:, None]
+        return powers @ mass - (share, spread**2 + share**2), (centred * mass) @ centred.T
+
+    found = root(off, np.array([share, -0.5]) / spread**2, jac=True, tol=1e-14).x
+    error = np.max(np.abs(off(found)[0]))
     _require(
         error < 1e-10 and found[1] < 0.0,
         f"with std = {std:g} the density of greatest entropy does not fall towards both bounds; "
@@ -100,33 +105,6 @@ def _between_with_mean_std(low, high, mean, std):
     center = float(found[0]) * width**2
     scale = high - low
     return "truncated_normal", {"mean": low + scale * center, "std": scale * width, "low": low, "high": high}
-
-
-def _dual_step(found, moments, powers, weights):
-    """A damped Newton step of the convex ln integral exp(found . powers) - found . moments; error of the moments."""
-
-    def dual(at):
-        exponent = at @ powers
-        top = exponent.max()
-        mass = weights * np.exp(exponent - top)
-        return top + math.log(mass.sum()) - at @ moments, mass / mass.sum()
-
-    value, mass = dual(found)
-    centred = powers - moments[:, None]
-    gradient = centred @ mass
-    away = powers - (powers @ mass)[:, None]
-    step = np.linalg.solve((away * mass) @ away.T, gradient)
-    size = 1.0
-    while size > 1e-6 and dual(found - size * step)[0] > value + 1e-15 * abs(value):
-        size *= 0.5
-    return found - size * step, float(np.max(np.abs(gradient)))
-
-
-def _interval_rule():
-    """Gauss-Legendre points and weights on 0 .. 1, 16 in each of 64 pieces."""
-    points, weights = np.polynomial.legendre.leggauss(16)
-    points = (np.arange(64)[:, None] + 0.5 * (points + 1.0)).ravel() / 64.0
-    return points, np.tile(weights, 64) / 128.0
 
 
 def _positive_with_mean_log(mean, mean_log):

@@ -6,7 +6,6 @@ and by themselves when this process dies. The numbers do not depend on how many 
 
 import atexit
 import contextlib
-import gc
 import multiprocessing
 import os
 import signal
@@ -15,7 +14,7 @@ import threading
 import time
 import traceback
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent import futures
 from concurrent.futures import FIRST_COMPLETED, Future
 from multiprocessing.connection import Connection, wait
@@ -166,51 +165,40 @@ def _dask_client(address: str):
         raise StudyError(f"there is no Dask scheduler at {address} ({error}); start one, or use processes") from error
 
 
-# Worker processes that compute realisations: they get values by pipes, and answer in the order of the requests.
+# Worker processes that compute realisations: each has a pipe of its own and answers in the order of the requests.
 #
-# On Linux one process is started, which loads what a realisation needs and forks the workers: a second one costs some
-# hundredths of a second, not the imports of the first. Where this process has no thread but the one, the
-# started process is a fork of it, which spares the imports too; else it is started afresh (spawn), for a fork lacks the
-# threads that may hold a lock. Elsewhere each worker is started afresh.
-#
-# All end on request, killed even while they integrate, and by themselves when this process dies. A pipe for each worker
-# ends with it, also in the middle of an answer. Those of ProcessPoolExecutor share one, and it waits for the rest
-# without end (Python 3.10 to 3.13); an interpreter that ends waits for all that was submitted to its workers.
+# Where this process has no thread but the one, a worker is a fork of it, which imports nothing; else, and where a fork
+# may lack what libraries of the system have begun, it is started afresh (spawn). A pipe for each worker ends with it,
+# also in the middle of an answer. Those of ProcessPoolExecutor share one, and it waits for the rest without end
+# (Python 3.10 to 3.13), as it waits at the end of an interpreter for all that was submitted.
 
-FORKS = sys.platform == "linux"  # elsewhere a fork may lack what libraries of the system have begun
 AHEAD = 2  # messages for each worker: one that it is at, one that waits
 HANDLED = signal.SIGTERM, signal.SIGHUP  # that this process may handle in a way that is not a worker's
 
 
 class Workers:
-    """Workers of one study, started by the first `submit`, whose values a worker loads what it needs for."""
+    """Workers of one study, started by the first `submit`; killed by `end`, and with this process."""
 
     def __init__(self, workers: int):
         self._pipes: list[Connection] = []
-        self._stops: list[Connection] = []
         self._processes: list[multiprocessing.process.BaseProcess] = []
         self._asked = [deque[Future]() for _ in range(workers)]
         self._tasks: list[Task | None] = [None] * workers
         self._lock, self._over = threading.Lock(), False
 
     def _start(self, task, values):
-        context, theirs = multiprocessing.get_context(start_method()), []
+        if start_method() == "fork":
+            load(task, values)  # once, for all
+        context = multiprocessing.get_context(start_method())
         atexit.register(self._end_with_interpreter)
-        for _ in self._asked:
-            here, there = context.Pipe()
-            self._pipes.append(here)
-            theirs.append(there)
-        groups = [theirs] if FORKS else [[one] for one in theirs]
         with _signals_kept_from_children():
-            for ends in groups:
-                there, stop = context.Pipe(duplex=False)
-                self._stops.append(stop)
-                process = context.Process(target=_work, args=(there, ends, task, values))
-                process.start()
+            for _ in self._asked:
+                here, there = context.Pipe()
+                self._pipes.append(here)
+                with there:  # closed here, so that the pipe of a worker that died is at its end
+                    process = context.Process(target=_work, args=(there,), daemon=True)
+                    process.start()
                 self._processes.append(process)
-                there.close()
-        for one in theirs:  # so that a pipe whose worker has died is at its end
-            one.close()
 
     def submit(self, task: Task, values: np.ndarray) -> Future:
         """The realisations at `values` (n, d), by the worker that has least to do; call `wait` for them to come.
@@ -250,17 +238,13 @@ class Workers:
         with self._lock:
             self._leave_if_over()
             atexit.unregister(self._end_with_interpreter)
-            self._end_processes()
-            for process in self._processes:
-                process.close()
-            self._processes.clear()
-            for one in (*self._pipes, *self._stops):
+            self._kill()
+            for one in (*self._processes, *self._pipes):
                 one.close()
 
-    def _end_processes(self) -> None:
-        for one in self._stops:
-            with contextlib.suppress(OSError):
-                one.send_bytes(b"end")
+    def _kill(self) -> None:
+        for process in self._processes:
+            process.kill()
         for process in self._processes:
             process.join()
 
@@ -268,7 +252,7 @@ class Workers:
         """For a study in a thread that nobody waits for, which goes on meanwhile: its pipes stay open."""
         self._over = True
         with self._lock:
-            self._end_processes()
+            self._kill()
 
     def _leave_if_over(self) -> None:
         """Ends this thread without a word where the interpreter ends: no worker has died."""
@@ -288,8 +272,9 @@ class Workers:
 
 
 def start_method() -> str:
-    """The way to start the first process here and now: `fork` where no other thread can hold a lock."""
-    return "fork" if FORKS and len(os.listdir("/proc/self/task")) == 1 else "spawn"
+    """The way to start a process here and now: `fork` on Linux where no other thread can hold a lock."""
+    alone = sys.platform == "linux" and len(os.listdir("/proc/self/task")) == 1
+    return "fork" if alone else "spawn"
 
 
 @contextlib.contextmanager
@@ -305,36 +290,19 @@ def _signals_kept_from_children():
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
-def _work(stop: Connection, ends: list[Connection], task: Task, values: np.ndarray) -> None:
-    """The started process: answers at its only end, or loads what `values` (d,) need and forks a worker an end."""
+def _work(end: Connection) -> None:
+    """A worker: answers, and ends with the process that started it, also in the middle of a realisation."""
     signal.set_wakeup_fd(-1)
     for number in HANDLED:
         signal.signal(number, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, HANDLED)
-    with _Watch(stop):
-        if len(ends) == 1:
-            _answer(ends[0])
-            return
-        load(task, values)
-    gc.freeze()  # what is collected later would be copied into each worker
-    context, workers = multiprocessing.get_context("fork"), []
-    for place, end in enumerate(ends):
-        workers.append(context.Process(target=_watched_answer, args=(ends[place:],)))
-        workers[-1].start()
-        end.close()
-    wait(_ends_of_parent(stop))
-    for worker in workers:
-        worker.kill()
-    for worker in workers:
-        worker.join()
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    _answer(end)
 
 
-def _watched_answer(ends: list[Connection]) -> None:
-    """In a fork: answers at the first end; the others are of those forked later."""
-    for end in ends[1:]:
-        end.close()
-    with _Watch():
-        _answer(ends[0])
+def _end_with_parent() -> None:
+    wait([multiprocessing.parent_process().sentinel])
+    os._exit(1)
 
 
 def _answer(end: Connection) -> None:
@@ -352,28 +320,3 @@ def _answer(end: Connection) -> None:
             except Exception as error:  # raised where the study runs
                 answer = None, error, traceback.format_exc()
             end.send(answer)
-
-
-def _ends_of_parent(*stop: Connection) -> list:
-    """Handles that are ready when this process must end: a word of the process that started it, or that one's end."""
-    return [multiprocessing.parent_process().sentinel, *stop]
-
-
-class _Watch:
-    """Within it a thread ends this process at once when it shall end, also in the middle of a realisation."""
-
-    def __init__(self, *stop: Connection):
-        self._over, self._tell = os.pipe()
-        self._thread = threading.Thread(target=self._run, args=(_ends_of_parent(*stop),), daemon=True)
-
-    def _run(self, ends: Iterable):
-        if self._over not in wait([*ends, self._over]):
-            os._exit(1)
-
-    def __enter__(self):
-        self._thread.start()
-
-    def __exit__(self, *_):
-        os.close(self._tell)
-        self._thread.join()
-        os.close(self._over)
