@@ -14,21 +14,23 @@ from solved_impact import SolvedImpact
 
 from bearing_twin.base.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.base.stopping import SIGNALLED, Halt
-from bearing_twin.kinds.beam import modes as beams
-from bearing_twin.kinds.beam.impact import BeamImpact, ImpactingSphere, Pieces, solve_impact
-from bearing_twin.kinds.beam.models import beam_of, impact_speed, sphere_of
-from bearing_twin.kinds.beam.modes import (
+from bearing_twin.kinds.beam import impact as beams
+from bearing_twin.kinds.beam.impact import (
+    BeamImpact,
+    ImpactingSphere,
+    Pieces,
     beam_energy,
     branches,
     deflection_shapes,
     first_frequency,
     modes_of,
     rectangular_beam,
+    solve_impact,
     static_deflection,
     static_stress,
     stress_shapes,
 )
-from bearing_twin.kinds.beam.motion import solve
+from bearing_twin.kinds.beam.motion import beam_of, impact_speed, solve, sphere_of
 from bearing_twin.reference.struck_beam import strike
 from bearing_twin.run.scene import choose, load_scene
 from bearing_twin.run.simulation import Simulation, simulate
@@ -268,10 +270,10 @@ def test_an_euler_beam_is_flagged_where_it_is_wrong():
 
 
 def test_a_scene_of_an_earlier_version_keeps_its_beam():
-    from bearing_twin.kinds.beam.parameters import upgraded
+    from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
 
     old = {"beam": {"span": 0.1}, "sphere": {}, "run": {}}
-    assert upgraded(old)["beam"]["theory"] == "euler"
+    assert SphereOnBeamScene.upgraded(old)["beam"]["theory"] == "euler"
 
 
 SCENES = ("sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm", "sphere_on_beam_drop_600mm")
@@ -393,7 +395,7 @@ def test_errors_fall_as_the_cube_of_the_modes_and_faster_with_the_static_tail():
 
 def test_stress_under_the_sphere_needs_the_static_tail():
     """During the contact the modal sum alone is short of the cusp under the load, by modes^-1."""
-    from bearing_twin.kinds.beam.modes import stress_shapes
+    from bearing_twin.kinds.beam.impact import stress_shapes
 
     middle, times = [0.5 * 0.1535], [7.25e-5]
     stresses = []

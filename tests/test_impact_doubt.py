@@ -8,7 +8,7 @@ from runs import reported
 
 from bearing_twin.kinds.ellipsoid import motion as ellipsoid
 from bearing_twin.kinds.impact import impact as pair
-from bearing_twin.kinds.soft_discs.model_error import second_divisions
+from bearing_twin.kinds.soft_discs.figures import second_divisions
 from bearing_twin.kinds.two_bodies import motion as two_bodies
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate

@@ -598,7 +598,7 @@ def off_elements(share, ratio, thickness, *mesh):
 
     The force by elements is averaged over 2 % of the contact: single elements ring as they touch.
     """
-    from bearing_twin.kinds.soft_discs.solve import solve as by_elements
+    from bearing_twin.kinds.soft_discs.motion import solve as by_elements
 
     shared = met_at(share, ratio, thickness)
     line = load_scene("two_discs", [*shared, "contact.normal=auto", "wanted.outputs=peaks"])

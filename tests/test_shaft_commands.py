@@ -12,10 +12,9 @@ from shafts import motion_of
 from bearing_twin.base.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.bearing.system import Loading
 from bearing_twin.kinds.contract import Output
-from bearing_twin.kinds.shaft.course import ShaftCourse
-from bearing_twin.kinds.shaft.models import choose
-from bearing_twin.kinds.shaft.motion import ShaftMotion
-from bearing_twin.kinds.shaft.topics import topics
+from bearing_twin.kinds.shaft.display import topics
+from bearing_twin.kinds.shaft.equilibrium import ShaftCourse
+from bearing_twin.kinds.shaft.motion import ShaftMotion, choose
 from bearing_twin.run.failure import read_failure, write_failure
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation

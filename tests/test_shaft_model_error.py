@@ -9,9 +9,8 @@ import pytest
 from bearing_twin.base.report import Choice
 from bearing_twin.kinds.bearing.equilibrium import equilibrium_error
 from bearing_twin.kinds.shaft.equilibrium import balance_of
-from bearing_twin.kinds.shaft.figures import MEANINGS
-from bearing_twin.kinds.shaft.model_error import ShaftDoubt, Wide, moved_by, responses, wide_of
-from bearing_twin.kinds.shaft.models import shares_of
+from bearing_twin.kinds.shaft.figures import MEANINGS, ShaftDoubt, Wide, moved_by, responses, wide_of
+from bearing_twin.kinds.shaft.motion import shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate

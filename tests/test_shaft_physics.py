@@ -21,18 +21,18 @@ from bearing_twin.kinds.bearing.equilibrium import EquilibriumSolver, Support, a
 from bearing_twin.kinds.bearing.ratings import equivalent_load, ratings_of, reference_life
 from bearing_twin.kinds.contract import Output
 from bearing_twin.kinds.shaft import picture
-from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
-from bearing_twin.kinds.shaft.equilibrium import balance_of, rotor_of
-from bearing_twin.kinds.shaft.modes import (
+from bearing_twin.kinds.shaft.display import longest_arrow, ring_centres, topics, wrenches
+from bearing_twin.kinds.shaft.equilibrium import (
+    balance_of,
     critical_speeds,
     matrices_of,
     modes_at,
     modes_of,
+    rotor_of,
     unbalance_response,
 )
 from bearing_twin.kinds.shaft.motion import RATE
-from bearing_twin.kinds.shaft.parameters import SIDES
-from bearing_twin.kinds.shaft.topics import longest_arrow, ring_centres, topics, wrenches
+from bearing_twin.kinds.shaft.parameters import SIDES, bearing_scene, middle_of
 from bearing_twin.run.scene import choose, load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 

@@ -6,9 +6,8 @@ from runs import reported
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.kinds.soft_discs.derived import disc_mass, of_other
-from bearing_twin.kinds.soft_discs.mesh import ORDERS, half_disc
-from bearing_twin.kinds.soft_discs.solve import bodies_in_units, elastic_forces, solve, stable_step
-from bearing_twin.kinds.soft_discs.strain_energy import energy_density
+from bearing_twin.kinds.soft_discs.mesh import ORDERS, energy_density, half_disc
+from bearing_twin.kinds.soft_discs.motion import bodies_in_units, elastic_forces, solve, stable_step
 from bearing_twin.run.scene import choose, load_scene
 
 FORMULATIONS = ("stvk", "neo_hookean", "linear")

@@ -364,7 +364,6 @@ USUAL = {
     "channels": "motion:channels",
     "records": "figures:tables",
     "meanings": "figures:MEANINGS",
-    "quantities": "figures:quantities",
     "topics": "topics:topics",
     "view": "view:view",
 }

@@ -238,7 +238,7 @@ RULES = (
         (BEAM,), "beam.theory", "timoshenko", "shear changes the first peak by more than the tolerance, or the sphere "
         "touches again", "because the contact is short against the time of a shear wave across the beam, or the sphere "
         "touches more than once",
-        lazy_import("bearing_twin.kinds.beam.models:needs_shear"),
+        lazy_import("bearing_twin.kinds.beam.motion:needs_shear"),
         example=("sphere_on_beam_drop_50mm", "beam.theory=auto"),
     ),
     Rule(
@@ -249,12 +249,12 @@ RULES = (
     Rule(
         (BEAM,), "solver.modes", "by the contact time", "",
         "because modes whose period is short against the contact answer it as static bending does",
-        value=lazy_import("bearing_twin.kinds.beam.models:modes_for"), example=("sphere_on_beam",),
+        value=lazy_import("bearing_twin.kinds.beam.motion:modes_for"), example=("sphere_on_beam",),
     ),
     Rule(
         (BEAM,), "solver.steps", "by the order of the force", "",
         "because the error falls with the fourth power of the steps, until the onset of the force limits it",
-        value=lazy_import("bearing_twin.kinds.beam.models:steps_of"), example=("sphere_on_beam",),
+        value=lazy_import("bearing_twin.kinds.beam.motion:steps_of"), example=("sphere_on_beam",),
     ),
     Rule(
         (BODIES,), "contact.tracking", "closed", "a closed form gives the opposing points of both shapes",

@@ -1,0 +1,40 @@
+"""The row of a sphere on a beam in the table of kinds, and the quantities of its studies."""
+
+from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
+from bearing_twin.kinds.contract import Kind, Quantity, parts_in, read_off
+from bearing_twin.kinds.impact.quantities import impact_quantities
+
+HERE = "bearing_twin.kinds.beam"
+
+
+def quantities() -> dict[str, Quantity]:
+    """What a study may ask of a sphere on a beam."""
+    return {
+        **impact_quantities(),
+        "contacts": Quantity("1", "number of contacts", read_off("contact_count")),
+        "peak_deflection": Quantity("m", "greatest deflection of the beam", read_off("peak_deflection_m"), whole=True),
+        "peak_stress": Quantity("Pa", "greatest bending stress", read_off("peak_stress_pa"), whole=True),
+        "velocity_after": Quantity(
+            "m/s", "of the sphere at the end, positive along its motion before", read_off("sphere_velocity_after_m_s")
+        ),
+    }
+
+
+SPHERE_ON_BEAM = Kind(
+    name="sphere_on_beam",
+    help="a sphere strikes a simply supported beam",
+    parameters=SphereOnBeamScene,
+    brief=True,
+    quantities=quantities,
+    **parts_in(
+        HERE,
+        topics="display:topics",
+        view="display:view",
+        choose="motion:choose",
+        motion="motion:BeamMotion",
+        comparison="figures:BeamComparison",
+        figures="figures:BeamFigures",
+        model_errors="figures:BeamDoubt",
+        picture="picture:BeamPicture",
+    ),
+)

@@ -13,7 +13,7 @@ from bearing_twin.kinds.sections import LOOSEST, UNVERIFIED, Checked, RunSetting
 
 BEAM_METHODS = ("modes", "volterra", "sinusoidal")
 EULER, TIMOSHENKO = BEAM_THEORIES = ("euler", "timoshenko")
-MODELS = "bearing_twin.kinds.beam.models"
+MOTION = "bearing_twin.kinds.beam.motion"
 BODY, BEAM = "sphere", "beam"  # the bodies, as topics and failures name them
 
 
@@ -92,9 +92,9 @@ class SphereOnBeamScene(SceneParameters):
         "contact.yield_stress": "beam.material.yield_strength",
         "run.wanted": "wanted.outputs",
     }
-    facts = facts_at(f"{MODELS}:shear_share", f"{MODELS}:first_peak_error")
-    check = lazy_import(f"{MODELS}:check_beam")
-    resolve = lazy_import(f"{MODELS}:resolve")
+    facts = facts_at(f"{MOTION}:shear_share", f"{MOTION}:first_peak_error")
+    check = lazy_import(f"{MOTION}:check_beam")
+    resolve = lazy_import(f"{MOTION}:resolve")
 
     @staticmethod
     def upgraded(scene: dict) -> dict:

@@ -1,6 +1,7 @@
 """The shaft in equilibrium on both bearings: where a run starts, its stiffness there, and what loads it carries."""
 
 import functools
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -27,9 +28,134 @@ from bearing_twin.kinds.bearing.equilibrium import (
     tried_at,
 )
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
-from bearing_twin.kinds.shaft.course import about_centre, constant_loads, loads_of, unbalance_of
-from bearing_twin.kinds.shaft.derived import bearing_scene, middle_of
-from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
+from bearing_twin.kinds.bearing.system import SAME, Loading, RingDrive, apart
+from bearing_twin.kinds.shaft.parameters import SIDES, ShaftDrive, ShaftScene, bearing_scene, middle_of
+
+
+def course_of(drive: ShaftDrive, now=0.0, angle=0.0, speed=None, goal=None) -> list[tuple[float, RingDrive]]:
+    """From when on [s] the shaft turns how: `RingDrive`, whose angle is that at this time; in the order of time.
+
+    At `now` it has turned by `angle` [rad], has `speed` [rad/s] and is told to go to `goal`, all by default as at the
+    start. A change of the drive that comes later is added to the goal.
+    """
+    speed = float(drive.speed if speed is None else speed)
+    goals = [(now, speed if goal is None else float(goal))]
+    if drive.change.time > now and drive.change.speed:
+        goals.append((drive.change.time, goals[0][1] + drive.change.speed))
+    course, ends = [(now, RingDrive(angle, speed, 0.0))], [when for when, _ in goals[1:]]
+    for (begin, wanted), end in zip(goals, [*ends, math.inf], strict=True):
+        since, last = course[-1]
+        passed = begin - since
+        angle = last.angle + (last.speed + 0.5 * last.acceleration * passed) * passed
+        speed = last.speed + last.acceleration * passed
+        missing = wanted - speed
+        lasts = abs(missing) / drive.acceleration
+        if passed == 0.0:
+            course.pop()
+        course.append((begin, RingDrive(angle, speed, math.copysign(drive.acceleration, missing) if missing else 0.0)))
+        if missing and begin + lasts < end:
+            course.append((begin + lasts, RingDrive(angle + (speed + 0.5 * missing) * lasts, wanted, 0.0)))
+    return course
+
+
+def speeds_of(parameters: ShaftScene) -> tuple[float, ...]:
+    """The speeds [rad/s] between which the shaft turns in its run: the scene's, and that at the end after a change."""
+    end, found = parameters.run.duration, [parameters.drive.speed]
+    for begin, drive in course_of(parameters.drive)[1:]:
+        if begin < end:
+            lasts = min(end - begin, abs(parameters.drive.change.speed) / parameters.drive.acceleration)
+            found[1:] = [drive.speed + drive.acceleration * lasts]
+    return tuple(found)
+
+
+def about_centre(place: float, load) -> np.ndarray:
+    """A load (5,) at `place` [m] on the axis as one about the centre of mass."""
+    x, y, z, about_x, about_y = load
+    return np.array([x, y, z, about_x - place * y, about_y + place * x])
+
+
+def constant_loads(parameters: ShaftScene) -> np.ndarray:
+    """The loads (5,) of `shaft.loads` about the centre of mass, which no command replaces."""
+    return sum((about_centre(place, load) for place, *load in parameters.shaft.loads), start=np.zeros(5))
+
+
+def loads_of(parameters: ShaftScene, time: float) -> np.ndarray:
+    """The scene's loads (5,) about the centre of mass at `time` [s], without weight and unbalances."""
+    shaft = parameters.shaft
+    return constant_loads(parameters) + about_centre(shaft.load_place, Loading(shaft).at(time)[0])
+
+
+def unbalance_of(parameters: ShaftScene) -> np.ndarray:
+    """The unbalances as one complex vector U (5,) [kg m, kg m^2]: their loads are Re((w^2 - i w') U exp(i angle))."""
+    rows = [
+        size * np.exp(1j * azimuth) * np.array([1.0, -1j, 0.0, 1j * place, place])
+        for place, size, azimuth in parameters.shaft.unbalances
+    ]
+    return sum(rows, start=np.zeros(5, complex))
+
+
+class ShaftCourse:
+    """Speed and loads over time, in parts with even acceleration and evenly growing loads, from `now` [s] on.
+
+    The shaft then has turned by `angle` [rad], turns at `speed` [rad/s] and is told to go to `goal`; `loading` acts at
+    `shaft.load_place`. A command makes another course, so that a motion can go back to the one it had.
+    """
+
+    def __init__(self, parameters: ShaftScene, loading: Loading, now=0.0, angle=0.0, speed=None, goal=None):
+        self._parameters, self.loading, self.now = parameters, loading, now
+        self._steady, self.goal = constant_loads(parameters), float(parameters.drive.speed if goal is None else goal)
+        self._turning = course_of(parameters.drive, now, angle, speed, goal)
+        self.speeds = [drive.speed for _, drive in self._turning]
+        self._turns = np.array([since for since, _ in self._turning])
+        self._times = apart(self._turns, loading.times[loading.times > now])
+
+    def goal_at(self, time: float) -> float:
+        """The speed [rad/s] that the shaft is told to go to at `time` [s]."""
+        change = self._parameters.drive.change
+        return float(self.goal + (change.speed if self.now < change.time <= time else 0.0))
+
+    def turned(self, time: float) -> tuple[float, float, float]:
+        """Angle [rad], speed [rad/s] and acceleration at `time` [s] and, where a part begins there, after it."""
+        since, drive = self._turning[int(np.searchsorted(self._turns, time * (1.0 + SAME), side="right")) - 1]
+        passed = time - since
+        angle = drive.angle + (drive.speed + 0.5 * drive.acceleration * passed) * passed
+        return angle, drive.speed + drive.acceleration * passed, drive.acceleration
+
+    def load_at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Load (5,) about the centre of mass at `time` [s], and its rate, without weight and unbalances."""
+        place = self._parameters.shaft.load_place
+        load, rate = (about_centre(place, one) for one in self.loading.at(time))
+        return self._steady + load, rate
+
+    def rows(self, since: float, until: float) -> np.ndarray:
+        """The parts (n, 14) from the one at `since` [s] to the first that begins after `until`.
+
+        Each is begin [s], angle [rad], speed and acceleration of the shaft there, load (5,) and its rate (5,).
+        """
+        first = max(int(np.searchsorted(self._times, since, side="right")) - 1, 0)
+        last = int(np.searchsorted(self._times, until, side="right"))
+        return np.array(
+            [np.concatenate([[time], self.turned(time), *self.load_at(time)]) for time in self._times[first : last + 1]]
+        )
+
+    def changes(self, since: float, until: float) -> bool:
+        """True if a part begins after `since` [s] and not after `until`."""
+        first, last = np.searchsorted(self._times, (since, until), side="right")
+        return bool(last > first)
+
+    def told(self, now: float, goal: float) -> "ShaftCourse":
+        """That of a shaft that is told at `now` [s] to go to `goal` [rad/s]."""
+        angle, speed, _ = self.turned(now)
+        return ShaftCourse(self._parameters, self.loading, now, angle, speed, goal)
+
+    def loaded(self, now: float, force, moment) -> "ShaftCourse":
+        """That of a shaft with other loads from `now` [s] on, or the scene's own where both are None."""
+        loading = Loading(self._parameters.shaft)
+        if force is not None:
+            loading.set(force, moment)
+        angle, speed, _ = self.turned(now)
+        return ShaftCourse(self._parameters, loading, now, angle, speed, self.goal_at(now))
+
 
 UNSEEN = 1e-12  # of the loads: what a ball's last step may leave, which spares a quarter of a step's time
 
@@ -259,3 +385,105 @@ def explained(error: IntegrationError, parameters: ShaftScene, law: str, speed: 
     except BearingTwinError as limit:
         return IntegrationError(f"at {error.seconds:.9g} s {limit}", OVERLOAD, error.seconds, "shaft")
     return error
+
+
+STILL = 1e-6  # of the motion's square: a mode with less of it across the axis does not whirl
+REAL = 1e-6  # of a root: an imaginary part that is less is none
+
+
+class Matrices(NamedTuple):
+    """M (5,), G and K (5, 5), damping (5, 5) and the arm [m] that makes displacements of tilts."""
+
+    inertia: np.ndarray
+    gyroscopic: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    lever: float
+
+
+class WhirlModes(NamedTuple):
+    """Natural frequencies [Hz] in rising order, and what share of each whirls forward.
+
+    That is 1 forward, 0 backward, 1/2 in a line or along the axis.
+    """
+
+    frequencies: np.ndarray
+    forward: np.ndarray
+
+
+def matrices_of(rotor: Rotor, stiffness: np.ndarray) -> Matrices:
+    """The matrices of a rotor with this stiffness of its bearings."""
+    gyroscopic = np.zeros((5, 5))
+    gyroscopic[3, 4], gyroscopic[4, 3] = rotor.polar, -rotor.polar
+    inertia = np.array([rotor.mass] * 3 + [rotor.transverse] * 2)
+    return Matrices(inertia, gyroscopic, stiffness, rotor.relaxation_time * stiffness, lever_of(rotor))
+
+
+def stiffest_mode(matrices: Matrices) -> float:
+    """The greatest natural angular frequency [rad/s] at rest."""
+    root = np.sqrt(matrices.inertia)
+    symmetric = 0.5 * (matrices.stiffness + matrices.stiffness.T) / np.outer(root, root)
+    return math.sqrt(float(np.linalg.eigvalsh(symmetric).max()))
+
+
+def _forward_share(shape: np.ndarray, lever: float) -> float | None:
+    """The share of a motion u (5,) across the axis that whirls forward; None of one along it."""
+    across = shape * np.array([1.0, 1.0, 0.0, lever, lever])
+    ahead = (abs(across[0] + 1j * across[1]) ** 2 + abs(across[3] + 1j * across[4]) ** 2) / 2.0
+    whole = float(np.sum(np.abs(across) ** 2))
+    return float(ahead) / whole if whole > STILL * (whole + abs(shape[2]) ** 2) else None
+
+
+def modes_at(matrices: Matrices, speed: float) -> WhirlModes:
+    """The modes of small motion with the shaft turning at `speed` [rad/s]; those that do not swing are left out."""
+    inverse = 1.0 / matrices.inertia[:, None]
+    damping = matrices.damping + speed * matrices.gyroscopic
+    first = np.block([[np.zeros((5, 5)), np.eye(5)], [-inverse * matrices.stiffness, -inverse * damping]])
+    roots, shapes = np.linalg.eig(first)
+    swings = roots.imag > REAL * np.abs(roots)
+    roots, shapes = roots[swings], shapes[:, swings]
+    order = np.argsort(roots.imag)
+    shares = [_forward_share(shapes[:5, k], matrices.lever) for k in order]
+    forward = np.array([0.5 if share is None else share for share in shares])
+    # exp(i v t) with v > 0; a shaft that turns backward is seen from its other side
+    return WhirlModes(roots.imag[order] / (2.0 * math.pi), forward if speed >= 0.0 else 1.0 - forward)
+
+
+def critical_speeds(matrices: Matrices) -> list[float]:
+    """Speeds [rad/s] at which a motion that whirls forward, or in a line, goes round as the shaft turns, rising.
+
+    (K - w^2 (M - i G)) u = 0 without damping: a forward tilt has the inertia I_t - I_p and none above I_t = I_p.
+    """
+    symmetric = 0.5 * (matrices.stiffness + matrices.stiffness.T)
+    inertia = np.diag(matrices.inertia).astype(complex) - 1j * matrices.gyroscopic
+    # by 1 / w^2, which is 0 along what nothing holds
+    inverse, shapes = np.linalg.eig(np.linalg.pinv(symmetric, rcond=REAL**2, hermitian=True) @ inertia)
+    found = []
+    for k, value in enumerate(inverse):
+        held = value.real > REAL**2 * np.abs(inverse).max() and abs(value.imag) <= REAL * abs(value)
+        share = _forward_share(shapes[:, k], matrices.lever)
+        if held and share is not None and share >= 0.5 - REAL:
+            found.append(1.0 / math.sqrt(value.real))
+    found.sort()
+    return [one for k, one in enumerate(found) if k == 0 or one > (1.0 + REAL) * found[k - 1]]
+
+
+def unbalance_response(rotor: Rotor, matrices: Matrices, speed: float) -> np.ndarray:
+    """The linear response u (5,) to the unbalances at an even speed: q = Re(u exp(i w t))."""
+    damping = matrices.damping + speed * matrices.gyroscopic
+    system = matrices.stiffness + 1j * speed * damping - speed**2 * np.diag(matrices.inertia)
+    return np.linalg.solve(system, speed**2 * rotor.unbalance)
+
+
+def last_matrices(parameters: ShaftScene, law: str) -> tuple[Matrices, float]:
+    """The matrices of a scene in balance at the speed [rad/s], which follows, and the loads that its run ends with."""
+    speed = float(speeds_of(parameters)[-1])
+    stiffness = balance_of(parameters, law, speed, float(parameters.run.duration)).stiffness
+    return matrices_of(rotor_of(parameters, law), stiffness), speed
+
+
+@functools.lru_cache(maxsize=8)
+def modes_of(parameters: ShaftScene, law: str) -> tuple[WhirlModes, list[float]]:
+    """The modes and the critical speeds of a scene, in balance at the speed and the loads that its run ends with."""
+    matrices, speed = last_matrices(parameters, law)
+    return modes_at(matrices, speed), critical_speeds(matrices)

@@ -1,13 +1,36 @@
 """A rigid shaft on two bearings: YAML keys, units, defaults and limits."""
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
+import dataclasses
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from bearing_twin.base.parameters import choice, number_table, quantity, section
+from bearing_twin.kinds.bearing import catalogue
 from bearing_twin.kinds.bearing.geometry import Fits, Temperatures
-from bearing_twin.kinds.bearing.parameters import GIVES, RELAXATION_TIME, Geometry, GivenRatings, Materials
-from bearing_twin.kinds.bearing.rings import LoadChange, SpeedChange, load_table, steady_load, steady_moment
-from bearing_twin.kinds.contract import SceneParameters, lazy_import
+from bearing_twin.kinds.bearing.parameters import (
+    GIVES,
+    RELAXATION_TIME,
+    BearingContact,
+    BearingScene,
+    Geometry,
+    GivenRatings,
+    Materials,
+)
+from bearing_twin.kinds.bearing.rings import (
+    EVEN,
+    QUASI_STATIC,
+    Cage,
+    Drive,
+    LoadChange,
+    Model,
+    SpeedChange,
+    load_table,
+    steady_load,
+    steady_moment,
+)
+from bearing_twin.kinds.contract import SceneParameters
 from bearing_twin.kinds.sections import (
     LOOSEST,
     UNVERIFIED,
@@ -17,9 +40,10 @@ from bearing_twin.kinds.sections import (
     Wanted,
     free_fall,
     point_laws,
+    resolved_run,
 )
 
-DERIVED = "bearing_twin.kinds.shaft.derived"
+SAME_PLACE = 1e-9  # m
 SIDES = ("left", "right")
 SETTLED, EQUILIBRIUM = "settled", "equilibrium"
 LOADS = (("place", "m"), ("x", "N"), ("y", "N"), ("z", "N"), ("about x", "N m"), ("about y", "N m"))
@@ -123,6 +147,68 @@ class ShaftScene(SceneParameters):
     wanted: WantedOfShaft = section(WantedOfShaft)
     run: RunSettings = section(RunSettings, default=RunSettings(0.5, 2000.0, 100.0))
 
-    completed = staticmethod(lazy_import(f"{DERIVED}:completed"))
-    check = lazy_import(f"{DERIVED}:check")
-    resolve = lazy_import(f"{DERIVED}:resolve")
+    @staticmethod
+    def completed(scene: dict) -> tuple[dict, list[str]]:
+        """The plain data of a scene with the rows of the catalogue filled in for both bearings, and what is wrong."""
+        problems = []
+        for side in SIDES:
+            if isinstance(scene.get(side), Mapping):
+                filled, wrong = catalogue.completed(scene[side])
+                scene = {**scene, side: filled}
+                problems += [f"{side}.{problem}" for problem in wrong]
+        return scene, problems
+
+    def check(self) -> list[str]:
+        """Contradictions between keys, those of each bearing once."""
+        problems, seen = [], []
+        for side in SIDES:
+            mounted = getattr(self, side)
+            if mounted.facing == 0:
+                problems.append(f"{side}.facing = 0 must be 1 or -1: a bearing has two faces")
+            for problem in bearing_scene(self, side).check():
+                if problem not in seen:
+                    own = problem.startswith(("geometry", "fits", "temperatures", "ratings", "materials"))
+                    problems.append(f"{side}.{problem}" if own else problem)
+                    seen += [] if own else [problem]
+        left, right = self.left.place, self.right.place
+        if right - left <= SAME_PLACE:
+            problems.append(
+                f"left.place = {left:g} m and right.place = {right:g} m leave no distance between the bearings, which "
+                "holds the shaft upright; the left one must stand at the smaller place"
+            )
+        across, polar = self.shaft.inertia
+        if polar > 2.0 * across:
+            problems.append(
+                f"shaft.inertia = [{across:g}, {polar:g}] kg m^2 belongs to no body: about the axis at most twice that "
+                "about a diameter"
+            )
+        return problems
+
+    def resolve(self) -> "ShaftScene":
+        """The parameters of a checked scene."""
+        return dataclasses.replace(self, run=resolved_run(self.run))
+
+
+def bearing_scene(parameters: ShaftScene, side: str) -> BearingScene:
+    """One bearing as a scene of its own: equilibria in its own frame."""
+    mounted, drive = getattr(parameters, side), parameters.drive
+    x, y, z = parameters.gravity
+    contact = parameters.contact
+    words = {"normal": contact.normal, "stiffness": contact.stiffness, "relaxation_time": contact.relaxation_time}
+    return BearingScene(
+        **{name: getattr(mounted, name) for name in ("geometry", "fits", "temperatures", "ratings", "materials")},
+        model=Model(QUASI_STATIC),
+        contact=BearingContact(**words),
+        drive=Drive(speed=drive.speed),
+        cage=Cage(EVEN),
+        gravity=(x, y, mounted.facing * z),
+        wanted=dataclasses.replace(BearingScene().wanted, tolerance=parameters.wanted.tolerance),
+        run=parameters.run,
+    )
+
+
+def middle_of(mounted: Mounted) -> float:
+    """Where the inner ring of a bearing stands along its own axis [m] with the shaft's centre of mass at 0."""
+    geometry = mounted.geometry
+    between = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
+    return between * math.sin(geometry.contact_angle) - mounted.facing * mounted.offset

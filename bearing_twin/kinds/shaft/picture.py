@@ -5,7 +5,7 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
-from bearing_twin.kinds.shaft.modes import last_matrices, modes_at, modes_of
+from bearing_twin.kinds.shaft.equilibrium import last_matrices, modes_at, modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.pictures.panels import draw_loads_around
 from bearing_twin.pictures.run import RunPicture

@@ -10,10 +10,9 @@ from matplotlib.ticker import MaxNLocator
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.impact.picture import PairPicture, draw_energies, draw_force
 from bearing_twin.kinds.soft_discs.derived import bodies_of, wall_speed
+from bearing_twin.kinds.soft_discs.display import ENERGIES
 from bearing_twin.kinds.soft_discs.figures import IMPACT
-from bearing_twin.kinds.soft_discs.mesh import half_disc
-from bearing_twin.kinds.soft_discs.strain_energy import density_at_nodes, edges_of, triangles_of
-from bearing_twin.kinds.soft_discs.view import ENERGIES
+from bearing_twin.kinds.soft_discs.mesh import density_at_nodes, edges_of, half_disc, triangles_of
 from bearing_twin.pictures.run import scaled_time
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, scaled, write_moving
 
