@@ -25,13 +25,10 @@ from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.mcap_write import MAGIC
-from bearing_twin.log.raw_log import KEPT_RATE, SCENE_RECORD, RawLogWriter, Safety
+from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter, Safety
 from bearing_twin.log.recover import recover
-from bearing_twin.log.run_log import LogWriter, read_log, write_log
-from bearing_twin.log.stream import MessageStream, choice_record
-from bearing_twin.run.report import report_of
-from bearing_twin.run.scene import load_scene, parse_scene
-from bearing_twin.run.simulation import simulate
+from bearing_twin.log.run_log import read_log
+from bearing_twin.run.scene import parse_scene
 from bearing_twin.uq.study import parse_study
 
 MAX_LOSS, ALLOWED = 0.1, 0.15  # s: of the log, and with 50 ms for the flush itself
@@ -456,37 +453,6 @@ def bombs(share: float, folder: Path) -> Found:
     return Found(tried, survived, 0, silent, "; ".join([said, *names]))
 
 
-def size(share: float, folder: Path) -> Found:
-    """What sim_node logs of `bearing_6203` in an hour where the log is thinned."""
-    seconds = 60.0 * max(share, 0.03)
-    run = simulate(load_scene("bearing_6203", [f"run.duration={seconds}"]))
-    path, safety = folder / "default.mcap", Safety(max_loss=MAX_LOSS, kept_rate=KEPT_RATE)
-    with LogWriter(path, run.scene, choice_record(run.choice), safety=safety) as log:
-        stream = MessageStream(run.scene, choice=run.choice)
-        for block in run.blocks():
-            for topic, stamp, data in stream.messages(block):
-                log.write(topic, stamp, data)
-            if block.time_ns[-1] % 100_000_000 > 90_000_000:
-                log._log.flush()  # as at real time: a chunk ends every tenth of a second
-    hour = path.stat().st_size / seconds * 3600.0
-    return Found(1, int(hour < 0.5e9), 0, 0, f"{hour / 1e9:.2f} GB an hour, from {seconds:.0f} s")
-
-
-def report(share: float, folder: Path) -> Found:
-    """The processor time of a report on a log of 5 GB, from a smaller one."""
-    seconds = 100.0 * max(share, 0.05)
-    write_log(simulate(load_scene("bearing_6203", [f"run.duration={seconds}"])), folder / "long.mcap")
-    read = (folder / "long.mcap").stat().st_size
-
-    def work():
-        report_of(read_log(folder / "long.mcap"))
-
-    cost = in_a_process(work)
-    in_full = cost.seconds / read * 5e9
-    said = f"{cost.seconds:.2f} s for {megabytes(read)}, so {in_full:.0f} s for 5 GB; {megabytes(cost.memory)}"
-    return Found(1, int(cost.well and in_full < 60.0), 0, int(not cost.well), said)
-
-
 ROWS = (
     Row("kill", "writers killed with -9 over four rates", kills),
     Row("torn", "a torn write spliced with noise", torn),
@@ -495,6 +461,4 @@ ROWS = (
     Row("cut", "a log cut at every byte", cuts),
     Row("flip", "one bit flipped", flips),
     Row("bomb", "logs and YAML files that would unpack without end, under 1 s and 300 MB", bombs),
-    Row("size", "an hour of a thinned log, under 0.5 GB", size),
-    Row("report", "report of 5 GB, under 60 s of processor time", report),
 )

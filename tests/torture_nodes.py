@@ -409,5 +409,5 @@ ROWS = (
     Row("end", "nodes ended by a signal in the middle of their work, within 500 ms and with whole logs", ends),
     Row("frozen", "a recorder stopped for 6 s", frozen),
     Row("restart", "logs of sim_node and recorder, restarted at random", restarts),
-    Row("soak", "nodes at real time for 150 s, growing by less than 60 MB/h", soak, beside=True),
+    Row("soak", "nodes at real time for 150 s, growing by less than 60 MB/h", soak),
 )

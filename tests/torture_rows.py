@@ -16,15 +16,11 @@ ENDS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP  # what ends the torture
 
 
 class Row(NamedTuple):
-    """One torture: its name, what it does, and the function (share, folder) -> Found; `share` 1 is all of it.
-
-    One of long time and little load runs `beside` the others.
-    """
+    """One torture: its name, what it does, and the function (share, folder) -> Found; `share` 1 is all of it."""
 
     name: str
     what: str
     run: Callable[[float, Path], "Found"]
-    beside: bool = False
 
 
 class Found(NamedTuple):
