@@ -89,25 +89,6 @@ def test_a_node_whose_subscribers_are_there_says_nothing_of_them(monkeypatch):
     assert not list(asked)
 
 
-def test_a_fault_makes_of_ok_a_warning(monkeypatch):
-    said = []
-    with ros_executor() as executor:
-        heartbeat = base_node.BaseNode("testing", "test", context=executor.context)
-        executor.add_node(heartbeat)
-        monkeypatch.setattr(heartbeat, "_statuses", SimpleNamespace(publish=said.append))
-        heartbeat.report(DiagnosticStatus.OK, "fine", {})
-        executor.faults = 2
-        heartbeat.report(DiagnosticStatus.OK, "fine", {})
-        heartbeat.report(DiagnosticStatus.ERROR, "broken", {})
-    [before], [after], [worse] = (array.status for array in said)
-    assert [one.level for one in (before, after, worse)] == [
-        DiagnosticStatus.OK,
-        DiagnosticStatus.WARN,
-        DiagnosticStatus.ERROR,
-    ]
-    assert [(one.key, one.value) for one in after.values] == [("faults", "2")]
-
-
 def test_a_log_says_what_an_hour_takes_and_when_the_disk_will_be_full(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=10_000_000))
     log = SimpleNamespace(problem="", dropped=0, bytes=5000)

@@ -216,16 +216,6 @@ def test_a_speed_is_judged_by_the_load_that_acts():
         it.loop.reset(0)
 
 
-def test_a_motion_goes_back_with_its_load():
-    motion = Simulation(load_scene("bearing_6203_rig_400N", [STILL]))._motion
-    for force in (-100.0, -900.0):
-        motion.set_load((0.0, force, 0.0), (0.0, 0.0))
-        if force == -100.0:
-            motion.advance(np.array([1e-3]), 1e-3)
-    motion.take_back()
-    assert motion.advance(np.array([1e-3]), 1e-3).inner_ring_force[0, 1] == pytest.approx(100.0)
-
-
 def test_the_operating_point_is_the_equilibrium_of_the_last_output():
     it = recorded(overrides=[STILL, "gravity=[0,0,0]"])
     for seconds in (0.0, 0.037):

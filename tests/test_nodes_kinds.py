@@ -47,6 +47,9 @@ PLAYED = {
 }  # fmt: skip
 
 
+COMMANDS = {"command/speed", "command/speed_stamped", "command/torque", "command/load"}
+
+
 def scene_of(kind):
     """The scene as a node runs it: without a second run."""
     name, overrides, _ = PLAYED[kind]
@@ -90,6 +93,9 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
         spin_until_ready(executor, node)
         names = names_of(scene)
         spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in names), "discovery")
+        assert {name for name, _ in names if not name.startswith(f"/{kind}/")} == {"/tf"}
+        obeyed = {name for name in COMMANDS if node.count_subscribers(f"/{kind}/{name}")}
+        assert obeyed == {"bearing": COMMANDS, "shaft": COMMANDS - {"command/torque"}}.get(kind, set())
         call(executor, services, SetBool, f"/{kind}/sim_node/pause", SetBool.Request(data=False))
         spin_until(executor, node.done.is_set, "end of the run")
         came = lambda: recorder.recording.status()["samples_received"]  # noqa: E731
@@ -180,22 +186,6 @@ def test_an_impact_can_wait_for_a_request():
         call(executor, watcher, Trigger, "/two_spheres/sim_node/reset", Trigger.Request())
         spin_until(executor, lambda: len(lists["/two_spheres/samples"]) == 1, "the second run")
         assert not node.done.is_set()
-
-
-@pytest.mark.parametrize("kind", PLAYED)
-def test_topics_stand_in_the_namespace_of_the_kind(kind):
-    with ros_executor() as executor:
-        node, scene = sim_node(executor, kind, start_paused=True)
-        watcher = plain_node(executor)
-        names = names_of(scene)
-        spin_until(executor, lambda: all(watcher.count_publishers(name) for name, _ in names), "discovery")
-        assert node.get_namespace() == f"/{kind}"
-        obeyed = {command.name for command in KINDS[kind].commands()}
-        heard_of = {"command/speed", "command/speed_stamped", "command/torque", "command/load"}
-        assert {name for name in heard_of if watcher.count_subscribers(f"/{kind}/{name}")} == obeyed
-        by_kind = {"bearing": heard_of, "shaft": heard_of - {"command/torque"}}
-        assert obeyed == by_kind.get(kind, set())
-        assert {name for name, _ in names if not name.startswith(f"/{kind}/")} == {"/tf"}
 
 
 def frames_in(messages):

@@ -1,7 +1,6 @@
 """Nodes as processes: their ends, and what is said of those that fail. No ROS."""
 
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -64,12 +63,3 @@ def test_a_node_is_started_as_its_executable():
     command = node_command("sim_node", {"scene": "no", "start_paused": True, "log": Path("a b"), "overrides": ["c=1"]})
     wanted = ['scene:="no"', "start_paused:=true", 'log:="a b"', 'overrides:=["c=1"]']
     assert command[-8:] == [word for one in wanted for word in ("-p", one)]
-
-
-@pytest.mark.environment
-def test_the_executable_of_a_node_is_found_and_ends_as_it_should():
-    command = node_command("sim_node", {})
-    done = subprocess.run(
-        [*command[:4], "--ros-args", "-p"], capture_output=True, text=True, timeout=LIMIT, check=False
-    )
-    assert done.returncode == 2
