@@ -69,6 +69,7 @@ FIGURES_OF = {
     "cage": ("cage_slip", "greatest_pocket_force_n"),
     "centre": ("cage_eccentricity_m", "cage_whirl_rad_s"),
     "land": ("greatest_land_force_n",),
+    "sensor": ("acceleration_rms_m_s2", *(f"{key}_over_noise_db" for key in LINES)),
 }
 
 
@@ -87,6 +88,7 @@ def missing(parameters, still: bool) -> frozenset[str]:
         "cage": parameters.cage.kind != "none" and not still,
         "centre": moving and not still,
         "land": moving and not still and parameters.cage.guidance != BALLS,
+        "sensor": parameters.sensor.on != NONE,
     }
     return frozenset(key for part, keys in FIGURES_OF.items() if not there[part] for key in keys)
 
