@@ -157,7 +157,7 @@ def put_in(tree, words, value):
         ("contact.normal", "must look like"),
         ("=3", "must look like"),
         ("contact.=3", "must look like"),
-        ("gravity.x=3", "has no keys of its own"),
+        ("gravity.x=3", "is no place in the list"),
         ("run.duration=", "has no value"),
         ("run.duration=1:30", "must be a number in s"),
         ("run.duration=yes", "must be a number in s"),
