@@ -156,10 +156,9 @@ def _teach(parser: argparse.ArgumentParser) -> None:
 def _scene_words(prefix, **_) -> list[str]:
     """Scenes and designations, or files where a path was begun."""
     from bearing_twin.base.yaml_files import SCENES
-    from bearing_twin.kinds import KINDS
+    from bearing_twin.kinds.bearing.catalogue import designations
 
-    names = [*SCENES.names(), *(name for kind in KINDS.values() for name in kind.catalogue())]
-    return names if "/" not in prefix else _files(prefix)
+    return [*SCENES.names(), *designations()] if "/" not in prefix else _files(prefix)
 
 
 def _bearings(prefix, **_) -> list[str]:
