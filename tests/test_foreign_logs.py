@@ -15,6 +15,7 @@ import zlib
 import numpy as np
 import pytest
 import yaml
+import zstandard
 from made_up_run import bits, made_up_block, made_up_run, made_up_scene
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, Header, Message, Schema, Statistics
@@ -378,6 +379,12 @@ HOSTILE = {  # the bytes of a file, what is said of it
     "a message of a channel that nothing describes": (of_records(Message(9, 0, b"", 0, 0)), "holds no topic"),
     "all channels there can be": (of_records(SCHEMA, *ALL_CHANNELS), "holds no topic"),
     "a name that is no text": (of_chunk(HEAD.pack(4, 12) + b"\1\0\0\0\4\0\0\0" + b"\xff" * 4), "holds no topic"),
+    "zeros that state 1000 bytes": (
+        of_chunk(bytes(1000), data=zstandard.compress(bytes(1 << 27)), compression="zstd"), "size it states",
+    ),
+    "nothing": (b"", "is empty"),
+    "a table": (b"time,load\n0,1\n", "is not an MCAP file"),
+    "a beginning alone": (b"\x89MCAP0\r\n", "is damaged"),
     "a database": (b"SQLite format 3\0" + bytes(100), "is not an MCAP file"),
 }  # fmt: skip
 
@@ -460,10 +467,14 @@ def test_a_database_that_means_ill_is_refused_soon(what, tmp_path, capsys):
 def test_descriptions_of_bags_are_anybodys(tmp_path, capsys):
     """Nothing is read outside the folder, nothing takes long, and what cannot be read is said."""
     folder = tmp_path / "bag"
+    with pytest.raises(LogError, match=r"there is no log .*bag"):
+        read_log(folder)
     folder.mkdir()
+    with pytest.raises(LogError, match=r"holds no .mcap file"):
+        read_log(folder)
     lines = "rosbag2_bagfile_information:\n  "
     for text in (
-        "", "[]", "{", lines + "relative_file_paths: 7", lines + "relative_file_paths: [../../etc/passwd]",
+        "{" * 600, "", "[]", "{", lines + "relative_file_paths: 7", lines + "relative_file_paths: [../../etc/passwd]",
         lines + "{storage_identifier: tape, relative_file_paths: [a]}", "a: &a [*a]", "x" * 3_000_000,
         lines + "{compression_mode: file, relative_file_paths: [a]}", lines + "relative_file_paths: [[1]]",
     ):  # fmt: skip

@@ -331,7 +331,7 @@ def test_a_replay_from_the_middle_of_split_files_tells_what_was_latched_last(tmp
     safety = Safety(split_seconds=4.0)
     with RawLogWriter(tmp_path / "bag", run_record=False, safety=safety) as writer:
         said, ticks = (
-            writer.add_topic(name, cdr.STRING, cdr.schema_text(cdr.STRING), cdr.type_hash(cdr.STRING), (qos,))
+            writer.add_topic(name, cdr.STRING, qos=(qos,))
             for name, qos in (("/said", Qos(1, durability="transient_local")), ("/ticks", Qos()))
         )
         for second in range(10):
@@ -360,7 +360,7 @@ def test_a_log_that_covers_no_time_is_played_once_and_not_in_a_loop(tmp_path):
     """Its rounds would follow each other as fast as the machine can."""
     path = tmp_path / "run.mcap"
     writer = RawLogWriter(path)
-    number = writer.add_topic("/x", cdr.STRING, cdr.schema_text(cdr.STRING), cdr.type_hash(cdr.STRING), (Qos(),))
+    number = writer.add_topic("/x", cdr.STRING)
     writer.write_all([(number, 10**9 + k, 10**9 + k, b"\0\1\0\0" + bytes(4)) for k in range(3)])
     writer.close()
     with pytest.raises(LogError, match="from 0 s on covers 2e-09 s, too little to be played again and again"):
@@ -401,9 +401,7 @@ def test_a_topic_whose_type_has_changed_since_is_left_out_with_a_word(tmp_path):
     old = "RIHS01_" + "1" * 64
     path = tmp_path / "other.mcap"
     with RawLogWriter(path) as log:
-        same = log.add_topic(
-            SAMPLES, cdr.SAMPLE_BLOCK, cdr.schema_text(cdr.SAMPLE_BLOCK), cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),)
-        )
+        same = log.add_topic(SAMPLES, cdr.SAMPLE_BLOCK)
         other = log.add_topic("/bearing/contacts", cdr.CONTACTS, "uint8 balls\n", old, (Qos(),))
         log.write(same, 1, 1, sample_block(0, 50))
         log.write(other, 2, 2, bytes(8))

@@ -167,7 +167,7 @@ def test_what_is_latched_and_records_are_kept_whole(tmp_path):
 
 def test_a_block_that_is_none_is_refused(tmp_path):
     with RawLogWriter(tmp_path / "out.mcap", safety=Safety(kept_rate=KEPT_RATE)) as log:
-        number = log.add_topic(SAMPLES, cdr.SAMPLE_BLOCK, cdr.schema_text(cdr.SAMPLE_BLOCK), "", (Qos(),))
+        number = log.add_topic(SAMPLES, cdr.SAMPLE_BLOCK)
         with pytest.raises(LogError, match="cannot be decoded"):
             log.write(number, 0, 0, b"\0\1\0\0")
 

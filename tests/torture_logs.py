@@ -23,7 +23,7 @@ from torture_rows import Found, Row, fork, in_a_process, megabytes, part_of, unt
 
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos, raw_messages
+from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.mcap_write import MAGIC
 from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter, Safety
 from bearing_twin.log.recover import recover
@@ -44,7 +44,7 @@ HELD_UP = NAP + 0.02  # s without a sign of life of a writer that should have gi
 def clock_log(path, **safety) -> tuple[RawLogWriter, int]:
     """A log of one topic, and its number."""
     log = RawLogWriter(path, safety=Safety(**safety))
-    return log, log.add_topic("/clock", cdr.CLOCK, cdr.schema_text(cdr.CLOCK), "", (Qos(),))
+    return log, log.add_topic("/clock", cdr.CLOCK)
 
 
 class _Life:

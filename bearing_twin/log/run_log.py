@@ -420,9 +420,8 @@ class LogWriter(Told):
         try:
             self._log.add_metadata(SCENE_RECORD, {"scene": scene.text, **_versions(), **(metadata or {})})
             for topic in table:
-                text, type_hash = cdr.schema_text(topic.ros_type), cdr.type_hash(topic.ros_type)
                 self._numbers[topic.name] = self._log.add_topic(
-                    topic.full_name, topic.ros_type, text, type_hash, (topic.qos,), outside=outside
+                    topic.full_name, topic.ros_type, qos=(topic.qos,), outside=outside
                 )
         except BaseException:  # Ctrl-C before the first message
             self.__exit__(*sys.exc_info())

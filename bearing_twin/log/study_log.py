@@ -63,8 +63,7 @@ class StudyLog:
             (REALISATIONS_TOPIC, cdr.REALISATION, Qos()),
             (SUMMARY_TOPIC, cdr.STRING, latched),
         ):
-            described = cdr.schema_text(ros_type), cdr.type_hash(ros_type), (qos,)
-            self._topics[name] = self._log.add_topic(name, ros_type, *described)
+            self._topics[name] = self._log.add_topic(name, ros_type, qos=(qos,))
 
     def __enter__(self):
         return self
