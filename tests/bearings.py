@@ -6,12 +6,14 @@ import numpy as np
 from contact_reference import about_z, ball_position, single_contact, with_patch
 from made_up_run import a_choice
 
-from bearing_twin.kinds.bearing.motion import BearingMotion
-from bearing_twin.kinds.bearing.system import ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing import ORBIT_ANGLE, SPIN, VELOCITY, BearingMotion
 from bearing_twin.run.scene import load_scene
 
 TURNED_REST = ("initial.motion=rest", "drive.offset=[0.0, -1.0e-6, 5.0e-6]")
 """A start from rest under a radial and axial offset: sliding, spin and ringing all at once."""
+
+AXIAL_PRELOAD = 14.2229392  # N that press the inner ring 10 um along the axis
+FREE = ("model.dimension=free", "rings.inner.mass=0.5", "rings.inner.free=all", "rings.inner.load=[0,0,17.07]")
 
 
 def motion(*overrides, scene="bearing_6203", law="hertz", stepper="rodas4"):

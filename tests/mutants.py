@@ -42,14 +42,14 @@ def read_rows() -> list[dict]:
 
 def places_of(names: list[str]) -> list[str]:
     """Paths of pytest, as tests/test_x.py::test_name, of tests by their names; raises ValueError for one not there."""
-    texts = {path: path.read_text(encoding="utf-8") for path in sorted((ROOT / "tests").glob("test_*.py"))}
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted((ROOT / "tests").rglob("test_*.py"))}
     places = []
     for name in names:
         bare = name.partition("[")[0]
         found = [path for path, text in texts.items() if re.search(rf"^def {bare}\(", text, flags=re.MULTILINE)]
         if len(found) != 1:
             raise ValueError(f"{bare} is the name of {len(found)} tests; give that of one")
-        places.append(f"tests/{found[0].name}::{name}")
+        places.append(f"{found[0].relative_to(ROOT).as_posix()}::{name}")
     return places
 
 

@@ -13,8 +13,7 @@ from scipy.optimize import brentq, fsolve
 from scipy.special import ellipe, ellipk
 
 from bearing_twin.command import cli
-from bearing_twin.kinds.bearing import equilibrium
-from bearing_twin.kinds.bearing.rings import CONTROLS
+from bearing_twin.kinds.bearing import CONTROLS, solver_of, support_of
 from bearing_twin.run.scene import load_scene
 
 BALLS, BALL, PITCH, CONFORMITY, FREE_ANGLE = 16, 22.23e-3, 125.26e-3, 0.5232, math.radians(40.0)
@@ -76,7 +75,7 @@ def thrust_solved(speed, thrust, control):
 def test_loads_and_angles_are_those_of_harris_equations(rpm, control):
     speed = rpm * math.pi / 30.0
     given = load_scene("bearing_218_thrust", [f"drive.speed={speed}", f"model.control={control}"]).parameters
-    found = equilibrium.solver_of(given, "hertz").solve(equilibrium.support_of(given))
+    found = solver_of(given, "hertz").solve(support_of(given))
     axial, a_i, a_o, q_i, q_o, centrifugal, _ = thrust_solved(speed, THRUST, control)
     contacts = found.contacts
     assert contacts.angle[0] == pytest.approx([a_i, a_o], rel=1e-6)

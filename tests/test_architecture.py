@@ -1,6 +1,7 @@
 """The house: imports point one way, ROS stays in its room, nothing points outside the checkout."""
 
 import ast
+import importlib
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -360,3 +361,27 @@ def test_tests_that_are_named_are_there():
     texts = {path: named.findall(path.read_text(encoding="utf-8")) for path in (*pages, *programs)}
     assert sum(map(len, texts.values())) > 10
     assert {str(path): one for path, found in texts.items() for one in found if not (ROOT / one).exists()} == {}
+
+
+FACES = ("bearing_twin.kinds.bearing",)  # rooms whose __init__.py names what others use; tests/core may go below
+
+
+def test_tests_and_other_rooms_go_through_the_faces():
+    wrong = []
+    for path in (*(ROOT / "tests").glob("*.py"), *SOURCES, *(ROOT / "bench").glob("*.py")):
+        if path.is_relative_to(PACKAGE / "kinds"):
+            continue
+        for line, name in imported(nodes_of(path), path):
+            for face in FACES:
+                below = name.removeprefix(f"{face}.").split(".") if name.startswith(f"{face}.") else []
+                if len(below) > 1 or (below and (PACKAGE.parent / face.replace(".", "/") / f"{below[0]}.py").exists()):
+                    wrong.append(f"{path.relative_to(ROOT)}:{line} imports {name}")
+    assert wrong == []
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_faces_name_what_is_there(face):
+    room = importlib.import_module(face)
+    assert all(getattr(room, name) is not None for name in room.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        room.nothing  # noqa: B018

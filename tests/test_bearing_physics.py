@@ -14,19 +14,19 @@ from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.damping import damping_number, restitution_of
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS, law_names
-from bearing_twin.kinds.bearing.compiled_balls import rates
-from bearing_twin.kinds.bearing.geometry import cage_speed, roll_rate
-from bearing_twin.kinds.bearing.meeting_parts import MET, PartBalls
-from bearing_twin.kinds.bearing.parameters import GIVES
-from bearing_twin.kinds.bearing.start import start_state
-from bearing_twin.kinds.bearing.system import (
+from bearing_twin.kinds.bearing import (
     AXIS_DISTANCE,
+    GIVES,
     HEIGHT,
     ORBIT_ANGLE,
     SPIN,
     TANGENTIAL_VELOCITY,
     VELOCITY,
     bearing_of,
+    cage_speed,
+    rates,
+    roll_rate,
+    start_state,
 )
 from bearing_twin.run.scene import choose, load_scene, open_scene, parse_scene
 from bearing_twin.run.simulation import Simulation, simulate
@@ -246,19 +246,6 @@ def test_balls_push_each_other_off():
     assert least_gap(moving) >= 0.0
     residual = out.drive_work[-1] - (stored_energy(out)[-1] - start) - out.dissipated[-1]
     assert abs(residual) < 1e-3 * out.gross_work[-1]
-
-
-def test_balls_that_met_and_parted_between_the_ends_of_a_chunk_are_found():
-    moving = motion(*FREE)
-    bearing, states = moving.bearing, np.repeat(moving.state[None], 3, axis=0)
-    apart = 2.0 * math.asin((bearing.ball_radius + 2e-5) / states[0, 0, AXIS_DISTANCE])
-    assert MET * bearing.ball_radius > 4e-5
-    for nearest in (apart, -0.5):  # closer than that, or past the other
-        near = np.zeros(bearing.balls, bool)
-        states[1, 3, ORBIT_ANGLE] = states[1, 4, ORBIT_ANGLE] - nearest
-        assert PartBalls(bearing.ball_radius, near, [moving.state]).mark_met(states, near)
-        assert near.tolist() == [k == 3 for k in range(bearing.balls)]
-        assert not PartBalls(bearing.ball_radius, near, [states[1]]).mark_met(states[:0], near)
 
 
 FREE = (

@@ -31,7 +31,7 @@ from bearing_twin.contact.hertz_impact import bar_speed, contact_time, restituti
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material, effective_modulus, yield_pressure
 from bearing_twin.contact.stress import axis_stresses, greatest_shear
 from bearing_twin.contact.validity import FELT, FEWEST_TRANSITS, gap_error, wave_transit
-from bearing_twin.kinds.bearing.geometry import nominal_curvatures
+from bearing_twin.kinds.bearing import nominal_curvatures
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 

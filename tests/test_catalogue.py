@@ -11,16 +11,24 @@ from published_ratings import SOLD_BALLS
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.command import cli
-from bearing_twin.kinds.bearing import catalogue
-from bearing_twin.kinds.bearing.catalogue import row_of
-from bearing_twin.kinds.bearing.models import choose
-from bearing_twin.kinds.bearing.parameters import Geometry
-from bearing_twin.kinds.bearing.ratings import basic_dynamic_rating, basic_static_rating, catalogue_sheet
+from bearing_twin.kinds.bearing import (
+    ANGULAR_CONTACT,
+    DEEP_GROOVE,
+    Entry,
+    Geometry,
+    basic_dynamic_rating,
+    basic_static_rating,
+    by_rule,
+    catalogue_sheet,
+    choose,
+    entries,
+    row_of,
+)
 from bearing_twin.run.scene import load_scene, parse_scene, read_logged
 from bearing_twin.vibration.fault_frequencies import rolling_frequencies
 
 SCATTER = 0.014  # by which a rating may leave the range that makers publish; most in the 6208, sold with two sets
-ENTRIES = catalogue.entries()
+ENTRIES = entries()
 # Timken, housed unit catalogue, table A-9: FTF, BSF, BPFO of the rows that name their set "frequencies".
 COEFFICIENTS = {
     "6004": (0.398, 2.339, 3.578),
@@ -121,11 +129,9 @@ def test_ball_sets_give_the_frequency_coefficients_of_their_maker():
 def test_the_rule_meets_its_doubts_but_for_one_bearing():
     beyond = set()
     for name, entry in ENTRIES.items():
-        rule = catalogue.ANGULAR_CONTACT if entry.contact_angle else catalogue.DEEP_GROOVE
-        bare = catalogue.Entry(
-            bore=entry.bore, outside_diameter=entry.outside_diameter, contact_angle=entry.contact_angle
-        )
-        balls, ball = catalogue.by_rule(bare)
+        rule = ANGULAR_CONTACT if entry.contact_angle else DEEP_GROOVE
+        bare = Entry(bore=entry.bore, outside_diameter=entry.outside_diameter, contact_angle=entry.contact_angle)
+        balls, ball = by_rule(bare)
         if abs(balls - entry.balls) > rule.balls_doubt or abs(entry.ball_diameter / ball - 1.0) > rule.diameter_doubt:
             beyond.add(name)
     assert beyond == {"6200"}
@@ -185,9 +191,10 @@ def test_an_unknown_designation_names_its_neighbours(word, near):
 
 
 @pytest.fixture
-def own_rows(monkeypatch):
+def own_rows():
     """The catalogue as it was, after the test."""
-    monkeypatch.setattr(catalogue, "_CATALOGUE", dict(ENTRIES))
+    yield
+    entries.cache_clear()
 
 
 def test_rows_of_the_users_own_come_from_a_file_or_a_folder(tmp_path, monkeypatch, capsys, own_rows):
@@ -198,7 +205,7 @@ def test_rows_of_the_users_own_come_from_a_file_or_a_folder(tmp_path, monkeypatc
     )
     (folder / "mine.yaml").write_text(f"MINE1: {row}\n", encoding="utf-8")
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    monkeypatch.setattr(catalogue, "_CATALOGUE", {})
+    entries.cache_clear()
     assert parameters("MINE1").geometry.balls == 7
     assert row_of("MINE1")["source"] == "measured"
     other = tmp_path / "other.yaml"

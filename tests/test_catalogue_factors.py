@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from published_ratings import ANGULAR, F0, FACTORS, SKF_6305, SKF_6306, SOLD_BALLS
 
-from bearing_twin.kinds.bearing import catalogue
-from bearing_twin.kinds.bearing.parameters import Geometry
-from bearing_twin.kinds.bearing.ratings import basic_dynamic_rating, basic_static_rating
+from bearing_twin.kinds.bearing import FOUND, Geometry, basic_dynamic_rating, basic_static_rating, entries
 
-ENTRIES = catalogue.entries()
+ENTRIES = entries()
 ROUNDING, PITCH = 0.1, 0.1  # of f0: as published and in the table; by a pitch circle that is 1.5 % off the middle
 OTHER_BALLS = {"6305", "6306"}  # NSK and JTEKT fill these with other balls than the rows hold
 
@@ -84,8 +82,8 @@ def test_every_set_is_checked_or_says_that_it_is_not():
     assert {name for name, how in found.items() if how in ("factors", "frequencies")} == set(FACTORS)
     assert {name for name, how in found.items() if how == "ratings"} == set(ANGULAR)
     assert {name for name, how in found.items() if how == "literature"} == {"7218"}
-    assert "SKF" in catalogue.FOUND["ratings"]
-    assert "6 % below" in catalogue.FOUND["literature"]
+    assert "SKF" in FOUND["ratings"]
+    assert "6 % below" in FOUND["literature"]
 
 
 def test_angular_contact_sets_meet_the_ratings_of_a_maker_that_had_no_part_within_four_per_cent():

@@ -8,8 +8,8 @@ from made_up_run import a_choice, cut, made_up_block, made_up_scene
 
 from bearing_twin.base.sample import Columns
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing.outputs import contact_details, origins, wrenches
-from bearing_twin.kinds.bearing.outputs import contacts as contacts_of
+from bearing_twin.kinds.bearing import contact_details, origins, wrenches
+from bearing_twin.kinds.bearing import contacts as contacts_of
 from bearing_twin.kinds.contract import Output
 from bearing_twin.log import cdr
 from bearing_twin.log.encoding import Encoder, encoded

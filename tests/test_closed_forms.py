@@ -7,8 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import gamma
 
-from bearing_twin.kinds.bearing import equilibrium, ratings
-from bearing_twin.kinds.bearing.equilibrium import Support
+from bearing_twin.kinds.bearing import Support, lives_of, ratings_of, solver_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
@@ -35,12 +34,12 @@ def channel(samples, name):
 def test_loads_and_reference_life_of_a_tilted_bearing(load, tilt, speed, place, loads, life):
     """By another program: true circles, exact Hertz, two unknowns a ball, SciPy's root for both; µm, N, 10⁶ turns."""
     scene = load_scene("bearing_6203_rig_1000N", [f"drive.speed={speed}"])
-    solver = equilibrium.solver_of(scene.parameters, "hertz", -0.5 * math.pi)
+    solver = solver_of(scene.parameters, "hertz", -0.5 * math.pi)
     free = (True, True, True, False, False)
     found = solver.solve(Support(free, (*map(float, load), 0.0, 0.0), (0.0, 0.0, 0.0, *tilt)))
     assert found.coordinates[:3] * 1e6 == pytest.approx(place, rel=1e-5)
     assert found.contacts.load[:, 0] == pytest.approx(loads, abs=1.5e-3)
-    lives = ratings.lives_of(scene.parameters, ratings.ratings_of(scene.parameters), load, *found.contacts.load.T)
+    lives = lives_of(scene.parameters, ratings_of(scene.parameters), load, *found.contacts.load.T)
     assert lives.reference == pytest.approx(life, rel=2e-6)
 
 
@@ -68,7 +67,7 @@ def test_a_shaft_out_of_balance_whirls_as_its_receptance_says(speed):
     ])  # fmt: skip
     samples = list(simulate(scene))
     support = Support((True,) * 5, (0.0, 0.0, 14.223, 0.0, 0.0), (0.0,) * 5)
-    solver = equilibrium.solver_of(scene.parameters, "hertz")
+    solver = solver_of(scene.parameters, "hertz")
     solver.setting = solver.setting._replace(share_inner=0.0, share_outer=0.0)  # nothing rubs: no gyroscopic moment
     stiffness = solver.solve(support).stiffness
     gyroscopic = np.zeros((5, 5))

@@ -8,7 +8,7 @@ import pytest
 
 from bearing_twin import SceneError, load_scene, read_log, simulate
 from bearing_twin.command import cli
-from bearing_twin.kinds.bearing.equilibrium import scene_equilibrium
+from bearing_twin.kinds.bearing import scene_equilibrium
 from bearing_twin.run.scene import choose
 
 STEEL = {"young_modulus": 207.5e9, "poisson_ratio": 0.3}

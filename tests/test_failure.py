@@ -10,8 +10,7 @@ from forks import forked
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
-from bearing_twin.kinds.bearing import motion as bearing_motion
-from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing import BearingMotion
 from bearing_twin.kinds.ellipsoid.compiled import EARLIER
 from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
 from bearing_twin.log.run_log import read_log
@@ -34,7 +33,7 @@ SPOILS = {
 @pytest.fixture(autouse=True)
 def short_chunks(monkeypatch):
     """Several chunks in a short run."""
-    monkeypatch.setattr(bearing_motion, "LONGEST", 0.1)
+    monkeypatch.setattr("bearing_twin.kinds.bearing.motion.LONGEST", 0.1)
 
 
 @pytest.fixture
@@ -93,7 +92,7 @@ def test_a_run_goes_on_from_its_last_good_state_to_the_bit(overrides, spoilt, mo
     spoilt("normal_load", (40, 3, 1), np.nan)
     found = read_failure(write_failure(failed(scene), tmp_path))
     monkeypatch.undo()
-    monkeypatch.setattr(bearing_motion, "LONGEST", 0.1)
+    monkeypatch.setattr("bearing_twin.kinds.bearing.motion.LONGEST", 0.1)
     rest = list(simulate(scene, failure=found).blocks())
     assert rest[0].first_sequence == 200
     assert np.concatenate([block.matrix() for block in rest]).tobytes() == whole[200:].tobytes()

@@ -14,8 +14,7 @@ from bearing_twin.base.units import suffix_of
 from bearing_twin.command.cli import DONE, DOUBTFUL, main
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing.figures import BearingFigures
-from bearing_twin.kinds.bearing.quantities import missing
+from bearing_twin.kinds.bearing import BearingFigures, missing
 from bearing_twin.kinds.impact.figures import GAINED
 from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.log.run_log import write_log

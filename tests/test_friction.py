@@ -28,8 +28,7 @@ from bearing_twin.contact.ellipse import (
 )
 from bearing_twin.contact.friction import COARSE_ERROR, FINE_ERROR, FRICTIONS, MEDIUM_ERROR, Rule
 from bearing_twin.contact.patch_friction import patch_of
-from bearing_twin.kinds.bearing.outputs import contact_details
-from bearing_twin.kinds.bearing.system import MOTION, ORBIT_ANGLE, SPIN, VELOCITY
+from bearing_twin.kinds.bearing import MOTION, ORBIT_ANGLE, SPIN, VELOCITY, contact_details
 from bearing_twin.numerics.stepper_facts import STEPPER_FACTS
 from bearing_twin.run.scene import load_scene
 

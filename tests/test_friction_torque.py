@@ -13,10 +13,19 @@ from scipy.special import ellipe, ellipk
 from bearing_twin import load_scene, simulate
 from bearing_twin.command import cli
 from bearing_twin.contact.ellipse import ellipse
-from bearing_twin.kinds.bearing.equilibrium import controlled, load_line, solver_of, support_of
-from bearing_twin.kinds.bearing.friction_torque import friction_torque, skf_torque
-from bearing_twin.kinds.bearing.lubricant import film_lubricant, film_numbers, films, viscosity_of
-from bearing_twin.kinds.bearing.ratings import ratings_of
+from bearing_twin.kinds.bearing import (
+    contact_torque,
+    controlled,
+    film_lubricant,
+    film_numbers,
+    films,
+    load_line,
+    ratings_of,
+    skf_torque,
+    solver_of,
+    support_of,
+    viscosity_of,
+)
 
 GREASE, OIL = 1, 2
 E, VISCOSITY, PRESSURE_COEFFICIENT, BALL, CONFORMITY = 227.5e9, 0.02784, 1.8e-8, 3.373e-3, 0.52  # E is E' [Pa]
@@ -146,7 +155,7 @@ def test_greased_bearings_come_near_to_the_formula_of_skf():
             for viscosity in (15e-6, 32e-6, 100e-6):
                 oil = dataclasses.replace(parameters.lubricant, viscosity_40=viscosity)
                 one = dataclasses.replace(parameters, lubricant=oil)
-                found = friction_torque(one, contacts)
+                found = contact_torque(one, contacts)
                 ratios.append((found.film + found.hysteresis + found.slip) / skf_torque(one, static, (0.0, load, 0.0)))
     assert len(ratios) > 60
     assert 0.8 < min(ratios) < 0.95 < np.median(ratios) < 1.1 < max(ratios) < 1.4

@@ -23,7 +23,7 @@ from bearing_twin.contact import line
 from bearing_twin.contact.damping import damping_for_restitution
 from bearing_twin.contact.laws import law_names
 from bearing_twin.contact.line import line_law
-from bearing_twin.kinds.bearing.system import VELOCITY
+from bearing_twin.kinds.bearing import VELOCITY
 from bearing_twin.kinds.impact import collision
 from bearing_twin.kinds.impact import disc_closed_form as disc_impact
 from bearing_twin.kinds.impact.collision import NO_LINE, Spring, collide

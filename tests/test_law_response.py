@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.command import cli
-from bearing_twin.kinds.bearing.equilibrium import Support, solver_of
-from bearing_twin.kinds.bearing.model_error import response_of
+from bearing_twin.kinds.bearing import Support, response_of, solver_of
 from bearing_twin.run.scene import load_scene
 
 SMALL = 1e-5

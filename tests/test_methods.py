@@ -7,16 +7,13 @@ import pytest
 from bearings import TURNED_REST, motion, run
 from hypothesis import given
 from hypothesis import strategies as st
-from ring_systems import AXIAL_PRELOAD, FREE, System
 from scipy.integrate import solve_ivp
 from scipy.linalg import lu_factor, lu_solve
 from scipy.spatial.transform import Rotation
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.parameters import describe
-from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.step_limits import stability_limits
-from bearing_twin.kinds.bearing.system import BORDER, MOTION, VELOCITY, RingDrive
+from bearing_twin.kinds.bearing import VELOCITY, BearingScene, stability_limits
 from bearing_twin.numerics.rotation import (
     cross,
     dot,
@@ -318,41 +315,6 @@ def test_touching_balls_at_ease_follow_the_ring_with_the_order_of_their_method(p
     start, exact = pressed[0]
     coarse, fine = (errors(start, FULL, stepper, h, exact) for h in (step, step / 2**halvings))
     assert np.log2(coarse / fine) / halvings == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.7)
-
-
-@pytest.mark.parametrize(
-    ("polar", "speed", "wanted"),
-    [
-        (0.0, 0.0, (192.83, 192.83, 289.77, 2150.4, 2150.4)),
-        (1e-4, 183.26, (178.85, 207.90, 289.77)),
-    ],
-)
-def test_a_shaft_on_a_preloaded_bearing_rings_where_it_should(polar, speed, wanted):
-    """Frequencies [Hz] of a shaft of 0.5 kg and 1e-4 kg m^2, balls without friction; 10 um of axial preload."""
-    moving = motion(
-        *FREE, f"rings.inner.inertia=[1.0e-4,{polar}]", "gravity=[0,0,0]", "contact.friction_coefficient=0.0",
-        "drive.speed=0", f"rings.inner.load=[0,0,{AXIAL_PRELOAD}]",
-    )  # fmt: skip
-    assert moving.border[2] == pytest.approx(1e-5, rel=1e-5)
-    system = System(moving, moving.state, np.zeros(BORDER) + moving.border)
-    system.drive = RingDrive(0.0, speed, 0.0)
-    found = np.linalg.eigvals(system.jacobian())
-    lines = np.sort(found.imag[(found.imag > 2.0 * np.pi * 100.0) & (found.imag < 2.0 * np.pi * 3000.0)]) / (2 * np.pi)
-    for line in wanted:
-        assert np.abs(lines / line - 1.0).min() < 5e-3, (line, lines)
-
-
-def test_a_ball_rings_across_the_grooves_and_along_the_load():
-    """3778 Hz and 42.9 kHz of a ball between rings that are held, 10 um of axial preload, without friction."""
-    moving = motion(
-        *FREE, "rings.inner.inertia=[1.0e-4,0]", "gravity=[0,0,0]", "contact.friction_coefficient=0.0",
-        "drive.speed=0", f"rings.inner.load=[0,0,{AXIAL_PRELOAD}]",
-    )  # fmt: skip
-    system = System(moving, moving.state, np.zeros(BORDER) + moving.border)
-    system.drive = RingDrive(0.0, 0.0, 0.0)
-    found = np.linalg.eigvals(system.jacobian()[:MOTION, :MOTION])
-    frequencies = np.sort(np.abs(found[found.imag > 1e3])) / (2.0 * np.pi)
-    assert frequencies == pytest.approx([3778.0, 42.9e3], rel=2e-3)
 
 
 VECTOR = st.tuples(*[st.floats(-5.0, 5.0)] * 3)

@@ -8,7 +8,7 @@ import pytest
 from commanded import obeying, twist, wrench
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.kinds.bearing import equilibrium
+from bearing_twin.kinds.bearing import solver_of, support_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
@@ -224,8 +224,8 @@ def test_the_operating_point_is_the_equilibrium_of_the_last_output():
         sample, point = it.loop.operating_point(0)
         assert sample.time_ns == round(1e9 * seconds)
         parameters = it.loop.simulation.scene.parameters
-        solver = equilibrium.solver_of(parameters, "hertz", float(sample["orbit_angle"][0]))
-        found = solver.solve(equilibrium.support_of(parameters))
+        solver = solver_of(parameters, "hertz", float(sample["orbit_angle"][0]))
+        found = solver.solve(support_of(parameters))
         assert point.loads == pytest.approx([0.0, -400.0, 0.0, 0.0, 0.0], abs=1e-5)
         assert point.coordinates == pytest.approx(found.coordinates, rel=1e-6, abs=1e-13)
         scale = np.sqrt(np.outer(np.diag(found.stiffness), np.diag(found.stiffness)))

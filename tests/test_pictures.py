@@ -7,7 +7,7 @@ import pytest
 
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.sample import Block, Channel, cut, joined
-from bearing_twin.kinds.bearing.picture import GREATEST_COUNT, BearingPicture, LoadHistory
+from bearing_twin.kinds.bearing import GREATEST_COUNT, BearingPicture, LoadHistory
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.pictures import run as kept
 from bearing_twin.pictures.run import ChannelPicture

@@ -10,9 +10,7 @@ from made_up_run import a_choice
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing import equilibrium
-from bearing_twin.kinds.bearing.facts import cage_needed
-from bearing_twin.kinds.bearing.motion import bearing_motion
+from bearing_twin.kinds.bearing import bearing_motion, cage_needed, solver_of, support_of
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.run.scene import choose, load_scene, parse_scene
 from bearing_twin.run.simulation import Simulation, simulate
@@ -165,8 +163,8 @@ def test_a_held_ring_of_the_rig_feels_balls_pass():
 def test_an_output_is_the_static_answer_at_its_place():
     scene = load_scene("bearing_6203_rig_400N", [QUASI_STATIC, NO_GRAVITY, "run.duration=0.01"])
     *_, last = simulate(scene)
-    solver = equilibrium.solver_of(scene.parameters, "hertz", float(last["orbit_angle"][0]))
-    found = solver.solve(equilibrium.support_of(scene.parameters))
+    solver = solver_of(scene.parameters, "hertz", float(last["orbit_angle"][0]))
+    found = solver.solve(support_of(scene.parameters))
     assert last["inner_ring_offset"] == pytest.approx(found.coordinates[:3], rel=1e-6, abs=1e-13)
     assert last["normal_load"] == pytest.approx(found.contacts.load, rel=1e-6, abs=1e-6)
 
@@ -340,8 +338,8 @@ def test_a_study_asks_equilibria_like_any_other_model(quick_workers):
     greatest = []
     for clearance in (6e-6, 14e-6):
         parameters = load_scene("bearing_6203_rig_400N", [f"geometry.radial_clearance={clearance}"]).parameters
-        solver = equilibrium.solver_of(parameters, "hertz", -0.5 * math.pi)
-        greatest.append(solver.solve(equilibrium.support_of(parameters)).contacts.load.max())
+        solver = solver_of(parameters, "hertz", -0.5 * math.pi)
+        greatest.append(solver.solve(support_of(parameters)).contacts.load.max())
     assert greatest[0] * 1.005 < mean < greatest[1] * 0.995
 
 

@@ -9,9 +9,23 @@ from published_ratings import LIMITING_SPEEDS
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.ellipse import ellipse
-from bearing_twin.kinds.bearing import ratings
-from bearing_twin.kinds.bearing.geometry import clearance_of, nominal_curvatures, operating_geometry
-from bearing_twin.kinds.bearing.parameters import Geometry
+from bearing_twin.kinds.bearing import (
+    OIL_BATH,
+    Geometry,
+    Ratings,
+    basic_dynamic_rating,
+    basic_static_rating,
+    clearance_of,
+    equivalent_load,
+    limiting_speeds,
+    lives_of,
+    nominal_curvatures,
+    operating_geometry,
+    palmgren_torque,
+    ratings_of,
+    reference_life,
+    static_load,
+)
 from bearing_twin.run.scene import load_scene
 
 
@@ -21,9 +35,9 @@ def parameters(*overrides, scene="bearing_6203"):
 
 def test_the_ratings_of_a_6203_and_a_6308():
     geometry = parameters().geometry
-    assert ratings.basic_dynamic_rating(geometry) == pytest.approx(9547.0, rel=1e-3)
-    assert ratings.basic_static_rating(geometry) == pytest.approx(4763.0, rel=1e-3)
-    assert ratings.basic_static_rating(parameters(scene="6308").geometry) == pytest.approx(24006.0, abs=15.0)
+    assert basic_dynamic_rating(geometry) == pytest.approx(9547.0, rel=1e-3)
+    assert basic_static_rating(geometry) == pytest.approx(4763.0, rel=1e-3)
+    assert basic_static_rating(parameters(scene="6308").geometry) == pytest.approx(24006.0, abs=15.0)
 
 
 def test_the_factor_of_the_dynamic_rating_is_that_of_the_standard():
@@ -31,27 +45,27 @@ def test_the_factor_of_the_dynamic_rating_is_that_of_the_standard():
     table = {0.05: 46.7, 0.10: 55.5, 0.14: 58.8, 0.20: 59.9, 0.26: 58.2, 0.30: 56.0, 0.36: 51.7, 0.40: 48.4}
     for ratio, factor in table.items():
         geometry = Geometry(balls=8, ball_diameter=10e-3, pitch_diameter=10e-3 / ratio)
-        found = ratings.basic_dynamic_rating(geometry) / (1.3 * 8.0 ** (2.0 / 3.0) * 10.0**1.8)
+        found = basic_dynamic_rating(geometry) / (1.3 * 8.0 ** (2.0 / 3.0) * 10.0**1.8)
         assert found == pytest.approx(factor, abs=0.06), ratio
 
 
 def test_ratings_that_are_given_replace_those_of_the_geometry():
     given = parameters("ratings.dynamic=9950", "ratings.static=4750")
-    assert ratings.ratings_of(given) == (9950.0, 4750.0)
-    assert ratings.ratings_of(parameters("ratings.static=4750")).dynamic == pytest.approx(9547.0, rel=1e-3)
+    assert ratings_of(given) == (9950.0, 4750.0)
+    assert ratings_of(parameters("ratings.static=4750")).dynamic == pytest.approx(9547.0, rel=1e-3)
 
 
 def test_larger_balls_rate_less_beyond_an_inch():
     """At 25.4 mm both branches of ISO 281 meet within the standard's rounding."""
     geometry = dataclasses.replace(parameters().geometry, ball_diameter=25.4e-3, pitch_diameter=110e-3)
     above = dataclasses.replace(geometry, ball_diameter=25.401e-3)
-    assert ratings.basic_dynamic_rating(above) == pytest.approx(ratings.basic_dynamic_rating(geometry), rel=2e-3)
+    assert basic_dynamic_rating(above) == pytest.approx(basic_dynamic_rating(geometry), rel=2e-3)
 
 
 def test_a_radial_load_gives_the_life_of_iso_281():
     given = parameters()
-    found = ratings.Ratings(9547.0, 4810.0)
-    lives = ratings.lives_of(given, found, (600.0, -800.0, 0.0), np.ones(8), np.ones(8))
+    found = Ratings(9547.0, 4810.0)
+    lives = lives_of(given, found, (600.0, -800.0, 0.0), np.ones(8), np.ones(8))
     assert lives.basic == pytest.approx(9.547**3, rel=1e-12)
     assert lives.static_safety == pytest.approx(4.81, rel=1e-12)
 
@@ -64,25 +78,25 @@ def test_reference_life_of_even_loads_by_the_formula_written_out():
     rated_inner = 9547.0 / (0.407 * 8.0) * (1.0 + x ** (10.0 / 3.0)) ** 0.3
     rated_outer = 9547.0 / (0.389 * 8.0) * (1.0 + x ** (-10.0 / 3.0)) ** 0.3
     wanted = ((rated_inner / 300.0) ** (-10.0 / 3.0) + (rated_outer / 310.0) ** (-10.0 / 3.0)) ** -0.9
-    found = ratings.reference_life(geometry, 9547.0, np.full(8, 300.0), np.full(8, 310.0))
+    found = reference_life(geometry, 9547.0, np.full(8, 300.0), np.full(8, 310.0))
     assert found == pytest.approx(wanted, rel=1e-12)
 
 
 def test_the_reference_life_under_the_load_distribution_of_the_standard_is_the_basic_life():
     """ISO/TS 16281 is built so: half the balls loaded (no clearance, epsilon 0.5) gives about (C/P)^3."""
-    from bearing_twin.kinds.bearing import equilibrium
+    from bearing_twin.kinds.bearing import Support, solver_of
 
     given = parameters("geometry.radial_clearance=0.0", "drive.speed=0.0", "geometry.balls=9",
                        "geometry.ball_diameter=6e-3")  # fmt: skip
     free = (True, True, True, False, False)
-    solver = equilibrium.solver_of(given, "hertz", -0.5 * math.pi)
-    found = solver.solve(equilibrium.Support(free, (0.0, -500.0, 0.0, 0.0, 0.0), (0.0,) * 5))
-    lives = ratings.lives_of(given, ratings.ratings_of(given), (0.0, -500.0, 0.0), *found.contacts.load.T)
+    solver = solver_of(given, "hertz", -0.5 * math.pi)
+    found = solver.solve(Support(free, (0.0, -500.0, 0.0, 0.0, 0.0), (0.0,) * 5))
+    lives = lives_of(given, ratings_of(given), (0.0, -500.0, 0.0), *found.contacts.load.T)
     assert lives.reference == pytest.approx(lives.basic, rel=0.12)
 
 
 def test_nothing_that_loads_wears_nothing():
-    lives = ratings.lives_of(parameters(), ratings.Ratings(9547.0, 4810.0), (0.0, 0.0, 0.0), np.zeros(8), np.zeros(8))
+    lives = lives_of(parameters(), Ratings(9547.0, 4810.0), (0.0, 0.0, 0.0), np.zeros(8), np.zeros(8))
     assert lives == (math.inf, math.inf, math.inf)
 
 
@@ -98,16 +112,16 @@ def test_nothing_that_loads_wears_nothing():
 def test_equivalent_loads_of_a_deep_groove(radial, axial, wanted):
     geometry = parameters().geometry
     assert 8.0 * (geometry.ball_diameter * 1e3) ** 2 == pytest.approx(364.1, rel=1e-3)
-    found = ratings.equivalent_load(geometry, radial, axial)
+    found = equivalent_load(geometry, radial, axial)
     assert found == pytest.approx(wanted, rel=1e-3)
 
 
 def test_equivalent_loads_of_forty_degrees():
     geometry = parameters(scene="bearing_218_thrust").geometry
-    found = ratings.equivalent_load(geometry, 1000.0, 2000.0)
+    found = equivalent_load(geometry, 1000.0, 2000.0)
     assert found == pytest.approx(0.35 * 1000.0 + 0.57 * 2000.0, rel=1e-6)
-    assert ratings.equivalent_load(geometry, 1000.0, 1000.0) == 1000.0
-    assert ratings.static_load(geometry, 1000.0, 4000.0) == pytest.approx(500.0 + 0.26 * 4000.0, rel=1e-6)
+    assert equivalent_load(geometry, 1000.0, 1000.0) == 1000.0
+    assert static_load(geometry, 1000.0, 4000.0) == pytest.approx(500.0 + 0.26 * 4000.0, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -117,9 +131,9 @@ def test_equivalent_loads_of_forty_degrees():
 def test_factors_of_small_contact_angles_are_those_of_the_standards(degrees, radial, static):
     """ISO 281, table 3, row F_a/(Z D^2) = 0.689 N/mm^2, and ISO 76."""
     geometry = Geometry(balls=10, ball_diameter=10e-3, pitch_diameter=60e-3, contact_angle=math.radians(degrees))
-    found = ratings.equivalent_load(geometry, 100.0, 689.0)
+    found = equivalent_load(geometry, 100.0, 689.0)
     assert found == pytest.approx(radial[0] * 100.0 + radial[1] * 689.0, rel=1e-9)
-    assert ratings.static_load(geometry, 100.0, 1000.0) == pytest.approx(static[0] * 100.0 + static[1] * 1000.0)
+    assert static_load(geometry, 100.0, 1000.0) == pytest.approx(static[0] * 100.0 + static[1] * 1000.0)
 
 
 def test_friction_torque_by_palmgren():
@@ -132,17 +146,17 @@ def test_friction_torque_by_palmgren():
         (400.0, 200.0, 2.26, 3.06),
     ):
         turned = 4763.0, (0.0, -load, 0.0), rpm * math.pi / 30.0
-        assert ratings.palmgren_torque(geometry, *turned) == pytest.approx(1e-3 * grease, rel=5e-3)
-        found = ratings.palmgren_torque(geometry, *turned, lubrication=ratings.OIL_BATH)
+        assert palmgren_torque(geometry, *turned) == pytest.approx(1e-3 * grease, rel=5e-3)
+        found = palmgren_torque(geometry, *turned, lubrication=OIL_BATH)
         assert found == pytest.approx(1e-3 * bath, rel=5e-3)
-    assert ratings.palmgren_torque(geometry, 4763.0, (0.0, -400.0, 0.0), 0.0) is None
+    assert palmgren_torque(geometry, 4763.0, (0.0, -400.0, 0.0), 0.0) is None
 
 
 def test_the_dynamic_rating_falls_with_the_contact_angle():
     """f_c knows the angle by D cos(a)/d_m alone: two bearings with the same of that differ by (cos a)^0.7."""
     flat, cosine = parameters().geometry, math.cos(math.radians(40.0))
     steep = dataclasses.replace(flat, contact_angle=math.radians(40.0), pitch_diameter=flat.pitch_diameter * cosine)
-    ratio = ratings.basic_dynamic_rating(steep) / ratings.basic_dynamic_rating(flat)
+    ratio = basic_dynamic_rating(steep) / basic_dynamic_rating(flat)
     assert ratio == pytest.approx(cosine**0.7, rel=1e-12)
 
 
@@ -150,7 +164,7 @@ def test_the_dynamic_rating_falls_with_the_contact_angle():
 def test_the_static_rating_presses_the_raceway_that_reaches_it_first_with_4200_mpa(conformities):
     inner, outer = conformities
     geometry = dataclasses.replace(parameters().geometry, inner_conformity=inner, outer_conformity=outer)
-    load = 5.0 * ratings.basic_static_rating(geometry) / geometry.balls
+    load = 5.0 * basic_static_rating(geometry) / geometry.balls
     spots = [ellipse(*gap, 0.5 * 207e9 / (1.0 - 0.3**2), load) for gap in nominal_curvatures(geometry)]
     assert max(spot.peak_pressure for spot in spots) == pytest.approx(4.2e9, rel=1e-9)
 
@@ -230,7 +244,7 @@ def test_hollow_shafts_and_thin_housings_of_other_materials_press_as_elastic_rin
 
 
 def test_a_run_has_the_operating_clearance():
-    from bearing_twin.kinds.bearing.system import bearing_of
+    from bearing_twin.kinds.bearing import bearing_of
 
     warm, plain = parameters("temperatures.inner_ring=303.15"), parameters()
     taken = clearance_of(warm).temperature
@@ -256,6 +270,6 @@ def test_impossible_fits_are_refused(overrides, words):
 def test_limiting_speeds_meet_those_of_a_catalogue():
     for (series, lubricant), rows in LIMITING_SPEEDS.items():
         for place, published in enumerate(rows):
-            found = ratings.limiting_speeds(parameters(scene=f"{series}{place:02d}").geometry)[lubricant]
+            found = limiting_speeds(parameters(scene=f"{series}{place:02d}").geometry)[lubricant]
             assert found * 30.0 / math.pi == pytest.approx(published, rel=0.14), (series, place)
-    assert ratings.limiting_speeds(parameters(scene="7205B").geometry) is None
+    assert limiting_speeds(parameters(scene="7205B").geometry) is None

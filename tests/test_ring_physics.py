@@ -5,25 +5,19 @@ import math
 
 import numpy as np
 import pytest
-from bearings import motion, stored_energy
-from ring_systems import AXIAL_PRELOAD, CASES, FREE, disturbed
+from bearings import AXIAL_PRELOAD, FREE, motion, stored_energy
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.paths import only_below
-from bearing_twin.kinds.bearing.equilibrium import solver_of, support_of
-from bearing_twin.kinds.bearing.rings import land_radius
-from bearing_twin.kinds.bearing.system import (
-    AXIAL_SPIN,
-    AXIS_DISTANCE,
+from bearing_twin.kinds.bearing import (
     CAGE,
     CAGE_X,
     CAGE_Y,
     LAND_WORK,
-    ORBIT_ANGLE,
     PLACES,
-    RADIAL_VELOCITY,
-    SPIN,
-    TANGENTIAL_VELOCITY,
+    land_radius,
+    solver_of,
+    support_of,
 )
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream, topics
@@ -167,21 +161,6 @@ def test_pockets_keep_balls_within_their_clearance():
     assert out.inner_ring_force.mean(axis=0) == pytest.approx([0.0, 1004.9, 0.0], abs=1.0)
     assert (out.cage_angle[-1] - out.cage_angle[0]) / 0.059 == pytest.approx(ROLLING, rel=5e-3)
     assert abs(closure(out)) < 1e-5
-
-
-def test_pockets_exchange_angular_momentum():
-    """What they take from the balls' orbits and spins is what they give to the cage."""
-    system = disturbed("ring and pockets")
-    found, border = system.rates(system.state, system.border)
-    bearing = system.bearing
-    system.bearing = bearing._replace(pockets=())
-    without, _ = system.rates(system.state, system.border)
-    change = found - without
-    balls = bearing.ball_mass * system.state[:, AXIS_DISTANCE] * change[:, TANGENTIAL_VELOCITY]
-    balls += bearing.ball_inertia * change[:, SPIN + 2]
-    cage = border[11] * system.partners.mass[5]
-    assert np.abs(change).max() > 0.0
-    assert cage == pytest.approx(-balls.sum(), rel=1e-12)
 
 
 def test_the_cage_says_its_angle_speed_and_torque():
@@ -359,7 +338,6 @@ def test_a_ring_free_to_tilt_settles_where_load_and_moment_balance():
     assert out.inner_ring_offset.mean(axis=0) == pytest.approx(still[:3], abs=5e-4 * np.abs(still[:3]).max())
 
 
-GUIDED = [name for name in CASES if "guided" in name]
 MASS, WEIGHT = 5e-3, 5e-3 * 9.80665  # of the cage
 BY_LAND = ("cage.kind=pockets", "gravity=[0,-9.80665,0]")
 # Balls that thrust holds, in the middle of pockets that they do not reach.
@@ -411,41 +389,6 @@ def test_sliding_on_its_land_turns_or_brakes_a_cage_by_coulomb_friction(guidance
         assert turning == pytest.approx(moving.border[LAND_WORK], rel=1e-9)
     else:
         assert moving.border[LAND_WORK] == 0.0
-
-
-@pytest.mark.parametrize("name", GUIDED)
-def test_what_balls_lose_of_momentum_the_cage_gains(name):
-    """Linear in the plane, angular about the axis: rates with the walls less those without."""
-    system = disturbed(name)
-    bearing, state, border = system.bearing, system.state, system.border
-    balls, own = system.rates(state, border)
-    walls = bearing.pockets.walls._replace(stiffness=0.0)
-    system.bearing = bearing._replace(pockets=bearing.pockets._replace(walls=walls))
-    without, alone = system.rates(state, border)
-    rates, changes = balls - without, (own - alone)[PLACES : 2 * PLACES] * system.partners.mass
-    cosine, sine = np.cos(state[:, ORBIT_ANGLE]), np.sin(state[:, ORBIT_ANGLE])
-    radial, along = bearing.ball_mass * rates[:, RADIAL_VELOCITY], bearing.ball_mass * rates[:, TANGENTIAL_VELOCITY]
-    force = np.array([cosine * radial - sine * along, sine * radial + cosine * along])
-    assert np.abs(along).max() > 0.1  # N: walls push
-    assert changes[CAGE_X:CAGE] == pytest.approx(-force.sum(axis=1), abs=1e-10 * np.abs(force).sum())
-    spun = bearing.ball_inertia * rates[:, AXIAL_SPIN] + state[:, AXIS_DISTANCE] * along
-    about = changes[CAGE] + border[CAGE_X] * changes[CAGE_Y] - border[CAGE_Y] * changes[CAGE_X]
-    assert about == pytest.approx(-spun.sum(), abs=1e-10 * np.abs(spun).sum())
-    assert changes[:CAGE_X] == pytest.approx(np.zeros(3), abs=1e-12)
-
-
-@pytest.mark.parametrize("name", [name for name in GUIDED if "land" in name])
-def test_what_the_land_takes_from_the_cage_its_ring_gets(name):
-    """Forces on cage and ring cancel, so do torques about the axis; the outer ring is at rest."""
-    system = disturbed(name)
-    _, own = system.rates(system.state, system.border)
-    land = system.partners.land
-    system.partners = system.partners._replace(land=land._replace(stiffness=0.0))
-    _, without = system.rates(system.state, system.border)
-    changes = (own - without)[PLACES : 2 * PLACES] * system.partners.mass
-    assert np.abs(changes[CAGE_X:CAGE]).max() > 0.1
-    expected = -changes[CAGE_X:CAGE] if land.side < 0.0 else np.zeros(2)
-    assert changes[:2] == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize("guidance", ["inner", "outer", "balls"])

@@ -10,7 +10,7 @@ from commanded import obeying, twist, wrench
 from shafts import motion_of
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError
-from bearing_twin.kinds.bearing.system import Loading
+from bearing_twin.kinds.bearing import Loading
 from bearing_twin.kinds.contract import Output
 from bearing_twin.kinds.shaft.display import topics
 from bearing_twin.kinds.shaft.equilibrium import ShaftCourse

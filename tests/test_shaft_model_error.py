@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.base.report import Choice
-from bearing_twin.kinds.bearing.equilibrium import equilibrium_error
+from bearing_twin.kinds.bearing import equilibrium_error
 from bearing_twin.kinds.shaft.equilibrium import balance_of
 from bearing_twin.kinds.shaft.figures import MEANINGS, ShaftDoubt, Wide, moved_by, responses, wide_of
 from bearing_twin.kinds.shaft.motion import shares_of

@@ -17,8 +17,15 @@ from bearing_twin.base.sample import joined
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.kinds.bearing.equilibrium import EquilibriumSolver, Support, azimuths_of, setting_of
-from bearing_twin.kinds.bearing.ratings import equivalent_load, ratings_of, reference_life
+from bearing_twin.kinds.bearing import (
+    EquilibriumSolver,
+    Support,
+    azimuths_of,
+    equivalent_load,
+    ratings_of,
+    reference_life,
+    setting_of,
+)
 from bearing_twin.kinds.contract import Output
 from bearing_twin.kinds.shaft import picture
 from bearing_twin.kinds.shaft.display import longest_arrow, ring_centres, topics, wrenches

@@ -7,8 +7,7 @@ import pytest
 from bearings import TURNED_REST, motion, run, stored_energy
 
 from bearing_twin.base.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing.step_limits import stable_step
-from bearing_twin.kinds.bearing.system import MOTION, VELOCITY
+from bearing_twin.kinds.bearing import MOTION, VELOCITY, stable_step
 
 
 def errors_of(reference, out):

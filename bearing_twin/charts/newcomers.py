@@ -17,8 +17,7 @@ from bearing_twin.charts.bearings import MOVING
 from bearing_twin.charts.contest import Contest, best_of, timed
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import Found, Scenes, load_and_friction, run, steps, tolerances
-from bearing_twin.kinds.bearing import compiled_balls
-from bearing_twin.kinds.bearing.motion import BearingMotion
+from bearing_twin.kinds.bearing import BearingMotion, rates
 
 COARSE, SCIPYS = 1e-4, 1e-3  # s, the step that is often tried first; SciPy's default tolerance
 CHANNELS = ("normal_load", "friction_force")
@@ -54,7 +53,7 @@ def _naive(motion: BearingMotion, times: np.ndarray, method: str, setting: float
         nonlocal count
         count += motion.bearing.balls
         speed = motion.drive.speed + motion.drive.acceleration * time
-        return compiled_balls.rates(motion.bearing, speed, near, flat.reshape(shape)).ravel()
+        return rates(motion.bearing, speed, near, flat.reshape(shape)).ravel()
 
     state = motion.state.ravel().copy()
     if method == "explicit Euler":

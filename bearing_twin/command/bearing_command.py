@@ -86,10 +86,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Outcome:
     """One equilibrium, or a sweep of them; raises BearingTwinError with a sentence for what has none."""
-    from bearing_twin.kinds.bearing import catalogue
+    from bearing_twin.kinds.bearing import add_file
 
     if arguments.catalogue is not None:
-        catalogue.add_file(arguments.catalogue)
+        add_file(arguments.catalogue)
     if arguments.list:
         return catalogue_table.listed_catalogue()
     if arguments.scene is None:
@@ -119,9 +119,9 @@ def run(arguments: argparse.Namespace) -> Outcome:
             result = (_solved, _swept, _crossed)[len(sweeps)](arguments, given, angle, *sweeps)
         show = (bearing_table.show_equilibrium, bearing_table.show_sweep, bearing_table.show_crossed)[len(sweeps)]
     if picture or sheet:
-        from bearing_twin.kinds.bearing import picture as pictures
+        from bearing_twin.kinds.bearing import draw_equilibrium, draw_sweep
 
-        draw = pictures.draw_sweep if sweeps else pictures.draw_equilibrium
+        draw = draw_sweep if sweeps else draw_equilibrium
         if picture:
             result["plot"] = str(draw(result, picture))
         if sheet:
@@ -151,7 +151,7 @@ def _vector(name: str, text: str | None) -> list[float | None] | None:
 
 def _support(given: dict, parameters):
     """Held coordinates and loads of the ring, by the options, or by the scene where there is none."""
-    from bearing_twin.kinds.bearing.equilibrium import Support, support_of
+    from bearing_twin.kinds.bearing import Support, support_of
 
     if all(values is None for values in given.values()):
         return support_of(parameters)
@@ -183,10 +183,10 @@ def _bearing_scene(arguments, overrides=()):
 
 def _row(parameters) -> str:
     """The designation of a bearing whose geometry is that of the catalogue, empty for another."""
-    from bearing_twin.kinds.bearing import catalogue
+    from bearing_twin.kinds.bearing import entries
 
     name = parameters.geometry.designation
-    return name if name in catalogue.entries() else ""
+    return name if name in entries() else ""
 
 
 def _row_alone(arguments, given) -> dict | None:
@@ -195,8 +195,7 @@ def _row_alone(arguments, given) -> dict | None:
     support, name = _support(given, parameters), _row(parameters)
     if not name or any(support.loads) or any(support.held):
         return None
-    from bearing_twin.kinds.bearing.geometry import operating_geometry
-    from bearing_twin.kinds.bearing.ratings import catalogue_sheet
+    from bearing_twin.kinds.bearing import catalogue_sheet, operating_geometry
 
     if operating_geometry(parameters).radial_clearance < 0.0:
         return None
@@ -205,9 +204,16 @@ def _row_alone(arguments, given) -> dict | None:
 
 def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     """One equilibrium; `factor` multiplies the loads."""
-    from bearing_twin.kinds.bearing import equilibrium, equilibrium_report
-    from bearing_twin.kinds.bearing.catalogue import row_of
-    from bearing_twin.kinds.bearing.ratings import frequency_errors
+    from bearing_twin.kinds.bearing import (
+        answer_of,
+        control_reason,
+        controlled,
+        frequency_errors,
+        load_line,
+        natural_frequencies,
+        row_of,
+        solver_of,
+    )
     from bearing_twin.run.scene import choose
 
     scene = _bearing_scene(arguments, overrides)
@@ -215,19 +221,19 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     support = _support(given, parameters)
     if factor is not None:
         support = support._replace(loads=tuple(factor * value for value in support.loads))
-    first = equilibrium.load_line(support) if angle is None else angle
-    solver = equilibrium.solver_of(parameters, law, first, arguments.arm)
-    found = equilibrium.controlled(parameters, solver, support)
+    first = load_line(support) if angle is None else angle
+    solver = solver_of(parameters, law, first, arguments.arm)
+    found = controlled(parameters, solver, support)
     head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": found.control}
-    head["control_reason"] = equilibrium.control_reason(parameters, found)
+    head["control_reason"] = control_reason(parameters, found)
     if catalogued := _row(parameters):
         head["catalogue"] = row_of(catalogued)
         head["fault_frequencies_hz_error"] = frequency_errors(catalogued, parameters)
     head["speed_rad_s"] = parameters.drive.speed
-    found_values = equilibrium_report.answer_of(parameters, law, solver, support, found)
+    found_values = answer_of(parameters, law, solver, support, found)
     if arguments.mass is not None:
         mass = number("--mass", arguments.mass, "kg", Limits(above=0.0))
-        found_values |= equilibrium_report.natural_frequencies(found.stiffness, mass, support.free[3:])
+        found_values |= natural_frequencies(found.stiffness, mass, support.free[3:])
     if scene.outside:
         head["outside_range"] = list(scene.outside)
         found_values["flags"] = [*scene.outside, *found_values["flags"]]
@@ -257,7 +263,7 @@ def _evenly(first: str, last: str, count: int, unit: str) -> list[float]:
 def _swept(arguments, given, angle, sweep, **outer) -> dict:
     """Curves over a sweep, with how its axis is shown; `outer` as of `_solved`."""
     from bearing_twin.base.units import with_unit
-    from bearing_twin.kinds.bearing.equilibrium_report import curves_of
+    from bearing_twin.kinds.bearing import curves_of
 
     path, unit, axis, values, change = _changes(arguments, given, sweep)
 

@@ -15,7 +15,7 @@ from bearing_twin.base.units import UNITS, known_digits, two_digits
 from bearing_twin.command import catalogue_table
 from bearing_twin.command.catalogue_table import kilonewtons, limiting
 from bearing_twin.command.terminal import show_text
-from bearing_twin.kinds.bearing.ratings import BASE_VISCOSITY, TORQUE_SCATTER, hours_of
+from bearing_twin.kinds.bearing import BASE_VISCOSITY, TORQUE_SCATTER, hours_of
 
 L10 = "L10 lives: 90 % of bearings survive them, under the assumptions of the standards."
 HELD_MOMENT = 1e-3  # N m: what holds tilts is named from there on

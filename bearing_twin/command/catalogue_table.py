@@ -14,7 +14,7 @@ from bearing_twin.command.terminal import say, show_text
 def listed_catalogue() -> Outcome:
     """Every designation with its row, and what the ways are in which ball sets were found."""
     from bearing_twin.base.paths import own_folder
-    from bearing_twin.kinds.bearing.catalogue import FOUND, designations, row_of
+    from bearing_twin.kinds.bearing import FOUND, designations, row_of
 
     rows = [row_of(name) for name in designations()]
     result = {"bearings": rows, "found": FOUND, "own_folder": str(own_folder("bearings"))}
@@ -23,7 +23,7 @@ def listed_catalogue() -> Outcome:
 
 def _list(rows) -> None:
     from bearing_twin.base.paths import own_folder
-    from bearing_twin.kinds.bearing.catalogue import FOUND
+    from bearing_twin.kinds.bearing import FOUND
 
     show_text(f"{'':<10}{'bore':>6}{'outside':>8}{'width':>6}  {'balls':<7}{'of':>8}{'± ':>7}{'C [kN]':>10}  found")
     show_text(f"{'':<10}{'[mm]':>6}{'[mm]':>8}{'[mm]':>6}{'':>9}{'[mm]':>8}{'[mm] ':>7}{'published':>10}")
@@ -113,7 +113,7 @@ def _rating(result, name: str, standard: str) -> str:
 
 def limiting(speeds: dict[str, float]) -> str:
     """Limiting speeds [rad/s] by lubrication, with their source."""
-    from bearing_twin.kinds.bearing.ratings import LIMITING, LIMITING_SCATTER
+    from bearing_twin.kinds.bearing import LIMITING, LIMITING_SCATTER
 
     shown = ", ".join(f"{name} {float(f'{one * 30.0 / math.pi:.2g}'):.0f}" for name, one in speeds.items())
     products = " and ".join(f"{1e-5 * one:g}e5" for one in LIMITING.values())
@@ -125,7 +125,7 @@ def note_bare_speed(scene, overrides: Iterable[str]) -> None:
     given = [text for one in overrides for key, _, text in [one.partition("=")] if key.strip() == "drive.speed"]
     if scene.kind != "bearing" or not given or not NUMBER.fullmatch(given[-1].strip()):
         return
-    from bearing_twin.kinds.bearing.ratings import limiting_speeds
+    from bearing_twin.kinds.bearing import limiting_speeds
 
     speed, limits = abs(scene.parameters.drive.speed), limiting_speeds(scene.parameters.geometry)
     if limits and speed > max(limits.values()):

@@ -30,7 +30,7 @@ from bearing_twin.base.report import Choice, parsed_json
 from bearing_twin.base.sample import Channel
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing import catalogue
+from bearing_twin.kinds.bearing import catalogue_scenes
 from bearing_twin.kinds.ranges import OUTSIDE, allowed, left_by
 from bearing_twin.kinds.sections import ALIASES, FORMER_VALUES, damped_twice, not_here
 
@@ -176,7 +176,7 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
     elif (found := _catalogued(source)) is not None:
         text, origin = found, f"bearing {found['name']}"
     else:
-        path = SCENES.find(source, also=catalogue.scenes())
+        path = SCENES.find(source, also=catalogue_scenes())
         text, origin = SCENES.read_text(path), f"scene {path.name}"
     overrides = listed_overrides(overrides)
     mapping = _canonical(_mapping_of(text, origin))
@@ -200,7 +200,7 @@ def _catalogued(source) -> dict | None:
         or source in SCENES.names()
     ):
         return None
-    found = catalogue.scenes()
+    found = catalogue_scenes()
     if source not in found:  # it reads designations that it does not list
         return None
     return found[source]

@@ -1,19 +1,31 @@
-"""The compiled core's system of balls, ring, cage and shaft: its derivatives."""
+"""The compiled core's system of balls, ring, cage and shaft: derivatives, frequencies, balances of its elements."""
+
+import math
 
 import numpy as np
-from bearings import motion
-from ring_systems import places_in_border
+import pytest
+from bearings import AXIAL_PRELOAD, FREE, motion
+from ring_systems import CASES, System, disturbed, places_in_border
 
-from bearing_twin.kinds.bearing.compiled_coupled import BODY_NUMBERS, COORDINATES, rates_and_jacobian
-from bearing_twin.kinds.bearing.system import (
+from bearing_twin.kinds.bearing import (
+    AXIAL_SPIN,
     AXIS_DISTANCE,
+    BORDER,
+    CAGE,
+    CAGE_X,
+    CAGE_Y,
     COLUMNS,
-    GROSS_WORK,
     MOTION,
     ORBIT_ANGLE,
     PLACES,
+    RADIAL_VELOCITY,
+    SPIN,
     TANGENTIAL_VELOCITY,
+    RingDrive,
 )
+from bearing_twin.kinds.bearing.compiled_coupled import BODY_NUMBERS, COORDINATES, rates_and_jacobian
+from bearing_twin.kinds.bearing.meeting_parts import MET, PartBalls
+from bearing_twin.kinds.bearing.system import GROSS_WORK
 
 # Scene, overrides, instant [s], whether balls are pushed onto each other.
 COUPLED = (
@@ -88,3 +100,104 @@ def test_derivatives_of_every_element_are_those_of_the_rates():
             errors = np.abs(found[rows] - expected[rows]) / (size + 1e-9 * size.max())
             assert errors.max() < 1e-3, (scene, overrides, *np.unravel_index(errors.argmax(), errors.shape))
             assert jacobian.shape == (balls * COLUMNS + BODY_NUMBERS, balls * MOTION + 2 * COORDINATES)
+
+
+@pytest.mark.parametrize(
+    ("polar", "speed", "wanted"),
+    [
+        (0.0, 0.0, (192.83, 192.83, 289.77, 2150.4, 2150.4)),
+        (1e-4, 183.26, (178.85, 207.90, 289.77)),
+    ],
+)
+def test_a_shaft_on_a_preloaded_bearing_rings_where_it_should(polar, speed, wanted):
+    """Frequencies [Hz] of a shaft of 0.5 kg and 1e-4 kg m^2, balls without friction; 10 um of axial preload."""
+    moving = motion(
+        *FREE, f"rings.inner.inertia=[1.0e-4,{polar}]", "gravity=[0,0,0]", "contact.friction_coefficient=0.0",
+        "drive.speed=0", f"rings.inner.load=[0,0,{AXIAL_PRELOAD}]",
+    )  # fmt: skip
+    assert moving.border[2] == pytest.approx(1e-5, rel=1e-5)
+    system = System(moving, moving.state, np.zeros(BORDER) + moving.border)
+    system.drive = RingDrive(0.0, speed, 0.0)
+    found = np.linalg.eigvals(system.jacobian())
+    lines = np.sort(found.imag[(found.imag > 2.0 * np.pi * 100.0) & (found.imag < 2.0 * np.pi * 3000.0)]) / (2 * np.pi)
+    for line in wanted:
+        assert np.abs(lines / line - 1.0).min() < 5e-3, (line, lines)
+
+
+def test_a_ball_rings_across_the_grooves_and_along_the_load():
+    """3778 Hz and 42.9 kHz of a ball between rings that are held, 10 um of axial preload, without friction."""
+    moving = motion(
+        *FREE, "rings.inner.inertia=[1.0e-4,0]", "gravity=[0,0,0]", "contact.friction_coefficient=0.0",
+        "drive.speed=0", f"rings.inner.load=[0,0,{AXIAL_PRELOAD}]",
+    )  # fmt: skip
+    system = System(moving, moving.state, np.zeros(BORDER) + moving.border)
+    system.drive = RingDrive(0.0, 0.0, 0.0)
+    found = np.linalg.eigvals(system.jacobian()[:MOTION, :MOTION])
+    frequencies = np.sort(np.abs(found[found.imag > 1e3])) / (2.0 * np.pi)
+    assert frequencies == pytest.approx([3778.0, 42.9e3], rel=2e-3)
+
+
+def test_pockets_exchange_angular_momentum():
+    """What they take from the balls' orbits and spins is what they give to the cage."""
+    system = disturbed("ring and pockets")
+    found, border = system.rates(system.state, system.border)
+    bearing = system.bearing
+    system.bearing = bearing._replace(pockets=())
+    without, _ = system.rates(system.state, system.border)
+    change = found - without
+    balls = bearing.ball_mass * system.state[:, AXIS_DISTANCE] * change[:, TANGENTIAL_VELOCITY]
+    balls += bearing.ball_inertia * change[:, SPIN + 2]
+    cage = border[11] * system.partners.mass[5]
+    assert np.abs(change).max() > 0.0
+    assert cage == pytest.approx(-balls.sum(), rel=1e-12)
+
+
+GUIDED = [name for name in CASES if "guided" in name]
+
+
+@pytest.mark.parametrize("name", GUIDED)
+def test_what_balls_lose_of_momentum_the_cage_gains(name):
+    """Linear in the plane, angular about the axis: rates with the walls less those without."""
+    system = disturbed(name)
+    bearing, state, border = system.bearing, system.state, system.border
+    balls, own = system.rates(state, border)
+    walls = bearing.pockets.walls._replace(stiffness=0.0)
+    system.bearing = bearing._replace(pockets=bearing.pockets._replace(walls=walls))
+    without, alone = system.rates(state, border)
+    rates, changes = balls - without, (own - alone)[PLACES : 2 * PLACES] * system.partners.mass
+    cosine, sine = np.cos(state[:, ORBIT_ANGLE]), np.sin(state[:, ORBIT_ANGLE])
+    radial, along = bearing.ball_mass * rates[:, RADIAL_VELOCITY], bearing.ball_mass * rates[:, TANGENTIAL_VELOCITY]
+    force = np.array([cosine * radial - sine * along, sine * radial + cosine * along])
+    assert np.abs(along).max() > 0.1  # N: walls push
+    assert changes[CAGE_X:CAGE] == pytest.approx(-force.sum(axis=1), abs=1e-10 * np.abs(force).sum())
+    spun = bearing.ball_inertia * rates[:, AXIAL_SPIN] + state[:, AXIS_DISTANCE] * along
+    about = changes[CAGE] + border[CAGE_X] * changes[CAGE_Y] - border[CAGE_Y] * changes[CAGE_X]
+    assert about == pytest.approx(-spun.sum(), abs=1e-10 * np.abs(spun).sum())
+    assert changes[:CAGE_X] == pytest.approx(np.zeros(3), abs=1e-12)
+
+
+@pytest.mark.parametrize("name", [name for name in GUIDED if "land" in name])
+def test_what_the_land_takes_from_the_cage_its_ring_gets(name):
+    """Forces on cage and ring cancel, so do torques about the axis; the outer ring is at rest."""
+    system = disturbed(name)
+    _, own = system.rates(system.state, system.border)
+    land = system.partners.land
+    system.partners = system.partners._replace(land=land._replace(stiffness=0.0))
+    _, without = system.rates(system.state, system.border)
+    changes = (own - without)[PLACES : 2 * PLACES] * system.partners.mass
+    assert np.abs(changes[CAGE_X:CAGE]).max() > 0.1
+    expected = -changes[CAGE_X:CAGE] if land.side < 0.0 else np.zeros(2)
+    assert changes[:2] == pytest.approx(expected, abs=1e-9)
+
+
+def test_balls_that_met_and_parted_between_the_ends_of_a_chunk_are_found():
+    moving = motion("gravity=[0,0,0]", "cage.kind=none", "geometry.radial_clearance=40e-6", "drive.speed=0.0")
+    bearing, states = moving.bearing, np.repeat(moving.state[None], 3, axis=0)
+    apart = 2.0 * math.asin((bearing.ball_radius + 2e-5) / states[0, 0, AXIS_DISTANCE])
+    assert MET * bearing.ball_radius > 4e-5
+    for nearest in (apart, -0.5):  # closer than that, or past the other
+        near = np.zeros(bearing.balls, bool)
+        states[1, 3, ORBIT_ANGLE] = states[1, 4, ORBIT_ANGLE] - nearest
+        assert PartBalls(bearing.ball_radius, near, [moving.state]).mark_met(states, near)
+        assert near.tolist() == [k == 3 for k in range(bearing.balls)]
+        assert not PartBalls(bearing.ball_radius, near, [states[1]]).mark_met(states[:0], near)

@@ -5,6 +5,7 @@ from files that are added; a later row of a designation takes the place of an ea
 """
 
 import dataclasses
+import functools
 import math
 import re
 from collections.abc import Mapping
@@ -175,15 +176,13 @@ def read_entries(rows, origin: str) -> dict[str, Entry]:
     return entries
 
 
+@functools.cache
 def entries() -> dict[str, Entry]:
     """The catalogue: every designation with its row, read once; raises SceneError for a file that cannot be used."""
-    if not _CATALOGUE:
-        for rows, origin in BEARINGS.every():
-            _CATALOGUE.update(read_entries(rows, origin))
-    return _CATALOGUE
-
-
-_CATALOGUE: dict[str, Entry] = {}
+    found: dict[str, Entry] = {}
+    for rows, origin in BEARINGS.every():
+        found.update(read_entries(rows, origin))
+    return found
 
 
 def add_file(name) -> list[str]:
@@ -276,7 +275,7 @@ def _scene(name: str, description: str, designation: str) -> dict:
     return {"kind": "bearing", "name": name, "description": description, "geometry": {"designation": designation}}
 
 
-def scenes() -> Mapping[str, dict]:
+def catalogue_scenes() -> Mapping[str, dict]:
     """The plain data of a scene for each designation, with the defaults of everything but its geometry."""
     return _Scenes({name: _scene(name, _description(name), name) for name in designations()})
 

@@ -1,16 +1,16 @@
 """The model errors of a bearing run (law, half-spaces, friction model), and how its second run is made and compared."""
 
-import dataclasses
 import functools
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block
 from bearing_twin.base.units import LUBRICATED
+from bearing_twin.contact.ellipse import axis_ratio, elliptic_b_d
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, equilibrium_error, scene_equilibrium
@@ -19,22 +19,18 @@ from bearing_twin.kinds.bearing.figures import STRETCH
 from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.model_error import (
     SIDES,
-    Drilled,
-    SceneWorth,
-    Tilted,
-    Worth,
-    added,
+    ContactError,
+    EquilibriumErrors,
     by_load,
-    drilling_of,
+    errors_of_run,
     half_space_error,
     law_error,
     rule_error,
-    worths_of_run,
 )
 from bearing_twin.kinds.bearing.outputs import has_films
 from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene, as_chosen
 from bearing_twin.kinds.bearing.rings import (
-    FREE_RING,
+    PRESCRIBED,
     QUASI_STATIC,
     TORQUE,
     dimension_of,
@@ -54,41 +50,33 @@ from bearing_twin.kinds.error_estimates import (
     with_tolerance,
 )
 
-
-class LeftOut(NamedTuple):
-    """Something that real bearings have: whether a scene lacks it, and what is to be said of its effect."""
-
-    applies: Callable[[object], bool]
-    sentence: str
-
-
-ROWS = {
-    "film": LeftOut(
+NOT_MODELLED: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "film": (
         lambda parameters: not has_films(parameters),
         "no oil film: its thickness, its rolling resistance and what oil takes along are not computed",
     ),
-    LUBRICATED: LeftOut(
+    LUBRICATED: (
         has_films,
         "films are steady ones, at the temperature given: churning, seals and fresh grease are not computed, and a "
         "measured torque may differ by half",
     ),
-    "vibration": LeftOut(
+    "vibration": (
         lambda parameters: dimension_of(parameters) != QUASI_STATIC,
         "balls and rings are rigid outside their contacts: energy that goes into their vibration is not computed",
     ),
-    "cage": LeftOut(
+    "cage": (
         lambda parameters: parameters.cage.kind == "none",
         "no cage: its friction and its pushes on the balls are not computed; cage.kind: pockets has them",
     ),
-    "cage_guidance": LeftOut(
+    "cage_guidance": (
         lambda parameters: parameters.cage.kind != "none" and not moving_centre(parameters),
         "the cage stays centred: what guides it, and its friction there, are not computed; cage.guidance has them",
     ),
-    "cage_tilt": LeftOut(
+    "cage_tilt": (
         moving_centre,
         "the cage moves in its plane alone: its tilt, and what it does along the axis, are not computed",
     ),
-    "whirl": LeftOut(
+    "whirl": (
         lambda parameters: (
             dimension_of(parameters) == QUASI_STATIC
             and any(free_coordinates(parameters))
@@ -98,41 +86,13 @@ ROWS = {
         "whether the ring stays in its equilibrium: friction along the grooves can make it whirl, which is looked at "
         "where rings.inner.mass is given",
     ),
-    "shear": LeftOut(
+    "shear": (
         lambda parameters: dimension_of(parameters) != QUASI_STATIC,
         "no tangential elasticity: friction answers to slip alone, smoothed by contact.friction_regularisation, so "
         "that creep in rolling is what the smoothing gives",
     ),
 }
-"""What is left out, by name."""
-
-
-def left_out(parameters) -> dict[str, str]:
-    """The sentences that apply to a scene, by name."""
-    return {name: row.sentence for name, row in ROWS.items() if row.applies(parameters)}
-
-
-def unknown_drilling(parameters) -> str:
-    """What errors of the friction model do not hold, of a scene whose friction is chosen; "" for nothing."""
-    model, beyond = FRICTIONS[parameters.contact.friction], "not what the motion makes of it, as in roll rates"
-    if not model.over_spot:
-        return (
-            "contact.friction: point holds no drilling: errors hold the torque and the loss that the spots' spin would "
-            f"add, {beyond}; contact.friction: spot computes it"
-        )
-    if dimension_of(parameters) == QUASI_STATIC:
-        return ""
-    return f"errors hold torque and loss that contact.friction: {model.name} errs by, {beyond}"
-
-
-def of_torque(parameters, figures: Mapping[str, Any], torque: float, seconds: float) -> dict[str, float]:
-    """What friction off by this torque [N m] does in so many seconds: to the drive's torque, or to its speed."""
-    if parameters.drive.kind != TORQUE:
-        return {"drive_torque_nm": torque}
-    faster = torque * seconds / shaft_inertia(parameters)
-    work = abs(figures["drive_torque_nm"]) * faster * seconds
-    return {"inner_ring_speed_at_end_rad_s": faster, "drive_torque_nm": 0.0, "drive_work_j": work}
-
+"""What real bearings have and a scene lacks: the condition, and a sentence on its effect."""
 
 EQUILIBRIA = (  # what is known of a run from them
     "equilibria are solved to rounding; the error of loads is what balls that move differ by; friction is none"
@@ -205,7 +165,6 @@ class BearingDoubt:
         self.parameters, self.choice = as_chosen(parameters, choice), choice
         balls = parameters.geometry.balls
         self.outputs = 0
-        self.tilted = Tilted(balls)
         self.load = np.zeros((balls, 2))
         self.curvatures = np.ones((2, balls, 2))
         self.spin = np.zeros((balls, 2))  # greatest under load
@@ -223,7 +182,6 @@ class BearingDoubt:
             self.rubbed += stretch
         better = load.max(axis=0) > self.load
         at = load.argmax(axis=0)[better], *np.nonzero(better)
-        self.tilted.add(block, better, at)
         if better.any():
             self.load[better] = load[at]
             for kept, name in zip(self.curvatures, ("curvature_small", "curvature_large"), strict=True):
@@ -232,12 +190,15 @@ class BearingDoubt:
     def errors(self, figures: Mapping[str, Any]) -> Errors:
         """The model errors of these figures so far."""
         law = law_error(self.parameters, self.choice.law, *self.curvatures, self.load)
-        law, found, still = None if law is None else np.abs(law), {}, self._still
+        law, found = None if law is None else np.abs(law), {}
         width = np.array([half_space_error(self.parameters, figures[f"semi_major_{side}_m"]) for side in SIDES]).T
+        left_out, nearest = self._by_load(figures, width, LEFT_OUT), self._nearest()
+        for key, error in (nearest.of_tilt(figures, self.load) if nearest else {}).items():
+            left_out[key] = np.add(left_out[key], error).tolist() if key in left_out else error
         for source, errors in (
             (LAW, {} if law is None else self._by_load(figures, law, LAW)),
-            (LEFT_OUT, added(self._by_load(figures, width, LEFT_OUT), self._tilting(figures)) | self._caged(figures)),
-            (FRICTION_MODEL, {} if still else self._friction(figures)),
+            (LEFT_OUT, left_out | self._caged(figures)),
+            (FRICTION_MODEL, self._friction(figures)),
         ):
             for key, error in errors.items():
                 found.setdefault(key, {})[source] = error
@@ -261,69 +222,68 @@ class BearingDoubt:
         names = (key for key in ("cage_speed_rad_s", "roll_rate_rad_s") if figures.get(key) is not None)
         return {key: abs(figures[key] - figures[key.replace("_rad_s", "_theory_rad_s")]) for key in names}
 
-    @property
-    def _given(self) -> bool:
-        """True if the loads of the ring are given, not its place."""
-        return dimension_of(self.parameters) in (QUASI_STATIC, FREE_RING)
-
-    @property
-    def _seconds(self) -> float:
-        return max(self.outputs - 1, 0) / self.parameters.run.output_rate
-
     @functools.cached_property
-    def _equilibria(self) -> list[SceneWorth]:
-        return worths_of_run(self.parameters, self.choice.law)
+    def _equilibria(self) -> list[EquilibriumErrors]:
+        return errors_of_run(self.parameters, self.choice.law)
 
-    def _nearest(self) -> SceneWorth | None:
+    def _nearest(self) -> EquilibriumErrors | None:
         """The equilibrium whose greatest load is nearest to the run's; None where there is none."""
         return min(self._equilibria, key=lambda one: abs(one.greatest - float(self.load.max())), default=None)
 
-    def _worth(self, source: str) -> Worth | None:
+    def _contact_error(self, source: str) -> ContactError | None:
         """What an error of contacts does to the nearest equilibrium; None where none stands for the run."""
         nearest = self._nearest()
-        return nearest.of(source, float(self.load.max())) if nearest else None
-
-    @property
-    def _still(self) -> SceneWorth | None:
-        """The equilibrium that a run from equilibria is nearest to; None of other runs."""
-        return self._nearest() if self.choice.stepper == QUASI_STATIC else None
-
-    def _tilting(self, figures: Mapping[str, Any]) -> dict[str, Any]:
-        """Errors of figures where the ring is tilted: as the equilibrium answers where one stands for the run."""
-        geometry, nearest = self.parameters.geometry, self._nearest()
-        if self._still:
-            return self._still.by_tilt(geometry.balls)
-        moving = self.tilted.errors(geometry, figures, self.load, self._given)
-        stands = nearest and nearest.alike(float(self.load.max()))
-        return moving | nearest.by_tilt(geometry.balls) if stands else moving
+        if nearest is None or not nearest.stands_for(float(self.load.max())):
+            return None
+        return nearest.law if source == LAW else nearest.half_space
 
     def _by_load(self, figures: Mapping[str, Any], share: np.ndarray, source: str) -> dict[str, Any]:
         """Errors of figures where contacts are off by these shares (N, 2) of their load at the same approach."""
-        return by_load(self.parameters.geometry, figures, self.load, share, self._worth(source), self._given)
+        given = dimension_of(self.parameters) != PRESCRIBED  # the ring's loads, else its place
+        return by_load(self.parameters.geometry, figures, self.load, share, self._contact_error(source), given)
 
     def _friction(self, figures: Mapping[str, Any]) -> dict[str, Any]:
-        """Errors of the friction model: at a point it holds no drilling; over a spot it is off by its quadrature."""
-        if dimension_of(self.parameters) == QUASI_STATIC or not self.outputs:
+        """Errors of the friction model: at a point it has no spin; over a contact patch it errs by its quadrature.
+
+        A patch under pure spin resists with 3/8 mu N a E at most, E the complete elliptic integral of its eccentricity;
+        with less where its rim is no faster than friction is smoothed over.
+        """
+        if self.choice.stepper == QUASI_STATIC or not self.outputs:
             return {}
-        met = Drilled(self.load, self.curvatures, self.spin, self.rubbed / self.outputs)
-        contact, speed = self.parameters.contact, abs(figures["inner_ring_speed_at_end_rad_s"])
+        contact, drive, lubricant = self.parameters.contact, self.parameters.drive, self.parameters.lubricant
+        over_patch, coefficient = FRICTIONS[contact.friction].over_spot, contact.friction_coefficient
         if lubricated(self.parameters):  # at most
-            most = max(self.parameters.lubricant.boundary_friction, self.parameters.lubricant.film_friction)
-            contact = dataclasses.replace(contact, friction_coefficient=most)
-        off = functools.partial(rule_error, contact) if FRICTIONS[contact.friction].over_spot else None
-        most, power = drilling_of(contact, met, figures, off)
+            coefficient = max(lubricant.boundary_friction, lubricant.film_friction)
+        most, power = np.zeros(len(self.load)), 0.0
+        for side, ball in np.argwhere(self.load.T > 0.0):
+            load, major = self.load[ball, side], figures[f"semi_major_{SIDES[side]}_m"][ball]
+            ratio = axis_ratio(*(float(one[ball, side]) for one in self.curvatures))
+            b, d = elliptic_b_d(ratio)
+            greatest = 0.375 * coefficient * load * major * (b + ratio * ratio * d)
+            rim = self.spin[ball, side] * major
+            error = rule_error(contact, ratio, rim) if over_patch else 1.0
+            most[ball] += greatest * (error if over_patch else rim / math.hypot(rim, contact.friction_regularisation))
+            power += greatest * (self.rubbed[ball, side] / self.outputs) / load ** (4.0 / 3.0) * error
+        seconds = max(self.outputs - 1, 0) / self.parameters.run.output_rate
+        speed = abs(figures["inner_ring_speed_at_end_rad_s"])
         found = {
-            "dissipated_j": power * self._seconds,
-            "drive_work_j": power * self._seconds,
+            "dissipated_j": power * seconds,
+            "drive_work_j": power * seconds,
             "friction_torque_nm": most.tolist(),
         }
-        return found | (of_torque(self.parameters, figures, power / speed, self._seconds) if speed > STANDS else {})
+        if speed <= STANDS:
+            return found
+        if drive.kind != TORQUE:
+            return found | {"drive_torque_nm": power / speed}
+        faster = power / speed * seconds / shaft_inertia(self.parameters)
+        work = abs(figures["drive_torque_nm"]) * faster * seconds
+        return found | {"inner_ring_speed_at_end_rad_s": faster, "drive_torque_nm": 0.0, "drive_work_j": work}
 
     def _of_outputs(self, law: np.ndarray | None) -> dict[str, tuple[ModelError, ...]]:
         """Model errors of the requested outputs: of the law, and of equilibria where balls move."""
-        greatest, worth = float(self.load.max()), self._worth(LAW)
+        greatest, error = float(self.load.max()), self._contact_error(LAW)
         off = 0.0 if law is None or not greatest else float((law * self.load).max(initial=0.0)) / greatest
-        of_loads = [ModelError(LAW, off if worth is None else off * worth.kept, HERTZ_MENDS)]
+        of_loads = [ModelError(LAW, off if error is None else off * error.kept, HERTZ_MENDS)]
         if self.choice.stepper != QUASI_STATIC:
             return {"loads": tuple(of_loads)}
         ratio = centrifugal_ratio(scene_equilibrium(self.parameters, self.choice.law).contacts)
@@ -339,6 +299,12 @@ class BearingDoubt:
         notes = {LEFT_OUT: EQUILIBRIA} if self.choice.stepper == QUASI_STATIC else {}
         if self.choice.law in LAWS and LAWS[self.choice.law].measured:
             notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
-        if drilling := unknown_drilling(self.parameters):
-            notes[FRICTION_MODEL] = drilling
-        return notes | left_out(self.parameters)
+        model, beyond = FRICTIONS[self.parameters.contact.friction], "not what the motion makes of it, as in roll rates"
+        if not model.over_spot:
+            notes[FRICTION_MODEL] = (
+                "contact.friction: point holds no drilling: errors hold the torque and the loss that the spots' spin "
+                f"would add, {beyond}; contact.friction: spot computes it"
+            )
+        elif self.choice.stepper != QUASI_STATIC:
+            notes[FRICTION_MODEL] = f"errors hold torque and loss that contact.friction: {model.name} errs by, {beyond}"
+        return notes | {name: words for name, (lacks, words) in NOT_MODELLED.items() if lacks(self.parameters)}

@@ -48,7 +48,7 @@ class FrictionTorque(NamedTuple):
     ratio: float
 
 
-def friction_torque(parameters, contacts) -> FrictionTorque | None:
+def contact_torque(parameters, contacts) -> FrictionTorque | None:
     """The torque that films, hysteresis and slip of an equilibrium's contacts put on the inner ring; None at rest.
 
     Power over speed: 2 F u of a film, moments of hysteresis and differential slip times the roll of the ball, u/r, and
@@ -140,7 +140,7 @@ def torque_answer(parameters, contacts, static: float, force) -> dict:
     """
     if not lubricated(parameters):
         return {}
-    found = friction_torque(parameters, contacts)
+    found = contact_torque(parameters, contacts)
     if found is None:
         return {"friction_torque_nm": None, "friction_loss_w": None, "film_m": None, "lambda": None}
     if found.ratio < LEAST_FILM:

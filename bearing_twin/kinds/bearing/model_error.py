@@ -3,17 +3,17 @@
 A contact that is too stiff by a share of its load pushes its ball and the ring, which move until they are in balance
 again: the balance differentiated by that share."""
 
+import contextlib
 import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.base.sample import Block
 from bearing_twin.contact.elasticity import coefficient_of
-from bearing_twin.contact.ellipse import axis_ratio, elliptic_b_d, hertz_coefficient
+from bearing_twin.contact.ellipse import hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.equilibrium import (
@@ -30,46 +30,10 @@ from bearing_twin.kinds.bearing.equilibrium import (
     weighed_support,
 )
 from bearing_twin.kinds.bearing.geometry import nominal_curvatures
-from bearing_twin.kinds.bearing.rings import FREE_RING, QUASI_STATIC, dimension_of, with_speeds
+from bearing_twin.kinds.bearing.rings import PRESCRIBED, dimension_of, with_speeds
 from bearing_twin.kinds.bearing.system import Loading
-from bearing_twin.kinds.error_estimates import LAW
 
 SIDES = ("inner", "outer")
-
-
-class Drilled(NamedTuple):
-    """What contacts met, each (N, 2): greatest `load` [N], `curvatures` (2, N, 2) [1/m] there, and how they spun.
-
-    `spin` [rad/s] is the greatest under load, `rubbed` the mean over the outputs of load^(4/3) times spin.
-    """
-
-    load: np.ndarray
-    curvatures: np.ndarray
-    spin: np.ndarray
-    rubbed: np.ndarray
-
-
-def drilling_of(
-    contact, met: Drilled, figures: Mapping[str, Any], off: Callable[[float, float], float] | None = None
-) -> tuple[np.ndarray, float]:
-    """Greatest drilling torque of each ball (N,) [N m], and the power of all, mean over the run [W].
-
-    A spot under pure spin resists with 3/8 mu N a E at most, E the complete elliptic integral of its eccentricity;
-    with less where its rim is no faster than friction is smoothed over. `contact` is that of the scene. With `off`,
-    what these are off by: a share of that by b/a and the rim's speed [m/s].
-    """
-    most, power = np.zeros(len(met.load)), 0.0
-    for side, name in enumerate(SIDES):
-        for ball in np.flatnonzero(met.load[:, side] > 0.0):
-            load, major = met.load[ball, side], figures[f"semi_major_{name}_m"][ball]
-            ratio = axis_ratio(*(float(one[ball, side]) for one in met.curvatures))
-            b, d = elliptic_b_d(ratio)
-            greatest = 0.375 * contact.friction_coefficient * load * major * (b + ratio * ratio * d)
-            rim = met.spin[ball, side] * major
-            share = off(ratio, rim) if off else rim / math.hypot(rim, contact.friction_regularisation)
-            most[ball] += greatest * share
-            power += greatest * met.rubbed[ball, side] / load ** (4.0 / 3.0) * (share if off else 1.0)
-    return most, power
 
 
 def law_error(parameters, law: str, curvature_small, curvature_large, load) -> np.ndarray | None:
@@ -260,148 +224,132 @@ def response_to_tilt(solver: EquilibriumSolver, support: Support, found: Equilib
     )
 
 
-class Worth(NamedTuple):
-    """One source of errors at an equilibrium: the `shares` (N, 2) that contacts are off by, and the `response`.
+class ContactError(NamedTuple):
+    """What contacts that are too stiff do at an equilibrium: the `response` of balls and ring.
 
     `kept` is the part of the greatest contact's error that its load keeps: what all share only moves a free ring.
     """
 
-    shares: np.ndarray
     response: Response
     kept: float
 
 
-class SceneWorth(NamedTuple):
-    """An equilibrium: its `greatest` contact load [N], the model errors of its law, of half-spaces and of tilts.
+class EquilibriumErrors(NamedTuple):
+    """Model errors of an equilibrium with this `greatest` contact load [N]: of law, half-spaces and tilts.
 
     `law` is None for a law of whose error nothing is known, `tilt` of a ring that is not tilted.
     """
 
     greatest: float
-    law: Worth | None
-    half_space: Worth
+    law: ContactError | None
+    half_space: ContactError
     tilt: Response | None
 
-    def of(self, source: str, greatest: float) -> Worth | None:
-        """The law's error or the half-spaces'; None for a run whose greatest load [N] is another."""
-        return (self.law if source == LAW else self.half_space) if self.alike(greatest) else None
-
-    def alike(self, greatest: float) -> bool:
+    def stands_for(self, greatest: float) -> bool:
         """True if it stands for a run with this greatest contact load [N]."""
         return abs(self.greatest - greatest) <= ALIKE * greatest
 
-    def by_tilt(self, balls: int) -> dict[str, list[float]]:
-        """Errors of figures of a run, by their names: what a tilt of first order is off at most."""
+    def of_tilt(self, figures: Mapping[str, Any], load: np.ndarray) -> dict[str, Any]:
+        """Errors of figures of a run with these greatest loads (N, 2) [N] by a tilt of first order, at most."""
         if self.tilt is None:
             return {}
-        loads, _, moved, ring = (np.abs(one) for one in self.tilt)
-        moved, ring = _beyond_rounding(moved).tolist(), _beyond_rounding(ring).tolist()
+        more, turned = (np.broadcast_to(np.abs(one).max(axis=0), load.shape) for one in self.tilt[:2])
+        share = np.divide(more, load, out=np.zeros_like(load), where=load > 0.0)
+        columns = dict.fromkeys((f"{key}_{{}}_n" for key in LOADS_OF), more) | {"contact_angle_{}_rad": turned}
         of_balls = {
-            f"{key}_{side}_n": [float(loads[:, i].max())] * balls for key in LOADS_OF for i, side in enumerate(SIDES)
+            key.format(side): values[:, i].tolist() for key, values in columns.items() for i, side in enumerate(SIDES)
         }
-        return of_balls | {
-            "ring_displacement_m": moved[:3],
-            "misalignment_rad": moved[3:],
-            "ring_force_n": ring[:3],
-            "ring_moment_nm": ring[3:],
-        }
+        return of_balls | spots_off(figures, np.minimum(share, 1.0)) | _of_ring(self.tilt)
 
 
-def _worth(solver: EquilibriumSolver, support: Support, found: Equilibrium, shares: np.ndarray) -> Worth:
+def _contact_error(solver: EquilibriumSolver, support: Support, found: Equilibrium, shares: np.ndarray) -> ContactError:
     response, off = response_of(solver, support, found, shares), float(np.abs(shares * found.contacts.load).max())
-    return Worth(shares, response, float(np.abs(response.loads).max()) / off if off > 0.0 else 1.0)
+    return ContactError(response, float(np.abs(response.loads).max()) / off if off > 0.0 else 1.0)
 
 
-def worths_at(parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> SceneWorth:
+def errors_at(
+    parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium
+) -> EquilibriumErrors:
     """The model errors of an equilibrium `found` by `solver`."""
-    contacts = found.contacts
+    contacts, given = found.contacts, (solver, support, found)
     shares = law_error(parameters, law, contacts.curvature_small, contacts.curvature_large, contacts.load)
     wide = half_space_error(parameters, spots_of(parameters, contacts)[0])
-    given = solver, support, found
-    return SceneWorth(
-        float(contacts.load.max()),
-        None if shares is None else _worth(*given, shares),
-        _worth(*given, wide),
-        response_to_tilt(*given),
-    )
+    of_law = None if shares is None else _contact_error(*given, shares)
+    return EquilibriumErrors(float(contacts.load.max()), of_law, _contact_error(*given, wide), response_to_tilt(*given))
 
 
-def worths_of_run(parameters, law: str) -> list[SceneWorth]:
+def errors_of_run(parameters, law: str) -> list[EquilibriumErrors]:
     """As the scene loads and turns the ring where its run begins and ends, and holds it, a ball on the load line.
 
-    Nothing where the ring moves as prescribed, or of a load that nothing carries; one where both loads are the same.
+    Nothing of a ring that is held upright, or of a load that nothing carries; one where both loads are the same.
     """
-    if dimension_of(parameters) not in (QUASI_STATIC, FREE_RING):
+    if dimension_of(parameters) == PRESCRIBED and not any(parameters.drive.tilt):
         return []
-    loading = Loading(parameters.rings.inner)
+    loading, found = Loading(parameters.rings.inner), []
     loads = dict.fromkeys(tuple(loading.at(time)[0].tolist()) for time in (0.0, float(parameters.run.duration)))
-    found = (_worth_under(one, law, load) for one in with_speeds(parameters) for load in loads)
-    return [one for one in found if one is not None]
-
-
-def _worth_under(parameters, law: str, load: tuple[float, ...]) -> SceneWorth | None:
-    support = weighed_support(parameters, load)
-    setting = setting_of(parameters, law, parameters.drive.speed)
-    azimuths = azimuths_of(parameters.geometry.balls, load_line(support))
-    solver = weighed_solver(parameters, setting, azimuths)
-    try:
-        return worths_at(parameters, law, solver, support, controlled(parameters, solver, support))
-    except SceneError:
-        return None
+    for one in with_speeds(parameters):
+        setting = setting_of(one, law, one.drive.speed)
+        for load in loads:
+            support = weighed_support(one, load)
+            solver = weighed_solver(one, setting, azimuths_of(one.geometry.balls, load_line(support)))
+            with contextlib.suppress(SceneError):
+                found.append(errors_at(one, law, solver, support, controlled(one, solver, support)))
+    return found
 
 
 def model_errors(
     parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium
 ) -> dict[str, dict]:
     """Errors of an equilibrium by source, in SI units: of loads and angles the greatest of all contacts."""
-    worth = worths_at(parameters, law, solver, support, found)
+    errors = errors_at(parameters, law, solver, support, found)
     responses = {
-        "law": worth.law and worth.law.response,
-        "half_space": worth.half_space.response,
-        "first_order_tilt": worth.tilt,
+        "law": errors.law and errors.law.response,
+        "half_space": errors.half_space.response,
+        "first_order_tilt": errors.tilt,
     }
-    told = {}
-    for source, response in responses.items():
-        if response is None:
-            continue
-        loads, angles, moved, ring = (np.abs(one) for one in response)
-        moved, ring = _beyond_rounding(moved).tolist(), _beyond_rounding(ring).tolist()
-        told[source] = {
-            "normal_load_n": float(loads.max()),
-            "contact_angle_rad": float(angles.max()),
-            "ring_displacement_m": moved[:3],
-            "misalignment_rad": moved[3:],
-            "ring_force_n": ring[:3],
-            "ring_moment_nm": ring[3:],
+    return {
+        source: {
+            "normal_load_n": float(np.abs(one.loads).max()),
+            "contact_angle_rad": float(np.abs(one.angles).max()),
+            **_of_ring(one),
         }
-    return told
+        for source, one in responses.items()
+        if one is not None
+    }
 
 
-def _beyond_rounding(changes: np.ndarray) -> np.ndarray:
-    """Displacements or forces (3), tilts or moments (2), without those that are rounding beside the others."""
-    parts = changes[:3], changes[3:]
-    return np.concatenate([np.where(one > NOTHING * one.max(), one, 0.0) for one in parts])
+def _of_ring(response: Response) -> dict[str, list[float]]:
+    """Errors of the ring's figures, without those that are rounding beside the others."""
+    keys = ("ring_displacement_m", "misalignment_rad"), ("ring_force_n", "ring_moment_nm")
+    found = {}
+    for names, changes in zip(keys, response[2:], strict=True):
+        for key, part in zip(names, (np.abs(changes[:3]), np.abs(changes[3:])), strict=True):
+            found[key] = np.where(part > NOTHING * part.max(), part, 0.0).tolist()
+    return found
 
 
-def by_load(geometry, figures: Mapping[str, Any], load, share, worth: Worth | None, given: bool) -> dict[str, Any]:
+def by_load(
+    geometry, figures: Mapping[str, Any], load, share, error: ContactError | None, given: bool
+) -> dict[str, Any]:
     """Errors of figures where contacts are off by these shares (N, 2) of their load at the same approach.
 
-    `load` (N, 2) [N] is their greatest, `worth` the equilibrium that stands for the run. What all contacts share scales
-    their sum on a ring that is held, and only moves one whose load is `given`; what they do not share need not cancel.
+    `load` (N, 2) [N] is their greatest, `error` that of the equilibrium that stands for the run. What all contacts
+    share scales their sum on a ring that is held, and only moves one whose load is `given`; what they do not share need
+    not cancel.
     """
     greatest = float(share.max(initial=0.0))
     uneven = float(np.ptp(share[load[:, 0] > 0.0, 0])) if load[:, 0].any() else 0.0
     pitch = 0.5 * geometry.pitch_diameter
     carried = math.fsum(abs(one) for one in figures["normal_load_inner_n"])
-    kept = share if worth is None else worth.kept * share
+    kept = share if error is None else error.kept * share
     found = {
         f"{key}_{side}_n": [float(kept[ball, place]) * abs(value) for ball, value in enumerate(values)]
         for key in LOADS_OF
         for place, side in enumerate(SIDES)
         for values in [figures[f"{key}_{side}_n"]]
     }
-    if worth is not None:
-        moved, ring = (np.abs(one) for one in (worth.response.coordinates, worth.response.ring_loads))
+    if error is not None:
+        moved, ring = (np.abs(one) for one in error.response[2:])
     else:
         moved, ring = np.zeros(5), np.zeros(5)
         for part, key, arm in ((slice(3), "ring_force_n", 1.0), (slice(3, 5), "ring_moment_nm", pitch)):
@@ -416,61 +364,3 @@ def by_load(geometry, figures: Mapping[str, Any], load, share, worth: Worth | No
         "ring_displacement_m": moved[:3].tolist(),
         "misalignment_rad": moved[3:].tolist(),
     }
-
-
-POWER = 1.5  # of the load by the approach
-
-
-class Tilted:
-    """The greatest `tilt` [rad] of a run, and how far contacts (balls, 2) were pressed [m] at their greatest loads."""
-
-    def __init__(self, balls: int):
-        self.tilt = 0.0
-        self.approach = np.zeros((balls, 2))
-
-    def add(self, block: Block, better: np.ndarray, at: tuple) -> None:
-        """Takes a block in, whose contacts `at` bear more than all before where that is `better` (balls, 2)."""
-        tilt = block.values["inner_ring_tilt"]
-        self.tilt = max(self.tilt, float(np.sqrt(np.square(tilt).sum(axis=-1)).max()))
-        self.approach[better] = block.values["approach"][at]
-
-    def errors(self, geometry, figures: Mapping[str, Any], load: np.ndarray, given: bool) -> dict[str, Any]:
-        """Errors of figures, by their names, with the greatest `load` (balls, 2) [N]; nothing where no ring is tilted.
-
-        `given` are the ring's loads, which otherwise follow from its place.
-        """
-        if self.tilt == 0.0:
-            return {}
-        radius = 0.5 * geometry.pitch_diameter + (geometry.inner_conformity - 0.5) * geometry.ball_diameter
-        distance = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
-        angle = np.abs(figures["contact_angle_inner_rad"])
-        lower, cosine, sine = 0.5 * radius * self.tilt**2, np.cos(angle), np.sin(angle)
-        pressed = self.approach.sum(axis=1)
-        both = load.max(axis=1)
-        stiffness = np.divide(POWER * both, pressed, out=np.zeros_like(both), where=pressed > 0.0)
-        off = np.minimum(stiffness * cosine * lower, both)
-        share = np.divide(off[:, None], load, out=np.zeros_like(load), where=load > 0.0)
-        tilt = math.hypot(*figures.get("misalignment_rad", (self.tilt,)))  # mean, as the moment is
-        moment = tilt * radius * float(cosine @ np.abs(figures["normal_load_inner_n"]))
-        # What a tilt is off whose moment is given, nothing being known of its stiffness but what it was.
-        carried = max(map(abs, figures["ring_moment_nm"]))
-        turned = min(moment / carried, 1.0) * tilt if carried else tilt
-        held = 0.0 if given else 0.5 * float(off.sum())
-        return {
-            **{f"{key}_{side}_n": off.tolist() for key in LOADS_OF for side in SIDES},
-            **{f"contact_angle_{side}_rad": (lower * sine / distance).tolist() for side in SIDES},
-            **spots_off(figures, np.minimum(share, 1.0)),
-            "ring_force_n": [held] * 3,
-            "ring_moment_nm": [moment * (not given)] * 2,
-            "ring_displacement_m": [lower * given] * 3,
-            "misalignment_rad": [turned * given] * 2,
-        }
-
-
-def added(*parts: Mapping[str, Any]) -> dict[str, Any]:
-    """The sum of sets of errors by figure; one that a single one of them names is that one's."""
-    found: dict[str, Any] = {}
-    for part in parts:
-        for key, error in part.items():
-            found[key] = np.add(found[key], error).tolist() if key in found else error
-    return found

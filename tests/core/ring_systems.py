@@ -1,10 +1,9 @@
 """Ring, cage and balls as one system, for tests: its rates as functions of the motion, and its Jacobian."""
 
 import numpy as np
-from bearings import motion
+from bearings import FREE, motion
 
-from bearing_twin.kinds.bearing.compiled_coupled import COORDINATES, rates_and_jacobian
-from bearing_twin.kinds.bearing.system import (
+from bearing_twin.kinds.bearing import (
     AXIS_DISTANCE,
     BORDER,
     CAGE_X,
@@ -18,9 +17,8 @@ from bearing_twin.kinds.bearing.system import (
     TANGENTIAL_VELOCITY,
     RingDrive,
 )
+from bearing_twin.kinds.bearing.compiled_coupled import COORDINATES, rates_and_jacobian
 
-AXIAL_PRELOAD = 14.2229392  # N that press the inner ring 10 um along the axis
-FREE = ("model.dimension=free", "rings.inner.mass=0.5", "rings.inner.free=all", "rings.inner.load=[0,0,17.07]")
 SHAFT = (*FREE, "rings.inner.inertia=[1.0e-4,1.0e-4]")
 SUPPORT = "rings.inner.support={stiffness: [1e5,2e5,3e5], damping: [1,2,3], tilt_stiffness: 4, tilt_damping: 0.1}"
 BALL = np.array([1e-6, 1e-4, 1e-6, *(1e-2,) * 3, *(3.0,) * 3])
