@@ -156,7 +156,7 @@ def _teach(parser: argparse.ArgumentParser) -> None:
 def _scene_words(prefix, **_) -> list[str]:
     """Scenes and designations, or files where a path was begun."""
     from bearing_twin.base.yaml_files import SCENES
-    from bearing_twin.kinds.bearing.catalogue import designations
+    from bearing_twin.kinds.bearing import designations
 
     return [*SCENES.names(), *designations()] if "/" not in prefix else _files(prefix)
 
