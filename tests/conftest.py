@@ -79,7 +79,7 @@ def quick_pictures(monkeypatch):
     """Pictures are drawn whole, but once, small, without a search for a layout and with ticks at the ends.
 
     That is a small part of what they cost. Numbers at ticks are drawn where the package says how. For tests of what is
-    drawn and told; where things stand is looked at by eye.
+    drawn and reported; where things stand is looked at by eye.
     """
     from matplotlib import rcParams
     from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg

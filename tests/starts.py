@@ -62,12 +62,12 @@ class Stem:
             _adopt(True)
             try:
                 socket.send_fds(self._socket, [b"1"], [request.fileno(), *streams])
-                told = self._socket.recv(4)
+                reported = self._socket.recv(4)
             finally:
                 _adopt(False)
-        if not told:
+        if not reported:
             raise RuntimeError("the process that has imported all has ended")
-        return int.from_bytes(told, "little")
+        return int.from_bytes(reported, "little")
 
     def end(self) -> None:
         """Ends it."""
@@ -139,19 +139,19 @@ def _serve(asking: socket.socket) -> None:
         said, numbers, *_ = socket.recv_fds(asking, 1, 4)
         if not said:
             return
-        told, tells = os.pipe()
+        reported, tells = os.pipe()
         between = os.fork()
         if between:
-            os.waitpid(between, 0)  # whose child is an orphan now, and the tests', who are told of its number
-            asking.send(os.read(told, 4))
-            for one in (*numbers, told, tells):
+            os.waitpid(between, 0)  # whose child is an orphan now, and the tests', who learn its number
+            asking.send(os.read(reported, 4))
+            for one in (*numbers, reported, tells):
                 os.close(one)
             continue
         child = os.fork()
         if child:
             os.write(tells, child.to_bytes(4, "little"))
             os._exit(0)
-        os.close(told)
+        os.close(reported)
         os.close(tells)
         asking.close()
         with os.fdopen(numbers[0], "rb") as stream:

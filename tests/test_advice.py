@@ -118,10 +118,10 @@ def test_every_function_in_a_sentence_is_a_public_name_and_takes_what_is_told():
     words = [(where, match[1]) for where, match in found(r"(?<![\w.])([a-z]\w*)\(") if match[1] not in NO_ADVICE]
     assert {"recover", "simulate", "read_log"} <= {name for _, name in words}
     assert [one for one in words if one[1] not in public and not hasattr(Run, one[1])] == []
-    told = [(where, match[1]) for where, match in found(r"(?<![\w.])([a-z]+(?:_[a-z]+)+)=True")]
-    assert {"allow_gaps", "last_run"} <= {name for _, name in told}
+    reported = [(where, match[1]) for where, match in found(r"(?<![\w.])([a-z]+(?:_[a-z]+)+)=True")]
+    assert {"allow_gaps", "last_run"} <= {name for _, name in reported}
     taken = set().union(*(inspect.signature(one).parameters for one in public.values() if not isinstance(one, type)))
-    assert [one for one in told if one[1] not in taken] == []
+    assert [one for one in reported if one[1] not in taken] == []
 
 
 @pytest.mark.parametrize("theory", ["boundary element", "multigrid", "theory of line contact"])

@@ -229,10 +229,10 @@ def test_many_messages_at_once_are_those_one_by_one(name):
 
 
 def test_the_message_of_a_bearing_tells_its_energies_as_the_channels_do():
-    told = cdr.schema_text(cdr.STATE)
+    reported = cdr.schema_text(cdr.STATE)
     found = {channel.name: channel for channel in made_up_scene().channels}
     for name in ("kinetic_energy", "elastic_energy", "potential_energy", "drive_work", "dissipated"):
-        line = next(line for line in told.splitlines() if line.startswith(f"float64 {name} "))
+        line = next(line for line in reported.splitlines() if line.startswith(f"float64 {name} "))
         assert line.partition("# ")[2] == f"[{found[name].unit}] {found[name].meaning}"
 
 

@@ -162,11 +162,11 @@ def test_a_shell_is_told_how_to_complete(shell, capsys):
 
 def completions(line, tmp_path):
     """What bash would be offered behind this line."""
-    told = tmp_path / "told"
+    reported = tmp_path / "completions"
     environment = os.environ | {
         "_ARGCOMPLETE": "1",
         "_ARGCOMPLETE_COMP_WORDBREAKS": " \t\n",
-        "_ARGCOMPLETE_STDOUT_FILENAME": str(told),
+        "_ARGCOMPLETE_STDOUT_FILENAME": str(reported),
         "COMP_LINE": line,
         "COMP_POINT": str(len(line)),
         "COMP_TYPE": "9",
@@ -174,8 +174,8 @@ def completions(line, tmp_path):
     }
     program = "import sys; sys.argv[0] = 'bearing_twin'; from bearing_twin.command.cli import main; sys.exit(main())"
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=300)
-    assert told.exists(), done.stderr
-    return [word.strip() for word in re.split("[\v\x0b]", told.read_text(encoding="utf-8")) if word.strip()]
+    assert reported.exists(), done.stderr
+    return [word.strip() for word in re.split("[\v\x0b]", reported.read_text(encoding="utf-8")) if word.strip()]
 
 
 def test_commands_options_names_and_keys_are_completed(tmp_path, quick_starts):

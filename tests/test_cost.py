@@ -1,4 +1,4 @@
-"""What a run takes, told before it begins, and the time left while it goes on."""
+"""Cost of a run, stated before it begins, and the time left while it goes on."""
 
 import sys
 import time
@@ -19,15 +19,15 @@ def test_the_log_is_as_large_as_told(balls, tmp_path):
     pinned = ("run.duration=2", "solver.stepper=rodas4", "contact.normal=hertz", f"geometry.balls={balls}")
     scene = load_scene("bearing_6203", pinned)
     written = write_log(simulate(scene), tmp_path / "run.mcap")
-    told = cost_of(scene)
-    assert (told.outputs, told.sentence(True, np.inf)) == (written.samples, "")
-    assert 0.8 < written.bytes / told.log_bytes < 1.25
+    reported = cost_of(scene)
+    assert (reported.outputs, reported.sentence(True, np.inf)) == (written.samples, "")
+    assert 0.8 < written.bytes / reported.log_bytes < 1.25
 
 
 def test_a_large_run_is_announced_before_it_begins(tmp_path, monkeypatch, capsys):
-    told = cost_of(load_scene("bearing_6203", ["run.duration=86400"]))
-    assert 3e11 < told.log_bytes < 6e11
-    assert f"a log of about {told.log_bytes:.2g} B where 1e+09 B are free" in told.sentence(True, 1e9)
+    reported = cost_of(load_scene("bearing_6203", ["run.duration=86400"]))
+    assert 3e11 < reported.log_bytes < 6e11
+    assert f"a log of about {reported.log_bytes:.2g} B where 1e+09 B are free" in reported.sentence(True, 1e9)
     monkeypatch.setattr(cost, "LARGE", 1e6)
     words = ["simulate", "bearing_6203", "--duration", "0.3", "--json"]
     assert main([*words, "--out", str(tmp_path / "run.mcap")]) == DONE

@@ -61,12 +61,13 @@ def test_the_law_of_the_tutorial_is_a_law_of_the_checkout(tmp_path):
 
     there = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"} | {"PYTHONPATH": str(tmp_path)}
 
-    def told(*words):
+    def reported(*words):
         command = [sys.executable, "-m", "bearing_twin", *words, "--json"]
         return json.loads(subprocess.run(command, cwd=tmp_path, env=there, stdout=subprocess.PIPE, check=True).stdout)
 
     forces = [
-        told("simulate", "two_spheres", "--set", f"contact.normal={law}")["peak_force_n"] for law in ("coated", "hertz")
+        reported("simulate", "two_spheres", "--set", f"contact.normal={law}")["peak_force_n"]
+        for law in ("coated", "hertz")
     ]
     assert forces[0] / forces[1] == pytest.approx(0.85**0.4, rel=1e-6)
-    assert "coated" in json.dumps(told("contact", "--bearing", "6203", "--race", "inner", "--load", "50"))
+    assert "coated" in json.dumps(reported("contact", "--bearing", "6203", "--race", "inner", "--load", "50"))

@@ -21,8 +21,8 @@ NORM = "over the greatest load"
 def estimate(figures=None, error=0.0, horizon=None, until=None):
     """An estimate of these figures' errors, and of loads."""
     outputs = {"loads": OutputError(NORM, error, 0.018, until)}
-    told = {"horizon": horizon, "note": "", "smaller": "tighten it", "tolerance": 1e-3}
-    return SimpleNamespace(of_figures=lambda _: figures or {}, of_outputs=lambda: outputs, **told)
+    gathered = {"horizon": horizon, "note": "", "smaller": "tighten it", "tolerance": 1e-3}
+    return SimpleNamespace(of_figures=lambda _: figures or {}, of_outputs=lambda: outputs, **gathered)
 
 
 def test_errors_of_method_and_model_stand_apart():

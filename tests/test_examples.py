@@ -1,4 +1,4 @@
-"""Examples: short, told in the docs, and each runs and draws its picture."""
+"""Examples: short, named in the docs, and each runs and draws its picture."""
 
 import contextlib
 import io

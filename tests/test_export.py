@@ -50,9 +50,9 @@ def test_outputs_that_are_missing_from_a_log_are_told(log, tmp_path, capsys):
     write_log(made_up_run(load_scene("bearing_6203"), [whole.part(0, 5), whole.part(9, 21)]), tmp_path / "gap.mcap")
     words = ["export", str(tmp_path / "gap.mcap"), "--to", "csv", "--out", str(tmp_path / "out"), "--json"]
     assert cli.main([*words, "--strict"]) == cli.DOUBTFUL
-    told = capsys.readouterr()
-    assert (json.loads(told.out)["rows"], json.loads(told.out)["missing_outputs"]) == (17, 4)
-    assert "4 outputs are missing from the log" in told.err
+    reported = capsys.readouterr()
+    assert (json.loads(reported.out)["rows"], json.loads(reported.out)["missing_outputs"]) == (17, 4)
+    assert "4 outputs are missing from the log" in reported.err
     found = columns_in(tmp_path / "out" / "outputs.csv", "csv")
     assert list(map(int, found["sequence"])) == [*range(5), *range(9, 21)]
     assert [cell == "" for cell in found["drive_torque"]] == [False] * 16 + [True]
@@ -103,13 +103,13 @@ def test_tables_hold_every_number_to_the_bit(to, which, tmp_path, request):
     path = request.getfixturevalue(which)
     out = tmp_path / "tables"
     exported = export_log(path, to, out)
-    stream, told = read_log(path), set()
+    stream, reported = read_log(path), set()
     times = np.concatenate([block.time_ns for block in stream.blocks()])
     assert exported.rows == len(times)
     for group in groups_of(stream):
         found = columns_in(out / f"{group.stem}{ENDINGS[to]}", to)
         for name, _, _ in group.columns:
-            told.add(name)
+            reported.add(name)
             if group.stem.startswith("record_"):
                 table = group.stem.removeprefix("record_")
                 parts = [one.records.get(table, ()) for one in blocks_of(path)]
@@ -122,7 +122,7 @@ def test_tables_hold_every_number_to_the_bit(to, which, tmp_path, request):
             assert list(map(int, found["time_ns"])) == np.repeat(times, places).tolist()
             last = group.axes[-1]
             assert [str(one) for one in found[last.name][: len(last.labels)]] == [str(one) for one in last.labels]
-    assert told >= {one.name for one in stream.channels}
+    assert reported >= {one.name for one in stream.channels}
     described = columns_in(out / CHANNELS, "csv")
     assert dict(zip(described["column"], described["unit"], strict=True))["normal_load"] == "N"
     assert sorted(map(str, out.iterdir())) == sorted(exported.files)

@@ -163,16 +163,16 @@ def overloaded_words() -> list[str]:
 def test_a_run_that_breaks_off_within_a_chunk_leaves_all_before_in_log_and_figures(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["simulate", *overloaded_words(), "--out", "run.mcap", "--json"]) == BAD_INPUT
-    told, error = capsys.readouterr()
-    ran = json.loads(told)
+    reported, error = capsys.readouterr()
+    ran = json.loads(reported)
     assert "bearing_twin: after 0.01 s: at 0.0105 s a load of" in error
     assert "bearing_twin explain failure_" in error
     assert (ran["status"], ran["samples"], ran["simulated_s"]) == ("failed: overload", 11, pytest.approx(0.01))
     assert (ran["failure_at_s"], ran["failure_body"]) == (pytest.approx(0.0105), "inner ring")
 
     assert main(["report", "run.mcap", "--json", "--strict"]) == DOUBTFUL
-    told, error = capsys.readouterr()
-    logged = json.loads(told)
+    reported, error = capsys.readouterr()
+    logged = json.loads(reported)
     assert {key: logged.get(key) for key in ran} == ran
     assert f"bearing_twin: doubtful: the run failed {ran['failure']}" in error
     assert main(["verify", "run.mcap", "--json", "--strict"]) == DONE
@@ -193,15 +193,15 @@ def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, c
     [file] = tmp_path.glob("failure_*.json")
     assert f"bearing_twin explain {file.name}" in capsys.readouterr().err
     assert main(["explain", file.name, "--json", "--out", "rest.mcap"]) == DONE
-    told = json.loads(capsys.readouterr().out)
-    assert (told["body"], told["contact"], told["at_s"]) == ("ball 3", "outer race", pytest.approx(0.24))
-    assert (told["continued_from_s"], told["continued_to_s"]) == (pytest.approx(0.199), pytest.approx(0.4))
-    assert (told["tolerance"], told["status"]) == (pytest.approx(1e-4), "done")
-    assert told["last_good"]["normal_load outer race"] > 0.0
+    reported = json.loads(capsys.readouterr().out)
+    assert (reported["body"], reported["contact"], reported["at_s"]) == ("ball 3", "outer race", pytest.approx(0.24))
+    assert (reported["continued_from_s"], reported["continued_to_s"]) == (pytest.approx(0.199), pytest.approx(0.4))
+    assert (reported["tolerance"], reported["status"]) == (pytest.approx(1e-4), "done")
+    assert reported["last_good"]["normal_load outer race"] > 0.0
     assert main(["report", "rest.mcap", "--json"]) == DONE
     assert json.loads(capsys.readouterr().out)["samples"] == 201
     done = forked(lambda: main(["explain", file.name, "--json", "--out", "full.mcap"]), largest_file=300_000)
-    assert (done.returncode, json.loads(done.stdout)) == (BAD_INPUT, {k: v for k, v in told.items() if k != "log"})
+    assert (done.returncode, json.loads(done.stdout)) == (BAD_INPUT, {k: v for k, v in reported.items() if k != "log"})
     assert "the log is incomplete: full.mcap cannot grow" in done.stderr
     # fails again where the tolerance is as loose as before, and says so
     assert main(["explain", file.name, "--tolerance", "1e-3", "--strict"]) == DOUBTFUL
@@ -212,11 +212,11 @@ def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, c
     assert main(["explain", file.name, "--until", "0.25"]) == DONE
     assert main(["explain", file.name, "--stop", "--json"]) == DONE
     assert "continued_to_s" not in json.loads(capsys.readouterr().out.splitlines()[-1])
-    # a node goes on beyond the end of its scene, and so does what is told of its failure
+    # a node goes on beyond the end of its scene, and so does the report on its failure
     Path("node.json").write_text(file.read_text().replace("duration: 0.4", "duration: 0.1"))
     assert main(["explain", "node.json", "--json"]) == DONE
-    told = json.loads(capsys.readouterr().out)
-    assert (told["continued_from_s"], told["continued_to_s"]) == (pytest.approx(0.199), pytest.approx(0.299))
+    reported = json.loads(capsys.readouterr().out)
+    assert (reported["continued_from_s"], reported["continued_to_s"]) == (pytest.approx(0.199), pytest.approx(0.299))
     assert main(["explain", "node.json", "--until", "0.15"]) == BAD_INPUT
     assert "--until 0.15 must be later than 0.199 s" in capsys.readouterr().err
 

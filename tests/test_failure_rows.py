@@ -17,8 +17,8 @@ def test_the_command_provokes_the_answer(row, capsys, tmp_path, monkeypatch, qui
     monkeypatch.chdir(tmp_path)  # a run that fails writes down its last good state
     words = [str(DOCS / "charts") if word == "docs/charts" else word for word in shlex.split(row.command)]
     assert main(words) == row.code
-    told = capsys.readouterr()
-    assert row.words in " ".join((told.out + told.err).split())
+    reported = capsys.readouterr()
+    assert row.words in " ".join((reported.out + reported.err).split())
 
 
 def test_every_row_is_on_a_chart():

@@ -201,7 +201,7 @@ def test_what_is_foreign_is_recovered_as_it_is(source, tmp_path):
     path, saved = tmp_path / "run.mcap", tmp_path / "saved.mcap"
     by_mcap(path, source, raw, lambda writer: (attached(100)(writer), writer.add_metadata("theirs", {"key": "value"})))
 
-    def told(file):
+    def reported(file):
         kept = {}
         for record in StreamReader(io.BytesIO(file.read_bytes()), validate_crcs=True).records:
             kept.setdefault(type(record).__name__, []).append(record)
@@ -215,7 +215,7 @@ def test_what_is_foreign_is_recovered_as_it_is(source, tmp_path):
     path.write_bytes(path.read_bytes()[:-100])
     recover(path, saved)
     by_mcap(path, source, raw, lambda writer: (attached(100)(writer), writer.add_metadata("theirs", {"key": "value"})))
-    assert told(saved) == told(path)
+    assert reported(saved) == reported(path)
 
 
 def test_a_file_that_is_written_is_read_to_its_last_whole_chunk(source, tmp_path, capsys):

@@ -86,7 +86,7 @@ def rewritten(source, out, metadata=None, topic=str, data=lambda name, one: one)
     return out
 
 
-def told(path, tmp_path, capsys):
+def reported(path, tmp_path, capsys):
     """Reads it with every command that can; what they say holds nothing that a terminal obeys."""
     for words in (["report"], ["report", "--json"], ["verify"], ["view", "--out", str(tmp_path / "page.html")]):
         code = main([words[0], str(path), *words[1:]])
@@ -100,7 +100,7 @@ def told(path, tmp_path, capsys):
 def test_records_of_a_log_are_anybodys(record, key, text, logs, tmp_path, capsys):
     source = logs / ("study.mcap" if record == STUDY or key == "work" else "run.mcap")
     path = rewritten(source, tmp_path / "x.mcap", lambda kept: kept | {record: kept.get(record, {}) | {key: text}})
-    told(path, tmp_path, capsys)
+    reported(path, tmp_path, capsys)
 
 
 SWAPPED = {"normal_load": "displacement", "displacement": "normal_load"}
@@ -117,7 +117,7 @@ def test_samples_that_are_none_of_the_scene_beside_them_are_anybodys(change, log
         names = [change.get(name, name) for name in block.channel_name]
         return cdr.serialised(cdr.SAMPLE_BLOCK, dataclasses.replace(block, channel_name=names))
 
-    told(rewritten(logs / "run.mcap", tmp_path / "x.mcap", data=renamed), tmp_path, capsys)
+    reported(rewritten(logs / "run.mcap", tmp_path / "x.mcap", data=renamed), tmp_path, capsys)
 
 
 @pytest.mark.parametrize("text", SUMMARIES)
@@ -126,7 +126,7 @@ def test_the_summary_of_a_study_is_anybodys(text, logs, tmp_path, capsys):
     path = rewritten(
         logs / "study.mcap", tmp_path / "x.mcap", data=lambda name, one: content if name.endswith("summary") else one
     )
-    told(path, tmp_path, capsys)
+    reported(path, tmp_path, capsys)
 
 
 def places(data, at=()):
@@ -181,9 +181,9 @@ def test_a_summary_of_another_study_names_what_is_wrong(where, change, logs):
 
 
 def test_names_of_topics_are_anybodys(logs, tmp_path, capsys):
-    told(rewritten(logs / "run.mcap", tmp_path / "x.mcap", topic=lambda name: name + ESCAPE), tmp_path, capsys)
+    reported(rewritten(logs / "run.mcap", tmp_path / "x.mcap", topic=lambda name: name + ESCAPE), tmp_path, capsys)
     several = rewritten(logs / "run.mcap", tmp_path / "y.mcap", topic=lambda name: name.replace("records/", ESCAPE))
-    told(several, tmp_path, capsys)
+    reported(several, tmp_path, capsys)
 
 
 def test_a_log_whose_name_is_no_utf_8_is_told_of_recovered_and_shown(logs, tmp_path, capsys):
@@ -195,5 +195,5 @@ def test_a_log_whose_name_is_no_utf_8_is_told_of_recovered_and_shown(logs, tmp_p
     source.write_bytes(source.read_bytes()[:2000])
     assert main(["recover", str(source), str(tmp_path / "nothing.mcap")]) == 2
     assert "half \\udcff.mcap at byte" in " ".join(capsys.readouterr().err.split())
-    told(whole, tmp_path, capsys)
-    told(source, tmp_path, capsys)
+    reported(whole, tmp_path, capsys)
+    reported(source, tmp_path, capsys)

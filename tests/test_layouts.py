@@ -129,7 +129,7 @@ def test_every_panel_of_foxglove_is_placed_once():
 
 
 def test_panels_of_foxglove_have_titles_and_frames_do_not_hide_the_bearing():
-    """By the names in Foxglove Studio 1.48, Lichtblick and foxglove-sdk 0.30: axes are 0.2 m long unless told."""
+    """By the names in Foxglove Studio 1.48, Lichtblick and foxglove-sdk 0.30: axes are 0.2 m long by default."""
     shown = panels(SCENE)
     configs = json.loads(LAYOUTS["foxglove"].made(shown))["configById"]
     plots = [one for name, one in configs.items() if name.startswith("Plot!")]
@@ -178,7 +178,7 @@ def test_the_camera_stands_where_all_of_the_scene_is_seen(scene, overrides, midd
     ],
 )
 def test_the_eye_goes_with_a_body_that_travels_along_a_plane(scene, body):
-    """By the source of Lichtblick 1.28: the eye goes with the frame of `followTf`, and grids lie in it unless told."""
+    """By the source of Lichtblick 1.28: the eye goes with the frame of `followTf`, and grids lie in it by default."""
     shown = panels(load_scene(scene), "/left", "left/")
     frame = f"left/{body}" if body else shown.frame
     view = json.loads(LAYOUTS["foxglove"].made(shown))["configById"]["3D!scene"]
@@ -227,10 +227,10 @@ def test_a_log_is_laid_out_by_its_own_names(tmp_path, capsys):
     write_log(made_up_run(scene, [made_up_block(scene, 50)]), tmp_path / "run.mcap")
     words = ["layouts", str(tmp_path / "run.mcap"), "--out", str(tmp_path / "new"), "--for", "plotjuggler", "--json"]
     assert main(words) == 0
-    told = json.loads(capsys.readouterr().out)
-    [path] = told["files"].values()
+    reported = json.loads(capsys.readouterr().out)
+    [path] = reported["files"].values()
     assert path.endswith("run.plotjuggler.xml")
-    assert told["open_with"] == {"plotjuggler": f"plotjuggler --datafile {tmp_path / 'run.mcap'} --layout {path}"}
+    assert reported["open_with"] == {"plotjuggler": f"plotjuggler --datafile {tmp_path / 'run.mcap'} --layout {path}"}
     with open(path, "rb") as file:
         assert file.read() == LAYOUTS["plotjuggler"].made(panels(scene))
     assert main(words) == 2

@@ -91,12 +91,12 @@ def test_changes_that_are_handed_to_the_wrong_function_are_sent_to_the_right_one
 
 def test_a_study_is_loaded_and_run_from_plain_data():
     speed = {"motion.first_velocity": {"distribution": "uniform", "low": 1.0, "high": 2.0}}
-    told = {"scene": "two_spheres", "quantities": ["peak_force"], "samples": 20, "inputs": speed}
-    assert run_study(told).as_dict()["quantities"] == run_study(load_study(told)).as_dict()["quantities"]
-    assert load_study(told, ["samples=30"]).settings.samples == 30
-    assert told["samples"] == 20
+    reported = {"scene": "two_spheres", "quantities": ["peak_force"], "samples": 20, "inputs": speed}
+    assert run_study(reported).as_dict()["quantities"] == run_study(load_study(reported)).as_dict()["quantities"]
+    assert load_study(reported, ["samples=30"]).settings.samples == 30
+    assert reported["samples"] == 20
     with pytest.raises(BearingTwinError, match="study mine: samples = 0 is out of range"):
-        load_study(told | {"name": "mine", "samples": 0})
+        load_study(reported | {"name": "mine", "samples": 0})
 
 
 def test_numbers_of_numpy_are_numbers_of_a_scene():

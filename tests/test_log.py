@@ -99,17 +99,17 @@ def test_a_recording_of_all_outputs_that_begins_late_verifies_and_says_what_is_s
     scene = load_scene("bearing_6203", ["run.duration=0.12"])
     whole = joined(list(simulate(scene).blocks()))
     write_log(made_up_run(scene, [whole.part(60, 100), whole.part(100, 121)]), tmp_path / "late.mcap")
-    told = []
+    reported = []
 
     @contextlib.contextmanager
     def before(seconds):
-        told.append(seconds)
-        yield told.append
+        reported.append(seconds)
+        yield reported.append
 
     found = verify(read_log(tmp_path / "late.mcap"), before=before)
     assert (found.samples, found.greatest, found.missing) == (61, 0.0, 0)
-    assert told[0] == pytest.approx(0.06)
-    assert told[-1] == 1.0
+    assert reported[0] == pytest.approx(0.06)
+    assert reported[-1] == 1.0
     assert main(["verify", str(tmp_path / "late.mcap"), "--json"]) == DONE
     captured = capsys.readouterr()
     assert json.loads(captured.out)["samples"] == 61
@@ -174,12 +174,12 @@ def test_a_log_with_fewer_channels_is_verified_by_those_it_has():
     found = verify(log)
     assert found.greatest == 0.0
     assert set(found.deviations) == {channel.name for channel in kept} | {"contact"}
-    assert not found.doubts()
+    assert not found.warnings()
     log.has_records = False  # nor were records written then: that they were not compared is said
     found = verify(log)
     assert set(found.deviations) == {channel.name for channel in kept}
     assert found.as_dict()["records_missing"] == ["contact"]
-    assert found.doubts() == ["the log has no records, as of contact: outputs alone were compared"]
+    assert found.warnings() == ["the log has no records, as of contact: outputs alone were compared"]
     log.has_records = True
     blocks[0].values["approach"][3] += 1e-9
     assert verify(log).deviations["approach"] == pytest.approx(1e-9)
@@ -455,16 +455,16 @@ def test_every_chunk_and_the_log_tell_their_times_and_counts(tmp_path, monkeypat
     records = StreamReader(io.BytesIO(data), emit_chunks=True).records
     chunks = [record for record in records if isinstance(record, Chunk)]
     assert len(chunks) == len(summary.chunk_indexes) >= 4
-    told = []
+    reported = []
     for index, chunk in zip(summary.chunk_indexes, chunks, strict=True):
         inside = [one for one in breakup_chunk(chunk) if isinstance(one, Message)]
         stamps = [one.log_time for one in inside]
         assert (chunk.message_start_time, chunk.message_end_time) == (min(stamps), max(stamps))
         assert (index.message_start_time, index.message_end_time) == (min(stamps), max(stamps))
-        told += [(one.log_time, one.publish_time, one.data[0]) for one in inside]
+        reported += [(one.log_time, one.publish_time, one.data[0]) for one in inside]
         positions = message_positions(data, index)
         assert positions == {channel: offsets_in(chunk, channel) for channel in positions}
-    assert told == [(time, time + 7, k) for k, time in enumerate(times)]
+    assert reported == [(time, time + 7, k) for k, time in enumerate(times)]
     for from_ns in (0, 90, 490, 640, 889, 890):
         found = [(m.log_time, m.data[0]) for m in raw_messages(tmp_path / "out.mcap", from_ns)]
         assert found == sorted((time, k) for k, time in enumerate(times) if time >= from_ns + 10 or from_ns == 0)
@@ -636,10 +636,10 @@ def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, capsys):
         assert bits(stream) == bits(joined(list(simulate(scene).blocks())))
         for command in ("report", "verify"):
             assert main([command, str(path), "--json", "--run", str(number)]) == DONE
-            told = capsys.readouterr()
-            assert json.loads(told.out)["samples"] == outputs
-            assert f"run {number} of 3" in told.err
-        assert json.loads(told.err and told.out)["greatest_deviation"] == 0.0
+            reported = capsys.readouterr()
+            assert json.loads(reported.out)["samples"] == outputs
+            assert f"run {number} of 3" in reported.err
+        assert json.loads(reported.err and reported.out)["greatest_deviation"] == 0.0
         assert document_of_log(path, run=number)["facts"][3] == ("outputs", str(outputs))
     assert read_log(path, last_run=True).run == 3
     (note,) = document_of_log(path)["notes"]  # a command has a topic that the kind knows

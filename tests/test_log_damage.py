@@ -78,9 +78,9 @@ def test_blocks_that_contradict_themselves_are_refused_by_all_who_read(
     rows = [((Channel("x", "m", (width,), ""),), count) for width, count in records]
     hostile(tmp_path / "run.mcap", channels, rows)
     assert main([words[0], "run.mcap", *words[1:]]) == BAD_INPUT
-    told = capsys.readouterr().err
-    assert said in told
-    assert "Traceback" not in told
+    reported = capsys.readouterr().err
+    assert said in reported
+    assert "Traceback" not in reported
 
 
 def test_what_a_channel_is_called_leads_out_of_no_folder(tmp_path, monkeypatch, capsys):
@@ -158,9 +158,9 @@ def test_a_damaged_chunk_is_passed_over_without_an_index_too(log_path, tmp_path)
     assert numbers[0] == 0
     assert len(gaps) == 1  # one chunk is gone, those behind it are not
     assert numbers[-1] > 0.6 * 400
-    told = " ".join(found.problems)
-    assert f"at byte {chunks[1].chunk_start_offset}" in told
-    assert f"at byte {chunks[-1].chunk_start_offset}" in told
+    reported = " ".join(found.problems)
+    assert f"at byte {chunks[1].chunk_start_offset}" in reported
+    assert f"at byte {chunks[-1].chunk_start_offset}" in reported
 
 
 def test_recovered_messages_keep_their_times_topics_and_records(tmp_path, monkeypatch):
@@ -175,9 +175,9 @@ def test_recovered_messages_keep_their_times_topics_and_records(tmp_path, monkey
         for k in range(20):
             log.write(numbers[k % 2], 1000 + k, 900 - k, bytes([k]) * 12)
             if k in (5, 9):
-                log.add_metadata("told", {"twice": "the same"})
+                log.add_metadata("theirs", {"twice": "the same"})
             if k == 12:
-                log.add_metadata("told", {"twice": "not the same"})
+                log.add_metadata("theirs", {"twice": "not the same"})
     sent = [(m.topic.name, m.log_time, m.publish_time, m.data) for m in raw_messages(path)]
     assert sent[3] == ("/b", 1003, 897, bytes([3]) * 12)
     path.write_bytes(path.read_bytes()[:-10])
@@ -188,7 +188,7 @@ def test_recovered_messages_keep_their_times_topics_and_records(tmp_path, monkey
     assert {name: topic.qos for name, topic in logged_topics(tmp_path / "saved.mcap").items()} == offers
     with (tmp_path / "saved.mcap").open("rb") as stream:
         records = list(make_reader(stream).iter_metadata())
-    assert [record.metadata["twice"] for record in records if record.name == "told"] == ["the same", "not the same"]
+    assert [record.metadata["twice"] for record in records if record.name == "theirs"] == ["the same", "not the same"]
     assert [record.name for record in records].count("rosbag2") == 1
 
 
@@ -276,7 +276,7 @@ def test_a_patient_log_waits_for_room_and_goes_on(tmp_path, monkeypatch):
             assert "cannot grow (No space left on device): 40 messages" in log.problem
             assert (tmp_path / "run.mcap").read_bytes() == before
             assert 0 < log.dropped < 100
-            assert all(seen[1:]), "nobody who looks in between is told that there is room"
+            assert all(seen[1:]), "nobody who looks in between finds room"
         log.flush()
         assert log.problem == ""
         for k in range(140, 150):

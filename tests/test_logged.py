@@ -24,10 +24,10 @@ FOR_MACHINES = {"compute_s", "real_time_factor"}
 def whole():
     """Figures of the run where nobody logs it."""
     done = forked(lambda: main(["simulate", *LONG, "--json"]))
-    return told(done)
+    return reported(done)
 
 
-def told(done) -> dict:
+def reported(done) -> dict:
     return {key: one for key, one in json.loads(done.stdout).items() if key not in FOR_MACHINES}
 
 
@@ -35,7 +35,7 @@ def test_a_run_whose_log_has_no_room_goes_on_to_its_end(whole, tmp_path, monkeyp
     monkeypatch.chdir(tmp_path)
     done = forked(lambda: main(["simulate", *LONG, "--out", "run.mcap", "--json"]), largest_file=SMALL)
     assert done.returncode == BAD_INPUT
-    assert told(done) == whole
+    assert reported(done) == whole
     (line,) = [one for one in done.stderr.splitlines() if one.startswith("bearing_twin: the log is")]
     assert "the log is incomplete: run.mcap cannot grow (File too large): " in line
     assert "run.mcap cannot grow" in done.stderr.partition("the run goes on without it")[0]

@@ -114,13 +114,13 @@ def test_the_licence_is_whole_and_every_package_names_it(manifest):
 
 def test_files_of_others_stand_beside_their_licences_and_nowhere_else():
     foreign = ROOT / "bearing_twin" / "view" / "libraries"
-    told = (foreign / "LICENSES.txt").read_text(encoding="utf-8")
-    assert {"three.js", "uPlot"} == set(re.findall(r"^([\w.]+) \d+\.\d+\.\d+$", told, flags=re.MULTILINE))
-    assert told.count("Permission is hereby granted") == told.count("WITHOUT WARRANTY") == 2
+    reported = (foreign / "LICENSES.txt").read_text(encoding="utf-8")
+    assert {"three.js", "uPlot"} == set(re.findall(r"^([\w.]+) \d+\.\d+\.\d+$", reported, flags=re.MULTILINE))
+    assert reported.count("Permission is hereby granted") == reported.count("WITHOUT WARRANTY") == 2
     rows = re.findall(r'path = "(.*)"\n.*Text = "(.*)"\n.*"(.*)"', (ROOT / "REUSE.toml").read_text(encoding="utf-8"))
     assert rows[0][0] == "**"
     assert {row[2] for row in rows[1:]} == {"MIT"}
-    covered = [path for pattern, holder, _ in rows[1:] if holder in told for path in ROOT.glob(pattern)]
+    covered = [path for pattern, holder, _ in rows[1:] if holder in reported for path in ROOT.glob(pattern)]
     assert {*covered} == {*foreign.iterdir()} - {foreign / "LICENSES.txt", foreign / "three_entry.js"}
     others = re.compile(r"copyright\s+(\(c\)|©|\d{4})|SPDX-License-Identifier|licensed under", re.IGNORECASE)
     for path in tracked(".py", ".js", ".css", ".msg", ".srv", ".action", ".cmake", ".bash", ".html"):

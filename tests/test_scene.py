@@ -180,8 +180,8 @@ def test_a_long_text_in_place_of_a_number_is_not_searched_for_a_unit():
 def test_a_key_of_an_earlier_version_is_refused_with_its_new_name(kind):
     for old, new in KINDS[kind].parameters.moved.items():
         section, _, word = old.partition(".")
-        told = refusal(parse_scene, {"kind": kind, section: {word or "coefficient": 1.0}}, "a scene")
-        assert new in told
+        reported = refusal(parse_scene, {"kind": kind, section: {word or "coefficient": 1.0}}, "a scene")
+        assert new in reported
 
 
 @pytest.mark.parametrize(
@@ -287,8 +287,8 @@ def test_an_offset_that_squeezes_a_ball_too_much_is_refused_and_the_longest_told
         return [f"geometry.radial_clearance={clearance!r}", f"drive.offset={offset!r}"]
 
     message = refusal(load_scene, "bearing_6203", scene(6e-4))
-    told = float(re.search(r"squeezes a ball by (\S+) m", message).group(1))
-    assert told == pytest.approx(squeezed(scene(6e-4)), rel=1e-3)
+    reported = float(re.search(r"squeezes a ball by (\S+) m", message).group(1))
+    assert reported == pytest.approx(squeezed(scene(6e-4)), rel=1e-3)
     longest = float(re.search(r"its length must be below (\S+) m", message).group(1))
     assert squeezed(scene(longest)) == pytest.approx(0.02 * 6.746e-3, rel=1e-3)
     assert "length must be below" in refusal(load_scene, "bearing_6203", scene(1.001 * longest))
@@ -299,9 +299,9 @@ def test_an_offset_that_squeezes_a_ball_too_much_is_refused_and_the_longest_told
 def test_a_contact_on_the_edge_of_the_groove_is_refused_with_its_angle(case):
     overrides = angular(*case)
     message = refusal(load_scene, "bearing_6203", overrides)
-    told = re.search(r"an angle of (\S+) degrees, on the edge of the grooves; at most 60 degrees", message).group(1)
+    reported = re.search(r"an angle of (\S+) degrees, on the edge of the grooves; at most 60 degrees", message).group(1)
     angle = math.radians(case[0])
-    assert float(told) == pytest.approx(math.degrees(math.atan(abs(case[1]) * math.tan(angle))), abs=0.06)
+    assert float(reported) == pytest.approx(math.degrees(math.atan(abs(case[1]) * math.tan(angle))), abs=0.06)
 
 
 def test_yaml_traps_are_read_as_they_look():
@@ -409,8 +409,8 @@ def test_a_study_is_no_scene_and_is_told_as_one(read, name, words):
 )
 def test_what_comes_only_after_the_end_of_a_run_is_named(name, override, keys):
     scene = load_scene(name, ["run.duration=0.1", override])
-    told = late_keys(scene, 0.1)
-    assert told == [f"{key} is beyond the end of the run at 0.1 s: nothing of that happens" for key in keys]
+    reported = late_keys(scene, 0.1)
+    assert reported == [f"{key} is beyond the end of the run at 0.1 s: nothing of that happens" for key in keys]
     assert not late_keys(scene, math.inf)
 
 

@@ -68,14 +68,14 @@ def test_every_key_is_there_with_default_unit_and_limits(kind):
         assert found["description"].startswith(row.help)
         assert row.unit in found["description"] or row.unit == "1"
         assert found["default"] == (list(row.default) if isinstance(row.default, tuple) else row.default)
-        told = {word: one for word, one in found.get("items", found).items() if re.search("inimum|aximum", word)}
-        assert ("type" in found and not row.options) == bool(told)
+        reported = {word: one for word, one in found.get("items", found).items() if re.search("inimum|aximum", word)}
+        assert ("type" in found and not row.options) == bool(reported)
         ends = [one for one in (*row.bounds[:4], row.bounds.greatest, -row.bounds.greatest) if one is not None]
         for number in {2.0 * one for one in ends} | {one + shift for one in ends for shift in (-1e-3, 0.0, 1e-3)}:
-            if told and math.isfinite(number):
-                assert jsonschema.Draft202012Validator(told).is_valid(number) == row.bounds._replace(least=0.0).allow(
-                    number
-                )
+            if reported and math.isfinite(number):
+                assert jsonschema.Draft202012Validator(reported).is_valid(number) == row.bounds._replace(
+                    least=0.0
+                ).allow(number)
 
 
 RIGHT = [

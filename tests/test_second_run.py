@@ -46,8 +46,8 @@ def test_the_estimate_is_the_true_error(name):
     comparison, found = kind.comparison(scene.parameters, choice), Differences(1e-3)
     for block in blocks:
         found.add(1e-9 * block.time_ns, comparison.differences(block, true.advance(len(block))))
-    for output, told in report.errors["wanted_errors"].items():
-        assert 0.5 < told["error"] / found.error(output) < 2.0
+    for output, reported in report.errors["wanted_errors"].items():
+        assert 0.5 < reported["error"] / found.error(output) < 2.0
 
 
 def test_no_figure_depends_on_the_check():
@@ -68,10 +68,10 @@ def test_no_figure_depends_on_the_check():
 def test_report_and_verify_of_a_log_agree_with_the_run(tmp_path, capsys):
     log = tmp_path / "run.mcap"
     assert cli.main(["simulate", "bearing_6203", "--duration", "0.05", "--json", "--out", str(log)]) == 0
-    told = json.loads(capsys.readouterr().out)
+    reported = json.loads(capsys.readouterr().out)
     assert cli.main(["report", str(log), "--json"]) == 0
     again = json.loads(capsys.readouterr().out)
-    assert {key: value for key, value in told.items() if again.get(key) != value}.keys() == set()
+    assert {key: value for key, value in reported.items() if again.get(key) != value}.keys() == set()
     assert cli.main(["verify", str(log), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["greatest_deviation"] == 0.0
 
@@ -84,7 +84,7 @@ def test_the_former_key_is_read(former, today):
 
 
 def commanded(interrupted):
-    """Outputs and report of a run that is told a speed within a chunk, interrupted before each of its chunks or not."""
+    """Outputs and report of a run that gets a speed within a chunk, interrupted before each of its chunks or not."""
     halt, threads = Halt(), threading.active_count()
     run = Simulation(load_scene("bearing_6203_rig_400N", ("run.duration=0.1",)), halt)
     parts = [run.advance(21)]

@@ -29,9 +29,9 @@ def parts_of(owner):
 
 def test_checkers_of_types_are_told_every_public_name_and_its_home():
     tree = ast.parse((PACKAGE / "__init__.pyi").read_text())
-    told = {one.asname: node.module for node in tree.body if isinstance(node, ast.ImportFrom) for one in node.names}
-    assert sorted(told) == sorted(PUBLIC)
-    for name, home in told.items():
+    reported = {one.asname: node.module for node in tree.body if isinstance(node, ast.ImportFrom) for one in node.names}
+    assert sorted(reported) == sorted(PUBLIC)
+    for name, home in reported.items():
         assert getattr(bearing_twin, name).__module__ == home
     assert (PACKAGE / "py.typed").is_file()
 

@@ -269,8 +269,8 @@ def test_view_of_a_scene_says_what_it_wrote(tmp_path, capsys):
     out = tmp_path / "page.html"
     assert main(["view", "two_spheres", "--out", str(out), "--json"]) == DONE
     captured = capsys.readouterr()
-    told = json.loads(captured.out)
-    assert (told["view"], told["bytes"], told["shows"]) == (str(out), out.stat().st_size, "two_spheres")
+    reported = json.loads(captured.out)
+    assert (reported["view"], reported["bytes"], reported["shows"]) == (str(out), out.stat().st_size, "two_spheres")
     assert "is run for 7.848e-05 s" in captured.err
     assert "<title>two_spheres" in out.read_text()
 

@@ -73,7 +73,7 @@ def run(row: Row, share: float) -> tuple[Found, float]:
         FOLDERS.append(folder)
         try:
             found = row.run(share, Path(folder))
-        except Exception as error:  # the other rows are worth having
+        except Exception as error:  # the other rows are still wanted
             traceback.print_exc()
             found = Found(1, 0, 0, 1, f"not measured: {type(error).__name__}")
     return found, time.monotonic() - began

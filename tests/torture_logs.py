@@ -207,7 +207,7 @@ def _added_to(path: Path) -> None:
 
 
 def meddled(share: float, folder: Path) -> Found:
-    """Another program removes, moves, adds to or cuts the file at a random instant: it is whole, or that is told."""
+    """Another program removes, moves, adds to or cuts the file at a random instant: it is whole, or it is said."""
     random, trials = np.random.default_rng(10), part_of(200, share, 8)
     moved = folder / "moved.mcap"
     ways = (Path.unlink, lambda path: path.rename(moved), _added_to, lambda path: os.truncate(path, 100))
@@ -215,7 +215,7 @@ def meddled(share: float, folder: Path) -> Found:
     for k in range(trials):
         path, way, place = folder / "meddled.mcap", ways[k % len(ways)], int(random.integers(1, 500))
         log, topic = clock_log(path, patient=True)
-        told = False
+        reported = False
         try:
             for number in range(500):
                 if number == place:
@@ -225,13 +225,13 @@ def meddled(share: float, folder: Path) -> Found:
                     log.flush()
             log.close()
         except LogError:
-            told = True
+            reported = True
         here = moved if moved.exists() else path
-        found = [] if told else [STATE.unpack_from(message.data)[0] for message in raw_messages(here)]
+        found = [] if reported else [STATE.unpack_from(message.data)[0] for message in raw_messages(here)]
         whole, cut = found == list(range(500)), way is ways[-1]
         lost += not whole and not cut
-        silent += not whole and not told
-        survived += told if cut else whole
+        silent += not whole and not reported
+        survived += reported if cut else whole
         here.unlink()
     return Found(trials, survived, lost, silent, "")
 
@@ -350,10 +350,10 @@ def log_bombs() -> dict[str, Callable[[], bytes]]:
     described = Schema(1, b"", "ros2msg", "a/msg/B"), Channel(1, "/a", "cdr", {}, 1)
     huge = struct.pack("<BQ", 6, 1 << 62)
 
-    def unpacked(compression: str, size: int, told: int | None = None, times: int = 1) -> bytes:
+    def unpacked(compression: str, size: int, reported: int | None = None, times: int = 1) -> bytes:
         """Chunks of so many zeros that tell this size."""
         zeros = bytes(size)
-        return _file_of(*[_chunk(zeros, PACKED[compression](zeros), compression, told)] * times)
+        return _file_of(*[_chunk(zeros, PACKED[compression](zeros), compression, reported)] * times)
 
     def counted(compression: str, record: bytes, times: int) -> bytes:
         """A chunk of so many records."""

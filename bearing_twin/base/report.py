@@ -49,7 +49,7 @@ class CutShort(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Report:
-    """A run in numbers: what computed it, its cost, its doubts (`warnings` before, `flags` after), its `figures`.
+    """A run in numbers: what computed it, its cost, its warnings (`warnings` before, `flags` after), its `figures`.
 
     `status` is "done", or says what is doubtful or failed; `figures` are the scene's own, with the SI unit at the end
     of each key; `errors` what is known of theirs: `<figure>_error` in the figure's unit, and the same by source.

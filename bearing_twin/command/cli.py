@@ -136,14 +136,14 @@ def _main(argv) -> int:
             else:
                 _show(outcome, arguments.si)
             sys.stdout.flush()
-        for doubt in outcome.doubts:
-            print(f"bearing_twin: doubtful: {harmless(in_shown_units(doubt))}", file=sys.stderr)
+        for warning in outcome.warnings:
+            print(f"bearing_twin: doubtful: {harmless(in_shown_units(warning))}", file=sys.stderr)
         if outcome.problem:
             raise BearingTwinError(in_shown_units(outcome.problem))
     finally:
         SI.reset(units)
         FORCE.reset(force)
-    return DOUBTFUL if outcome.doubts and arguments.strict else DONE
+    return DOUBTFUL if outcome.warnings and arguments.strict else DONE
 
 
 def _show(outcome, si: bool) -> None:

@@ -2,6 +2,7 @@
 
 import math
 import shutil
+from functools import partial
 from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError
@@ -25,13 +26,13 @@ from bearing_twin.command.outcome import (
     Subcommand,
     add_changes,
     add_verbose,
-    doubts_of,
     failure_kept,
     new_log,
     number,
     overrides_of,
     picture_path,
     quantity,
+    run_warnings,
 )
 
 
@@ -116,8 +117,9 @@ def _simulate(arguments) -> Outcome:
             result["plot"] = drawing.write(picture, report, arguments.plot_errors)
         except BearingTwinError as error:  # the figures may be those of hours
             problems.append(str(error))
-    doubts = list(report.flags) if report.failure else doubts_of(result)
-    return Outcome(result, doubts, lambda: show_report(report, result, arguments.verbose), problem="; ".join(problems))
+    warnings = list(report.flags) if report.failure else run_warnings(result)
+    show = partial(show_report, report, result, arguments.verbose)
+    return Outcome(result, warnings, show, problem="; ".join(problems))
 
 
 COMMANDS = {

@@ -54,12 +54,12 @@ def run(arguments: argparse.Namespace) -> Outcome:
         "last_good_s": failure.good_seconds,
         "last_good": {name: value for name, value, _ in failure.about_body()},
     }
-    doubts, incomplete = [], ""
+    warnings, incomplete = [], ""
     if not arguments.stop:
         scene = failure.tightened(tolerance)
-        continued, doubts, incomplete = _continued(failure, shortened(scene, _end(failure, scene, until)), log)
+        continued, warnings, incomplete = _continued(failure, shortened(scene, _end(failure, scene, until)), log)
         result |= continued
-    return Outcome(result, doubts, lambda: _show(result, failure), problem=incomplete)
+    return Outcome(result, warnings, lambda: _show(result, failure), problem=incomplete)
 
 
 def _reasons(arguments: argparse.Namespace) -> Outcome:
@@ -125,8 +125,8 @@ def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
         "status": again or report.status,
         **({"log": str(log)} if log and not (again or incomplete) else {}),
     }
-    doubts = [again] if again else [*report.flags, *([report.status] if report.status != "done" else [])]
-    return continued, doubts, incomplete
+    warnings = [again] if again else [*report.flags, *([report.status] if report.status != "done" else [])]
+    return continued, warnings, incomplete
 
 
 def _show(result, failure) -> None:

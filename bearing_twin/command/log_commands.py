@@ -17,10 +17,10 @@ from bearing_twin.command.outcome import (
     Subcommand,
     add_verbose,
     cleared,
-    doubts_of,
     new_log,
     picture_path,
     quantity,
+    run_warnings,
 )
 
 
@@ -138,7 +138,7 @@ def _verify(arguments) -> Outcome:
     hidden = {"deviations", "records_not_as_many", *(("greatest_deviation",) if off else ())}  # each of them is shown
     shown = {key: value for key, value in result.items() if key not in hidden} | {"channels": count}
     shown |= {"deviation of": off} if off else {}
-    return Outcome(result, log.notes + _run_noted(log) + verification.doubts(), lambda: show_result(shown))
+    return Outcome(result, log.notes + _run_noted(log) + verification.warnings(), lambda: show_result(shown))
 
 
 def _run_noted(log) -> list[str]:
@@ -194,7 +194,7 @@ def _report(arguments) -> Outcome:
             f"the log holds {stream.kept_rate:g} outputs a second, not all: greatest and mean values are of those, and "
             "`verify` compares no others; a node logs all of them without full:=false"
         )
-    return Outcome(result, warnings + doubts_of(result), lambda: show_report(report, result, arguments.verbose))
+    return Outcome(result, warnings + run_warnings(result), lambda: show_report(report, result, arguments.verbose))
 
 
 def _recover_arguments(parser):
@@ -228,7 +228,7 @@ def _export_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _export(arguments: argparse.Namespace) -> Outcome:
-    """Writes the files; what is missing from the log is a doubt. Raises BearingTwinError."""
+    """Writes the files; what is missing from the log is a warning. Raises BearingTwinError."""
     from bearing_twin.command.terminal import with_progress
     from bearing_twin.log.export import export_log
 

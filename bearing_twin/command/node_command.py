@@ -91,7 +91,7 @@ def _shown(data) -> str:
 def _list(graph, arguments) -> Outcome:
     found = graph.nodes()
     several = [f"{found.count(name)} nodes are named {name}" for name in sorted({*found}) if found.count(name) > 1]
-    return listed("nodes", ("name",), ({"name": name} for name in found))._replace(doubts=several)
+    return listed("nodes", ("name",), ({"name": name} for name in found))._replace(warnings=several)
 
 
 def _pairs(what: str, column: str, found: dict) -> Outcome:

@@ -12,14 +12,14 @@ from bearing_twin.base.units import NO_LIMITS, Limits
 
 
 class Outcome(NamedTuple):
-    """Of a subcommand: the JSON object (None: already printed), what is doubtful, how to show it (None: as tables).
+    """Of a subcommand: the JSON object (None: already printed), warnings, how to show it (None: as tables).
 
     `engineering`: `show` knows engineering units only; with --si the result is shown as tables. `problem`: a sentence
     on why there is no more of the result; the exit code is then that of bad input.
     """
 
     result: dict | None
-    doubts: list[str]
+    warnings: list[str]
     show: Callable[[], None] | None = None
     engineering: bool = False
     problem: str = ""
@@ -34,23 +34,23 @@ class Subcommand(NamedTuple):
     examples: tuple[str, ...] = ()
 
 
-def doubts_of(result) -> list[str]:
+def run_warnings(result) -> list[str]:
     """Warnings about a run, from its report as plain data."""
     from bearing_twin.run.report import FAILED
 
     status = str(result.get("status", "done"))
-    doubts = [str(flag) for flag in result.get("flags", ())]
+    warnings = [str(flag) for flag in result.get("flags", ())]
     if status == "failed: energy":
         gained = result["energy_closure"]
         word = "grew" if gained > 0.0 else "was lost"
-        doubts.append(
+        warnings.append(
             f"energy {word} by {100 * abs(gained):.2g} % of the work: shorten the step or tighten the tolerance"
         )
     elif "failure" in result:
-        doubts.append(f"the run failed {result['failure']}")
+        warnings.append(f"the run failed {result['failure']}")
     elif status.startswith(FAILED):
-        doubts.append(status)
-    return doubts
+        warnings.append(status)
+    return warnings
 
 
 ALLOW_INVALID = (

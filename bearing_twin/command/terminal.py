@@ -128,7 +128,7 @@ def show_paragraph(text: str) -> None:
 
 
 def in_shown_units(sentence: str) -> str:
-    """A sentence, as of a doubt, in the units of the tables beside it."""
+    """A sentence, as of a warning, in the units of the tables beside it."""
     return sentence if SI.get() else sentence_for_people(sentence)
 
 

@@ -80,8 +80,8 @@ def known_choice(choice: Choice, scene: Scene | None) -> Choice:
     if choice.law == now.law:  # of a kind that has laws of its own
         return choice
     named = f"names the law {echo(choice.law)}, which there is not" if choice.law else "does not name its law"
-    doubt = f"the log {named}: it is judged by {now.law}, which its scene gets now"
-    return now._replace(stepper=choice.stepper or now.stepper, warnings=(*choice.warnings, doubt))
+    warning = f"the log {named}: it is judged by {now.law}, which its scene gets now"
+    return now._replace(stepper=choice.stepper or now.stepper, warnings=(*choice.warnings, warning))
 
 
 def read_log(

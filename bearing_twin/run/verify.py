@@ -72,7 +72,7 @@ class Verification:
         why = "as it does where speed or load were commanded: the scene in it knows nothing of that"
         return f"the log {' and '.join(parts)}, {why}" if parts else ""
 
-    def doubts(self) -> list[str]:
+    def warnings(self) -> list[str]:
         """Reasons why the log is not the whole run of its scene, one sentence each."""
         found = [self._sentence()] if self._sentence() else []
         if self.missing:
