@@ -28,8 +28,8 @@ def deviation(force, reference):
 def forces_and_energy(parameters, gradient):
     """Forces (2, n) and energy of half the disc of radius and modulus 1 under u = (F - 1) x."""
     body, mesh = bodies_in_units(parameters)[0], parameters.mesh
-    mesh = half_disc(mesh.divisions, mesh.order, mesh.integration)
-    displacement = (np.asarray(gradient) - np.eye(2)) @ np.stack([mesh.x, mesh.y])
+    mesh = half_disc(mesh)
+    displacement = (np.asarray(gradient) - np.eye(2)) @ np.stack([mesh.across, mesh.height])
     displacement[:, -1] = 0.0
     load, found = elastic_forces(body, displacement)
     return load[:, :-1], found, mesh
@@ -43,7 +43,7 @@ def test_the_patch_test(order, formulation):
     for plane in ("strain", "stress"):
         parameters = scene_of("mesh.divisions=8", f"mesh.order={order}", f"formulation={formulation}", f"plane={plane}")
         load, (energy, det, stretch), mesh = forces_and_energy(parameters, gradient)
-        inside = (np.hypot(mesh.x[:-1], mesh.y[:-1]) < 0.99) & (mesh.x[:-1] > 0.0)
+        inside = (np.hypot(mesh.across[:-1], mesh.height[:-1] - 1.0) < 0.99) & (mesh.across[:-1] > 0.0)
         assert np.abs(load[:, ~inside]).max() > 1e-3
         assert np.abs(load[:, inside]).max() < 1e-13
         density = energy_density(parameters, gradient) / parameters.disc.material.young_modulus
@@ -59,7 +59,7 @@ def test_forces_are_the_slope_of_the_energy(formulation):
     random = np.random.default_rng(3)
     for plane in ("strain", "stress"):
         body = bodies_in_units(scene_of(*SMALL, f"formulation={formulation}", f"plane={plane}"))[0]
-        size = len(body.mass)
+        size = len(body.mesh.mass)
         shape, along = 0.02 * random.standard_normal((2, size)), random.standard_normal((2, size))
         shape[:, -1] = along[:, -1] = 0.0
         load, _ = elastic_forces(body, shape)
@@ -90,7 +90,7 @@ def test_small_strain_is_linear_elasticity(formulation):
     for plane in ("strain", "stress"):
         whole = (*SMALL, "mesh.integration=full", f"plane={plane}")
         bodies = [bodies_in_units(scene_of(*whole, f"formulation={one}"))[0] for one in (formulation, "linear")]
-        shape = random.standard_normal((2, len(bodies[0].mass)))
+        shape = random.standard_normal((2, len(bodies[0].mesh.mass)))
         shape[:, -1] = 0.0
         apart = []
         for size in (1e-3, 1e-4):

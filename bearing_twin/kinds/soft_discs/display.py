@@ -4,15 +4,13 @@ The frame of the scene has its origin on the wall where the disc touches first, 
 along the axis of the disc. Of two discs the other is below the plane y = 0, of equal ones its mirror image.
 """
 
-import functools
-
 import numpy as np
 
 from bearing_twin.base.sample import Channel, Sample, Wrench
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
 from bearing_twin.kinds.markers import BLUE, GLASS, GREEN, LINE_STRIP, ORANGE, STEEL, TEXT, marker
 from bearing_twin.kinds.soft_discs import SOFT_DISCS
-from bearing_twin.kinds.soft_discs.derived import bodies_of, resolve
+from bearing_twin.kinds.soft_discs.derived import bodies_of
 from bearing_twin.kinds.soft_discs.mesh import density_at_nodes, edges_of, half_disc, triangles_of
 from bearing_twin.kinds.soft_discs.motion import bodies_in_units
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
@@ -70,7 +68,7 @@ def contacts(parameters: SoftDiscsScene, sample: Sample) -> dict:
     below = rim[rim[:, 1] < 0.0, 0]
     stiffness = penalty.stiffness_ratio * disc.material.young_modulus
     if parameters.against == "other_disc":
-        stiffness = bodies_in_units(resolve(parameters))[0].stiffness * disc.material.young_modulus
+        stiffness = bodies_in_units(parameters.resolve())[0].stiffness * disc.material.young_modulus
         other_rim = sample["other_shape"][_outline(parameters)]
         below = rim[-np.interp(rim[:, 0], other_rim[:, 0], other_rim[:, 1], right=np.inf) > rim[:, 1], 0]
     share = (depth / disc.radius) ** penalty.exponent
@@ -111,13 +109,8 @@ def _closed(rim) -> np.ndarray:
 
 
 def _outline(parameters: SoftDiscsScene) -> np.ndarray:
-    return _rim(resolve(parameters).mesh)
-
-
-@functools.lru_cache(maxsize=4)
-def _rim(mesh) -> np.ndarray:
     """Numbers of the nodes on the rim, from the bottom to the top."""
-    return half_disc(mesh.divisions, mesh.order, mesh.integration).outline
+    return half_disc(parameters.resolve().mesh).outline
 
 
 TAKEN = (
@@ -136,7 +129,7 @@ BELOW = ((1.0, -1.0), (-1.0, -1.0))
 def view(facts, channels) -> View:
     """x across the line of flight, y away from the wall or the place of first touch."""
     parameters = facts.scene.parameters
-    mesh = half_disc(parameters.mesh.divisions, parameters.mesh.order, parameters.mesh.integration)
+    mesh = half_disc(parameters.mesh)
     bodies = dict(zip(("shape", "other_shape"), bodies_of(parameters).values(), strict=False))
     taken = picked(channels, TAKEN)
     densities = tuple(

@@ -8,6 +8,7 @@ import numpy as np
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Table
+from bearing_twin.base.units import suffix_of
 from bearing_twin.kinds.error_estimates import COARSER, LAW, ModelErrors
 from bearing_twin.kinds.figures import adds_up
 from bearing_twin.kinds.impact.doubt import ImpactComparison
@@ -57,12 +58,6 @@ MEANINGS = {
 }
 
 
-FIGURES = (
-    *("peak_force_n", "peak_time_s", "contact_duration_s", "impulse_ns", "restitution"),
-    *("greatest_penetration_m", "least_stretch", "touches"),
-)
-
-
 def tables(parameters: SoftDiscsScene) -> tuple[Table, ...]:
     """What soft discs record."""
     return (IMPACT,)
@@ -86,19 +81,12 @@ class SoftDiscFigures:
     def figures(self) -> dict[str, Any]:
         """Numbers by SI-suffixed keys; none of the impact before it is over."""
         known = self._known
-        return {
-            "peak_force_n": known.get("peak_force"),
-            "peak_time_s": known.get("peak_time"),
-            "contact_duration_s": known.get("contact_duration"),
-            "impulse_ns": known.get("impulse"),
-            "restitution": known.get("restitution"),
-            "greatest_penetration_m": known.get("greatest_penetration"),
-            "energy_closure": known["energy_gained"] / self._brought if known else None,
-            "least_stretch": known.get("least_stretch"),
-            "force_balance": known["force_balance"] / known["peak_force"] if known.get("peak_force") else None,
-            "touches": int(known["touches"]) if known else None,
-            "wall_speed_m_s": wall_speed(self.parameters),
-        }
+        found = {f"{one.name}{suffix_of(one.unit)}": known.get(one.name) for one in IMPACT.columns}
+        found["energy_closure"] = known["energy_gained"] / self._brought if known else None
+        found["force_balance"] = known["force_balance"] / known["peak_force"] if known.get("peak_force") else None
+        found["touches"] = int(known["touches"]) if known else None
+        found["wall_speed_m_s"] = wall_speed(self.parameters)
+        return {key: found[key] for key in MEANINGS}
 
     def flags(self) -> list[str]:
         """What in this impact lies outside the theory or is to be doubted, one sentence each."""

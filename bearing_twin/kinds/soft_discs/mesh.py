@@ -17,14 +17,12 @@ from scipy import sparse
 
 from bearing_twin.core import lanes
 from bearing_twin.kinds.soft_discs.derived import capped_ratio
-from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
+from bearing_twin.kinds.soft_discs.parameters import DiscMesh, SoftDiscsScene
 
 ORDERS = (1, 2, 3, 4)
 CORE, CORNER = 0.55, 0.43  # of the radius: half the width of the core on the axes, and its corner
 RIM_POINTS = 4  # contact points of an edge, times its nodes: where contact ends the pressure has a kink
-TOGETHER = (
-    1600  # elements, whole blocks of lanes, computed in one go, within 50 ms: between them Python hears of a signal
-)
+TOGETHER = 1600  # elements, whole blocks of lanes, in one go, within 50 ms: between them Python hears of a signal
 NEAR = 1e-9  # nodes nearer than this are one
 
 
@@ -32,20 +30,21 @@ NEAR = 1e-9  # nodes nearer than this are one
 class Mesh:
     """Half a disc of radius, thickness and density 1.
 
-    `x`, `y`, `mass` of the nodes (n,), where the last node is none: it takes what lanes without an element give.
+    Place `across` the line of flight, `height` above the lowest point and `mass` of the nodes (n,), where the last node
+    is none: it takes what lanes without an element give.
     Blocks are of as many elements as the core computes side by side: `nodes` (blocks, nodes of an element, lanes) by
     their numbers; `inverses` of the Jacobian, reference coordinates by place (blocks, points, 2, 2, lanes); `weights`
     (blocks, points, lanes). There are two sets of Gauss points, `full` squared for the part with the shear modulus,
     then `reduced` squared for Lame's first parameter; `values` and `slopes` of the Lagrange polynomials along a
     direction (full + reduced, order + 1) are at both.
     `rim_nodes` (edges, nodes of an edge) of the lower half of the rim, from the bottom up, `rim_shapes` (rim points,
-    nodes), `rim_weights` (edges, rim points); `on_axis` numbers of the nodes on x = 0, `outline` of those on the rim
-    from the bottom to the top; `elements` (e, nodes of an element).
+    nodes), `rim_weights` (edges, rim points), `rim_places` of the nodes along an edge; `on_axis` numbers of the nodes
+    on x = 0, `outline` of those on the rim from the bottom to the top; `elements` (e, nodes of an element).
     """
 
     order: int
-    x: np.ndarray
-    y: np.ndarray
+    across: np.ndarray
+    height: np.ndarray
     mass: np.ndarray
     nodes: np.ndarray
     values: np.ndarray
@@ -57,14 +56,16 @@ class Mesh:
     rim_nodes: np.ndarray
     rim_shapes: np.ndarray
     rim_weights: np.ndarray
+    rim_places: np.ndarray
     on_axis: np.ndarray
     outline: np.ndarray
     elements: np.ndarray
 
 
 @functools.lru_cache(maxsize=4)
-def half_disc(divisions: int, order: int, integration: str) -> Mesh:
-    """The mesh with `divisions` N, a multiple of twice the order; `integration` is selective or full."""
+def half_disc(mesh: DiscMesh) -> Mesh:
+    """The mesh with so many divisions N, a multiple of twice the order."""
+    divisions, order, integration = mesh.divisions, mesh.order, mesh.integration
     points, elements, edges = _numbered(divisions // (2 * order), order)
     full, reduced = order + 1, order if integration == "selective" else order + 1
     corners = points[elements]
@@ -81,12 +82,12 @@ def half_disc(divisions: int, order: int, integration: str) -> Mesh:
     edges = edges[np.argsort(points[edges[:, 0], 0])]
     shapes, rim_weights = _rim(points, edges, order)
     on_axis = np.flatnonzero(points[:, 0] < NEAR)
-    x, y = (np.append(points[:, axis], 0.0) for axis in (0, 1))
-    x[on_axis] = 0.0
+    across, height = np.append(points[:, 0], 0.0), np.append(points[:, 1], 0.0) + 1.0
+    across[on_axis] = 0.0
     return Mesh(
-        order, x, y, mass,
+        order, across, height, mass,
         _in_lanes(elements, fill=len(points)), values, slopes, inverses, weights,
-        full, reduced, edges, shapes, rim_weights, on_axis, outline, elements,
+        full, reduced, edges, shapes, rim_weights, lobatto(order)[0], on_axis, outline, elements,
     )  # fmt: skip
 
 
@@ -246,7 +247,7 @@ def energy_density(parameters: SoftDiscsScene, gradient: np.ndarray) -> np.ndarr
 def density_at_nodes(parameters: SoftDiscsScene, mesh: Mesh, shape: np.ndarray) -> np.ndarray:
     """Energy density [J/m^3] at every node (..., n) of places `shape` (..., n, 2) [m]: mean of the elements there."""
     by_place = slopes_on_square(mesh.order, lobatto(mesh.order)[0])
-    rest = parameters.disc.radius * np.stack([mesh.x[:-1], mesh.y[:-1]], axis=1)
+    rest = parameters.disc.radius * np.stack([mesh.across[:-1], mesh.height[:-1]], axis=1)
     before = np.linalg.inv(np.einsum("ena,qnb->eqab", rest[mesh.elements], by_place))
     after = np.einsum("...ena,qnb->...eqab", shape[..., mesh.elements, :], by_place, optimize=True)
     density = energy_density(parameters, after @ before)

@@ -6,6 +6,7 @@ energies are those of both; heights are above the place of first touch in the fr
 """
 
 import ctypes
+import dataclasses
 import functools
 import math
 from dataclasses import dataclass
@@ -30,8 +31,8 @@ from bearing_twin.kinds.soft_discs.derived import (
     wall_speed,
     wave_speed,
 )
-from bearing_twin.kinds.soft_discs.mesh import Mesh, half_disc, lobatto
-from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
+from bearing_twin.kinds.soft_discs.mesh import Mesh, half_disc
+from bearing_twin.kinds.soft_discs.parameters import DiscMesh, SoftDiscsScene
 
 PIECE = 50_000  # nodes times steps between looks at whether all is over: 5 ms, after which Ctrl-C is heard
 GONE = 0.2  # of the time so far: out of contact for so long the disc does not come back
@@ -53,7 +54,7 @@ _ARRAYS = (
     "across", "height", "mass", "nodes", "values", "slopes", "inverses", "weights", "rim_nodes", "rim_shapes",
     "rim_weights", "rim_places", "on_axis",
 )  # fmt: skip
-_REALS = "mu", "lame", "stiffness", "exponent"
+_REALS = "mu", "lame", "stiffness", "exponent"  # of a DiscBody, in its order
 
 
 class _HalfDisc(ctypes.Structure):
@@ -68,23 +69,9 @@ class _HalfDisc(ctypes.Structure):
 
 
 class DiscBody(NamedTuple):
-    """Half a disc: arrays of the mesh, law, shear modulus, Lame's first parameter, k and m of the contact."""
+    """Half a disc: its mesh, law, shear modulus, Lame's first parameter, k and m of the contact."""
 
-    across: np.ndarray
-    height: np.ndarray
-    mass: np.ndarray
-    nodes: np.ndarray
-    values: np.ndarray
-    slopes: np.ndarray
-    inverses: np.ndarray
-    weights: np.ndarray
-    full: int
-    reduced: int
-    rim_nodes: np.ndarray
-    rim_shapes: np.ndarray
-    rim_weights: np.ndarray
-    rim_places: np.ndarray
-    on_axis: np.ndarray
+    mesh: Mesh
     law: int
     mu: float
     lame: float
@@ -93,10 +80,11 @@ class DiscBody(NamedTuple):
 
     def handed_over(self) -> _HalfDisc:
         """What the core reads; the arrays must live as long."""
-        edges, side = self.rim_nodes.shape
-        counts = len(self.mass), len(self.nodes), side, self.full, self.reduced, edges, len(self.rim_shapes)
-        arrays = (getattr(self, name).ctypes.data for name in _ARRAYS)
-        return _HalfDisc(*counts, len(self.on_axis), self.law, *arrays, *(getattr(self, name) for name in _REALS))
+        mesh = self.mesh
+        edges, side = mesh.rim_nodes.shape
+        counts = len(mesh.mass), len(mesh.nodes), side, mesh.full, mesh.reduced, edges, len(mesh.rim_shapes)
+        arrays = (getattr(mesh, name).ctypes.data for name in _ARRAYS)
+        return _HalfDisc(*counts, len(mesh.on_axis), self.law, *arrays, *self[2:])
 
 
 _BODY = ctypes.POINTER(_HalfDisc)
@@ -140,7 +128,7 @@ class Solved:
         share = (place - low)[:, None, None]
         high = np.minimum(low + 1, len(self.frames) - 1)
         moved = (1.0 - share) * self.frames[low, which] + share * self.frames[high, which]
-        rest = radius * np.stack([self.mesh.x[:-1], self.mesh.y[:-1] + 1.0])
+        rest = radius * np.stack([self.mesh.across[:-1], self.mesh.height[:-1]])
         return np.moveaxis(rest + moved[:, :, :-1], 1, 2)
 
 
@@ -154,13 +142,13 @@ def bodies_in_units(parameters: SoftDiscsScene) -> tuple[DiscBody, DiscBody]:
     size, stiff, dense = (one / another for one, another in zip(_scales(other), _scales(parameters), strict=True))
     # Two penalties one behind the other: their depths sum up to the overlap.
     both = penalty.stiffness_ratio / (1.0 + (size**power / stiff) ** (1.0 / power)) ** power
-    body = body_of(parameters, both)
-    scaled = body_of(other, both)
-    return body, scaled._replace(
-        across=size * scaled.across, height=size * scaled.height, mass=dense * size**2 * scaled.mass,
-        inverses=scaled.inverses / size, weights=size**2 * scaled.weights, rim_weights=size * scaled.rim_weights,
-        mu=stiff * scaled.mu, lame=stiff * scaled.lame,
+    body, scaled = body_of(parameters, both), body_of(other, both)
+    mesh = scaled.mesh
+    mesh = dataclasses.replace(
+        mesh, across=size * mesh.across, height=size * mesh.height, mass=dense * size**2 * mesh.mass,
+        inverses=mesh.inverses / size, weights=size**2 * mesh.weights, rim_weights=size * mesh.rim_weights,
     )  # fmt: skip
+    return body, scaled._replace(mesh=mesh, mu=stiff * scaled.mu, lame=stiff * scaled.lame)
 
 
 def _scales(parameters):
@@ -170,7 +158,6 @@ def _scales(parameters):
 
 def body_of(parameters: SoftDiscsScene, stiffness: float) -> DiscBody:
     """The disc without units: lengths in radii, stresses in Young's moduli."""
-    mesh = half_disc(parameters.mesh.divisions, parameters.mesh.order, parameters.mesh.integration)
     ratio, law = capped_ratio(parameters), FORMULATIONS[parameters.formulation]
     mu, lame = 0.5 / (1.0 + ratio), ratio / ((1.0 + ratio) * (1.0 - 2.0 * ratio))
     plane_stress = parameters.plane == "stress"
@@ -178,16 +165,7 @@ def body_of(parameters: SoftDiscsScene, stiffness: float) -> DiscBody:
         lame = 2.0 * lame * mu / (lame + 2.0 * mu)
     if plane_stress and law == NEO_HOOKEAN:
         law = NEO_HOOKEAN_PLANE_STRESS
-    return _body(mesh, law, mu, lame, stiffness, parameters.contact.exponent)
-
-
-def _body(mesh, law, mu, lame, stiffness, exponent) -> DiscBody:
-    return DiscBody(
-        mesh.x, mesh.y + 1.0, mesh.mass, mesh.nodes, mesh.values, mesh.slopes, mesh.inverses, mesh.weights, mesh.full,
-        mesh.reduced,
-        mesh.rim_nodes, mesh.rim_shapes, mesh.rim_weights, lobatto(mesh.order)[0], mesh.on_axis,
-        law, mu, lame, stiffness, exponent,
-    )  # fmt: skip
+    return DiscBody(half_disc(parameters.mesh), law, mu, lame, stiffness, parameters.contact.exponent)
 
 
 def elastic_forces(body: DiscBody, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -203,8 +181,8 @@ def stable_step(parameters: SoftDiscsScene) -> float:
     The greatest eigenvalue of a sum of stiffnesses is at most the sum of theirs (Weyl), so that those of shear, volume
     and penalty are found once for a mesh. Of two discs the lesser; a penalty between them counts twice for each.
     """
-    mesh, radius, density = parameters.mesh, parameters.disc.radius, parameters.disc.material.density
-    shear, volume, penalty = _greatest_eigenvalues(mesh.divisions, mesh.order, mesh.integration)
+    radius, density = parameters.disc.radius, parameters.disc.material.density
+    shear, volume, penalty = _greatest_eigenvalues(parameters.mesh)
     steps = []
     for body, one in zip(bodies_in_units(parameters), bodies_of(parameters).values(), strict=False):
         size, dense = one.disc.radius / radius, one.disc.material.density / density
@@ -220,16 +198,15 @@ def stable_step(parameters: SoftDiscsScene) -> float:
 
 
 @functools.lru_cache(maxsize=8)
-def _greatest_eigenvalues(divisions, order, integration) -> tuple[float, float, float]:
+def _greatest_eigenvalues(mesh: DiscMesh) -> tuple[float, float, float]:
     """Of mass^-1 stiffness: with mu = 1 alone, with lambda = 1 alone, with k = 1 alone."""
-    mesh = half_disc(divisions, order, integration)
     parts = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    return tuple(_greatest_eigenvalue(_body(mesh, LINEAR, *part, 1.0)) for part in parts)
+    return tuple(_greatest_eigenvalue(DiscBody(half_disc(mesh), LINEAR, *part, 1.0)) for part in parts)
 
 
 def _greatest_eigenvalue(body) -> float:
-    size = len(body.mass)
-    root, load, disc = np.sqrt(body.mass), np.zeros((2, size)), body.handed_over()
+    size = len(body.mesh.mass)
+    root, load, disc = np.sqrt(body.mesh.mass), np.zeros((2, size)), body.handed_over()
 
     def operate(vector):
         _stiffness(disc, vector.reshape(2, size) / root, load)
@@ -251,7 +228,7 @@ def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
     """
     bodies, unit, radius = bodies_in_units(parameters), time_unit(parameters), parameters.disc.radius
     step, paired = parameters.solver.step_share * stable_step(parameters), parameters.against == "other_disc"
-    size = len(bodies[0].mass)
+    size = len(bodies[0].mesh.mass)
     states = np.zeros((2, 3, 2, size))  # of both discs: displacement, velocity, room for forces
     for state, one in zip(states, bodies_of(parameters).values(), strict=False):
         state[1, 1, :-1] = -wall_speed(one) / wave_speed(parameters)
@@ -279,10 +256,7 @@ def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
     _give_units(history, parameters)
     shapes = kept[: min(len(kept), (done - 1) // every + 1)]
     shapes *= radius
-    return Solved(
-        step * unit, history, every * step * unit, shapes,
-        half_disc(parameters.mesh.divisions, parameters.mesh.order, parameters.mesh.integration), ended,
-    )  # fmt: skip
+    return Solved(step * unit, history, every * step * unit, shapes, half_disc(parameters.mesh), ended)
 
 
 def _refuse_collapse(parameters, rows, done, step):
@@ -388,7 +362,7 @@ def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") 
 
     costs = {
         "steps": len(found.history),
-        "nodes": (1 + both) * (len(found.mesh.x) - 1),
+        "nodes": (1 + both) * (len(found.mesh.mass) - 1),
         "elements": (1 + both) * len(found.mesh.elements),
     }
     return Impact(at, parameters.run, records, costs)

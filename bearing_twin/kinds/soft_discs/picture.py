@@ -80,8 +80,7 @@ class _Shapes:
     """The deformed meshes of a run at some of its outputs, coloured by strain energy on one scale."""
 
     def __init__(self, parameters, values, rows):
-        mesh = parameters.mesh
-        self._mesh = half_disc(mesh.divisions, mesh.order, mesh.integration)
+        self._mesh = half_disc(parameters.mesh)
         self._against = parameters.against
         names, signs = ("shape", "other_shape"), ((1.0, 1.0), (1.0, -1.0))
         parts = list(zip(bodies_of(parameters).values(), names, signs, strict=False))
