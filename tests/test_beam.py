@@ -31,7 +31,7 @@ from bearing_twin.kinds.beam.impact import (
     stress_shapes,
 )
 from bearing_twin.kinds.beam.motion import beam_of, impact_speed, solve, sphere_of
-from bearing_twin.reference.struck_beam import strike
+from bearing_twin.reference import strike
 from bearing_twin.run.scene import choose, load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 

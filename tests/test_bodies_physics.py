@@ -9,6 +9,7 @@ from made_up_run import a_choice
 from reference.ellipsoid import contact_delay, rocking_rate
 from scipy.spatial.transform import Rotation
 
+from bearing_twin import reference
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.sample import joined
 from bearing_twin.contact import hertz_impact
@@ -23,7 +24,6 @@ from bearing_twin.kinds.ellipsoid.parameters import GIVES
 from bearing_twin.kinds.two_bodies.derived import rigid_of
 from bearing_twin.kinds.two_bodies.parameters import Shaped
 from bearing_twin.numerics.rotation import quaternion_from_vector, quaternion_product
-from bearing_twin.reference import bounce
 from bearing_twin.run.scene import load_scene, parse_scene
 from bearing_twin.run.simulation import simulate
 
@@ -86,7 +86,7 @@ def test_restitution_is_what_was_asked_for(speed):
     common = ("gravity=[0,0,0]", f"start.velocity=[0,0,{-speed}]", "start.height=0.01", "run.duration=0.1")
     steady, _ = ran("ellipsoid_on_plane", "contact.restitution=0.6", *common)
     assert contact(0, steady)["restitution"] == pytest.approx(0.6, rel=1e-7)
-    duration, restitution = bounce.steady_contact(BALL, MASS, speed, steady_ratio(0.6))
+    duration, restitution = reference.steady_contact(BALL, MASS, speed, steady_ratio(0.6))
     assert contact(0, steady)["duration_s"] == pytest.approx(duration, rel=1e-7)
     assert restitution == pytest.approx(0.6, rel=1e-12)
     hunt, _ = ran(

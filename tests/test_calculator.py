@@ -18,10 +18,12 @@ from bearing_twin.contact import validity
 from bearing_twin.contact.calculator import (
     COMPARED,
     POWERS,
+    axis_stresses,
     contact_under_load,
     gap_in_groove,
     gap_of_curvatures,
     gap_of_radii,
+    greatest_shear,
     impact,
     laws_at,
     solve,
@@ -29,7 +31,6 @@ from bearing_twin.contact.calculator import (
 from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
 from bearing_twin.contact.hertz_impact import bar_speed, contact_time, restitution_lost_on_half_space
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material, effective_modulus, yield_pressure
-from bearing_twin.contact.stress import axis_stresses, greatest_shear
 from bearing_twin.contact.validity import FELT, FEWEST_TRANSITS, gap_error, wave_transit
 from bearing_twin.kinds.bearing import nominal_curvatures
 from bearing_twin.run.scene import load_scene

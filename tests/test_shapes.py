@@ -15,16 +15,23 @@ from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
 from bearing_twin.shapes.closed_forms import ball_in_groove, ellipsoid_on_plane
-from bearing_twin.shapes.implicit import SURFACES, ellipsoid, level, plane, sphere, superquadric, support, torus
-from bearing_twin.shapes.opposing import (
+from bearing_twin.shapes.implicit import (
+    SURFACES,
     body,
     contact_of,
+    ellipsoid,
     find_opposing,
+    level,
     opposing_error,
     opposing_rates,
     overlap_of,
+    plane,
     projected,
+    sphere,
+    superquadric,
+    support,
     tangent_axes,
+    torus,
 )
 
 BALL, GROOVE = 3.373e-3, 0.52 * 6.746e-3

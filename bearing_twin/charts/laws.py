@@ -23,7 +23,7 @@ from bearing_twin.contact.ellipse import curvature_ratio, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.patch_friction import patch_by
-from bearing_twin.reference.spot import spot_friction_exact
+from bearing_twin.reference import spot_friction_exact
 
 SHAPES = spread(1e-3, 1.0, 25)  # b/a
 BEARING = (0.08, 0.18)  # b/a of steel balls in raceways

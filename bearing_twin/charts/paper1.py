@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from bearing_twin import reference
 from bearing_twin.charts.contest import seconds, timed
 from bearing_twin.charts.laws import law_cost
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, bars_of, colour
@@ -19,7 +20,6 @@ from bearing_twin.contact.damping import steady_damping, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass, modulus_of
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
-from bearing_twin.reference import bounce
 from bearing_twin.run.scene import load_scene
 
 TIME = Axis("time", "s")
@@ -100,7 +100,7 @@ def delays(case: int) -> tuple[np.ndarray, np.ndarray]:
     ratio = steady_ratio(RESTITUTION) if case else 0.0
     ratios = ratio, ratio * math.sqrt(hertz / soft) if case == 2 else ratio
     exact = [
-        bounce.impact_instants(count, parameters.start.height, -parameters.gravity[2], c, mass, z)
+        reference.impact_instants(count, parameters.start.height, -parameters.gravity[2], c, mass, z)
         for c, z in zip((hertz, soft), ratios, strict=True)
     ]
     found = [np.array([one["start_s"] for one in each[:count]]) for each in contacts]

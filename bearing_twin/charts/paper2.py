@@ -16,7 +16,7 @@ from bearing_twin.charts.paper import Figures, Paper
 from bearing_twin.charts.scenes import Found, run
 from bearing_twin.kinds.beam.motion import beam_of
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
-from bearing_twin.reference.struck_beam import strike
+from bearing_twin.reference import strike
 from bearing_twin.run.scene import load_scene
 
 HEIGHTS = {50: (2, 4), 600: (3, 5)}  # mm: the paper's figures of bodies and of curves

@@ -17,7 +17,7 @@ from bearing_twin.kinds.two_bodies.derived import (
     start_unknowns,
 )
 from bearing_twin.kinds.two_bodies.parameters import OVERLAP, TRACKINGS, TwoBodiesScene
-from bearing_twin.shapes.opposing import (
+from bearing_twin.shapes.implicit import (
     FOUND,
     closed_form_known,
     opposing_error,

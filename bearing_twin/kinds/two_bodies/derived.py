@@ -16,20 +16,26 @@ from bearing_twin.kinds.sections import check_damping, check_run, resolved_run
 from bearing_twin.kinds.two_bodies.compiled import Rigid
 from bearing_twin.kinds.two_bodies.parameters import FREE, HELD, OVERLAP, TRACKINGS, Shaped, TwoBodiesScene
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
-from bearing_twin.shapes.implicit import CONVEX, Surface, ellipsoid, plane, sphere, superquadric, torus
-from bearing_twin.shapes.opposing import (
+from bearing_twin.shapes.implicit import (
+    CONVEX,
     FOUND,
     LAMBDA,
     NO_ELLIPSE,
     REFUSALS,
     Body,
     Opposition,
+    Surface,
     body,
     closed_form_known,
     contact_of,
+    ellipsoid,
     find_opposing,
     nearest_pair,
     opposition_of,
+    plane,
+    sphere,
+    superquadric,
+    torus,
 )
 
 DEEPEST = 0.1  # of the least size: a start pressed in deeper is no small deformation
