@@ -161,8 +161,7 @@ def test_what_balls_lose_of_momentum_the_cage_gains(name):
     system = disturbed(name)
     bearing, state, border = system.bearing, system.state, system.border
     balls, own = system.rates(state, border)
-    walls = bearing.pockets.walls._replace(stiffness=0.0)
-    system.bearing = bearing._replace(pockets=bearing.pockets._replace(walls=walls))
+    system.bearing = bearing._replace(pockets=bearing.pockets._replace(stiffness=0.0))
     without, alone = system.rates(state, border)
     rates, changes = balls - without, (own - alone)[PLACES : 2 * PLACES] * system.partners.mass
     cosine, sine = np.cos(state[:, ORBIT_ANGLE]), np.sin(state[:, ORBIT_ANGLE])

@@ -6,7 +6,7 @@ import pytest
 from bearing_twin import load_scene
 from bearing_twin.kinds.bearing import compiled_balls
 from bearing_twin.kinds.bearing.start import start_state
-from bearing_twin.kinds.bearing.system import RingMotion, bearing_of
+from bearing_twin.kinds.bearing.system import HELD, TILTED, bearing_of
 
 FRICTIONS = ("point", "spot", "spot_medium", "spot_fine", "pade1", "pade2")
 LAWS = ("hertz", "volumetric", "constant", "linear", "hertz_differential")
@@ -32,7 +32,7 @@ def moving_ball(law, friction):
 @pytest.mark.parametrize("tilt", [(0.0, 0.0), (2e-3, -1e-3)])
 def test_derivatives_are_those_of_differences(law, friction, tilt):
     bearing, speed, state = moving_ball(law, friction)
-    bearing = bearing._replace(ring=RingMotion(tilt, (0.0, 0.0, 0.0), (0.0, 0.0)) if any(tilt) else ())
+    bearing = bearing._replace(ring=TILTED if any(tilt) else HELD, tilt=tilt)
     _, jacobian = compiled_balls.rates_and_jacobian(bearing, speed, state)
     for column, size in enumerate(SIZES):
         slopes = []

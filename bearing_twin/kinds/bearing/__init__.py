@@ -79,7 +79,6 @@ FACE = {
     "BearingMotion": "motion: balls that move by their equations of motion",
     "bearing_of": "system: the numbers of the equations of motion",
     "RingDrive": "system: prescribed turning of the inner ring",
-    "RingMotion": "system: tilt and motion of the inner ring",
     "Loading": "system: loads over time",
     "rates": "compiled_balls: rates of all balls in a state",
     "start_state": "start: the state from which balls start",

@@ -58,9 +58,15 @@ def numbers_of(bearing) -> tuple[np.ndarray, np.ndarray]:
         raceways += [*own, *np.concatenate(polynomials)]
     coefficient, model = bearing.spot[:2] if bearing.spot else (0.0, POINT)
     friction, points = patch_by(model, coefficient)
-    tilt = bearing.ring.tilt if len(bearing.ring) > 1 else (0.0, 0.0)
     numbers = [
-        *(bearing.ball_radius, bearing.ball_mass, bearing.ball_inertia, *bearing.offset, *tilt, *bearing.gravity),
+        *(
+            bearing.ball_radius,
+            bearing.ball_mass,
+            bearing.ball_inertia,
+            *bearing.offset,
+            *bearing.tilt,
+            *bearing.gravity,
+        ),
         *(bearing.damping, bearing.relaxation_time, bearing.raceway_friction, bearing.friction_regularisation),
         *(bearing.inner.law.power, bearing.pair_coefficient, bearing.friction_coefficient),
         *raceways,

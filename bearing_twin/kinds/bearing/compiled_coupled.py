@@ -13,7 +13,6 @@ from bearing_twin.numerics.steppers import RODAS4
 COORDINATES, INTEGRALS = 9, 4  # ring x, y, z, its tilt about x and y, cage x, y, its angle, shaft
 SHAFT = 8
 BODY_NUMBERS = 2 * COORDINATES + INTEGRALS
-HELD, TILTED, LEVEL, TILTING = range(4)  # RingMotion of coupled_bodies.hpp
 NO_CAGE, EVEN, POCKETS = range(3)  # CageKind
 # The coordinates of the six places of ring and cage: with tilt, or with a cage whose centre moves.
 _COORDINATES_OF = {False: [0, 1, 2, 3, 4, 7], True: [0, 1, 2, 5, 6, 7]}
@@ -42,33 +41,17 @@ def _spread(values, guided: bool, shaft: float = 0.0) -> np.ndarray:
     return found
 
 
-def _walls(bearing, partners) -> list[float]:
-    """Numbers of Pockets and Land of coupled_bodies.hpp, zeros where there are none."""
-    pockets = (bearing.pockets[0] if len(bearing.pockets) == 1 else bearing.pockets) or (0.0,) * 5
-    land = partners.land or (0.0,) * 7
-    return [*pockets, *land]
-
-
-def _ring_motion(bearing, partners) -> int:
-    if not bearing.ring:
-        return HELD
-    if len(bearing.ring) == 1:
-        return LEVEL
-    return TILTING if partners.ring else TILTED
-
-
 def _numbers_of_bodies(bearing, partners) -> np.ndarray:
     """The numbers of CoupledBodies, but for those that change from part to part."""
     guided, shaft = bool(partners.land), partners.shaft
-    moving = len(partners.ring) > 0
     free = _spread(partners.free, guided, float(bool(shaft)))
-    if not moving:
+    if not partners.ring:
         free[:5] = 0.0
     scales, size = partners.scales, len(partners.free)
     cage = NO_CAGE if not partners.free[CAGE] else EVEN if partners.even else POCKETS
     return np.array(
         [
-            *(_ring_motion(bearing, partners), cage, guided, *free),
+            *(bearing.ring, cage, guided, *free),
             *_spread(partners.mass, guided, shaft.inertia if shaft else 1.0),
             *_spread(partners.stiffness, guided),
             *_spread(partners.damping, guided, shaft.damping if shaft else 0.0),
@@ -77,7 +60,8 @@ def _numbers_of_bodies(bearing, partners) -> np.ndarray:
             *_spread(scales[:size], guided),
             *_spread(scales[size : 2 * size], guided, scales[2 * size]),
             *(partners.polar_inertia, partners.unbalance, partners.phase, partners.light),
-            *_walls(bearing, partners),
+            *(bearing.pockets or (0.0,) * 5),
+            *(partners.land or (0.0,) * 7),
         ],
         float,
     )

@@ -24,7 +24,7 @@ from bearing_twin.kinds.bearing.equilibrium import (
     weighed_solver,
 )
 from bearing_twin.kinds.bearing.geometry import moduli
-from bearing_twin.kinds.bearing.outputs import Outputs, channels
+from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.surface_defects import SMOOTH_NUMBERS, defect_numbers
 
@@ -104,7 +104,7 @@ def _about_z(cosine, sine, radial, tangential, axial) -> np.ndarray:
     return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
 
-def write_channels(setting, gravity, found: Instants, speeds, angles, out: Outputs) -> None:
+def write_channels(setting, gravity, found: Instants, speeds, angles, out: Rows) -> None:
     """Fills `out` from `found`, the ring at `speeds` [rad/s] and `angles` [rad] (T,).
 
     Names and meanings are those of runs whose balls move by themselves. Sums of forces and moments that come to nothing
@@ -239,12 +239,12 @@ class QuasiStaticMotion(CommandedBearing):
         """Equilibria of the ring solved so far."""
         return {"equilibria": self.solved}
 
-    def first_outputs(self) -> Outputs:
+    def first_outputs(self) -> Rows:
         """The outputs at the present instant."""
         course, angle = self._course(np.zeros(1))
         return self._outputs(course, angle)
 
-    def advance(self, times: np.ndarray, duration: float) -> Outputs:
+    def advance(self, times: np.ndarray, duration: float) -> Rows:
         """The outputs at `times` [s] from now, moved on by `duration` [s]; raises IntegrationError."""
         if self._stored is None:
             self.first_outputs()
@@ -255,7 +255,7 @@ class QuasiStaticMotion(CommandedBearing):
         course, angle = self._course(instants)
         out = self._outputs(course, angle)
         self.elapsed += duration
-        return Outputs(*(values[: len(times)] for values in out))
+        return Rows(out.layout, out.numbers[: len(times)])
 
     def _course(self, instants) -> tuple[Course, np.ndarray]:
         """What is prescribed at `instants` [s] from now, and the ring's angle there; moves the drive on."""
@@ -303,7 +303,7 @@ class QuasiStaticMotion(CommandedBearing):
         course = Course(steps, self.speed * steps, np.full(count, self.speed), np.tile(held, (count, 1)), free, wanted)
         return course, angles
 
-    def _outputs(self, course: Course, angle) -> Outputs:
+    def _outputs(self, course: Course, angle) -> Rows:
         found = new_instants(len(angle), self.parameters.geometry.balls)
         status, instant = equilibria(
             self._seat, self._defects, float(angle[0] - course.turn[0]), course, self.state, found, self.stop
@@ -321,8 +321,8 @@ class QuasiStaticMotion(CommandedBearing):
             )
         self._refuse_illegal(found, course)
         self.solved += len(angle)
-        count = len(angle)
-        out = Outputs(*(np.zeros((count, *channel.shape)) for channel in channels(self.parameters)))
+        out = empty_outputs(self.parameters, len(angle))
+        out.numbers[:] = 0.0
         write_channels(self.setting, self.parameters.gravity, found, course.speed, angle, out)
         self._write_work(out)
         return out
@@ -337,7 +337,7 @@ class QuasiStaticMotion(CommandedBearing):
             sentence = f"at {seconds:.9g} s ball {ball} is squeezed too hard, or leaves the grooves; lower the load"
             raise IntegrationError(sentence, "too deep", seconds, f"ball {ball}")
 
-    def _write_work(self, out: Outputs) -> None:
+    def _write_work(self, out: Rows) -> None:
         """What the balls hold more than at the start came through the inner ring: nothing is lost in an equilibrium."""
         stored = out.kinetic_energy + out.elastic_energy + out.potential_energy
         if self._stored is None:

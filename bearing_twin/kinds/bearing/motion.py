@@ -26,7 +26,6 @@ from bearing_twin.kinds.bearing.start import caged_start, settled_start, start_o
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, Rates, fastest_rates
 from bearing_twin.kinds.bearing.surface_defects import ball_defects, defect_numbers, start_load
 from bearing_twin.kinds.bearing.system import (
-    CAGE,
     CARRIED_COLUMNS,
     DRIVE_WORK,
     GROSS_WORK,
@@ -38,7 +37,7 @@ from bearing_twin.kinds.bearing.system import (
     RingLoading,
     bearing_of,
     border_scales,
-    outside_load,
+    outside_loads,
     partners_of,
 )
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
@@ -392,20 +391,15 @@ def explained(error: IntegrationError, parameters, law: str, chunk: Chunk, begin
 
     The load counts with the ring's unbalance, at the beginning of the chunk, else at the error.
     """
-    if not len(chunk.partners.ring) or not error.seconds >= begin:
+    if not chunk.partners.ring or not error.seconds >= begin:
         return error
     for into in (0.0, error.seconds - begin):
-        load, seconds = _load(chunk, into), begin + into
+        load, seconds = outside_loads(chunk.partners, chunk.drive, into), begin + into
         try:
             check_load(parameters, law, chunk.drive.speed + chunk.drive.acceleration * into, load[:3], load[3:])
         except BearingTwinError as limit:
             return IntegrationError(f"at {seconds:.9g} s {limit}", OVERLOAD, seconds, "inner ring")
     return error
-
-
-def _load(chunk: Chunk, into: float) -> list[float]:
-    """What acts on the free coordinates of the ring [N, N m] (5,) `into` [s] the chunk."""
-    return [outside_load(chunk.partners, chunk.drive, into, i) for i in range(CAGE)]
 
 
 def check_speed(parameters, partners: Partners, begin, times, borders) -> None:

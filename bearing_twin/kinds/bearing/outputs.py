@@ -1,7 +1,6 @@
 """What a bearing scene gives out: its channels, the wrenches, and the contact ellipses of published samples."""
 
 import functools
-from collections import namedtuple
 
 import numpy as np
 
@@ -94,10 +93,6 @@ def _channels(n: int, films: bool = False) -> tuple[Channel, ...]:
         Channel("neighbour_normal", "1", (n, 3), "direction of that load on the ball; zeros when apart"),
         Channel("neighbour_friction", "N", (n, 3), "friction on the ball by the next ahead"),
     )
-
-
-Outputs = namedtuple("Outputs", [channel.name for channel in _channels(1)])
-Outputs.__doc__ = "One array a channel, first axis = solver output, as the core writes them."
 
 
 class Rows(Columns):

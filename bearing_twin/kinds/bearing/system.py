@@ -131,6 +131,7 @@ def films_along(lubricant: np.ndarray, raceway, ball_radius: float, side: float)
     return np.linalg.solve(np.vander(FILM_PLACES, increasing=True), found).T
 
 
+HELD, TILTED, LEVEL, TILTING = range(4)  # RingMotion of coupled_bodies.hpp: held, moving, tilted
 NO_LAND = math.inf  # the clearance of a cage that balls alone guide
 
 
@@ -142,12 +143,6 @@ class Pockets(NamedTuple):
     stiffness: float
     relaxation_time: float
     friction: float
-
-
-class MovingPockets(NamedTuple):
-    """Walls of a cage whose centre moves; their radius has no part in it."""
-
-    walls: Pockets
 
 
 class Land(NamedTuple):
@@ -175,15 +170,14 @@ class Shaft(NamedTuple):
 class Partners(NamedTuple):
     """What meets all balls in a part of a chunk: numbers (PLACES,) of ring and cage, in SI.
 
-    `ring` is empty where the ring is held, has one number where the ring does not tilt and the cage's centre stays,
-    else two. `land` is empty where the cage stays centred, else what guides it (a `Land`). `shaft` is empty where the
-    ring's speed is prescribed, else what a torque turns (a `Shaft`). `free` is 1 where a place follows its loads, else
-    0. `load` grows by `load_rate` a second, in the cage's place the torque on the shaft; `unbalance` [kg m] turns with
-    the ring, `phase` [rad] ahead. `scales` (2 PLACES + 1,) are the errors a step may make, the last of the shaft's
-    speed; `light` [m] is as `error_scales.light_approach` says.
+    `ring` says whether the ring moves with its mass. `land` is empty where the cage stays centred, else what guides it
+    (a `Land`). `shaft` is empty where the ring's speed is prescribed, else what a torque turns (a `Shaft`). `free` is 1
+    where a place follows its loads, else 0. `load` grows by `load_rate` a second, in the cage's place the torque on the
+    shaft; `unbalance` [kg m] turns with the ring, `phase` [rad] ahead. `scales` (2 PLACES + 1,) are the errors a step
+    may make, the last of the shaft's speed; `light` [m] is as `error_scales.light_approach` says.
     """
 
-    ring: tuple
+    ring: bool
     active: bool
     even: bool
     varying: bool
@@ -204,25 +198,13 @@ class Partners(NamedTuple):
     light: float
 
 
-def unbalance_pulls(unbalance, phase, drive, time):
-    """Force (2,) [N] of an unbalance along x and y at `time` [s] into the part."""
-    if unbalance == 0.0:
-        return 0.0, 0.0
-    angle = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time) + phase
+def outside_loads(partners: Partners, drive, time: float) -> np.ndarray:
+    """Loads (5,) [N, N m] on the free coordinates of the ring `time` [s] into the part, weight not counted."""
+    loads = partners.load[:CAGE] + time * partners.load_rate[:CAGE]
     speed = drive.speed + drive.acceleration * time
-    force = unbalance * speed * speed
-    return force * math.cos(angle), force * math.sin(angle)
-
-
-def outside_load(partners, drive, time, i):
-    """What acts on the ring from outside along coordinate i at `time` [s] into the part, weight left out [N, N m].
-
-    It is 0 where coordinate i is held.
-    """
-    if partners.free[i] == 0.0:
-        return 0.0
-    load = partners.load[i] + time * partners.load_rate[i]
-    return load + unbalance_pulls(partners.unbalance, partners.phase, drive, time)[i] if i < 2 else load
+    angle = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time) + partners.phase
+    loads[:2] += partners.unbalance * speed**2 * np.array([math.cos(angle), math.sin(angle)])
+    return np.where(partners.free[:CAGE] > 0.0, loads, 0.0)
 
 
 class Raceway(NamedTuple):
@@ -240,8 +222,8 @@ class Bearing(NamedTuple):
     `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact
     point; it is 0 where `spot`, empty else, says how friction acts over the spot: its coefficient, its model's
     name and inner and outer semi-axes (`along_groove.axes_along`).
-    `offset` is the place of the inner ring's centre; `ring` is empty where its axis
-    stays z and it only spins, else its motion (`RingMotion`, or `LevelMotion` where it does not tilt).
+    `offset` is the place of the inner ring's centre, `tilt` that of its axis about x and y [rad]; `ring` says how it
+    moves (HELD, ...).
     `pockets`, empty else, are those of a cage that balls bump into (`coupled_bodies.Pockets`). `film`, empty else, are
     the numbers of a lubricant and those of its films on both raceways (`lubricant.film_lubricant`, `films_along`);
     `defects` are the numbers of `surface_defects`, empty for smooth surfaces.
@@ -262,7 +244,8 @@ class Bearing(NamedTuple):
     pair_coefficient: float
     raceway_friction: float
     spot: tuple
-    ring: tuple
+    ring: int
+    tilt: tuple[float, float]
     pockets: tuple
     defects: tuple[float, ...] = ()
     film: tuple = ()
@@ -276,28 +259,14 @@ class RingDrive(NamedTuple):
     acceleration: float
 
 
-class RingMotion(NamedTuple):
-    """Tilt about x and y [rad], velocity of the centre [m/s] and rates of the tilt [rad/s], in `bearing_link`."""
-
-    tilt: tuple[float, float]
-    velocity: tuple[float, float, float]
-    tilt_rate: tuple[float, float]
-
-
-class LevelMotion(NamedTuple):
-    """Velocity of the centre [m/s] of a ring that moves and whose axis stays z, in `bearing_link`."""
-
-    velocity: tuple[float, float, float]
-
-
 def approaches(bearing: Bearing, motion: np.ndarray) -> tuple[float, float]:
     """Approaches [m] of a ball at the inner and at the outer raceway; `motion` starts with its position."""
     radius, angle, height = (float(motion[column]) for column in (AXIS_DISTANCE, ORBIT_ANGLE, HEIGHT))
     cosine, sine = math.cos(angle), math.sin(angle)
     x, y, z = bearing.offset
     across = radius - (cosine * x + sine * y), sine * x - cosine * y, height - z
-    if len(bearing.ring) > 1:  # in the axes of the tilted ring
-        a, b = bearing.ring.tilt
+    if any(bearing.tilt):  # in the axes of the tilted ring
+        a, b = bearing.tilt
         a, b = cosine * a + sine * b, cosine * b - sine * a
         axes = np.array([[1.0 + a * a, a * b, -b], [a * b, 1.0 + b * b, a], [b, -a, 1.0]]) / (1.0 + a * a + b * b)
         across = axes @ across
@@ -417,6 +386,15 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
             axes_along(radius, one.locus_radius, one.groove_radius, side) for one, side in ((inner, -1.0), (outer, 1.0))
         ]
         spot = coefficient, contact.friction, *axes
+    dimension, cage, pockets = dimension_of(parameters), parameters.cage, ()
+    ring = HELD
+    if dimension == FREE_RING:
+        ring = TILTING if tilts(parameters) else LEVEL
+    elif dimension == PRESCRIBED and any(parameters.drive.tilt):
+        ring = TILTED
+    if cage.kind == POCKETS and dimension != QUASI_STATIC:
+        walls = 0.5 * cage.pocket_clearance, cage.stiffness, cage.relaxation_time, cage.friction
+        pockets = Pockets(0.5 * parameters.geometry.pitch_diameter, *walls)
     return Bearing(
         balls=geometry.balls,
         ball_radius=radius,
@@ -433,29 +411,11 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         pair_coefficient=hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
         raceway_friction=0.0 if friction.over_spot else coefficient,
         spot=spot,
-        ring=_ring_motion(parameters),
-        pockets=_pockets(parameters),
+        ring=ring,
+        tilt=tuple(map(float, parameters.drive.tilt)) if ring in (TILTED, TILTING) else (0.0, 0.0),
+        pockets=pockets,
         film=film,
     )
-
-
-def _ring_motion(parameters: BearingScene) -> RingMotion | LevelMotion | tuple:
-    """The ring's tilt and motion at the start, empty where it only spins about z."""
-    tilt, dimension = tuple(map(float, parameters.drive.tilt)), dimension_of(parameters)
-    if dimension == FREE_RING and not tilts(parameters):
-        return LevelMotion((0.0, 0.0, 0.0))
-    if dimension == FREE_RING or (dimension == PRESCRIBED and any(tilt)):
-        return RingMotion(tilt, (0.0, 0.0, 0.0), (0.0, 0.0))
-    return ()
-
-
-def _pockets(parameters: BearingScene) -> Pockets | MovingPockets | tuple:
-    cage = parameters.cage
-    if cage.kind != POCKETS or dimension_of(parameters) == QUASI_STATIC:
-        return ()
-    radius = 0.5 * parameters.geometry.pitch_diameter
-    walls = Pockets(radius, 0.5 * cage.pocket_clearance, cage.stiffness, cage.relaxation_time, cage.friction)
-    return MovingPockets(walls) if moving_centre(parameters) else walls
 
 
 RING_SHARE = 0.3  # of a ball's errors: a ring that rings bears no more (`tests/test_error_scales.py`)
@@ -555,7 +515,7 @@ def partners_of(parameters: BearingScene) -> Partners:
     turned = parameters.drive.kind == TORQUE
     inertia = cage_inertia(parameters) if caged else 1.0
     return Partners(
-        ring=(1.0,) * ((1 if centred and not tilts(parameters) else 2) if moving else 0),
+        ring=moving,
         active=moving or caged or turned,
         even=cage.kind == EVEN,
         varying=moving and ring.unbalance != 0.0,
