@@ -6,14 +6,14 @@ where the numbers came from, so a stream read from a log and a stream from the i
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import ChannelError
+from bearing_twin.base.errors import ChannelError, LogError
 from bearing_twin.base.messages import echo, unknown
 
 AT_ONCE = 32 << 20  # bytes of outputs
@@ -287,3 +287,46 @@ class Aligned:
         """The piece in progress, if any; it stays in progress."""
         if self._waiting:
             yield joined(self._waiting)
+
+
+class Thinned:
+    """Arrays of the outputs of a run of any length, at most `most` rows: the first, and every `stride`-th after it.
+
+    `kept` makes what is kept of a sample of many outputs: arrays by name, one row an output. Of `outputs` that came,
+    `stride` is doubled where too many were kept.
+    """
+
+    def __init__(self, most: int, kept: Callable[[Sample], Mapping[str, np.ndarray]]):
+        self.stride, self.outputs, self._most, self._kept = 1, 0, most, kept
+        self._next = self._rows = 0
+        self._times: list[np.ndarray] = []
+        self._parts: dict[str, list[np.ndarray]] = {}
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        rows = range(self._next - self.outputs, len(block), self.stride)
+        if len(rows):
+            sample = block.sampled(rows)
+            self._times.append(1e-9 * sample.time_ns)
+            for name, values in self._kept(sample).items():
+                self._parts.setdefault(name, []).append(values)
+        self.outputs += len(block)
+        self._next += self.stride * len(rows)
+        self._rows += len(rows)
+        while self._rows > self._most:
+            self._times = [self.time[::2]]
+            self._parts = {name: [values[::2]] for name, values in self.values.items()}
+            self.stride, self._rows = 2 * self.stride, len(self._times[0])
+            self._next = self.stride * self._rows
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times [s] (count,) of the outputs that are kept; raises LogError where there is none."""
+        if not self._times:
+            raise LogError("there is no sample to show; give a run or a log that holds at least one")
+        return np.concatenate(self._times)
+
+    @property
+    def values(self) -> dict[str, np.ndarray]:
+        """The arrays (count, ...) by name."""
+        return {name: np.concatenate(parts) for name, parts in self._parts.items()}

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.base.errors import LogError
-from bearing_twin.base.sample import Block, Channel
+from bearing_twin.base.sample import Block, Channel, Sample, Thinned
 from bearing_twin.base.units import PREFIXES, UNITS
 from bearing_twin.kinds.views import View
 
@@ -20,57 +19,17 @@ GREATEST_NUMBERS = 2_600_000  # of all series together: 5.2 MB as whole numbers 
 LEAST_FRAMES = 100
 
 
-class Frames:
-    """Outputs on the page of a run: every `stride`-th, as many as fit; `time` [s] (count,), `values` by series."""
+class Frames(Thinned):
+    """Outputs on the page of a run: every `stride`-th, as many as fit; `values` are the series of its view."""
 
     def __init__(self, view: View):
+        width = max(1, sum(channel.width for channel in view.series))
+        super().__init__(max(LEAST_FRAMES, GREATEST_NUMBERS // width), self._series)
         self._view = view
-        self._width = max(1, sum(channel.width for channel in view.series))
-        self.greatest = max(LEAST_FRAMES, GREATEST_NUMBERS // self._width)
-        self.stride = 1
-        self.outputs = 0
-        self._next, self._count = 0, 0
-        self._times: list[np.ndarray] = []
-        self._parts: dict[str, list[np.ndarray]] = {channel.name: [] for channel in view.series}
 
-    def add(self, block: Block) -> None:
-        """Takes a block in; where too much has come, every second output is let go."""
-        size = len(block)
-        rows = range(self._next - self.outputs, size, self.stride)
-        if len(rows):
-            self._take(block, rows)
-        self.outputs += size
-        self._next += self.stride * len(rows)
-        while self._count > self.greatest:
-            self._halve()
-
-    def _take(self, block: Block, rows: range) -> None:
-        found = self._view.rows(block.sampled(rows))
-        for channel in self._view.series:
-            part = np.asarray(found[channel.name], np.float32).reshape(len(rows), -1)
-            self._parts[channel.name].append(part)
-        self._times.append(1e-9 * block.time_ns[rows.start : rows.stop : rows.step])
-        self._count += len(rows)
-
-    def _halve(self) -> None:
-        """The first output always stays, and with it every second of those kept."""
-        self._times = [np.concatenate(self._times)[::2]]
-        self._parts = {name: [np.concatenate(parts)[::2]] for name, parts in self._parts.items()}
-        self._count = len(self._times[0])
-        self.stride *= 2
-        self._next = self.stride * self._count
-
-    @property
-    def time(self) -> np.ndarray:
-        """Times [s] (count,) of the outputs that are kept; raises LogError where there is none."""
-        if not self._times:
-            raise LogError("there is no sample to show; give a run or a log that holds at least one")
-        return np.concatenate(self._times)
-
-    @property
-    def values(self) -> dict[str, np.ndarray]:
-        """Float32 (count, width) of each series."""
-        return {name: np.concatenate(parts) for name, parts in self._parts.items()}
+    def _series(self, sample: Sample) -> dict[str, np.ndarray]:
+        found, count = self._view.rows(sample), len(sample.time_ns)
+        return {one.name: np.asarray(found[one.name], np.float32).reshape(count, -1) for one in self._view.series}
 
     def note(self) -> str:
         """A note on outputs that are not on the page; empty where it holds all."""
