@@ -6,10 +6,11 @@ the browser, made of the recording.
 
 import argparse
 import contextlib
+import math
 import os
 import tempfile
 import time
-from collections import deque
+from collections import Counter
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -17,6 +18,7 @@ from pathlib import Path
 import numpy as np
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.serialization import deserialize_message
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -40,9 +42,8 @@ REPLAY_RATE = 2.0
 DISCOVERY = 600.0  # s at most; it ends when every topic has its subscriber
 REFRESH = 0.25  # s between updates of what is shown
 LINE_PERIOD = 5.0  # s between lines about a wait where there is no terminal
-LINE_NS = 250_000_000  # simulated time between lines
+LINE = 0.25  # s of simulated time between lines
 QUIET = 0.5  # s for the last messages to come
-RATE_WINDOW = 100  # messages
 
 SCENE, DURATION = "bearing_6203_load_and_speed", 2.0
 STORY = {
@@ -68,37 +69,25 @@ class DemoError(BearingTwinError):
 
 
 class Watcher(Node):
-    """Subscribes to all topics of a scene and to /diagnostics; keeps the forces on the balls and counts the rest."""
+    """Subscribes to all topics of a scene and to /diagnostics: keeps the last message of each, and counts them."""
 
     def __init__(self, scene: Scene, processes: dict[str, NodeProcess]):
         super().__init__("watcher")
-        balls = scene.parameters.geometry.balls
-        self.force = np.zeros((balls, 3))  # the last [N]
-        self.count = np.zeros(balls, dtype=np.int64)
-        self.came = [deque(maxlen=RATE_WINDOW) for _ in range(balls)]
-        self.sequences, self.messages, self.time_ns = Sequences(), 0, 0
-        self._processes = processes
         place = KINDS[scene.kind].namespace
-        taken = {f"{place}/ball_{ball}/wrench": partial(self._on_wrench, ball) for ball in range(balls)}
-        taken[f"{place}/samples"] = lambda data: self.sequences.saw(*sample_range(data)[:2])
+        self.wrenches = [f"{place}/ball_{ball}/wrench" for ball in range(scene.parameters.geometry.balls)]
+        self.last, self.count, self.sequences, self._began = {}, Counter(), Sequences(), math.inf
+        self._samples, self._processes = f"{place}/samples", processes
         for topic in topics(scene):  # all, so that a publisher knows by its own count when nobody is missing
-            kind, take = interface(topic.ros_type, "msg"), taken.get(topic.full_name)
-            quality = qos_profile(topic.qos._replace(depth=DEPTH) if take else topic.qos)
-            raw = topic.ros_type != cdr.WRENCH or take is None
-            self.create_subscription(kind, topic.full_name, partial(self._on_message, take), quality, raw=raw)
+            take, quality = partial(self._on_message, topic.full_name), qos_profile(topic.qos._replace(depth=DEPTH))
+            self.create_subscription(interface(topic.ros_type, "msg"), topic.full_name, take, quality, raw=True)
         self.create_subscription(interface(cdr.DIAGNOSTICS, "msg"), "/diagnostics", self._on_diagnostics, 10)
 
-    def _on_message(self, take, message) -> None:
-        self.messages += 1
-        if take:
-            take(message)
-
-    def _on_wrench(self, ball: int, message) -> None:
-        force = message.wrench.force
-        self.force[ball] = force.x, force.y, force.z
-        self.time_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
-        self.came[ball].append(time.monotonic())
-        self.count[ball] += 1
+    def _on_message(self, name: str, data: bytes) -> None:
+        self._began = min(self._began, time.monotonic())
+        self.last[name] = data
+        self.count[name] += 1
+        if name == self._samples:
+            self.sequences.saw(*sample_range(data)[:2])
 
     def _on_diagnostics(self, array) -> None:
         for status in array.status:
@@ -106,9 +95,16 @@ class Watcher(Node):
             if process:
                 process.status, process.values = status.message, {pair.key: pair.value for pair in status.values}
 
-    def rates(self) -> np.ndarray:
-        """Wrenches a second of wall time on each ball, over the last RATE_WINDOW of them."""
-        return np.array([(len(came) - 1) / (came[-1] - came[0]) if len(came) > 1 else 0.0 for came in self.came])
+    def forces(self) -> tuple[float, str]:
+        """Simulated time [s] of the last wrenches and a line of their forces; 0 and nothing before the first."""
+        if not all(name in self.last for name in self.wrenches):
+            return 0.0, ""
+        found = [deserialize_message(self.last[name], interface(cdr.WRENCH, "msg")) for name in self.wrenches]
+        at = found[0].header.stamp.sec + 1e-9 * found[0].header.stamp.nanosec
+        forces = [one.wrench.force for one in found]
+        sizes = " ".join(f"{math.hypot(one.x, one.y, one.z):7.3f}" for one in forces)
+        rate = self.count[self.wrenches[0]] / (time.monotonic() - self._began)
+        return at, f"t = {at:5.2f} s  net |F| on balls [N]: {sizes}  at {rate:5.1f} Hz"
 
     def knows_publishers(self) -> bool:
         """True where every subscription has a publisher."""
@@ -230,7 +226,7 @@ def _simulate(scene: Scene, given: argparse.Namespace, folder: Path, recording: 
 
         stage.wait(found, "discovery of all topics", "all topics are found")
         answer = stage.unpause("/bearing/sim_node/pause")
-        stage.wait(lambda: answer.done() or watcher.messages > 0, "the start of time", "time runs")
+        stage.wait(lambda: answer.done() or watcher.last, "the start of time", "time runs")
         if answer.done() and not answer.result().success:
             raise DemoError(f"sim_node did not start: {answer.result().message}; what it said is in {simulation.said}")
         progress.print(f"{scene.name} runs in real time for {given.duration:g} s:")
@@ -256,29 +252,17 @@ def _replay(scene: Scene, folder: Path, recording: Path) -> Watcher:
 
 
 def _shown_live(watcher: Watcher) -> Callable[[], None]:
-    """A function that prints the last wrenches, a line every LINE_NS of simulated time."""
-    printed_ns = 0
+    """A function that prints the last wrenches, a line every LINE of simulated time."""
+    printed = 0.0
 
     def show() -> None:
-        nonlocal printed_ns
-        if watcher.time_ns - printed_ns >= LINE_NS:
-            printed_ns = watcher.time_ns
-            sizes = " ".join(f"{size:7.3f}" for size in np.linalg.norm(watcher.force, axis=1))
-            line = f"t = {1e-9 * printed_ns:5.2f} s  net |F| on balls [N]: {sizes}  at {watcher.rates().mean():5.1f} Hz"
+        nonlocal printed
+        at, line = watcher.forces()
+        if at - printed >= LINE:
+            printed = at
             output.print(line, soft_wrap=True)
 
     return show
-
-
-def result_table(title: str, live: Watcher, greatest: np.ndarray, lost: int) -> Table:
-    """Loads and messages of each ball."""
-    table = Table(title=title, padding=0)
-    headings = "ball", "greatest load\n[N]\ninner  outer", "\nwrenches", "rate\n[Hz]", "samples\nlost"
-    for heading in headings:
-        table.add_column(escape(heading), justify="right", no_wrap=True)
-    for ball, (loads, wrenches, rate) in enumerate(zip(greatest, live.count, live.rates(), strict=True)):
-        table.add_row(str(ball), "  ".join(f"{load:.1f}" for load in loads), str(wrenches), f"{rate:.1f}", str(lost))
-    return table
 
 
 def _show_results(scene: Scene, duration: float, recording: Path, live: Watcher, replayed: Watcher) -> int:
@@ -295,10 +279,16 @@ def _show_results(scene: Scene, duration: float, recording: Path, live: Watcher,
     page = write_page(document_of_log(recording), recording.with_name("view.html"))
     greatest = np.max([block.values["normal_load"].max(axis=0) for block in blocks], axis=0)
     title = f"{scene.name}: {duration:g} s, {expected} solver outputs"
-    output.print(result_table(title, live, greatest, max(lost.values())))
+    table = Table(title=title, padding=0)
+    for heading in ("ball", "greatest load\n[N]\ninner  outer", "wrenches", "samples\nlost"):
+        table.add_column(escape(heading), justify="right", no_wrap=True)
+    for ball, (loads, name) in enumerate(zip(greatest, live.wrenches, strict=True)):
+        shown = "  ".join(f"{load:.1f}" for load in loads)
+        table.add_row(str(ball), shown, str(live.count[name]), str(max(lost.values())))
+    output.print(table)
     lines = [
         f"samples lost: {', '.join(f'{count} {where}' for where, count in lost.items())}",
-        f"messages: {live.messages} live, {replayed.messages} replayed",
+        f"messages: {live.count.total()} live, {replayed.count.total()} replayed",
         f"log:     {recording.resolve()}",
         f"picture: {Path(picture).resolve()}",
         f"browser: {page.resolve()}",
