@@ -9,9 +9,7 @@ from mcap.records import Metadata
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block
-from bearing_twin.log import stream
 from bearing_twin.log.bag import log_files, reader_of
-from bearing_twin.log.encoding import Encoder
 from bearing_twin.log.raw_log import OUTPUTS_KEY, RUN_RECORD
 from bearing_twin.run.scene import Scene, load_scene
 
@@ -50,23 +48,6 @@ def made_up_block(scene: Scene, outputs: int, first: int = 0, seed: int = 1) -> 
     period = round(1e9 / scene.parameters.run.output_rate)
     time_ns = (first + np.arange(outputs, dtype=np.int64)) * period
     return Block(scene.channels, first, time_ns, values)
-
-
-def counted_encodings(monkeypatch) -> list[int]:
-    """A list to which is added, each time that a stream encodes messages from now on, how many."""
-    made: list[int] = []
-
-    def counting(function, count):
-        def counted(*given):
-            made.append(count(*given))
-            return function(*given)
-
-        return counted
-
-    of_groups = counting(Encoder.encoded, lambda _, values, stamps: 0 if isinstance(values, list) else len(stamps))
-    monkeypatch.setattr(Encoder, "encoded", of_groups)
-    monkeypatch.setattr(stream, "encoded", counting(stream.encoded, lambda *given: 1))
-    return made
 
 
 def cut(block: Block, *rows: int) -> list[Block]:

@@ -2,7 +2,6 @@
 
 import itertools
 import signal
-import threading
 import time
 
 import pytest
@@ -24,7 +23,6 @@ from ros import (
     qos_check_compatible,
     qos_profile,
     ros_executor,
-    ros_executor_beside,
     spin_for,
     spin_until,
     spin_until_heard,
@@ -64,18 +62,6 @@ def by_topic(pairs):
     for name, data in pairs:
         found[name].append(padded(data))
     return found
-
-
-def test_every_call_of_a_service_is_answered(log):
-    with ros_executor(2) as executor, ros_executor_beside(executor) as callers:
-        started(executor, ReplayNode, log=str(log), start_paused=True, discovery=0.0)
-        threading.Thread(target=executor.spin, daemon=True).start()
-        clients = [plain_node(callers, f"caller_{k}").create_client(SetBool, "/replay_node/pause") for k in range(30)]
-        spin_until(callers, lambda: all(one.service_is_ready() for one in clients), "the service")
-        spin_for(callers, 1.0)
-        answers = [one.call_async(SetBool.Request(data=True)) for one in clients]
-        spin_until(callers, lambda: all(one.done() for one in answers), "30 answers", patience=30.0)
-        assert all(one.result().success for one in answers)
 
 
 def test_a_burst_as_of_an_impact_is_recorded_whole(tmp_path, capfd):

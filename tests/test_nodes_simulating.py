@@ -6,10 +6,10 @@ from collections import defaultdict
 from types import SimpleNamespace
 
 import pytest
-from made_up_run import a_choice, bits, counted_encodings, cut, made_up_block, made_up_scene
+from made_up_run import a_choice, bits, cut, made_up_block, made_up_scene
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, LogError
-from bearing_twin.kinds.contract import ONCE, PUBLISH, Command
+from bearing_twin.kinds.contract import PUBLISH, Command
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.run_log import LogWriter, read_log
 from bearing_twin.log.sample_block import sample_range
@@ -372,31 +372,6 @@ def test_a_log_takes_what_nobody_listens_to(tmp_path):
     loop.close()
     logged = {message.topic.name.removeprefix("/bearing/") for message in raw_messages(tmp_path / "run.mcap")}
     assert logged == set(expected(61))
-
-
-@pytest.mark.parametrize("logged", [False, True])
-@pytest.mark.parametrize("listened_to", [None, ("state", "samples")])
-def test_what_is_published_and_logged_is_encoded_once(tmp_path, monkeypatch, logged, listened_to):
-    """What nobody listens to is not encoded at all without a log, which takes every topic, and the very same bytes."""
-    whole = {name: len(messages) for name, messages in expected(235).items()}
-    taken, write, made = [], LogWriter.write, counted_encodings(monkeypatch)
-
-    def writing(log, topic, stamp_ns, cdr):
-        taken.append(cdr)
-        write(log, topic, stamp_ns, cdr)
-
-    monkeypatch.setattr(LogWriter, "write", writing)
-    loop, delivered, clock = made_up_loop(
-        open_log=lambda run: LogWriter(tmp_path / "run.mcap", SCENE) if logged else None,
-        subscribed=None if listened_to is None else lambda: listened_to,
-        duration_ns=234 * MS,
-    )
-    drive(loop, clock, 1_000 * MS)
-    sent = [cdr for messages in delivered.values() for _, cdr in messages if cdr]
-    latched = {topic.name for topic in topics(SCENE) if topic.rate == ONCE}
-    wanted = whole if logged or listened_to is None else {*listened_to, *latched}
-    assert sum(made) == len(sent) == sum(count for name, count in whole.items() if name in wanted)
-    assert sorted(map(id, taken)) == (sorted(map(id, sent)) if logged else [])
 
 
 @pytest.mark.parametrize("tells_time", [False, True])

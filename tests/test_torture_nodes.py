@@ -2,19 +2,19 @@
 
 import pytest
 from ros import rclpy  # noqa: F401 - skips where there is no ROS
-from torture_nodes import calls, cancels, ends, frozen, goals, hostile, restarts, soak
+from torture_nodes import calls, cancels, frozen, goals, hostile, soak
 from torture_stops import stops
 
 SHARES = {hostile: 0.03, frozen: 0.1}  # of others the least there is
 # Processes are started, ended and stopped. That nodes end with whole logs, and goals with answers, other tests show.
-SLOW = (soak, restarts, goals, frozen, ends, stops)
+SLOW = (soak, goals, frozen, stops)
 
 
 @pytest.mark.parametrize(
     ("torture", "share"),
     [
         pytest.param(one, SHARES.get(one, 1e-3), marks=[pytest.mark.environment] if one in SLOW else [])
-        for one in (hostile, frozen, goals, calls, cancels, ends, stops, restarts, soak)
+        for one in (hostile, frozen, goals, calls, cancels, stops, soak)
     ],
     ids=lambda one: getattr(one, "__name__", one),
 )

@@ -1,4 +1,4 @@
-"""Tortures of nodes: hostile goals, a thousand at once, cancels, a frozen recorder, minutes of running, restarts."""
+"""Tortures of nodes: hostile goals, hundreds at once, cancels, a frozen recorder, minutes of running."""
 
 import contextlib
 import os
@@ -15,16 +15,12 @@ from ros import ActionClient, DiagnosticArray, Float64, GoalStatus, RunStudy, Se
 from scipy.stats import theilslopes
 from torture_rows import Found, Row, memory_of, part_of, until
 
-from bearing_twin.base.errors import LogError
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import RECORDING_RECORD
-from bearing_twin.log.recover import recover
 from bearing_twin.log.run_log import read_log
 from bearing_twin.nodes.entry import node_command
 from bearing_twin.nodes.messages import SERVICE
-from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation
 
 QUICK = {"study": "spheres_alpha_4e-5", "overrides": ["sweep=", "histories=[]", "modality=no"], "samples": 500}
 ENDLESS = QUICK | {"samples": 12_000_000, "overrides": [*QUICK["overrides"], "batch=1000000"]}
@@ -37,7 +33,6 @@ SOAK = 150.0  # s
 SLOPE = 60.0  # MB/h: what 150 s can tell from the rounding of pages
 BEGUN = 20_000  # bytes of a log of a node that is at work
 WARM_UP = 0.25  # of a soak: pools of threads, buffers and compiled code are filled by then
-SCENE = ("bearing_6203", ["solver.stepper=rodas4", "contact.normal=hertz"])
 
 
 @contextlib.contextmanager
@@ -222,45 +217,6 @@ def cancels(share: float, folder: Path) -> Found:
     return Found(tried, survived, 0, silent, f"{said}ended {1e3 * middle[1]:.0f} ms (greatest {1e3 * worst[1]:.0f})")
 
 
-def ends(share: float, folder: Path) -> Found:
-    """Nodes in the middle of their work are ended by SIGINT and SIGTERM: within 500 ms, with code 0 and a whole log."""
-    tried, times, lost, silent = part_of(12, share), [], 0, 0
-    for k in range(tried):
-        name, number = ("sim_node", "recorder_node", "uq_node")[k % 3], (signal.SIGINT, signal.SIGTERM)[k % 2]
-        log = folder / f"ended_{k}{'' if name == 'uq_node' else '.mcap'}"
-        given = {"sim_node": {"scene": "bearing_6203", "log": str(log)}, "uq_node": {"log_folder": str(log)}}
-        given["recorder_node"] = {"log": str(log), "topics": ["/diagnostics"]}
-        with ros_executor() as executor:
-            watcher, seen = plain_node(executor, "watcher"), []
-            watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda a, seen=seen: seen.extend(a.status), 10)
-            with running(name, executor, given[name], folder / f"{name}.txt") as node:
-                doing = {"sim_node": "running", "recorder_node": "recording", "uq_node": "idle"}[name]
-                spun(executor, lambda seen=seen, doing=doing: any(doing in s.message for s in seen[-3:]), 120.0)
-                if name == "uq_node":
-                    client = ActionClient(plain_node(executor, "asker"), RunStudy, "/bearing/run_study")
-                    heard = []
-                    spun(executor, client.server_is_ready, 60.0)
-                    client.send_goal_async(RunStudy.Goal(**ENDLESS), heard.append)
-                    if not spun(executor, lambda heard=heard: bool(heard), 60.0):  # then there is nothing to lose
-                        raise RuntimeError("the goal has not begun: " + (folder / f"{name}.txt").read_text()[-500:])
-                spun(executor, lambda: False, 0.5)
-                began = time.monotonic()
-                node.send_signal(number)
-                with contextlib.suppress(subprocess.TimeoutExpired):
-                    node.wait(60.0)
-                times.append(time.monotonic() - began)
-                silent += node.returncode != 0
-        try:
-            [log] = log.glob("*.mcap") if log.is_dir() else [log]
-            lost += not sum(1 for _ in raw_messages(log))
-        except (LogError, ValueError):
-            lost += 1
-    survived = sum(seconds < ENDED for seconds in times) - lost
-    return Found(
-        tried, survived, lost, silent, f"ended {1e3 * np.median(times):.0f} ms (greatest {1e3 * max(times):.0f})"
-    )
-
-
 def frozen(share: float, folder: Path) -> Found:
     """A recorder that is stopped for 6 s: what it loses of each topic is in its log's count."""
     seconds, log = max(1.0, FROZEN * share), folder / "frozen.mcap"
@@ -343,71 +299,11 @@ def soak(share: float, folder: Path) -> Found:
     return Found(len(nodes), good, int(not whole), dead, f"{seconds / 60.0:.1f} min, {far:.0f} s simulated: {said}")
 
 
-def restarts(share: float, folder: Path) -> Found:
-    """sim_node and recorder ended at random, by SIGINT or SIGKILL, while the other runs: all logs whole and true."""
-    chance, tried = random.Random(7), part_of(6, share, 1)
-    scene = load_scene(*SCENE)
-    logs: list[Path] = []
-    with ros_executor() as executor, contextlib.ExitStack() as stack:
-
-        def start(name: str) -> subprocess.Popen:
-            log = folder / f"{name}_{len(logs)}.mcap"
-            logs.append(log)
-            given = {"log": str(log), "full": True}
-            if name == "sim_node":
-                given |= {"scene": SCENE[0], "overrides": SCENE[1]}
-            node = stack.enter_context(running(name, executor, given, folder / f"{name}.txt"))
-            if not until(log.exists, 120.0):
-                raise RuntimeError(f"{name} has not begun: " + (folder / f"{name}.txt").read_text()[-500:])
-            return node
-
-        nodes = {name: start(name) for name in ("sim_node", "recorder_node")}
-        time.sleep(3.0)
-        for _ in range(tried):
-            name = chance.choice(list(nodes))
-            nodes[name].send_signal(chance.choice((signal.SIGINT, signal.SIGKILL)))
-            nodes[name].wait(60.0)
-            nodes[name] = start(name)
-            time.sleep(chance.uniform(1.0, 3.0))
-    true = {}
-    simulation, survived, untrue, outputs = Simulation(scene), 0, 0, 0
-    for log in logs:
-        whole = log
-        try:
-            read_log(log, allow_gaps=True)
-        except LogError:
-            whole = log.with_suffix(".saved.mcap")
-            try:
-                recover(log, whole)
-            except LogError:
-                survived += log.stat().st_size < 100_000  # ended before the first message
-                continue
-        good = True
-        try:
-            blocks = list(read_log(whole, allow_gaps=True).blocks())
-        except LogError as error:
-            survived += "holds no topic" in str(error)  # a recorder that heard nothing of the simulation
-            continue
-        for block in blocks:
-            while simulation.sequence < block.first_sequence + len(block) - 1:
-                part = simulation.advance(100)
-                true |= {part.first_sequence + k: row.tobytes() for k, row in enumerate(part.matrix())}
-            same = all(true[block.first_sequence + k] == row.tobytes() for k, row in enumerate(block.matrix()))
-            good, outputs = good and same, outputs + len(block)
-        survived += good
-        untrue += not good
-    return Found(
-        len(logs), survived, len(logs) - survived, untrue, f"{tried} restarts, {outputs} outputs true to the bit"
-    )
-
-
 ROWS = (
     Row("hostile", "goals that mean ill, answered within 1 s, each followed by a normal one", hostile),
     Row("goals", "goals at once", goals),
     Row("calls", "calls of a service by thirty clients at once, in a flood of commands", calls),
     Row("cancel", "cancels of a study that runs, acknowledged within 100 ms and ended within 500 ms", cancels),
-    Row("end", "nodes ended by a signal in the middle of their work, within 500 ms and with whole logs", ends),
     Row("frozen", "a recorder stopped for 6 s", frozen),
-    Row("restart", "logs of sim_node and recorder, restarted at random", restarts),
     Row("soak", "nodes at real time for 150 s, growing by less than 60 MB/h", soak),
 )

@@ -43,7 +43,8 @@ def commands() -> list[list[str]]:
     program = [sys.executable, "-m", "bearing_twin"]
     found = [[*program, "simulate", name, *_set(changes)] for name, changes in LONG]
     found += [[*program, "study", name, *_set(changes)] for name, changes in STUDIES]
-    return found + [node_command("sim_node", {"scene": name, "overrides": changes}) for name, changes in LONG]
+    found += [node_command("sim_node", {"scene": name, "overrides": changes}) for name, changes in LONG]
+    return [*found, node_command("uq_node", {"log_folder": ""})]
 
 
 def _set(changes: list[str]) -> list[str]:
