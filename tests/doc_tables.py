@@ -4,7 +4,7 @@ A table stands between `<!-- table: NAME -->` and `<!-- end -->`; TABLES says wh
 """
 
 import csv
-import importlib
+import importlib.util
 import re
 import sys
 from collections.abc import Callable, Iterable
@@ -13,7 +13,6 @@ from pathlib import Path
 
 from failure_rows import FAILURES
 
-from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.parameters import describe
 from bearing_twin.base.units import named, two_digits, with_unit
 from bearing_twin.base.yaml_files import SCENES, STUDIES
@@ -229,12 +228,9 @@ def _figures() -> str:
 
 def _node_parameters() -> str:
     """The parameters of the nodes; empty where ROS, which their modules need, is missing."""
-    try:
-        tables = {
-            name: importlib.import_module(f"bearing_twin.nodes.{home}").PARAMETERS for name, home in NODES.items()
-        }
-    except (ImportError, BearingTwinError):
+    if not all(map(importlib.util.find_spec, ("rclpy", "bearing_twin_msgs"))):
         return ""
+    tables = {name: importlib.import_module(f"bearing_twin.nodes.{name}").PARAMETERS for name in NODES}
     rows = (
         (f"`{node}`", f"`{one.name}`", f"`{one.default!r}`", one.unit or "-", "-" if one.read_only else "yes", one.help)
         for node, table in tables.items()
@@ -243,12 +239,7 @@ def _node_parameters() -> str:
     return _table(("node", "parameter", "default", "unit", "live", "meaning"), rows)
 
 
-NODES = {
-    "sim_node": "scene_parameters",
-    "recorder_node": "recorder_node",
-    "replay_node": "replay_node",
-    "uq_node": "uq_node",
-}
+NODES = ("sim_node", "recorder_node", "replay_node", "uq_node", "watch_node")
 TABLES: dict[str, Callable[[], str]] = {
     "scenes": _scenes,
     "studies": _studies,

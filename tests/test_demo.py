@@ -44,7 +44,7 @@ def test_a_part_that_fails_names_its_output_and_what_to_do(tmp_path, here, monke
     done = here("demo", "--out", str(tmp_path))
     assert done.returncode == 2, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
-    named = re.search(r"All it said is in (\S+_node\.txt)\. Mend what it names, or try again", done.stderr)
+    named = re.search(r"Its output is in (\S+_node\.txt)\. Correct the cause named there, or try again", done.stderr)
     assert "_node: " in Path(named[1]).read_text()
 
 

@@ -175,7 +175,7 @@ def test_ctrl_c_ends_who_publishes_and_interrupts_who_waits_for_a_subscriber(wai
 
 
 def until(holds):
-    """Waits; what is asked for in `holds` is asked for again: discovery takes as long as the machine is busy."""
+    """Waits; what is requested for in `holds` is asked for again: discovery takes as long as the machine is busy."""
     end = time.monotonic() + 300.0
     while not holds():
         assert time.monotonic() < end
@@ -234,7 +234,7 @@ def test_services_are_called(told):
             ("service", "call", "/toy/pause", "std_srvs/srv/SetBol"),
             "std_srvs has no srv 'SetBol'; did you mean SetBool",
         ),
-        (("service", "call", "/toy/pause", "os; x"), "'os; x' is no type of this group; write package/srv/Name"),
+        (("service", "call", "/toy/pause", "os; x"), "'os; x' is not a type of this group; write package/srv/Name"),
         (("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: "), "is no YAML"),
         (("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: 2024-13-45}"), "is no YAML"),
     ]

@@ -113,7 +113,7 @@ def test_a_log_says_what_an_hour_takes_and_when_the_disk_will_be_full(tmp_path, 
         look(110.0)
     said = capfd.readouterr().err
     assert said.count("an hour of the log takes 3.6 MB at this rate, and the disk lasts 2.78 h") == 1
-    assert "there is room again: the log goes on, 3 messages were dropped" in said
+    assert "there is space again: the log continues, 3 messages were dropped" in said
 
 
 def test_what_peers_send_in_floods_is_told_once_a_second(capfd):

@@ -10,7 +10,7 @@ from ros import DiagnosticArray, SetBool, call, executable, plain_node, ros_exec
 
 from bearing_twin.base.paths import share_path
 from bearing_twin.log.bag import raw_messages
-from bearing_twin.nodes.entry import OF_THE_FOLDER, PROFILES, repair_soon
+from bearing_twin.nodes.entry import OF_THE_FOLDER, PROFILES, frequent_heartbeats
 
 RATE, DURATION = 1000, 4.0  # messages of a topic a second, s
 HELD_UP = (0.5, *[0.1] * 10)  # s, each after as long at work; a publisher keeps four seconds of messages
@@ -24,16 +24,16 @@ def surroundings(monkeypatch, tmp_path):
 
 
 def test_a_node_asks_fast_dds_to_send_again_soon(surroundings):
-    repair_soon()
+    frequent_heartbeats()
     assert os.environ.pop(PROFILES) == str(share_path("config", "fastdds.xml"))
 
 
 def test_profiles_of_the_user_are_left_as_they_are(surroundings):
     os.environ[PROFILES] = ""
-    repair_soon()
+    frequent_heartbeats()
     assert os.environ.pop(PROFILES) == ""
     (surroundings / OF_THE_FOLDER).write_text("<dds/>")
-    repair_soon()
+    frequent_heartbeats()
     assert PROFILES not in os.environ
 
 

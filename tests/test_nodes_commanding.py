@@ -49,7 +49,7 @@ def test_moments_tilt_a_ring_that_is_free_to():
 REFUSED = {
     "nan": (wrench((0.0, math.nan, 0.0)), "must be finite"),
     "infinite": (wrench((0.0, 0.0, 0.0), (math.inf, 0.0, 0.0)), "must be finite"),
-    "frame": (wrench((0.0, -10.0, 0.0), frame="map"), "its frame is 'map', but it is taken in bearing_link alone"),
+    "frame": (wrench((0.0, -10.0, 0.0), frame="map"), "its frame is 'map', and must be bearing_link"),
     "held": (wrench((0.0, -10.0, 0.0), (0.5, 0.0, 0.0)), r"torque\[0\] = 0.5 N m acts on a coordinate"),
     "drive": (wrench((0.0, -10.0, 0.0), (0.0, 0.0, 1.0)), "about z is the drive's"),
     "too much": (wrench((0.0, -1e5, 0.0)), "through the balls: .* the greatest in this direction is a load of"),
@@ -128,7 +128,7 @@ def test_a_load_that_no_other_follows_is_stale_on_time_and_the_scenes_own_acts()
     assert force[36:66] == pytest.approx(600.0)
     assert force[66:] == pytest.approx(400.0)
     for _ in range(2):
-        assert it.loop.commands.warning() == "command/load is stale, 0.03 s without another: the scene's own load acts"
+        assert it.loop.commands.warning() == "command/load is stale, 0.03 s without another: the scene's load acts"
     assert it.loop.look()[2]["load_from"] == "the scene"
     it.tell("command/load", wrench((0.0, -450.0, 0.0)))
     assert it.loop.commands.warning() == ""
@@ -163,7 +163,7 @@ def test_speeds_come_with_a_stamp_or_without_one():
     it.run(0.03)
     assert it.channel("inner_ring_speed")[-1] == 150.0
     for message, words in (
-        (twist(angular=(0.0, 0.0, 150.0)), "taken in left/bearing_link alone"),
+        (twist(angular=(0.0, 0.0, 150.0)), "must be left/bearing_link"),
         *(
             (twist(linear, (*across, 150.0), "left/bearing_link"), "leave all but twist.angular.z at 0")
             for linear, across in zip(np.eye(5)[:, :3].tolist(), np.eye(5)[:, 3:].tolist(), strict=True)

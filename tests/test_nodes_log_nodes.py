@@ -42,7 +42,7 @@ from bearing_twin.nodes.base_node import Outlet
 from bearing_twin.nodes.messages import compatible_profile, qos_words, stamp
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.pacing import Timed
-from bearing_twin.nodes.recorder_node import MENDS, RecorderNode
+from bearing_twin.nodes.recorder_node import REMEDY, RecorderNode
 from bearing_twin.nodes.replay_node import ReplayNode
 
 SCENE = made_up_scene(balls=2)
@@ -69,7 +69,7 @@ def test_a_burst_as_of_an_impact_is_recorded_whole(tmp_path, capfd):
     with ros_executor() as executor:
         outlet = Outlet(plain_node(executor), [("/tf", cdr.STATE, Qos(80)), ("/impact/x", cdr.STATE, Qos(80))], False)
         recorder = started(executor, RecorderNode, log=str(tmp_path / "run.mcap"), topics=["/tf", "/impact/*"])
-        spin_until(executor, lambda: len(outlet.listened_to()) == 2, "discovery")
+        spin_until(executor, lambda: len(outlet.subscribed_topics()) == 2, "discovery")
         spin_for(executor, 1.0)
         for number in range(2000):
             for topic in ("/tf", "/impact/x"):
@@ -217,7 +217,7 @@ def test_lost_messages_of_any_topic_are_counted_said_and_written_before_the_end(
         kept = status["messages"]
         assert 6 <= kept < 31  # the first, five that waited, and those that came before others as the machine let them
         assert (status["messages_lost"], status["lost_on"], status["uncounted"]) == (31 - kept, "/elsewhere", "")
-        assert any(MENDS in status.message for status in seen)
+        assert any(REMEDY in status.message for status in seen)
         recover(path, tmp_path / "saved.mcap")  # as a crash would leave it
         with McapReader(tmp_path / "saved.mcap") as reader:
             told = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
@@ -231,7 +231,7 @@ def test_lost_messages_of_any_topic_are_counted_said_and_written_before_the_end(
     ("name", "types", "said"),
     [
         ("/x", ["probe/msg/Made"], "/x is not logged: the type probe/msg/Made cannot be imported"),
-        ("/x", ["probe.inner/msg/Made"], "/x is not logged: 'probe.inner/msg/Made' is no type of this group"),
+        ("/x", ["probe.inner/msg/Made"], "/x is not logged: 'probe.inner/msg/Made' is not a type of this group"),
         ("/x", ["std_msgs/msg/String", "a/msg/\x1b[2J"], "publishers disagree on its type: std_msgs/msg/String, 'a/m"),
         ("/x//y", ["std_msgs/msg/String"], ""),
         ("/x\x1b[2J", ["std_msgs/msg/String"], ""),
@@ -307,7 +307,7 @@ def test_a_topic_that_ros_does_not_know_is_left_out_of_a_replay_and_told(tmp_pat
         node = started(executor, ReplayNode, log=str(tmp_path / "mixed.mcap"), discovery=0.0)
         spin_until(executor, node.done.is_set, "end of the replay")
         assert (node.failure, node._outlet.published) == (None, 1)
-        with pytest.raises(BearingTwinError, match=r"'/a\\x1b\[2Jb' is not published: it is no name of a topic"):
+        with pytest.raises(BearingTwinError, match=r"'/a\\x1b\[2Jb' is not published: it is not a legal name"):
             started(executor, ReplayNode, log=str(tmp_path / "none.mcap"))
     said = capfd.readouterr().err
     assert all(f"{name} is not published" in said for name in ("'/two words'", "'/1st'", "/type"))
@@ -319,7 +319,7 @@ def test_a_time_that_ros_cannot_tell_ends_a_replay_in_a_sentence(tmp_path):
     with ros_executor() as executor:
         node = started(executor, ReplayNode, log=str(tmp_path / "late.mcap"), discovery=0.0, publish_clock=True)
         spin_until(executor, node.done.is_set, "end of the replay")
-    assert str(node.failure) == "9.22337e+09 s is no time of ROS, whose seconds end at 2147483647"
+    assert str(node.failure) == "9.22337e+09 s is not a time of ROS, whose seconds end at 2147483647"
 
 
 def test_a_replay_can_loop_start_later_and_pause(log):

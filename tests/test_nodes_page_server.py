@@ -181,7 +181,7 @@ def test_a_viewer_too_many_is_told_so(server, monkeypatch):
     until(lambda: server.site.feed.viewers == 1)
     status, text, _ = ask(server, path="/events")
     assert status == 503
-    assert "all there may be" in text
+    assert "the most there may be" in text
     answer.close()
     connection.close()
 

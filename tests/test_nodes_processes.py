@@ -45,7 +45,7 @@ def test_an_end_is_an_error_only_where_it_comes_too_early(tmp_path):
 def test_a_node_killed_from_outside_is_said_to_be(tmp_path):
     with started("sim_node", python("import time; time.sleep(600)"), tmp_path) as node:
         node.process.send_signal(signal.SIGKILL)
-        assert "ended from outside by SIGKILL" in sentence(node)
+        assert "ended by signal SIGKILL" in sentence(node)
 
 
 def test_the_body_ends_the_process_also_one_that_ignores_signals(tmp_path, monkeypatch):

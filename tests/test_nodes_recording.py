@@ -59,7 +59,7 @@ def log(tmp_path):
 
 def test_losses_and_restarts_are_counted():
     stream = Sequences()
-    assert [stream.saw(*block) for block in ((100, 50), (150, 50), (230, 50), (0, 50), (50, 10))] == [0, 0, 30, 0, 0]
+    assert [stream.note(*block) for block in ((100, 50), (150, 50), (230, 50), (0, 50), (50, 10))] == [0, 0, 30, 0, 0]
     assert (stream.received, stream.lost, stream.restarts) == (210, 30, 1)
 
 
@@ -87,9 +87,9 @@ def test_outputs_of_several_publishers_are_mixed_and_none_of_them_counted_as_los
 def test_many_numbers_are_counted_as_one_by_one(numbers):
     many, single = Sequences(), Sequences()
     for given in ([1, 2], numbers):
-        many.saw_all(given)
+        many.note_all(given)
         for one in given:
-            single.saw(one, 1)
+            single.note(one, 1)
     assert vars(many) == vars(single)
 
 
@@ -363,7 +363,7 @@ def test_a_log_that_covers_no_time_is_played_once_and_not_in_a_loop(tmp_path):
     number = writer.add_topic("/x", cdr.STRING)
     writer.write_all([(number, 10**9 + k, 10**9 + k, b"\0\1\0\0" + bytes(4)) for k in range(3)])
     writer.close()
-    with pytest.raises(LogError, match="from 0 s on covers 2e-09 s, too little to be played again and again"):
+    with pytest.raises(LogError, match="from 0 s on covers 2e-09 s, too little for `loop`"):
         played(path, loop=True, until=100)
     assert len(played(path)) == 3
 
@@ -408,7 +408,7 @@ def test_a_topic_whose_type_has_changed_since_is_left_out_with_a_word(tmp_path):
     loop = ReplayLoop(path, lambda message: None, 1.0)
     assert list(loop.topics) == [SAMPLES]
     [sentence] = loop.notes
-    assert "/bearing/contacts is not played: bearing_twin_msgs/msg/Contacts has other fields now" in sentence
+    assert "/bearing/contacts is not played: bearing_twin_msgs/msg/Contacts has changed its fields" in sentence
     assert [topic for _, topic, _ in played(path)] == [SAMPLES]
 
 
@@ -423,9 +423,7 @@ def test_of_a_topic_with_messages_of_two_types_one_is_played(tmp_path):
             log.add_message(log.register_channel("/one", "cdr", schema), time_ns, bytes([time_ns]), time_ns)
         log.finish()
     loop = ReplayLoop(path, lambda message: None, 1.0)
-    assert loop.notes == [
-        f"messages of type {cdr.STATE} on /one are not played, for others there are of type {cdr.STRING}"
-    ]
+    assert loop.notes == [f"messages of type {cdr.STATE} on /one are not played, as others have type {cdr.STRING}"]
     assert [data for _, _, data in played(path)] == [b"\0", b"\2"]
 
 
@@ -530,8 +528,8 @@ def test_replay_moves_topics_and_frames_of_a_log(log):
 def test_one_publisher_that_starts_again_and_again_mixes_with_nobody():
     stream = Sequences()
     for _ in range(MIXED + 3):
-        stream.saw(0, 50)
-        stream.saw(50, 10)
+        stream.note(0, 50)
+        stream.note(50, 10)
     assert (stream.restarts, stream.mixed, stream.lost) == (MIXED + 2, 0, 0)
 
 

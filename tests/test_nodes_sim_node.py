@@ -128,7 +128,7 @@ def test_preparing_is_a_state_in_which_commands_are_taken(monkeypatch):
         for data in (True, False):
             answer = call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=data))
             assert answer.success
-            assert re.fullmatch(r"taken: .* when the run is prepared \(\d+ s so far\)", answer.message)
+            assert re.fullmatch(r"accepted: .* when the run is prepared \(\d+ s so far\)", answer.message)
         step = call(executor, watcher, Step, STEP, Step.Request(duration=0.01))
         assert (step.success, step.time_ns) == (False, 0)
         assert "still preparing" in step.message

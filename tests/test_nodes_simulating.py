@@ -131,7 +131,7 @@ def test_a_run_that_waits_begins_again_on_request_alone():
     loop, delivered, clock = made_up_loop(duration_ns=100 * MS, repeat_ns=-1)
     drive(loop, clock, 5_000 * MS)
     assert (loop.paced.finished, loop.over, loop.runs) == (True, False, 0)
-    assert loop.look()[:2] == (False, "waiting for the next begin")
+    assert loop.look()[:2] == (False, "waiting for the next start")
     assert len(delivered["state"]) == 11
     loop.reset(clock[0])
     drive(loop, clock, 200 * MS)

@@ -190,8 +190,8 @@ def test_a_result_whose_log_cannot_be_written_says_so(tmp_path):
         assert sentence in answer.message
         assert sentence in answer.problem
         assert "Errno" not in answer.message
-        (note,) = (one for one in json.loads(answer.summary)["notes"] if "no log" in one)
-        assert note == answer.problem == f"there is no log of it, because {note.partition('because ')[2]}"
+        (note,) = (one for one in json.loads(answer.summary)["notes"] if "its log" in one)
+        assert note == answer.problem == f"its log was not written: {note.partition('written: ')[2]}"
         assert "log" not in json.loads(answer.summary)
         assert studies.status()[1] == answer.problem
         if blocked.is_file():

@@ -174,7 +174,7 @@ def test_a_cancel_ends_worker_processes_at_once_and_the_next_study_is_served(tmp
 
 
 def test_bad_goals_are_answered_while_a_study_runs_and_the_next_is_served(capfd, monkeypatch):
-    monkeypatch.setattr("bearing_twin.nodes.uq_node.TALK", PATIENCE)
+    monkeypatch.setattr("bearing_twin.nodes.uq_node.LOG_PERIOD", PATIENCE)
     with ros_executor(threads=3) as executor:
         node = started(executor, UqNode, log_folder="")
         client = client_of(executor)
@@ -212,7 +212,7 @@ def test_one_runs_four_wait_in_order_and_the_next_is_refused():
         spin_until(executor, lambda: any(s.level == DiagnosticStatus.WARN for s in seen), "a warning")
         warning = next(status for status in seen if status.level == DiagnosticStatus.WARN)
         values = {pair.key: pair.value for pair in warning.values}
-        assert "there is no room" in warning.message
+        assert "the queue is full" in warning.message
         assert (values["waiting"], values["refused"], values["doing"]) == ("4", "1", "running spheres_alpha_4e-5")
         spin_until(executor, waiting[2].cancel_goal_async().done, "cancel of one that waits")
         state, result = outcome(executor, waiting.pop(2))

@@ -27,7 +27,7 @@ from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.nodes import watch_node
 from bearing_twin.nodes.sim_node import SimNode
-from bearing_twin.nodes.watch_node import LONGEST_REFUSAL, LONGEST_STATUS, WatchNode, cut_short
+from bearing_twin.nodes.watch_node import LONGEST_REFUSAL, LONGEST_STATUS, WatchNode, shortened_line
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
@@ -134,7 +134,7 @@ def test_without_a_node_to_show_it_says_so():
         for side in ("left", "right"):
             other = plain_node(executor, f"{side}_node")
             other.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), "/samples", 10)
-        with pytest.raises(BearingTwinError, match="/left_node, /right_node publish samples: say which one"):
+        with pytest.raises(BearingTwinError, match="/left_node, /right_node publish samples: name the one"):
             started(executor, WatchNode, patience=1.0)
         with pytest.raises(BearingTwinError, match="no node '/lift_node' publishes samples; did you mean /left_node"):
             started(executor, WatchNode, node="/lift_node", patience=1.0)
@@ -156,7 +156,7 @@ def test_a_node_is_the_only_one_when_discovery_is_at_rest(monkeypatch):
             one = rclpy.create_node("sim_node", namespace=f"/{side}", context=executor.context)
             executor.add_node(one)
             one.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), f"/{side}/samples", 10)
-        with pytest.raises(BearingTwinError, match="/left/sim_node, /right/sim_node publish samples: say which"):
+        with pytest.raises(BearingTwinError, match="/left/sim_node, /right/sim_node publish samples: name the"):
             started(executor, WatchNode, patience=PATIENCE)
 
 
@@ -205,7 +205,8 @@ def test_a_node_that_sends_nothing_is_answered_for_and_its_refusals_are_told_to_
         status, text = asked(executor, node)
         assert status == 503
         assert "/mute_node has not published its scene yet" in text
-        for command, words in (({"do": "reset"}, "there is no service"), ({"do": "speed", "value": 1}, "nobody takes")):
+        speed = {"do": "speed", "value": 1}
+        for command, words in (({"do": "reset"}, "there is no service"), (speed, "does not subscribe")):
             status, text = asked(executor, node, "POST", "/command", command)
             assert status == 409
             assert words in text
@@ -224,5 +225,5 @@ def test_a_refusal_is_told_whole_and_what_is_longer_ends_with_an_ellipsis():
         simulation.set_load((-12345.6, -98765.4, 12345.6), (123.4, -567.8))
     said = f"command/load refused: {refused.value}"
     assert len(said) > LONGEST_STATUS
-    assert cut_short(said, LONGEST_REFUSAL) == said
-    assert cut_short(f"two\nlines {'x' * 700}", 20) == "two lines xxxxxxxx …"
+    assert shortened_line(said, LONGEST_REFUSAL) == said
+    assert shortened_line(f"two\nlines {'x' * 700}", 20) == "two lines xxxxxxxx …"

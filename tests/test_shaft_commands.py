@@ -63,7 +63,7 @@ def test_a_load_acts_from_the_next_output_on_as_a_change_in_the_scene_does():
 
 REFUSED = {
     "nan": ("load", told((0.0, math.nan, 0.0)), "must be finite"),
-    "frame": ("load", wrench((0.0, -10.0, 0.0)), "its frame is 'bearing_link', but it is taken in shaft_link alone"),
+    "frame": ("load", wrench((0.0, -10.0, 0.0)), "its frame is 'bearing_link', and must be shaft_link"),
     "drive": ("load", told((0.0, -10.0, 0.0), (0.0, 0.0, 1.0)), "about z is the drive's"),
     "too much": ("load", told((0.0, -1e5, 0.0)), "the shaft through the balls: .* the greatest in this direction is"),
     "no speed": ("speed", SimpleNamespace(data=math.nan), "must be finite"),
@@ -109,7 +109,7 @@ def test_a_stale_load_gives_way_to_the_scenes_own_over_time():
     it.run(0.05)
     assert it.channel("load")[:21, 1] == pytest.approx(-200.0)
     assert it.channel("load")[21:, 1] == pytest.approx(-np.arange(21.0, 51.0))
-    assert it.loop.commands.warning() == "command/load is stale, 0.02 s without another: the scene's own load acts"
+    assert it.loop.commands.warning() == "command/load is stale, 0.02 s without another: the scene's load acts"
     it.loop.reset(0)
     it.run(0.01)
     assert it.channel("load")[-11:, 1] == pytest.approx(-np.arange(11.0))

@@ -102,7 +102,7 @@ def _each(graph, arguments, take: Callable, raw: bool = False) -> None:
     """Hands messages to `take` until --count of them or Ctrl-C, which interrupts who waits for the first."""
     from bearing_twin.command.terminal import say
 
-    silent = f"nothing has come on {arguments.topic} for {arguments.wait} s: is its node paused, or still preparing?"
+    silent = f"no message on {arguments.topic} for {arguments.wait} s: its node may be paused, or still preparing"
     came, most = 0, _count(arguments)
     try:
         for message in graph.messages(arguments.topic, lambda: say(silent), raw):
@@ -274,7 +274,7 @@ ARGUMENTS = {
                "help": "wait at most this long for nodes, topics and answers (default: 10)"},
 }
 VERBS = (
-    Verb("list", "the nodes that are to be seen", _list),
+    Verb("list", "the running nodes", _list),
     Verb("start", "run a node of this package in this shell; --help after its name lists its parameters",
          lambda arguments: replace_by_node(arguments.executable, arguments.words), "executable words",
          "sim_node -p scene:=bearing_6203_loose -p duration:=2.0"),
@@ -306,7 +306,7 @@ GROUPS = {"topic": "list, info, echo, hz, bw, pub", "param": "list, get, set", "
 
 
 def _add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.epilog = "Nodes are seen within one ROS_DOMAIN_ID. Ctrl-C ends what runs on."
+    parser.epilog = "Nodes are seen within one ROS_DOMAIN_ID. Ctrl-C ends a command that runs on."
     form = {"formatter_class": argparse.RawDescriptionHelpFormatter}
     groups = {"": parser.add_subparsers(dest="verb", metavar="VERB", required=True)}
     for name, verbs in GROUPS.items():

@@ -46,11 +46,11 @@ from bearing_twin.nodes.messages import (
 from bearing_twin.nodes.node_parameters import (
     NodeParameter,
     advice,
+    check_arguments,
     checked,
     converted,
     limits_of,
     problem_of,
-    refuse_words,
 )
 from bearing_twin.nodes.pacing import Timed
 
@@ -77,7 +77,7 @@ class Outlet:
             except BearingTwinError as error:
                 problems.append(f"{harmless(name)} is not published: {error}")
             except InvalidTopicNameException:
-                problems.append(f"{echo(name)} is not published: it is no name of a topic in ROS")
+                problems.append(f"{echo(name)} is not published: it is not a legal name of a topic in ROS")
         if problems and not self._publishers:
             raise BearingTwinError(problems[0])
         if problems:
@@ -92,7 +92,7 @@ class Outlet:
         """The publishers of the topics."""
         return self._publishers.values()
 
-    def listened_to(self) -> set[str]:
+    def subscribed_topics(self) -> set[str]:
         """The names of the topics that have a subscriber."""
         return {name for name, publisher in self._publishers.items() if publisher.get_subscription_count()}
 
@@ -115,7 +115,7 @@ class Outlet:
 
 
 class PolledGroup(CallbackGroup):
-    """Subscriptions that no executor serves: they are taken by `taken`, cheaper than a wake-up for every message."""
+    """Subscriptions that no executor serves: `waiting_messages` is cheaper than a wake-up for every message."""
 
     def can_execute(self, entity) -> bool:
         """Never."""
@@ -127,7 +127,7 @@ class PolledGroup(CallbackGroup):
         """Nothing was executed."""
 
 
-def taken(subscription: Subscription) -> Iterator[tuple[bytes, dict]]:
+def waiting_messages(subscription: Subscription) -> Iterator[tuple[bytes, dict]]:
     """Every message that waits, as bytes, with its information from the middleware."""
     handle, message = subscription.handle, subscription.msg_type
     with suppress(InvalidHandle), handle:
@@ -143,12 +143,12 @@ MEASURED = 2  # looks at a log that grows, after which its rate is known
 SOME = 3  # topics that are named of those without a subscriber
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
 POLL = 0.1  # s: how soon the main thread sees that a node is done
-NAMESAKE = "another node has this name in this namespace, so their topics mix: give one of them another"
+NAMESAKE = "another node has this name in this namespace, and both publish on the same topics: rename one of them"
 ANSWER_PERIOD = 0.01  # s between answers of one service: whoever calls it from many clients keeps ten answers
-TALK = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
+LOG_PERIOD = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
 
 
-def in_bytes(size: float) -> str:
+def size_text(size: float) -> str:
     """A size with its unit, such as 3.2 MB."""
     power = min(max(int(math.log10(size) // 3) if size >= 1.0 else 0, 0), 4)
     return f"{size / 1000.0**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB')[power]}"
@@ -249,9 +249,9 @@ class BaseNode(Node):
         Its growth is that since the last call; `now` is monotonic [s].
         """
         if log.problem and not self._log_problem:
-            self.get_logger().error(f"{log.problem}; messages wait in memory, as many as fit")
+            self.get_logger().error(f"{log.problem}; messages are kept in memory, as many as fit")
         elif self._log_problem and not log.problem:
-            said = f"there is room again: the log goes on, {log.dropped} messages were dropped"
+            said = f"there is space again: the log continues, {log.dropped} messages were dropped"
             self.get_logger().info(said)
         there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
         free, since = float(shutil.disk_usage(there).free), now - self._log_at
@@ -262,7 +262,7 @@ class BaseNode(Node):
         if self._log_grown == MEASURED:
             self._log_grown += 1
             lasts = f"{left / 3600.0:.3g} h" if left < 48 * 3600.0 else f"{left / 86400.0:.3g} days"
-            said = f"an hour of the log takes {in_bytes(3600.0 * rate)} at this rate, and the disk lasts {lasts}"
+            said = f"an hour of the log takes {size_text(3600.0 * rate)} at this rate, and the disk lasts {lasts}"
             self.get_logger().info(said)
         soon = f"the disk will be full in {left / 60.0:.0f} min at this rate" if left < SOON else ""
         level = ERROR if log.problem else WARN if soon else OK
@@ -283,8 +283,8 @@ class Executor(MultiThreadedExecutor):
             self.spin_once(timeout_sec=POLL)
         except Exception as error:
             self.faults += 1
-            said = f"a request or message was given up: {type(error).__name__}: {error}"
-            node.get_logger().error(said, throttle_duration_sec=TALK)
+            said = f"a request or message was discarded: {type(error).__name__}: {error}"
+            node.get_logger().error(said, throttle_duration_sec=LOG_PERIOD)
 
 
 def guarded(callback: Callable) -> Callable:
@@ -306,10 +306,10 @@ def guarded(callback: Callable) -> Callable:
             return callback(node, *arguments)
         except BearingTwinError as error:
             said = str(error)
-            node.get_logger().warning(said, throttle_duration_sec=TALK)
+            node.get_logger().warning(said, throttle_duration_sec=LOG_PERIOD)
         except Exception as error:
             said = f"{type(error).__name__}: {error}"
-            node.get_logger().error(f"{callback.__name__}: {said}", throttle_duration_sec=TALK)
+            node.get_logger().error(f"{callback.__name__}: {said}", throttle_duration_sec=LOG_PERIOD)
         if response is not None:
             response.success, response.message = False, said
         return response
@@ -337,7 +337,7 @@ def wait_for_subscribers(publishers: Collection[Publisher], seconds: float, say:
         state = f"{len(unheard)} of {len(publishers)} topics have no subscriber: {', '.join(unheard[:SOME])}{more}"
         waited = time.monotonic() - begin
         if waited > seconds:
-            say(f"goes on after {seconds:g} s, though {state}")
+            say(f"continues after {seconds:g} s, although {state}")
             return
         if waited > DISCOVERY_PATIENCE and not said:
             said = True
@@ -391,7 +391,7 @@ def run(name: str, make_node: Callable[[], BaseNode], args: list[str] | None = N
 
 def _initialised(args: list[str] | None, words: Sequence[str]) -> None:
     """Initialises ROS, which leaves signals alone; raises BearingTwinError for words that are no arguments of ROS."""
-    refuse_words(words)
+    check_arguments(words)
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # of words that it does not know ROS says the list

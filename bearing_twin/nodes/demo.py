@@ -87,7 +87,7 @@ class Watcher(Node):
         self.last[name] = data
         self.count[name] += 1
         if name == self._samples:
-            self.sequences.saw(*sample_range(data)[:2])
+            self.sequences.note(*sample_range(data)[:2])
 
     def _on_diagnostics(self, array) -> None:
         for status in array.status:
@@ -214,7 +214,7 @@ def _simulate(scene: Scene, given: argparse.Namespace, folder: Path, recording: 
     names = [topic.full_name for topic in topics(scene)]
     recorded = {"log": recording, "topics": names, "full": True}
     simulated = {"scene": given.scene, "duration": given.duration, "start_paused": True}
-    progress.print(f"sim_node and recorder_node start; what they say goes to {folder}", soft_wrap=True)
+    progress.print(f"sim_node and recorder_node start; their output goes to {folder}", soft_wrap=True)
     with Stage(scene, folder, recorder_node=recorded, sim_node=simulated) as stage:
         simulation, recorder, watcher = stage.processes["sim_node"], stage.processes["recorder_node"], stage.watcher
 
@@ -228,7 +228,7 @@ def _simulate(scene: Scene, given: argparse.Namespace, folder: Path, recording: 
         answer = stage.unpause("/bearing/sim_node/pause")
         stage.wait(lambda: answer.done() or watcher.last, "the start of time", "time runs")
         if answer.done() and not answer.result().success:
-            raise DemoError(f"sim_node did not start: {answer.result().message}; what it said is in {simulation.said}")
+            raise DemoError(f"sim_node did not start: {answer.result().message}; its output is in {simulation.said}")
         progress.print(f"{scene.name} runs in real time for {given.duration:g} s:")
         stage.spin(lambda: simulation.ended, _shown_live(watcher), ends="sim_node")
         simulation.look(may_end=True)
@@ -266,7 +266,7 @@ def _shown_live(watcher: Watcher) -> Callable[[], None]:
 
 
 def _show_results(scene: Scene, duration: float, recording: Path, live: Watcher, replayed: Watcher) -> int:
-    progress.print("the log is read and drawn")
+    progress.print("reading the log")
     log = read_log(recording, allow_gaps=True)
     blocks = list(log.blocks())
     expected = int(1e9 * duration) // round(1e9 / scene.parameters.run.output_rate) + 1
@@ -297,6 +297,6 @@ def _show_results(scene: Scene, duration: float, recording: Path, live: Watcher,
     for line in lines:
         output.print(line, soft_wrap=True, highlight=False)
     if any(lost.values()):
-        progress.print(f"Samples were lost; what the nodes said is in {recording.parent}.")
+        progress.print(f"Samples were lost; the output of the nodes is in {recording.parent}.")
         return 1
     return 0

@@ -33,11 +33,11 @@ def _said(name: str) -> int:
     """The exit code of a node, with one sentence where it cannot run."""
     from bearing_twin.base.errors import BearingTwinError, missing_package
     from bearing_twin.base.process import leave, one_processor
-    from bearing_twin.nodes.entry import repair_soon
+    from bearing_twin.nodes.entry import frequent_heartbeats
 
     one_processor()
     try:
-        repair_soon()
+        frequent_heartbeats()
         importlib.import_module("bearing_twin.nodes.messages")  # says in one sentence what is missing, if anything is
         node = importlib.import_module(f"bearing_twin.nodes.{name}")
         if hasattr(node, "PARAMETERS") and {"-h", "--help"} & set(sys.argv[1:]):
@@ -71,7 +71,7 @@ PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"  # read by Fast DDS 2, which Jazzy h
 OF_THE_FOLDER = "DEFAULT_FASTRTPS_PROFILES.xml"  # read where a node starts
 
 
-def repair_soon() -> None:
+def frequent_heartbeats() -> None:
     """Lets publishers of this process tell ten times a second what they sent, unless the user gave profiles.
 
     Of a message that went astray subscribers of Fast DDS learn by that alone, every 3 s by default: by then a publisher
@@ -107,12 +107,12 @@ class NodeProcess:
         code = self.process.poll()
         if code is None or (code == 0 and may_end):
             return
-        how = f"was ended from outside by {signal.Signals(-code).name}" if code < 0 else f"ended early with code {code}"
+        how = f"was ended by signal {signal.Signals(-code).name}" if code < 0 else f"ended early with code {code}"
         lines = self.said.read_text(encoding="utf-8", errors="replace").splitlines()[-LAST_WORDS:]
         words = "".join(f"\n  {line}" for line in lines) or " nothing"
         raise ProcessError(
-            f"{self.name} {how}. Its last words:{words}\n"
-            f"All it said is in {self.said}. Mend what it names, or try again."
+            f"{self.name} {how}. Its last lines:{words}\n"
+            f"Its output is in {self.said}. Correct the cause named there, or try again."
         )
 
     def interrupt(self) -> None:

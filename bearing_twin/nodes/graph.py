@@ -211,7 +211,7 @@ class Graph:
             sent = client.send_goal_async(request, feedback_callback=lambda one: tell(plain(one.feedback)))
             handle = self._answer(sent, action)
             if not handle.accepted:
-                raise GraphError(f"{action} refuses the goal: it has enough to do; try again later")
+                raise GraphError(f"{action} refuses the goal: its queue is full; try again later")
             ended = handle.get_result_async()
             try:
                 self._served(client, ended.done, action)
@@ -253,7 +253,7 @@ class Graph:
                 there = [one for one in names() if NAME.fullmatch(one) and not one.startswith(OWN)]
                 if name in there:
                     raise GraphError(f"{name} is there, but was not ready within {self._wait:g} s; wait longer: --wait")
-                near = f"; {unknown(name, there)}" if there else ": no node is to be seen in this ROS_DOMAIN_ID"
+                near = f"; {unknown(name, there)}" if there else ": there is no node in this ROS_DOMAIN_ID"
                 raise GraphError(f"there is no {what} {echo(name)}{near}")
             self._executor.spin_once(timeout_sec=TURN)
         return found

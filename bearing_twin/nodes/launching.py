@@ -47,7 +47,7 @@ SIDE_ARGUMENTS = (
     Argument("scene", "bearing_6203", "scene of the left bearing"),
     Argument("scene_right", "", "scene of the right bearing; empty = the same"),
     Argument("overrides", "", "changes to both scenes, such as ['contact.normal=volumetric']"),
-    Argument("frame_prefix", "", "stands before left/ and right/, in the name of every frame but world"),
+    Argument("frame_prefix", "", "prefix of left/ and right/ in every frame name but world"),
     *arguments_of([DISTANCE]),
 )
 
@@ -57,7 +57,7 @@ def simulate() -> LaunchDescription:
 
     def actions(words):
         node = _simulation(words, on_exit=[Shutdown()])
-        return [*_recorder(words), node, *_shown(words, lambda: [_panels(words)])]
+        return [*_recorder(words), node, *_viewers(words, lambda: [_panels(words)])]
 
     return _described(arguments_of(SIMULATION), actions)
 
@@ -68,7 +68,7 @@ def replay() -> LaunchDescription:
     def actions(words):
         given = values_given(REPLAY, words) | ({"discovery": DISCOVERY} if _waits(words) else {})
         node = _node("replay_node", words, given, on_exit=[Shutdown()])
-        return [*_recorder(words), node, *_shown(words, lambda: [_panels_of_log(words)])]
+        return [*_recorder(words), node, *_viewers(words, lambda: [_panels_of_log(words)])]
 
     return _described(arguments_of(REPLAY), actions)
 
@@ -78,7 +78,7 @@ def study() -> LaunchDescription:
 
     def actions(words):
         node = _node("uq_node", words, values_given(STUDIES, words))
-        return [*_recorder(words), node, *_shown(words, lambda: [_panels({"namespace": ""})])]
+        return [*_recorder(words), node, *_viewers(words, lambda: [_panels({"namespace": ""})])]
 
     return _described(arguments_of(STUDIES), actions)
 
@@ -91,17 +91,17 @@ def two_bearings() -> LaunchDescription:
 
     def actions(words):
         distance = values_given([DISTANCE], words).get("distance", DISTANCE.default)
-        both = {side: _told(words, side) for side in SIDES}
+        both = {side: _side_words(words, side) for side in SIDES}
         found = _recorder(words, topics=[*(f"{both[side]['namespace']}/*" for side in SIDES), *FRAMES])
         for side, place in zip(SIDES, (0.0, distance), strict=True):
             found.append(_simulation(both[side]))
-            found.append(_standing(_panels(both[side]).frame, place))
-        return [*found, *_shown(words, lambda: [_panels(one)._replace(frame="world") for one in both.values()])]
+            found.append(_static_transform(_panels(both[side]).frame, place))
+        return [*found, *_viewers(words, lambda: [_panels(one)._replace(frame="world") for one in both.values()])]
 
     return _launched([*SHARED, *SIDE_ARGUMENTS], actions)
 
 
-def _told(words: Mapping[str, str], side: str) -> dict[str, str]:
+def _side_words(words: Mapping[str, str], side: str) -> dict[str, str]:
     """The words for one of two bearings."""
     scene = words["scene_right"] if side == "right" and words["scene_right"] else words["scene"]
     place = words["namespace"].strip("/")
@@ -180,7 +180,7 @@ def _node(name: str, words: Mapping[str, str], given: Mapping[str, object], **op
     )
 
 
-def _standing(frame: str, height: float):
+def _static_transform(frame: str, height: float):
     words = {"--z": height, "--frame-id": "world", "--child-frame-id": frame}
     return _if_installed(
         f"place of {frame} in world",
@@ -191,14 +191,14 @@ def _standing(frame: str, height: float):
     )
 
 
-def _shown(words: Mapping[str, str], scenes: Callable[[], list[Panels]]) -> list:
+def _viewers(words: Mapping[str, str], scenes: Callable[[], list[Panels]]) -> list:
     """RViz and the bridge to Foxglove, if they are requested and installed; else one sentence."""
     found = []
     if truth(words, "rviz"):
-        layout = _written("bearing_twin.rviz", rviz(*scenes()))
+        layout = _layout_file("bearing_twin.rviz", rviz(*scenes()))
         found.append(_if_installed("rviz:=true", "rviz2", arguments=["-d", layout]))
     if truth(words, "foxglove"):
-        layout = _written("bearing_twin.foxglove.json", foxglove(scenes()[0]))
+        layout = _layout_file("bearing_twin.foxglove.json", foxglove(scenes()[0]))
         bridge = {"address": "127.0.0.1", "port": BRIDGE_PORT}
         found.append(_if_installed("foxglove:=true", "foxglove_bridge", parameters=[bridge]))
         if isinstance(found[-1], Node):
@@ -206,7 +206,7 @@ def _shown(words: Mapping[str, str], scenes: Callable[[], list[Panels]]) -> list
     return found
 
 
-def _written(name: str, content: bytes) -> str:
+def _layout_file(name: str, content: bytes) -> str:
     path = Path(tempfile.mkdtemp(prefix="bearing_twin_")) / name
     path.write_bytes(content)
     return str(path)

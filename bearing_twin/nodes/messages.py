@@ -96,7 +96,7 @@ def compatible_profile(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
 def stamp(time_ns: int) -> Time:
     """A ROS time from integer nanoseconds; raises BearingTwinError for one that it has no seconds for."""
     if not -(1 << 31) <= time_ns // 1_000_000_000 < 1 << 31:
-        raise BearingTwinError(f"{time_ns * 1e-9:g} s is no time of ROS, whose seconds end at {(1 << 31) - 1}")
+        raise BearingTwinError(f"{time_ns * 1e-9:g} s is not a time of ROS, whose seconds end at {(1 << 31) - 1}")
     return Time(sec=time_ns // 1_000_000_000, nanosec=time_ns % 1_000_000_000)
 
 
@@ -136,7 +136,7 @@ def interface(ros_type: str, group: str) -> type:
     """
     found = _TYPE.fullmatch(ros_type)
     if not found or found[2] not in (None, group):
-        raise InterfaceError(f"{echo(ros_type)} is no type of this group; write package/{group}/Name")
+        raise InterfaceError(f"{echo(ros_type)} is not a type of this group; write package/{group}/Name")
     package, _, name = found.groups()
     module = f"{package}.{group}"
     try:

@@ -21,7 +21,7 @@ from bearing_twin.base.units import in_si, labelled, with_unit
 from bearing_twin.log.raw_log import KEPT_RATE, Safety
 
 ALLOW_INVALID = "allow_invalid"
-NOT_ALLOWED = f"which the node's parameter {ALLOW_INVALID} = false forbids; leave it out, or start the node with true"
+NOT_ALLOWED = f"which the node's parameter {ALLOW_INVALID} = false forbids; omit it, or start the node with true"
 SHOWN = {"log": "run.mcap", "node": "/bearing/sim_node"}  # in examples, where the default says nothing
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text", list: "a list of texts"}
 
@@ -137,21 +137,21 @@ def problem_of(parameter: NodeParameter, value: Any) -> str | None:
     return None
 
 
-THINNED = f", thinned to {KEPT_RATE:g} messages a second of each topic, as full: false asks for"
+THINNED = f", thinned to {KEPT_RATE:g} messages a second of each topic, as specified by full: false"
 LOG_SAFETY = (
     NodeParameter("full", True, f"log every message and output; false keeps {KEPT_RATE:g} a second of each topic"),
-    NodeParameter("max_loss", 0.1, "how much of the log a crash of the node may take along", "s", 0.01, 60.0),
-    NodeParameter("fsync", False, "whether that holds for a crash of the machine too; slow on some disks"),
+    NodeParameter("max_loss", 0.1, "longest part of the log that a crash of the node may lose", "s", 0.01, 60.0),
+    NodeParameter("fsync", False, "guarantee that for a crash of the machine too; slow on some disks"),
     NodeParameter("split_size", 0.0, "size after which a new file of the log begins; 0 = never", "B", 0.0, 1e15),
     NodeParameter("split_duration", 0.0, "time after which a new file begins; 0 = never", "s", 0.0, 1e9),
-    NodeParameter("keep_files", 0, "how many files of a split log stay, the newest; 0 = all", "", 0, 100_000),
+    NodeParameter("keep_files", 0, "number of files of a split log that are kept, the newest; 0 = all", "", 0, 100_000),
 )
 
 
 def safety_of(values: Mapping[str, Any]) -> Safety:
     """Settings of a log from the values of LOG_SAFETY; raises ParameterError where one needs another."""
     if values["keep_files"] and not (values["split_size"] or values["split_duration"]):
-        raise ParameterError("keep_files says how many files stay, so it needs split_size or split_duration")
+        raise ParameterError("keep_files limits the files of a split log, so it needs split_size or split_duration")
     return Safety(
         max_loss=values["max_loss"],
         fsync=values["fsync"],
@@ -163,7 +163,7 @@ def safety_of(values: Mapping[str, Any]) -> Safety:
     )
 
 
-def refuse_words(words: Sequence[str]) -> None:
+def check_arguments(words: Sequence[str]) -> None:
     """Raises BearingTwinError for arguments that ROS would pass over in silence, wait for, or refuse by its lexer."""
     for option, word in itertools.pairwise(words):
         if option in ("-p", "--param"):
@@ -173,7 +173,7 @@ def refuse_words(words: Sequence[str]) -> None:
                 name, _, value = word.replace(":", "=").partition("=")
                 raise BearingTwinError(f"-p {echo(word)} sets nothing; write -p {name or 'NAME'}:={value or 'VALUE'}")
         if option == "--params-file" and not Path(word).is_file():
-            raise BearingTwinError(f"{word} is no file of parameters; give the path of a YAML file")
+            raise BearingTwinError(f"{word} is not a file of parameters; give the path of a YAML file")
 
 
 def advice(error: str) -> str:
@@ -202,9 +202,9 @@ class Argument(NamedTuple):
 
 SHARED = (
     Argument("namespace", "", "where the nodes stand, such as /left; empty = where the kind of scene puts its node"),
-    Argument("params_file", "", "YAML file of parameters of nodes, named as /**/sim_node; arguments win over it"),
+    Argument("params_file", "", "YAML file of parameters of nodes, named as /**/sim_node; arguments have precedence"),
     Argument("record", "", "MCAP file (or bag folder, without .mcap) for recorder_node; empty = none"),
-    Argument("log_level", "info", "what nodes say", LOG_LEVELS),
+    Argument("log_level", "info", "least severity that nodes log", LOG_LEVELS),
     Argument("rviz", "false", "open RViz with the layout of the package", tuple(TRUTH)),
     Argument("foxglove", "false", "open a foxglove_bridge on this machine for Foxglove", tuple(TRUTH)),
 )

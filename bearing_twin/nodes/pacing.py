@@ -68,7 +68,7 @@ class Pacer:
     def set_factor(self, factor: float | str) -> None:
         """Changes the pace; call `start` afterwards. Raises ValueError for what is no pace."""
         if factor != FASTEST and not (isinstance(factor, (int, float)) and SLOWEST <= factor < float("inf")):
-            raise ValueError(f"the pace must be {FASTEST} or a finite number from {SLOWEST:g} on and is {factor}")
+            raise ValueError(f"the pace must be {FASTEST} or a finite number of at least {SLOWEST:g} and is {factor}")
         share = Fraction(0 if factor == FASTEST else factor)
         self.factor = share.limit_denominator(round(1e3 / SLOWEST))  # an impact wants 1e-5 and less
 

@@ -61,7 +61,7 @@ class Feed:
         """A new viewer's events; raises Refused where there are MOST_VIEWERS."""
         with self._lock:
             if len(self._waiting) >= MOST_VIEWERS:
-                raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_VIEWERS} viewers are all there may be")
+                raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_VIEWERS} viewers are the most there may be")
             waiting: queue.Queue = queue.Queue(WAITING)
             self._waiting.add(waiting)
             return waiting
@@ -184,7 +184,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._limit.cancel()
         try:
             if not self.server.known(self.headers.get("Host", "")):
-                raise Refused(HTTPStatus.FORBIDDEN, "this name is not served here: use the address that was printed")
+                raise Refused(HTTPStatus.FORBIDDEN, "this host name is not served: use the address that was printed")
             place = places.get(urlsplit(self.path).path)
             if place is None:
                 raise Refused(HTTPStatus.NOT_FOUND, "there is nothing here: the page is at /")

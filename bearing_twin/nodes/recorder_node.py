@@ -19,7 +19,16 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, MOST_TOPICS
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety, Told
 from bearing_twin.log.sample_block import readable_range
-from bearing_twin.nodes.base_node import TALK, BaseNode, PolledGroup, declare, guarded, in_bytes, run, taken
+from bearing_twin.nodes.base_node import (
+    LOG_PERIOD,
+    BaseNode,
+    PolledGroup,
+    declare,
+    guarded,
+    run,
+    size_text,
+    waiting_messages,
+)
 from bearing_twin.nodes.graph import is_topic
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, WARN, compatible_profile, interface, qos_words
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
@@ -39,7 +48,7 @@ SIM_TIME_PERIOD = 0.005  # s, where messages have the simulation time at which t
 OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
 DEPTH = 4000  # messages a subscription may hold back, 1000 a second: other nodes send one that was lost after up to 3 s
 FRAMES = ("/tf", "/tf_static")
-MENDS = "give the nodes more processors, or send and record less (run.publish_rate, topics)"
+REMEDY = "give the nodes more processors, or publish and record less (run.publish_rate, topics)"
 RECORDS = "/records/"  # in the name of a topic whose rows are no outputs
 MIXED = 2  # steps back while there are several publishers: one is a node started again, whose end is not known yet
 
@@ -56,7 +65,7 @@ class Sequences:
         self.several = self._doubted = False
         self._expected: int | None = None
 
-    def saw(self, first: int, count: int) -> int:
+    def note(self, first: int, count: int) -> int:
         """Notes `count` of them from number `first` on; returns how many were lost just before."""
         lost, doubted = 0, self._doubted or self.several
         self._doubted = self.several  # the first behind them follows nobody knows what
@@ -72,14 +81,14 @@ class Sequences:
         self.lost += lost
         return lost
 
-    def saw_all(self, numbers: Sequence[int]) -> None:
-        """`saw` for one of each of these numbers."""
+    def note_all(self, numbers: Sequence[int]) -> None:
+        """`note` for one of each of these numbers."""
         count = len(numbers)
         if count and list(numbers) == list(range(numbers[0], numbers[0] + count)):  # nearly always, and quick
-            self.saw(numbers[0], count)
+            self.note(numbers[0], count)
             return
         for one in numbers:
-            self.saw(one, 1)
+            self.note(one, 1)
 
 
 class RecordedTopic:
@@ -124,7 +133,7 @@ class Recording(Told):
     def add(self, topic: str, ros_type: str, type_hash: str, qos: tuple[Qos, ...]) -> None:
         """Describes a topic in the log; raises LogError for one too many, and for a type without a definition."""
         if len(self.topics) >= MOST_TOPICS:
-            raise LogError(f"there are {MOST_TOPICS} topics in the log, and no reader takes more")
+            raise LogError(f"there are {MOST_TOPICS} topics in the log, and readers accept no more")
         known = cdr.is_known(ros_type) and type_hash in (cdr.type_hash(ros_type), "INVALID")
         text = cdr.schema_text(ros_type) if known else cdr.full_definition(ros_type, self._folder_definition)
         with self._lock:
@@ -170,15 +179,15 @@ class Recording(Told):
             self.unreadable += len(data) - count
             recorded.several |= None in sent_numbers
             before = recorded.sent.lost
-            recorded.sent.saw_all([one - 1 for one in sent_numbers if one is not None])
-            lost = sum(recorded.outputs.saw(*one) for one in ranges) if recorded.outputs else 0
+            recorded.sent.note_all([one - 1 for one in sent_numbers if one is not None])
+            lost = sum(recorded.outputs.note(*one) for one in ranges) if recorded.outputs else 0
             # Where no message is missing, outputs were never sent: those of a thinned log that is played.
             return 0 if recorded.sent.lost == before and None not in sent_numbers else lost
 
     def summary(self) -> str:
         """Messages, size and losses in one line."""
         lost = sum(self.status()[f"messages_{what}"] for what in ("lost", "dropped", "unreadable"))
-        return f"{self._log.path}: {self.messages} messages, {in_bytes(self._log.bytes)}, {lost} lost"
+        return f"{self._log.path}: {self.messages} messages, {size_text(self._log.bytes)}, {lost} lost"
 
     @property
     def folder(self) -> Path:
@@ -230,14 +239,14 @@ class Recording(Told):
     def warning(self, status: dict) -> str:
         """The sentence about what a `status` counts as lost or not to be recorded, "" where nothing is."""
         if status["mixed"]:
-            return f"several nodes publish {status['mixed']}: their outputs are mixed, so give each a namespace"
+            return f"several nodes publish {status['mixed']}: their outputs are mixed; start each in its own namespace"
         for what in ("samples", "records"):
             if lost := status[f"{what}_lost"]:
-                return f"{lost_in_words(lost, what == 'records')}; {MENDS}"
+                return f"{loss_sentence(lost, what == 'records')}; {REMEDY}"
         if count := status["messages_unreadable"]:
-            return f"{count} messages are not logged: they are no SampleBlock though sent as one, or too large"
+            return f"{count} messages are not logged: too large, or not the SampleBlock as which they were sent"
         if count := status["messages_lost"]:
-            return f"{count} messages were lost on the way; {MENDS}"
+            return f"{count} messages were lost on the way; {REMEDY}"
         return "" if status["topics"] else "no topic matches so far: there is nothing to record"
 
     def close(self) -> None:
@@ -266,7 +275,7 @@ def _range_or_none(data: bytes, has_samples: bool) -> tuple[int, int] | None:
         return None
 
 
-def lost_in_words(count: int, records: bool) -> str:
+def loss_sentence(count: int, records: bool) -> str:
     """Message about lost solver outputs, or rows of `records`."""
     what = ("row" if count == 1 else "rows") + " of records" if records else f"solver output{'s' * (count != 1)}"
     return f"{count} {what} {'was' if count == 1 else 'were'} lost on the way"
@@ -343,7 +352,7 @@ class RecorderNode(BaseNode):
             self.recording.add(name, types[0], str(publishers[0].topic_type_hash), offered)
         except BearingTwinError as error:
             self._refused.add(name)
-            self.get_logger().error(f"{name} is not logged: {error}", throttle_duration_sec=TALK)
+            self.get_logger().error(f"{name} is not logged: {error}", throttle_duration_sec=LOG_PERIOD)
             return
         self._listen(name, message, profiles)
 
@@ -353,10 +362,10 @@ class RecorderNode(BaseNode):
         if all(qos_check_compatible(one, subscription.qos_profile)[0] != QoSCompatibility.ERROR for one in profiles):
             return
         with self._taking:
-            self._log(name, list(taken(subscription)))
+            self._log(name, list(waiting_messages(subscription)))
             self.destroy_subscription(subscription)
             self._listen(name, subscription.msg_type, profiles)
-        self.get_logger().warning(f"{name}: a publisher offers less than those before; it is subscribed to anew")
+        self.get_logger().warning(f"{name}: a later publisher offers a lower quality of service; subscribed again")
 
     def _listen(self, name: str, message: type, profiles) -> None:
         options = {"raw": True, "callback_group": self._aside}
@@ -372,7 +381,7 @@ class RecorderNode(BaseNode):
             stopping = self._stopping.wait(self._period)
             with self._taking:
                 for name, subscription in list(self._subscribed.items()):
-                    self._log(name, list(taken(subscription)))
+                    self._log(name, list(waiting_messages(subscription)))
 
     def _log(self, topic: str, found: list[tuple[bytes, dict]]) -> None:
         if not found:
@@ -386,8 +395,8 @@ class RecorderNode(BaseNode):
             numbers = [info.get("publication_sequence_number") for _, info in found]
             lost = self.recording.receive_all(topic, received, sent, [data for data, _ in found], numbers)
             if lost:
-                said = f"{topic}: {lost_in_words(lost, RECORDS in topic)}; /diagnostics counts all"
-                self.get_logger().error(said, throttle_duration_sec=TALK)
+                said = f"{topic}: {loss_sentence(lost, RECORDS in topic)}; see /diagnostics for all counts"
+                self.get_logger().error(said, throttle_duration_sec=LOG_PERIOD)
         except Exception as error:  # it would end the thread in silence
             self.fail(error)
 
@@ -403,7 +412,7 @@ class RecorderNode(BaseNode):
             level = WARN
             if status["topics"] and message.strip("0123456789") != self._warned:
                 self._warned = message.strip("0123456789")
-                self.get_logger().warning(f"{message}; lost_on of /diagnostics and of the log names topics")
+                self.get_logger().warning(f"{message}; topics: lost_on of /diagnostics and of the log")
         if self.failure is not None:
             level, message = ERROR, str(self.failure)
         # A publisher counts a subscriber before that knows the publisher: only both counts say that nothing is lost.

@@ -34,12 +34,12 @@ from bearing_twin.nodes.pacing import PacedStream, Pacer, StreamPace, Timed, Wor
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file or bag folder to play"),
     NodeParameter("rate", 1.0, "pace, a multiple of that of the log", "1", 0.001, 1000.0, read_only=False),
-    NodeParameter("start", 0.0, "where to start, from the first message", "s", 0.0, 1e9),
+    NodeParameter("start", 0.0, "start, from the first message", "s", 0.0, 1e9),
     NodeParameter("loop", False, "start again at the end"),
     NodeParameter("start_paused", False, "wait until ~/pause is called with false"),
-    NodeParameter("discovery", 3.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),
+    NodeParameter("discovery", 3.0, "longest wait until every topic has a subscriber", "s", 0.0, 600.0),
     NodeParameter("publish_clock", False, "publish the time of the log on /clock"),
-    NodeParameter("frame_prefix", "", "stands before the name of every frame, such as left/; costs time"),
+    NodeParameter("frame_prefix", "", "prefix of every frame name, such as left/; costs time"),
 )
 # fmt: on
 GLOBAL = frozenset({"/tf", "/tf_static", "/clock", "/diagnostics", "/rosout", "/parameter_events"})
@@ -156,13 +156,13 @@ class ReplayLoop:
         for name, topic in logged_topics(path).items():
             others = ", ".join(sorted(topic.others))
             if topic.changed:
-                said = f"{name} is not played: {topic.ros_type} has other fields now than when it was logged"
-                self.notes.append(f"{said}; play it with the bearing_twin that wrote it")
+                said = f"{name} is not played: {topic.ros_type} has changed its fields since it was logged"
+                self.notes.append(f"{said}; play it with the version of bearing_twin that wrote it")
                 continue
             self._played[name] = topic
             if others:
                 said = f"messages of type {others} on {name} are not played"
-                self.notes.append(f"{said}, for others there are of type {topic.ros_type}")
+                self.notes.append(f"{said}, as others have type {topic.ros_type}")
         if not self._played:
             raise LogError(self.notes[-1])
         self._renaming = Renaming(self._played, namespace, frame_prefix)
@@ -213,8 +213,8 @@ class ReplayLoop:
         if not self._loop:
             return None
         if (span_ns := self._last_ns - self._first_ns) < SHORTEST_ROUND_NS:
-            said = f"{start} covers {span_ns * 1e-9:g} s, too little to be played again and again"
-            raise LogError(f"{said}: leave `loop` out, or lower `start`")
+            said = f"{start} covers {span_ns * 1e-9:g} s, too little for `loop`"
+            raise LogError(f"{said}: omit `loop`, or lower `start`")
         self._messages = self._read()
         self.paced.restart()
         return []
@@ -233,7 +233,7 @@ class ReplayNode(BaseNode):
             raise BearingTwinError("parameter log is empty: give the path of an .mcap file or of a bag folder")
         by_ros_time = self.get_parameter("use_sim_time").value
         if by_ros_time and values["publish_clock"]:
-            raise BearingTwinError("with use_sim_time the replay follows /clock, so it cannot publish_clock: set one")
+            raise BearingTwinError("with use_sim_time the replay follows /clock, so it cannot publish_clock: unset one")
         place, start_ns = self.get_namespace().strip("/"), round(values["start"] * 1e9)
         deliver = lambda message: self._outlet.deliver(message)  # noqa: E731  (its topics are those of the loop)
         made_of = values["rate"], start_ns, values["loop"], place, values["frame_prefix"]
@@ -282,7 +282,7 @@ class ReplayNode(BaseNode):
         try:
             response.message = future.result(timeout=COMMAND_TIMEOUT)
         except StillBusy:
-            response.message = "taken: it is carried out when every topic has a subscriber, or the time for it is over"
+            response.message = "accepted: carried out when every topic has a subscriber or `discovery` has passed"
         response.success = True
         return response
 

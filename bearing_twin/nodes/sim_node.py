@@ -28,7 +28,7 @@ from bearing_twin.log.run_log import LogWriter
 from bearing_twin.log.stream import MessageStream, choice_record, topics
 from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
-    TALK,
+    LOG_PERIOD,
     BaseNode,
     Outlet,
     declare,
@@ -69,7 +69,7 @@ PARAMETERS = (
     NodeParameter(
         "overrides",
         [],
-        "changes to the scene, such as contact.normal=volumetric; set while it runs, the run begins again with them",
+        "changes to the scene, such as contact.normal=volumetric; set while it runs, they start the run again",
         read_only=False,
     ),
     NodeParameter(
@@ -83,7 +83,7 @@ PARAMETERS = (
     NodeParameter(
         "repeat",
         0.0,
-        "wall time from one begin of a run to the next; 0 = run once and end, -1 = begin again on ~/reset alone",
+        "wall time from the start of a run to the next; 0 = run once and end, -1 = start again on ~/reset only",
         "s",
         -1.0,
         86400.0,
@@ -105,19 +105,19 @@ PARAMETERS = (
         "run specified models outside their ranges too, every output marked; false refuses scenes that allow it",
     ),
     NodeParameter("start_paused", False, "wait at time 0 until ~/pause is called with false"),
-    NodeParameter("discovery", 0.0, "wait at most this long until every topic has a subscriber", "s", 0.0, 600.0),
-    NodeParameter("publish_clock", False, "publish simulation time on /clock"),
+    NodeParameter("discovery", 0.0, "longest wait until every topic has a subscriber", "s", 0.0, 600.0),
+    NodeParameter("publish_clock", False, "publish the simulation time on /clock"),
     NodeParameter(
         "load_timeout",
         0.0,
         "simulated time after which a load on command/load that no other followed is stale: the scene's own load acts "
-        "again, and /diagnostics warns; 0 = it holds until replaced",
+        "again, with a warning on /diagnostics; 0 = it holds until replaced",
         "s",
         0.0,
         86400.0,
     ),
-    NodeParameter("frame_prefix", "", "stands before the name of every frame, such as left/"),
-    NodeParameter("log", "", "MCAP log written by this node, without loss; empty = none"),
+    NodeParameter("frame_prefix", "", "prefix of every frame name, such as left/"),
+    NodeParameter("log", "", "complete MCAP log written by this node; empty = none"),
     *LOG_SAFETY,
 )
 
@@ -246,7 +246,7 @@ class SimNode(BaseNode):
             duration_ns,
             self._open_log,
             round(values["repeat"] * 1e9),
-            self._outlet.listened_to,
+            self._outlet.subscribed_topics,
             self._commands,
             round(1e9 / scene.parameters.run.publish_rate),
         )
@@ -283,7 +283,7 @@ class SimNode(BaseNode):
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
         while self._commands.refusals:
-            self.get_logger().warning(self._commands.refusals.popleft(), throttle_duration_sec=TALK)
+            self.get_logger().warning(self._commands.refusals.popleft(), throttle_duration_sec=LOG_PERIOD)
         if self._commands.speed_doubt:
             self.get_logger().warning(self._commands.speed_doubt, once=True)
         if self.loop.over and not self.done.is_set():
@@ -330,12 +330,12 @@ class SimNode(BaseNode):
             return future.result()
         future.add_done_callback(self._say_failure)
         if self.ready.is_set():
-            return "taken: it is carried out when the computation under way is done"
-        return f"taken: it is carried out when the run is prepared ({self._seconds():.0f} s so far)"
+            return "accepted: carried out after the present computation"
+        return f"accepted: carried out when the run is prepared ({self._seconds():.0f} s so far)"
 
     def _say_failure(self, future: Future) -> None:
         if not future.cancelled() and (error := future.exception()) is not None:
-            self.get_logger().error(f"a command that was taken could not be carried out: {error}")
+            self.get_logger().error(f"an accepted command could not be carried out: {error}")
 
     @guarded
     def _on_pause(self, request, response):
@@ -374,7 +374,7 @@ class SimNode(BaseNode):
                 except BearingTwinError as error:
                     return SetParametersResult(successful=False, reason=str(error))
                 if [one.full_name for one in topics(scene)] != [one.full_name for one in topics(self._scene)]:
-                    return SetParametersResult(successful=False, reason="that changes the topics: start another node")
+                    return SetParametersResult(successful=False, reason="that changes the topics: start a new node")
         return SetParametersResult(successful=True)
 
     def _overridden(self, parameter) -> Scene:

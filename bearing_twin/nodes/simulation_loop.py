@@ -84,7 +84,7 @@ class Commands:
         """A stale load, and refusals since the last call; "" if nothing."""
         refused = self.counts["refused"]
         new, self._reported = refused - self._reported, refused
-        stale = f"command/load is stale, {self._timeout * 1e-9:g} s without another: the scene's own load acts"
+        stale = f"command/load is stale, {self._timeout * 1e-9:g} s without another: the scene's load acts"
         said = stale if self.load_is_stale else "", f"{new} refused, the last: {self._last}" if new else ""
         return "; ".join(filter(None, said))
 
@@ -212,7 +212,7 @@ class SimulationLoop:
         if self.paced.paused:
             message = "paused"
         elif self.paced.finished and not self.over:
-            message = "waiting for the next begin"
+            message = "waiting for the next start"
         elif held:
             slow, word = (True, "slower than real time") if requested else (False, "as fast as possible")
             numbers["lag_s"] += held * 1e-9 if requested else 0.0
@@ -255,7 +255,7 @@ class SimulationLoop:
         given, frame = getattr(message, "header", None), f"{self.commands.prefix}{command.frame}"
         try:
             if given is not None and given.frame_id not in ("", frame):
-                raise BearingTwinError(f"its frame is {echo(given.frame_id)}, but it is taken in {frame} alone")
+                raise BearingTwinError(f"its frame is {echo(given.frame_id)}, and must be {frame}")
             order, *arguments = command.order(message)
             getattr(self, order)(now, *arguments)
         except Exception as error:  # anybody can send commands
@@ -387,9 +387,7 @@ class SimulationLoop:
 def check_speed(speed: float) -> None:
     """Raises BearingTwinError unless `speed` [rad/s] is finite and within +-GREATEST_SPEED."""
     if not (math.isfinite(speed) and abs(speed) <= GREATEST_SPEED):
-        raise BearingTwinError(
-            f"commanded speed {speed} rad/s is ignored: it must be finite and within +-{GREATEST_SPEED:g}"
-        )
+        raise BearingTwinError(f"commanded speed {speed} rad/s must be finite and within +-{GREATEST_SPEED:g}")
 
 
 def errors_of(report) -> dict[str, float | str]:

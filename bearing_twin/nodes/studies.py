@@ -128,14 +128,14 @@ class StudyLimits(NamedTuple):
         if self.samples and study.settings.samples > self.samples:
             raise StudyError(
                 f"study {study.name} asks for {study.settings.samples} samples, more than the node's parameter "
-                f"samples = {self.samples}; ask for fewer"
+                f"samples = {self.samples}; request fewer"
             )
         refuse_too_large(study)
         needed = memory_needed(study)
         if needed > self.memory:
             raise StudyError(
                 f"study {study.name} would need {needed:.3g} B, more than the node's parameter memory = "
-                f"{self.memory:.3g} B; ask for fewer samples, histories or history_points"
+                f"{self.memory:.3g} B; request fewer samples, histories or history_points"
             )
         most = self.workers or usable()
         workers = min(study.settings.workers or most, most)
@@ -172,7 +172,7 @@ def refuse_unwritable(folder: Path) -> None:
             pass
     except OSError as error:
         raise LogError(
-            f"log_folder {folder} cannot be made or written ({error.strerror}); give another, or nothing for no logs"
+            f"log_folder {folder} cannot be made or written ({error.strerror}); give another one, or none"
         ) from error
 
 
@@ -180,7 +180,7 @@ def without_log(error: LogError | OSError) -> str:
     """The sentence about a study whose log could not be made or written."""
     system = isinstance(error, OSError)
     reason = f"{error.filename or 'its file'} cannot be written ({error.strerror})" if system else error
-    return f"there is no log of it, because {reason}"
+    return f"its log was not written: {reason}"
 
 
 def free_path(folder: Path, study: str, date: str) -> Path:

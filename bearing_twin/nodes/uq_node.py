@@ -11,7 +11,7 @@ from std_msgs.msg import String
 
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.study_log import NAMESPACE
-from bearing_twin.nodes.base_node import TALK, BaseNode, declare, guarded, run
+from bearing_twin.nodes.base_node import LOG_PERIOD, BaseNode, declare, guarded, run
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, OK, SERVICE, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NodeParameter
 from bearing_twin.nodes.studies import CANCELLED, SUCCEEDED, Goal, GoalAnswer, Studies, StudyLimits, aborted
@@ -19,21 +19,19 @@ from bearing_twin.uq.run import Progress
 from bearing_twin.uq.study import Study
 
 PARAMETERS = (
-    NodeParameter("log_folder", "studies", "where every study is logged with all its samples (MCAP); empty = nowhere"),
-    NodeParameter("memory", 2e9, "a study that needs more is refused, whatever it says itself", "B", 1e6, 1e12),
-    NodeParameter("workers", 0, "processes a study may start, at most; 0 = one a processor", "", 0, 512),
+    NodeParameter("log_folder", "studies", "folder of a log (MCAP) of every study with all its samples; empty = none"),
+    NodeParameter("memory", 2e9, "a study that needs more is refused", "B", 1e6, 1e12),
+    NodeParameter("workers", 0, "most processes of a study; 0 = one for each processor", "", 0, 512),
     NodeParameter("time_limit", 3600.0, "a study that runs longer is ended, with a log of its samples", "s", 1.0, 1e6),
-    NodeParameter("samples", 0, "a study that asks for more is refused; 0 = as many as memory allows", "", 0, 2**30),
-    NodeParameter("log_quota", 1e10, "of all logs in log_folder; then a study gets none; 0 = no limit", "B", 0.0, 1e15),
-    NodeParameter("study_folders", [""], "folders of study and scene files that a goal may name; empty = names alone"),
+    NodeParameter("samples", 0, "a study with more is refused; 0 = as many as memory allows", "", 0, 2**30),
+    NodeParameter("log_quota", 1e10, "of all logs in log_folder; then none is written; 0 = no limit", "B", 0.0, 1e15),
+    NodeParameter("study_folders", [""], "folders of the files that a goal may name; empty = only those shipped"),
     NodeParameter(
         "executors",
         ["processes"],
         "where a study may run; a Dask scheduler (dask://host:port) that is named here can run any code in this node",
     ),
-    NodeParameter(
-        ALLOW_INVALID, False, "whether a study may let models that it asks for run outside their ranges, marked"
-    ),
+    NodeParameter(ALLOW_INVALID, False, "let studies run models outside their ranges, marked"),
 )
 QUEUE = 4  # goals that may wait while a study runs
 LOOK_PERIOD = 0.1  # s between looks for waiting goals that were cancelled
@@ -41,7 +39,7 @@ RESULT_TIMEOUT = 30  # s for which a result can be requested again
 LATCHED = Qos(depth=1, durability="transient_local")
 SWITCH = 0.0005  # s for which a study may hold the interpreter while a callback waits; the default of 5 ms adds up
 CANCELLED_EARLY = GoalAnswer(CANCELLED, "cancelled while it waited", stopped_because=CANCELLED)
-CANCELLED_LATE = GoalAnswer(CANCELLED, "cancelled; the study still ends its statistics", stopped_because=CANCELLED)
+CANCELLED_LATE = GoalAnswer(CANCELLED, "cancelled; the study still computes its statistics", stopped_because=CANCELLED)
 CANCEL_PERIOD, CANCEL_TIMEOUT = 0.02, 0.25  # s between looks for a cancel; until it is answered, ended or not
 CLOSE_TIMEOUT = 30.0  # s for the statistics and the log of a study that is ended
 
@@ -116,9 +114,9 @@ class UqNode(BaseNode):
             if self._unanswered <= QUEUE:
                 self._unanswered += 1
                 return GoalResponse.ACCEPT
-        reason = f"a study runs and {QUEUE} wait for it, so there is no room: ask again when one has ended"
+        reason = f"a study runs and {QUEUE} wait, so the queue is full: try again when one has ended"
         self.studies.note_refusal(reason)
-        self.get_logger().warning(f"goal refused: {reason}", throttle_duration_sec=TALK)
+        self.get_logger().warning(f"goal refused: {reason}", throttle_duration_sec=LOG_PERIOD)
         return GoalResponse.REJECT
 
     def _on_accepted(self, goal_handle) -> None:
@@ -173,7 +171,7 @@ class UqNode(BaseNode):
         self.studies.note(answer)
         text = f"{answer.state}: {answer.message}" + (f"; log: {answer.log}" if answer.log else "")
         if answer.problem:
-            self.get_logger().warning(text, throttle_duration_sec=TALK)  # anybody can send goals that fail
+            self.get_logger().warning(text, throttle_duration_sec=LOG_PERIOD)  # anybody can send goals that fail
         else:
             self.get_logger().info(text)
         if answer.state == SUCCEEDED:

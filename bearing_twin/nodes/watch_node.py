@@ -26,7 +26,7 @@ from bearing_twin.base.units import UNITS, for_people
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
-from bearing_twin.nodes.base_node import BaseNode, PolledGroup, declare, guarded, run, taken
+from bearing_twin.nodes.base_node import BaseNode, PolledGroup, declare, guarded, run, waiting_messages
 from bearing_twin.nodes.graph import quiet_time
 from bearing_twin.nodes.messages import interface, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
@@ -51,17 +51,17 @@ def vector_of(command: Mapping[str, Any], key: str) -> tuple[float, float, float
     return tuple(number_of({key: one}, key) for one in value)
 
 
-def cut_short(text: str, longest: int) -> str:
+def shortened_line(text: str, longest: int) -> str:
     """The text on one line, of at most so many characters, with an ellipsis in place of the rest."""
     line = " ".join(text.split())
     return line if len(line) <= longest else f"{line[: longest - 2]} …"
 
 
 PARAMETERS = (
-    NodeParameter("node", "", "full name of the node to look at; empty = the only one that publishes samples"),
+    NodeParameter("node", "", "full name of the node to show; empty = the only one that publishes samples"),
     NodeParameter("host", "localhost", "address to listen on; any but localhost lets other machines look and command"),
     NodeParameter("port", 8080, "port to listen on; 0 = any that is free", "", 0, 65535),
-    NodeParameter("patience", 30.0, "wait at most this long for such a node", "s", 0.0, 3600.0),
+    NodeParameter("patience", 30.0, "longest wait for such a node", "s", 0.0, 3600.0),
 )
 LOOK_PERIOD = 0.05  # s between looks for viewers and for messages
 REQUESTED_FOR = 20.0  # s after a request for the page, within which its viewer may come
@@ -126,7 +126,7 @@ class WatchNode(BaseNode):
             said = f"no node publishes {SAMPLES.lstrip('/')} (waited {patience:g} s)"
             raise BearingTwinError(f"{said}: start a sim_node or a replay_node")
         if len(nodes) > 1 and not name:
-            raise BearingTwinError(f"{', '.join(sorted(nodes))} publish samples: say which one to look at")
+            raise BearingTwinError(f"{', '.join(sorted(nodes))} publish samples: name the one to show")
         found = name or next(iter(nodes))
         if found not in nodes:
             raise BearingTwinError(f"no node {echo(name)} publishes samples; {unknown(name, sorted(nodes))}")
@@ -163,7 +163,7 @@ class WatchNode(BaseNode):
             self._listening, self._refused = [], ""
             self._shown.clear()
         for subscription in self._listening:
-            for data, _ in taken(subscription):
+            for data, _ in waiting_messages(subscription):
                 subscription.callback(data)
 
     @guarded
@@ -186,11 +186,11 @@ class WatchNode(BaseNode):
                 values = {pair.key: pair.value for pair in status.values}
                 pace, requested = values.get("real_time_factor", ""), values.get("wanted_real_time_factor", "")
                 at = f" at {pace[:5]} × real time" if pace and status.message in MOVING else ""
-                self.feed.send("status", cut_short(f"{status.message}{at}", LONGEST_STATUS))
+                self.feed.send("status", shortened_line(f"{status.message}{at}", LONGEST_STATUS))
                 refused, before = values.get("commands_refused", ""), self._refused
                 self._refused = refused
                 if before not in ("", refused) and refused != "0":
-                    self.feed.send("refused", cut_short(values.get("last_refusal", ""), LONGEST_REFUSAL))
+                    self.feed.send("refused", shortened_line(values.get("last_refusal", ""), LONGEST_REFUSAL))
                 if _NUMBER.fullmatch(requested):
                     self.feed.send("pace", requested)
 
@@ -203,11 +203,11 @@ class WatchNode(BaseNode):
     def page(self) -> bytes:
         """The page of the run as it is now."""
         self._asked = time.monotonic()
-        said = "has not published its scene yet; the page comes when it does"
+        said = "has not published its scene yet; this page reloads until it has"
         if self._described.wait(COMING):
             if self._shown.wait(COMING):
                 return live_page(self._run, self._watched)
-            said = "sends no samples: it may be paused, preparing or at its end; the page comes when they do"
+            said = "publishes no samples: it may be paused, preparing or at its end; this page reloads until it does"
         raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, f"{self._watched} {said}")
 
     def obey(self, command: Mapping[str, Any]) -> str:
@@ -240,13 +240,13 @@ class WatchNode(BaseNode):
             if result.successful or "undeclared" not in result.reason:  # else it is another kind of node
                 break
         if not result.successful:
-            raise BearingTwinError(result.reason or f"{self._watched} has no pace that can be set")
+            raise BearingTwinError(result.reason or f"{self._watched} has no pace parameter")
         return f"{value.double_value:g} times real time"
 
     def _obey_pause(self, command) -> str:
         on = command.get("on")
         if not isinstance(on, bool):
-            raise BearingTwinError("pause needs on, true or false")
+            raise BearingTwinError('pause needs "on", true or false')
         return self._said(self._asked_of(self._pause, SetBool.Request(data=on)))
 
     def _obey_reset(self, command) -> str:
@@ -254,12 +254,12 @@ class WatchNode(BaseNode):
 
     def _send(self, publisher, message) -> None:
         if not publisher.get_subscription_count():
-            raise BearingTwinError(f"nobody takes {publisher.topic_name}: {self._watched} does not, with this scene")
+            raise BearingTwinError(f"{self._watched} does not subscribe to {publisher.topic_name} with this scene")
         publisher.publish(message)
 
     def _asked_of(self, client, request):
         if not client.service_is_ready():
-            raise BearingTwinError(f"there is no service {client.srv_name}: {self._watched} cannot do that")
+            raise BearingTwinError(f"there is no service {client.srv_name}: {self._watched} does not offer it")
         answered = threading.Event()
         future = client.call_async(request)
         future.add_done_callback(lambda _: answered.set())
