@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from by_rosbags import message_class, serialise
+from by_rosbags import serialise
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bearing_twin.base.errors import LogError
@@ -29,18 +29,17 @@ needs_ros = pytest.mark.skipif(
 )
 
 
-def wrench(x=1.5, frame="bearing_link"):
-    vector, header = message_class("geometry_msgs/msg/Vector3"), message_class("std_msgs/msg/Header")
-    stamp = message_class("builtin_interfaces/msg/Time")(3, 7)
-    both = message_class("geometry_msgs/msg/Wrench")(vector(x, 2.0, 3.0), vector(4.0, 5.0, 6.0))
-    return message_class(cdr.WRENCH)(header(stamp, frame), both)
-
-
-def test_bytes_of_a_wrench():
-    data = serialise(cdr.WRENCH, wrench())
-    expected = b"\x00\x01\x00\x00" + b"\x03\0\0\0" + b"\x07\0\0\0" + b"\x0d\0\0\0bearing_link\0" + b"\0" * 7
-    assert type(data) is bytes
-    assert data == expected + np.array([1.5, 2, 3, 4, 5, 6], dtype="<f8").tobytes()
+@pytest.mark.parametrize("frame", ["", "x", "xy", "xyz", "bearing_link"])
+def test_bytes_of_a_wrench(frame):
+    """Aligned, and filled up to whole words of four bytes, as the middleware hands them over."""
+    fields = {"wrench": {"force": (1.5, 2.0, 3.0), "torque": (4.0, 5.0, 6.0)}}
+    data = encoded(cdr.WRENCH, fields, 3_000_000_007, frame)
+    head = b"\x03\0\0\0\x07\0\0\0" + np.uint32(len(frame) + 1).tobytes() + frame.encode() + b"\0"
+    numbers = np.array([1.5, 2, 3, 4, 5, 6], dtype="<f8").tobytes()
+    assert data == b"\x00\x01\x00\x00" + head + bytes(-len(head) % 8) + numbers
+    assert cdr.deserialise(cdr.WRENCH, data).wrench.torque.z == 6.0
+    data = encoded("std_msgs/msg/Header", {"stamp": (3, 7), "frame_id": frame}, 0, "")
+    assert data == b"\x00\x01\x00\x00" + head + bytes(-len(head) % 4)
 
 
 @pytest.mark.parametrize("stamp_ns", [0, 999_999_999, 1_000_000_000, 1_899_999_999_999_999_999])
@@ -52,21 +51,6 @@ def test_stamps_are_whole_seconds_and_the_nanoseconds_above(stamp_ns):
     ):
         stamp = cdr.deserialise(cdr.JOINT_STATE, data).header.stamp
         assert (stamp.sec, stamp.nanosec) == divmod(stamp_ns, 10**9)
-
-
-@pytest.mark.parametrize("frame", ["", "x", "xy", "xyz", "bearing_link"])
-def test_messages_are_filled_up_to_whole_words(frame):
-    """Four bytes at a time, as the middleware hands them over; what is filled up is zero and changes nothing."""
-    header = wrench(frame=frame).header
-    data = serialise("std_msgs/msg/Header", header)
-    body = b"\x03\0\0\0\x07\0\0\0" + np.uint32(len(frame) + 1).tobytes() + frame.encode() + b"\0"
-    assert data == b"\x00\x01\x00\x00" + body + bytes(-len(body) % 4)
-    assert cdr.deserialise("std_msgs/msg/Header", data) == header
-
-
-def test_round_trip():
-    again = cdr.deserialise(cdr.WRENCH, serialise(cdr.WRENCH, wrench(x=-0.1)))
-    assert (again.wrench.force.x, again.header.stamp.nanosec, again.header.frame_id) == (-0.1, 7, "bearing_link")
 
 
 @pytest.mark.parametrize(
@@ -137,19 +121,6 @@ def test_unknown_type_names_its_package():
         cdr.full_definition("other_msgs/msg/Thing", cdr.definition_in_folders([Path("/nowhere")]))
     assert not cdr.is_known("other_msgs/msg/Thing")
     assert cdr.is_known(cdr.SAMPLE_BLOCK)
-
-
-def test_large_arrays_go_through_whole():
-    values = np.random.default_rng(3).normal(size=25_000)
-    message = message_class(cdr.SAMPLE_BLOCK)(
-        header=wrench().header, first_sequence=2**40, count=50, channel_name=["a", "bb"], channel_unit=["m", ""],
-        channel_width=np.array([1, 499], dtype=np.uint32), time_ns=np.arange(50) * 10**9, values=values,
-    )  # fmt: skip
-    data = serialise(cdr.SAMPLE_BLOCK, message)
-    again = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-    assert again.values.tobytes() == values.tobytes()
-    assert (again.first_sequence, again.channel_name, again.time_ns[-1]) == (2**40, ["a", "bb"], 49 * 10**9)
-    assert len(data) < values.nbytes + 1000
 
 
 def fields(text):
