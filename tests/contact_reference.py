@@ -94,9 +94,9 @@ def single_contact(bearing, raceway, centre, ring_speed, position, velocity, spi
 
 def with_patch(bearing, side, centre, ring_speed, position, contact):
     """The contact on the inner (0) or outer (1) raceway, with friction over its patch where the bearing has it."""
-    if not bearing.spot:
+    if not bearing.patch:
         return contact
-    coefficient, model, *axes = bearing.spot
+    coefficient, model, *axes = bearing.patch
     offset, normal = np.subtract(position, centre), np.asarray(contact.normal)
     out = np.array([offset[0], offset[1], 0.0]) / np.hypot(offset[0], offset[1])
     minor = np.cross([0.0, 0.0, 1.0], out)  # along the ring's circumference

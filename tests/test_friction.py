@@ -176,7 +176,7 @@ def test_pure_spinning_and_pure_sliding_in_closed_form():
     moving, centre, position, contact = contact_of(("contact.friction_regularisation=1e-6",))
     bearing = moving.bearing
     major, minor = semi_axes(contact.curvature_small, contact.curvature_large, contact.approach)
-    limit = bearing.spot[0] * contact.normal_load
+    limit = bearing.patch[0] * contact.normal_load
     spinning = contact._replace(slip=MIDDLE, spin_rate=-3e3)
     found = with_patch(bearing, 0, centre, 0.0, position, spinning)
     torque = 0.375 * limit * major * ellipe(1.0 - (minor / major) ** 2)

@@ -60,7 +60,7 @@ OF_BODIES = (
 
 
 def test_derivatives_of_every_element_are_those_of_the_rates():
-    patch = motion("contact.friction=spot").bearing.spot
+    patch = motion("contact.friction=spot").bearing.patch
     for scene, overrides, instant, touching in COUPLED:
         moving = motion(*overrides, scene=scene)
         drive = moving.drive
@@ -73,7 +73,7 @@ def test_derivatives_of_every_element_are_those_of_the_rates():
             pitch = 2.0 * np.arcsin(moving.bearing.ball_radius / state[:, AXIS_DISTANCE].mean())
             for k in (1, 2, 6):
                 state[k, ORBIT_ANGLE] = state[k - 1, ORBIT_ANGLE] + pitch - 2e-5
-        for bearing in (moving.bearing, moving.bearing._replace(spot=patch, raceway_friction=0.0)):
+        for bearing in (moving.bearing, moving.bearing._replace(patch=patch, raceway_friction=0.0)):
 
             def rates(
                 column, change, drive=drive, bearing=bearing, partners=partners, state=state, border=border, near=near

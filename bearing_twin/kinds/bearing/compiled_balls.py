@@ -53,10 +53,10 @@ def numbers_of(bearing) -> tuple[np.ndarray, np.ndarray]:
         return _latest[1]
     raceways = []
     for raceway, axes in ((bearing.inner, 2), (bearing.outer, 3)):
-        polynomials = (raceway.terms, *(bearing.spot[axes] if bearing.spot else NO_AXES))
+        polynomials = (raceway.terms, *(bearing.patch[axes] if bearing.patch else NO_AXES))
         own = raceway.locus_radius, raceway.groove_radius, raceway.law.given, raceway.law.modulus
         raceways += [*own, *np.concatenate(polynomials)]
-    coefficient, model = bearing.spot[:2] if bearing.spot else (0.0, POINT)
+    coefficient, model = bearing.patch[:2] if bearing.patch else (0.0, POINT)
     friction, points = patch_by(model, coefficient)
     numbers = [
         *(

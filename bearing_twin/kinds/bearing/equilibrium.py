@@ -15,7 +15,7 @@ from numpy.ctypeslib import ndpointer
 from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.base.report import in_lines
 from bearing_twin.base.stopping import SIGNALLED
-from bearing_twin.contact.ellipse import ellipse as spots_at
+from bearing_twin.contact.ellipse import ellipse as ellipses_at
 from bearing_twin.contact.ellipse import elliptic_e
 from bearing_twin.contact.friction import AUTO, POINT
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
@@ -445,10 +445,10 @@ def solver_of(parameters, law, ball_angle=0.0, arm="groove") -> EquilibriumSolve
     return EquilibriumSolver(setting, azimuths, rough=rough)
 
 
-def spots_of(parameters, contacts: Contacts) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def ellipses_of(parameters, contacts: Contacts) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Semi-axes [m] across and along a groove, and peak pressure [Pa], each (N, 2)."""
     given = contacts.curvature_small, contacts.curvature_large, np.array(moduli(parameters.materials)), contacts.load
-    return tuple(spots_at(*given))
+    return tuple(ellipses_at(*given))
 
 
 def outer_controls(moduli: np.ndarray, contacts: Contacts) -> np.ndarray:
@@ -461,9 +461,9 @@ def outer_controls(moduli: np.ndarray, contacts: Contacts) -> np.ndarray:
     ball = contacts.load[..., 0].argmax(-1)[..., None, None]
     rows = contacts.curvature_small, contacts.curvature_large, contacts.load, contacts.angle
     small, large, load, angle = (np.take_along_axis(one, ball, axis=-2)[..., 0, :] for one in rows)
-    spots = spots_at(small, large, moduli, load)
-    ratio = np.divide(spots.semi_minor, spots.semi_major, out=np.ones_like(load), where=load > 0.0)
-    holds = load * spots.semi_major * elliptic_e(ratio)
+    ellipses = ellipses_at(small, large, moduli, load)
+    ratio = np.divide(ellipses.semi_minor, ellipses.semi_major, out=np.ones_like(load), where=load > 0.0)
+    holds = load * ellipses.semi_major * elliptic_e(ratio)
     held_outside = holds[..., 1] * np.cos(angle[..., 0] - angle[..., 1]) > holds[..., 0]
     return held_outside & (load.min(-1) > 0.0)
 

@@ -259,49 +259,42 @@ class QuasiStaticMotion(CommandedBearing):
 
     def _course(self, instants) -> tuple[Course, np.ndarray]:
         """What is prescribed at `instants` [s] from now, and the ring's angle there; moves the drive on."""
-        drive, change = self.parameters.drive, self.parameters.drive.change
-        begin, speed, angle, parts = 0.0, self.speed, self.angle, []
-        free = np.array(self.support.free, np.int64)
-        wanted = np.where(free, self.loads, 0.0)
-        if speed == self.goal_speed and (self._changed or change.time == 0.0):
-            return self._even_course(instants, free, wanted)
-        # knots: the goal changes once, and each speed is approached evenly until it is there
-        when = change.time - self.elapsed if change.time > 0.0 and not self._changed else np.inf
-        speeds, angles = np.empty(len(instants)), np.empty(len(instants))
-        for row, instant in enumerate(instants):
-            while begin < instant or begin == when:
-                if begin >= when:
-                    self.goal_speed += change.speed
-                    self._changed, when = True, np.inf
-                end = min(instant, when)
-                missing = self.goal_speed - speed
-                ramp = min(abs(missing) / drive.acceleration, end - begin)
-                gained = np.sign(missing) * drive.acceleration * ramp
-                reached = ramp >= abs(missing) / drive.acceleration * (1.0 - SAME)
-                angle += (speed + 0.5 * gained) * ramp
-                speed = self.goal_speed if reached else speed + gained
-                angle += speed * (end - begin - ramp)
-                begin = end
-            speeds[row], angles[row] = speed, angle
-            parts.append(self._changed)
-        held = np.tile(np.asarray(self.support.held), (len(instants), 1))
-        held[np.array(parts), :3] += change.offset
-        turn = np.diff(angles, prepend=self.angle)
-        steps = np.diff(instants, prepend=0.0)
-        self.speed, self.angle = speed, angle
-        return Course(steps, turn, speeds, held, free, wanted), angles
+        drive, change, count = self.parameters.drive, self.parameters.drive.change, len(instants)
+        due = change.time - self.elapsed if change.time > 0.0 and not self._changed else np.inf
+        times, speeds = [0.0], [self.speed]  # between which the speed is straight
 
-    def _even_course(self, instants, free, wanted) -> tuple[Course, np.ndarray]:
-        """As `_course`, where the ring turns evenly and nothing changes any more."""
-        held = np.array(self.support.held)
-        if self._changed:
-            held[:3] += self.parameters.drive.change.offset
+        def approach(goal: float, until: float) -> None:
+            reached = times[-1] + abs(goal - speeds[-1]) / drive.acceleration
+            if reached < until:
+                times.append(reached)
+                speeds.append(goal)
+            elif until < np.inf:
+                gained = np.sign(goal - speeds[-1]) * drive.acceleration * (until - times[-1])
+                speeds.append(speeds[-1] + gained)
+                times.append(until)
+
+        changed = (instants >= due) | self._changed
+        approach(self.goal_speed, due)
+        if due <= instants[-1]:
+            self._changed, self.goal_speed = True, self.goal_speed + change.speed
+            times.append(max(due, times[-1]))
+            speeds.append(speeds[-1])
+            approach(self.goal_speed, np.inf)
+        speed = np.interp(instants, times, speeds)
         steps = np.diff(instants, prepend=0.0)
-        angles = self.angle + self.speed * instants
-        self.angle = float(angles[-1])
-        count = len(instants)
-        course = Course(steps, self.speed * steps, np.full(count, self.speed), np.tile(held, (count, 1)), free, wanted)
-        return course, angles
+        if min(speeds) == max(speeds):
+            angles, turn = self.angle + self.speed * instants, self.speed * steps
+        else:
+            knots = np.union1d(times, instants)
+            straight = np.interp(knots, times, speeds)
+            turned = np.cumsum(0.5 * (straight[1:] + straight[:-1]) * np.diff(knots))
+            angles = self.angle + np.append(0.0, turned)[np.searchsorted(knots, instants)]
+            turn = np.diff(angles, prepend=self.angle)
+        held = np.tile(np.array(self.support.held), (count, 1))
+        held[changed, :3] += change.offset
+        self.speed, self.angle = float(speed[-1]), float(angles[-1])
+        free = np.array(self.support.free, np.int64)
+        return Course(steps, turn, speed, held, free, np.where(free, self.loads, 0.0)), angles
 
     def _outputs(self, course: Course, angle) -> Rows:
         found = new_instants(len(angle), self.parameters.geometry.balls)

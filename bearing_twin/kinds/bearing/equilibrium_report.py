@@ -6,20 +6,19 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.contact.materials import yield_pressure
-from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
+from bearing_twin.contact.validity import gathered
 from bearing_twin.kinds.bearing.equilibrium import (
     Equilibrium,
     EquilibriumSolver,
     Support,
     centrifugal_ratio,
+    ellipses_of,
     equilibrium_error,
     loose_directions,
     shared,
-    spots_of,
 )
 from bearing_twin.kinds.bearing.equilibrium_motion import LEFT
-from bearing_twin.kinds.bearing.figures import PERMANENT_PRESSURE
+from bearing_twin.kinds.bearing.figures import contact_flags
 from bearing_twin.kinds.bearing.friction_torque import catalogue_torque, torque_answer
 from bearing_twin.kinds.bearing.geometry import clearance_of
 from bearing_twin.kinds.bearing.model_error import SIDES, model_errors
@@ -53,13 +52,13 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
     """
     geometry, contacts = parameters.geometry, found.contacts
     touching = contacts.load > 0.0
-    spots = spots_of(parameters, contacts)
+    ellipses = ellipses_of(parameters, contacts)
     columns = {
         "normal_load": ("n", contacts.load),
         "contact_angle": ("rad", np.where(touching, contacts.angle, 0.0)),
-        "peak_pressure": ("pa", spots[2]),
-        "semi_major": ("m", spots[0]),
-        "semi_minor": ("m", spots[1]),
+        "peak_pressure": ("pa", ellipses[2]),
+        "semi_major": ("m", ellipses[0]),
+        "semi_minor": ("m", ellipses[1]),
     }
     ratings = ratings_of(parameters)
     carried, arm = float(contacts.load.sum()), 0.5 * geometry.pitch_diameter
@@ -98,7 +97,7 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
         "clearance_m": clearance._asdict(),
         "model_errors": model_errors(parameters, law, solver, support, found),
         "unbalanced_n": found.left,
-        "flags": flags_of(parameters, solver, support, found, spots, lives.static_safety),
+        "flags": flags_of(parameters, solver, support, found, ellipses, lives.static_safety),
     }
 
 
@@ -135,27 +134,22 @@ def _settled(values, scale) -> list:
 
 
 def flags_of(
-    parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, spots, safety: float
+    parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, ellipses, safety: float
 ) -> list[str]:
     """What is doubtful about an equilibrium, one sentence each."""
-    materials, contacts, geometry = parameters.materials, found.contacts, parameters.geometry
-    pressure, widths = spots[2].max(), spots[0].max(axis=0)
-    limit = yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)
+    contacts = found.contacts
     loose = loose_directions(found, support, solver.scales)
     friction = parameters.contact.friction_coefficient
     transient = equilibrium_error(centrifugal_ratio(contacts))
     held = contacts.load > 0.0
     slips = np.any(np.abs(contacts.friction)[held] > friction * contacts.load[held])
     return gathered(
-        speed_doubt(geometry, parameters.drive.speed),
+        speed_doubt(parameters.geometry, parameters.drive.speed),
         f"nothing holds the ring along {', '.join(loose)}: it may lie elsewhere too" if loose else None,
-        pressure_doubt(pressure, limit),
-        f"peak pressure {pressure:.3g} Pa is beyond 4.2e+09 Pa: real raceways keep dents"
-        if pressure > PERMANENT_PRESSURE
-        else None,
         f"static safety {safety:.2g} is below 1" if safety < 1.0 else None,
-        groove_doubt(widths, 0.5 * geometry.ball_diameter, (geometry.inner_conformity, geometry.outer_conformity)),
-        shoulder_doubt(geometry.contact_angle, contacts.angle[:, 1], contacts.load[:, 0]),
+        *contact_flags(
+            parameters, ellipses[2].max(), ellipses[0].max(axis=0), contacts.angle[:, 1], contacts.load[:, 0]
+        ),
         "the gyroscopic moment of a ball needs more friction than contact.friction_coefficient gives: it slides"
         if slips
         else None,

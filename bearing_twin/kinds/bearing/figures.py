@@ -8,11 +8,9 @@ import numpy as np
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Layout
-from bearing_twin.contact.elasticity import approaches_of_loads, coefficient_of, elastic
 from bearing_twin.contact.ellipse import axis_ratio, ellipse, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
-from bearing_twin.contact.laws import LAWS
-from bearing_twin.contact.materials import effective_modulus, yield_pressure
+from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import (
     gathered,
     groove_doubt,
@@ -278,6 +276,21 @@ ROUNDING = 1e-14  # of a ball's loads times its radius: a torque that is less is
 UNEVEN, SLOW = math.radians(2.0), 0.01  # of spacing, of orbit speed: beyond, a cage is missed
 
 
+def contact_flags(parameters, pressure: float, widths, angles, loads) -> tuple[str | None, ...]:
+    """Warnings of contacts: their greatest pressure [Pa] and semi-axes (2,) [m] by raceway, angles and loads (N,).
+
+    Angles [rad] are those on the outer raceway, loads [N] those on the inner one.
+    """
+    materials, geometry = parameters.materials, parameters.geometry
+    dents = f"peak pressure {pressure:.3g} Pa is beyond 4.2e+09 Pa: real raceways keep dents"
+    return (
+        pressure_doubt(pressure, yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)),
+        dents if pressure > PERMANENT_PRESSURE else None,
+        groove_doubt(widths, 0.5 * geometry.ball_diameter, (geometry.inner_conformity, geometry.outer_conformity)),
+        shoulder_doubt(geometry.contact_angle, angles, loads),
+    )
+
+
 class BearingFigures:
     """Gathers a run's figures block by block, in memory that does not grow with the run."""
 
@@ -382,8 +395,8 @@ class BearingFigures:
             self._made["peaks"] = dict(zip(("semi_major", "semi_minor", "peak_pressure"), found, strict=True))
         return self._made["peaks"]
 
-    def _law_doubt(self) -> str | None:
-        """Doubt about the elastic law where it is furthest off exact Hertz, over the contacts that carried load."""
+    def _law_warning(self) -> str | None:
+        """Warning of the elastic law where it is furthest off exact Hertz, over the contacts that carried load."""
         curvatures = [self.at_greatest[name] for name in ("curvature_small", "curvature_large")]
         errors = law_error(self.parameters, self.law, *curvatures, self.greatest_load)
         if errors is None or not errors.any():
@@ -392,36 +405,31 @@ class BearingFigures:
         at = (float(one[ball, side]) for one in curvatures)
         return law_doubt(self.law, float(errors[ball, side]), axis_ratio(*at))
 
-    def _smoothing_doubt(self, fastest: float) -> str | None:
-        """Doubt about a drilling torque whose spots spin at most this fast [m/s] at their ends."""
+    def _smoothing_warning(self, fastest: float) -> str | None:
+        """Warning of a spin torque whose contact patches spin at most this fast [m/s] at their rims."""
         contact = self.parameters.contact
         smoothing = contact.friction_regularisation
         hidden = NO_SPIN * smoothing < fastest < FREE_OF_SMOOTHING * smoothing
         if not (hidden and FRICTIONS[contact.friction].over_spot):
             return None
         return (
-            f"the spots spin at {fastest:.2g} m/s at most, which contact.friction_regularisation = {smoothing:g} m/s "
-            f"smooths: drilling torques are too small; set it to {fastest / FREE_OF_SMOOTHING:.1g} m/s or less"
+            f"contact patches spin at {fastest:.2g} m/s at most, which contact.friction_regularisation = {smoothing:g} "
+            f"m/s smooths: drilling torques are too small; set it to {fastest / FREE_OF_SMOOTHING:.1g} m/s or less"
         )
 
     def _half_period(self) -> float:
-        """Half a period [s] of a ball between its contacts at their greatest load: its contacts are no shorter."""
-        materials, law, stiffness = self.parameters.materials, LAWS[self.law], 0.0
-        for side, ring in enumerate((materials.inner_ring, materials.outer_ring)):
-            load = self.greatest_load[:, side]
-            small, large = (self.at_greatest[name][:, side] for name in ("curvature_small", "curvature_large"))
-            ball = int(load.argmax())
-            if load[ball] > 0.0:
-                modulus, at = effective_modulus(materials.ball, ring), (float(small[ball]), float(large[ball]))
-                given = law.number(self.parameters.contact, hertz_coefficient(*at, modulus))
-                coefficient = coefficient_of(law.name, *at, modulus, given)
-                approach = approaches_of_loads(coefficient, law.power, float(load[ball]))
-                stiffness += elastic(coefficient, law.power, approach).stiffness
-        mass = materials.ball.density * math.pi / 6.0 * self.parameters.geometry.ball_diameter**3
+        """Half a period [s] of a ball between its contacts at their greatest load by Hertz, the shortest contact."""
+        load, ball = self.greatest_load, self.parameters.materials.ball
+        stiffness = 0.0
+        for side, modulus in enumerate(moduli(self.parameters.materials)):
+            most = load[:, side].argmax()
+            gap = (float(self.at_greatest[name][most, side]) for name in ("curvature_small", "curvature_large"))
+            stiffness += 1.5 * (hertz_coefficient(*gap, modulus) ** 2 * load[most, side]) ** (1.0 / 3.0)
+        mass = ball.density * math.pi / 6.0 * self.parameters.geometry.ball_diameter**3
         return math.pi * math.sqrt(mass / stiffness) if stiffness > 0.0 else math.inf
 
-    def _cage_doubt(self) -> str | None:
-        """Doubt about a bearing without a cage whose balls leave even spacing, or go round as they would not roll."""
+    def _cage_warning(self) -> str | None:
+        """Warning of a bearing without a cage whose balls are unevenly spaced, or orbit unlike balls that roll."""
         parameters, found = self.parameters, []
         if parameters.cage.kind != "none" or dimension_of(parameters) == QUASI_STATIC:
             return None
@@ -434,11 +442,11 @@ class BearingFigures:
         speeds = speed_figures(parameters, *self._second_half())
         off = speeds["cage_speed_rad_s"] / (speeds["cage_speed_theory_rad_s"] or math.inf) - 1.0 if steady else 0.0
         if SLOW < abs(off) < 1.0:
-            found.append(f"they go round {100.0 * off:+.2g} % off rolling")
+            found.append(f"their orbit speed differs from rolling by {100.0 * off:+.2g} %")
         return f"nothing keeps the balls apart and {' and '.join(found)}; set cage.kind: even" if found else None
 
-    def _touch_doubt(self) -> str | None:
-        """Doubt about an inner ring that balls touch at no output."""
+    def _touch_warning(self) -> str | None:
+        """Warning of an inner ring that balls touch at no output."""
         if self.greatest_load[:, 0].any():
             return None
         if self.last["drive_work"]:
@@ -456,21 +464,16 @@ class BearingFigures:
         """What in this run lies outside the theory's validity, one sentence each."""
         peaks = self._peaks()
         pressure, widths = peaks["peak_pressure"].max(), peaks["semi_major"].max(axis=0)
-        materials = self.parameters.materials
-        ball, geometry = materials.ball, self.parameters.geometry
-        diameter, conformities = geometry.ball_diameter, (geometry.inner_conformity, geometry.outer_conformity)
+        ball, diameter = self.parameters.materials.ball, self.parameters.geometry.ball_diameter
         return gathered(
-            pressure_doubt(pressure, yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)),
-            f"peak pressure {pressure:.3g} Pa is beyond 4.2e+09 Pa: real raceways keep dents"
-            if pressure > PERMANENT_PRESSURE
-            else None,
-            groove_doubt(widths, 0.5 * diameter, conformities),
-            shoulder_doubt(geometry.contact_angle, self.at_greatest["contact_angle"][:, 1], self.greatest_load[:, 0]),
-            self._law_doubt(),
-            self._cage_doubt(),
-            self._touch_doubt(),
+            *contact_flags(
+                self.parameters, pressure, widths, self.at_greatest["contact_angle"][:, 1], self.greatest_load[:, 0]
+            ),
+            self._law_warning(),
+            self._cage_warning(),
+            self._touch_warning(),
             wave_doubt(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
-            self._smoothing_doubt(float((peaks["semi_major"] * np.abs(self.at_greatest["spin_rate"])).max())),
+            self._smoothing_warning(float((peaks["semi_major"] * np.abs(self.at_greatest["spin_rate"])).max())),
         )
 
     def status(self) -> str:

@@ -23,9 +23,9 @@ from bearing_twin.kinds.bearing.equilibrium import (
     azimuths_of,
     ball_balances,
     controlled,
+    ellipses_of,
     load_line,
     setting_of,
-    spots_of,
     weighed_solver,
     weighed_support,
 )
@@ -68,7 +68,7 @@ def half_space_error(parameters, semi_major):
     return (np.asarray(semi_major) / (0.5 * parameters.geometry.ball_diameter)) ** 2
 
 
-def spots_off(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, list[float]]:
+def ellipse_errors(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, list[float]]:
     """Errors of ellipses and pressures of contacts whose loads are off by these shares (N, 2): of its cube root."""
     return {
         f"{key}_{side}{unit}": [float(share[ball, place]) * value / 3.0 for ball, value in enumerate(values)]
@@ -259,7 +259,7 @@ class EquilibriumErrors(NamedTuple):
         of_balls = {
             key.format(side): values[:, i].tolist() for key, values in columns.items() for i, side in enumerate(SIDES)
         }
-        return of_balls | spots_off(figures, np.minimum(share, 1.0)) | _of_ring(self.tilt)
+        return of_balls | ellipse_errors(figures, np.minimum(share, 1.0)) | _of_ring(self.tilt)
 
 
 def _contact_error(solver: EquilibriumSolver, support: Support, found: Equilibrium, shares: np.ndarray) -> ContactError:
@@ -273,7 +273,7 @@ def errors_at(
     """The model errors of an equilibrium `found` by `solver`."""
     contacts, given = found.contacts, (solver, support, found)
     shares = law_error(parameters, law, contacts.curvature_small, contacts.curvature_large, contacts.load)
-    wide = half_space_error(parameters, spots_of(parameters, contacts)[0])
+    wide = half_space_error(parameters, ellipses_of(parameters, contacts)[0])
     of_law = None if shares is None else _contact_error(*given, shares)
     return EquilibriumErrors(float(contacts.load.max()), of_law, _contact_error(*given, wide), response_to_tilt(*given))
 
@@ -358,7 +358,7 @@ def by_load(
             moved[part] = 2.0 / 3.0 * greatest * math.hypot(*figures.get(key, ())) if given else 0.0
     return {
         **found,
-        **spots_off(figures, share),
+        **ellipse_errors(figures, share),
         "ring_force_n": ring[:3].tolist(),
         "ring_moment_nm": ring[3:].tolist(),
         "ring_displacement_m": moved[:3].tolist(),

@@ -17,10 +17,10 @@ BEARING = Kind(
         figures="figures:BearingFigures",
         records="accelerometer:tables",
         meanings="quantities:MEANINGS",
-        model_errors="doubt:BearingDoubt",
+        model_errors="run_errors:BearingErrors",
         commands="topics:commands",
         quantities="quantities:quantities",
-        comparison="doubt:BearingComparison",
+        comparison="run_errors:BearingComparison",
         picture="picture:BearingPicture",
     ),
 )

@@ -96,9 +96,9 @@ def _terms(found, reach) -> tuple[float, ...]:
 
 
 def axes_along(ball_radius, locus_radius, groove_radius, side) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """The polynomials of a spot's semi-axes, major and minor, over the root of the approach [m^0.5]; see `terms_along`.
+    """The polynomials of a contact's semi-axes, major and minor, over the root of the approach [m^0.5].
 
-    They are those of `ellipse.semi_axes`.
+    See `terms_along`; they are those of `ellipse.semi_axes`.
     """
     reach, groove = _reach_of(locus_radius, groove_radius, side), (ball_radius, locus_radius, groove_radius, side)
     major, minor = _along(*groove, 1.0 + reach * _POINTS, lambda small, large: semi_axes(small, large, 1.0))
@@ -220,7 +220,7 @@ class Bearing(NamedTuple):
     """Everything the equations of motion need, as numbers (SI).
 
     `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact
-    point; it is 0 where `spot`, empty else, says how friction acts over the spot: its coefficient, its model's
+    point; it is 0 where `patch`, empty else, says how friction acts over the contact patch: coefficient, its model's
     name and inner and outer semi-axes (`along_groove.axes_along`).
     `offset` is the place of the inner ring's centre, `tilt` that of its axis about x and y [rad]; `ring` says how it
     moves (HELD, ...).
@@ -243,7 +243,7 @@ class Bearing(NamedTuple):
     friction_regularisation: float
     pair_coefficient: float
     raceway_friction: float
-    spot: tuple
+    patch: tuple
     ring: int
     tilt: tuple[float, float]
     pockets: tuple
@@ -377,7 +377,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
 
     inner = raceway_of(geometry, geometry.inner_conformity, -1.0, law_of(materials.inner_ring))
     outer = raceway_of(geometry, geometry.outer_conformity, 1.0, law_of(materials.outer_ring))
-    spot, coefficient, film = (), contact.friction_coefficient, ()
+    patch, coefficient, film = (), contact.friction_coefficient, ()
     if lubricated(parameters):
         oil, coefficient = film_lubricant(parameters), parameters.lubricant.boundary_friction
         film = oil, films_along(oil, inner, radius, -1.0), films_along(oil, outer, radius, 1.0)
@@ -385,7 +385,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         axes = [
             axes_along(radius, one.locus_radius, one.groove_radius, side) for one, side in ((inner, -1.0), (outer, 1.0))
         ]
-        spot = coefficient, contact.friction, *axes
+        patch = coefficient, contact.friction, *axes
     dimension, cage, pockets = dimension_of(parameters), parameters.cage, ()
     ring = HELD
     if dimension == FREE_RING:
@@ -410,7 +410,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         friction_regularisation=contact.friction_regularisation,
         pair_coefficient=hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
         raceway_friction=0.0 if friction.over_spot else coefficient,
-        spot=spot,
+        patch=patch,
         ring=ring,
         tilt=tuple(map(float, parameters.drive.tilt)) if ring in (TILTED, TILTING) else (0.0, 0.0),
         pockets=pockets,

@@ -17,9 +17,9 @@ from bearing_twin.kinds.bearing.equilibrium import (
     COORDINATES,
     Support,
     azimuths_of,
+    ellipses_of,
     equilibrium_error,
     setting_of,
-    spots_of,
     weighed_solver,
 )
 from bearing_twin.kinds.bearing.model_error import ALIKE, half_space_error, pushed_by
@@ -327,7 +327,7 @@ def moved_by(
 
 
 def _wide(scene, contacts) -> np.ndarray:
-    return half_space_error(scene, spots_of(scene, contacts)[0])
+    return half_space_error(scene, ellipses_of(scene, contacts)[0])
 
 
 @functools.lru_cache(maxsize=8)

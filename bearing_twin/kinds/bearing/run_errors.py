@@ -83,7 +83,7 @@ NOT_MODELLED: dict[str, tuple[Callable[[Any], bool], str]] = {
             and not parameters.rings.inner.mass
             and parameters.contact.friction_coefficient > 0.0
         ),
-        "whether the ring stays in its equilibrium: friction along the grooves can make it whirl, which is looked at "
+        "whether the ring stays in its equilibrium: friction along the grooves can make it whirl, which is computed "
         "where rings.inner.mass is given",
     ),
     "shear": (
@@ -97,7 +97,7 @@ NOT_MODELLED: dict[str, tuple[Callable[[Any], bool], str]] = {
 EQUILIBRIA = (  # what is known of a run from them
     "equilibria are solved to rounding; the error of loads is what balls that move differ by; friction is none"
 )
-LEAST_LOAD = 0.01  # of the greatest load: a contact that carries less has no friction limit worth a relative error
+LEAST_LOAD = 0.01  # of the greatest load: the friction limit of one that carries less is no scale
 TILTING = "ring_moment_nm", "misalignment_rad"
 SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
 STANDS = 1e-12  # rad/s: a ring that turns no faster stands, and work over its angle says nothing of a torque
@@ -156,7 +156,7 @@ def _lengths(vectors: np.ndarray) -> np.ndarray:
     return np.sqrt(np.square(vectors).sum(axis=-1))
 
 
-class BearingDoubt:
+class BearingErrors:
     """Gathers what the model errors of a run follow from, in memory that does not grow with the run."""
 
     in_stretches = False  # blocks may hold many
@@ -168,7 +168,7 @@ class BearingDoubt:
         self.load = np.zeros((balls, 2))
         self.curvatures = np.ones((2, balls, 2))
         self.spin = np.zeros((balls, 2))  # greatest under load
-        self.rubbed = np.zeros((balls, 2))  # sums of load^(4/3) times spin
+        self.friction_work = np.zeros((balls, 2))  # sums of load^(4/3) times spin
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
@@ -177,9 +177,9 @@ class BearingDoubt:
         self.outputs += len(block)
         spin = np.where(load > 0.0, np.abs(block.values["spin_rate"]), 0.0)
         self.spin = np.maximum(self.spin, spin.max(axis=0))
-        rubbed = np.add.reduceat(load * np.cbrt(load) * spin, begins, axis=0)
-        for stretch in rubbed:  # one after the other: sums are the same to the bit however outputs are cut
-            self.rubbed += stretch
+        work = np.add.reduceat(load * np.cbrt(load) * spin, begins, axis=0)
+        for stretch in work:  # one after the other: sums are the same to the bit however outputs are cut
+            self.friction_work += stretch
         better = load.max(axis=0) > self.load
         at = load.argmax(axis=0)[better], *np.nonzero(better)
         if better.any():
@@ -263,7 +263,7 @@ class BearingDoubt:
             rim = self.spin[ball, side] * major
             error = rule_error(contact, ratio, rim) if over_patch else 1.0
             most[ball] += greatest * (error if over_patch else rim / math.hypot(rim, contact.friction_regularisation))
-            power += greatest * (self.rubbed[ball, side] / self.outputs) / load ** (4.0 / 3.0) * error
+            power += greatest * (self.friction_work[ball, side] / self.outputs) / load ** (4.0 / 3.0) * error
         seconds = max(self.outputs - 1, 0) / self.parameters.run.output_rate
         speed = abs(figures["inner_ring_speed_at_end_rad_s"])
         found = {
