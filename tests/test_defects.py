@@ -187,6 +187,24 @@ def test_lines_of_spalls_and_none_of_a_sound_bearing_under_axial_load():
     assert levels["inner", "outer"] < 0.05 * levels["inner", "inner"]
 
 
+def test_from_entry_to_impact_a_ball_takes_the_time_of_kinematics():
+    """Half of the length at the contact point's speed, L / (2 w_c R_o), of two lengths, whose edges are as smooth."""
+    held = {
+        "geometry.radial_clearance": -90e-6,
+        "drive": {"speed": 183.26, "offset": [0.0, 0.0, 0.0]},
+        "model.dimension": "prescribed",
+        "run": {"duration": 2.2e-3, "output_rate": 1e6},
+        "solver": {"check": "none", "allow_invalid": "on"},
+    }
+    taken = []
+    for length in (0.6e-3, 1.0e-3):
+        squeezed = outputs(scene_of(held, [pit(place=0.07, length=length)]))["approach"][:, 0].sum(axis=1)
+        entered = np.flatnonzero(squeezed < squeezed[0] - 0.3e-6)[0]
+        taken.append(1e-6 * (np.argmin(squeezed) - entered))
+    cage, radius = 0.5 * 183.26 * (1.0 - 6.746 / 28.5), 0.5 * (28.5e-3 + 6.746e-3)
+    assert taken[1] - taken[0] == pytest.approx(0.4e-3 / (2.0 * cage * radius), rel=2e-2)
+
+
 def test_a_spall_on_the_inner_ring_goes_through_the_load_once_a_turn():
     rate, speed = 5000.0, 157.08
     radial = {
@@ -275,3 +293,15 @@ def test_a_pit_on_a_ball_is_met_by_both_raceways_in_turn():
     lines = [line_of(force, 5000.0, one) for one in around]
     assert around[int(np.argmax(lines))] == pytest.approx(twice_spin, rel=3e-3)
     assert line_of(force, 5000.0, 0.5 * twice_spin) < 0.5 * max(lines)
+
+
+def test_a_pit_on_a_ball_goes_through_the_load_once_a_turn_of_the_cage():
+    rate = 8000.0  # below twice 3 kHz, a pulse of 0.3 ms, lines of high orders fold to where the cage's are
+    run = {"drive.speed": 183.26, "run": {"duration": 2.0, "output_rate": rate}, "wanted": {"tolerance": 1e-3}}
+    moved = outputs(scene_of({**FREE, **run}, [pit("ball", place=0.3, depth=1e-6, length=0.5e-3)]))
+    down = moved["inner_ring_offset"][3000:, 1]  # without the swing from the start
+    for order in (0.381649, 3.98802):  # of the cage, of twice the ball's spin
+        around = 183.26 / (2 * np.pi) * order * np.linspace(0.98, 1.02, 401)
+        lines = [line_of(down, rate, one) for one in around]
+        assert around[int(np.argmax(lines))] == pytest.approx(around[200], rel=3e-3), order
+        assert max(lines) > 5.0 * line_of(down, rate, 1.25 * around[200])
