@@ -6,6 +6,7 @@ where the numbers came from, so a stream read from a log and a stream from the i
 """
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -227,9 +228,9 @@ def outputs_at_once(channels: Sequence[Channel]) -> int:
 
 
 def between(rows: np.ndarray, after: float, until: float) -> np.ndarray:
-    """The records (n, columns) whose time, in whole nanoseconds, lies above `after` and not above `until` [ns]."""
-    time_ns = np.rint(1e9 * rows[:, 0])
-    return rows[(time_ns > after) & (time_ns <= until)]
+    """The records (n, columns), in order of time, above `after` and not above `until` [whole ns]; a view."""
+    low, high = (bisect_right(rows[:, 0], end, key=lambda seconds: np.rint(1e9 * seconds)) for end in (after, until))
+    return rows[low:high]
 
 
 def joined(blocks: list[Block]) -> Block:
