@@ -188,15 +188,16 @@ def _field(message, topic: str, key: str | None):
 
 def _sensor_record(log) -> Record:
     """The samples of the sensor of a bearing scene, with the course of its speed."""
-    rows, times, speeds = [], [], []
-    for block in log.blocks():
-        rows.append(block.records.get(ACCELERATION, np.zeros((0, 2))))
-        times.append(1e-9 * block.time_ns), speeds.append(block.values["inner_ring_speed"])
-    samples = np.concatenate(rows)
-    if len(samples) < 16:
-        raise BearingTwinError(f"{log.path} holds {len(samples)} samples of the sensor, which are no record")
-    course = np.concatenate(times) - samples[0, 0], np.concatenate(speeds)
-    return Record(samples[:, 1].astype(np.float32), _even_rate(samples[:, 0]), course, log.scene.parameters.geometry)
+    samples, sampled, times, speeds = [], [], [], []
+    for block in log.blocks():  # copies, as a view would keep its block
+        rows = block.records.get(ACCELERATION, np.zeros((0, 2)))
+        samples.append(rows[:, 1].astype(np.float32)), sampled.append(rows[:, 0].copy())
+        times.append(1e-9 * block.time_ns), speeds.append(block.values["inner_ring_speed"].copy())
+    found, at = np.concatenate(samples), np.concatenate(sampled)
+    if len(found) < 16:
+        raise BearingTwinError(f"{log.path} holds {len(found)} samples of the sensor, which are no record")
+    course = np.concatenate(times) - at[0], np.concatenate(speeds)
+    return Record(found, _even_rate(at), course, log.scene.parameters.geometry)
 
 
 def _own_log(path: Path, key: str | None, topic: str | None) -> Record:
