@@ -20,7 +20,7 @@ from pathlib import Path
 IMPORTED = (
     "bearing_twin.command.cli", "bearing_twin.command.study_command", "bearing_twin.run.simulation",
     "bearing_twin.uq.run", "bearing_twin.log.run_log", "bearing_twin.kinds.bearing.motion",
-    "bearing_twin.kinds.impact.spheres",
+    "bearing_twin.kinds.bodies.impact",
 )  # fmt: skip
 WITH_ROS = ("bearing_twin.nodes.sim_node", "bearing_twin.nodes.recorder_node", "bearing_twin.nodes.uq_node")
 ROS = ("rclpy", "bearing_twin_msgs")

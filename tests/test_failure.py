@@ -11,8 +11,7 @@ from forks import forked
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.kinds.bearing import BearingMotion
-from bearing_twin.kinds.ellipsoid.compiled import EARLIER
-from bearing_twin.kinds.ellipsoid.motion import EllipsoidMotion
+from bearing_twin.kinds.bodies.motion import EllipsoidMotion
 from bearing_twin.log.run_log import read_log
 from bearing_twin.run.failure import Failure, read_failure, write_failure
 from bearing_twin.run.scene import load_scene
@@ -113,7 +112,7 @@ def test_an_ellipsoid_goes_on_to_the_bit_in_the_middle_of_a_contact(monkeypatch,
     found = read_failure(write_failure(failed(scene), tmp_path))
     monkeypatch.undo()
     expected = np.concatenate([block.matrix() for block in whole])
-    kept = np.array(found.state["record"])[list(EARLIER)].tolist()
+    kept = np.array(found.state["record"])[list(EllipsoidMotion.earlier)].tolist()
     earlier = found._replace(state=found.state | {"record": kept})
     for one in (found, earlier):  # with the record of a contact as earlier versions kept it, too
         rest = list(simulate(scene, failure=one).blocks())

@@ -15,7 +15,7 @@ from bearing_twin.command.cli import DONE, DOUBTFUL, main
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import BearingFigures, missing
-from bearing_twin.kinds.impact.figures import GAINED
+from bearing_twin.kinds.bodies.figures import GAINED
 from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.log.run_log import write_log
 from bearing_twin.run.report import Gathering
@@ -241,16 +241,14 @@ def test_equilibria_have_no_friction_torque():
 
 @pytest.mark.parametrize("closure", [0.02, -0.02])
 def test_energy_alone_is_doubt_enough_for_strict(closure, monkeypatch, capsys):
-    solve = "bearing_twin.kinds.impact.spheres._closed"
-    from bearing_twin.kinds.impact.spheres import _closed
+    from bearing_twin.kinds.bodies import collision, impact
 
     def wrong(*arguments):
-        contact, deepest, restitution, _, history = _closed(*arguments)
-        return contact, deepest, restitution, closure, history
+        return collision.Collision(*arguments)._replace(energy_closure=closure)
 
     gentle = ["simulate", "two_spheres", "--set", "motion.first_velocity=0.01"]
     assert asked(capsys, *gentle, "--strict")[0]["flags"] == []
-    monkeypatch.setattr(solve, wrong)
+    monkeypatch.setattr(impact, "Collision", wrong)
     result, err = asked(capsys, *gentle, "--strict", code=DOUBTFUL)
     assert (result["status"], result["flags"]) == ("failed: energy", [])
     assert err.count("doubtful") == 1

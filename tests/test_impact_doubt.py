@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 from runs import reported
 
-from bearing_twin.kinds.ellipsoid import motion as ellipsoid
-from bearing_twin.kinds.impact import impact as pair
 from bearing_twin.kinds.soft_discs.figures import second_divisions
-from bearing_twin.kinds.two_bodies import motion as two_bodies
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 
@@ -152,13 +149,6 @@ def test_formulations_of_a_soft_material_differ_by_less_than_its_strain_which_is
 
 def test_the_second_mesh_is_coarser_where_there_is_a_coarser_one():
     assert [second_divisions(count, 3) for count in (6, 12, 24, 48)] == [12, 6, 18, 36]
-
-
-STEPS_OF = {
-    "two_spheres": (pair, 10.0, 1e-6, (*CELLS["spheres, steady"][1], "solver.stepper=dop853")),
-    "two_bodies_groove": (two_bodies, 1e4, 1e-6, ("run.duration=0.025",)),
-    "ellipsoid_rocking": (ellipsoid, 30.0, 1e-4, ("run.duration=0.3",)),
-}
 
 
 def test_the_force_of_eulers_beam_after_a_second_touch_is_told_as_far_off_as_timoshenkos_has_it():

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,17 +21,16 @@ from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.command.log_commands import ShownStream
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact import line
+from bearing_twin.contact import line_impact as disc_impact
 from bearing_twin.contact.damping import damping_for_restitution
 from bearing_twin.contact.laws import law_names
 from bearing_twin.contact.line import line_law
 from bearing_twin.kinds.bearing import VELOCITY
-from bearing_twin.kinds.impact import collision
-from bearing_twin.kinds.impact import disc_closed_form as disc_impact
-from bearing_twin.kinds.impact.collision import NO_LINE, Spring, collide
-from bearing_twin.kinds.impact.discs import solve as solve_discs
-from bearing_twin.kinds.impact.figures import CONTACT
-from bearing_twin.kinds.impact.models import JOHNSON_ERROR, LARGE
-from bearing_twin.kinds.impact.spheres import solve as solve_spheres
+from bearing_twin.kinds.bodies import collision
+from bearing_twin.kinds.bodies.collision import NO_LINE, Spring, collide
+from bearing_twin.kinds.bodies.figures import CONTACT
+from bearing_twin.kinds.bodies.impact import solve_discs, solve_spheres
+from bearing_twin.kinds.bodies.models import JOHNSON_ERROR, LARGE
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
@@ -91,31 +91,12 @@ def strikes(found, truth, rel=1e-8):
     assert np.all(found.force[~inside] == 0.0)
 
 
-@pytest.mark.parametrize("speed", [0.01, 1.0, 20.0])
-def test_closed_form_and_histories_against_the_motion_followed(speed):
-    scale = 4.3e-4 * (speed / 20.0) ** 0.8
-    strikes(solved(f"motion.first_velocity={speed}"), strike(power_load(STEEL), MASS, speed, scale))
-
-
-@pytest.mark.parametrize(("restitution", "number"), [(0.9, 0.16648), (0.5, 1.43275)])
-def test_damped_impacts_against_the_motion_followed(restitution, number):
-    """Published chi v; the quadrature over the rates, its peak and both halves of its history."""
-    found = solved(f"contact.restitution={restitution}", "motion.first_velocity=3.0")
-    damping = damping_for_restitution(restitution, 3.0)
-    assert damping * 3.0 == pytest.approx(number, abs=6e-6)
-    strikes(found, strike(power_load(STEEL, damping), MASS, 3.0, 9e-5))
-
-
-def test_the_history_carries_the_impulse_and_obeys_newton():
-    """Paper 3, eq. (13): mu x'' = -c x^1.5, by central differences; the integral of the force is 2 mu v."""
-    tau = impact.contact_time(STEEL, MASS, 20.0)
-    times = np.linspace(0.0, tau, 4001)
-    force = impact.force_history(times, STEEL, MASS, 20.0)
-    assert np.trapezoid(force, times) == pytest.approx(2.0 * MASS * 20.0, rel=1e-6)
-    assert force.max() == pytest.approx(132314.068, rel=1e-8)
-    x = impact.approach_history(times, STEEL, MASS, 20.0)
-    second = np.diff(x, 2) / (times[1] - times[0]) ** 2
-    assert second[100:-100] == pytest.approx(-force[101:-101] / MASS, rel=1e-4)
+@pytest.mark.parametrize(("speed", "restitution"), [(0.01, 1.0), (1.0, 1.0), (20.0, 1.0), (3.0, 0.9), (3.0, 0.5)])
+def test_closed_forms_and_histories_against_the_motion_followed(speed, restitution):
+    """Elastic by the incomplete beta function; damped by the quadrature over the rates, both halves of its history."""
+    found = solved(f"motion.first_velocity={speed}", f"contact.restitution={restitution}")
+    damping = damping_for_restitution(restitution, speed) if restitution < 1.0 else 0.0
+    strikes(found, strike(power_load(STEEL, damping), MASS, speed, 4.3e-4 * (speed / 20.0) ** 0.8))
 
 
 def test_a_million_impacts_at_once():
@@ -125,13 +106,19 @@ def test_a_million_impacts_at_once():
     assert times[[0, -1]] == pytest.approx([1.143048864e-4 * v**-0.2 for v in (0.1, 50.0)], rel=1e-9)
 
 
-def test_the_differential_equation_gives_the_closed_form():
-    exact, found = solved(), solved("wanted.tolerance=1e-12", stepper="dop853")
+@pytest.mark.parametrize("law", ["spheres", *law_names("line", ())])
+def test_the_differential_equation_gives_the_closed_form(law):
+    for_it = partial(solved_discs, law=law) if law in law_names("line", ()) else solved
+    exact, found = for_it(), for_it("wanted.tolerance=1e-12", stepper="dop853")
     assert found.contacts[0].duration == pytest.approx(exact.contacts[0].duration, rel=1e-9)
     for name in ("peak_force", "greatest_approach", "restitution"):
-        assert getattr(found, name) == pytest.approx(getattr(exact, name), rel=1e-10)
-    assert found.force == pytest.approx(exact.force, abs=1e-9 * exact.peak_force)
-    assert found.values["velocity"] == pytest.approx(exact.values["velocity"], abs=1e-8)
+        assert getattr(found, name) == pytest.approx(getattr(exact, name), rel=1e-10 if law == "spheres" else 1e-9)
+    assert found.force == pytest.approx(exact.force, abs=(1e-9 if law == "spheres" else 1e-7) * exact.peak_force)
+    if law == "spheres":
+        assert found.values["velocity"] == pytest.approx(exact.values["velocity"], abs=1e-8)
+    total = found.values["kinetic_energy"] + found.values["elastic_energy"]
+    assert total == pytest.approx(total[0], rel=1e-8)
+    assert abs(found.energy_closure) < 1e-10
 
 
 @pytest.mark.parametrize(("restitution", "product"), [(0.9, 0.16648), (0.7, 0.63483), (0.5, 1.43275)])
@@ -178,12 +165,6 @@ def test_momentum_is_kept_and_velocities_part_as_restitution_says(heavier, secon
     momentum = velocity @ masses
     assert momentum == pytest.approx(momentum[0], abs=1e-9 * np.abs(masses * velocity[0]).sum())
     assert velocity[-1, 1] - velocity[-1, 0] == pytest.approx(restitution * speed, rel=1e-8)
-
-
-def test_energy_is_kept_through_the_contact():
-    found = solved("wanted.tolerance=1e-11", stepper="dop853")
-    total = found.values["kinetic_energy"] + found.values["elastic_energy"]
-    assert total == pytest.approx(0.5 * MASS * 400.0, rel=1e-8)
 
 
 def test_spheres_a_metre_apart_do_not_pass_through_each_other():
@@ -238,23 +219,38 @@ def test_numbers_that_are_not_finite_stop_the_run():
 
 
 @pytest.mark.parametrize(
-    ("override", "sentence"),
+    ("scene", "override", "sentence"),
     [
-        ("motion.first_velocity=0", "never meet"),
-        ("motion.first_velocity=-3.0", "never meet"),
-        ("motion.second_velocity=20.0", "never meet"),
-        ("first.radius=0", "first.radius = 0 is out of range"),
-        ("first.material.poisson_ratio=0.5", "below 0.5"),
-        ("contact.restitution=0", "above 0"),
-        ("contact.restitution=1.2", "at most 1"),
-        ("motion.gap=-1e-3", "at least 0"),
-        ("solver.stepper=euler", "did you mean symplectic_euler|legal"),
-        ("motion.velocity=3", "is not a key"),
+        ("two_spheres", "motion.first_velocity=0", "never meet"),
+        ("two_spheres", "motion.first_velocity=-3.0", "never meet"),
+        ("two_spheres", "motion.second_velocity=20.0", "never meet"),
+        ("two_spheres", "first.radius=0", "first.radius = 0 is out of range"),
+        ("two_spheres", "first.material.poisson_ratio=0.5", "below 0.5"),
+        ("two_spheres", "contact.restitution=0", "above 0"),
+        ("two_spheres", "contact.restitution=1.2", "at most 1"),
+        ("two_spheres", "motion.gap=-1e-3", "at least 0"),
+        ("two_spheres", "solver.stepper=euler", "did you mean symplectic_euler|legal"),
+        ("two_spheres", "motion.velocity=3", "is not a key"),
+        ("two_discs", "motion.first_velocity=0", "never meet"),
+        ("two_discs", "disc.thickness=0", "above 0"),
+        ("two_discs", "contact.normal=hertz", "legal: auto, line, johnson"),
+        ("ellipsoid_on_plane", "body.semi_axes=[0.1,0.1]", "list of 3 numbers"),
+        ("ellipsoid_on_plane", "body.semi_axes=[0.1,0.1,0]", "above 0"),
+        ("ellipsoid_on_plane", "body.semi_axes=[1.0,0.1,0.01]", "choose a rounder body"),
+        ("ellipsoid_on_plane", "start.height=-0.02", "presses the body in"),
+        ("ellipsoid_on_plane", "contact.damping=0.1", "keep one of them"),
+        ("ellipsoid_on_plane", "contact.normal=herz", "did you mean hertz"),
+        ("ellipsoid_on_plane", "contact.friction_coefficient=-1", "at least 0"),
+        ("ellipsoid_on_plane", "contact.friction=disc", "legal: point, spot"),
+        ("ellipsoid_on_plane", "gravity=[0,0,9.8]", "must point along -z"),
+        ("ellipsoid_on_plane", "start.velocity=[0,0,.nan]", "not finite"),
+        ("ellipsoid_on_plane", "wanted.tolerance=1", "at most 0.1"),
+        ("ellipsoid_on_plane", "run.publish_rate=1e6", "cannot exceed"),
     ],
 )
-def test_bad_input_gets_a_sentence(override, sentence):
+def test_bad_input_gets_a_sentence(scene, override, sentence):
     with pytest.raises(SceneError, match=sentence):
-        load_scene("two_spheres", [override])
+        load_scene(scene, [override])
 
 
 REDUCED = 7853.981634
@@ -270,6 +266,9 @@ def test_contact_times_of_equation_14(speed, time):
     assert disc_impact.contact_time(LAW, REDUCED, speed) == pytest.approx(time, rel=1e-9)
     found = solved_discs(f"motion.first_velocity={speed}")
     assert found.contacts[0].duration == pytest.approx(time, rel=1e-9)
+    if speed == 10.0:
+        assert found.peak_force == pytest.approx(39571863.7, rel=1e-8)
+        assert found.greatest_approach == pytest.approx(2.0993635e-2, rel=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -286,12 +285,6 @@ def test_the_closed_form_against_the_motion_followed(radius, thickness, modulus,
     assert disc_impact.peak_force(law, mass, speed) == pytest.approx(truth.peak_force, rel=1e-8)
 
 
-def test_peaks_of_equation_14():
-    found = solved_discs()
-    assert found.peak_force == pytest.approx(39571863.7, rel=1e-8)
-    assert found.greatest_approach == pytest.approx(2.0993635e-2, rel=1e-7)
-
-
 @pytest.mark.parametrize("law", law_names("line", ()))
 def test_quadrature_has_twelve_digits(law):
     """Against a finer rule, and against an adaptive one on the same integral in its plain form."""
@@ -305,17 +298,6 @@ def test_quadrature_has_twelve_digits(law):
 
     adaptive, _ = quad(integrand, 0.0, 0.5 * math.pi, epsabs=0.0, epsrel=1e-12, limit=200)
     assert coarse == pytest.approx(adaptive, rel=1e-10)
-
-
-@pytest.mark.parametrize("law", law_names("line", ()))
-def test_the_differential_equation_gives_the_quadrature(law):
-    exact = solved_discs(law=law)
-    found = solved_discs("wanted.tolerance=1e-12", law=law, stepper="dop853")
-    assert found.contacts[0].duration == pytest.approx(exact.contacts[0].duration, rel=1e-9)
-    for name in ("peak_force", "greatest_approach", "restitution"):
-        assert getattr(found, name) == pytest.approx(getattr(exact, name), rel=1e-9)
-    assert found.force == pytest.approx(exact.force, abs=1e-7 * exact.peak_force)
-    assert abs(found.energy_closure) < 1e-10
 
 
 def test_impulse_is_the_integral_of_the_force():
@@ -351,20 +333,6 @@ def test_equation_14_is_softer_than_plane_strain_for_thick_discs(speed, ratio):
     laws = (line_law(name, 1.0, 2.0, 5e9, 0.3) for name in ("line", "johnson"))
     paper, johnson = (disc_impact.contact_time(law, REDUCED, speed) for law in laws)
     assert paper / johnson == pytest.approx(ratio, abs=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("override", "sentence"),
-    [
-        ("motion.first_velocity=0", "never meet"),
-        ("disc.thickness=0", "above 0"),
-        ("disc.material.poisson_ratio=0.6", "below 0.5"),
-        ("contact.normal=hertz", "legal: auto, line, johnson"),
-    ],
-)
-def test_bad_input_gets_a_sentence_of_discs(override, sentence):
-    with pytest.raises(SceneError, match=sentence):
-        load_scene("two_discs", [override])
 
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")

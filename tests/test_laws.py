@@ -46,7 +46,7 @@ from bearing_twin.contact.ellipse import (
 from bearing_twin.contact.laws import HERTZIAN, LAWS, law_names
 from bearing_twin.contact.line import line_law
 from bearing_twin.contact.materials import MATERIALS, Material, effective_modulus
-from bearing_twin.kinds.impact.collision import NO_LINE, Spring
+from bearing_twin.kinds.bodies.collision import NO_LINE, Spring
 
 POINT = [name for name, row in LAWS.items() if row.fits == "point"]
 CURVED = [name for name in POINT if LAWS[name].follows]

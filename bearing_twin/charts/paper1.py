@@ -18,7 +18,7 @@ from bearing_twin.charts.paper import Figures, Paper
 from bearing_twin.charts.scenes import run
 from bearing_twin.contact.damping import steady_damping, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of
-from bearing_twin.kinds.ellipsoid.derived import ellipsoid_mass, modulus_of
+from bearing_twin.kinds.bodies.derived import ellipsoid_mass, modulus_of
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.run.scene import load_scene
 

@@ -98,7 +98,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
 def _shapes(arguments) -> Outcome:
     """Two bodies of a scene."""
-    from bearing_twin.kinds.two_bodies.answer import answer, pressed
+    from bearing_twin.kinds.bodies.answer import answer, pressed
     from bearing_twin.run.scene import load_scene
 
     own = ("--shapes", "--approach")

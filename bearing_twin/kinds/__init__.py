@@ -11,11 +11,11 @@ from bearing_twin.kinds.contract import Kind
 SHIPPED = {  # name of a kind: its row, in its module below this package
     "bearing": "bearing.row:BEARING",
     "shaft": "shaft:SHAFT",
-    "two_spheres": "impact.row:TWO_SPHERES",
-    "two_discs": "impact.row:TWO_DISCS",
+    "two_spheres": "bodies:TWO_SPHERES",
+    "two_discs": "bodies:TWO_DISCS",
     "sphere_on_beam": "beam:SPHERE_ON_BEAM",
-    "ellipsoid_on_plane": "ellipsoid.row:ELLIPSOID_ON_PLANE",
-    "two_bodies": "two_bodies.row:TWO_BODIES",
+    "ellipsoid_on_plane": "bodies:ELLIPSOID_ON_PLANE",
+    "two_bodies": "bodies:TWO_BODIES",
     "soft_discs": "soft_discs:SOFT_DISCS",
 }
 

@@ -105,7 +105,7 @@ RULES = (
     Rule(
         (SPHERES,), "contact.normal", "measured", "contact.measured_alpha is given",
         "because the scene gives the coefficient that was measured",
-        lazy_import("bearing_twin.kinds.impact.derived:is_measured"),
+        lazy_import("bearing_twin.kinds.bodies.derived:is_measured"),
         example=("two_spheres", "contact.measured_alpha=2e-5"),
     ),
     Rule(
@@ -181,7 +181,7 @@ RULES = (
     Rule(
         (SPHERES,), "solver.stepper", "closed_form", "the contact is elastic, or peaks alone are wanted",
         "because contact time and peak force follow from a quadrature that is exact to 1e-12",
-        lazy_import("bearing_twin.kinds.impact.derived:spheres_closed"), example=("two_spheres",),
+        lazy_import("bearing_twin.kinds.bodies.derived:spheres_closed"), example=("two_spheres",),
     ),
     Rule(
         (DISCS,), "solver.stepper", "closed_form", "peaks alone are wanted, or the tolerance is 1e-6 or more",
@@ -259,7 +259,7 @@ RULES = (
     Rule(
         (BODIES,), "contact.tracking", "closed", "a closed form gives the opposing points of both shapes",
         "because it is exact and needs no iteration",
-        lazy_import("bearing_twin.kinds.two_bodies.derived:has_closed_form"), example=("two_bodies_groove",),
+        lazy_import("bearing_twin.kinds.bodies.derived:has_closed_form"), example=("two_bodies_groove",),
     ),
     Rule(
         (BODIES,), "contact.tracking", "algebraic", "",

@@ -1,4 +1,4 @@
-// The door to an ellipsoid on a plane; arrays are C-contiguous doubles in the order of kinds/ellipsoid/compiled.py.
+// The door to an ellipsoid on a plane; arrays are C-contiguous doubles in the order of kinds/bodies/motion.py.
 #include "../door.hpp"
 #include "ellipsoid_motion.hpp"
 

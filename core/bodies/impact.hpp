@@ -74,7 +74,7 @@ class Collision : public AdaptiveMotion<Collision, 3, 3, ImpactClock> {
   bool parted = false;
 };
 
-enum class FixedStep { rk4, symplectic_euler };  // as in kinds/impact/parameters.py
+enum class FixedStep { rk4, symplectic_euler };  // as in kinds/bodies/parameters.py
 
 // Steps of fixed length through a contact, from half a step before the touch to the first node after the parting. Returns how
 // many nodes (room,) are written, negative where bodies do not part or the load is not finite.

@@ -1,4 +1,4 @@
-// The door to two bodies; arrays are C-contiguous doubles in the order of kinds/two_bodies/compiled.py.
+// The door to two bodies; arrays are C-contiguous doubles in the order of kinds/bodies/motion.py.
 #include "../door.hpp"
 #include "two_bodies_motion.hpp"
 

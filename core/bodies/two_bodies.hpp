@@ -16,7 +16,7 @@
 
 namespace core {
 
-enum class Tracking { closed, algebraic, differential };  // as in kinds/two_bodies/parameters.py
+enum class Tracking { closed, algebraic, differential };  // as in kinds/bodies/parameters.py
 
 // A body: its surface, and a distance [m] from its centre that no point exceeds.
 struct ShapedBody : RigidBody {

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from impact_record import CHANNELS, RECORD, cases, result
 
-from bearing_twin.kinds.impact.figures import GAINED
+from bearing_twin.kinds.bodies.figures import GAINED
 
 KNOWN, CASES = json.loads(RECORD.read_text()), list(cases())
 LOOKS = 120  # more evaluations for the end of a contact: the search for it goes on to the last bit

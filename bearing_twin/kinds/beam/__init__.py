@@ -2,13 +2,14 @@
 
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
 from bearing_twin.kinds.contract import Kind, Quantity, parts_in, read_off
-from bearing_twin.kinds.impact.quantities import impact_quantities
 
 HERE = "bearing_twin.kinds.beam"
 
 
 def quantities() -> dict[str, Quantity]:
     """What a study may ask of a sphere on a beam."""
+    from bearing_twin.kinds.bodies.figures import impact_quantities
+
     return {
         **impact_quantities(),
         "contacts": Quantity("1", "number of contacts", read_off("contact_count")),

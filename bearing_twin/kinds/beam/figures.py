@@ -27,10 +27,10 @@ from bearing_twin.kinds.beam.motion import (
     trial,
 )
 from bearing_twin.kinds.beam.parameters import EULER, SphereOnBeamScene
+from bearing_twin.kinds.bodies.figures import CONTACT, DURATION, IMPULSE, ImpactFigures
+from bearing_twin.kinds.bodies.figures import MEANINGS as IMPACT_MEANINGS
+from bearing_twin.kinds.bodies.model_errors import ImpactComparison
 from bearing_twin.kinds.error_estimates import COARSER, LAW, SMALLER, ModelErrors, is_checked
-from bearing_twin.kinds.impact.doubt import ImpactComparison
-from bearing_twin.kinds.impact.figures import CONTACT, DURATION, IMPULSE, ImpactFigures
-from bearing_twin.kinds.impact.figures import MEANINGS as IMPACT_MEANINGS
 
 MEANINGS = IMPACT_MEANINGS | {
     "restitution": "speed of the sphere away from the beam over its speed before, at the end",

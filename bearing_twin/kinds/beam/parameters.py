@@ -6,8 +6,8 @@ from typing import ClassVar
 
 from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
+from bearing_twin.kinds.bodies.parameters import Sphere
 from bearing_twin.kinds.contract import SceneParameters, lazy_import
-from bearing_twin.kinds.impact.parameters import Sphere
 from bearing_twin.kinds.ranges import facts_at
 from bearing_twin.kinds.sections import LOOSEST, UNVERIFIED, Checked, RunSettings, WantedImpact
 

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin.kinds.beam.display import ENERGIES, watched_points
-from bearing_twin.kinds.impact.picture import PairPicture, draw_energies, draw_force
+from bearing_twin.kinds.bodies.picture import PairPicture, draw_energies, draw_force
 from bearing_twin.pictures.run import scaled_time
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, marker_of
 

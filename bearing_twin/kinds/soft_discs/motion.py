@@ -19,7 +19,7 @@ from bearing_twin.base.errors import IntegrationError
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Channel
 from bearing_twin.core import INTEGER, REAL, REALS_OUT, Function
-from bearing_twin.kinds.impact.impact import Impact, ImpactMotion
+from bearing_twin.kinds.bodies.impact import Impact, ImpactMotion
 from bearing_twin.kinds.soft_discs.derived import (
     bodies_of,
     capped_ratio,

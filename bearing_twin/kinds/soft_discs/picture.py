@@ -7,8 +7,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from bearing_twin.kinds.bodies.picture import PairPicture, draw_energies, draw_force
 from bearing_twin.kinds.contract import Facts
-from bearing_twin.kinds.impact.picture import PairPicture, draw_energies, draw_force
 from bearing_twin.kinds.soft_discs.derived import bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.display import ENERGIES
 from bearing_twin.kinds.soft_discs.figures import IMPACT

@@ -1,0 +1,733 @@
+"""Numbers derived from the parameters of bodies that collide; checks of the parameters; values of automatic ones."""
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from bearing_twin.base.errors import SceneError
+from bearing_twin.contact import hertz_impact, line_impact
+from bearing_twin.contact.damping import damping_for_restitution, restitution_of
+from bearing_twin.contact.elasticity import coefficient_of, sphere_coefficient
+from bearing_twin.contact.ellipse import axis_ratio as ratio_of
+from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
+from bearing_twin.contact.laws import LAWS, law_names, numbers_missing
+from bearing_twin.contact.line import greatest_energy, line_law
+from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.validity import wave_transit
+from bearing_twin.kinds.bodies.collision import FEW_STEPS, FEWEST_STEPS, MOST_STEPS
+from bearing_twin.kinds.bodies.parameters import (
+    BODY,
+    FIRST,
+    FIXED_STEP,
+    FREE,
+    HELD,
+    OVERLAP,
+    PLANE,
+    SECOND,
+    TRACKINGS,
+    Disc,
+    EllipsoidBody,
+    EllipsoidOnPlaneScene,
+    Meeting,
+    Shaped,
+    Sphere,
+    SphereContact,
+    TwoBodiesScene,
+    TwoDiscsScene,
+    TwoSpheresScene,
+)
+from bearing_twin.kinds.sections import check_damping, check_run, resolved_run
+from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
+from bearing_twin.shapes.closed_forms import ellipsoid_on_plane
+from bearing_twin.shapes.implicit import (
+    CONVEX,
+    FOUND,
+    LAMBDA,
+    NO_ELLIPSE,
+    REFUSALS,
+    Body,
+    Surface,
+    body,
+    closed_form_known,
+    contact_of,
+    ellipsoid,
+    find_opposing,
+    nearest_pair,
+    opposition_of,
+    plane,
+    sphere,
+    superquadric,
+    torus,
+)
+
+LEAST = 1e-300  # a restitution that only rounding makes 0
+OUTPUTS = 400  # of an impact whose output_rate is automatic
+GRID = 13  # directions over a quarter turn, where a law is weighed over the surface of an ellipsoid
+REAL_AXIS = 2.785  # rk4 damps what dies out at rates up to this over its step
+GREATEST_ASPECT = 30.0  # longest over shortest semi-axis: beyond it contacts are nearly lines
+DEEPEST = 0.1  # of the least size: a start pressed in deeper is no small deformation
+SUPERELLIPSOID = "superellipsoid"  # the only shape that may have flat places
+SAME = 1e-9  # of the size: approaches nearer than this are one
+
+
+class ShapeRow(NamedTuple):
+    """A shape: its keys, its `Surface`, its volume and mean squares of x, y, z [m^2] or None where it must be held."""
+
+    keys: tuple[str, ...]
+    surface: Callable[[Shaped], Surface]
+    solid: Callable[[Shaped], tuple[float, tuple[float, float, float]]] | None
+    sizes: Callable[[Shaped], tuple[float, ...]]
+
+
+def _solid_ellipsoid(axes) -> tuple[float, tuple[float, float, float]]:
+    return 4.0 / 3.0 * math.pi * math.prod(axes), tuple(0.2 * axis**2 for axis in axes)
+
+
+def _solid_superellipsoid(one: Shaped) -> tuple[float, tuple[float, float, float]]:
+    """Volume and mean squares by Beta functions, from the slices z = constant, each (1 - z^m)^(1/m) as wide."""
+    (a, b, c), (n, m) = one.semi_axes, one.exponents
+    g = math.gamma
+    area = 4.0 * g(1.0 + 1.0 / n) ** 2 / g(1.0 + 2.0 / n)
+    square = 4.0 / n * g(3.0 / n) * g(1.0 + 1.0 / n) / g(1.0 + 4.0 / n)  # integral of x^2 over the slice
+
+    def heights(power, moment):
+        """Integral over -1 < z < 1 of (1 - |z|^m)^(power/m) |z|^moment."""
+        return 2.0 / m * g((moment + 1.0) / m) * g(1.0 + power / m) / g(1.0 + (power + moment + 1.0) / m)
+
+    whole = area * heights(2.0, 0.0)
+    across = square * heights(4.0, 0.0) / whole
+    return a * b * c * whole, (a * a * across, b * b * across, c * c * area * heights(2.0, 2.0) / whole)
+
+
+ROWS = {
+    "plane": ShapeRow((), lambda one: plane(), None, lambda one: (math.inf,)),
+    "sphere": ShapeRow(
+        ("radius",), lambda one: sphere(one.radius), lambda one: _solid_ellipsoid((one.radius,) * 3),
+        lambda one: (one.radius,),
+    ),
+    "ellipsoid": ShapeRow(
+        ("semi_axes",), lambda one: ellipsoid(*one.semi_axes), lambda one: _solid_ellipsoid(one.semi_axes),
+        lambda one: one.semi_axes,
+    ),
+    SUPERELLIPSOID: ShapeRow(
+        ("semi_axes", "exponents"), lambda one: superquadric(*one.semi_axes, *one.exponents), _solid_superellipsoid,
+        lambda one: one.semi_axes,
+    ),
+    "groove": ShapeRow(
+        ("radius", "ring_radius"), lambda one: torus(one.ring_radius, one.radius, hollow=True), None,
+        lambda one: (one.radius, one.ring_radius + one.radius),
+    ),
+}  # fmt: skip
+"""THE table of shapes: another body is a surface in `shapes.implicit` and a row here."""
+
+
+# Bodies of all kinds
+
+
+def bodies_of(parameters) -> tuple:
+    """The two bodies of a scene: `Sphere`s, `Disc`s, or `Shaped` ones, to which an ellipsoid on a plane is put."""
+    if isinstance(parameters, TwoDiscsScene):
+        return parameters.disc, parameters.disc
+    if not isinstance(parameters, EllipsoidOnPlaneScene):
+        return parameters.first, parameters.second
+    one, start = parameters.body, parameters.start
+    moving = {key: getattr(start, key) for key in ("turn", "velocity", "angular_velocity")}
+    return (
+        Shaped("ellipsoid", semi_axes=one.semi_axes, mass=one.mass, material=one.material, **moving),
+        Shaped("plane", material=parameters.plane.material, motion=HELD),
+    )
+
+
+def names_of(parameters) -> tuple[str, str]:
+    """The names of the two bodies."""
+    return (BODY, PLANE) if isinstance(parameters, EllipsoidOnPlaneScene) else (FIRST, SECOND)
+
+
+def modulus_of(parameters) -> float:
+    """Effective modulus [Pa] of the pair."""
+    return effective_modulus(*(one.material for one in bodies_of(parameters)))
+
+
+def homogeneous_mass(one: Sphere | Shaped) -> float:
+    """Mass [kg] by size and density, whatever mass is given."""
+    if isinstance(one, Shaped):
+        return ROWS[one.shape].solid(one)[0] * one.material.density
+    return one.material.density * 4.0 / 3.0 * math.pi * one.radius**3
+
+
+# Two spheres and two discs
+
+
+def sphere_mass(one: Sphere) -> float:
+    """Mass [kg]: given, or that of the homogeneous sphere; numbers or arrays that broadcast."""
+    return np.where(np.greater(one.mass, 0.0), one.mass, homogeneous_mass(one))[()]
+
+
+def sphere_law(parameters: TwoSpheresScene) -> str:
+    """Name of the elastic law of two spheres."""
+    contact = parameters.contact
+    if contact.normal != "auto":
+        return contact.normal
+    return "measured" if np.any(np.greater(contact.measured_alpha, 0.0)) else "hertz"
+
+
+def sphere_pair(parameters: TwoSpheresScene) -> tuple[float, float, float]:
+    """(load coefficient [N/m^power], first mass, second mass [kg]) by the scene's law.
+
+    Numbers or arrays that broadcast: studies evaluate many spheres at once.
+    """
+    first, second, contact = parameters.first, parameters.second, parameters.contact
+    masses = sphere_mass(first), sphere_mass(second)
+    law = sphere_law(parameters)
+    radius = first.radius * second.radius / (first.radius + second.radius)
+    bodies, given = (modulus_of(parameters), radius), contact.stiffness
+    if law == "measured":
+        known = np.greater(contact.measured_alpha, 0.0)  # of many realisations some may not have one
+        alpha = np.where(known, contact.measured_alpha, 1.0)
+        measured = hertz_impact.coefficient_of_alpha(alpha, masses[0] * masses[1] / sum(masses))
+        given = np.where(known, measured, sphere_coefficient("hertz", *bodies))[()]
+    return sphere_coefficient(law, *bodies, given), *masses
+
+
+def disc_mass(disc: Disc) -> float:
+    """Mass of one disc [kg]."""
+    return disc.material.density * math.pi * disc.radius**2 * disc.thickness
+
+
+def line_law_name(parameters: TwoDiscsScene) -> str:
+    """Name of the law of line contact of two discs."""
+    return "johnson" if parameters.contact.normal == "auto" else parameters.contact.normal
+
+
+def disc_law(disc: Disc, name: str):
+    """The line law of that name for these discs."""
+    material = disc.material
+    return line_law(name, disc.radius, disc.thickness, material.young_modulus, material.poisson_ratio)
+
+
+def patch_of(parameters, load: float) -> tuple[float, float, float]:
+    """Semi-axes [m] and peak pressure [Pa] of the contact of two spheres or two discs under a load [N], by Hertz.
+
+    Of discs they are half the length and half the width of the strip on which they touch.
+    """
+    first, second = bodies_of(parameters)
+    if load <= 0.0:
+        return 0.0, 0.0, 0.0
+    if isinstance(first, Disc):
+        per_length = load / first.thickness
+        half_width = math.sqrt(2.0 * per_length * first.radius / (math.pi * modulus_of(parameters)))
+        return 0.5 * first.thickness, half_width, 2.0 * per_length / (math.pi * half_width)
+    curvature = 0.5 * (1.0 / first.radius + 1.0 / second.radius)
+    return tuple(ellipse(curvature, curvature, modulus_of(parameters), load))
+
+
+def closed_form_numbers(parameters) -> tuple:
+    """Of spheres the load coefficient, of discs the law; reduced mass [kg]; relative speed [m/s], NaN where they never
+    collide.
+    """
+    speed = np.asarray(parameters.motion.speed, float)
+    speed = np.where(speed > 0.0, speed, np.nan)
+    if isinstance(parameters, TwoDiscsScene):
+        return disc_law(parameters.disc, line_law_name(parameters)), 0.5 * disc_mass(parameters.disc), speed
+    coefficient, first, second = sphere_pair(parameters)
+    return coefficient, first * second / (first + second), speed
+
+
+def impact_time(parameters) -> float:
+    """About the contact time [s] of a checked pair: the closed form without damping."""
+    if isinstance(parameters, TwoDiscsScene):
+        return disc_impact_time(parameters, line_law_name(parameters))
+    coefficient, first, second = sphere_pair(parameters)
+    power = LAWS[sphere_law(parameters)].power
+    reduced = first * second / (first + second)
+    return float(hertz_impact.contact_time(coefficient, reduced, parameters.motion.speed, power))
+
+
+def disc_impact_time(parameters: TwoDiscsScene, law: str) -> float:
+    """Contact time [s] of the discs by one law of line contact; NaN where it has no solution."""
+    line, reduced = disc_law(parameters.disc, law), 0.5 * disc_mass(parameters.disc)
+    return float(line_impact.contact_time(line, reduced, parameters.motion.speed))
+
+
+def is_steady(contact: SphereContact) -> bool:
+    """True if the viscous term is that of steady damping."""
+    return contact.viscosity > 0.0 or (contact.restitution < 1.0 and contact.damping_law == "steady")
+
+
+def is_elastic(contact: SphereContact) -> bool:
+    """True if the contact is elastic."""
+    return contact.restitution == 1.0 and contact.damping == 0.0 and contact.viscosity == 0.0
+
+
+def hunt_crossley_damping(contact: SphereContact, speed: float) -> float:
+    """`damping` [s/m] of Hunt and Crossley's term at this impact speed [m/s]; 0 without it."""
+    if contact.restitution == 1.0 or is_steady(contact):
+        return contact.damping
+    return damping_for_restitution(contact.restitution, contact.restitution_speed or speed)
+
+
+def is_measured(parameters: TwoSpheresScene) -> bool:
+    """True if the coefficient of two spheres is given."""
+    return sphere_law(parameters) == "measured"
+
+
+def spheres_closed(parameters: TwoSpheresScene) -> bool:
+    """True if closed forms give all that is requested of two spheres."""
+    contact = parameters.contact
+    return is_elastic(contact) or (parameters.wanted.outputs == "peaks" and not is_steady(contact))
+
+
+def thickness_over_radius(parameters: TwoDiscsScene) -> float:
+    """Of each disc."""
+    return parameters.disc.thickness / parameters.disc.radius
+
+
+def speed_share(parameters: TwoDiscsScene) -> float:
+    """Speed of each disc in the frame of both over that of waves in it."""
+    material = parameters.disc.material
+    return 0.5 * parameters.motion.speed * wave_transit(1.0, material.young_modulus, material.density)
+
+
+# An ellipsoid on a plane
+
+
+def ellipsoid_mass(one: EllipsoidBody) -> float:
+    """Mass [kg]: given, or that of the homogeneous ellipsoid."""
+    return one.mass or one.material.density * 4.0 / 3.0 * math.pi * math.prod(one.semi_axes)
+
+
+def principal_inertia(one: EllipsoidBody) -> tuple[float, float, float]:
+    """Moments of inertia [kg m^2] about its own axes through the centre: m (b^2 + c^2)/5 and so on."""
+    x, y, z = (axis * axis for axis in one.semi_axes)
+    fifth = 0.2 * ellipsoid_mass(one)
+    return fifth * (y + z), fifth * (z + x), fifth * (x + y)
+
+
+def shortest_bounce(parameters: EllipsoidOnPlaneScene) -> float:
+    """Contact time [s] at the greatest speed on the flattest pole, by Hertz or a given stiffness.
+
+    No bounce is much shorter. No point of the body is faster than fall, velocity and spin together make it, by the
+    energy at the start.
+    """
+    axes, contact, start = sorted(parameters.body.semi_axes), parameters.contact, parameters.start
+    fall = max(start.height, 0.0) + axes[2] - axes[0]
+    speed = math.sqrt(start.velocity[2] ** 2 + 2.0 * -parameters.gravity[2] * fall)
+    speed += math.hypot(*start.angular_velocity) * axes[2]
+    small, large = 0.5 * axes[0] / axes[2] ** 2, 0.5 * axes[0] / axes[1] ** 2
+    law = LAWS["hertz" if contact.normal == "auto" else contact.normal]
+    coefficient = law.number(contact, hertz_coefficient(small, large, modulus_of(parameters)))
+    # Of the mass, where an impact beside the centre turns the body.
+    light = 1.0 / (1.0 + 5.0 * (1.0 - axes[0] / axes[2]))
+    mass = light * ellipsoid_mass(parameters.body)
+    return float(hertz_impact.contact_time(coefficient, mass, max(speed, 1e-6), law.power))
+
+
+def longest_creep_step(parameters: EllipsoidOnPlaneScene) -> float:
+    """The longest step [s] of rk4 at which the slip of the body under its own weight dies out; inf without friction.
+
+    Slip dies at mu m g / v_s times what a push beside the centre moves, at most (1/m + r^2/I): 3.5 mu g / v_s of a
+    ball. In a bounce the load is greater, but slip that goes to and fro there ends with the contact.
+    """
+    contact, mass = parameters.contact, ellipsoid_mass(parameters.body)
+    weight = -parameters.gravity[2] * mass
+    grip = contact.friction_coefficient * weight / contact.friction_regularisation
+    if not grip > 0.0:
+        return math.inf
+    lever = max(parameters.body.semi_axes) ** 2 / min(principal_inertia(parameters.body))
+    return float(REAL_AXIS / (grip * (1.0 / mass + lever)))
+
+
+def coefficient_change(parameters: EllipsoidOnPlaneScene) -> float:
+    """The greatest change of Hertz's coefficient over the body's surface, relative to that of the start."""
+    return law_error(parameters, "constant")
+
+
+# Two bodies of any shape
+
+
+class Rigid(NamedTuple):
+    """One body: surface, mass [kg] (0 where it is held), principal moments of inertia, reach of its surface [m]."""
+
+    surface: Surface
+    mass: float
+    inertia: tuple[float, float, float]
+    reach: float
+
+    def numbers(self) -> list[float]:
+        """The same as the core reads it."""
+        return [self.mass, *self.inertia, *self.surface.numbers(), self.reach]
+
+
+def surface_of(one: Shaped) -> Surface:
+    """The surface of a body in its own axes."""
+    return ROWS[one.shape].surface(one)
+
+
+def reach_of(one: Shaped) -> float:
+    """No point of the surface is farther [m] from the centre; inf of a plane."""
+    sizes = ROWS[one.shape].sizes(one)
+    return math.hypot(*sizes) if one.shape == SUPERELLIPSOID else max(sizes)
+
+
+def size_of(parameters: TwoBodiesScene) -> float:
+    """The least size [m] of the two bodies."""
+    return min(min(ROWS[one.shape].sizes(one)) for one in bodies_of(parameters))
+
+
+def rigid_of(one: Shaped) -> Rigid:
+    """Mass and principal moments of inertia m (<y^2> + <z^2>) and so on; a held body's spin is its momentum."""
+    if one.motion == HELD:
+        return Rigid(surface_of(one), 0.0, (1.0, 1.0, 1.0), reach_of(one))
+    mass = one.mass or homogeneous_mass(one)
+    x, y, z = ROWS[one.shape].solid(one)[1]
+    return Rigid(surface_of(one), mass, (mass * (y + z), mass * (z + x), mass * (x + y)), reach_of(one))
+
+
+def has_closed_form(parameters: TwoBodiesScene) -> bool:
+    """True if a closed form gives the opposing points of both shapes."""
+    return closed_form_known(*(surface_of(one).kind for one in bodies_of(parameters)))
+
+
+def tracking_of(parameters: TwoBodiesScene) -> int:
+    """The number of the way to find opposing points: as specified, else in closed form where there is one."""
+    specified = parameters.contact.tracking
+    if specified == "auto":
+        specified = "closed" if has_closed_form(parameters) else "algebraic"
+    return TRACKINGS.index(specified)
+
+
+def start_points(parameters: TwoBodiesScene) -> tuple[Body, Body, np.ndarray]:
+    """Both bodies at the start and their opposing points, unknowns (8,) of `shapes.implicit`.
+
+    Raises SceneError where there are none.
+    """
+    a, b = (
+        body(surface_of(one), one.position, rotation_matrix(quaternion_from_vector(one.turn)), one.velocity,
+             one.angular_velocity)
+        for one in bodies_of(parameters)
+    )  # fmt: skip
+    return a, b, nearest_pair(a, b) if has_closed_form(parameters) else searched(a, b, size_of(parameters))
+
+
+def searched(a: Body, b: Body, size: float) -> np.ndarray:
+    """The nearest of all opposing points that Newton's method finds from places around both bodies.
+
+    Raises SceneError where none is found, or several are equally near.
+    """
+    middle = 0.5 * (a.position + b.position)
+    whole = max(float(np.linalg.norm(a.position - b.position)), size)
+    ways = [np.array(way, float) for way in itertools.product((-1, 0, 1), repeat=3) if any(way)]
+    nears = [middle, *(centre + size * way for centre in (a.position, b.position, middle) for way in ways)]
+    nears += [b.position + whole * way / np.linalg.norm(way) for way in ways]
+    found = []
+    for near in nears:
+        try:
+            unknowns = find_opposing(a, b, near)
+        except SceneError:
+            continue
+        at = opposition_of(a, b, unknowns)
+        if at.kind == FOUND or (at.kind == NO_ELLIPSE and unknowns[LAMBDA] < 0.0):
+            found.append((at.approach, unknowns))
+    if not found:
+        raise SceneError(
+            "no opposing points of the two bodies were found at the start; bring them nearer to each other"
+        )
+    nearest, best = max(found, key=lambda one: one[0])
+    for approach, unknowns in found:
+        if nearest - approach < SAME * size and np.linalg.norm(unknowns[:3] - best[:3]) > 1e-6 * size:
+            raise SceneError(
+                "the bodies have several closest points at the start: one contact is all that this kind knows; move "
+                "or turn one of them"
+            )
+    return best
+
+
+def shortest_contact(parameters: TwoBodiesScene) -> float:
+    """Contact time [s] at the greatest speed between spheres of the least size, by Hertz: no bounce is much shorter.
+
+    The speed is about that at which the bodies meet: at the start, by their turning, and by the fall.
+    """
+    one, other = bodies_of(parameters)
+    relative, size = math.dist(one.velocity, other.velocity), size_of(parameters)
+    for turning, against in ((one, other), (other, one)):
+        reach = min(reach_of(turning), math.dist(one.position, other.position) + reach_of(against))
+        relative += math.hypot(*turning.angular_velocity) * (reach if turning.motion == FREE else 0.0)
+    gap = max(-opposition_of(*start_points(parameters)).approach, 0.0)
+    speed = math.sqrt(relative**2 + 2.0 * math.hypot(*parameters.gravity) * (gap + size))
+    inverse = sum(1.0 / mass if mass else 0.0 for mass in (rigid_of(one).mass, rigid_of(other).mass))
+    coefficient = 4.0 / 3.0 * modulus_of(parameters) * math.sqrt(size)
+    return float(hertz_impact.contact_time(coefficient, 0.3 / inverse, max(speed, 1e-6), 1.5))
+
+
+def greatest_exponent(parameters: TwoBodiesScene) -> float | None:
+    """Of both bodies; None where neither is a superellipsoid."""
+    return max((max(one.exponents) for one in bodies_of(parameters) if one.shape == SUPERELLIPSOID), default=None)
+
+
+# Curvatures of bodies that bounce
+
+
+def start_curvatures(parameters) -> tuple[float, float]:
+    """Curvatures (small, large) of the gap [1/m] at the start; raises SceneError where the contact is no ellipse."""
+    if isinstance(parameters, EllipsoidOnPlaneScene):
+        down = -rotation_matrix(quaternion_from_vector(parameters.start.turn))[2]
+        at = ellipsoid_on_plane(parameters.body.semi_axes, down)
+    else:
+        at = contact_of(*start_points(parameters))
+    return at.curvature_small, at.curvature_large
+
+
+def curvatures_over(parameters) -> Iterator[tuple[float, float]]:
+    """Curvatures (small, large) of the gap [1/m] where the bodies may touch.
+
+    Of an ellipsoid on a plane on a grid of directions over its surface, of other bodies those of the start.
+    """
+    if not isinstance(parameters, EllipsoidOnPlaneScene):
+        yield start_curvatures(parameters)
+        return
+    polar, around = np.meshgrid(*(np.linspace(0.0, 0.5 * math.pi, GRID),) * 2, indexing="ij")
+    flat = np.sin(polar)
+    directions = np.stack([flat * np.cos(around), flat * np.sin(around), np.cos(polar)], axis=-1)
+    low = ellipsoid_on_plane(parameters.body.semi_axes, directions)
+    yield from zip(low.curvature_small.ravel().tolist(), low.curvature_large.ravel().tolist(), strict=True)
+
+
+def axis_ratio(parameters) -> float:
+    """b/a of the narrowest contact ellipse; raises SceneError where a contact is none."""
+    return min(ratio_of(*pair) for pair in curvatures_over(parameters))
+
+
+def law_error(parameters, law: str) -> float:
+    """Greatest relative load error of a law against exact Hertz where bodies may touch; 0 where none is known."""
+    if law == OVERLAP:
+        # The volumetric law on a circle: further off it is nowhere among ellipses that it is for.
+        return abs(coefficient_of("volumetric", 1.0, 1.0, 1.0) / hertz_coefficient(1.0, 1.0, 1.0) - 1.0)
+    if LAWS[law].measured or LAWS[law].carries:
+        return 0.0
+    try:
+        frozen = hertz_coefficient(*start_curvatures(parameters), 1.0)
+        pairs = [*curvatures_over(parameters)]
+    except SceneError:
+        return 0.0
+    return max(abs(coefficient_of(law, *pair, 1.0, frozen) / hertz_coefficient(*pair, 1.0) - 1.0) for pair in pairs)
+
+
+# Checks
+
+
+def check_spheres(parameters: TwoSpheresScene) -> list[str]:
+    """Errors of parameters each of which alone is legal."""
+    contact, solver = parameters.contact, parameters.solver
+    problems = _check_meeting(parameters.motion)
+    chosen = contact.normal == "auto" and contact.measured_alpha > 0.0
+    problems += numbers_missing(dataclasses.replace(contact, normal="measured") if chosen else contact)
+    if not problems:
+        problems = _check_step(parameters)
+    problems += check_damping(contact, True)
+    if is_steady(contact) and solver.stepper not in ("auto", "dop853"):
+        problems.append(
+            f"solver.stepper = {solver.stepper} does not know steady damping, whose contact "
+            "ends before the approach is back at zero; use dop853 or auto"
+        )
+    return problems + check_run(parameters.run)
+
+
+def check_discs(parameters: TwoDiscsScene) -> list[str]:
+    """As `check_spheres`; also a law of line contact without a solution, with the model that has one."""
+    problems = _check_meeting(parameters.motion)
+    if problems:
+        return problems + check_run(parameters.run)
+    disc, mass, name = parameters.disc, disc_mass(parameters.disc), line_law_name(parameters)
+    energy = 0.25 * mass * parameters.motion.speed**2
+    most = greatest_energy(disc_law(disc, name))
+    if energy >= most:
+        others = [one for one in law_names("line", ()) if energy < greatest_energy(disc_law(disc, one))]
+        way_out = f"use contact.normal: {others[0]}, or " if others else ""
+        equation = "eq. (14)" if name == "line" else "Johnson's law"
+        return [
+            f"contact.normal = {name} has no solution: {equation} cannot store the {energy:.4g} J of this impact, only "
+            f"{most:.4g} J; {way_out}let the discs collide below {2.0 * math.sqrt(most / mass):.4g} m/s "
+            "(motion.first_velocity)"
+        ]
+    return _check_step(parameters) + check_run(parameters.run)
+
+
+def _check_meeting(motion: Meeting) -> list[str]:
+    if motion.speed > 0.0:
+        return []
+    return [
+        f"motion.first_velocity = {motion.first_velocity:g} m/s does not exceed motion.second_velocity = "
+        f"{motion.second_velocity:g} m/s, so the bodies never meet; the first, behind, must be the faster"
+    ]
+
+
+def _check_step(parameters) -> list[str]:
+    step, contact_time = parameters.solver.step, impact_time(parameters)
+    if parameters.solver.stepper not in FIXED_STEP or not step:
+        return []
+    if contact_time / step > MOST_STEPS:
+        return [
+            f"solver.step = {step:g} s is too short: the contact lasts {contact_time:.4g} s and takes at most "
+            f"{MOST_STEPS} steps; use {contact_time / MOST_STEPS:.4g} s or more, or solver.stepper: dop853"
+        ]
+    return _check_length(step, contact_time, "the contact lasts")
+
+
+def _check_length(step: float, contact_time: float, lasts: str) -> list[str]:
+    if contact_time / step >= FEWEST_STEPS:
+        return []
+    return [
+        f"solver.step = {step:g} s is too long: {lasts} {contact_time:.4g} s and needs at least {FEWEST_STEPS} steps; "
+        f"use {contact_time / FEW_STEPS:.4g} s or less, or solver.stepper: dop853"
+    ]
+
+
+def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
+    """As `check_spheres`."""
+    axes, start, gravity, step = (
+        parameters.body.semi_axes, parameters.start, parameters.gravity, parameters.solver.step
+    )  # fmt: skip
+    problems = _check_aspect(BODY, axes)
+    if start.height < -DEEPEST * min(axes):
+        problems.append(
+            f"start.height = {start.height:g} m presses the body in by more than {DEEPEST:g} of its "
+            f"shortest semi-axis; give {-DEEPEST * min(axes):.3g} m or more"
+        )
+    if gravity[0] or gravity[1] or gravity[2] > 0.0:
+        problems.append(f"gravity = {list(gravity)} m/s^2 must point along -z, for the plane is horizontal")
+    problems += _check_bouncing(parameters)
+    if not problems and parameters.solver.stepper == "rk4" and step:
+        problems = _check_length(step, shortest_bounce(parameters), "a contact can be as short as")
+        if not problems and step > longest_creep_step(parameters):
+            problems = [
+                f"solver.step = {step:g} s is too long for friction: under the body's weight slip would not die out; "
+                f"use {0.5 * longest_creep_step(parameters):.3g} s or less, raise contact.friction_regularisation, or "
+                "take solver.stepper: dop853"
+            ]
+    return problems
+
+
+def check_pair(parameters: TwoBodiesScene) -> list[str]:
+    """As `check_spheres`."""
+    (one, other), contact = bodies_of(parameters), parameters.contact
+    problems = [*_check_shape(FIRST, one), *_check_shape(SECOND, other)]
+    if one.motion == HELD and other.motion == HELD:
+        problems.append("both bodies are held, so nothing moves; give one of them motion: free")
+    if not problems:
+        if not {surface_of(one).kind, surface_of(other).kind} & set(CONVEX):
+            problems.append(
+                f"first.shape = {one.shape} and second.shape = {other.shape} are both open or hollow and may touch at "
+                "several points; one of them must be a sphere, an ellipsoid or a superellipsoid"
+            )
+        elif contact.tracking == "closed" and not has_closed_form(parameters):
+            problems.append(
+                f"contact.tracking = closed: a {one.shape} and a {other.shape} have no closed form; use algebraic or "
+                "differential"
+            )
+    if contact.normal == OVERLAP and contact.stiffness:
+        problems.append("contact.stiffness belongs to contact.normal: linear; leave it out")
+    return problems + _check_bouncing(parameters) or _check_start(parameters)
+
+
+def _check_bouncing(parameters) -> list[str]:
+    contact, run = parameters.contact, parameters.run
+    problems = numbers_missing(contact) + check_damping(contact, False)
+    if not (run.duration and run.output_rate):
+        problems.append("run.duration and run.output_rate must be above 0; give seconds and Hz")
+    return problems + check_run(run)
+
+
+def _check_aspect(name: str, axes) -> list[str]:
+    if max(axes) <= GREATEST_ASPECT * min(axes):
+        return []
+    return [
+        f"{name}.semi_axes = {list(axes)} m: the longest is more than {GREATEST_ASPECT:g} times the shortest, whose "
+        "contacts are nearly lines; choose a rounder body"
+    ]
+
+
+def _check_shape(name: str, one: Shaped) -> list[str]:
+    """What is wrong with one body by itself."""
+    problems, row, default = [], ROWS[one.shape], Shaped()
+    for key in ("radius", "ring_radius", "semi_axes", "exponents"):
+        value, wanted = getattr(one, key), key in row.keys
+        if wanted and not min(value if isinstance(value, tuple) else (value,)) > 0.0:
+            problems.append(f"{name}.shape = {one.shape} needs {name}.{key} above zero")
+        if not wanted and value != getattr(default, key):
+            problems.append(f"{name}.{key} is nothing a {one.shape} has; leave it out")
+    if problems:
+        return problems
+    if one.shape == SUPERELLIPSOID and not all(2.0 <= exponent <= 50.0 for exponent in one.exponents):
+        problems.append(
+            f"{name}.exponents = {list(one.exponents)} must lie between 2 (an ellipsoid) and 50: below 2 a "
+            "superellipsoid has edges, and far above it is a box"
+        )
+    if "semi_axes" in row.keys:
+        problems += _check_aspect(name, one.semi_axes)
+    if one.shape == "groove" and one.radius >= one.ring_radius:
+        problems.append(f"{name}.radius = {one.radius:g} m of the tube must be below {name}.ring_radius")
+    if row.solid is None and one.motion != HELD:
+        problems.append(f"{name}.shape = {one.shape} has no mass of its own; give {name}.motion: held")
+    return problems
+
+
+def _check_start(parameters: TwoBodiesScene) -> list[str]:
+    """What is wrong with where the bodies are at the start."""
+    try:
+        a, b, unknowns = start_points(parameters)
+    except SceneError as error:
+        return [str(error)]
+    at, size = opposition_of(a, b, unknowns), size_of(parameters)
+    kind, approach = at.kind, at.approach
+    if not np.all(np.isfinite(unknowns)):
+        return ["the bodies' centres coincide, so they have no opposing points; move one of them"]
+    if kind not in (FOUND, NO_ELLIPSE) or unknowns[LAMBDA] >= 0.0:
+        return [f"at the start the nearest pair of points {REFUSALS[kind]}; move one of the bodies"]
+    if kind == NO_ELLIPSE and parameters.contact.normal not in ("auto", OVERLAP):
+        return [
+            f"at the start the contact {REFUSALS[kind].removeprefix('is ')}: contact.normal = "
+            f"{parameters.contact.normal} knows none such; use overlap, or turn one of the bodies"
+        ]
+    if approach > DEEPEST * size:
+        return [
+            f"at the start the bodies press {approach:.3g} m into each other, more than {DEEPEST:g} of the least size "
+            f"{size:g} m; move one of them"
+        ]
+    if kind == FOUND and approach > at.curvature_small * size**2:
+        return [
+            f"at the start the bodies press {approach:.3g} m into each other, so that they would touch over more than "
+            f"the least size {size:g} m, which no law here knows; move one of them, or let them fit less closely"
+        ]
+    return []
+
+
+# Automatic values
+
+
+def resolve(parameters):
+    """The parameters of a checked pair on a line with the zeros of its run replaced."""
+    contact = 1.25 * _stretch(parameters) * impact_time(parameters)
+    whole = parameters.motion.gap / parameters.motion.speed + contact
+    return dataclasses.replace(parameters, run=resolved_run(parameters.run, whole, OUTPUTS))
+
+
+def _stretch(parameters) -> float:
+    """Upper bound of the contact time of a checked pair over that without loss.
+
+    By Hunt and Crossley 1/sqrt(e), e the restitution at the impact speed, is enough: it is 7.2 at e = 0.01. Steady
+    damping makes it shorter, for the contact ends where it would pull.
+    """
+    if isinstance(parameters, TwoDiscsScene) or is_steady(parameters.contact):
+        return 1.0
+    speed = parameters.motion.speed
+    kept = restitution_of(hunt_crossley_damping(parameters.contact, speed) * speed)
+    return max(kept, LEAST) ** -0.5
+
+
+def resolve_bouncing(parameters):
+    """The parameters of a checked scene of bodies that bounce with the zeros of its run replaced."""
+    return dataclasses.replace(parameters, run=resolved_run(parameters.run))

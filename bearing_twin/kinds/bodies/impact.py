@@ -1,0 +1,269 @@
+"""Central impact of two spheres and of two discs, solved as a whole, and its outputs as a run.
+
+Spheres (paper 3, sections 2 and 3):
+
+    mu x'' = -c x^1.5,   tau = alpha v^(-1/5),   c = (5/4) mu (C_H / alpha)^(5/2)        (eqs. 1, 2, 12, 13)
+
+with x the mutual approach and mu the reduced mass. The Hertz coefficient c = (4/3) E* sqrt(R), or that of another law;
+a linear spring has the power 1. Contact time, peak force and, by the inverse incomplete beta function, the whole
+history are closed forms. A coefficient of restitution below 1 adds a Hunt-Crossley term; then contact time and history
+are quadratures. Or a term that loses the same share at every speed (`damping_law: steady`); then they come from the
+equation of motion (`collision`).
+
+Equal discs in line contact (paper 3, section 5.1): (m / 2) x'' = -F(x), F from eq. (14) or from Johnson's law, both
+inverted by Lambert's function. The closed form is the quadrature of `contact.line_impact`, and histories are the same
+quadrature run up to each instant. Thick discs answer nearly in plane strain, as Johnson's law assumes.
+
+Breaks: where the peak pressure exceeds yield or waves cannot cross the bodies several times in a contact; for discs
+where the kinetic energy exceeds what the law can store (soft discs: use finite elasticity), and where the half-width of
+the contact is no longer small against the radius.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Channel, between
+from bearing_twin.contact import hertz_impact, line_impact
+from bearing_twin.contact.damping import restitution_of, steady_damping
+from bearing_twin.contact.elasticity import energies_at
+from bearing_twin.contact.laws import HERTZIAN, LAWS
+from bearing_twin.contact.line import approach_of, load_of_energy
+from bearing_twin.contact.line import energy as energy_of
+from bearing_twin.kinds.bodies.collision import NO_LINE, Collision, ContactPeriod, Spring, collide
+from bearing_twin.kinds.bodies.derived import (
+    closed_form_numbers,
+    disc_law,
+    disc_mass,
+    hunt_crossley_damping,
+    impact_time,
+    is_elastic,
+    resolve,
+    sphere_law,
+    sphere_pair,
+)
+from bearing_twin.kinds.bodies.figures import contact_rows
+from bearing_twin.kinds.bodies.parameters import TwoDiscsScene, TwoSpheresScene
+from bearing_twin.kinds.contract import ClosedForm
+
+SETTING = 0.03  # tolerance of a step over that of forces and times (`tests/test_impact_doubt.py`)
+PIECES = 400  # of the history of discs by quadrature
+CHANNELS = (
+    Channel("approach", "m", (), "mutual approach of the two bodies; negative = gap"),
+    Channel("normal_load", "N", (), "contact force, pushing the bodies apart"),
+    Channel("displacement", "m", (2,), "of the two centres from the start, positive forward", ("body",)),
+    Channel("velocity", "m/s", (2,), "of the two centres, positive forward", ("body",)),
+    Channel("kinetic_energy", "J", (), "of the motion relative to the common centre of mass"),
+    Channel("elastic_energy", "J", (), "stored in the contact"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Impact:
+    """An impact, solved: `at(times)` -> one array a channel at increasing times [s] from the start.
+
+    `run` is the resolved one, `records` are the rows of the kind's tables, `costs` those of the solution.
+    """
+
+    at: Callable[[np.ndarray], tuple[np.ndarray, ...]]
+    run: Any
+    records: Mapping[str, np.ndarray]
+    costs: dict[str, int]
+
+    @cached_property
+    def time(self) -> np.ndarray:
+        """The instants [s] of the run's outputs, whole nanoseconds."""
+        period_ns = max(1, round(1e9 / self.run.output_rate))
+        return 1e-9 * period_ns * np.arange(int(1e9 * self.run.duration // period_ns) + 1)
+
+
+class ImpactMotion:
+    """An impact as a motion: solved when the first output after the start is requested, then evaluated.
+
+    A record whose time lies beyond the last output of the scene's run is given with that output.
+    """
+
+    def __init__(self, solve, parameters, choice: Choice):
+        self._solve = lambda: solve(parameters, choice.law, choice.stepper)
+        self._start = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the start; the solution is kept."""
+        self._now, self._given = 0.0, -np.inf
+
+    @cached_property
+    def impact(self) -> Impact:
+        """The solved impact."""
+        return self._solve()
+
+    def first_outputs(self):
+        """The outputs at the start."""
+        if self._start is None:
+            self._start = self.impact.at(np.zeros(1))
+        return self._start
+
+    def advance(self, times: np.ndarray, duration: float):
+        """The outputs at `times` [s] from now; then `duration` [s] have passed."""
+        values = self.impact.at(self._now + times)
+        self._now += duration
+        return values
+
+    def take_records(self) -> dict[str, np.ndarray]:
+        """The records since the last call."""
+        last, found = float(self.impact.time[-1]), {}
+        now = round(1e9 * self._now)
+        for name, rows in self.impact.records.items():
+            rows = rows.copy()
+            rows[:, 0] = np.minimum(rows[:, 0], last)
+            found[name] = between(rows, self._given, now)
+        self._given = now
+        return found
+
+    def costs(self) -> dict[str, int]:
+        """Costs of the solution."""
+        return dict(self.impact.costs)
+
+
+def solve_spheres(parameters: TwoSpheresScene, law: str = "hertz", stepper: str = "closed_form") -> Impact:
+    """The impact by `closed_form`, `dop853`, `rk4` or `symplectic_euler`; raises IntegrationError where one fails."""
+    coefficient, first, second = sphere_pair(parameters)
+    power, contact, speed = LAWS[law].power, parameters.contact, parameters.motion.speed
+    reduced, steady, restitution = first * second / (first + second), contact.viscosity, contact.restitution
+    damping = hunt_crossley_damping(contact, speed)
+    if restitution < 1.0 and contact.damping_law == "steady":
+        steady = steady_damping(restitution, coefficient, reduced, power)
+    elif damping > 0.0:
+        restitution = restitution_of(damping * speed)
+    spring = Spring(coefficient, NO_LINE, damping, steady, power)
+    closed = partial(_sphere_collision, (coefficient, reduced, speed), power, damping, restitution)
+    return _solve(parameters, spring, (first, second), stepper, closed, impact_time(parameters))
+
+
+def solve_discs(parameters: TwoDiscsScene, law: str = "johnson", stepper: str = "closed_form") -> Impact:
+    """The impact with the law `line` or `johnson`, by a stepper as in `solve_spheres`; raises IntegrationError."""
+    mass, line = disc_mass(parameters.disc), disc_law(parameters.disc, law)
+    bodies = line, 0.5 * mass, parameters.motion.speed
+    duration = float(line_impact.contact_time(*bodies))
+    closed = partial(_disc_collision, *bodies, duration)
+    return _solve(parameters, Spring(0.0, line, 0.0), (mass, mass), stepper, closed, duration)
+
+
+def _solve(parameters, spring: Spring, masses, stepper: str, closed: Callable[[], Collision], expected) -> Impact:
+    """The impact of two bodies, of about the `expected` contact time [s]."""
+    parameters = resolve(parameters)
+    motion, total = parameters.motion, sum(masses)
+    reduced = masses[0] * masses[1] / total
+    drift = (masses[0] * motion.first_velocity + masses[1] * motion.second_velocity) / total
+    touch = motion.gap / motion.speed
+    if stepper == "closed_form":
+        found = closed()
+    else:
+        setting, step = SETTING * parameters.wanted.tolerance, parameters.solver.step or expected / 500.0
+        found = collide(spring, reduced, motion.speed, stepper, setting, step, expected, touch)
+    leaving, duration = found.restitution * motion.speed, found.contact.duration
+    last_approach = float(np.ravel(found.history(np.array([duration]))[0])[0])
+
+    def at(times):
+        since = np.asarray(times, float) - touch
+        approach, rate = (np.array(part) for part in found.history(np.clip(since, 0.0, duration)))
+        before, after = since < 0.0, since > duration
+        separated = last_approach - leaving * (since - duration)
+        approach = np.where(before, motion.speed * since, np.where(after, separated, approach))
+        rate = np.where(before, motion.speed, np.where(after, -leaving, rate))
+        inside = ~(before | after)
+        load, stored = np.where(inside, spring.loads(approach, rate), 0.0)
+        moved, shares = approach + motion.gap, np.array([masses[1], -masses[0]]) / total
+        return (
+            approach,
+            load,
+            drift * np.asarray(times, float)[:, None] + shares * moved[:, None],
+            drift + shares * rate[:, None],
+            0.5 * reduced * rate**2,
+            stored,
+        )
+
+    gained = found.energy_closure * 0.5 * reduced * motion.speed**2
+    rows = contact_rows((found.contact._replace(start=touch),), (found.greatest_approach,), leaving, gained)
+    return Impact(at, parameters.run, {"contact": rows}, {"steps": found.steps, "evaluations": found.evaluations})
+
+
+def _sphere_collision(bodies, power: float, damping: float, wanted: float) -> Collision:
+    """By closed forms, or with `damping` [s/m] by quadratures; `bodies`: coefficient, reduced mass, speed."""
+    coefficient, reduced, speed = bodies
+    duration, peak, deepest, restitution = hertz_impact.damped_impact(*bodies, damping, power)
+    contact = ContactPeriod(0.0, float(duration), float(peak), reduced * speed * (1.0 + restitution))
+    if damping == 0.0:
+        closure = energies_at(coefficient, power, float(deepest)) / (0.5 * reduced * speed**2) - 1.0
+
+        def history(times):
+            approach = hertz_impact.approach_history(times, *bodies, power)
+            slowed = np.sqrt(np.maximum(1.0 - (approach / deepest) ** (power + 1.0), 0.0))
+            return approach, np.where(np.asarray(times) < 0.5 * duration, speed, -speed) * slowed
+    else:
+        closure = restitution**2 - wanted**2
+        curve = CubicHermiteSpline(*hertz_impact.damped_history(*bodies, damping, power))
+
+        def history(times):
+            return curve(times), curve(times, 1)
+
+    return Collision(contact, float(deepest), restitution, closure, history)
+
+
+def _disc_collision(line, reduced: float, speed: float, duration: float) -> Collision:
+    peak = float(line_impact.peak_force(line, reduced, speed))
+    times, approach, rates = _half_history(line, reduced, speed)
+    times *= 0.5 * duration / times[-1]
+    curve = CubicHermiteSpline(times, approach, rates)
+
+    def history(since):
+        since = np.asarray(since, float)
+        first = np.minimum(since, duration - since)
+        return curve(first), np.where(since < 0.5 * duration, 1.0, -1.0) * np.maximum(curve(first, 1), 0.0)
+
+    contact = ContactPeriod(0.0, duration, peak, 2.0 * reduced * speed)
+    closure = float(energy_of(line, peak)) / (0.5 * reduced * speed**2) - 1.0
+    return Collision(contact, float(approach_of(line, peak)), 1.0, closure, history)
+
+
+def _half_history(line, reduced: float, speed: float):
+    """Times [s], approaches [m] and rates [m/s] from touch to standstill: dt = mu v sin(angle) / F d(angle)."""
+    points, weights = np.polynomial.legendre.leggauss(6)
+    edges = 0.5 * math.pi * np.linspace(0.0, 1.0, PIECES + 1) ** 1.5
+    angles = edges[:-1, None] + 0.5 * (points + 1.0) * np.diff(edges)[:, None]
+    initial_energy = 0.5 * reduced * speed**2
+    slopes = reduced * speed * np.sin(angles) / load_of_energy(line, initial_energy * np.sin(angles) ** 2)
+    spans = 0.5 * np.diff(edges) * np.sum(weights * slopes, axis=1)
+    approach = approach_of(line, load_of_energy(line, initial_energy * np.sin(edges) ** 2))
+    return np.concatenate([[0.0], np.cumsum(spans)]), approach, speed * np.cos(edges)
+
+
+spheres, discs = partial(ImpactMotion, solve_spheres), partial(ImpactMotion, solve_discs)
+"""Impacts as runs, of the parameters and the choice."""
+
+
+def closed_spheres(parameters: TwoSpheresScene) -> ClosedForm | None:
+    """Spheres without loss, many at once."""
+    hertzian = LAWS[sphere_law(parameters)].power == HERTZIAN
+    if not (hertzian and is_elastic(parameters.contact) and parameters.solver.stepper in ("auto", "closed_form")):
+        return None
+    return ClosedForm(
+        bodies=closed_form_numbers,
+        histories={"normal_load": hertz_impact.force_history, "approach": hertz_impact.approach_history},
+        no_solution="the closed form is not finite at these values",
+        without=("contact.restitution", "contact.damping", "contact.viscosity"),
+    )
+
+
+def closed_discs(parameters: TwoDiscsScene) -> ClosedForm | None:
+    """Discs by quadrature, many at once."""
+    if parameters.solver.stepper not in ("auto", "closed_form"):
+        return None
+    no_solution = "the law of line contact cannot store the energy of this impact"
+    return ClosedForm(bodies=closed_form_numbers, histories={}, no_solution=no_solution)
