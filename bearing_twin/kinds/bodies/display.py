@@ -290,17 +290,18 @@ def impact_view(facts, channels) -> View:
         Channel("tails", "m", (2, 3), "where the arrows begin"),
     )
 
+    high, apart = ABOVE * max(first, second), 0.04 * least
+    fixed = {
+        "middles": ((-first, 0.0, 0.0), (second, 0.0, 0.0)),
+        "tails": ((-apart, high, 0.0), (apart, high, 0.0)),
+    }
+
     def rows(sample):
-        places, moved, forces, points = (np.zeros((len(sample["normal_load"]), 2, 3)) for _ in range(4))
-        places[:, 0, 0], places[:, 1, 0] = -first, second
-        moved[..., 0] = sample["displacement"]
-        moved[:, 0, 0] -= gap
-        forces[:, 0, 0], forces[:, 1, 0] = -sample["normal_load"], sample["normal_load"]
-        points[..., 1] = ABOVE * max(first, second)
-        points[:, 0, 0], points[:, 1, 0] = -0.04 * least, 0.04 * least
-        names = (channel.name for channel in drawn)
-        return {name: sample[name] for name in OF_IMPACT} | dict(
-            zip(names, (places, moved, forces, points), strict=True)
+        load, moved = sample["normal_load"], sample["displacement"] - (gap, 0.0)
+        return (
+            {name: sample[name] for name in OF_IMPACT}
+            | {name: np.tile(one, (len(load), 1, 1)) for name, one in fixed.items()}
+            | {"ways": moved[..., None] * X, "forces": np.multiply.outer(load, (-X, X))}
         )
 
     def solid(place: int, one) -> Solid:
