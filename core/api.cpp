@@ -1,6 +1,6 @@
 // The door of the whole library; rooms have doors of their own. bearing_twin/core.py declares the functions.
 #include "door.hpp"
-#include "math/pack.hpp"
+#include "math/dual.hpp"
 
 // How many doubles stand side by side.
 CORE_EXPORT int core_lanes() { return LANES; }

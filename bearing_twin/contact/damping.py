@@ -6,7 +6,7 @@ Two laws, both with d(h) -> 0 as h -> 0 (paper 1, section 5), for the elastic lo
 * Steady, after Tsuji, Tanaka and Ishida (Powder Technology 71, 1992): d(h) = d h^(1/4). With s = (2/sqrt 5) h^(5/4) it
   is a linear oscillator in s, so its restitution is the same at every speed.
 
-The loads themselves are the core's, `core/contact/damping.hpp`.
+The loads themselves are the core's, `core/contact/laws.hpp`.
 """
 
 import math

@@ -3,7 +3,7 @@
 // `slip` is the velocity of the ball's surface relative to the raceway. All vectors are in the ball's frame, forces act
 // on the ball, half the approach inside its surface. A gap gives zero loads.
 #pragma once
-#include "../math/rotation.hpp"
+#include "../math/vector3.hpp"
 #include "contact_film.hpp"
 #include "model.hpp"
 

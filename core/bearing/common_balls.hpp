@@ -3,8 +3,7 @@
 #pragma once
 #include <cstdint>
 #include <vector>
-#include "../methods/common_steps.hpp"
-#include "../methods/runge_kutta.hpp"
+#include "../methods/rosenbrock.hpp"
 #include "approaches.hpp"
 #include "ball_ball.hpp"
 #include "ball_rates.hpp"

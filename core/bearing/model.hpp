@@ -3,10 +3,9 @@
 // Frames. `bearing_link` has its origin at the outer ring's centre and z along the axis. The motion of each ball is
 // written in the frame that turns with that ball about the axis, with unit vectors (radial, tangential, axial).
 #pragma once
-#include "../contact/damping.hpp"
+#include "../contact/laws.hpp"
 #include "../contact/film.hpp"
 #include "../contact/friction.hpp"
-#include "../contact/laws.hpp"
 #include "../shapes/groove.hpp"
 #include "surface_heights.hpp"
 

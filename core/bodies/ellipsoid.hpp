@@ -13,9 +13,8 @@
 // Breaks: where the half-space does (validity flags), at the b/a where the law does, and in true rolling resistance and sticking,
 // which this friction does not know (it creeps).
 #pragma once
-#include "../contact/damping.hpp"
-#include "../contact/friction.hpp"
 #include "../contact/laws.hpp"
+#include "../contact/friction.hpp"
 #include "../shapes/ellipsoid.hpp"
 #include "rigid_body.hpp"
 

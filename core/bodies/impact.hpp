@@ -1,6 +1,5 @@
 // Two bodies that meet on a line: mu x'' = -load(x, x'), x = 0 and x' = v at the first touch, until x comes back to zero.
 #pragma once
-#include "../contact/damping.hpp"
 #include "../contact/laws.hpp"
 #include "../methods/adaptive.hpp"
 

@@ -7,9 +7,8 @@
 // bounce's energy.
 #pragma once
 #include <bit>
-#include "../contact/damping.hpp"
-#include "../contact/friction.hpp"
 #include "../contact/laws.hpp"
+#include "../contact/friction.hpp"
 #include "../shapes/closed_forms.hpp"
 #include "../shapes/overlap.hpp"
 #include "rigid_body.hpp"

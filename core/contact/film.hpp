@@ -16,7 +16,7 @@
 // All of these are products of powers of Q and u: their logarithms are held as numbers of a contact, `FilmNumbers`.
 #pragma once
 #include <array>
-#include "../math/exponential.hpp"
+#include "../math/dual.hpp"
 #include "ellipse.hpp"
 
 namespace core {

@@ -1,8 +1,174 @@
 // Coulomb friction in the contact plane, regularised by a speed v_s [m/s], at the contact point or over its patch.
 #pragma once
-#include "patch_friction.hpp"
+#include <tuple>
+#include "ellipse.hpp"
 
 namespace core {
+
+// Coulomb friction over an elliptic contact patch that slides and spins (Contensou, Erismann), regularised by v_s.
+//
+// With Hertz's pressure p, the patch's semi-axes a (across the groove) and b (along it), slip (u, v) of its centre along
+// them and spin w about its normal, the means over the pressure of the slip's direction
+//     along = <(u - w y)/s>,  across = <(v + w x)/s>,  moment = <x (v + w x)/s - y (u - w y)/s>,
+// s = sqrt((u - w y)^2 + (v + w x)^2 + v_s^2), give the force -mu N (along, across) and the torque -mu N moment.
+
+enum class FrictionModel { point, quadrature, pade1, pade2 };
+
+// A friction model in use. A quadrature sums `points` (x, y, share of the pressure) on the unit disc; where the rim's
+// speed by spin, squared, over slip^2 + v_s^2 is below `easy`, twelve points are as exact, and up to `hard` both are
+// blended.
+struct PatchFriction {
+  FrictionModel model;
+  double coefficient, easy, hard;
+  int points;
+  const double *point;
+};
+
+template <class X>
+struct PatchMeans { X along, across, moment; };
+
+namespace patch {
+
+constexpr double ROUND = 1.5;  // weight of the semi-minor axis in the rim's speed
+// Place and share of the pressure of the points on the axes, and of the near and far ones on the diagonals: a rule for
+// the pressure times a polynomial of degree 7 (Stroud and Secrest).
+constexpr double ON_AXES[2] = {0.816496580927726, 9.0 / 140.0};
+constexpr double NEAR[2] = {0.29670979404458075, 0.14365634107133865};
+constexpr double FAR[2] = {0.6153291515804278, 0.04205794464294707};
+
+// Of two points that lie opposite each other, with share/s as weight: the sum, the difference times x and times y, and
+// the sum times r^2.
+template <class A, class B, class M>
+CORE_INLINE auto opposite(const A &x, const B &y, double share, const M &motion) {
+  auto distance = x * x + y * y;
+  auto middle = motion.square + motion.spin * motion.spin * distance;
+  auto apart = 2.0 * motion.spin * (motion.slip_minor * x - motion.slip_major * y);
+  auto here = root_and_inverse(maximum(middle + apart, 1e-300)).second;
+  auto there = root_and_inverse(maximum(middle - apart, 1e-300)).second;
+  auto sum = share * (here + there), difference = share * (here - there);
+  return std::tuple{sum, x * difference, y * difference, distance * sum};
+}
+
+template <class S, class U, class V, class W>
+struct Motion { S square; U slip_major; V slip_minor; W spin; };
+template <class S, class U, class V, class W> Motion(S, U, V, W) -> Motion<S, U, V, W>;
+
+template <class A, class B, class M>
+CORE_INLINE auto twelve_points(const A &major, const B &minor, const M &motion) {
+  auto x = ON_AXES[0] * major, y = ON_AXES[0] * minor;
+  auto [a, a_x, a_y, a_2] = opposite(x, 0.0 * minor, ON_AXES[1], motion);
+  auto [b, b_x, b_y, b_2] = opposite(0.0 * major, y, ON_AXES[1], motion);
+  auto sum = a + b, by_x = a_x + b_x, by_y = a_y + b_y, by_square = a_2 + b_2;
+  for (const double *diagonal : {NEAR, FAR})
+    for (double side : {1.0, -1.0}) {
+      auto [c, c_x, c_y, c_2] = opposite(diagonal[0] * major, side * diagonal[0] * minor, diagonal[1], motion);
+      sum = sum + c, by_x = by_x + c_x, by_y = by_y + c_y, by_square = by_square + c_2;
+    }
+  return PatchMeans{motion.slip_major * sum - motion.spin * by_y, motion.slip_minor * sum + motion.spin * by_x,
+                    motion.slip_minor * by_x - motion.slip_major * by_y + motion.spin * by_square};
+}
+
+template <class R, class A, class B, class U, class V, class W>
+inline PatchMeans<R> all_points(const PatchFriction &friction, double smooth, const A &major, const B &minor, const U &u,
+                                const V &v, const W &spin) {
+  R along{}, across{}, moment{};
+  for (const double *point = friction.point; point < friction.point + 3 * friction.points; point += 3) {
+    auto x = point[0] * major, y = point[1] * minor;
+    auto there_u = u - spin * y, there_v = v + spin * x;
+    auto square = maximum(there_u * there_u + there_v * there_v + smooth, 1e-300);
+    auto factor = point[2] * root_and_inverse(square).second;
+    auto part_u = factor * there_u, part_v = factor * there_v;
+    along = along + part_u, across = across + part_v, moment = moment + (x * part_v - y * part_u);
+  }
+  return {along, across, moment};
+}
+
+// Twelve points where these are enough, all of them where not, and a smooth blend in between.
+template <class A, class B, class U, class V, class W>
+inline auto by_quadrature(const PatchFriction &friction, double smooth, const A &major, const B &minor, const U &u,
+                          const V &v, const W &spin) {
+  auto square = u * u + v * v + smooth;
+  auto rim = spin * spin * (major * major + ROUND * (minor * minor));
+  auto place = (rim - friction.easy * square) / ((friction.hard - friction.easy) * maximum(square, 1e-300));
+  place = minimum(maximum(place, 0.0), 1.0);
+  auto part = place * place * (3.0 - 2.0 * place), rest = 1.0 - part;
+  auto few = twelve_points(major, minor, Motion{square, u, v, spin});
+  auto along = rest * few.along, across = rest * few.across, moment = rest * few.moment;
+  using R = decltype(along);
+  if (any(value_of(part) > 0.0)) {
+    auto many = all_points<R>(friction, smooth, major, minor, u, v, spin);
+    along = along + part * many.along, across = across + part * many.across, moment = moment + part * many.moment;
+  }
+  return PatchMeans<R>{along, across, moment};
+}
+
+// end x (x + c)/(x (x + c) + bend): end (1 - bend/x^2) far out, slope x near zero.
+template <class X, class S, class E, class B>
+CORE_INLINE auto quotient(const X &x, const E &end, const S &slope, const B &bend) {
+  auto shifted = x * (x + slope * bend / end);
+  return end * shifted / (shifted + bend);
+}
+
+// Closed forms by quotients of first degree (Zhuravlev 1998) and of second degree (Kireenkov 2008).
+template <class A, class B, class U, class V, class W>
+inline auto by_closed_form(FrictionModel model, double smooth, const A &major, const B &minor, const U &u, const V &v,
+                           const W &spin) {
+  using T = ValueOf<A>;
+  constexpr unsigned columns = columns_of<A> | columns_of<B> | columns_of<U> | columns_of<V> | columns_of<W>;
+  auto ratio = minor / major;
+  auto [b, d] = elliptic_b_d(ratio);
+  auto ratio_square = ratio * ratio;
+  auto share = u * u / maximum(u * u + v * v, 1e-300);
+  auto pure = 0.375 * (b + ratio_square * d), width = 0.2 * (share + ratio_square * (1.0 - share));
+  auto turning = maximum(absolute(spin) * major, 1e-300);
+  auto speed = square_root(u * u + v * v + smooth);
+  auto sign = select(value_of(spin) >= 0.0, broadcast<T>(1.0), broadcast<T>(-1.0));
+  auto all = [&](const auto &along, const auto &across, const auto &moment) {
+    using R = decltype(widened<columns>(along));
+    return PatchMeans<R>{widened<columns>(along), widened<columns>(across), widened<columns>(moment)};
+  };
+  if (model == FrictionModel::pade1)
+    return all(u / (speed + turning / (1.5 * d)), v / (speed + turning / (1.5 * b)),
+               sign * (major * (turning / (turning / pure + speed / width))));
+  auto x = speed / maximum(turning, 1e-9 * value_of(speed));
+  auto one = ratio * 0.0 + 1.0;
+  auto along = quotient(x, one, 1.5 * d, one * 0.1), across = quotient(x, one, 1.5 * b, 0.1 * ratio_square);
+  auto torque = quotient(1.0 / x, pure, width, 0.75 * (share * d + (1.0 - share) * b) / pure);
+  return all(along * u / speed, across * v / speed, sign * (major * torque));
+}
+
+template <class A, class B, class U, class V, class W>
+inline auto means_of(const PatchFriction &friction, double smooth, const A &major, const B &minor, const U &u,
+                     const V &v, const W &spin) {
+  if (friction.model == FrictionModel::quadrature)
+    return by_quadrature(friction, smooth, major, minor, u, v, spin);
+  return by_closed_form(friction.model, smooth, major, minor, u, v, spin);
+}
+
+}  // namespace patch
+
+// The means for semi-axes [m], slip [m/s] and spin [rad/s] of any type, `regularisation` v_s [m/s]. They are
+// differentiated by these five numbers, and then by what the numbers depend on.
+template <class A, class B, class U, class V, class W>
+CORE_INLINE auto patch_means(const PatchFriction &friction, double regularisation, const A &major, const B &minor,
+                             const U &u, const V &v, const W &spin) {
+  constexpr unsigned columns = columns_of<A> | columns_of<B> | columns_of<U> | columns_of<V> | columns_of<W>;
+  double smooth = regularisation * regularisation;
+  if constexpr (columns == 0) return patch::means_of(friction, smooth, major, minor, u, v, spin);
+  else {
+    auto found = patch::means_of(friction, smooth, variable<0>(value_of(major)), variable<1>(value_of(minor)),
+                                 variable<2>(value_of(u)), variable<3>(value_of(v)), variable<4>(value_of(spin)));
+    auto through = [&](const auto &y) __attribute__((always_inline)) {
+      return dual<columns>(y.value, [&]<int C>() __attribute__((always_inline)) {
+        return y.slope[0] * slope_of<C>(major) + y.slope[1] * slope_of<C>(minor) + y.slope[2] * slope_of<C>(u) +
+               y.slope[3] * slope_of<C>(v) + y.slope[4] * slope_of<C>(spin);
+      });
+    };
+    return PatchMeans{through(found.along), through(found.across), through(found.moment)};
+  }
+}
+
+// Coulomb friction in the contact plane, regularised by a speed v_s [m/s], at the contact point or over its patch.
 
 // Resistance f [N s/m] of the force -f * slip at a point, where `square` is slip^2: f = mu N/sqrt(slip^2 + v_s^2). The force
 // grows linearly with slip, reaches 71 % of mu N at v_s, and mu N far above it; true sticking creeps.

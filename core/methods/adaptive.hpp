@@ -3,7 +3,7 @@
 // beyond the end of the stretch is left to the next call: neither touches the motion, which does not depend on how it is cut.
 #pragma once
 #include <cstdint>
-#include "control.hpp"
+#include "rosenbrock.hpp"
 #include "events.hpp"
 #include "explicit_methods.hpp"
 

@@ -2,7 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include "runge_kutta.hpp"
+#include "rosenbrock.hpp"
 
 namespace core {
 

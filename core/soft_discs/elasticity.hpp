@@ -9,7 +9,7 @@
 // its stretch c through the thickness from mu (c^2 - 1) + lambda ln(J c) = 0 and has no second part. Breaks: St.
 // Venant-Kirchhoff softens in compression and has no stiffness left at a stretch of 1/sqrt(3).
 #pragma once
-#include "../math/pack.hpp"
+#include "../math/dual.hpp"
 
 namespace core::soft_discs {
 

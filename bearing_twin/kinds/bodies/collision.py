@@ -50,7 +50,7 @@ class Spring(NamedTuple):
 
     The viscous load is (damping * load + relaxation_time * stiffness) * approach rate, in s/m and s; where `steady`
     [N s/m^(5/4)] is above zero, steady * approach^((power - 1)/2) * approach rate, which loses the same share at every
-    speed. It never pulls: the contact ends where both parts cancel (`core/contact/damping.hpp`).
+    speed. It never pulls: the contact ends where both parts cancel (`core/contact/laws.hpp`).
     """
 
     coefficient: float

@@ -51,7 +51,7 @@ RUB = slice(13, 16)
 """Of ContactRecord: begin of the contact [s], impulse of friction (3,) [N s]."""
 MOVING = ("state", "clock", "record", "counts", "_last", "_ended", "_touched", "_now")  # what `advance` changes
 COUNTED = ("steps", "rejections", "evaluations", "touches")
-PROPORTIONAL, STEADY, STEADY_RATIO = range(3)  # DampingLaw of core/contact/damping.hpp
+PROPORTIONAL, STEADY, STEADY_RATIO = range(3)  # DampingLaw of core/contact/laws.hpp
 FINEST, COARSEST = 1e-12, 1e-10
 """The least tolerance of a step, and the greatest at which the tolerance, and not the contact's own time, sets it."""
 OF_ELLIPSOID = 1e-3  # tolerance of a step over that of contacts (`tests/test_impact_doubt.py`)

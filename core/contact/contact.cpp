@@ -1,9 +1,58 @@
-// The door to the laws of contacts and to friction: what Python asks of arrays of contacts. Arrays are C-contiguous doubles.
+// The doors to contacts: what Python asks of arrays of them. Arrays are C-contiguous doubles.
+#include <cmath>
+#include <tuple>
 #include "../door.hpp"
+#include "ellipse.hpp"
+#include "film.hpp"
 #include "friction.hpp"
 #include "laws.hpp"
 
 using namespace core;
+
+// Semi-axes [m] and peak pressures [Pa] of contacts with these curvatures [1/m], effective moduli [Pa] and loads [N].
+CORE_EXPORT void core_ellipses(std::int64_t count, const double *small, const double *large, const double *modulus,
+                               const double *load, double *semi_major, double *semi_minor, double *peak_pressure) {
+  for (std::int64_t i = 0; i < count; i++) {
+    Ellipse found = ellipse(small[i], large[i], modulus[i], load[i]);
+    semi_major[i] = found.semi_major, semi_minor[i] = found.semi_minor, peak_pressure[i] = found.peak_pressure;
+  }
+}
+// Semi-axis ratios b/a of contact ellipses.
+CORE_EXPORT void core_axis_ratios(std::int64_t count, const double *small, const double *large, double *ratio) {
+  for (std::int64_t i = 0; i < count; i++) ratio[i] = axis_ratio(small[i], large[i]);
+}
+// The integrals B and D at kc = sqrt(1 - m).
+CORE_EXPORT void core_elliptic(std::int64_t count, const double *complementary, double *b, double *d) {
+  for (std::int64_t i = 0; i < count; i++) std::tie(b[i], d[i]) = elliptic_b_d(complementary[i]);
+}
+
+namespace {
+
+Lubricant lubricant_of(const double *n) { return {LubricantKind(int(n[0])), n[1], n[2], n[3], n[4], n[5], n[6], n[7]}; }
+
+}  // namespace
+
+// The numbers (count, FILM_NUMBERS) of contacts with these curvatures (count,).
+CORE_EXPORT void core_film_numbers(const double *lubricant, std::int64_t count, const double *small, const double *large, double modulus,
+                                   double ball_radius, double *out) {
+  for (std::int64_t i = 0; i < count; i++) {
+    FilmNumbers found = film_numbers(lubricant_of(lubricant), small[i], large[i], modulus, ball_radius);
+    out = std::copy(found.begin(), found.end(), out);
+  }
+}
+
+// Of contacts (count, 6) with numbers (count, FILM_NUMBERS), loads and speeds (count,) above 0: thickness [m], thickness over
+// roughness, resistance [N], moments of hysteresis and of differential slip [N m], coefficient of friction.
+CORE_EXPORT void core_films(const double *lubricant, std::int64_t count, const double *numbers, const double *load, const double *speed,
+                            double *out) {
+  const Lubricant oil = lubricant_of(lubricant);
+  for (std::int64_t i = 0; i < count; i++, numbers += FILM_NUMBERS, out += 6) {
+    double q = std::log(load[i]), u = std::log(speed[i]), ratio = film_thickness(numbers, q, u) - oil.log_roughness;
+    double friction = mixed_friction(oil, ratio);
+    out[0] = std::exp(ratio + oil.log_roughness), out[1] = std::exp(ratio), out[2] = film_resistance(oil, numbers, q, u, speed[i]);
+    out[3] = hysteresis_moment(numbers, q), out[4] = friction * slip_moment(numbers, q), out[5] = friction;
+  }
+}
 
 // c [N/m^p] of the law of that number, its states, if any, solved afresh.
 CORE_EXPORT void core_law_coefficients(std::int64_t law, double given, std::int64_t count, const double *small, const double *large,
