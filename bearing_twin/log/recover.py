@@ -30,13 +30,7 @@ class Recovered(NamedTuple):
 
 def survey(path) -> Recovered:
     """Counts what `recover` would save, without writing; raises LogError if the file is no log at all."""
-    problems: list[str] = []
-    messages = samples = 0
-    for item in _salvage(log_files(path), problems):
-        if isinstance(item, LoggedMessage):
-            messages += 1
-            samples += _outputs(item)
-    return Recovered(messages, samples, tuple(problems))
+    return _saved(path, None)
 
 
 def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
@@ -45,39 +39,47 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
     Raises LogError if `out` exists or nothing can be saved. A damaged chunk is left out whole; what else is left out is
     among the problems.
     """
+    with RawLogWriter(out, run_record=False) as log:
+        found = _saved(path, log)
+        problems = "; ".join(found.problems)
+        if not found.messages:
+            raise LogError(f"nothing in {path} can be recovered ({problems or 'it holds no message'})")
+        record = {"from": harmless(Path(path).name), "problems": harmless(problems or "none")}
+        log.add_metadata(RECOVERY_RECORD, record)
+    return found
+
+
+def _saved(path, log: RawLogWriter | None) -> Recovered:
+    """Counts all that can be read of a log, and copies it into `log` where there is one."""
     problems: list[str] = []
     messages = samples = 0
     numbers: dict[tuple, int] = {}
     kept: set[tuple] = set()
     unknown: Counter[str] = Counter()
     last = number = None
-    with RawLogWriter(out, run_record=False) as log:
-        for item in _salvage(log_files(path), problems):
-            if isinstance(item, Metadata):
-                record = (item.name, *sorted(item.metadata.items()))
-                if item.name != BAG_RECORD and record not in kept:
-                    kept.add(record)
-                    log.add_metadata(item.name, item.metadata)
-            elif isinstance(item, Attachment):
-                log.add_attachment(item)
-            elif not item.topic.described:
+    for item in _salvage(log_files(path), problems):
+        if isinstance(item, LoggedMessage):
+            if not item.topic.described:
                 unknown[item.topic.name] += 1
-            else:
-                if item.topic is not last:
-                    last = item.topic
-                    number = numbers.get(last.identity)
-                    if number is None:
-                        number = numbers[last.identity] = log.copy_topic(last)
-                log.write(number, item.log_time, item.publish_time, item.data)
-                messages += 1
-                samples += _outputs(item)
-        problems += [
-            f"{count} messages of {name} are left out: no record describes it" for name, count in unknown.items()
-        ]
-        if not messages:
-            raise LogError(f"nothing in {path} can be recovered ({'; '.join(problems) or 'it holds no message'})")
-        account = {"from": Path(path).name, "problems": "; ".join(problems) or "none"}
-        log.add_metadata(RECOVERY_RECORD, {key: harmless(one) for key, one in account.items()})
+                continue
+            messages += 1
+            samples += _outputs(item)
+            if log is None:
+                continue
+            if item.topic is not last:
+                last = item.topic
+                number = numbers.get(last.identity)
+                if number is None:
+                    number = numbers[last.identity] = log.copy_topic(last)
+            log.write(number, item.log_time, item.publish_time, item.data)
+        elif log is None:
+            continue
+        elif isinstance(item, Attachment):
+            log.add_attachment(item)
+        elif item.name != BAG_RECORD and (record := (item.name, *sorted(item.metadata.items()))) not in kept:
+            kept.add(record)
+            log.add_metadata(item.name, item.metadata)
+    problems += [f"{count} messages of {name} are left out: no record describes it" for name, count in unknown.items()]
     return Recovered(messages, samples, tuple(problems))
 
 
