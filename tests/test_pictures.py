@@ -4,10 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.sample import Block, Channel, cut, joined
-from bearing_twin.kinds.bearing import GREATEST_COUNT, BearingPicture, LoadHistory
+from bearing_twin.kinds.bearing import BearingPicture
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.pictures import run as kept
 from bearing_twin.pictures.run import ChannelPicture
@@ -105,40 +106,16 @@ def test_no_sample_and_no_place_to_write_are_refused(tmp_path):
         drawn(tmp_path / "none" / "run.png", made_up_block(2, 2))
 
 
-def test_the_envelope_is_bounded_and_loses_no_peak_however_the_run_is_cut():
-    generator = np.random.default_rng(1)
-    whole = made_up_block(2, 30_000)
-    load = whole.values["normal_load"]
-    load[12_345, 1, 0], load[23_456, 0, 1] = 1e4, -5.0
-    one, many = LoadHistory(), LoadHistory()
-    one.add_block(whole)
-    cuts = np.sort(generator.choice(np.arange(1, 30_000), 60, replace=False))
-    for low, high in zip([0, *cuts], [*cuts, 30_000], strict=True):
-        part = {name: value[low:high] for name, value in whole.values.items()}
-        many.add_block(Block(whole.channels, low, whole.time_ns[low:high], part))
-    for history in (one, many):
-        time, low, high = history.envelope()
-        assert len(time) <= GREATEST_COUNT + 1
-        assert np.all(np.diff(time) > 0.0)
-        assert (low <= high).all()
-        assert np.array_equal(high.max(axis=0), load.max(axis=0))
-        assert np.array_equal(low.min(axis=0), load.min(axis=0))
-        assert history.outputs == 30_000
-        at = time[high[:, 1, 0].argmax()]
-        assert 0.0 <= 12.345 - at <= 2.0 * 30.0 / GREATEST_COUNT * 2.0
-
-
-def test_the_latest_part_of_a_run_is_there_in_full():
-    history = LoadHistory()
-    block = made_up_block(3, 5000)
-    history.add_block(block)
-    time, low, high = history.latest(0.5)
-    rows = block.time_ns * 1e-9 >= block.time_ns[-1] * 1e-9 - 0.5
-    assert np.array_equal(high, block.values["normal_load"][rows])
-    assert np.array_equal(low, high)
-    assert time[-1] == pytest.approx(4.999)
-    assert history.latest(10.0) is None
-    assert history.turns == pytest.approx(70.0 * 4.999 / (2.0 * np.pi))
+def test_a_peak_of_a_long_run_that_is_thinned_is_drawn_or_named(tmp_path, monkeypatch):
+    """Of 250 000 outputs, of which the last turns are drawn."""
+    figures = []
+    monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: figures.append(figure))
+    block = made_up_block(2, 250_000)
+    block.values["normal_load"][12_345, 1, 0] = 12_340.0
+    drawn(tmp_path / "run.png", block)
+    texts = [text.get_text() for axis in figures[0].axes for text in axis.texts]
+    assert "greatest of the run 1.234e+04 N" in texts
+    assert all(len(line.get_xdata()) < 20_000 for axis in figures[0].axes for line in axis.lines)
 
 
 def test_a_long_run_of_an_ellipsoid_is_thinned_and_its_greatest_load_kept(monkeypatch):

@@ -113,8 +113,6 @@ FACE = {
     "BearingFigures": "figures: the figures of a run, block by block",
     "missing": "quantities: figures that a scene lacks",
     "BearingPicture": "picture: the picture of a run",
-    "LoadHistory": "picture: loads of a run of any length",
-    "GREATEST_COUNT": "picture: most slices of its envelope",
     # Lubricant
     "viscosity_of": "lubricant: viscosity at a temperature",
     "film_lubricant": "lubricant: the numbers of a scene's lubricant",

@@ -71,31 +71,11 @@ class Instants(NamedTuple):
     contacts: np.ndarray
 
 
-def new_instants(count: int, balls: int) -> Instants:
-    """Room for so many instants."""
-    shapes = (), (), (5,), (5,), (balls, 2), (balls, 4), (balls, OF_CONTACTS)
-    return Instants(*(np.zeros((count, *shape)) for shape in shapes))
-
-
 _run = Function(
     "core_equilibrium_run",
     INTEGER,
     (REALS, REALS, REAL, INTEGER, INTEGER, *(REALS,) * 4, INTEGERS, REALS, STOP, *(REALS_OUT,) * 11, INTEGERS_OUT),
 )
-
-
-def equilibria(
-    seat: np.ndarray, defects: np.ndarray, angle: float, course: Course, state: State, out: Instants, stop: np.ndarray
-) -> tuple[int, int]:
-    """Fills `out`; returns (status, instant) of the first that has no equilibrium, else (FOUND, T).
-
-    `seat` is `Setting.numbers`, `defects` are those of `surface_defects`, `angle` [rad] is the ring's before. Looks at
-    `stop` (1,) before every instant, and ends with STOPPED there where it is not 0. Between two instants the balls
-    orbit by the cage's share of the ring's turn at the first, and turn about themselves as at the second.
-    """
-    instant = np.zeros(1, np.int64)
-    status = _run(seat, defects, angle, len(state.place), len(course.turn), *course, stop, *state, *out, instant)
-    return status, int(instant[0])
 
 
 def _about_z(cosine, sine, radial, tangential, axial) -> np.ndarray:
@@ -297,10 +277,19 @@ class QuasiStaticMotion(CommandedBearing):
         return Course(steps, turn, speed, held, free, np.where(free, self.loads, 0.0)), angles
 
     def _outputs(self, course: Course, angle) -> Rows:
-        found = new_instants(len(angle), self.parameters.geometry.balls)
-        status, instant = equilibria(
-            self._seat, self._defects, float(angle[0] - course.turn[0]), course, self.state, found, self.stop
+        """Outputs at the instants of a course; raises IntegrationError at the first without an equilibrium.
+
+        Between two instants the balls orbit by the cage's share of the ring's turn at the first, and turn about
+        themselves as at the second.
+        """
+        count, balls, first = len(angle), self.parameters.geometry.balls, np.zeros(1, np.int64)
+        shapes = (), (), (5,), (5,), (balls, 2), (balls, 4), (balls, OF_CONTACTS)
+        found = Instants(*(np.zeros((count, *shape)) for shape in shapes))
+        before = float(angle[0] - course.turn[0])
+        status = _run(
+            *(self._seat, self._defects, before, balls, count, *course, self.stop, *self.state, *found, first)
         )
+        instant = int(first[0])
         seconds = self.elapsed + float(course.step[: instant + 1].sum())
         if status == STOPPED:
             raise Stopped(f"the computation was stopped at {seconds:.9g} s")
@@ -313,8 +302,8 @@ class QuasiStaticMotion(CommandedBearing):
                 "inner ring",
             )
         self._refuse_illegal(found, course)
-        self.solved += len(angle)
-        out = empty_outputs(self.parameters, len(angle))
+        self.solved += count
+        out = empty_outputs(self.parameters, count)
         out.numbers[:] = 0.0
         write_channels(self.setting, self.parameters.gravity, found, course.speed, angle, out)
         self._write_work(out)

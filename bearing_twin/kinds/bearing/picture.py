@@ -1,6 +1,5 @@
 """Pictures of a bearing: loads over a run and its last output, an equilibrium, and curves over a sweep."""
 
-from collections import deque
 from pathlib import Path
 
 import matplotlib
@@ -9,8 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Annulus, Circle, FancyArrowPatch
 
 from bearing_twin import __version__
-from bearing_twin.base.errors import LogError
-from bearing_twin.base.sample import Block, Sample
+from bearing_twin.base.sample import Block, Sample, Thinned
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.rings import FREE_RING, TORQUE, dimension_of, moving_centre
 from bearing_twin.kinds.contract import Facts
@@ -31,82 +29,7 @@ from bearing_twin.pictures.style import (
     scaled,
 )
 
-GREATEST_COUNT = 4096  # bins of an envelope: more than a picture has columns
-RECENT_VALUES = 2_000_000  # numbers kept of the latest outputs, 16 MB
-
-
-class LoadHistory:
-    """Takes a run output by output and keeps a bounded part: an envelope of all loads, and the latest outputs whole.
-
-    Loads are the channel `normal_load` [N], shape (balls, 2), raceway 0 inner, 1 outer; or another `channel`.
-    """
-
-    def __init__(self, channel: str = "normal_load"):
-        self.channel = channel
-        self.first: Sample | None = None
-        self.last: Sample | None = None
-        self.outputs = 0
-        self._stride = 1
-        self._bins = []  # (time, low, high), each of `_stride` outputs
-        self._rest = []  # (time, load) of outputs that do not fill a bin yet
-        self._recent = deque()  # (time, load)
-
-    def add_block(self, block: Block) -> None:
-        """Take all outputs of a block."""
-        if len(block):
-            self._add(block.time_ns, block.values[self.channel], block[0], block[-1])
-
-    @property
-    def turns(self) -> float:
-        """How often ball 0 has gone round since the first sample."""
-        return abs(float(self.last["orbit_angle"][0] - self.first["orbit_angle"][0])) / (2.0 * np.pi)
-
-    def envelope(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Time [s] (bins,), lowest and highest load (bins, balls, 2) in each of at most 4096 slices of the run."""
-        parts = list(self._bins)
-        time, load = self._rest[0]
-        if len(time):
-            parts.append((time[:1], load.min(axis=0, keepdims=True), load.max(axis=0, keepdims=True)))
-        return _joined(parts)
-
-    def latest(self, duration: float) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """As `envelope`, of the last `duration` seconds only; None if they are no longer all there."""
-        time, load = _joined(self._recent)
-        start = np.searchsorted(time, time[-1] - duration)
-        if start == 0:
-            return None
-        time, load = time[start:], load[start:]
-        starts = np.arange(0, len(time), -(-len(time) // GREATEST_COUNT))
-        return time[starts], np.minimum.reduceat(load, starts), np.maximum.reduceat(load, starts)
-
-    def _add(self, time_ns, load, first, last):
-        self.first = self.first or first
-        self.last = last
-        self.outputs += len(time_ns)
-        time, load = np.asarray(time_ns) * 1e-9, np.array(load)
-        self._recent.append((time, load))
-        while sum(part.size for _, part in self._recent) - self._recent[0][1].size > RECENT_VALUES:
-            self._recent.popleft()
-        time, load = _joined([*self._rest, (time, load)])
-        whole = len(time) // self._stride * self._stride
-        self._rest = [(time[whole:], load[whole:])]
-        if whole:
-            load = load[:whole].reshape(-1, self._stride, *load.shape[1:])
-            self._bins.append((time[: whole : self._stride], load.min(axis=1), load.max(axis=1)))
-        while sum(len(bins) for bins, _, _ in self._bins) > GREATEST_COUNT:
-            self._halve()
-
-    def _halve(self) -> None:
-        time, low, high = _joined(self._bins)
-        starts = np.arange(0, len(time), 2)
-        self._bins = [(time[starts], np.minimum.reduceat(low, starts), np.maximum.reduceat(high, starts))]
-        self._stride *= 2
-
-
-def _joined(parts) -> tuple[np.ndarray, ...]:
-    return tuple(np.concatenate(column) for column in zip(*parts, strict=True))
-
-
+GREATEST_ROWS, GREATEST_COLUMNS = 100_000, 4096  # outputs kept, of longer runs one in 2, 4, ...; slices that are drawn
 FLAT = 0.6  # where the lowest load exceeds this part of the highest, the axis need not show zero
 GREATEST_TURNS = 8  # of the balls round the bearing: more waves than this become a solid block
 WORDS = {  # panel and axis of what moves, and the factor into its unit
@@ -123,56 +46,73 @@ class BearingPicture:
     """Loads over time, the bearing and its contacts at the last output; of logs without a scene what is known."""
 
     def __init__(self, facts: Facts):
-        self._facts, self._history = facts, LoadHistory()
+        self._facts, self._first, self._last, self._greatest = facts, None, None, np.zeros(2)
         parameters = facts.scene.parameters if facts.scene else None
-        self._moved = [LoadHistory("inner_ring_offset")] if parameters and dimension_of(parameters) == FREE_RING else []
-        self._moved += [LoadHistory("cage_offset")] if parameters and moving_centre(parameters) else []
-        self._moved += [LoadHistory("inner_ring_speed")] if parameters and parameters.drive.kind == TORQUE else []
+        moves = parameters and {
+            "inner_ring_offset": dimension_of(parameters) == FREE_RING,
+            "cage_offset": moving_centre(parameters),
+            "inner_ring_speed": parameters.drive.kind == TORQUE,
+        }
+        self._moved = [name for name, one in (moves or {}).items() if one]
+        names = ("normal_load", *self._moved)
+        self._kept = Thinned(GREATEST_ROWS, lambda sample: {name: np.array(sample[name]) for name in names})
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
-        self._history.add_block(block)
-        for moved in self._moved:
-            moved.add_block(block)
+        if len(block):
+            self._first, self._last = self._first or block[0], block[-1]
+            self._greatest = np.maximum(self._greatest, block.values["normal_load"].max(axis=(0, 1)))
+            self._kept.add(block)
 
     def write(self, path, errors=()) -> Path:
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
-        history, scene = self._history, self._facts.scene
-        if history.last is None:
-            raise LogError("there is no sample to draw; give a run or a log that holds at least one")
+        time, values, scene, first, last = (
+            self._kept.time,
+            self._kept.values,
+            self._facts.scene,
+            self._first,
+            self._last,
+        )
+        turns = abs(float(last["orbit_angle"][0] - first["orbit_angle"][0])) / (2.0 * np.pi)
+        shown, part = slice(None), ""
+        if turns > GREATEST_TURNS:
+            begin = time[-1] - (time[-1] - time[0]) * GREATEST_TURNS / turns
+            shown = slice(int(np.searchsorted(time, begin)), None)
+            part = f", last {time[-1] - begin:.3g} s of {time[-1]:.4g} s"
+        starts = np.arange(0, len(time[shown]), -(-len(time[shown]) // GREATEST_COLUMNS))
+        at, spans = time[shown][starts], {}
+        for name, one in values.items():
+            spans[name] = [bound.reduceat(one[shown], starts) for bound in (np.minimum, np.maximum)]
         figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
         edges = {"left": 0.06, "right": 0.98, "top": 0.90, "bottom": 0.095}
         grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0), wspace=0.14, **edges)
         left = grid[0].subgridspec(2 + len(self._moved), 1, hspace=(0.16, 0.24, 0.34, 0.44)[len(self._moved)])
         right = grid[1].subgridspec(3, 1, height_ratios=(4.0, 0.95, 0.7), hspace=0.2)
         loads = [figure.add_subplot(left[row]) for row in (0, 1)]
-        _draw_loads(figure, loads, history)
+        _draw_loads(figure, loads, at, *spans["normal_load"], self._greatest, part)
         above = loads[1]
         for row, moved in enumerate(self._moved):
             above.tick_params(labelbottom=False)
             above.set_xlabel("")
             above = figure.add_subplot(left[2 + row])
-            _draw_moved(above, moved)
-        _draw_bearing(figure.add_subplot(right[0]), history.last, scene)
-        _draw_contacts(figure.add_subplot(right[1]), figure.add_subplot(right[2]), history.last, scene)
-        return finish(figure, _title(history, scene), _footer(self._facts, history), path, errors=errors)
+            _draw_moved(above, moved, at, *spans[moved], first)
+        _draw_bearing(figure.add_subplot(right[0]), last, scene)
+        _draw_contacts(figure.add_subplot(right[1]), figure.add_subplot(right[2]), last, scene)
+        return finish(figure, _title(last, scene), _footer(self._facts, self._kept, last), path, errors=errors)
 
 
-def _draw_loads(figure, axes, history):
-    whole = history.envelope()
-    time, low, high = _shown(history) or whole
-    part = f", last {time[-1] - time[0]:.3g} s of {history.last.time_ns * 1e-9:.4g} s" if time[0] > whole[0][0] else ""
+def _draw_loads(figure, axes, time, low, high, greatest, part):
+    """Lowest and highest loads (slices, balls, 2) in slices of time, with the greatest (2,) of the whole run."""
     span = time[-1] - time[0]
     scale, unit = scaled(time[-1], "s")
     for raceway, axis in enumerate(axes):
         frame(axis)
-        greatest = whole[2][:, :, raceway].max()
         if low.shape[1] > GREATEST_LINES:
-            image = _load_map(axis, time * scale, high[:, :, raceway], whole[2].max() or 1.0)
+            image = _load_map(axis, time * scale, high[:, :, raceway], greatest.max() or 1.0)
             figure.colorbar(image, ax=axis, pad=0.015, label="normal load [N]")
             axis.set_ylabel("ball")
         else:
-            _load_lines(axis, time * scale, low[:, :, raceway], high[:, :, raceway], greatest if part else None)
+            _load_lines(axis, time * scale, low[:, :, raceway], high[:, :, raceway], greatest[raceway])
             axis.set_ylabel("normal load [N]")
         heading(axis, f"Normal load of each ball on the {RACEWAYS[raceway]} raceway{part}")
         axis.margins(x=0.0 if span else 0.05)
@@ -180,12 +120,11 @@ def _draw_loads(figure, axes, history):
     axes[1].set_xlabel(f"time [{unit}]")
 
 
-def _draw_moved(axis, history):
+def _draw_moved(axis, name, time, low, high, first):
     """A ring's speed; or how far its centre is from where it started, or a cage's from the axis, along each axis."""
-    name, envelope = history.channel, _shown(history) or history.envelope()
-    time, low, high = (one.reshape(len(one), -1) for one in envelope)
+    low, high = (one.reshape(len(one), -1) for one in (low, high))
     words, up, factor = WORDS[name]
-    start = np.ravel(history.first[name]) * (name == "inner_ring_offset")
+    start = np.ravel(first[name]) * (name == "inner_ring_offset")
     scale, unit = scaled(time[-1], "s")
     frame(axis)
     for i, begin in enumerate(start):
@@ -199,21 +138,13 @@ def _draw_moved(axis, history):
         axis.legend(ncols=3, loc="lower right", **look)
 
 
-def _shown(history):
-    """The last turns of a run with many, if there are enough outputs in them; None = show all of it."""
-    if history.turns <= GREATEST_TURNS:
-        return None
-    duration = (history.last.time_ns - history.first.time_ns) * 1e-9
-    return history.latest(duration * GREATEST_TURNS / history.turns)
-
-
 def _load_lines(axis, time, low, high, greatest_of_run):
     for ball in range(low.shape[1]):
         # low and high of a slice one after the other: no peak is lost, and it is one line for the eye
         load = np.stack([low[:, ball], high[:, ball]], axis=1).ravel()
         axis.plot(np.repeat(time, 2), load, linewidth=1.6, marker=marker_of(len(time)), **ball_line(ball))
     least, greatest = low.min(), high.max()
-    if greatest_of_run is not None and greatest_of_run > 1.02 * greatest:
+    if greatest_of_run > 1.02 * greatest:
         greatest = greatest_of_run
         axis.axhline(greatest, color=STYLE["soft"], linewidth=1.0, linestyle=":")
         axis.annotate(f"greatest of the run {greatest:.4g} N", (0.995, greatest), xycoords=("axes fraction", "data"),
@@ -270,19 +201,19 @@ def _draw_contacts(axes, angles, sample, scene):
     angles.set_xlabel("ball      (angle: of the load against the radial plane)")
 
 
-def _title(history, scene):
-    balls = len(history.last["normal_load"])
-    speed = float(history.last["inner_ring_speed"]) * 30.0 / np.pi
+def _title(last, scene):
+    balls = len(last["normal_load"])
+    speed = float(last["inner_ring_speed"]) * 30.0 / np.pi
     name = scene.name if scene else "Bearing"
     return f"{name}: {balls} ball{'s' * (balls != 1)}, inner ring at {speed:.5g} rpm"
 
 
-def _footer(facts, history):
+def _footer(facts, kept, last):
     words = [
         f"scene {facts.scene.name}" if facts.scene else "",
         f"law {facts.law}" if facts.law else "",
         f"stepper {facts.stepper}" if facts.stepper else "",
-        f"{history.outputs} output{'s' * (history.outputs != 1)} up to {history.last.time_ns * 1e-9:.6g} s",
+        f"{kept.outputs} output{'s' * (kept.outputs != 1)} up to {last.time_ns * 1e-9:.6g} s",
         f"bearing_twin {__version__}",
     ]
     return "   ·   ".join(word for word in words if word)
