@@ -1,6 +1,6 @@
-"""What nodes take in real time: `python bench/node_cost.py`, per cent of a core of sim_node and of recorder_node.
+"""Cost of nodes in real time: `python bench/node_cost.py`, per cent of a core of sim_node and of recorder_node.
 
-The 6203 runs alone, then with a recorder that logs every message; of a few spans the least is told, because what else
+The 6203 runs alone, then with a recorder that logs every message; of a few spans the least is given, because what else
 runs on the machine only adds. What a recorder lost it counts itself: messages of all topics, and solver outputs.
 """
 
@@ -59,7 +59,7 @@ class Cost(NamedTuple):
 
 
 def measured(outputs: int, messages: int, folder: Path) -> Cost:
-    """What the nodes take at so many outputs, and messages of a topic, a second."""
+    """Cost of the nodes at so many outputs, and messages of a topic, a second."""
     rates = [f"run.output_rate={outputs}", f"run.publish_rate={messages}"]
     scene, log = folder / f"{outputs}_{messages}.yaml", folder / f"{outputs}_{messages}.mcap"
     scene.write_text(load_scene("bearing_6203", rates).text, encoding="utf-8")
@@ -70,8 +70,8 @@ def measured(outputs: int, messages: int, folder: Path) -> Cost:
         with started("recorder_node", node_command("recorder_node", recording), folder) as recorder:
             beside, wrote = least([simulating, recorder])
         late = LATE in simulating.said.read_text(errors="replace")
-    told = read_log(log, allow_gaps=True).metadata[RECORDING_RECORD]
-    counts = (told[name] for name in ("messages_lost", "messages", "samples_lost", "samples_received"))
+    record = read_log(log, allow_gaps=True).metadata[RECORDING_RECORD]
+    counts = (record[name] for name in ("messages_lost", "messages", "samples_lost", "samples_received"))
     return Cost(alone, beside, wrote, *map(int, counts), late)
 
 

@@ -26,7 +26,7 @@ from bearing_twin import load_scene, simulate
 HERE = Path(__file__).resolve().parent
 FOLDER, PEER = HERE.parent / "build" / "peers", "exudyn==1.13.6"
 WANTED = 1e-3, 1e-2, 1e-1  # errors in load and friction at which costs are compared: at the least that both reach
-LEAST_LOAD = 0.01  # of the greatest load: a contact that carries less has no friction limit worth a relative error
+LEAST_LOAD = 0.01  # of the greatest load: a contact that carries less has no friction limit for a relative error
 SAME = ("contact.normal=hertz", "contact.relaxation_time=0", "contact.damping=0.5", "drive.offset=[0, 0, 0]")
 TRUTH = ("solver.stepper=rodas4", "wanted.tolerance=1e-8")
 TOLERANCES = 1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 1e-5
@@ -80,7 +80,7 @@ def ours(problem, *more):
 
 
 def given(problem):
-    """What Exudyn is told: the start and the constants, by name."""
+    """Input of Exudyn: the start and the constants, by name."""
     scene = scene_of(problem).parameters
     run = simulate(scene_of(problem))
     first = next(iter(run.blocks()))
@@ -112,9 +112,9 @@ def given(problem):
 
 def theirs(problem, only=None):
     """One dictionary a run of Exudyn, the tightest first: name, loads, friction, CPU seconds per simulated second."""
-    told = json.dumps(given(problem) | {"only": only})
+    request = json.dumps(given(problem) | {"only": only})
     command = [environment(), HERE / "peers_exudyn.py"]
-    answer = subprocess.run(command, input=told, stdout=subprocess.PIPE, text=True, check=True)
+    answer = subprocess.run(command, input=request, stdout=subprocess.PIPE, text=True, check=True)
     for line in filter(lambda line: line.startswith("{"), answer.stdout.splitlines()):
         yield json.loads(line)
 
@@ -171,14 +171,14 @@ def compared(name, problem):
         for run, found in zip(runs[1:], arrays[1:], strict=True)
         if found[0].shape == true[0].shape and np.isfinite(found[0]).all()
     ]
-    told, untold = (
+    checked, unchecked = (
         [measured(problem, true, mu, (f"wanted.tolerance={one:g}", f"solver.check={how}")) for one in TOLERANCES]
         for how in ("on", "off")
     )
-    for row in rows + told + untold:
+    for row in rows + checked + unchecked:
         shown(*row)
     ratios = [np.nan, np.nan]
-    for which, mine in enumerate((told, untold)):
+    for which, mine in enumerate((checked, unchecked)):
         for wanted in WANTED:
             best, other = cheapest(mine, wanted), cheapest(rows, wanted)
             if best and other:

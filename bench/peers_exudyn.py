@@ -80,7 +80,7 @@ def built(given):
 
 
 def read(system, sensors):
-    """What sensors kept, (T, sensors, 3), the start left out."""
+    """Values that sensors kept, (T, sensors, 3), the start left out."""
     return np.stack([system.GetSensorStoredData(sensor)[1:, 1:4] for sensor in sensors], axis=1)
 
 
@@ -128,7 +128,7 @@ METHODS = {
 }
 
 
-def told(name, found):
+def printed(name, found):
     """One line."""
     load, friction, seconds = found
     line = {"name": name, "load": load.tolist(), "friction": friction.tolist(), "seconds": seconds}
@@ -140,7 +140,7 @@ def main():
     given = json.load(sys.stdin)
     only = given.get("only")  # the name of a run that is repeated
     if not only:
-        told("truth", run(given, "RK44", given["truth"]))
+        printed("truth", run(given, "RK44", given["truth"]))
     for name, (method, steps, options) in METHODS.items():
         before = 0.0
         for step in steps:
@@ -152,7 +152,7 @@ def main():
             found = run(given, method, step, options)
             before = time.process_time() - start
             if found is not None:
-                told(label, found)
+                printed(label, found)
 
 
 if __name__ == "__main__":

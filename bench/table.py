@@ -1,4 +1,4 @@
-"""What everything costs in the user's hand, as one table: `python bench/table.py [--write] [part of a row's name ...]`.
+"""Costs in the user's hand, as one table: `python bench/table.py [--write] [part of a row's name ...]`.
 
 CPU time of one core where nothing else is said, by public calls and commands; what compiles has been compiled before.
 `--write` keeps the rows that ran in docs/speed.csv, from which `python tests/doc_tables.py` writes docs/accuracy.md.

@@ -1,4 +1,4 @@
-"""How fast a page for the browser is made and drawn: `python bench/view.py [scene] [seconds]`.
+"""Speed at which a page for the browser is made and drawn: `python bench/view.py [scene] [seconds]`.
 
 A log of 10 s at 1 kHz becomes a page: CPU seconds of the whole command, bytes; and images a second while it plays,
 drawn by software in a Chromium without a window, where there is one.

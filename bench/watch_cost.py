@@ -1,7 +1,7 @@
-"""What `watch` costs: `python bench/watch_cost.py`, per cent of a core of sim_node and of watch_node.
+"""Cost of `watch`: `python bench/watch_cost.py`, per cent of a core of sim_node and of watch_node.
 
 The scene runs in real time; first nobody looks, then one viewer, then nobody again. Of a few spans in turn the least is
-told, because what else runs on the machine only adds.
+given, because what else runs on the machine only adds.
 """
 
 import os

@@ -17,13 +17,13 @@ def vector(x=0.0, y=0.0, z=0.0):
 
 
 def wrench(force=(), torque=(), frame="bearing_link"):
-    """What a WrenchStamped looks like."""
+    """Attributes of a WrenchStamped."""
     both = SimpleNamespace(force=vector(*force), torque=vector(*torque))
     return SimpleNamespace(header=SimpleNamespace(frame_id=frame), wrench=both)
 
 
 def twist(linear=(), angular=(), frame="bearing_link"):
-    """What a TwistStamped looks like."""
+    """Attributes of a TwistStamped."""
     both = SimpleNamespace(linear=vector(*linear), angular=vector(*angular))
     return SimpleNamespace(header=SimpleNamespace(frame_id=frame), twist=both)
 

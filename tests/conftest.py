@@ -41,7 +41,7 @@ BEGAN: list[float] = []
 
 @pytest.fixture(scope="session", autouse=True)
 def domain():
-    """What this process and those it starts say by ROS is heard by no other run of tests."""
+    """Messages of ROS by this process and those it starts reach no other run of tests."""
     with own_domain() as number:
         os.environ["ROS_DOMAIN_ID"] = str(number)
         yield

@@ -184,7 +184,7 @@ def _samplers() -> str:
 
 
 def _reading(name: str) -> str:
-    """What a chart says, from the table that stands beside its picture; empty where there is none."""
+    """Sentences of a chart, from the table that stands beside its picture; empty where there is none."""
     if not [*CHARTED.glob(f"{name}.csv"), *CHARTED.glob(f"{name}_*.txt")]:
         return ""
     return "".join(f"* {sentence}\n" for sentence in chart_of(name).read_again(CHARTED, name))

@@ -7,7 +7,7 @@ SHORT = "--duration 0.001"
 
 
 class Failure(NamedTuple):
-    """What fails; what the software does; the command, its exit code, words of its answer; the chart that shows it."""
+    """The failure; what the software does; the command, its exit code, words of its answer; the chart that shows it."""
 
     fails: str
     does: str

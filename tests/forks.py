@@ -16,7 +16,7 @@ os.register_at_fork(after_in_child=gc.freeze)
 
 
 def forked(call: Callable[[], int | None], largest_file: int | None = None) -> subprocess.CompletedProcess:
-    """What a fork of this process, which has imported what it needs, returns and says where it does `call`.
+    """Code and output of `call` in a fork of this process, which has imported what it needs.
 
     Its files grow to `largest_file` [bytes] at most, as on a disk that becomes full. Not for what has threads that a
     fork lacks, as those of Arrow and Rerun.

@@ -65,7 +65,7 @@ def cut(block: Block, *rows: int) -> list[Block]:
 
 
 def made_up_run(scene: Scene, blocks: list[Block]) -> SimpleNamespace:
-    """What `write_log` needs of a run."""
+    """The part of a run that `write_log` needs."""
     report = SimpleNamespace(record=lambda: {"status": "made up", "samples": sum(map(len, blocks))})
     return SimpleNamespace(scene=scene, choice=a_choice(), blocks=lambda: iter(blocks), report=report)
 

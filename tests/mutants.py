@@ -63,7 +63,7 @@ def seed_of(row: dict) -> Path:
 
 
 def copy_checkout(target: Path) -> None:
-    """What git knows of the checkout, changed or new, and links to what the set-up made."""
+    """Files that git knows of the checkout, changed or new, and links to what the set-up made."""
     names = subprocess.run(
         ["git", "ls-files", "-co", "--exclude-standard", "-z"], cwd=ROOT, stdout=subprocess.PIPE, check=True
     ).stdout

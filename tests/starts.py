@@ -29,7 +29,7 @@ READ_BY_IMPORTS = ("PYTHON", "XDG_", "RMW", "AMENT", "LD_")  # how such variable
 
 
 def _adopt(whether: bool) -> None:
-    """Whether orphans of what this process started become its children."""
+    """True if orphans of what this process started become its children."""
     ctypes.CDLL(None).prctl(ADOPTS, int(whether), 0, 0, 0)
 
 
@@ -51,7 +51,7 @@ class Stem:
         self.number, self._read = self._process.pid, _read_by_imports(os.environ)
 
     def fits(self, words: list[str], environment: dict[str, str]) -> bool:
-        """Whether a program is one of Python, of which imports would have read nothing else."""
+        """True for a program of Python, of which imports would have read nothing else."""
         return words[0] == sys.executable and _read_by_imports(environment) == self._read
 
     def start(self, streams: list[int], **asked) -> int:

@@ -1,4 +1,4 @@
-"""What sentences recommend exists: keys, their words, options, subcommands. Read from the source, so none is missed."""
+"""All that sentences recommend exists: keys, their words, options, subcommands; read from the source."""
 
 import argparse
 import ast

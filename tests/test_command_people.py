@@ -1,4 +1,4 @@
-"""What people expect of a command line: units, tables that fit, examples that work, completion, near names."""
+"""Expectations of people of a command line: units, tables that fit, examples that work, completion, near names."""
 
 import json
 import math
@@ -161,7 +161,7 @@ def test_a_shell_is_told_how_to_complete(shell, capsys):
 
 
 def completions(line, tmp_path):
-    """What bash would be offered behind this line."""
+    """Words that bash would offer behind this line."""
     reported = tmp_path / "completions"
     environment = os.environ | {
         "_ARGCOMPLETE": "1",

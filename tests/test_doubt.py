@@ -1,4 +1,4 @@
-"""What a run says of its errors: those of the method and of the model apart, and no status done above the tolerance."""
+"""Errors that a run reports: those of the method and of the model apart, and no status done above the tolerance."""
 
 import math
 from types import SimpleNamespace

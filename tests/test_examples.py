@@ -45,7 +45,7 @@ def node_at_once(words):
 
 
 def covers_a_curve(axes):
-    """Whether the legend of these axes, drawn already, lies over a point of one of their lines."""
+    """True if the legend of these axes, drawn already, lies over a point of one of their lines."""
     legend = axes.get_legend()
     if legend is None:
         return False

@@ -1,4 +1,4 @@
-"""What MCAP and rosbag2 allow and other programs write: it is read or passed over and counted, never called damaged.
+"""Files that MCAP and rosbag2 allow and others write: read, or passed over and counted, never called damaged.
 
 What means ill is refused in a sentence, in less than a second and 300 MB. Each row of the tables is one file.
 """
@@ -484,6 +484,6 @@ def test_descriptions_of_bags_are_anybodys(tmp_path, capsys):
 
 
 def test_sums_of_the_made_up_log_are_those_of_its_block(source):
-    """What all rows above compare with is not empty."""
+    """The samples that all rows above compare with are not empty."""
     assert len(source) > 100
     assert np.isfinite(BLOCK.matrix()).any()

@@ -1,4 +1,4 @@
-"""What every kind of scene promises, by the public face alone: one scene a kind, from the run to page and study."""
+"""The contract of every kind of scene, by the public face alone: one scene a kind, from the run to page and study."""
 
 import contextlib
 import io

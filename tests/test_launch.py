@@ -123,7 +123,7 @@ def executables(actions):
 
 
 def is_installed(package):
-    """Whether this ROS has a package; what shows or places is left out with a word where not."""
+    """True if this ROS has a package; what shows or places is left out with a word where not."""
     from ament_index_python.packages import get_packages_with_prefixes
 
     return package in get_packages_with_prefixes()

@@ -246,7 +246,7 @@ def test_what_a_scene_is_called_leads_out_of_no_folder(tmp_path, capsys):
 
 
 def printed_by_rerun(*words):
-    """What Rerun's own program, which its Python package brings along and only starts, finds in a file."""
+    """Output of Rerun's own program, which its Python package brings along and only starts, on a file."""
     program = Path(pytest.importorskip("rerun_cli").__file__).parent / "rerun"
     return subprocess.run([program, "rrd", "print", *words], capture_output=True, text=True, check=True).stdout
 

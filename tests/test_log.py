@@ -488,7 +488,7 @@ def offsets_in(chunk, channel):
 
 
 def message_positions(data, index):
-    """What the message indexes behind a chunk say, by channel."""
+    """Times and places in the message indexes behind a chunk, by channel."""
     found = {}
     for channel, offset in index.message_index_offsets.items():
         opcode, _, number, size = struct.unpack_from("<BQHI", data, offset)

@@ -253,7 +253,7 @@ def test_writing_on_after_a_full_disk_fails_again(tmp_path, monkeypatch):
 
 
 def test_a_patient_log_waits_for_room_and_goes_on(tmp_path, monkeypatch):
-    """What was flushed stays, what fits into memory waits, what does not is counted, and the rest follows."""
+    """Flushed messages stay, those that fit into memory wait, others are counted, and the rest follows."""
     monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 2000)
     monkeypatch.setattr("bearing_twin.log.mcap_write.HELD_BYTES", 5000)
     seen = []

@@ -1,4 +1,4 @@
-"""What describes the package agrees: setup.py, package.xml, citation, changelog, and keys that rosdep knows."""
+"""Descriptions of the package agree: setup.py, package.xml, citation, changelog, and keys that rosdep knows."""
 
 import re
 import subprocess
@@ -27,7 +27,7 @@ ROSDEP = {  # what pip calls it: the key of rosdep that brings it (rosdistro, ro
 
 @pytest.fixture(scope="module")
 def setup_words():
-    """What setup.py says: name, version, python_requires, install_requires and classifiers."""
+    """Fields of setup.py: name, version, python_requires, install_requires and classifiers."""
     program = (
         "import setuptools, json, runpy; said = {}; setuptools.setup = lambda **words: said.update(words); "
         "runpy.run_path('setup.py'); "

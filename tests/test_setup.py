@@ -1,4 +1,4 @@
-"""What `make setup` is made of: stages that tell how long they take, and a ROS prefix that knows the package."""
+"""Parts of `make setup`: stages that tell how long they take, and a ROS prefix that knows the package."""
 
 import concurrent.futures
 import importlib
@@ -63,7 +63,7 @@ def test_a_prefix_knows_the_package_after_the_script_twice(tmp_path, monkeypatch
 
 
 def test_the_size_is_said_before_anything_is_made():
-    """What `make` would do in a fresh checkout: the first thing said is how large it becomes."""
+    """Plan of `make` in a fresh checkout: the first thing said is how large it becomes."""
     names = ("SHELL", "MAKEFLAGS", "MFLAGS", "MAKELEVEL")
     there = {key: value for key, value in os.environ.items() if key not in names}
     shown = subprocess.run(

@@ -1,4 +1,4 @@
-"""What nodes log by default: some outputs a second of what fills disks, all of what comes seldom, and said to be so."""
+"""Default logs of nodes: some outputs a second of what fills disks, all of what comes seldom, and said to be so."""
 
 import json
 from types import SimpleNamespace
@@ -30,7 +30,7 @@ SAMPLES = "/bearing/samples"
 
 
 def thin_log(path, run, blocks, **safety):
-    """What sim_node logs by default."""
+    """The default log of sim_node."""
     with LogWriter(path, run.scene, choice_record(run.choice), safety=Safety(kept_rate=KEPT_RATE, **safety)) as log:
         stream = MessageStream(run.scene, choice=run.choice)
         for block in blocks:

@@ -66,7 +66,7 @@ def when() -> str:
 
 
 def run(row: Row, share: float) -> tuple[Found, float]:
-    """What a row found, in a folder of its own, and how long it took [s]."""
+    """Findings of a row, in a folder of its own, and how long it took [s]."""
     began = time.monotonic()
     place = MEMORY if MEMORY.is_dir() else None
     with tempfile.TemporaryDirectory(dir=place, ignore_cleanup_errors=True) as folder:

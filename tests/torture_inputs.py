@@ -127,7 +127,7 @@ VALUES = (
 
 
 def _looked_at(scene) -> None:
-    """What every run begins with, where it takes no time: its size, its channels, its motion."""
+    """Start of every run, where it takes no time: its size, its channels, its motion."""
     cost = cost_of(scene)
     assert cost.memory_bytes >= 0.0
     if scene.kind in MADE and len(scene.channels) and sum(channel.width for channel in scene.channels) < 2000:

@@ -48,7 +48,7 @@ def clock_log(path, **safety) -> tuple[RawLogWriter, int]:
 
 
 class _Life:
-    """What a writer notes in `shared` of its life: when it had its last turn, and how long the machine let it wait."""
+    """Notes of a writer in `shared` on its life: when it had its last turn, and how long the machine let it wait."""
 
     def __init__(self, shared):
         self._shared, self._wall, self._cpu = shared, time.monotonic(), time.process_time()

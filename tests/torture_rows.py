@@ -1,4 +1,4 @@
-"""What a row of `make torture` hands back, and what several rows need."""
+"""Results of a row of `make torture`, and functions of several rows."""
 
 import contextlib
 import mmap
@@ -24,7 +24,7 @@ class Row(NamedTuple):
 
 
 class Found(NamedTuple):
-    """How often it was tried and survived, what was lost against the promise, what went wrong unsaid, and figures."""
+    """Number of trials and survivals, what was lost against the promise, what went wrong unsaid, and figures."""
 
     tried: int
     survived: int

@@ -20,7 +20,7 @@ from bearing_twin.kinds.contract import Kind, SceneParameters
 
 @dataclass(frozen=True)
 class Body:
-    """What swings."""
+    """The body that swings."""
 
     mass: float = quantity(2.0, "kg", "mass", above=0.0)
     stiffness: float = quantity(800.0, "N/m", "of the spring", above=0.0)
@@ -29,7 +29,7 @@ class Body:
 
 @dataclass(frozen=True)
 class RunSettings:
-    """How long, and how often it is given out."""
+    """Duration and rates of output."""
 
     duration: float = quantity(1.0, "s", "simulated time", above=0.0, at_most=1e4)
     output_rate: float = quantity(1000.0, "Hz", "solver outputs", above=0.0, at_most=1e6)

@@ -31,7 +31,7 @@ def changed_files() -> list[str] | None:
 
 
 def import_graph(root: Path = ROOT) -> dict[str, set[str]]:
-    """What each Python file of package and tests imports, as paths relative to `root`; late imports count too."""
+    """Imports of each Python file of package and tests, as paths relative to `root`; late imports count too."""
     paths = [
         *(root / "bearing_twin").rglob("*.py"),
         *(root / "tests").glob("*.py"),

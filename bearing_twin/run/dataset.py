@@ -17,7 +17,7 @@ LABELS = {
     "about": ("x", "y"),
     "in_plane": ("x", "y"),
 }
-"""What stands along an axis of this name; along others stand whole numbers from 0."""
+"""Labels along an axis of this name; along others stand whole numbers from 0."""
 
 
 class ChannelAxis(NamedTuple):

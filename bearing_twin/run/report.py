@@ -38,7 +38,7 @@ STATUSES = {
     DOUBTFUL: "an output that was wanted is worse than the tolerance, or a model left its range; the flags say more",
     FAILED: "the run broke off, or its energy does not add up: its figures are no result",
 }
-"""What the first word of a report's status means."""
+"""Meaning of the first word of a report's status."""
 
 ROUNDING = 1e-12  # of what is large in a unit: an error of a figure that is nearly 0
 MADE_OF = {

@@ -314,8 +314,8 @@ def _apply(parameters: type, mapping: dict, override: str) -> None:
 def _place_in(found: list, word: str, override: str) -> int:
     """The place that a word of an override's key names in a list, counted from 0."""
     if not word.isdecimal() or int(word) >= len(found):
-        told = f"a number below {len(found)}" if found else "none, for it is empty"
-        raise SceneError(f"override {echo(override)}: {echo(word)} is no place in the list; legal: {told}")
+        legal = f"a number below {len(found)}" if found else "none, for it is empty"
+        raise SceneError(f"override {echo(override)}: {echo(word)} is no place in the list; legal: {legal}")
     return int(word)
 
 

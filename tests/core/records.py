@@ -1,4 +1,4 @@
-"""What writers of records share: the file, one line a case."""
+"""Functions of all writers of records: the file, one line a case."""
 
 import json
 from pathlib import Path
