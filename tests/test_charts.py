@@ -9,6 +9,7 @@ from PIL import Image
 
 from bearing_twin import IntegrationError, SceneError
 from bearing_twin.charts import CHARTS, RENAMED, chart_of
+from bearing_twin.charts import contest as engine
 from bearing_twin.charts.contest import Asked, Contest, timed
 from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, read_table
 from bearing_twin.command.cli import main
@@ -16,7 +17,7 @@ from bearing_twin.command.cli import main
 PART = {  # the problem or sheet that is tried of each
     "laws": "ellipse",
     "friction": "b/a = 0.3",
-    "steppers": "settled",
+    "steppers": "sliding",
     "newcomers": "sliding",
     "dimensions": "thrust",
     "tolerance": "two_spheres",
@@ -41,6 +42,12 @@ def made(tmp_path_factory):
     folder, found = tmp_path_factory.mktemp("charts"), {}
 
     def make(name):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(engine, "REPEATS", 1)  # costs are measured but not asserted
+            patch.setattr(engine, "ENOUGH", 1e-4)
+            return once(name)
+
+    def once(name):
         if name not in found:
             found[name] = chart_of(name).make(folder, name, Asked((PART[name],), workers=0, quick=True))
         return found[name]

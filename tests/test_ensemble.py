@@ -1,7 +1,6 @@
 """Ensembles: the same numbers by any workers, cancel, no process left behind, failures counted, studies continued."""
 
 import importlib
-import json
 import math
 import os
 import signal
@@ -10,7 +9,6 @@ import sys
 import threading
 import time
 import tracemalloc
-from concurrent.futures import Future
 from functools import cache
 from pathlib import Path
 
@@ -22,12 +20,12 @@ from scipy import stats
 from starts import STEM
 
 import bearing_twin.uq.realisations
-from bearing_twin.base.errors import BearingTwinError, LogError, StatisticError, StudyError
+from bearing_twin.base.errors import LogError, StudyError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.study_log import REALISATIONS_TOPIC, SAMPLES_TOPIC, read_study, write_study
 from bearing_twin.numerics.steppers import ROSENBROCK
-from bearing_twin.uq.realisations import NEVER_MEET, empty, realise, task_of
+from bearing_twin.uq.realisations import NEVER_MEET, realise, task_of
 from bearing_twin.uq.run import memory_needed, run_study
 from bearing_twin.uq.statistics import estimate
 from bearing_twin.uq.study import load_study, parse_study
@@ -176,39 +174,6 @@ def test_one_input_without_a_closed_form_takes_a_few_runs(quick_workers):
         run({**asked, "quantities": quantities[1:]})
 
 
-@pytest.mark.parametrize("speed", [10.0, 100.0])
-def test_the_discs_of_section_5_1(speed):
-    found = run_study(load_study(f"discs_small_{speed:g}", ["method=auto"])).as_dict()["quantities"]["contact_duration"]
-    assert found["at_mean_inputs"] == pytest.approx({10.0: 6.4857259957e-3, 100.0: 5.5677528716e-3}[speed], rel=1e-9)
-    if speed == 10.0:
-        assert found["mean"] == pytest.approx(6.5773670e-3, rel=1e-7)
-        assert found["std"] == pytest.approx(6.3424330e-4, rel=1e-6)
-
-
-def test_two_thousand_random_samples_agree_with_the_change_of_variable():
-    name = "contact_duration"
-    for std in ("2e-5", "4e-5", "6e-5"):
-        study = f"spheres_alpha_{std}", ["histories=[]", "modality=no", "sweep="]
-        sampled, exact = (run_study(load_study(study[0], [*study[1], f"method={method}"])) for method in METHODS)
-        for statistic in ("mean", "std"):
-            a, b = (found.as_dict()["quantities"][name] for found in (sampled, exact))
-            low, high = a[f"{statistic}_interval"]
-            assert abs(a[statistic] - b[statistic]) < 1.7 * 0.5 * (high - low)  # 3.3 standard errors
-
-
-def test_a_sweep_is_a_study_at_each_value():
-    told = []
-    study = load_study("spheres_alpha_6e-5", ["histories=[]", "modality=no"])
-    found = run_study(study, lambda one: told.append(one.done / one.total)).as_dict()
-    assert [one["value"] for one in found["sweep"]["studies"]] == [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
-    assert told == sorted(told)
-    assert told[-1] == 1.0
-    medians = [one["quantities"]["contact_duration"]["quantiles"]["0.50"] for one in found["sweep"]["studies"]]
-    assert medians[4] == found["quantities"]["contact_duration"]["quantiles"]["0.50"]
-    # the quantiles scale exactly as v^(-1/5), and every value is drawn with the same seed
-    assert medians[0]["value"] == pytest.approx(medians[4]["value"] * 20.0**0.2, rel=1e-12)
-
-
 def test_the_same_seed_gives_the_same_bytes_by_one_and_two_workers_and_when_continued(tmp_path, quick_workers):
     by_two = run(LOSSY, ["workers=2"])
     by_one = run(LOSSY, ["workers=1"], start=run(LOSSY, ["samples=13", "workers=1"]))
@@ -268,12 +233,6 @@ def test_the_stop_rule_wants_two_narrow_intervals_in_a_row():
     assert (again.value, again.half_width) == (value[-2], half[-2])
 
 
-def test_without_a_tolerance_all_samples_are_taken():
-    result = run(ENSEMBLE)
-    assert result.summary["stopped_because"] == "all 400 samples are done"
-    assert result.summary["convergence"]["samples"] == [200, 300, 400]
-
-
 def test_realisations_that_fail_are_counted_with_their_reason(quick_workers):
     speeds = {"motion.first_velocity": {"distribution": "normal", "mean": 1.0, "std": 1.0}}
     for lossy in ([], ["contact.restitution=0.9", "samples=24", "workers=1"]):
@@ -299,17 +258,6 @@ def test_a_law_that_cannot_store_the_energy_fails_by_name():
     assert result.values[failed, 0].max() < result.values[~failed, 0].min()
 
 
-def test_moments_that_do_not_exist_are_refused_and_their_reason_is_said():
-    also = ["second.material.young_modulus"]
-    wide = {"first.material.young_modulus": {"distribution": "gamma", "mean": 2.1e11, "std": 4e11, "also": also}}
-    for method in ("auto", "ensemble"):
-        found = run({**ENSEMBLE, "inputs": wide, "quantities": ["contact_duration"], "method": method})
-        one = found.as_dict()["quantities"]["contact_duration"]
-        assert one["mean"] is one["std"] is one["mean_interval"] is None
-        assert "does not exist" in one["refused"]["mean"]
-        assert one["quantiles"]["0.50"]["value"] > 0.0
-
-
 def test_a_study_too_large_is_refused_with_the_estimate():
     study = parse_study({**ENSEMBLE, "histories": ["normal_load"]}, "s", ["samples=10000000"])
     assert memory_needed(study) > 1.6e10
@@ -321,12 +269,11 @@ def test_a_study_too_large_is_refused_with_the_estimate():
         run(ENSEMBLE, ["memory=1e3"])
 
 
-@pytest.mark.parametrize(("sampler", "rows"), [("random", 8_200), ("sobol", 5_000)])
-def test_the_memory_of_sobol_indices_is_in_the_estimate(sampler, rows):
+def test_the_memory_of_sobol_indices_is_in_the_estimate():
     """Just above a power of two, where most is needed; a study without them has compiled and imported everything."""
-    asked = {**ENSEMBLE, "samples": 100, "sampler": sampler}
+    asked = {**ENSEMBLE, "samples": 100, "sampler": "sobol"}
     run({**asked, "sensitivity": 16})
-    study = parse_study({**asked, "sensitivity": rows}, "s")
+    study = parse_study({**asked, "sensitivity": 5_000}, "s")
     tracemalloc.start()
     run_study(study)
     peak = tracemalloc.get_traced_memory()[1]
@@ -338,12 +285,12 @@ def test_histories_are_held_once():
     """While drawn, joined and looked at: pieces stood beside the whole before, and each deviation took a copy."""
     asked = {**ENSEMBLE, "histories": ["normal_load"], "history_points": 200}
     run(asked, ["samples=100"])
-    study = parse_study(asked, "s", ["samples=8192"])
+    study = parse_study(asked, "s", ["samples=4096"])
     tracemalloc.start()
     result = run_study(study)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert len(result.histories) == 8192
+    assert len(result.histories) == 4096
     assert result.summary["histories"]["normal_load"]["least_spread"]
     assert result.histories.nbytes < peak < min(memory_needed(study), 1.8 * result.histories.nbytes)
 
@@ -427,8 +374,7 @@ def run_of_everything():
 @pytest.mark.parametrize(
     "work",
     [
-        "summary.estimate", "summary.densities_at", "modality._p_value", "model_errors.checked_rows",
-        "summary.history_statistics", "histories._least",
+        "summary.estimate", "summary.history_statistics",
     ],
 )  # fmt: skip
 def test_a_cancel_in_the_middle_of_the_statistics_leaves_out_modes_and_histories(work, monkeypatch):
@@ -475,33 +421,6 @@ def test_what_is_told_of_as_done_has_been_kept(which, monkeypatch, quick_workers
     assert told
     assert all(done <= here for done, here in told)
     assert told[-1][0] == kept[0] == len(result.status)
-
-
-def test_realisations_behind_one_that_does_not_end_are_not_told_of_as_done(monkeypatch):
-    """They are no first so many samples, and are not kept."""
-    looks, told = iter(range(100)), []
-
-    class Stuck:
-        asked = 0
-
-        def submit(self, task, values):
-            future = Future()
-            Stuck.asked += 1
-            if Stuck.asked > 1:
-                future.set_result(empty(task, len(values)))
-            return future
-
-        def wait(self, pending, timeout):
-            come = {future for future in pending if future.done()}
-            return come, pending - come
-
-    study = parse_study(LONG_RUN, "s", ["set=[run.duration=0.01]"])
-    ensemble = Ensemble(task_of(study), 2, "processes", lambda: next(looks) > 20)
-    ensemble._pool = Stuck()
-    monkeypatch.setattr("bearing_twin.uq.workers.HANDED_OVER", 0.0)
-    assert len(ensemble.evaluate(np.full((8, 1), 1e-5), told.append).quantities) == 0
-    assert Stuck.asked == 8
-    assert told == []
 
 
 def test_cancel_ends_workers_in_the_middle_of_a_realisation(quick_workers):
@@ -582,26 +501,6 @@ def test_an_error_nobody_foresaw_is_the_failure_of_one_realisation(monkeypatch):
     found = realise(task, np.full((3, 1), 1e-4))
     assert found.failures == {1: "ZeroDivisionError: float division by zero"}
     assert np.isfinite(found.quantities).all(axis=1).tolist() == [True, False, True]
-
-
-@pytest.mark.parametrize(
-    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.environment), signal.SIGKILL]
-)
-def test_no_process_outlives_a_signal(number, tmp_path, quick_starts):
-    path = tmp_path / "long.yaml"
-    path.write_text(json.dumps(LONG_RUN), encoding="utf-8")
-    command = [sys.executable, "-m", "bearing_twin", "study", str(path), "--json"]
-    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    workers = wait_for(lambda: children(process.pid), 300.0)
-    time.sleep(0.5)
-    process.send_signal(number)
-    _, error = process.communicate(timeout=300)
-    wait_for(lambda: not any(alive(pid) for pid in workers), 300.0)
-    expected = {signal.SIGINT: 130, signal.SIGTERM: 128 + signal.SIGTERM, signal.SIGKILL: -signal.SIGKILL}
-    assert process.returncode == expected[number], error
-    if number == signal.SIGINT:
-        assert b"stopped by Ctrl-C with 0 of 8 samples done" in error
-    assert b"Traceback" not in error
 
 
 def test_a_log_gives_the_study_back(tmp_path):
@@ -700,18 +599,6 @@ def test_dask_workers_give_the_same_numbers(tmp_path):
         assert wait_for(lambda: not [name for name in ours if name in cluster.scheduler.clients], 60.0)
     assert np.array_equal(result.quantities, run(LOSSY, ["workers=1"]).quantities)
     wait_for(lambda: set(children()) <= before, 60.0)
-
-
-def test_statistics_of_too_few_samples_are_refused_not_raised():
-    found = run(ENSEMBLE, ["samples=1"]).as_dict()["quantities"]["peak_force"]
-    assert found["mean"] is None
-    assert "needs" in found["refused"]["mean"]
-    assert found["half_width"] is None
-
-
-def test_errors_are_one_family():
-    assert issubclass(StudyError, BearingTwinError)
-    assert issubclass(StatisticError, BearingTwinError)
 
 
 def children(parent=None) -> list[int]:

@@ -158,18 +158,17 @@ def test_polynomial_chaos_and_sobol_indices_agree(capsys, quick_workers):
 
 
 @pytest.mark.parametrize("sampler", SAMPLERS)
-@pytest.mark.parametrize("samples", [128, 1024])
-def test_a_study_says_which_of_its_intervals_hold_too_little(sampler, samples, capsys):
+def test_a_study_says_which_of_its_intervals_hold_too_little(sampler, capsys):
     """A lognormal contact time, as that of `bearing_twin chart coverage`: the std is held in 85 to 92 %."""
     wide = "inputs.contact.measured_alpha={distribution: lognormal, mean_log: -9.1, std_log: 1.0}"
-    words = [*QUICK, "--set", wide, "--set", f"sampler={sampler}", "--samples", samples, "--set", "checks=0"]
+    words = [*QUICK, "--set", wide, "--set", f"sampler={sampler}", "--samples", 128, "--set", "checks=0"]
     found = asked(capsys, *words)["quantities"]["contact_duration"]
     assert {"std"} <= set(found["unsafe"]) <= {"mean", "std"}
     assert found["skewness_interval"] == [None, None]
     main(["study", *map(str, words)])
     out = " ".join(capsys.readouterr().out.split())
     assert "std" in re.search(r"contact_duration: the intervals? of (.*?) (?:is|are) unsafe", out).group(1)
-    calm = asked(capsys, *QUICK, "--set", f"sampler={sampler}", "--samples", samples, "--set", "checks=0")
+    calm = asked(capsys, *QUICK, "--set", f"sampler={sampler}", "--samples", 128, "--set", "checks=0")
     assert "mean" not in calm["quantities"]["contact_duration"]["unsafe"]
 
 
@@ -311,7 +310,7 @@ def test_the_view_has_the_units_of_the_table(quick_workers):
     assert labels["Cage speed"] == "cage speed [rpm]"
 
 
-@pytest.mark.parametrize("count", [1, 3, 200])
+@pytest.mark.parametrize("count", [1, 200])
 def test_units_do_not_depend_on_how_many_samples_there_are(count, capsys):
     assert main(["study", *QUICK, "--samples", str(count), "--set", "modality=no"]) == DONE
     out = capsys.readouterr().out
@@ -506,7 +505,7 @@ def refused_report(path, capsys):
     return capsys.readouterr().err
 
 
-@pytest.mark.parametrize("from_write", [0, 3, 5])
+@pytest.mark.parametrize("from_write", [0, 5])
 def test_a_full_disk_takes_no_result_along(from_write, tmp_path, monkeypatch, capsys):
     full_after(from_write, monkeypatch)
     words = ["study", *QUICK, "--samples", "500", "--set", "modality=no", "--out", str(tmp_path / "s.mcap"), "--json"]

@@ -12,7 +12,7 @@ from bearing_twin.base.errors import StatisticError, StudyError
 from bearing_twin.contact import line_impact as disc_impact
 from bearing_twin.contact.line import line_law
 from bearing_twin.uq.inputs import Joint, read_input
-from bearing_twin.uq.propagation import derive, expand, tails
+from bearing_twin.uq.propagation import LADDER, derive, expand, interpolate, tails, through
 from bearing_twin.uq.sampling import UnitPoints
 from bearing_twin.uq.statistics import sensitivity_points, sobol_indices
 
@@ -232,13 +232,6 @@ def test_a_quantity_that_turns_where_no_probability_is_left_ends_there():
         derive(read_input("x", {"distribution": "normal", "mean": 7.0, "std": 1.0}), np.square)
 
 
-def two_balls(values):
-    """Contact time [s] of two steel balls at 20 m/s over the Young's moduli of both."""
-    modulus = 1.0 / np.sum((1.0 - 0.3**2) / values, axis=1)
-    coefficient = 4.0 / 3.0 * modulus * math.sqrt(0.5 * 0.01905)
-    return 2.943275184324705 * (0.625 * STEEL_BALL / coefficient) ** 0.4 * 20.0**-0.2
-
-
 @pytest.mark.parametrize(
     "given",
     [
@@ -258,32 +251,6 @@ def test_polynomial_chaos_converges_to_the_closed_form(given):
     assert found[-1].std == pytest.approx(exact.std, rel=1e-6)
     assert found[-1].runs == 7 + 128
     assert (found[-1].first, found[-1].total) == (pytest.approx([1.0]), pytest.approx([1.0]))
-
-
-def test_polynomial_chaos_of_two_balls_agrees_with_quadrature_and_sampling():
-    joint = Joint([a_modulus(0.1, "first"), read_input("mass", 0.2258), a_modulus(0.2, "second")])
-
-    def duration(values):
-        return two_balls(values[:, [0, 2]])
-
-    found = expand(joint, duration, tolerance=1e-5)
-    assert found.error < 1e-5
-    assert found.runs < 400
-    nodes, weights = np.polynomial.hermite_e.hermegauss(20)
-    unit = stats.norm.cdf(np.stack(np.meshgrid(nodes, [0.0], nodes, indexing="ij"), axis=-1).reshape(-1, 3))
-    weight = np.outer(weights, weights).ravel() / weights.sum() ** 2
-    values = duration(joint.values(unit))
-    mean = weight @ values
-    assert found.mean == pytest.approx(mean, rel=1e-9)
-    assert found.std == pytest.approx(math.sqrt(weight @ (values - mean) ** 2), rel=1e-6)
-    points = UnitPoints("sobol", 6, 1, 4096)
-    every = sensitivity_points(joint, points.chunk(0, points.samples))
-    sampled = sobol_indices(duration(joint.values(every.reshape(-1, 3))).reshape(-1, 5), replicates=8)
-    assert found.first == pytest.approx(sampled.first, abs=0.02)
-    assert found.total == pytest.approx(sampled.total, abs=0.02)
-    assert found.total[1] == 0.0
-    assert found.first.sum() < 1.0 < found.total.sum() + 1e-12
-    assert np.all(found.total >= found.first)
 
 
 def test_polynomial_chaos_with_a_copula():
@@ -408,3 +375,49 @@ def test_sobol_indices_are_those_of_the_papers_formulas_and_leave_failures_out()
     pair = [("x1", "x2", 0.3)]
     with pytest.raises(StudyError, match="independent inputs"):
         sensitivity_points(Joint(joint.inputs, pair), np.full((4, 6), 0.5))
+
+
+# A change of variable of a few runs.
+
+UNIT_MODULUS = read_input("E", {"distribution": "gamma", "mean": 1.0, "std": 0.2})
+
+
+def test_smooth_functions_take_few_runs_and_are_exact():
+    asked = []
+
+    def function(x):
+        asked.append(len(x))
+        return x**-0.5
+
+    found = interpolate(UNIT_MODULUS, function)
+    assert sum(asked) == len(found.values) in LADDER
+    truth = stats.gamma(25.0, scale=0.04)
+    assert found.derived.quantile(0.05) == pytest.approx(truth.ppf(0.95) ** -0.5, rel=1e-5)
+    assert found.derived.mean == pytest.approx(truth.expect(lambda x: x**-0.5), rel=1e-5)
+    assert found.derived.pdf(1.1) == pytest.approx(truth.pdf(1.1**-2) * 2.0 * 1.1**-3, rel=1e-3)
+    assert found.error < 1e-4
+    again = through(UNIT_MODULUS, found.at, found.values)(np.array([0.7, 1.0, 1.3]))
+    assert again == pytest.approx(np.array([0.7, 1.0, 1.3]) ** -0.5, rel=1e-4)
+
+
+def test_noise_of_runs_is_told_and_not_followed():
+    noise = np.random.default_rng(1)
+    found = interpolate(UNIT_MODULUS, lambda x: np.sqrt(x) + 2e-3 * noise.standard_normal(len(x)))
+    assert len(found.values) == LADDER[-1]
+    assert found.error == pytest.approx(0.02, rel=0.5)  # of a deviation of 0.1
+    heights = found.derived.pdf(np.linspace(0.7, 1.3, 200))
+    assert np.sum((heights[1:-1] > heights[:-2]) & (heights[1:-1] > heights[2:])) == 1
+
+
+def test_kinks_are_told_and_jumps_back_refused():
+    assert interpolate(UNIT_MODULUS, lambda x: x + 3.0 * np.maximum(x - 1.0, 0.0)).error > 0.005
+    with pytest.raises(StudyError, match="not a monotone function of E; choose the method ensemble"):
+        interpolate(UNIT_MODULUS, lambda x: (x - 1.0) ** 2)
+
+
+def test_a_run_that_fails_far_out_brings_the_points_nearer():
+    far = UNIT_MODULUS.ppf(2e-4)
+    found = interpolate(UNIT_MODULUS, lambda x: np.where(x < far, np.nan, x))
+    assert found.left_out == pytest.approx(2.0 * stats.norm.cdf(-3.0))
+    with pytest.raises(StudyError, match=r"the run at E = 0\.5\d* fails"):
+        interpolate(UNIT_MODULUS, lambda x: np.where(x < 0.7, np.nan, x))

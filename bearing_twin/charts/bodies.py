@@ -57,7 +57,7 @@ BODIES = {
 }  # fmt: skip
 
 
-def struck(title: str, scene: str, *keys: str) -> Problem:
+def beam_impact(title: str, scene: str, *keys: str) -> Problem:
     """A sphere on Euler's beam."""
     counts = (12, 24, 48, 96, 192, 384)
 
@@ -81,8 +81,8 @@ def struck(title: str, scene: str, *keys: str) -> Problem:
 
 
 BEAMS = {
-    "slow": struck("1 cm/s, one contact", "sphere_on_beam", "run.duration=6e-4"),
-    "fall": struck("fall of 600 mm", "sphere_on_beam_drop_600mm", "run.duration=3e-4"),
+    "slow": beam_impact("1 cm/s, one contact", "sphere_on_beam", "run.duration=6e-4"),
+    "fall": beam_impact("fall of 600 mm", "sphere_on_beam_drop_600mm", "run.duration=3e-4"),
 }
 
 

@@ -37,6 +37,7 @@ UNSURE = 0.1  # spread of a cost beyond which it is reported
 LEAST, GREATEST = 1e-12, 3.0  # of the axis of errors: smaller ones stand at its start, failures at its end
 MOST = 10  # entries of a common legend
 OWN = ("error", "seconds", "spread", "evaluations", "status", "reason")  # of a row, as a judge may give them
+DECADE = math.sqrt(10.0)
 WANTED_LOOK = {"color": STYLE["soft"], "linewidth": 1.2, "linestyle": ":"}
 
 Entry = tuple[str, str, float, float]  # problem, method, setting, across
@@ -205,7 +206,7 @@ class Kept:
 
 
 def sources() -> str:
-    """A digest of the package's text: rows of other sources are not taken for those of these."""
+    """A digest of the package's text: rows of other sources are not used."""
     package, digest = Path(__file__).resolve().parent.parent, hashlib.sha256()
     for path in sorted(package.rglob("*.py")):
         digest.update(path.read_bytes())
@@ -281,12 +282,15 @@ def error_against_cost(contest: Contest, rows: list[Row], only: Container[str] =
     panels, known = [], [row.error for row in rows if row.status == DONE and row.error > 0.0]
     least = max(LEAST, min(known, default=LEAST) / 3.0)
     edge = min(10.0 * max(known, default=1.0), GREATEST)
-    across, up = Axis(contest.error, log=True, limits=(0.5 * least, 2.0 * edge)), Axis(contest.cost, "s", log=True)
+    across = Axis(contest.error, log=True, limits=(0.5 * least, 2.0 * edge))
     for name, title in contest.problems.items():
         if not (here := of_problem(rows, name)):
             continue
         costs = [row.seconds for row in here if row.seconds > 0.0] or [1.0]
-        parts = [Line("", [contest.wanted] * 2, [min(costs), max(costs)], WANTED_LOOK, False)]
+        middle = math.sqrt(min(costs) * max(costs))  # a decade at least, lest noise look like a difference
+        ends = min(0.8 * min(costs), middle / DECADE), max(1.25 * max(costs), middle * DECADE)
+        up = Axis(contest.cost, "s", log=True, limits=ends)
+        parts = [Line("", [contest.wanted] * 2, ends, WANTED_LOOK, False)]
         for method, mine in of_methods(here).items():
             number, mine = methods.index(method), sorted(mine, key=lambda row: row.setting)
             good = [(max(row.error, least), row.seconds) for row in mine if row.status == DONE]
@@ -320,13 +324,13 @@ def over_across(contest: Contest, rows: list[Row], axis: Axis, columns: Mapping[
 
 
 def cheapest(rows: Iterable[Row], problem: str, method: str, wanted: float) -> Row | None:
-    """The cheapest run of a method within the error wanted; None if there is none."""
+    """The cheapest run of a method within the requested error; None if there is none."""
     good = (row for row in of_problem(rows, problem, DONE) if row.method == method and row.error <= wanted)
     return min(good, key=lambda row: row.seconds, default=None)
 
 
 def best_of(contest: Contest, rows: list[Row]) -> list[str]:
-    """A sentence a problem: the CPU time at which each method keeps the error wanted, the cheapest first."""
+    """A sentence a problem: the CPU time at which each method has the requested error, the cheapest first."""
     sentences = []
     for name, title in contest.problems.items():
         mine = of_methods(of_problem(rows, name))

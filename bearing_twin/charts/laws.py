@@ -118,10 +118,11 @@ def _law_entries(problem, quick):
 
 def _law_panels(contest, rows):
     """Error over the shape, and on a ball in a raceway against cost; then the laws in a run."""
-    left, right, low = [], [], 1e-12
+    left, right, low, height = [], [], 1e-12, 0.6
     for number, (law, mine) in enumerate(of_methods(of_problem(rows, "ellipse")).items()):
         good = [(row.across, max(row.error, low)) for row in mine if row.status == DONE]
-        lost = [(row.across, 2.0 * 1.6**number) for row in mine if row.status != DONE]
+        lost = [(row.across, height) for row in mine if row.status != DONE]
+        height *= 4.0 if lost else 1.0
         left += curve(law, good, number, lost, "")
         dot = {"color": colour(number)["color"], "marker": "o", "markersize": 9, "linestyle": ""}
         right.append(Line(law, [mine[0].seconds], [max(low, min(1.0, worst(mine, *BEARING)))], dot, False))
@@ -200,7 +201,7 @@ def _of_pole(shape: float, distance: float, angle: float) -> tuple[float, float,
 
 
 def hardest(model: str, shape: float, poles=POLES) -> list[tuple[tuple[float, float, float], float]]:
-    """The motions at which a model errs most in force and in torque, with the errors: from a grid of poles downhill."""
+    """The motions with the greatest errors of force and of torque, and these errors: from a grid of poles downhill."""
     grid = [(distance, angle) for distance in poles[0] for angle in poles[1]]
     known = errors(model, shape, [_of_pole(shape, *pole) for pole in grid])
     found = []
@@ -220,7 +221,7 @@ def hardest(model: str, shape: float, poles=POLES) -> list[tuple[tuple[float, fl
 
 
 def judge_friction(problem: str, name: str, setting: float, spin: float) -> dict:
-    """A model at one shape and ratio of spin to slip; without one (NaN) at the motions where it errs most."""
+    """A model at one shape and ratio of spin to slip; without one (NaN) at the motions of its greatest errors."""
     if problem not in PATCHES:
         return RUNS.judge(problem, name, setting, spin)
     shape = PATCHES[problem]

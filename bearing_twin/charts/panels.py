@@ -201,7 +201,7 @@ def _curves(part) -> Iterable[tuple]:
 
 
 def _draw_panel(figure, axis, panel):
-    heading(axis, panel.title)
+    heading(axis, panel.title[:1].upper() + panel.title[1:])
     across, unit_x = panel.x.shown or scaled(_extent(panel, 0), panel.x.unit)
     up, unit_y = panel.y.shown or scaled(_extent(panel, 1), panel.y.unit)
     if panel.y.unit == f"1/{panel.x.unit}":  # a density

@@ -47,13 +47,12 @@ class Modality(NamedTuple):
     """The least number of modes that the test does not reject, and what it rests on.
 
     `p_value` is that of "one mode at most"; `p_values` those of 1, 2, ... modes as far as tested. `positions` are the
-    modes [unit of the sample] at the critical bandwidth `bandwidth` of that number.
+    modes [unit of the sample] at the critical bandwidth of that number.
     """
 
     modes: int
     p_value: float
     p_values: tuple[float, ...]
-    bandwidth: float
     positions: tuple[float, ...]
 
 
@@ -99,7 +98,7 @@ def modality(sample, seed: int = 0, resamples: int = RESAMPLES) -> Modality:
         if p_value > LEVEL:
             break
     positions = low + (window.start + mode_places(smoothed(counts, bandwidth)[window]) + 0.5) * width
-    return Modality(modes, p_values[0], tuple(p_values), float(bandwidth * width), tuple(positions.tolist()))
+    return Modality(modes, p_values[0], tuple(p_values), tuple(positions.tolist()))
 
 
 def critical_bandwidth(counts: np.ndarray, modes: int, window: slice = slice(None)) -> float:

@@ -79,12 +79,12 @@ def study_schema() -> dict[str, Any]:
             type="array",
             items={"type": "array", "prefixItems": pair, "minItems": 3, "maxItems": 3},
         ),
-        "quantities": _described("the quantities wanted", items={"type": "string"}, **ONE_OR_MORE),
+        "quantities": _described("the requested quantities", items={"type": "string"}, **ONE_OR_MORE),
         "histories": _described(
             "channels of one number, over time", items={"type": "string"}, type=["string", "array"]
         ),
         "densities": _described(
-            "quantities and the values at which their density is wanted",
+            "quantities and the values at which their density is requested",
             type="object",
             additionalProperties=numbers,
         ),

@@ -1,4 +1,4 @@
-"""Studies: a scene, the distributions of its uncertain numbers, the quantities wanted, and when sampling ends."""
+"""Studies: a scene, the distributions of its uncertain numbers, the requested quantities, and when sampling ends."""
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
 import contextlib
@@ -498,7 +498,7 @@ def _correlation(given, problems) -> tuple:
 def _quantities(given, kind, parameters, problems):
     if not given:
         legal = ", ".join(quantities_of(kind))
-        problems.append(f"quantities names nothing: which quantities are wanted? legal: {legal}")
+        problems.append(f"quantities names nothing: name one at least; legal: {legal}")
         return ()
     names = _words(given, "quantities", problems)
     for name in names:
@@ -520,7 +520,7 @@ def _histories(given, scene: Scene, problems):
 
 
 def _densities(given, quantities, problems):
-    """{quantity: values [SI]} at which densities are wanted."""
+    """{quantity: values [SI]} at which densities are requested."""
     if not isinstance(given, Mapping):
         problems.append(f"densities = {echo(given)} must map quantities to lists of values")
         return {}
