@@ -59,7 +59,7 @@ def test_the_count_does_not_depend_on_unit_or_repetition():
     assert found == modality(np.append(sample, np.nan), 7, 100)
     scaled = modality(1e-5 * (sample + 10.0), 7, 100)
     assert (scaled.modes, scaled.p_values) == (found.modes, found.p_values)
-    assert scaled.positions == pytest.approx([1e-5 * one for one in found.positions])
+    assert scaled.positions == pytest.approx([1e-5 * (one + 10.0) for one in found.positions])
 
 
 def test_a_stray_value_hides_no_modes():

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bearing_twin.base.errors import StudyError
 from bearing_twin.uq.inputs import read_input
 from bearing_twin.uq.sampling import BLOCK, GREATEST_SEED, REPLICATES, SAMPLERS, UnitPoints, rounded
 
@@ -95,27 +94,3 @@ def test_sobol_needs_far_fewer_points_than_random_for_the_mean_contact_time():
     assert errors("sobol", 256) / sobol > 10.0
     assert 1.5 < errors("random", 4096) / random < 8.0
     assert errors("latin_hypercube", 4096) < 1e-4
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("sobool", 2, 0, 10), "did you mean sobol?"),
-        (("random", 0, 0, 10), "dimension = 0 is out of range"),
-        (("random", 2, 0, 0), "samples = 0 is out of range"),
-        (("random", 2, 0, -5), "samples = -5 is out of range"),
-        (("random", 2, 0, 1.5), "a whole number"),
-        (("random", 2, -1, 10), "seed = -1 is out of range"),
-        (("random", 2, 0, math.nan), "not finite"),
-        (("sobol", 10**6, 0, 10), "dimension = 1000000 is out of range"),
-    ],
-)
-def test_impossible_designs_are_refused(arguments, words):
-    with pytest.raises(StudyError) as caught:
-        UnitPoints(*arguments)
-    assert words in str(caught.value)
-
-
-def test_points_outside_the_design_are_refused():
-    with pytest.raises(ValueError, match="not among the 10 samples"):
-        UnitPoints("random", 1, 0, 10).chunk(5, 6)

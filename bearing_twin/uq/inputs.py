@@ -322,9 +322,6 @@ class Joint:
     def __init__(self, inputs: Iterable[Input], correlation: Iterable[tuple[str, str, float]] = ()):
         self.inputs = tuple(inputs)
         self.keys = tuple(one.key for one in self.inputs)
-        twice = {key for key in self.keys if self.keys.count(key) > 1}
-        if twice:
-            raise StudyError(f"input {min(twice)} is given twice")
         matrix = _correlation_matrix(self.keys, correlation)
         self._root = _cholesky(matrix) if np.any(matrix != np.eye(self.dimension)) else None
 
@@ -342,9 +339,6 @@ class Joint:
         With a copula the coordinates are normal scores that the Cholesky factor mixes, so the first input takes its
         own coordinate, the second the first two, and so on.
         """
-        unit = np.asarray(unit, float)
-        if unit.ndim != 2 or unit.shape[1] != self.dimension:
-            raise ValueError(f"unit points of shape (n, {self.dimension}) are needed, not {unit.shape}")
         if self._root is not None:
             unit = np.clip(ndtr(ndtri(unit) @ self._root.T), LEAST_UNIT, GREATEST_UNIT)
         columns = [one.sampled(unit[:, index]) for index, one in enumerate(self.inputs)]

@@ -20,10 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import qmc
 
-from bearing_twin.base.errors import StudyError
-from bearing_twin.base.parameters import echo, read_number, unknown
 from bearing_twin.base.stopping import look
-from bearing_twin.base.units import Limits
 from bearing_twin.uq.inputs import GREATEST_UNIT, LEAST_UNIT
 
 BLOCK = 1024  # points of `random` that share a seed
@@ -112,7 +109,7 @@ class UnitPoints:
 
     `samples` is the number in all, rounded up to a legal one (then `note` says so). A latin hypercube exists
     only as a whole: with another `samples` all its points change. The first points of the other two stay the same, so
-    these studies can be continued. Raises StudyError for an unknown method, no dimension or an impossible number.
+    these studies can be continued.
     """
 
     method: str
@@ -122,18 +119,6 @@ class UnitPoints:
     requested: int = field(init=False, default=0)
 
     def __post_init__(self):
-        if self.method not in SAMPLERS:
-            raise StudyError(f"{echo(self.method)} is no sampler; {unknown(self.method, SAMPLERS)}")
-        for name, limits in (
-            ("dimension", Limits(at_least=1, at_most=qmc.Sobol.MAXDIM)),
-            ("seed", Limits(at_least=0, at_most=GREATEST_SEED)),
-            ("samples", Limits(at_least=1, at_most=GREATEST_SAMPLES)),
-        ):
-            given = getattr(self, name)
-            value, problem = read_number(given, "", limits, integer=True)
-            if problem:
-                raise StudyError(f"{name} = {echo(given)} {problem}")
-            object.__setattr__(self, name, value)
         object.__setattr__(self, "requested", self.samples)
         object.__setattr__(self, "samples", rounded(self.method, self.samples))
 
@@ -150,9 +135,7 @@ class UnitPoints:
         return f"{self.requested} samples became {self.samples}: {self.method} needs {SAMPLERS[self.method].legal}"
 
     def chunk(self, start: int, count: int):
-        """Points (count, dimension) from number `start` on, all inside (0, 1); raises ValueError outside `samples`."""
-        if not (start >= 0 and count >= 1 and start + count <= self.samples):
-            raise ValueError(f"points {start} to {start + count} are not among the {self.samples} samples")
+        """Points (count, dimension) from number `start` on, all inside (0, 1)."""
         return np.clip(SAMPLERS[self.method].chunk(self, start, count), LEAST_UNIT, GREATEST_UNIT)
 
 

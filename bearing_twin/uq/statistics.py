@@ -21,7 +21,6 @@ import numpy as np
 from scipy import fft, stats
 
 from bearing_twin.base.errors import StatisticError, StudyError
-from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.stopping import look
 from bearing_twin.uq.inputs import Joint
 
@@ -74,10 +73,9 @@ def estimate(sample, statistic, replicates: int = 1) -> Estimate:
     Raises
     ------
     StatisticError
-        For an unknown statistic, too few samples, or the skewness of equal values.
+        For too few samples, or the skewness of equal values.
     """
     look()
-    statistic = _statistic(statistic)
     every = np.ascontiguousarray(sample, float)
     good = np.isfinite(every)
     kept = every if good.all() else every[good]
@@ -149,21 +147,6 @@ def interval(value: float, influence: np.ndarray, replicates: int = 1, least: fl
 @functools.lru_cache(maxsize=256)  # SciPy's ppf takes longer than all the rest of an interval
 def _student(freedom: int) -> float:
     return float(stats.t.ppf(1.0 - TAIL, freedom))
-
-
-def _statistic(statistic):
-    """The name of a moment, or a probability as a float."""
-    if isinstance(statistic, str) and statistic in MOMENTS:
-        return statistic
-    try:
-        probability = float(statistic)
-    except (TypeError, ValueError):
-        probability = math.nan
-    if not 0.0 < probability < 1.0:
-        raise StatisticError(
-            f"{echo(statistic)} is no statistic; {unknown(statistic, MOMENTS)}, or a probability between 0 and 1"
-        )
-    return probability
 
 
 @functools.lru_cache(maxsize=256)
