@@ -285,12 +285,12 @@ def test_histories_are_held_once():
     """While drawn, joined and looked at: pieces stood beside the whole before, and each deviation took a copy."""
     asked = {**ENSEMBLE, "histories": ["normal_load"], "history_points": 200}
     run(asked, ["samples=100"])
-    study = parse_study(asked, "s", ["samples=4096"])
+    study = parse_study(asked, "s", ["samples=8192"])
     tracemalloc.start()
     result = run_study(study)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert len(result.histories) == 4096
+    assert len(result.histories) == 8192
     assert result.summary["histories"]["normal_load"]["least_spread"]
     assert result.histories.nbytes < peak < min(memory_needed(study), 1.8 * result.histories.nbytes)
 
