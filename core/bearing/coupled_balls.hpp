@@ -19,7 +19,7 @@ class Integration {
     alone = layout.unknowns == 0;
     varies = !bodies.torque_driven() && bodies.shaft_acceleration != 0.0;
     for (int k = 0; k < layout.unknowns; k++) varies |= bodies.load_rate[layout.coordinate[k]] != 0.0;
-    varies |= (bodies.unbalance != 0.0 && !bodies.torque_driven()) || bearing.defects.count;
+    varies |= bodies.unbalance != 0.0 && !bodies.torque_driven();
     for (int i = 0; i < method.stages; i++) evaluations += !method.repeats_first(i);
   }
 
@@ -31,7 +31,7 @@ class Integration {
     for (;;) {
       if (*chunk.stop != 0) return STOPPED;
       double wanted = step, left = chunk.duration - time;
-      find_places();
+      find_places(wanted);
       if (alone && wanted > LONGEST_FLIGHT && any_flies()) wanted = LONGEST_FLIGHT;
       for (int place = 0; bearing.defects.count && place < count; place++)
         wanted = std::min(wanted, resolving_step(bearing.defects, blocks[place / LANES].places, place % LANES));
@@ -123,7 +123,9 @@ class Integration {
   TouchingBalls touching;
   double land_closing = 0.0;  // m/s^2: how fast the cage's centre comes to move towards its land
   bool alone = false;  // no ring and no cage couples the balls
-  bool varies, again = false;  // again: the step before was rejected, and rates and Jacobian at its start still hold
+  // Whether the bodies' forces change with time by themselves; in this step, whether any ball meets a defect.
+  bool varies, meets_defects = false;
+  bool again = false;  // the step before was rejected, and rates and Jacobian at its start still hold
 
   void begin(const std::int64_t *balls, int size) {
     numbers = balls, count = size;
@@ -164,7 +166,7 @@ class Integration {
     Pack carried{};
     prescribe_shaft(e.y, moment);
     for (BallBlock &k : blocks) {
-      if (bearing.defects.count) k.heights = heights_at(bearing.defects, k.places, broadcast<Pack>(moment - time));
+      if (k.meets_defects) k.heights = heights_at(bearing.defects, k.places, broadcast<Pack>(moment - time));
       follow_cage(k.y, e.y, k);
       if (DERIVATIVES && touching.active()) std::fill(&k.tile[0][0], &k.tile[0][0] + TILE_ROWS * TILE_COLUMNS, Pack{});
       forces_of_block<PATCH, DERIVATIVES>(bearing, bodies, layout, k, e.y, push);
@@ -178,8 +180,10 @@ class Integration {
     if (DERIVATIVES) std::copy(over_inertia, over_inertia + MOST_FREE, e.over_inertia);
   }
 
-  void find_places() {
+  // Where balls stand on surfaces with defects, and whether they meet any within this time.
+  void find_places(double ahead) {
     if (!bearing.defects.count) return;
+    meets_defects = false;
     BodyState now = e.start;
     prescribe_shaft(now, time);
     for (std::size_t block = 0; block < blocks.size(); block++) {
@@ -189,13 +193,16 @@ class Integration {
         if (int place = int(block) * LANES + lane; place < count && numbers[place] == 0) first[lane] = -1;
       k.places = surface_places(k.start[ANGLE], k.start[ORBIT_RATE], broadcast<Pack>(now[SHAFT]),
                                 broadcast<Pack>(now[COORDINATES + SHAFT]), k.before, spin_in_frame(k.start)[2], first);
+      k.meets_defects = false, k.heights = {};
+      for (int lane = 0; lane < LANES; lane++) k.meets_defects |= meets(bearing.defects, k.places, lane, ahead);
+      meets_defects |= k.meets_defects;
     }
   }
   // Approaches of the ball in a lane at the place `y`, this share of the step after its start.
   template <class Y>
   Approaches approaches(const BallBlock &k, int lane, const Y &y, double share) const {
     Approaches found{inner_approach(y), outer_approach(y)};
-    if (!bearing.defects.count) return found;
+    if (!k.meets_defects) return found;
     Heights more = heights_at(bearing.defects, k.places, broadcast<Pack>(share * step));
     return {found[0] + more.inner.value[lane], found[1] + more.outer.value[lane]};
   }
@@ -249,9 +256,10 @@ class Integration {
 
   void make_step() {
     gain = method.gamma * step;
-    if (varies) evaluate_later();
+    bool later = varies || meets_defects;
+    if (later) evaluate_later();
     if (!again) linearise();
-    if (varies) take_slope();
+    if (later) take_slope();
     if (touching.active()) touching.choose_members(blocks);
     factorise(layout, blocks, e, gain);
     if (touching.meets()) touching.factorise(layout, blocks, e, gain);
@@ -274,7 +282,7 @@ class Integration {
         for (int c = 0; c < COLUMNS; c++) k.right[c] = k.f[c] + over_step * k.right[c];
       for (int c = 0; c < BODY_NUMBERS; c++) e.right[c] = e.f[c] + over_step * e.right[c];
     }
-    if (varies) {
+    if (varies || meets_defects) {
       for (BallBlock &k : blocks)
         for (int c = 0; c < COLUMNS; c++) k.right[c] += method.d[I] * k.slope[c];
       for (int c = 0; c < BODY_NUMBERS; c++) e.right[c] += method.d[I] * e.slope[c];

@@ -52,6 +52,7 @@ struct BallBlock {
   CarriedBalls carried{};
   SurfacePlaces places{};  // where a step starts
   Heights heights{};
+  bool meets_defects = false;  // in a step
   Pack tile[TILE_ROWS][TILE_COLUMNS]{};
   Pack inverse[3][3]{}, coupling[3][3]{}, below[3][3]{};
   Matrix3 schur{};

@@ -94,7 +94,7 @@ class Integration {
   CarriedBalls carried;
   const CarriedBalls *states = nullptr;  // null where the law carries none
   Pack time, step, over_step, gain, error;
-  bool varies;
+  bool varies, meets_defects = false;
   SurfacePlaces places;  // where a step starts
   double over_scale[MOTION];
   BallJacobian jacobian;
@@ -136,10 +136,12 @@ class Integration {
     for (int lane = 0; lane < LANES; lane++) first[lane] = held[lane] == 0 ? -1 : 0, turned[lane] = chunk.drive.angle_at(time[lane]);
     places = surface_places(start[ANGLE], start[VELOCITY + 1] / start[RADIUS], turned, chunk.drive.speed + chunk.drive.acceleration * time,
                             before, spin_in_frame(start)[2], first);
+    meets_defects = false;
+    for (int lane = 0; lane < LANES; lane++) meets_defects |= meets(bearing.defects, places, lane, step[lane]);
   }
   // After this share of a step.
   Heights heights(double alpha) const {
-    return bearing.defects.count ? heights_at(bearing.defects, places, alpha * step) : Heights{};
+    return meets_defects ? heights_at(bearing.defects, places, alpha * step) : Heights{};
   }
 
   Pack ring_speed(double alpha) const {
@@ -149,7 +151,7 @@ class Integration {
   void make_step() {
     over_step = 1.0 / step;
     gain = method.gamma * step;
-    varies = chunk.drive.acceleration != 0.0 || bearing.defects.count;
+    varies = chunk.drive.acceleration != 0.0 || meets_defects;
     carried.forget_films();
     if (varies) evaluate_rates<PATCH, TILTED>(bearing, ring_speed(TIME_DIFFERENCE), states, heights(TIME_DIFFERENCE), start, time_slope);
     make_stage<0>(), make_stage<1>(), make_stage<2>(), make_stage<3>();

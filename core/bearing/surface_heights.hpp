@@ -14,9 +14,11 @@ namespace core {
 enum class Surface { inner, outer, ball };
 constexpr int MOST_DEFECTS = 16, TABLE_PIECES = 128, TABLE_NUMBERS = 2 * (TABLE_PIECES + 1);
 constexpr double PIECES_OF_BEND = 4.0, PIECES_OF_WAVE = 16.0;  // steps in which a bend of a spall and a wave pass
+constexpr double AT_MIDDLE = 1e-3;  // of a bend: a step that begins no further before the middle of a spall begins there
 
 // A spall of no `order`: its middle [rad], radius of the path [m], half its length with what smooths it, half its width,
-// semi-major axis of the contact, length of a bend [m]; values and slopes (times a piece) of the drop, alternating.
+// semi-major axis of the contact, length of a bend [m]; values and slopes (times a piece) of the drop, alternating, from the
+// middle to the edge. In the middle, where the ball strikes the other edge, the slope jumps: steps end there.
 struct Defect {
   Surface on;
   double order, amplitude, phase, middle, radius, half, half_width, semi_major, bend;
@@ -48,7 +50,8 @@ inline SurfacePlaces surface_places(const Pack &angle, const Pack &orbit_rate, c
                                     const Quaternion &q, const Pack &spin_in_frame, const Mask &first) {
   Pack across = 2.0 * (q[0] * q[1] - q[2] * q[3]), along = 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]);
   SurfacePlaces at{angle - ring_angle, angle, {}, 2.0 * (q[0] * q[2] + q[1] * q[3]), orbit_rate - ring_speed, orbit_rate, -spin_in_frame, first};
-  for (int lane = 0; lane < LANES; lane++) at.ball[lane] = std::atan2(across[lane], along[lane]);
+  for (int lane = 0; lane < LANES; lane++)
+    if (first[lane]) at.ball[lane] = std::atan2(across[lane], along[lane]);
   return at;
 }
 
@@ -60,62 +63,73 @@ inline double share_of_strip(double half_width, double semi_major, double aside)
   return below((half_width - aside) / semi_major) - below((-half_width - aside) / semi_major);
 }
 
-// Height and slope [m/rad] of one defect at a place; `latitude` counts on balls.
-inline std::pair<double, double> height_of(const Defect &d, double place, double latitude) {
+// Height [m] and its rate [m/s] of one defect `later` [s] than a place, which moves on at a rate; `latitude` counts on balls.
+inline std::pair<double, double> height_of(const Defect &d, double place, double rate, double later, double latitude) {
   if (d.order > 0.0) {
-    double phase = d.order * place + d.phase;
-    return {d.amplitude * std::cos(phase), -d.amplitude * d.order * std::sin(phase)};
+    double phase = d.order * (place + rate * later) + d.phase;
+    return {d.amplitude * std::cos(phase), -d.amplitude * d.order * rate * std::sin(phase)};
   }
-  double x = d.radius * around(place - d.middle);
+  double from = std::copysign(d.radius, rate) * around(place - d.middle), x = from + d.radius * std::fabs(rate) * later;
   if (!(std::fabs(x) < d.half)) return {0.0, 0.0};
   double share = share_of_strip(d.half_width, d.semi_major, d.on == Surface::ball ? d.radius * latitude : 0.0);
-  double piece = 2.0 * d.half / TABLE_PIECES, u = (x + d.half) / piece;
-  int i = std::min(int(u), TABLE_PIECES - 1);
+  double side = from < -AT_MIDDLE * d.bend ? -1.0 : 1.0;  // throughout a step
+  double piece = d.half / TABLE_PIECES, u = side * x / piece;
+  int i = std::clamp(int(u), 0, TABLE_PIECES - 1);
   const double *t = d.table + 2 * i;
   double s = u - i, low = t[0], high = t[2], begin = t[1], end = t[3], rise = high - low;
   double value = low + s * (begin + s * (3.0 * rise - 2.0 * begin - end + s * (begin + end - 2.0 * rise)));
   double slope = begin + s * (2.0 * (3.0 * rise - 2.0 * begin - end) + 3.0 * s * (begin + end - 2.0 * rise));
-  return {-share * value, -share * slope * d.radius / piece};
+  return {-share * value, -share * side * slope * d.radius * std::fabs(rate) / piece};
+}
+
+// Calls function(defect, place, its rate, member of Heights) for each place at which the ball in a lane may meet a defect.
+template <class Function>
+inline void for_each_place(const SurfaceDefects &defects, const SurfacePlaces &at, int lane, Function function) {
+  for (int i = 0; i < defects.count; i++) {
+    const Defect &d = defects.one[i];
+    if (d.on == Surface::inner) function(d, at.inner[lane], at.inner_rate[lane], &Heights::inner);
+    if (d.on == Surface::outer) function(d, at.outer[lane], at.outer_rate[lane], &Heights::outer);
+    if (d.on != Surface::ball || !at.first[lane]) continue;
+    function(d, at.ball[lane], at.ball_rate[lane], &Heights::outer);
+    function(d, at.ball[lane] + M_PI, at.ball_rate[lane], &Heights::inner);
+  }
 }
 
 // Heights `later` [s] than the places.
 inline Heights heights_at(const SurfaceDefects &defects, const SurfacePlaces &at, const Pack &later) {
   Heights found;
-  auto add = [&](Height &to, const Defect &d, const Pack &place, const Pack &rate, double ahead) {
-    for (int lane = 0; lane < LANES; lane++) {
-      if (d.on == Surface::ball && !at.first[lane]) continue;
-      auto [value, slope] = height_of(d, place[lane] + ahead + rate[lane] * later[lane], at.latitude[lane]);
-      to.value[lane] += value, to.rate[lane] += slope * rate[lane];
-    }
-  };
-  for (int i = 0; i < defects.count; i++) {
-    const Defect &d = defects.one[i];
-    if (d.on == Surface::inner) add(found.inner, d, at.inner, at.inner_rate, 0.0);
-    if (d.on == Surface::outer) add(found.outer, d, at.outer, at.outer_rate, 0.0);
-    if (d.on == Surface::ball) add(found.outer, d, at.ball, at.ball_rate, 0.0), add(found.inner, d, at.ball, at.ball_rate, M_PI);
-  }
+  for (int lane = 0; lane < LANES; lane++)
+    for_each_place(defects, at, lane, [&](const Defect &d, double place, double rate, Height Heights::*on) {
+      auto [value, change] = height_of(d, place, rate, later[lane], at.latitude[lane]);
+      (found.*on).value[lane] += value, (found.*on).rate[lane] += change;
+    });
   return found;
 }
 
 // The longest step [s] of the ball in a lane that resolves its defects: to the next bend, and a part of one within.
 inline double resolving_step(const SurfaceDefects &defects, const SurfacePlaces &at, int lane) {
   double longest = HUGE_VAL;
-  auto limit = [&](const Defect &d, double place, double rate) {
+  for_each_place(defects, at, lane, [&](const Defect &d, double place, double rate, Height Heights::*) {
     double speed = std::fabs(rate) + 1e-300;
     if (d.order > 0.0) longest = std::min(longest, 2.0 * M_PI / (PIECES_OF_WAVE * d.order * speed));
     else {
-      double x = d.radius * around(place - d.middle) * (rate < 0.0 ? -1.0 : 1.0), part = d.bend / PIECES_OF_BEND;
-      double far = -d.half - x, round = 2.0 * M_PI * d.radius;
-      longest = std::min(longest, std::max(part, x < d.half ? far : far + round) / (d.radius * speed));
+      double x = std::copysign(d.radius, rate) * around(place - d.middle), far = -d.half - x, round = 2.0 * M_PI * d.radius;
+      double until = std::max(d.bend / PIECES_OF_BEND, x < d.half ? far : far + round);
+      if (x < -AT_MIDDLE * d.bend) until = std::min(until, -x);
+      longest = std::min(longest, until / (d.radius * speed));
     }
-  };
-  for (int i = 0; i < defects.count; i++) {
-    const Defect &d = defects.one[i];
-    if (d.on == Surface::inner) limit(d, at.inner[lane], at.inner_rate[lane]);
-    if (d.on == Surface::outer) limit(d, at.outer[lane], at.outer_rate[lane]);
-    if (d.on == Surface::ball && at.first[lane]) limit(d, at.ball[lane], at.ball_rate[lane]), limit(d, at.ball[lane] + M_PI, at.ball_rate[lane]);
-  }
+  });
   return longest;
+}
+
+// Whether the ball in a lane meets a defect within a step [s].
+inline bool meets(const SurfaceDefects &defects, const SurfacePlaces &at, int lane, double step) {
+  bool found = false;
+  for_each_place(defects, at, lane, [&](const Defect &d, double place, double rate, Height Heights::*) {
+    double x = std::copysign(d.radius, rate) * around(place - d.middle), end = x + 1.01 * d.radius * std::fabs(rate) * step;
+    found |= d.order > 0.0 || (x < d.half && end > -d.half) || end > 2.0 * M_PI * d.radius - d.half;
+  });
+  return found;
 }
 
 }  // namespace core

@@ -2,6 +2,7 @@
 // dense, with the bodies' coordinates last, where elimination fills least; all other balls are eliminated before.
 #pragma once
 #include "ball_ball.hpp"
+#include "../math/dense_solve.hpp"
 #include "coupled_system.hpp"
 
 namespace core {
@@ -155,7 +156,7 @@ class TouchingBalls {
     }
     for (int i = 0; i < layout.unknowns; i++)
       for (int j = 0; j < layout.unknowns; j++) at(first + i, first + j) = e.corner[i][j];
-    factorise();
+    factorise_dense(size, [this](int i, int j) -> double & { return at(i, j); }, pivot.data());
   }
 
   // Velocities and spins of the members and velocities of the bodies in a stage, from what is `known` of balls and the
@@ -175,7 +176,7 @@ class TouchingBalls {
           right[6 * member[other] + i] += p.next_by_own[i][c][lane] * g * here[c][lane];
         }
     }
-    substitute();
+    substitute_dense(size, [this](int i, int j) { return at(i, j); }, pivot.data(), right);
     for (int c = 0; c < layout.unknowns; c++) bodies[c] = right[size - layout.unknowns + c];
     for (int t = 0; t < int(members.size()); t++) {  // so that `follow_block` comes to what was solved
       int lane = members[t] % LANES;
@@ -223,36 +224,6 @@ class TouchingBalls {
   int next(int place) const { return place + 1 < count ? place + 1 : 0; }
   bool meets(int place) const { return pairs[place / LANES].meets[place % LANES] != 0; }
   double &at(int row, int column) { return matrix[row * size + column]; }
-
-  // LU with pivots; rows that are zero in a column, most of them, are passed over.
-  void factorise() {
-    for (int c = 0; c < size; c++) {
-      int best = c;
-      for (int i = c + 1; i < size; i++)
-        if (std::fabs(at(i, c)) > std::fabs(at(best, c))) best = i;
-      pivot[c] = best;
-      if (best != c)
-        for (int j = 0; j < size; j++) std::swap(at(c, j), at(best, j));
-      double over = 1.0 / at(c, c);
-      for (int i = c + 1; i < size; i++) {
-        if (at(i, c) == 0.0) continue;
-        double factor = at(i, c) *= over;
-        double *to = &at(i, 0);
-        const double *from = &at(c, 0);
-        for (int j = c + 1; j < size; j++) to[j] -= factor * from[j];
-      }
-    }
-  }
-  void substitute() {
-    for (int c = 0; c < size; c++)
-      if (pivot[c] != c) std::swap(right[c], right[pivot[c]]);
-    for (int c = 0; c < size; c++)
-      for (int j = 0; j < c; j++) right[c] -= at(c, j) * right[j];
-    for (int c = size - 1; c >= 0; c--) {
-      for (int j = c + 1; j < size; j++) right[c] -= at(c, j) * right[j];
-      right[c] /= at(c, c);
-    }
-  }
 };
 
 }  // namespace core

@@ -9,26 +9,48 @@ namespace core {
 template <std::size_t N>
 using SquareMatrix = std::array<std::array<double, N>, N>;
 
+// Puts the triangular factors of a matrix of this size in its place; `at(i, j)` is an entry, `pivot` (size,) the row that each
+// row changed places with. False where the matrix is singular or not finite.
+template <class Entry>
+inline bool factorise_dense(int size, Entry at, int *pivot) {
+  bool regular = true;
+  for (int k = 0; k < size; k++) {
+    pivot[k] = k;
+    for (int i = k + 1; i < size; i++)
+      if (std::fabs(at(i, k)) > std::fabs(at(pivot[k], k))) pivot[k] = i;
+    regular &= std::fabs(at(pivot[k], k)) > 0.0;
+    if (pivot[k] != k)
+      for (int j = 0; j < size; j++) std::swap(at(pivot[k], j), at(k, j));
+    double over = 1.0 / at(k, k);
+    for (int i = k + 1; i < size; i++) {
+      if (at(i, k) == 0.0) continue;
+      double share = at(i, k) *= over;
+      for (int j = k + 1; j < size; j++) at(i, j) -= share * at(k, j);
+    }
+  }
+  return regular;
+}
+
+// Solves for a right-hand side, in place, by the factors of `factorise_dense`.
+template <class Entry, class Right>
+inline void substitute_dense(int size, Entry at, const int *pivot, Right &&right) {
+  for (int k = 0; k < size; k++)
+    if (pivot[k] != k) std::swap(right[k], right[pivot[k]]);
+  for (int k = 0; k < size; k++)
+    for (int j = 0; j < k; j++) right[k] -= at(k, j) * right[j];
+  for (int k = size; k-- > 0;) {
+    for (int j = k + 1; j < size; j++) right[k] -= at(k, j) * right[j];
+    right[k] /= at(k, k);
+  }
+}
+
 // Solves matrix x = right in place; false where the matrix is singular or not finite.
 template <std::size_t N>
 bool solve(SquareMatrix<N> &matrix, std::array<double, N> &right) {
-  for (std::size_t k = 0; k < N; k++) {
-    std::size_t pivot = k;
-    for (std::size_t i = k + 1; i < N; i++)
-      if (std::fabs(matrix[i][k]) > std::fabs(matrix[pivot][k])) pivot = i;
-    if (!(std::fabs(matrix[pivot][k]) > 0.0)) return false;
-    if (pivot != k) std::swap(matrix[pivot], matrix[k]), std::swap(right[pivot], right[k]);
-    for (std::size_t i = k + 1; i < N; i++) {
-      double share = matrix[i][k] / matrix[k][k];
-      if (share == 0.0) continue;
-      for (std::size_t j = k + 1; j < N; j++) matrix[i][j] -= share * matrix[k][j];
-      right[i] -= share * right[k];
-    }
-  }
-  for (std::size_t k = N; k-- > 0;) {
-    for (std::size_t j = k + 1; j < N; j++) right[k] -= matrix[k][j] * right[j];
-    right[k] /= matrix[k][k];
-  }
+  auto at = [&](int i, int j) -> double & { return matrix[i][j]; };
+  int pivot[N];
+  if (!factorise_dense(int(N), at, pivot)) return false;
+  substitute_dense(int(N), at, pivot, right);
   return true;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include "../math/dense_solve.hpp"
 #include "rosenbrock.hpp"
 
 namespace core {
@@ -72,31 +73,14 @@ class DenseRosenbrock {
   double factors[MOVING][MOVING];
   int exchange[MOVING];
 
-  // Factors of 1/(gamma step) - J for the moving numbers, by the greatest pivot of each column.
+  // Factors of 1/(gamma step) - J for the moving numbers.
   void factorise(double inverse) {
     for (int r = 0; r < MOVING; r++)
       for (int n = 0; n < MOVING; n++) factors[r][n] = (r == n ? inverse : 0.0) - jacobian[r][n];
-    for (int i = 0; i < MOVING; i++) {
-      int best = i;
-      for (int r = i + 1; r < MOVING; r++)
-        if (std::fabs(factors[r][i]) > std::fabs(factors[best][i])) best = r;
-      exchange[i] = best;
-      if (best != i) std::swap(factors[i], factors[best]);
-      const double over = 1.0 / factors[i][i];
-      for (int r = i + 1; r < MOVING; r++) {
-        const double factor = factors[r][i] *= over;
-        for (int j = i + 1; j < MOVING; j++) factors[r][j] -= factor * factors[i][j];
-      }
-    }
+    factorise_dense(MOVING, [this](int i, int j) -> double & { return factors[i][j]; }, exchange);
   }
   void solve(State &right, double inverse) const {
-    for (int i = 0; i < MOVING; i++) std::swap(right[i], right[exchange[i]]);
-    for (int i = 1; i < MOVING; i++)
-      for (int j = 0; j < i; j++) right[i] -= factors[i][j] * right[j];
-    for (int i = MOVING - 1; i >= 0; i--) {
-      for (int j = i + 1; j < MOVING; j++) right[i] -= factors[i][j] * right[j];
-      right[i] /= factors[i][i];
-    }
+    substitute_dense(MOVING, [this](int i, int j) { return factors[i][j]; }, exchange, right);
     for (int r = MOVING; r < NUMBERS; r++) {
       for (int n = 0; n < MOVING; n++) right[r] += jacobian[r][n] * right[n];
       right[r] /= inverse;

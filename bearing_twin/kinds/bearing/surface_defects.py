@@ -2,14 +2,14 @@
 
 A ball bridges a spall: while its contact point is at x from the middle, |x| < L/2, it stands on the nearer edge, and
 its centre is lower by r - sqrt(r^2 - e^2), e = L/2 - |x|, times 1 - r/R on the outer raceway and 1 + r/R on the inner
-one, at most by the depth; in the middle it strikes the other edge. The contact is no point: what it meets is the mean
-over its semi-minor axis, weighted by its load, which does not reach beyond the middle.
+one, at most by the depth; in the middle it strikes the other edge, and the slope jumps. The contact is no point: what
+it meets is the mean over its semi-minor axis, weighted by its load, which does not reach beyond the middle.
 """
 
 import math
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicSpline
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.ellipse import ellipse
@@ -73,12 +73,13 @@ def drop(defect: Defect, geometry, x: np.ndarray) -> np.ndarray:
 
 
 def _table(defect: Defect, geometry, half: float, along: float) -> np.ndarray:
-    """Drops and their slopes (pieces + 1, 2), the latter a piece."""
-    x = np.linspace(-half, half, PIECES + 1)
+    """Drops and their slopes (pieces + 1, 2), the latter a piece, from the middle to where nothing drops any more."""
+    x = np.linspace(0.0, half, PIECES + 1)
     share, weight = np.polynomial.legendre.leggauss(64)
-    reach = np.minimum(along, np.abs(x))[:, None]
+    reach = (x * along / (x**4 + along**4) ** 0.25)[:, None]  # the lesser of both, smoothly
     means = drop(defect, geometry, x[:, None] + reach * share) @ (weight * 0.75 * (1.0 - share**2))
-    return np.stack([means, PchipInterpolator(x, means).derivative()(x) * (x[1] - x[0])], axis=1)
+    spline = CubicSpline(x, means, bc_type=("not-a-knot", (1, 0.0)))
+    return np.stack([means, spline(x, 1) * (x[1] - x[0])], axis=1)
 
 
 def heights_under(numbers: np.ndarray, azimuths: np.ndarray, ring_angle: float = 0.0) -> np.ndarray:
