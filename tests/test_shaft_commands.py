@@ -102,6 +102,27 @@ def test_a_shaft_refuses_a_torque_and_a_speed_at_which_nothing_carries_its_load(
         simulation.set_speed(6e4)
 
 
+def test_the_operating_point_bears_the_loads_and_its_stiffness_is_their_change_with_place():
+    """At the start all is in balance under loads and weight; a small load moves the shaft by the inverse stiffness."""
+    steady = (*QUICK, "shaft.unbalances=[]")
+    simulation = Simulation(load_scene("shaft_two_6203", steady))
+    scene = simulation.scene.parameters
+    sample, point = simulation.operating_point()
+    weight = scene.shaft.mass * np.array([*scene.gravity, 0.0, 0.0])
+    acting = np.array([*sample["load"], *sample["load_moment"]]) + weight
+    assert point.speed == scene.drive.speed
+    assert np.abs(point.loads - acting).max() < 1e-5 * np.abs(acting).max()
+    small = np.array([0.3, 0.2, 0.1, 0.002, -0.001])
+    moved = []
+    for sign in (1.0, -1.0):
+        force = np.array(scene.shaft.load) + sign * small[:3]
+        moment = np.array(scene.shaft.moment) + sign * small[3:]
+        words = (f"shaft.load={force.tolist()}", f"shaft.moment={moment.tolist()}", "shaft.load_place=0")
+        _, other = Simulation(load_scene("shaft_two_6203", (*steady, *words))).operating_point()
+        moved.append(other.coordinates)
+    assert np.linalg.solve(point.stiffness, small) == pytest.approx(0.5 * (moved[0] - moved[1]), rel=2e-3, abs=1e-12)
+
+
 def test_a_stale_load_gives_way_to_the_scenes_own_over_time():
     keys = (*QUICK, "shaft.unbalances=[]", "shaft.table=[[0,0,0,0,0,0],[0.1,0,-100,0,0,0]]")
     it = shaft(keys, load_timeout_ns=20_000_000)

@@ -107,7 +107,7 @@ class Motion(Protocol):
 class CommandedMotion(Motion, Protocol):
     """A motion that obeys commands on its way. A load is a force (3,) [N] and a moment [N m]; None: the scene's own.
 
-    One that a torque may drive has `set_torque(torque)` [N m], one of bearings `operating_point(sample)`.
+    One that a torque may drive has `set_torque(torque)` [N m].
     """
 
     goal_speed: float  # rad/s
@@ -126,6 +126,9 @@ class CommandedMotion(Motion, Protocol):
 
     def set_load(self, force, moment) -> None:
         """The load from now on, which `check_load` let pass."""
+
+    def operating_point(self, sample: Sample) -> OperatingPoint:
+        """Loads and stiffness where an output stands, the balls in balance at their places; raises BearingTwinError."""
 
 
 class Figures(Protocol):
@@ -196,14 +199,16 @@ class Command(NamedTuple):
 
 
 class OperatingPoint(NamedTuple):
-    """A bearing's inner ring at one output: `coordinates` and `loads` from outside (5,), `stiffness` (5, 5), SI.
+    """An inner ring or a shaft at one output: `coordinates` and `loads` from outside (5,), `stiffness` (5, 5), SI.
 
-    In the order x, y, z, theta_x, theta_y; `stiffness` is d(loads)/d(coordinates), balls in balance at their places.
+    In the order x, y, z, theta_x, theta_y; `stiffness` is d(loads)/d(coordinates), balls in balance at their places,
+    turning at `speed` [rad/s].
     """
 
     coordinates: np.ndarray
     loads: np.ndarray
     stiffness: np.ndarray
+    speed: float
 
 
 @dataclass(frozen=True, eq=False)

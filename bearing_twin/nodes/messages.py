@@ -103,7 +103,7 @@ def stamp(time_ns: int) -> Time:
 def fill_stiffness(response: Stiffness.Response, sample, point, frame: str) -> Stiffness.Response:
     """The answer of ~/stiffness from an output and its operating point."""
     response.header.stamp, response.header.frame_id = stamp(sample.time_ns), frame
-    response.sequence, response.inner_ring_speed = sample.sequence, float(sample["inner_ring_speed"])
+    response.sequence, response.inner_ring_speed = sample.sequence, point.speed
     response.coordinates, response.load = point.coordinates, point.loads
     response.stiffness = point.stiffness.ravel()
     response.success, response.message = True, f"at {sample.time_ns * 1e-9:.6f} s"

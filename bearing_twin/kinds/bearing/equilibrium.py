@@ -598,14 +598,15 @@ class CommandedBearing:
         A ring that moves or balls that ring are off this balance by their inertia. Raises BearingTwinError.
         """
         coordinates = np.array([*sample["inner_ring_offset"], *sample["inner_ring_tilt"]])
-        setting = setting_of(self.parameters, self.law, float(sample["inner_ring_speed"]))
+        speed = float(sample["inner_ring_speed"])
+        setting = setting_of(self.parameters, self.law, speed)
         held = Support((False,) * 5, (0.0,) * 5, tuple(coordinates))
         try:
             solver = weighed_solver(self.parameters, setting, sample["orbit_angle"])
             found = controlled(self.parameters, solver, held)
         except SceneError as error:
             raise BearingTwinError(f"there is no stiffness where the ring stands now: {error}") from error
-        return OperatingPoint(found.coordinates, found.loads, found.stiffness)
+        return OperatingPoint(found.coordinates, found.loads, found.stiffness, speed)
 
 
 def _words(values) -> str:

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from bearing_twin.base.errors import IntegrationError, SceneError, Stopped
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError, Stopped
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Channel, Columns, layout_of
 from bearing_twin.base.stopping import SIGNALLED
@@ -16,6 +16,7 @@ from bearing_twin.kinds.bearing.equilibrium import (
     COORDINATES,
     OF_BALL,
     STOP,
+    Support,
     centrifugal_ratio,
     check_goal,
     equilibrium_error,
@@ -23,9 +24,11 @@ from bearing_twin.kinds.bearing.equilibrium import (
 from bearing_twin.kinds.bearing.ratings import command_doubt
 from bearing_twin.kinds.bearing.rings import SPEED
 from bearing_twin.kinds.bearing.system import Loading
+from bearing_twin.kinds.contract import OperatingPoint
 from bearing_twin.kinds.rules import SHAFT, answers, sentences
 from bearing_twin.kinds.shaft.equilibrium import (
     ShaftCourse,
+    ShaftSolver,
     balance_of,
     check_load,
     explained,
@@ -250,6 +253,20 @@ class ShaftMotion:
         They are taken as `check_load` let them pass. Constant loads and unbalances stay.
         """
         self._told(self.course.loaded(self.seconds, force, moment))
+
+    def operating_point(self, sample) -> OperatingPoint:
+        """The shaft of an output about its centre of mass, the balls in balance where their cages have taken them.
+
+        Its loads are those that both bearings bear there. Raises BearingTwinError.
+        """
+        coordinates, speed = (*sample["position"], *sample["tilt"]), float(sample["shaft_speed"])
+        places = zip(self.rotor.seats, sample["orbit_angle"].tolist(), strict=True)
+        solver = ShaftSolver(self.rotor._replace(seats=tuple(seat._replace(first=one) for seat, one in places)), speed)
+        try:
+            solver.settle(Support((False,) * COORDINATES, (0.0,) * COORDINATES, coordinates))
+        except SceneError as error:
+            raise BearingTwinError(f"there is no stiffness where the shaft stands now: {error}") from error
+        return OperatingPoint(solver.q, solver.load, solver.stiffness, speed)
 
     def _told(self, course: ShaftCourse) -> None:
         """Goes on by another course from now on: what of the step kept lies beyond is dropped."""
