@@ -174,20 +174,6 @@ def test_an_impact_repeats_at_a_pace_and_on_request():
         assert all(first.values == second.values for first, second in pairwise(blocks))
 
 
-def test_an_impact_can_wait_for_a_request():
-    with ros_executor() as executor:
-        node, scene = sim_node(executor, "two_spheres", repeat=-1.0, real_time_factor="fastest")
-        watcher = plain_node(executor)
-        spin_until(executor, lambda: node.loop is not None and node.loop.paced.finished, "end of the first run")
-        lists = heard(watcher, names_of(scene))
-        spin_until(executor, lambda: all(node.count_subscribers(name) for name in lists), "discovery")
-        spin_for(executor, 0.3)
-        assert not lists["/two_spheres/samples"]
-        call(executor, watcher, Trigger, "/two_spheres/sim_node/reset", Trigger.Request())
-        spin_until(executor, lambda: len(lists["/two_spheres/samples"]) == 1, "the second run")
-        assert not node.done.is_set()
-
-
 def frames_in(messages):
     """(parent, child) of every transform in these messages."""
     return {

@@ -342,21 +342,6 @@ def test_pause_step_and_reset_while_it_runs():
             assert [first for first, _ in part] == [sum(n for _, n in part[:k]) for k in range(len(part))]
 
 
-def test_a_pace_that_cannot_be_kept_is_said():
-    with ros_executor() as executor:
-        node = started(executor, SimNode, real_time_factor=1000.0)
-        watcher, seen = plain_node(executor), []
-        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
-        spin_until(executor, lambda: any(s.level == DiagnosticStatus.WARN for s in seen), "a warning")
-        status = next(s for s in seen if s.level == DiagnosticStatus.WARN)
-        values = {pair.key: pair.value for pair in status.values}
-        assert "cannot keep up" in status.message
-        assert float(values["real_time_factor"]) < 950.0
-        assert float(values["lag_s"]) > 0.0
-        assert values["law"] == node.simulation.choice.law
-        assert values["choice_reason"] == node.simulation.choice.reason
-
-
 def test_the_clock_is_that_of_the_simulation():
     with ros_executor() as executor:
         started(executor, SimNode, duration=0.3, publish_clock=True)

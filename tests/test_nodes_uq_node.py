@@ -134,27 +134,6 @@ def test_a_study_by_goal_is_logged_and_reaches_whoever_comes_late(tmp_path):
     assert first.seconds_left >= 0.0
 
 
-def test_feedback_tells_the_interval_ten_times_a_second_at_most():
-    feedback = []
-    goal = QUICK | {"samples": 4_000_000, "overrides": [*QUICK["overrides"], "stop.tolerance=1e-12", "batch=2000"]}
-    with ros_executor(threads=3) as executor:
-        started(executor, UqNode, log_folder="")
-        client = client_of(executor)
-        handle = sent(executor, client, feedback, **goal)
-        spin_until(executor, lambda: len(feedback) >= 3, "feedback")
-        spin_until(executor, handle.cancel_goal_async().done, "cancel")
-        state, result = outcome(executor, handle)
-    assert (state, result.log) == ("cancelled", "")
-    steps = [message for _, message in feedback]
-    assert [one.done for one in steps] == sorted(one.done for one in steps)
-    assert all(one.total == 4_000_000 for one in steps)
-    last = steps[-1]
-    assert 0.0 < last.half_width < last.estimate < 1e-4
-    assert last.quantity == "std of contact_duration"
-    assert not any(math.isnan(one.estimate) or math.isnan(one.half_width) for one in steps)
-    assert math.isfinite(last.seconds_left)
-
-
 def test_a_cancel_ends_worker_processes_at_once_and_the_next_study_is_served(tmp_path):
     mark = f"BEARING_TWIN_TEST={tmp_path}"
     with ros_executor(threads=3) as executor:

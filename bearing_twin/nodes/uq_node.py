@@ -93,13 +93,24 @@ class UqNode(BaseNode):
     # The queue
 
     def _begin_next(self) -> None:
-        """Executes the first goal that waits, where no study runs."""
+        """Executes the first goal that waits, where no study runs and that goal has been read."""
         with self._lock:
-            if not self._waiting or not self._idle.is_set() or self.studies.closing:
+            ready = self._waiting and bytes(self._waiting[0].goal_id.uuid) in self._read
+            if not ready or not self._idle.is_set() or self.studies.closing:
                 return
             self._idle.clear()
             first = self._waiting.popleft()
         self._execute(first)
+
+    def _answer_early(self, goal_handle, answer: GoalAnswer) -> None:
+        """Takes a goal out of the queue and has it executed with this answer."""
+        with self._lock:
+            if goal_handle not in self._waiting:  # its turn has come meanwhile
+                return
+            self._waiting.remove(goal_handle)
+            self._read[bytes(goal_handle.goal_id.uuid)] = answer
+        self._execute(goal_handle)
+        self._begin_next()
 
     def _execute(self, goal_handle) -> None:
         try:
@@ -122,14 +133,13 @@ class UqNode(BaseNode):
     def _on_accepted(self, goal_handle) -> None:
         asked, key = goal_handle.request, bytes(goal_handle.goal_id.uuid)
         goal = Goal(asked.study, tuple(asked.overrides), asked.samples, asked.seed)
+        with self._lock:
+            self._waiting.append(goal_handle)  # before it is read, which one that comes later may do faster
         try:
             self._read[key] = goal, self.studies.read(goal)
         except Exception as error:
-            self._read[key] = aborted(error)
-            self._execute(goal_handle)
+            self._answer_early(goal_handle, aborted(error))
         else:
-            with self._lock:
-                self._waiting.append(goal_handle)
             self._begin_next()
 
     def _on_execute(self, goal_handle) -> RunStudy.Result:
@@ -191,13 +201,9 @@ class UqNode(BaseNode):
 
     @guarded
     def _on_look(self):
-        with self._lock:
-            cancelled = [one for one in self._waiting if one.is_cancel_requested]
-            for one in cancelled:
-                self._waiting.remove(one)
-                self._read[bytes(one.goal_id.uuid)] = CANCELLED_EARLY
-        for one in cancelled:
-            self._execute(one)
+        for goal_handle in list(self._waiting):
+            if goal_handle.is_cancel_requested and bytes(goal_handle.goal_id.uuid) in self._read:
+                self._answer_early(goal_handle, CANCELLED_EARLY)
 
     @guarded
     def _on_diagnostics(self):
