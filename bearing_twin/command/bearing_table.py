@@ -11,7 +11,7 @@ import textwrap
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from bearing_twin.base.units import UNITS, known_digits, two_digits
+from bearing_twin.base.units import UNITS
 from bearing_twin.command import catalogue_table
 from bearing_twin.command.catalogue_table import kilonewtons, limiting
 from bearing_twin.command.terminal import show_text
@@ -112,52 +112,49 @@ def _model_errors(result):
 
 
 def _lives(result):
-    show_text()
     parts = result["clearance_m"]
     shown = [f"{words} {1e6 * parts[key]:+.4g}" for key, words in PARTS.items() if parts[key] or key == "initial"]
-    show_text(f"clearance              {1e6 * parts['operating']:.4g} µm ({', '.join(shown)})")
     dynamic, static = (kilonewtons(result[f"basic_{kind}_rating_n"]) for kind in ("dynamic", "static"))
-    show_text(f"rating                 C {dynamic}, C0 {static}")
     basic, reference = (_life(result[f"{name}_life_mrev"], result) for name in ("basic", "reference"))
     loads = (_short(result[f"equivalent_{kind}_load_n"]) for kind in ("dynamic", "static"))
-    show_text("equivalent load        P {} N, P0 {} N".format(*loads))
-    show_text(f"basic life             {basic} (ISO 281)")
-    show_text(f"reference life         {reference} (ISO/TS 16281)")
-    for line in textwrap.wrap(L10, 56):
-        show_text(f"{'':23}{line}")
-    show_text(f"static safety          {_finite(result['static_safety'])}")
-    if result.get("friction_torque_nm"):
-        _friction(result)
-    elif (torque := result["catalogue_drive_torque_nm"]) is not None:
-        shown = " ± ".join(_rounded(_MOMENT * part * torque) for part in (1.0, TORQUE_SCATTER))
-        show_text(f"friction torque        {shown} N mm")
-        show_text(f"{'':23}by Palmgren, with grease of {1e6 * BASE_VISCOSITY:g} mm²/s and no seals")
-    if limits := result["limiting_speed_rad_s"]:
-        show_text(textwrap.fill(f"limiting speed         {limiting(limits)}", 80, subsequent_indent=" " * 23))
+    rows = {
+        "clearance": f"{1e6 * parts['operating']:.4g} µm ({', '.join(shown)})",
+        "rating": f"C {dynamic}, C0 {static}",
+        "equivalent load": "P {} N, P0 {} N".format(*loads),
+        "basic life": f"{basic} (ISO 281)",
+        "reference life": f"{reference} (ISO/TS 16281)\n{L10}",
+        "static safety": _finite(result["static_safety"]),
+        "friction torque": _friction(result),
+        "limiting speed": limiting(limits) if (limits := result["limiting_speed_rad_s"]) else "",
+    }
     if "mass_kg" in result:
-        rows = zip(result["natural_frequencies_hz"], result["natural_directions"], strict=True)
-        cells = (f"{one:.4g} along ({', '.join(f'{part:.2g}' for part in way)})" for one, way in rows)
-        words = f"natural frequencies    of {result['mass_kg']:g} kg [Hz]: {', '.join(cells)}"
-        show_text(textwrap.fill(words, 80, subsequent_indent=" " * 23))
-    frequencies, off = result["fault_frequencies_hz"], result.get("fault_frequencies_hz_error", {})
-    cells = (
-        f"{name.replace('_', ' ')} {known_digits(value, off.get(name), 5)}"
-        + (f" ± {two_digits(off[name])}" if off.get(name) else "")
-        for name, value in frequencies.items()
-    )
-    show_text(textwrap.fill(f"fault frequencies [Hz] {', '.join(cells)}", 80, subsequent_indent=" " * 23))
+        pairs = zip(result["natural_frequencies_hz"], result["natural_directions"], strict=True)
+        cells = (f"{one:.4g} along ({', '.join(f'{part:.2g}' for part in way)})" for one, way in pairs)
+        rows["natural frequencies"] = f"of {result['mass_kg']:g} kg [Hz]: {', '.join(cells)}"
+    show_text()
+    catalogue_table.show_named(rows | {"fault frequencies [Hz]": catalogue_table.frequencies(result)})
 
 
-def _friction(result):
-    parts = {name: one and _short(float(f"{_MOMENT * one:.3g}")) for name, one in result["friction_torque_nm"].items()}
-    total = result["friction_torque_nm"]["total"]
+def _friction(result) -> str:
+    """The friction torque by parts, or the catalogue's estimate, in words; "" where there is neither."""
+    torques = result.get("friction_torque_nm")
+    if not torques:
+        torque = result["catalogue_drive_torque_nm"]
+        if torque is None:
+            return ""
+        shown = " ± ".join(_rounded(_MOMENT * part * torque) for part in (1.0, TORQUE_SCATTER))
+        return f"{shown} N mm\nby Palmgren, with grease of {1e6 * BASE_VISCOSITY:g} mm²/s and no seals"
+    parts = {name: one and _short(float(f"{_MOMENT * one:.3g}")) for name, one in torques.items()}
     cells = ", ".join(f"{name} {parts[name]}" for name in ("film", "hysteresis", "slip"))
-    show_text(f"friction torque        {parts['total']} ± {_rounded(_MOMENT * TORQUE_SCATTER * total)} N mm ({cells})")
     shown = [f"{name} {parts[key]} N mm" for key, name in (("skf", "SKF"), ("palmgren", "Palmgren")) if parts[key]]
-    show_text(f"{'':23}{result['friction_loss_w']:.3g} W lost; by {', by '.join(shown)}")
-    show_text(f"{'':23}thinnest film {1e6 * result['film_m']:.3g} µm, {result['lambda']:.3g} of the roughness")
-    for line in textwrap.wrap(result["friction_note"], 56):
-        show_text(f"{'':23}{line}")
+    return "\n".join(
+        (
+            f"{parts['total']} ± {_rounded(_MOMENT * TORQUE_SCATTER * torques['total'])} N mm ({cells})",
+            f"{result['friction_loss_w']:.3g} W lost; by {', by '.join(shown)}",
+            f"thinnest film {1e6 * result['film_m']:.3g} µm, {result['lambda']:.3g} of the roughness",
+            result["friction_note"],
+        )
+    )
 
 
 def _finite(value):

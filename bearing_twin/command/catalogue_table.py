@@ -3,7 +3,7 @@
 import math
 import textwrap
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from bearing_twin.base.parameters import NUMBER
 from bearing_twin.base.units import known_digits, two_digits
@@ -64,21 +64,29 @@ def show_row(result: dict) -> None:
         "dynamic rating C": _rating(result, "dynamic", "ISO 281") + "; SKF's are 4 to 6 % above the standard",
         "static rating C0": _rating(result, "static", "ISO 76"),
         "limiting speed": limiting(result["limiting_speed_rad_s"]) if result["limiting_speed_rad_s"] else "",
-        "fault frequencies": ", ".join(
-            f"{name.replace('_', ' ')} {known_digits(value, off, 5)}" + (f" ± {two_digits(off)}" if off else "")
-            for (name, value), off in zip(
-                result["fault_frequencies_hz"].items(), result["fault_frequencies_hz_error"].values(), strict=True
-            )
-        )
-        + f" Hz at {result['speed_rad_s'] * 30.0 / math.pi:.5g} rpm",
+        "fault frequencies": f"{frequencies(result)} Hz at {result['speed_rad_s'] * 30.0 / math.pi:.5g} rpm\n ",
+        "ball set": result["source"] or result["found_means"],
+        "loads": "none given; add --load FX,FY,FZ [N]",
     }
-    for name, value in rows.items():
-        if value:
-            show_text(textwrap.fill(f"{name:<22}{value}", 80, subsequent_indent=" " * 22))
-    show_text()
-    origin = result["source"] or result["found_means"]
-    show_text(textwrap.fill(f"{'ball set':<22}{origin}", 80, subsequent_indent=" " * 22))
-    show_text(textwrap.fill(f"{'loads':<22}none given; add --load FX,FY,FZ [N]", 80, subsequent_indent=" " * 22))
+    show_named(rows)
+
+
+def show_named(rows: Mapping[str, str]) -> None:
+    """Prints names and texts, those that are not empty, in 80 columns; each line of a text begins below its first."""
+    for name, text in rows.items():
+        for line in text.splitlines():
+            show_text(textwrap.fill(f"{name:<23}{line}", 80, subsequent_indent=" " * 23).rstrip())
+            name = ""
+
+
+def frequencies(result: dict) -> str:
+    """The fault frequencies of a result [Hz] in words, with their errors."""
+    errors = result.get("fault_frequencies_hz_error", {})
+    return ", ".join(
+        f"{name.replace('_', ' ')} {known_digits(value, errors.get(name), 5)}"
+        + (f" ± {two_digits(errors[name])}" if errors.get(name) else "")
+        for name, value in result["fault_frequencies_hz"].items()
+    )
 
 
 def summary(row: dict) -> str:
