@@ -331,7 +331,35 @@ def test_outputs_without_lubricant_have_no_films():
     assert "film_thickness" not in last_of(run)
 
 
-def test_a_run_from_equilibria_says_that_it_has_no_friction_of_the_lubricant():
-    scene = load_scene("bearing_6203_greased", ["model.dimension=quasi_static", "run.duration=0.002"])
-    assert any("lubricant's torque" in one for one in simulate(scene).choice.warnings)
-    assert not any("lubricant's torque" in one for one in simulate(load_scene("bearing_6203_greased")).choice.warnings)
+def test_a_run_of_equilibria_has_the_films_and_the_torque_of_the_bearing_command(capsys):
+    """At one place of the balls those of `bearing`, over many those of moving balls within 3 %; all work is lost."""
+    greased = ("lubricant.kind=grease", "contact.normal=hertz", "solver.check=none")
+    scene = load_scene(
+        "bearing_6203_rig_400N", (*greased, "gravity=[0, 0, 0]", "model.dimension=quasi_static", "run.duration=0.2")
+    )
+    run = simulate(scene)
+    blocks = list(run.blocks())
+    first, last = (
+        {name: one.values[name][at] for name in one.values} for one, at in ((blocks[0], 0), (blocks[-1], -1))
+    )
+    angle = f"{math.degrees(first['orbit_angle'][0])}"
+    words = ("bearing", "bearing_6203_rig_400N", "--ball-angle", angle, "--json")
+    assert cli.main([*words, "--set", greased[0], "--set", greased[1]]) == cli.DONE
+    answer = json.loads(capsys.readouterr().out)
+    assert first["drive_torque"] == pytest.approx(answer["friction_torque_nm"]["total"], rel=1e-6)
+    films_of_loads = first["film_thickness"][first["film_thickness"] > 0.0]
+    assert films_of_loads.min() == pytest.approx(answer["film_m"], rel=1e-6)
+    assert first["film_ratio"][first["film_ratio"] > 0.0].min() == pytest.approx(answer["lambda"], rel=1e-6)
+    figures = run.report.figures
+    moving = report_of("bearing_6203_rig_400N", *greased, "run.duration=0.1")["drive_torque_nm"]
+    assert figures["drive_torque_nm"] == pytest.approx(moving, rel=0.03)
+    turned = float(last["inner_ring_angle"] - first["inner_ring_angle"])
+    assert figures["dissipated_j"] == pytest.approx(figures["drive_torque_nm"] * turned, rel=1e-2)
+    assert abs(figures["energy_closure"]) < 1e-5
+
+
+def test_lubricated_equilibria_that_turn_backwards_or_rest():
+    scene = ("bearing_6203_rig_400N", "lubricant.kind=grease", "model.dimension=quasi_static", "run.duration=0.01")
+    torques = [report_of(*scene, f"drive.speed={speed}")["drive_torque_nm"] for speed in (183.26, -183.26, 0.0)]
+    assert torques == [pytest.approx(-torques[1], rel=1e-3), pytest.approx(-torques[0], rel=1e-3), 0.0]
+    assert torques[0] > 1e-3

@@ -23,14 +23,16 @@ from bearing_twin.kinds.bearing.equilibrium import (
     support_of,
     weighed_solver,
 )
+from bearing_twin.kinds.bearing.friction_torque import contact_losses
 from bearing_twin.kinds.bearing.geometry import moduli
+from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.surface_defects import SMOOTH_NUMBERS, defect_numbers
 
 MOVING = (
     "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored",
-    "_gross",
+    "_gross", "_lost", "_power",
 )  # fmt: skip
 SAME = 1e-9  # relative: instants nearer than this are one
 LEFT = 1e-12  # of the loads, or of their moments: sums of forces that are less are what the solution leaves of nothing
@@ -189,7 +191,8 @@ class QuasiStaticMotion(CommandedBearing):
         self.solved = 0
         self._changed = False
         self._stored = self._first_stored = None
-        self._gross = 0.0
+        self._gross = self._lost = 0.0
+        self._power: float | None = None
         self._before = None
         self._keep()
 
@@ -306,8 +309,19 @@ class QuasiStaticMotion(CommandedBearing):
         out = empty_outputs(self.parameters, count)
         out.numbers[:] = 0.0
         write_channels(self.setting, self.parameters.gravity, found, course.speed, angle, out)
-        self._write_work(out)
+        self._write_work(out, course, self._losses(out, found, course.speed))
         return out
+
+    def _losses(self, out: Rows, found: Instants, speed: np.ndarray) -> np.ndarray:
+        """Power [W] (T,) that lubricated contacts take; writes films, and the torque of the drive against them."""
+        if not lubricated(self.parameters):
+            return np.zeros(len(speed))
+        losses = contact_losses(self.parameters, contacts_in(found.contacts), speed)
+        power = losses.power.sum(axis=(1, 2, 3))
+        out.film_thickness[:], out.film_ratio[:] = losses.thickness, losses.ratio
+        out.drive_torque[:] = np.divide(power, speed, out=np.zeros_like(power), where=speed != 0.0)
+        out.inner_ring_torque[:, 2] = -out.drive_torque
+        return power
 
     def _refuse_illegal(self, found, course) -> None:
         """Raises IntegrationError at the first output whose contacts bear too much or leave the grooves."""
@@ -319,12 +333,19 @@ class QuasiStaticMotion(CommandedBearing):
             sentence = f"at {seconds:.9g} s ball {ball} is squeezed too hard, or leaves the grooves; lower the load"
             raise IntegrationError(sentence, "too deep", seconds, f"ball {ball}")
 
-    def _write_work(self, out: Rows) -> None:
-        """What the balls hold more than at the start came through the inner ring: nothing is lost in an equilibrium."""
+    def _write_work(self, out: Rows, course: Course, power: np.ndarray) -> None:
+        """What balls hold more than at the start, and what lubricated contacts lose, came through the inner ring.
+
+        Losses are straight between outputs.
+        """
+        before = self._power if self._power is not None else power[0]
+        lost = 0.5 * course.step * (power + np.append(before, power[:-1]))
+        out.dissipated[:] = self._lost + lost.cumsum()
+        self._lost, self._power = float(out.dissipated[-1]), float(power[-1])
         stored = out.kinetic_energy + out.elastic_energy + out.potential_energy
         if self._stored is None:
             self._stored = self._first_stored = stored[0]
-        out.drive_work[:] = stored - self._first_stored
-        gross = np.abs(np.diff(stored, prepend=self._stored)).cumsum()
+        out.drive_work[:] = stored - self._first_stored + out.dissipated
+        gross = (np.abs(np.diff(stored, prepend=self._stored)) + lost).cumsum()
         out.gross_work[:] = self._gross + gross
         self._gross, self._stored = float(out.gross_work[-1]), stored[-1]

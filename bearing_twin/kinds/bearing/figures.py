@@ -365,12 +365,13 @@ class BearingFigures:
     def _work_known(self, late: dict, before: dict) -> bool:
         """True if the work of turning the ring is known over this part of the run: apart from loads, without a shift.
 
-        A shift of a ring that is held is work of the drive. Logs of earlier versions hold no work of loads.
+        A shift of a ring that is held is work of the drive, and so is all work of equilibria. Logs of earlier versions
+        hold no work of loads.
         """
         change = self.parameters.drive.change
         shifted = change.time and any(change.offset) and before["time"] <= change.time <= late["time"]
         apart = "inner_ring_load_work" in self._layout.places or dimension_of(self.parameters) == PRESCRIBED
-        return apart and not shifted
+        return apart and not shifted and dimension_of(self.parameters) != QUASI_STATIC
 
     @property
     def energy_closure(self) -> float:

@@ -48,34 +48,54 @@ class FrictionTorque(NamedTuple):
     ratio: float
 
 
-def contact_torque(parameters, contacts) -> FrictionTorque | None:
-    """The torque that films, hysteresis and slip of an equilibrium's contacts put on the inner ring; None at rest.
+class ContactLosses(NamedTuple):
+    """Power [W] (..., N, 2, 3) of film, hysteresis and slip, thickness [m] and Lambda (..., N, 2); 0 where undriven."""
 
-    Power over speed: 2 F u of a film, moments of hysteresis and differential slip times the roll of the ball, u/r, and
-    3/8 mu Q a E of a patch times its spin, E the complete elliptic integral of the second kind (where a ball both rolls
-    and spins the sum is an upper bound). A ball off the inner ring is driven by nothing and is left out.
+    power: np.ndarray
+    thickness: np.ndarray
+    ratio: np.ndarray
+
+
+def contact_losses(parameters, contacts, speed) -> ContactLosses:
+    """What films, hysteresis and slip take in each contact of equilibria, the ring turning at `speed` (...,) [rad/s].
+
+    2 F u of a film, moments of hysteresis and differential slip times the roll of the ball, u/r, and 3/8 mu Q a E of a
+    patch times its spin, E the complete elliptic integral of the second kind (where a ball both rolls and spins the sum
+    is an upper bound). A ball off the inner ring is driven by nothing and is left out, and so is a bearing at rest.
     """
-    speed, radius = parameters.drive.speed, 0.5 * parameters.geometry.ball_diameter
-    driven = contacts.load.min(axis=1) > 0.0
-    if not speed or not driven.any():
-        return None
-    lubricant, power, thinnest = film_lubricant(parameters), np.zeros(3), (math.inf, math.inf)
+    radius, speed = 0.5 * parameters.geometry.ball_diameter, np.asarray(speed, float)[..., None]
+    driven = (contacts.load.min(axis=-1) > 0.0) & (speed != 0.0)
+    lubricant, shape = film_lubricant(parameters), contacts.load.shape
+    found = ContactLosses(np.zeros((*shape, 3)), np.zeros(shape), np.zeros(shape))
+    orbit, roll, pitch = (one[driven] for one in (contacts.orbit, contacts.roll, contacts.pitch))
+    inner = np.broadcast_to(speed, driven.shape)[driven]
     for side, modulus in enumerate(moduli(parameters.materials)):
-        load, angle, small, large = (one[driven, side] for one in (
+        load, angle, small, large = (one[..., side][driven] for one in (
             contacts.load, contacts.angle, contacts.curvature_small, contacts.curvature_large
         ))  # fmt: skip
-        cosine, sine, pitch = np.cos(angle), np.sin(angle), contacts.pitch[driven]
-        turn = np.abs(contacts.roll[driven] * cosine + pitch * sine)  # of the ball about its axis of rolling
-        ring = (speed if side == 0 else 0.0) - contacts.orbit[driven]
-        spin = np.abs(pitch * cosine - (contacts.roll[driven] + ring) * sine)
+        cosine, sine = np.cos(angle), np.sin(angle)
+        turn = np.abs(roll * cosine + pitch * sine)  # of the ball about its axis of rolling
+        ring = (inner if side == 0 else 0.0) - orbit
+        spin = np.abs(pitch * cosine - (roll + ring) * sine)
         numbers = film_numbers(lubricant, small, large, modulus, radius)
         thickness, ratio, resistance, hysteresis, slip, friction = films(lubricant, numbers, load, radius * turn).T
         major, minor, _ = ellipse(small, large, modulus, load)
         drilling = 0.375 * friction * load * major * elliptic_e(minor / major)
-        power += 2.0 * radius * resistance @ turn, hysteresis @ turn, slip @ turn + drilling @ spin
-        least = int(thickness.argmin())
-        thinnest = min(thinnest, (float(thickness[least]), float(ratio[least])))
-    return FrictionTorque(*(power / abs(speed)).tolist(), *thinnest)
+        parts = 2.0 * radius * resistance * turn, hysteresis * turn, slip * turn + drilling * spin
+        found.power[..., side, :][driven] = np.stack(parts, axis=-1)
+        found.thickness[..., side][driven], found.ratio[..., side][driven] = thickness, ratio
+    return found
+
+
+def contact_torque(parameters, contacts) -> FrictionTorque | None:
+    """The torque that films, hysteresis and slip of an equilibrium's contacts put on the inner ring; None at rest."""
+    losses, speed = contact_losses(parameters, contacts, parameters.drive.speed), abs(parameters.drive.speed)
+    driven = losses.thickness > 0.0
+    if not driven.any():
+        return None
+    least = np.argmin(np.where(driven, losses.thickness, math.inf))
+    thinnest = float(losses.thickness.flat[least]), float(losses.ratio.flat[least])
+    return FrictionTorque(*(losses.power.sum(axis=(0, 1)) / speed).tolist(), *thinnest)
 
 
 def skf_torque(parameters, static: float, force) -> float | None:

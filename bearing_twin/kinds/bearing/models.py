@@ -16,7 +16,6 @@ from bearing_twin.kinds.bearing.facts import (
     without_friction,
 )
 from bearing_twin.kinds.bearing.geometry import nominal_curvatures
-from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.model_error import rule_error
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
 from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
@@ -67,11 +66,6 @@ def choose(parameters) -> Choice:
             warnings += left_by(parameters, ("model.dimension", dimension))
         if parameters.solver.stepper != AUTO:
             warnings.append("solver.stepper does nothing in a run from equilibria, which has no steps")
-        if lubricated(parameters):
-            warnings.append(
-                "a run from equilibria has no friction: the lubricant's torque is computed by `bearing_twin bearing`, "
-                "or with model.dimension: prescribed or free"
-            )
         return Choice(law, QUASI_STATIC, error, sentences(found), tuple(warnings))
     stepper, friction = found["solver.stepper"].value, found["contact.friction"].value
     if dimension == PRESCRIBED:

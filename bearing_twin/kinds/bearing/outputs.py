@@ -11,7 +11,6 @@ from bearing_twin.kinds.bearing.compiled_outputs import write_rows
 from bearing_twin.kinds.bearing.geometry import moduli
 from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC, dimension_of
 from bearing_twin.kinds.topics import NUMBERS
 
 IN_PLANE = ("in_plane",)  # axes: x and y
@@ -25,8 +24,8 @@ def channels(parameters: BearingScene) -> tuple[Channel, ...]:
 
 
 def has_films(parameters: BearingScene) -> bool:
-    """True if outputs hold films of a lubricant: those of balls that move."""
-    return lubricated(parameters) and dimension_of(parameters) != QUASI_STATIC
+    """True if outputs hold films of a lubricant."""
+    return lubricated(parameters)
 
 
 # The tables below know the number of balls alone: to look one up by a scene would hash all of it, for every chunk.

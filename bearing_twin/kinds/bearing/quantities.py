@@ -3,6 +3,7 @@
 import math
 
 from bearing_twin.kinds.bearing.housing import NONE
+from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.rings import BALLS, TORQUE, free_coordinates, moving_centre
 from bearing_twin.kinds.contract import Quantity, read_off
 
@@ -22,9 +23,9 @@ MEANINGS = {
     "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the work moved, or of "
     "wanted.tolerance times what is stored where that is more",
     "drive_work_j": "work of the drive and of the loads on a ring with mass since the start, at the end",
-    "dissipated_j": "energy lost in the contacts since the start, at the end; none from equilibria",
+    "dissipated_j": "energy lost in the contacts since the start, at the end; none from dry equilibria",
     "drive_torque_nm": f"that turns the inner ring, without lubricant against dry contacts' friction alone, {LATE}: "
-    "work over angle, less that of loads; none from equilibria",
+    "work over angle, less that of loads; none from dry equilibria",
     "catalogue_drive_torque_nm": "friction torque of a greased bearing under the mean force on its ring, by Palmgren's "
     f"rule, within about 50 %, {HALF}; none at rest or where a torque drives",
     "ring_displacement_m": f"of the inner ring's centre, {LATE}; none of a ring that is held",
@@ -62,7 +63,8 @@ MEANINGS = {
 """What each key of the figures is, in their order."""
 FIGURES_OF = {
     "lubricated": ("catalogue_drive_torque_nm",),
-    "losses": ("dissipated_j", "drive_torque_nm", "friction_torque_nm"),
+    "losses": ("dissipated_j", "drive_torque_nm"),
+    "friction": ("friction_torque_nm",),
     "run-up": ("run_up_time_s",),
     "displacement": ("ring_displacement_m", "ring_displacement_range_m"),
     "tilt": ("misalignment_rad",),
@@ -81,7 +83,8 @@ def missing(parameters, still: bool) -> frozenset[str]:
     free, moving = free_coordinates(parameters), moving_centre(parameters)
     there = {
         "lubricated": parameters.drive.kind != TORQUE,
-        "losses": not still,
+        "losses": not still or lubricated(parameters),
+        "friction": not still,
         "run-up": parameters.drive.kind == TORQUE,
         "displacement": any(free[:3]),
         "tilt": any(free[3:]),
