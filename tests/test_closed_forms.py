@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from scipy.stats import gamma
 
 from bearing_twin.kinds.bearing import Support, lives_of, ratings_of, solver_of
 from bearing_twin.run.scene import load_scene
@@ -135,15 +134,3 @@ def test_shares_of_the_variance_of_a_product_of_lognormals(tmp_path):
             told = found[name][kind]
             assert told["low"] - 0.003 <= exact <= told["high"] + 0.003
             assert told["value"] == pytest.approx(exact, abs=0.01)
-
-
-def test_the_density_of_the_peak_force_by_change_of_variable():
-    """F = c / alpha with alpha gamma: f(F) = f_alpha(c / F) c / F^2, c = 3.67909398 mu v^1.2."""
-    forces = [8e4, 1.2e5, 2e5, 4e5]
-    overrides = ["method=change_of_variable", f"densities={{peak_force: {forces}}}", "histories=[]"]
-    found = run_study(load_study("spheres_alpha_4e-5", overrides)).as_dict()["quantities"]["peak_force"]["densities"]
-    mean, deviation = 1.138e-4, 4e-5
-    constant = 3.67909398 * 0.1129 * 20.0**1.2
-    alpha = gamma((mean / deviation) ** 2, scale=deviation**2 / mean)
-    exact = [alpha.pdf(constant / force) * constant / force**2 for force in forces]
-    assert [one["density"] for one in found] == pytest.approx(exact, rel=1e-7)

@@ -307,18 +307,6 @@ def test_impulse_is_the_integral_of_the_force():
     assert found.contacts[0].impulse == pytest.approx(2.0 * REDUCED * 10.0, rel=1e-8)
 
 
-def test_many_discs_at_once_and_their_mean():
-    """E ~ gamma(5e9, 1e9), by Gauss quadrature over its quantiles: mean and standard deviation of the contact time."""
-    from scipy.stats import gamma
-
-    points, weights = np.polynomial.legendre.leggauss(400)
-    moduli = gamma(25.0, scale=2e8).ppf(0.5 * (points + 1.0))
-    times = disc_impact.contact_time(line_law("line", 1.0, 2.0, moduli, 0.3), REDUCED, 10.0)
-    mean = 0.5 * np.sum(weights * times)
-    assert mean == pytest.approx(6.5773670e-3, rel=1e-5)
-    assert math.sqrt(0.5 * np.sum(weights * (times - mean) ** 2)) == pytest.approx(6.3424330e-4, rel=2e-3)
-
-
 def test_thick_discs_are_answered_by_johnson_unless_the_scene_pins_the_paper():
     from bearing_twin.run.scene import choose
 

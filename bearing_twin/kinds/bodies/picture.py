@@ -17,7 +17,7 @@ from bearing_twin.numerics.rotation import rotation_matrix, rotation_rows
 from bearing_twin.pictures.panels import draw_peaks
 from bearing_twin.pictures.run import RunPicture, scaled_time
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, marker_of, scaled
-from bearing_twin.shapes.implicit import CONVEX, level, support
+from bearing_twin.shapes.implicit import CONVEX, TORUS, support
 
 MISSED = 10  # outputs in a contact: fewer may pass its peak by
 NONE = np.empty((3, 0))
@@ -205,17 +205,17 @@ def _outline(surface, orientation, view):
 
 
 def _draw_section(axis, surface, centre, orientation, right, up, through):
-    """The section of a body by the plane of the picture through the point `through`, filled where the body is."""
-    turn = rotation_matrix(tuple(map(float, orientation)))
+    """The section of a plane or a groove by the plane of the picture through the point `through`, filled."""
     x, y = (1e-3 * np.linspace(*limits, GRID) for limits in (axis.get_xlim(), axis.get_ylim()))
     depth = np.cross(right, up)
-    values = np.empty((GRID, GRID))
-    for row, high in enumerate(y):
-        for column, far in enumerate(x):
-            point = far * right + high * up + (through @ depth) * depth
-            values[row, column] = level(surface, turn.T @ (point - centre)).value
-    axis.contourf(1e3 * x, 1e3 * y, values, levels=[-np.inf, 0.0], colors=[STYLE["ring"]], zorder=0.5)
-    axis.contour(1e3 * x, 1e3 * y, values, levels=[0.0], colors=[STYLE["edge"]], linewidths=2.0)
+    points = x[:, None] * right + y[:, None, None] * up + (through @ depth) * depth
+    own = (points - centre) @ rotation_matrix(tuple(map(float, orientation)))
+    outside = own[..., 2]  # above zero outside the body
+    if surface.kind == TORUS:
+        ring, tube = surface.sizes[:2]
+        outside = tube - np.hypot(np.hypot(own[..., 0], own[..., 1]) - ring, own[..., 2])
+    axis.contourf(1e3 * x, 1e3 * y, outside, levels=[-np.inf, 0.0], colors=[STYLE["ring"]], zorder=0.5)
+    axis.contour(1e3 * x, 1e3 * y, outside, levels=[0.0], colors=[STYLE["edge"]], linewidths=2.0)
 
 
 def _draw_height(axis, time, values):
@@ -287,7 +287,7 @@ def _draw_load(axis, time, values, seen, contacts):
     factor, unit = prefixed(greatest, "N")
     loaded = np.where(load > 0.0, factor * load, np.nan)
     if np.any(load > 0.0):  # bounces of one or two outputs make no line
-        axis.plot(time, loaded, ".-", color=BALL_COLOURS[0], linewidth=1.0, markersize=3, label="at the outputs")
+        axis.plot(time, loaded, ".-", color=BALL_COLOURS[0], linewidth=1.0, markersize=2, label="at the outputs")
     hit = peak > 0.0  # a touch so light that it has no peak is not on this axis
     if np.any(hit):
         draw_peaks(axis, time[-1] - time[0], begin[hit], end[hit], factor * peak[hit])
