@@ -10,7 +10,7 @@ from ros import rclpy
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.paths import share_path
-from bearing_twin.nodes.node_parameters import SHARED, arguments_of, checked, stay_on_this_host, truth, values_given
+from bearing_twin.nodes.node_parameters import SHARED, arguments_of, checked, stay_on_this_host, values_given
 from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
 from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
 from bearing_twin.nodes.sim_node import PARAMETERS as SIMULATION
@@ -67,13 +67,6 @@ def test_words_become_values_of_their_type_and_empty_ones_are_left_to_the_node()
 def test_words_that_are_no_values_are_named(words, sentence):
     with pytest.raises(BearingTwinError, match=sentence):
         values_given(SIMULATION, words)
-
-
-def test_true_or_false_is_nothing_else():
-    assert truth({"rviz": "True"}, "rviz")
-    assert not truth({}, "rviz")
-    with pytest.raises(BearingTwinError, match="rviz:='yes' must be true or false"):
-        truth({"rviz": "yes"}, "rviz")
 
 
 def test_what_is_launched_stays_on_this_host_unless_the_environment_says_otherwise(monkeypatch):

@@ -29,7 +29,6 @@ from bearing_twin.nodes.node_parameters import (
     NodeParameter,
     arguments_of,
     stay_on_this_host,
-    truth,
     values_given,
 )
 from bearing_twin.nodes.recorder_node import FRAMES
@@ -59,7 +58,7 @@ def simulate() -> LaunchDescription:
         node = _simulation(words, on_exit=[Shutdown()])
         return [*_recorder(words), node, *_viewers(words, lambda: [_panels(words)])]
 
-    return _described(arguments_of(SIMULATION), actions)
+    return _launched(arguments_of(SIMULATION), actions)
 
 
 def replay() -> LaunchDescription:
@@ -70,7 +69,7 @@ def replay() -> LaunchDescription:
         node = _node("replay_node", words, given, on_exit=[Shutdown()])
         return [*_recorder(words), node, *_viewers(words, lambda: [_panels_of_log(words)])]
 
-    return _described(arguments_of(REPLAY), actions)
+    return _launched(arguments_of(REPLAY), actions)
 
 
 def study() -> LaunchDescription:
@@ -80,7 +79,7 @@ def study() -> LaunchDescription:
         node = _node("uq_node", words, values_given(STUDIES, words))
         return [*_recorder(words), node, *_viewers(words, lambda: [_panels({"namespace": ""})])]
 
-    return _described(arguments_of(STUDIES), actions)
+    return _launched(arguments_of(STUDIES), actions)
 
 
 def two_bearings() -> LaunchDescription:
@@ -98,7 +97,7 @@ def two_bearings() -> LaunchDescription:
             found.append(_static_transform(_panels(both[side]).frame, place))
         return [*found, *_viewers(words, lambda: [_panels(one)._replace(frame="world") for one in both.values()])]
 
-    return _launched([*SHARED, *SIDE_ARGUMENTS], actions)
+    return _launched(SIDE_ARGUMENTS, actions)
 
 
 def _side_words(words: Mapping[str, str], side: str) -> dict[str, str]:
@@ -126,18 +125,14 @@ def _panels_of_log(words: Mapping[str, str]) -> Panels:
     return panels(log.scene, words["namespace"] or log.namespace, prefix)
 
 
-def _described(arguments: Sequence[Argument], actions) -> LaunchDescription:
-    """The shared arguments and a node's own."""
-    return _launched([*SHARED, *arguments], actions)
-
-
 def _launched(arguments: Sequence[Argument], actions) -> LaunchDescription:
+    """The shared arguments and a node's own; `actions` takes their words."""
     stay_on_this_host()
     declared = [
         DeclareLaunchArgument(
             one.name, default_value=one.default, description=one.meaning, choices=list(one.choices) or None
         )
-        for one in arguments
+        for one in (*SHARED, *arguments)
     ]
     started = OpaqueFunction(function=lambda context: actions(context.launch_configurations))
     return LaunchDescription([*declared, started])
@@ -194,10 +189,10 @@ def _static_transform(frame: str, height: float):
 def _viewers(words: Mapping[str, str], scenes: Callable[[], list[Panels]]) -> list:
     """RViz and the bridge to Foxglove, if they are requested and installed; else one sentence."""
     found = []
-    if truth(words, "rviz"):
+    if words.get("rviz") == "true":
         layout = _layout_file("bearing_twin.rviz", rviz(*scenes()))
         found.append(_if_installed("rviz:=true", "rviz2", arguments=["-d", layout]))
-    if truth(words, "foxglove"):
+    if words.get("foxglove") == "true":
         layout = _layout_file("bearing_twin.foxglove.json", foxglove(scenes()[0]))
         bridge = {"address": "127.0.0.1", "port": BRIDGE_PORT}
         found.append(_if_installed("foxglove:=true", "foxglove_bridge", parameters=[bridge]))

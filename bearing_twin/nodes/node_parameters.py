@@ -187,7 +187,7 @@ def advice(error: str) -> str:
     return "write -p NAME:=VALUE for a parameter"
 
 
-TRUTH = {"true": True, "false": False}
+BOOLEAN = ("true", "false")
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
 
 
@@ -205,8 +205,8 @@ SHARED = (
     Argument("params_file", "", "YAML file of parameters of nodes, named as /**/sim_node; arguments have precedence"),
     Argument("record", "", "MCAP file (or bag folder, without .mcap) for recorder_node; empty = none"),
     Argument("log_level", "info", "least severity that nodes log", LOG_LEVELS),
-    Argument("rviz", "false", "open RViz with the layout of the package", tuple(TRUTH)),
-    Argument("foxglove", "false", "open a foxglove_bridge on this machine for Foxglove", tuple(TRUTH)),
+    Argument("rviz", "false", "open RViz with the layout of the package", BOOLEAN),
+    Argument("foxglove", "false", "open a foxglove_bridge on this machine for Foxglove", BOOLEAN),
 )
 
 
@@ -227,14 +227,6 @@ def values_given(table: Sequence[NodeParameter], words: Mapping[str, str]) -> di
     """
     named = [parameter for parameter in table if words.get(parameter.name)]
     return checked(named, {parameter.name: _read(parameter, words[parameter.name]) for parameter in named})
-
-
-def truth(words: Mapping[str, str], name: str) -> bool:
-    """The value of an argument that is true or false; raises BearingTwinError for another word."""
-    text = words.get(name, "false").lower()
-    if text not in TRUTH:
-        raise BearingTwinError(f"{name}:={echo(text)} must be true or false")
-    return TRUTH[text]
 
 
 def _read(parameter: NodeParameter, text: str):
