@@ -155,7 +155,7 @@ def contacts_at(seats, balls, azimuths, coordinates, places) -> Contacts:
 
 
 def ball_balances(seat, azimuths, coordinates, places) -> tuple[np.ndarray, np.ndarray]:
-    """What changes of place and opening do to balls at their places (N, 2), and coordinates to their openings.
+    """Derivatives of the balance of balls at their places (N, 2), and of their openings by the ring's coordinates.
 
     Derivatives (N, 5, 2, 2) of what is left of a ball's balance (radial, axial), of its force on the ring (radial,
     axial) and of the moment of its friction, by place and by opening (radial, axial); and (N, 2, 5) of the openings.
@@ -171,7 +171,7 @@ def _kept(places) -> np.ndarray:
 
 
 def shared(contacts: Contacts, values: np.ndarray) -> float:
-    """What balls in one cage share of `values` (N,), such as orbit speeds: the mean by load on the inner ring."""
+    """Mean of `values` (N,), such as orbit speeds, by load on the inner ring, which balls in one cage share."""
     load = contacts.load[:, 0]
     weight = load.sum()
     return float(load @ values / weight if weight > 0.0 else values.mean())
@@ -195,7 +195,7 @@ CARRIES, HEAVY = 1e-6, 1e6  # share of a load, of HEAVY [N] at most, below which
 
 
 class Support(NamedTuple):
-    """What holds the inner ring: of x, y, z, theta_x, theta_y which are `free`, their loads, and where others are held.
+    """The support of the inner ring: of x, y, z, theta_x, theta_y which are `free`, their loads, and where others are held.
 
     `loads` [N, N m] (5,) act on the ring, `held` [m, rad] (5,) are coordinates; each counts where it applies.
     """
@@ -238,7 +238,7 @@ def setting_of(parameters, law: str, speed: float, arm: str = "groove") -> Setti
 
 
 def support_of(parameters) -> Support:
-    """What the scene itself says: its loads, and where its drive holds the rest."""
+    """The support that a scene gives: its loads, and the coordinates at which its drive holds the rest."""
     ring, drive = parameters.rings.inner, parameters.drive
     return Support(free_coordinates(parameters), (*ring.load, *ring.moment), (*drive.offset, *drive.tilt))
 
@@ -340,7 +340,7 @@ class EquilibriumSolver:
         return EquilibriumSolver(self.setting._replace(speed=0.0), self.azimuths, self.gravity)
 
     def _beyond_angle(self) -> str:
-        """That a contact angle of the equilibrium found last is beyond what is modelled; "" where none is."""
+        """Sentence on a contact angle of the last equilibrium that is beyond what is modelled; "" where none is."""
         squeeze, angle = self.legal()
         if not angle > max(1.0, squeeze):
             return ""
@@ -348,7 +348,7 @@ class EquilibriumSolver:
         return f"leans a contact to {angle * greatest:.3g} degrees, beyond the {greatest:.3g} degrees that are modelled"
 
     def _too_fast(self, support: Support, beyond: str) -> str:
-        """That the speed alone is too much for a load that is carried at rest, "" where it is not."""
+        """Sentence on a speed that is too high for a load that is carried at rest, "" where it is not."""
         speed = self.speed
         if not (speed and self._at_rest()._tried(support, 1.0)[2]):
             return ""
@@ -384,7 +384,7 @@ class EquilibriumSolver:
         return f"no ball touches both rings, so that nothing holds {self.body} along {free}; {self.remedy}"
 
     def _refusal(self, support: Support, status: int) -> str:
-        """Why there is no legal equilibrium, with the greatest share of loads and held coordinates there is.
+        """Reason for which there is no legal equilibrium, with the greatest share of loads and held coordinates.
 
         That a load is carried at rest is said first, for the greatest at such a speed takes long and tells less.
         """
@@ -508,7 +508,7 @@ def controlled(parameters, solver: EquilibriumSolver, support: Support) -> Equil
 
 
 def control_reason(parameters, found: Equilibrium) -> str:
-    """Why the balls of an equilibrium have their raceway control, in words."""
+    """Reason of the raceway control of an equilibrium's balls."""
     if parameters.model.control != AUTO:
         return "as the scene asks"
     if found.control == SHARED:

@@ -39,7 +39,7 @@ LEFT = 1e-12  # of the loads, or of their moments: sums of forces that are less 
 
 
 class Course(NamedTuple):
-    """What is prescribed at the instants (T,): seconds since the one before, the ring's turn [rad] and speed [rad/s].
+    """Prescribed motion at the instants (T,): seconds since the one before, the ring's turn [rad] and speed [rad/s].
 
     `held` (T, 5) [m, rad] are the coordinates of the ring, of which `free` (5,) follow `wanted` (5,) [N, N m].
     """
@@ -53,7 +53,7 @@ class Course(NamedTuple):
 
 
 class State(NamedTuple):
-    """What goes on from instant to instant: azimuth of ball 0, orbit over ring speed (2,); ring, balls, attitudes."""
+    """State between instants: azimuth of ball 0, orbit over ring speed (2,); ring, balls, attitudes."""
 
     cage: np.ndarray
     q: np.ndarray
@@ -62,7 +62,7 @@ class State(NamedTuple):
 
 
 class Instants(NamedTuple):
-    """What was found (T, ...): azimuth of ball 0, orbit speed, ring, load on it, balls' places, attitudes, contacts."""
+    """Equilibria at instants (T, ...): azimuth of ball 0, orbit speed, ring, its load, balls' places, attitudes, contacts."""
 
     azimuth: np.ndarray
     orbit: np.ndarray
@@ -241,7 +241,7 @@ class QuasiStaticMotion(CommandedBearing):
         return Rows(out.layout, out.numbers[: len(times)])
 
     def _course(self, instants) -> tuple[Course, np.ndarray]:
-        """What is prescribed at `instants` [s] from now, and the ring's angle there; moves the drive on."""
+        """Prescribed motion at `instants` [s] from now, and the ring's angle there; moves the drive on."""
         drive, change, count = self.parameters.drive, self.parameters.drive.change, len(instants)
         due = change.time - self.elapsed if change.time > 0.0 and not self._changed else np.inf
         times, speeds = [0.0], [self.speed]  # between which the speed is straight
@@ -334,7 +334,7 @@ class QuasiStaticMotion(CommandedBearing):
             raise IntegrationError(sentence, "too deep", seconds, f"ball {ball}")
 
     def _write_work(self, out: Rows, course: Course, power: np.ndarray) -> None:
-        """What balls hold more than at the start, and what lubricated contacts lose, came through the inner ring.
+        """Works: energy that balls gain, and losses of lubricated contacts, come through the inner ring.
 
         Losses are straight between outputs.
         """

@@ -1,4 +1,4 @@
-"""A bearing in balance as numbers for people and programs: loads, ellipses, stiffness, lives, frequencies, doubts."""
+"""Report of an equilibrium: loads, contact ellipses, stiffness, lives, frequencies, warnings; curves over a sweep."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -45,7 +45,7 @@ def frequencies_of(contacts, balls: int, speed: float) -> dict[str, float]:
 
 
 def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> dict:
-    """What `bearing_twin bearing` gives out: SI units at the end of each key, a list has one entry a ball.
+    """Results of `bearing_twin bearing`: SI units at the end of each key, a list has one entry a ball.
 
     `ring_force_n` and `ring_moment_nm` are those of the balls on the inner ring, about its centre; `stiffness` is
     d(external load)/d(coordinate) in the order x, y, z, theta_x, theta_y.
@@ -136,7 +136,7 @@ def _settled(values, scale) -> list:
 def flags_of(
     parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, ellipses, safety: float
 ) -> list[str]:
-    """What is doubtful about an equilibrium, one sentence each."""
+    """Warnings of an equilibrium, one sentence each."""
     contacts = found.contacts
     loose = loose_directions(found, support, solver.scales)
     friction = parameters.contact.friction_coefficient

@@ -33,12 +33,12 @@ def axis_ratio(parameters) -> float:
 
 
 def slip_at_start(parameters) -> float:
-    """What the balls lack of rolling at the start, as a share of it."""
+    """Slip of the balls at the start, as a share of the speed of rolling."""
     return 1.0 if parameters.initial.motion == "rest" and parameters.drive.speed else 0.0
 
 
 def ring_shift(parameters) -> float:
-    """How far [m] the ring jumps under way."""
+    """Distance [m] by which the ring jumps under way."""
     return math.hypot(*parameters.drive.change.offset) if parameters.drive.change.time else 0.0
 
 
@@ -148,7 +148,7 @@ COLD = 150.0  # K, below all but cryogenic bearings
 
 
 def of_temperatures(parameters) -> list[str]:
-    """What is to be said of temperatures in which steel bearings hardly run: they may have been meant in °C."""
+    """Warnings of temperatures in which steel bearings hardly run: they may have been meant in °C."""
     given = {
         name: getattr(parameters.temperatures, name) for name in ("reference", "inner_ring", "outer_ring", "balls")
     }
@@ -160,7 +160,7 @@ def of_temperatures(parameters) -> list[str]:
 
 
 def of_held_ring(parameters) -> list[str]:
-    """What is to be said of a ring that is held where it is: that it touches no ball, or leaves some on their way."""
+    """Warnings of a ring that is held: it touches no ball, or leaves some on their way."""
     if not touches_at_rest(parameters):
         return [
             "the inner ring stands where it touches no ball, so that nothing loads or drives them: move it by "
@@ -175,7 +175,7 @@ def touches_at_rest(parameters) -> bool:
 
 
 def of_falling_balls(parameters, law: str) -> list[str]:
-    """What is to be said of a ring so slow that balls which bear nothing at the start fall off the outer raceway.
+    """Warnings of a ring so slow that balls without load at the start fall off the outer raceway.
 
     At the top of their way, where their weight is more than their centrifugal load at the speed of rolling.
     """
@@ -194,7 +194,7 @@ def of_falling_balls(parameters, law: str) -> list[str]:
 
 
 def mend_of_method(parameters, choice) -> str:
-    """What makes the error of the integration method smaller, as far as anything does."""
+    """Advice that reduces the error of the integration method, as far as anything does."""
     if of_falling_balls(parameters, choice.law):
         return "no tolerance mends what hopping balls do at one instant: take means, or turn the ring faster"
     if choice.stepper == QUASI_STATIC:
@@ -206,7 +206,7 @@ def mend_of_method(parameters, choice) -> str:
 
 
 def cage_needed(parameters) -> str:
-    """Why balls without a cage would not stay apart, "" where they do: some leave a raceway on their way round."""
+    """Warning that balls without a cage bunch up, as some leave a raceway on their orbit; "" where they do not."""
     if parameters.cage.kind != "none" or parameters.geometry.balls == 1:
         return ""
     if not leaves_raceway(parameters):

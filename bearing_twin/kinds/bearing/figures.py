@@ -51,7 +51,7 @@ MAY_BE_MISSING = {"cage_slip", "pocket_force", "inner_ring_load_work", *CENTRE}
 
 
 class Greatest(NamedTuple):
-    """What is kept of single contacts (2 N,), of a ball's inner one and outer one in turn, over all outputs.
+    """Extremes of single contacts (2 N,), of a ball's inner one and outer one in turn, over all outputs.
 
     The greatest load and AT_GREATEST (4, 2 N) there; outputs without a load. `off_even` (1,) [rad] is how far a gap
     between neighbours came off even spacing, `pocket_force` (1,) [N] the greatest of a cage on a ball,
@@ -136,7 +136,10 @@ def columns_of(layout: Layout) -> np.ndarray:
 
 
 class Sums:
-    """The stretches of a run so far, in memory that does not grow with it, and the greatest of its contacts."""
+    """The stretches of a run so far, in memory that does not grow with it, and the greatest of its contacts.
+
+    Outputs are summed one after the other, so that sums do not depend on how a stream of them is cut.
+    """
 
     def __init__(self, balls: int):
         self.outputs = self.stretches = 0
@@ -462,7 +465,7 @@ class BearingFigures:
         )
 
     def flags(self) -> list[str]:
-        """What in this run lies outside the theory's validity, one sentence each."""
+        """Warnings of what lies outside the theory's validity, one sentence each."""
         peaks = self._peaks()
         pressure, widths = peaks["peak_pressure"].max(), peaks["semi_major"].max(axis=0)
         ball, diameter = self.parameters.materials.ball, self.parameters.geometry.ball_diameter

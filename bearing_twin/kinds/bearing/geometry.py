@@ -15,7 +15,7 @@ SAME = 1e-9  # relative: a clearance that is already the one of the contact angl
 
 @dataclass(frozen=True)
 class Seat:
-    """Where a ring sits: the shaft below the inner ring, or the housing around the outer one."""
+    """Seat of a ring: the shaft below the inner ring, or the housing around the outer one."""
 
     interference: float = quantity(
         0.0, "m", "of the diameters of ring and seat before they are joined; 0 = a loose fit", at_least=0.0
@@ -79,7 +79,7 @@ def _shaft_fit(seat: Seat, ring: Material, raceway: float) -> float:
 
 
 def _housing_fit(seat: Seat, ring: Material, raceway: float) -> float:
-    """How much [m] the outer raceway's diameter shrinks; as `_shaft_fit`."""
+    """Decrease [m] of the outer raceway's diameter; as `_shaft_fit`."""
     if seat.interference == 0.0:
         return 0.0
     outside, housing = seat.diameter, seat.material
@@ -119,7 +119,7 @@ def operating_geometry(parameters):
 
 
 def clearance_problems(parameters) -> list[str]:
-    """What is impossible about contact angle and fits, one sentence each."""
+    """Contradictions of contact angle and fits, one sentence each."""
     geometry, fits, problems = parameters.geometry, parameters.fits, []
     if geometry.contact_angle > 0.0 and geometry.radial_clearance != type(geometry).radial_clearance:
         problems.append(
@@ -143,7 +143,7 @@ def clearance_problems(parameters) -> list[str]:
 
 
 def squeezes(parameters) -> list[tuple[float, float]]:
-    """By how much [m] a ball at the near and one at the far side of the ring's offset is squeezed, at each place of it.
+    """Squeezes [m] of balls at the near and the far side of the ring's offset, at each of its places.
 
     At the far side of a radial offset r this is hypot(A_0 - r, z) - (f_i + f_o - 1) D.
     """

@@ -1,7 +1,8 @@
 """Model errors of contacts and equilibria: elastic law, half-spaces, tilts of first order, friction at a point.
 
 A contact that is too stiff by a share of its load pushes its ball and the ring, which move until they are in balance
-again: the balance differentiated by that share."""
+again: the balance differentiated by that share.
+"""
 
 import contextlib
 import functools
@@ -173,7 +174,7 @@ def followed(
 
 
 def pushed_by(solver: EquilibriumSolver, found: Equilibrium, shares: np.ndarray) -> Pushed:
-    """What contacts that bear these shares (N, 2) more than their law gives do while the ring is held."""
+    """Effect of contacts that carry these shares (N, 2) more than by their law while the ring is held."""
     load, angle = found.contacts.load, found.contacts.angle
     pushes = (shares * load)[..., None] * _normals(angle)
     by_ball, opened = ball_balances(solver.seats(), found.azimuths, found.coordinates, found.places)
@@ -201,7 +202,12 @@ def _raceways(solver: EquilibriumSolver):
 
 
 def response_to_tilt(solver: EquilibriumSolver, support: Support, found: Equilibrium) -> Response | None:
-    """What the true circle changes, in first order; None of a ring that is not tilted."""
+    """Response to the true circle of the inner groove's centres, in first order; None of a ring that is not tilted.
+
+    A tilt of first order keeps the circle's radius R. Seen by a ball at an azimuth where the tilt lifts its point of
+    the circle by R b, the true circle is nearer to the axis by R b^2/2: a true contact is pressed less by the cosine of
+    its angle times that, and the moment of what presses it has no such lever.
+    """
     setting, contacts, tilt = solver.setting, found.contacts, found.coordinates[3:]
     if not tilt.any():
         return None
@@ -225,7 +231,7 @@ def response_to_tilt(solver: EquilibriumSolver, support: Support, found: Equilib
 
 
 class ContactError(NamedTuple):
-    """What contacts that are too stiff do at an equilibrium: the `response` of balls and ring.
+    """Effect of contacts that are too stiff on an equilibrium: the `response` of balls and ring.
 
     `kept` is the part of the greatest contact's error that its load keeps: what all share only moves a free ring.
     """

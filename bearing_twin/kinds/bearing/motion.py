@@ -1,4 +1,4 @@
-"""From a bearing scene to its equations, its start, and its motion chunk by chunk, by any of the steppers."""
+"""Motion of a bearing chunk by chunk, by any of the steppers."""
 
 import math
 from copy import copy
@@ -379,7 +379,7 @@ def drive_later(drive: RingDrive, start: float) -> RingDrive:
 
 
 def bearing_motion(parameters: BearingScene, choice: Choice):
-    """What moves a bearing by the chosen model: equilibria, or balls by their equations of motion."""
+    """The motion of a bearing by the chosen model: equilibria, or balls by their equations of motion."""
     return (QuasiStaticMotion if choice.stepper == QUASI_STATIC else BearingMotion)(parameters, choice)
 
 

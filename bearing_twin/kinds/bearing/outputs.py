@@ -1,4 +1,7 @@
-"""What a bearing scene gives out: its channels, the wrenches, and the contact ellipses of published samples."""
+"""The outputs of a bearing: channels, contact ellipses, and wrenches, contacts and frames as others take them.
+
+A sample may hold many outputs: one row each in front of all its arrays, and of those given.
+"""
 
 import functools
 
@@ -122,7 +125,7 @@ def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
 
 @functools.cache
 def _places(n: int, films: bool) -> np.ndarray:
-    """Where the numbers of a bearing with n balls stand in a row of all channels: those of RowPlaces."""
+    """Places of the numbers of a bearing with n balls in a row of all channels: those of RowPlaces."""
     rows, layout = _channels(n, films), _layout(n, films)
     edges = {name: columns.start for name, (columns, _) in layout.places.items()}
     own = [(edges[channel.name], channel.width // n) for channel in rows[: OWN + films * FILMS]]
@@ -196,7 +199,7 @@ def bodies(parameters: BearingScene) -> list[str]:
 
 
 def origins(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:
-    """Where the frames of the bodies have their origins [m]: centres of balls and rings, in `bearing_link`."""
+    """Origins of the bodies' frames [m]: centres of balls and rings, in `bearing_link`."""
     offset = sample["inner_ring_offset"]
     centres = [*np.moveaxis(sample["position"], -2, 0), offset, np.zeros(offset.shape)]
     return dict(zip(bodies(parameters), centres, strict=True))

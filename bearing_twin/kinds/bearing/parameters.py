@@ -133,7 +133,7 @@ class GivenRatings:
 
 @dataclass(frozen=True)
 class Initial:
-    """How the balls start."""
+    """The start of the balls."""
 
     motion: str = choice("rolling", MOTIONS, "rolling = kinematic rolling at the drive's speed; rest = balls at rest")
 
@@ -144,7 +144,7 @@ def _steppers() -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Solver(Bounded):
-    """How the equations are integrated."""
+    """The integration of the equations."""
 
     stepper: str = choice("auto", _steppers, "integration method; auto = the cheapest adequate one")
     step: float = quantity(0.0, "s", "step of fixed-step methods; 0 = chosen from the scene's stiffness", at_least=0.0)
@@ -313,7 +313,7 @@ def as_chosen(parameters: BearingScene, choice=None) -> BearingScene:
 
 
 def _check_offset(key: str, vector: tuple[float, float, float], geometry: Geometry) -> str:
-    """What is wrong with this displacement of the inner ring for a ball anywhere on its way round, "" if nothing.
+    """Problem of this displacement of the inner ring for a ball anywhere on its way round, "" if nothing.
 
     Between the centres of the grooves lie A_r = (f_i + f_o - 1) D - c/2 + r cos(psi) and A_z = z; the ball is squeezed
     by hypot(A_r, A_z) - (f_i + f_o - 1) D at the angle of this line, most of all where the radial offset r points.

@@ -60,7 +60,7 @@ MEANINGS = {
         for key, words in LINES.items()
     },
 }
-"""What each key of the figures is, in their order."""
+"""Meanings of the figures' keys, in their order."""
 FIGURES_OF = {
     "lubricated": ("catalogue_drive_torque_nm",),
     "losses": ("dissipated_j", "drive_torque_nm"),
@@ -119,7 +119,7 @@ def _unheard(parameters) -> str:
 
 
 def quantities() -> dict[str, Quantity]:
-    """What a study may ask of a bearing."""
+    """Quantities that a study may ask of a bearing."""
     return {
         "greatest_ball_load": Quantity(
             "N",

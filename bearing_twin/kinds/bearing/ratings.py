@@ -279,7 +279,7 @@ def palmgren_torque(
 
 
 def frequency_errors(name: str, parameters) -> dict[str, float]:
-    """By how much fault frequencies [Hz] may be wrong, as the row's pitch circle and ball diameter may be."""
+    """Errors of fault frequencies [Hz], as the row's pitch circle and ball diameter may be."""
     entry, geometry, speed = entries()[name], parameters.geometry, parameters.drive.speed
     sizes = {"pitch_diameter": entry.pitch_diameter_doubt, "ball_diameter": entry.ball_diameter_doubt}
     errors = dict.fromkeys(rolling_frequencies(geometry, speed), 0.0)

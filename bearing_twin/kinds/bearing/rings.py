@@ -62,7 +62,7 @@ class Change(SpeedChange):
 
 @dataclass(frozen=True)
 class Drive:
-    """What turns the inner ring, and where it is held; the outer ring is at rest."""
+    """Drive of the inner ring, and the place where it is held; the outer ring is at rest."""
 
     kind: str = choice(
         SPEED,
@@ -110,7 +110,7 @@ def cage_inertia(parameters) -> float:
 
 
 def torque_problems(parameters, still: bool) -> list[str]:
-    """What contradicts itself about a drive that gives a torque, one sentence each; `still`: in equilibria."""
+    """Contradictions of a drive that gives a torque, one sentence each; `still`: in equilibria."""
     drive, problems = parameters.drive, []
     if drive.kind == SPEED:
         keys = "torque", "torque_table", "inertia", "damping"
@@ -176,7 +176,7 @@ class RingSupport:
 
 @dataclass(frozen=True)
 class InnerRing:
-    """What acts on the inner ring, and where it may go; a coordinate that is not free is held by the drive."""
+    """Loads on the inner ring, and its freedom; a coordinate that is not free is held by the drive."""
 
     load: tuple[float, float, float] = steady_load("on the inner ring at its centre")
     moment: tuple[float, float] = steady_moment("the inner ring")
@@ -202,7 +202,7 @@ class Rings:
 
 @dataclass(frozen=True)
 class Cage:
-    """What keeps the balls apart: its angle moves, and with `guidance` its centre."""
+    """The cage, which spaces the balls: its angle moves, and with `guidance` its centre."""
 
     kind: str = choice(
         AUTO,
@@ -244,7 +244,7 @@ class Cage:
 
 @dataclass(frozen=True)
 class Model:
-    """How much of the bearing moves by itself."""
+    """The dimension of the model: which parts move by themselves."""
 
     dimension: str = choice(
         "auto",
@@ -306,7 +306,7 @@ def dimension_of(parameters) -> str:
 
 
 def idle_loads(parameters, load, moment, *names: str) -> list[str]:
-    """That parts of a load [N] (3,) or moment [N m] (2,) of these names act on held coordinates, if they do."""
+    """Problem of loads [N] (3,) or moments [N m] (2,) of these names that act on held coordinates."""
     return _idle(parameters.rings.inner.free, free_coordinates(parameters), load, moment, *names)
 
 
@@ -326,7 +326,7 @@ def _idle(asked: str, free, load, moment, *names: str) -> list[str]:
 
 
 def ring_problems(parameters) -> list[str]:
-    """What contradicts itself about loads, freedom and dimension, one sentence each."""
+    """Contradictions of loads, freedom and dimension, one sentence each."""
     ring, free, problems = parameters.rings.inner, free_coordinates(parameters), []
     for name, load, moment in (
         ("", ring.load, ring.moment),
@@ -356,7 +356,7 @@ def _supported(support) -> bool:
 
 
 def _free_problems(parameters, free) -> list[str]:
-    """What a ring with mass lacks."""
+    """Keys that a ring with mass lacks."""
     ring, problems = parameters.rings.inner, []
     if not any(free):
         problems.append(
@@ -408,7 +408,7 @@ def pocket_pitch(geometry) -> float:
 
 
 def _guidance_problems(parameters, dimension, free) -> list[str]:
-    """What a cage whose centre moves does not go with."""
+    """Contradictions of a cage whose centre moves."""
     cage, half = parameters.cage, 0.5 * parameters.geometry.pitch_diameter
     if cage.guidance == CENTRED:
         return []

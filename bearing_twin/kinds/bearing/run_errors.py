@@ -92,7 +92,7 @@ NOT_MODELLED: dict[str, tuple[Callable[[Any], bool], str]] = {
         "that creep in rolling is what the smoothing gives",
     ),
 }
-"""What real bearings have and a scene lacks: the condition, and a sentence on its effect."""
+"""Parts of real bearings that are not modelled: the condition, and a sentence on its effect."""
 
 EQUILIBRIA = (  # what is known of a run from them
     "equilibria are solved to rounding; the error of loads is what balls that move differ by; friction is none"
@@ -216,7 +216,7 @@ class BearingErrors:
         return Errors(found, outputs=outputs, notes=self._notes(), mends=mends, told_by=SUMS, spared=spared)
 
     def _caged(self, figures: Mapping[str, Any]) -> dict[str, float]:
-        """What a cage would change at most: speeds of balls that none keeps apart, to those of rolling."""
+        """Greatest changes by a cage: speeds of balls that none spaces, to those of rolling."""
         if self.parameters.cage.kind != "none" or self.choice.stepper == QUASI_STATIC:
             return {}
         names = (key for key in ("cage_speed_rad_s", "roll_rate_rad_s") if figures.get(key) is not None)
@@ -231,7 +231,7 @@ class BearingErrors:
         return min(self._equilibria, key=lambda one: abs(one.greatest - float(self.load.max())), default=None)
 
     def _contact_error(self, source: str) -> ContactError | None:
-        """What an error of contacts does to the nearest equilibrium; None where none stands for the run."""
+        """Effect of an error of contacts on the nearest equilibrium; None where none stands for the run."""
         nearest = self._nearest()
         if nearest is None or not nearest.stands_for(float(self.load.max())):
             return None
@@ -295,7 +295,7 @@ class BearingErrors:
         return mend_of_method(self.parameters, self.choice)
 
     def _notes(self) -> dict[str, str]:
-        """What is not known, by source and by what is left out."""
+        """Sentences on errors that are not known, by source and by what is not modelled."""
         notes = {LEFT_OUT: EQUILIBRIA} if self.choice.stepper == QUASI_STATIC else {}
         if self.choice.law in LAWS and LAWS[self.choice.law].measured:
             notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"

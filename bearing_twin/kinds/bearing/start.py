@@ -98,7 +98,7 @@ def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tup
 
 
 def _resting(parameters: BearingScene, partners: Partners, border: np.ndarray) -> np.ndarray:
-    """Where a cage rests in its land under its weight [m] (2,); the land's centre without weight, or without a land."""
+    """Place of a cage at rest in its land under its weight [m] (2,); the land's centre without weight or land."""
     land, weight = partners.land, partners.weight[CAGE_X:CAGE]
     middle = border[:2] if land.side < 0.0 else np.zeros(2)
     size = float(np.hypot(*weight))

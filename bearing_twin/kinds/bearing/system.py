@@ -58,6 +58,13 @@ SHAFT_ANGLE, SHAFT_SPEED, SHAFT_WORK = 15, 16, 17  # of a shaft that a torque tu
 BORDER = 18
 
 
+# Across a groove the gap between it and a ball has one curvature, along it one that follows from the radial part n of
+# the contact's normal alone (`closed_forms.groove_curvatures`): so do the coefficient of a law that follows curvatures,
+# and the semi-axes of a contact over the root of its approach. They are computed at Chebyshev's points and kept as
+# polynomials in |n| - 1, so that all laws cost the same and slopes are exact. The points reach to a right angle, or to
+# where the groove's radius about the axis is FURTHEST times that at angle zero, or as small a part: at 0.52 of the
+# ball, to 67 degrees where balls are half the pitch circle. Beyond, the coefficient stays. Relative errors are 6e-14 in
+# a 6203 and 3e-11 where balls are 0.4 of the pitch circle or more (`tests/core/test_groove_polynomials.py`).
 TERMS = 10
 FURTHEST = 1.7
 
@@ -80,7 +87,7 @@ _POINTS, _SERIES, _POWERS = _points_and_fit()
 
 
 def _along(ball_radius, locus_radius, groove_radius, side, radials, what):
-    """What `what(small, large)` makes of the gap's curvatures where the normal has these radial parts."""
+    """Values of `what(small, large)` at the gap's curvatures where the normal has these radial parts."""
     return what(*groove_curvatures(ball_radius, locus_radius, groove_radius, side * radials))
 
 
@@ -168,7 +175,7 @@ class Shaft(NamedTuple):
 
 
 class Partners(NamedTuple):
-    """What meets all balls in a part of a chunk: numbers (PLACES,) of ring and cage, in SI.
+    """Bodies that couple all balls in a part of a chunk: numbers (PLACES,) of ring and cage, in SI.
 
     `ring` says whether the ring moves with its mass. `land` is empty where the cage stays centred, else what guides it
     (a `Land`). `shaft` is empty where the ring's speed is prescribed, else what a torque turns (a `Shaft`). `free` is 1
@@ -208,7 +215,7 @@ def outside_loads(partners: Partners, drive, time: float) -> np.ndarray:
 
 
 class Raceway(NamedTuple):
-    """A toroidal groove and the elastic law of its contacts with the balls, with its `terms` (`along_groove`)."""
+    """A toroidal groove and the elastic law of its contacts with the balls, with its `terms_along` the groove."""
 
     locus_radius: float
     groove_radius: float
@@ -221,10 +228,10 @@ class Bearing(NamedTuple):
 
     `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact
     point; it is 0 where `patch`, empty else, says how friction acts over the contact patch: coefficient, its model's
-    name and inner and outer semi-axes (`along_groove.axes_along`).
+    name and inner and outer semi-axes (`axes_along`).
     `offset` is the place of the inner ring's centre, `tilt` that of its axis about x and y [rad]; `ring` says how it
     moves (HELD, ...).
-    `pockets`, empty else, are those of a cage that balls bump into (`coupled_bodies.Pockets`). `film`, empty else, are
+    `pockets`, empty else, are those of a cage that balls bump into (`Pockets`). `film`, empty else, are
     the numbers of a lubricant and those of its films on both raceways (`lubricant.film_lubricant`, `films_along`);
     `defects` are the numbers of `surface_defects`, empty for smooth surfaces.
     """
@@ -344,7 +351,7 @@ def next_after(times: np.ndarray, elapsed: float) -> float:
 
 
 def between(knots: np.ndarray, elapsed: float) -> tuple[np.ndarray | None, np.ndarray]:
-    """What a table (n, 1 + m), time first, has at `elapsed` [s], None where it has no row, and its rate (m,)."""
+    """Values of a table (n, 1 + m), time first, at `elapsed` [s], None where it has no row, and its rate (m,)."""
     rate = np.zeros(knots.shape[1] - 1)
     if not len(knots):
         return None, rate
@@ -422,7 +429,7 @@ RING_SHARE = 0.3  # of a ball's errors: a ring that rings bears no more (`tests/
 
 
 class RingLoading(Loading):
-    """What acts on the inner ring from outside: loads, and the torque on the shaft, the scene's or commanded ones."""
+    """Loads on the inner ring from outside, and the torque on the shaft, the scene's or commanded ones."""
 
     def __init__(self, parameters: BearingScene):
         super().__init__(parameters.rings.inner)
@@ -492,7 +499,7 @@ def border_scales(parameters: BearingScene, scales: np.ndarray) -> np.ndarray:
 
 
 def land_of(parameters: BearingScene) -> Land | tuple:
-    """What guides the cage, empty where it stays centred."""
+    """The land that guides the cage, empty where it stays centred."""
     cage = parameters.cage
     if not moving_centre(parameters):
         return ()

@@ -1,6 +1,9 @@
 """The topics of a bearing: wrenches, contacts, state, joints and markers, as fields of messages.
 
-They take many outputs at once, with one row an output in front of every array.
+They take many outputs at once, with one row an output in front of every array. In the markers balls carry pins, so that
+their rolling is seen; contact ellipses are drawn ELLIPSE_SCALE times as large; load arrows are relative, the longest as
+long as a ball is thick, and a line of text says how many newtons that is. Few markers have many points each: one point
+costs a thirtieth of one marker.
 """
 
 from itertools import pairwise
