@@ -195,7 +195,7 @@ CARRIES, HEAVY = 1e-6, 1e6  # share of a load, of HEAVY [N] at most, below which
 
 
 class Support(NamedTuple):
-    """The support of the inner ring: of x, y, z, theta_x, theta_y which are `free`, their loads, and where others are held.
+    """Support of the inner ring: which of x, y, z, theta_x, theta_y are `free`, their loads, and where others are held.
 
     `loads` [N, N m] (5,) act on the ring, `held` [m, rad] (5,) are coordinates; each counts where it applies.
     """
