@@ -62,7 +62,7 @@ class State(NamedTuple):
 
 
 class Instants(NamedTuple):
-    """Equilibria at instants (T, ...): azimuth of ball 0, orbit speed, ring, load, balls' places, attitudes, contacts."""
+    """Equilibria at instants (T, ...): azimuth of ball 0, orbit, ring, load, balls' places, attitudes, contacts."""
 
     azimuth: np.ndarray
     orbit: np.ndarray
