@@ -26,6 +26,7 @@ from bearing_twin.kinds.bearing import (
     support_of,
     viscosity_of,
 )
+from bearing_twin.run.scene import choose
 
 GREASE, OIL = 1, 2
 E, VISCOSITY, PRESSURE_COEFFICIENT, BALL, CONFORMITY = 227.5e9, 0.02784, 1.8e-8, 3.373e-3, 0.52  # E is E' [Pa]
@@ -296,6 +297,21 @@ def test_moving_balls_take_the_torque_of_equilibria(capsys):
         moving = [report_of(*given, f"wanted.tolerance={one}")["drive_torque_nm"] for one in ("1e-3", "1e-5")]
         assert moving[0] == pytest.approx(np.mean(still), rel=0.03)
         assert moving[0] == pytest.approx(moving[1], rel=1e-3)
+
+
+def test_where_contacts_spin_a_lubricated_bearing_has_friction_over_the_patch(capsys):
+    """Equilibria add up slip by rolling and by spin, which is an upper bound; friction at a point has no spin."""
+    combined = ("rings.inner.load=[0, -400, 300]", "run.duration=0.05", "solver.check=none")
+    torque = [report_of("bearing_6203_greased", *combined, *more) for more in ((), ("contact.friction=point",))]
+    whole, rolling = (one["drive_torque_nm"] for one in torque)
+    assert cli.main(["bearing", "bearing_6203_greased", "--set", combined[0], "--json"]) == 0
+    most = json.loads(capsys.readouterr().out)["friction_torque_nm"]["total"]
+    assert 1.1 * rolling < whole < most
+    for load, friction in (("[0, -400, 0]", "point"), ("[0, -400, 1]", "spot")):
+        scene = load_scene("bearing_6203_greased", [f"rings.inner.load={load}"])
+        assert choose(scene).friction == friction
+        assert load_scene(scene.resolved()).parameters.contact == scene.parameters.contact
+    assert load_scene("bearing_6203_rig_400N").parameters.contact.friction == "point"
 
 
 def test_films_of_moving_contacts_are_given_out():

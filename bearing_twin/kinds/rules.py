@@ -162,8 +162,15 @@ RULES = (
         _looser(0.05), example=("bearing_6203", "contact.friction=auto", "wanted.tolerance=0.05"),
     ),
     Rule(
-        (BEARING,), "contact.friction", "spot", "spin is slow at the rim of the contact patch, or the tolerance is 3 %",
-        "because 6 x 16 points over the contact patch are exact where spin is slow at its rim, and to 3 % elsewhere",
+        (BEARING,), "contact.friction", "point", "nothing acts along the axis or tilts the inner ring",
+        "because no contact has an angle, so that none spins",
+        lazy_import(f"{FACTS}:spins_not"), example=("bearing_6203_greased",),
+    ),
+    Rule(
+        (BEARING,), "contact.friction", "spot",
+        "spin is slow at the rim of the contact patch, the tolerance is 3 %, or there is a lubricant",
+        "because 6 x 16 points over the contact patch are exact where spin is slow at its rim, and to 3 % elsewhere; "
+        "friction on a film is known less well",
         lazy_import(f"{FACTS}:spins_slowly"), example=("bearing_6203", "contact.friction=auto"),
     ),
     Rule(

@@ -9,6 +9,7 @@ from bearing_twin.contact.friction import POINT
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, scene_equilibrium, solver_of, weighed_support
 from bearing_twin.kinds.bearing.geometry import leaves_raceway, nominal_curvatures, operating_geometry, squeezes
+from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.rings import (
     COMMON_STEPS,
     FREE_RING,
@@ -92,6 +93,14 @@ def too_narrow(parameters) -> bool:
     return axis_ratio(parameters) < least_of("contact.friction", "axis_ratio")
 
 
+def spins_not(parameters) -> bool:
+    """True if no contact spins: nothing acts along the axis or tilts the inner ring, now or later."""
+    ring, drive = parameters.rings.inner, parameters.drive
+    loads = (*ring.load, *ring.moment), (*ring.change.load, *ring.change.moment), *(row[1:] for row in ring.table)
+    held = drive.offset[2], drive.changed_offset[2], *drive.tilt, parameters.gravity[2]
+    return not any(held) and not any(any(one[2:]) for one in loads)
+
+
 def rim_speed(parameters) -> float:
     """Greatest speed [m/s] by spin at the rim of a contact patch, one raceway taking all of the spin.
 
@@ -114,8 +123,9 @@ def rim_speed(parameters) -> float:
 
 def spins_slowly(parameters) -> bool:
     """True if the coarsest rule of points over the contact patch is fine enough."""
-    slow = rim_speed(parameters) < parameters.contact.friction_regularisation
-    return slow or parameters.wanted.tolerance >= SMOOTH
+    if lubricated(parameters) or parameters.wanted.tolerance >= SMOOTH:
+        return True
+    return rim_speed(parameters) < parameters.contact.friction_regularisation
 
 
 def collides(parameters) -> bool:
@@ -141,7 +151,7 @@ def rolls_steadily(parameters) -> bool:
     drive = parameters.drive
     alone = dimension_of(parameters) == PRESCRIBED and parameters.cage.kind == "none" and not leaves_raceway(parameters)
     steady = not (any(drive.offset[:2]) or any(drive.tilt) or drive.change.time or slip_at_start(parameters))
-    return alone and steady and parameters.contact.friction == POINT
+    return alone and steady and (parameters.contact.friction == POINT or spins_not(parameters))
 
 
 COLD = 150.0  # K, below all but cryogenic bearings

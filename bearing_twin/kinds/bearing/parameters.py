@@ -4,6 +4,7 @@
 import dataclasses
 import functools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -11,11 +12,11 @@ from bearing_twin.base.parameters import choice, quantity, section, text
 from bearing_twin.contact.friction import AUTO, PATCH_NAMES, POINT, friction_names
 from bearing_twin.contact.laws import numbers_missing
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
-from bearing_twin.kinds.bearing.catalogue import designations
+from bearing_twin.kinds.bearing import catalogue
 from bearing_twin.kinds.bearing.defects import defect_list, defect_problems
 from bearing_twin.kinds.bearing.geometry import Fits, Temperatures, clearance_problems, operating_geometry
 from bearing_twin.kinds.bearing.housing import Housing, Sensor, sensor_problems
-from bearing_twin.kinds.bearing.lubricant import FORTY, Lubricant, Surface, lubricant_problems
+from bearing_twin.kinds.bearing.lubricant import FORTY, NONE, Lubricant, Surface, lubricant_problems
 from bearing_twin.kinds.bearing.rings import (
     LOADS,
     QUASI_STATIC,
@@ -27,7 +28,7 @@ from bearing_twin.kinds.bearing.rings import (
     ring_problems,
     torque_problems,
 )
-from bearing_twin.kinds.contract import SceneParameters, lazy_import
+from bearing_twin.kinds.contract import SceneParameters
 from bearing_twin.kinds.ranges import facts_at
 from bearing_twin.kinds.rules import BEARING, pick
 from bearing_twin.kinds.sections import (
@@ -84,7 +85,7 @@ class Geometry:
     designation: str = text(
         "",
         "of the catalogue (`bearing_twin bearing --list`); its row fills in the keys of geometry that are left out",
-        designations,
+        catalogue.designations,
         stands_for_section=True,
     )
 
@@ -107,7 +108,7 @@ class BearingContact(ViscoelasticDamping, Friction, PointElastic):
         POINT,
         lambda: (AUTO, *friction_names()),
         "point = by the slip at the contact point; others = over the whole contact patch (patch = spot); "
-        "auto = the cheapest adequate one",
+        "auto = the cheapest adequate one, also where it is left out and there is a lubricant",
         aliases=PATCH_NAMES,
     )
     damping_law: str = choice(
@@ -206,7 +207,18 @@ class BearingScene(SceneParameters):
         f"{HERE}.facts:relative_acceleration",
         f"{HERE}.facts:centrifugal_share",
     )
-    completed = staticmethod(lazy_import(f"{HERE}.catalogue:completed"))
+
+    @staticmethod
+    def completed(scene: dict) -> tuple[dict, list[str]]:
+        """The plain data of a scene with the row of its designation, and with friction `auto` where it has a lubricant.
+
+        Spin of contacts is a part of the torque of a lubricated bearing.
+        """
+        contact, lubricant = scene.get("contact", {}), scene.get("lubricant")
+        greased = isinstance(lubricant, Mapping) and lubricant.get("kind", NONE) != NONE
+        if greased and isinstance(contact, Mapping) and "friction" not in contact:
+            scene = {**scene, "contact": {**contact, "friction": AUTO}}
+        return catalogue.completed(scene)
 
     @staticmethod
     def upgraded(scene: dict) -> dict:
