@@ -363,21 +363,6 @@ class Kind:
         return {one.name: Quantity(one.channel.unit, one.meaning, read_off(one.key)) for one in self._drawn()}
 
 
-USUAL = {
-    "choose": "models:choose",
-    "motion": "motion:motion",
-    "channels": "motion:channels",
-    "records": "figures:tables",
-    "meanings": "figures:MEANINGS",
-    "topics": "topics:topics",
-    "view": "view:view",
-}
-"""Where the package of a kind has its parts, "module:name", if its row does not say otherwise."""
-
-
-def parts_in(home: str, **others: str) -> dict[str, Callable]:
-    """The parts of a `Kind` in the package `home`, imported at their first call: USUAL and `others`, "module:name".
-
-    A part whose place is "" the kind does without.
-    """
-    return {part: lazy_import(f"{home}.{place}") for part, place in (USUAL | others).items() if place}
+def parts_in(home: str, **places: str) -> dict[str, Callable]:
+    """Parts of a `Kind` at "module:name" in the package `home`, imported at their first call."""
+    return {part: lazy_import(f"{home}.{place}") for part, place in places.items()}

@@ -13,8 +13,8 @@ import numpy as np
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.sample import Sample, Wrench
 from bearing_twin.kinds.contract import ONCE, PUBLISH, Command, Output, Topic
+from bearing_twin.kinds.markers import LinkShape, urdf
 from bearing_twin.kinds.ranges import OUTSIDE
-from bearing_twin.kinds.urdf import LinkShape, urdf
 
 CONTACTS = "bearing_twin_msgs/msg/Contacts"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"

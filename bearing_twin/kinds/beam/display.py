@@ -12,9 +12,8 @@ from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.beam import SPHERE_ON_BEAM
 from bearing_twin.kinds.beam.parameters import BEAM, BODY, SphereOnBeamScene
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
-from bearing_twin.kinds.markers import BLUE, GREEN, LINE_STRIP, SPHERE, STEEL, TEXT, marker
+from bearing_twin.kinds.markers import BLUE, GREEN, LINE_STRIP, SPHERE, STEEL, TEXT, LinkShape, box, marker, sphere
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
-from bearing_twin.kinds.urdf import LinkShape, box, sphere
 from bearing_twin.kinds.views import DARK, ORANGE, Arrows, Bar, Enlarged, Look, Solid, View, curves, picked
 
 FRAME = SPHERE_ON_BEAM.frame

@@ -11,7 +11,10 @@ BEARING = Kind(
     parameters=BearingScene,
     **parts_in(
         HERE,
+        choose="models:choose",
         motion="motion:bearing_motion",
+        topics="topics:topics",
+        view="view:view",
         place_of="outputs:place_of",
         channels="outputs:channels",
         figures="figures:BearingFigures",

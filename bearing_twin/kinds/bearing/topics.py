@@ -31,9 +31,12 @@ from bearing_twin.kinds.markers import (
     SPHERE_LIST,
     STEEL,
     TEXT,
+    LinkShape,
     crossed,
+    cylinder,
     marker,
     outlines,
+    sphere,
 )
 from bearing_twin.kinds.topics import (
     DIAGNOSTICS,
@@ -45,7 +48,6 @@ from bearing_twin.kinds.topics import (
     load_command,
     turning_commands,
 )
-from bearing_twin.kinds.urdf import LinkShape, cylinder, sphere
 from bearing_twin.numerics.rotation import rotation_rows
 
 LONGEST_ARROW = 1.0  # ball diameters

@@ -19,6 +19,7 @@ def _row(name: str, help: str, parameters: type, **parts: str) -> Kind:
 
 OF_IMPACT = {
     "channels": "impact:CHANNELS", "records": "figures:OF_IMPACT", "figures": "figures:PairFigures",
+    "meanings": "figures:MEANINGS",
     "comparison": "model_errors:ImpactComparison", "picture": "picture:PairPicture", "view": "display:impact_view",
 }  # fmt: skip
 OF_BOUNCING = {

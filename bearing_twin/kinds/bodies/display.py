@@ -35,12 +35,15 @@ from bearing_twin.kinds.markers import (
     LINE_LIST,
     SPHERE,
     TEXT,
+    LinkShape,
+    box,
     contact_markers,
     crossed,
+    cylinder,
     marker,
+    sphere,
 )
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed, pose_topic
-from bearing_twin.kinds.urdf import LinkShape, box, cylinder, sphere
 from bearing_twin.kinds.views import (
     BLUE,
     GLASS,

@@ -8,14 +8,13 @@ import numpy as np
 
 from bearing_twin.base.sample import Channel, Sample, Wrench
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
-from bearing_twin.kinds.markers import BLUE, GLASS, GREEN, LINE_STRIP, ORANGE, STEEL, TEXT, marker
+from bearing_twin.kinds.markers import BLUE, GLASS, GREEN, LINE_STRIP, ORANGE, STEEL, TEXT, LinkShape, cylinder, marker
 from bearing_twin.kinds.soft_discs import SOFT_DISCS
 from bearing_twin.kinds.soft_discs.derived import bodies_of
 from bearing_twin.kinds.soft_discs.mesh import density_at_nodes, edges_of, half_disc, triangles_of
 from bearing_twin.kinds.soft_discs.motion import bodies_in_units
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
-from bearing_twin.kinds.urdf import LinkShape, cylinder
 from bearing_twin.kinds.views import DARK, Look, MovingMesh, Solid, View, curves, picked
 
 FRAME = SOFT_DISCS.frame
