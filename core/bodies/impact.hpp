@@ -20,7 +20,10 @@ struct ImpactContact {
     auto [load, stiffness, energy] = elastic_at(approach);
     return damping.pulling_load(coefficient, power, load, stiffness, reduced_mass, approach, rate);
   }
-  double load(double approach, double rate) const { return approach <= 0.0 ? 0.0 : std::max(pulling_load(approach, rate), 0.0); }
+  double load(double approach, double rate) const {
+    auto [load, stiffness, energy] = elastic_at(approach);
+    return damping.load(coefficient, power, load, stiffness, reduced_mass, approach, rate);
+  }
 };
 
 // Approach [m], its rate [m/s] and the energy dissipated [J]; the same at a time [s] of the collision.
