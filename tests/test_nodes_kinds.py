@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import pytest
 from ros import (
+    DiagnosticStatus,
     SetBool,
     Trigger,
     call,
@@ -239,3 +240,15 @@ def test_without_tf2_msgs_the_rest_is_published_with_one_warning(monkeypatch, ca
         assert node.count_publishers("/tf") == 0
         assert node.failure is None
     assert capfd.readouterr().err.count("/tf is not published: the type tf2_msgs/msg/TFMessage") == 1
+
+
+def test_the_health_of_a_bearing_with_a_sensor_is_on_the_wire():
+    topic = "/bearing/health", cdr.DIAGNOSTICS
+    with ros_executor() as executor:
+        said = heard(plain_node(executor, "listener"), [topic])[topic[0]]
+        scene = {"scene": "bearing_6205_spall_outer", "duration": 1.05, "real_time_factor": 1.0, "discovery": 2.0}
+        started(executor, SimNode, **scene, overrides=["run.output_rate=1000", "run.publish_rate=50"])
+        spin_until(executor, lambda: len(said) >= 2, "two messages of health")
+    first, second = (deserialize_message(one, interface(topic[1], "msg")).status[0] for one in said[:2])
+    assert [first.level, second.level] == [DiagnosticStatus.STALE, DiagnosticStatus.WARN]
+    assert "outer raceway" in second.message
