@@ -276,9 +276,14 @@ class SimNode(BaseNode):
         return self._log
 
     def _change(self, now: int, scene: Scene) -> None:
-        """Begins the run again as `scene`."""
-        self.simulation = run = Simulation(scene, self._halt)
-        self.get_logger().info(f"{scene.name} by {run.choice.law}: {self.loop.change(now, run, self._stream_of(run))}")
+        """Begins the run again as `scene`; raises LogError, and changes nothing, where no log can be opened."""
+        before, self.simulation = self.simulation, Simulation(scene, self._halt)
+        try:
+            done = self.loop.change(now, self.simulation, self._stream_of(self.simulation))
+        except LogError:
+            self.simulation = before
+            raise
+        self.get_logger().info(f"{scene.name} by {self.simulation.choice.law}: {done}")
 
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
