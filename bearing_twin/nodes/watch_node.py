@@ -83,7 +83,12 @@ class WatchNode(BaseNode):
         super().__init__("watch_node", "page", **options)
         self.feed = Feed()
         values = declare(self, PARAMETERS)
-        self._watched, samples = self._found(values["node"], values["patience"])
+        self.server = PageServer(self, values["host"], values["port"])  # a port that is taken is said at once
+        try:
+            self._watched, samples = self._found(values["node"], values["patience"])
+        except BearingTwinError:
+            self.server.server_close()
+            raise
         self._place = place = samples.removesuffix(SAMPLES)
         self._run: LiveRun | None = None
         self._described, self._refused = threading.Event(), ""
@@ -97,7 +102,6 @@ class WatchNode(BaseNode):
         self._speed = self.create_publisher(Float64, f"{place}/command/speed", qos_profile(Qos()))
         self._load = self.create_publisher(WrenchStamped, f"{place}/command/load", qos_profile(Qos()))
         self.create_subscription(String, f"{place}/scene", self._on_scene, qos_profile(LATCHED))
-        self.server = PageServer(self, values["host"], values["port"])
         self.every(LOOK_PERIOD, self._on_look)
         self.server.start()
         print(f"{self._watched} is shown at {self.server.url}", flush=True)  # no log file gets the token
