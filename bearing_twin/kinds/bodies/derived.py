@@ -241,10 +241,7 @@ def impact_time(parameters) -> float:
     """About the contact time [s] of a checked pair: the closed form without damping."""
     if isinstance(parameters, TwoDiscsScene):
         return disc_impact_time(parameters, line_law_name(parameters))
-    coefficient, first, second = sphere_pair(parameters)
-    power = LAWS[sphere_law(parameters)].power
-    reduced = first * second / (first + second)
-    return float(hertz_impact.contact_time(coefficient, reduced, parameters.motion.speed, power))
+    return float(hertz_impact.contact_time(*closed_form_numbers(parameters), LAWS[sphere_law(parameters)].power))
 
 
 def disc_impact_time(parameters: TwoDiscsScene, law: str) -> float:
