@@ -91,8 +91,7 @@ PARAMETERS = (
     NodeParameter(
         "real_time_factor",
         1.0,
-        f"requested pace, for an impact 1e-5 or less; {FASTEST} = as fast as possible, which only the log gets without "
-        "loss",
+        f"requested pace, for an impact 1e-5 or less; {FASTEST} = as fast as possible, complete only in the log",
         "1",
         SLOWEST,
         1000.0,
@@ -110,7 +109,7 @@ PARAMETERS = (
     NodeParameter(
         "load_timeout",
         0.0,
-        "simulated time after which a load on command/load that no other followed is stale: the scene's own load acts "
+        "simulated time after which a load on command/load is stale unless another followed: the scene's load acts "
         "again, with a warning on /diagnostics; 0 = it holds until replaced",
         "s",
         0.0,
