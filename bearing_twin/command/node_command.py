@@ -330,7 +330,7 @@ def _run(arguments) -> Outcome:
     """Runs a verb, all but `start` with the graph of nodes; raises MissingInterfacesError where ROS is missing."""
     if arguments.verb == "start":
         return arguments.run_verb(arguments)
-    importlib.import_module("bearing_twin.nodes.messages")  # says in one sentence what is missing, if anything is
+    importlib.import_module("bearing_twin.nodes.messages")  # raises in one sentence where ROS is missing
     from bearing_twin.nodes.graph import Graph
 
     with Graph(number("--wait", arguments.wait, limits=Limits(at_least=0.0, at_most=3600.0))) as graph:

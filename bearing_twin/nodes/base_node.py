@@ -137,14 +137,14 @@ def waiting_messages(subscription: Subscription) -> Iterator[tuple[bytes, dict]]
 
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge no sooner than the next heartbeat of DDS, 3 s apart by default
 DISCOVERY_POLL = 0.02  # s
-DISCOVERY_PATIENCE = 1.0  # s of waiting for subscribers, after which a node says what it waits for
-SOON = 3600.0  # s: a warning says when the disk will be full within
+DISCOVERY_PATIENCE = 1.0  # s of waiting for subscribers, after which a node logs what it waits for
+SOON = 3600.0  # s: a warning where the disk will be full within
 MEASURED = 2  # looks at a log that grows, after which its rate is known
 SOME = 3  # topics that are named of those without a subscriber
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
 POLL = 0.1  # s: how soon the main thread sees that a node is done
 NAMESAKE = "another node has this name in this namespace, and both publish on the same topics: rename one of them"
-ANSWER_PERIOD = 0.01  # s between answers of one service: whoever calls it from many clients keeps ten answers
+ANSWER_PERIOD = 0.01  # s between answers of one service: a client keeps ten answers to all clients
 LOG_PERIOD = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
 
 
@@ -328,7 +328,7 @@ def wait_for_acknowledgement(publishers: Iterable[Publisher], seconds: float = A
 
 
 def wait_for_subscribers(publishers: Collection[Publisher], seconds: float, say: Callable[[str], None]) -> None:
-    """Waits until each publisher has a subscriber, at most `seconds`; says so where it takes long or is in vain."""
+    """Waits until each publisher has a subscriber, at most `seconds`; reports a long or vain wait to `say`."""
     if not seconds:
         return
     begin, said = time.monotonic(), False
@@ -355,7 +355,7 @@ def run(name: str, make_node: Callable[[], BaseNode], args: list[str] | None = N
     node = failure = None
 
     def noted(number: int, _) -> None:
-        if asked and node is None:  # it waits for something that does not come
+        if asked and node is None:  # it waits in its constructor
             os._exit(2)
         asked.append(number)
 
@@ -390,11 +390,11 @@ def run(name: str, make_node: Callable[[], BaseNode], args: list[str] | None = N
 
 
 def _initialised(args: list[str] | None, words: Sequence[str]) -> None:
-    """Initialises ROS, which leaves signals alone; raises BearingTwinError for words that are no arguments of ROS."""
+    """Initialises ROS, without its signal handlers; raises BearingTwinError for illegal arguments."""
     check_arguments(words)
     try:
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except Exception as error:  # of words that it does not know ROS says the list
+    except Exception as error:  # of unknown arguments the error is their list
         said = f"ROS knows no {error}" if str(error).startswith("[") else error
         raise BearingTwinError(f"{said}; {advice(str(error))}".replace("\n", " ")) from error
 

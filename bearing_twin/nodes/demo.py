@@ -77,7 +77,7 @@ class Watcher(Node):
         self.wrenches = [f"{place}/ball_{ball}/wrench" for ball in range(scene.parameters.geometry.balls)]
         self.last, self.count, self.sequences, self._began = {}, Counter(), Sequences(), math.inf
         self._samples, self._processes = f"{place}/samples", processes
-        for topic in topics(scene):  # all, so that a publisher knows by its own count when nobody is missing
+        for topic in topics(scene):  # all, so that publishers can count this subscriber
             take, quality = partial(self._on_message, topic.full_name), qos_profile(topic.qos._replace(depth=DEPTH))
             self.create_subscription(interface(topic.ros_type, "msg"), topic.full_name, take, quality, raw=True)
         self.create_subscription(interface(cdr.DIAGNOSTICS, "msg"), "/diagnostics", self._on_diagnostics, 10)

@@ -38,7 +38,7 @@ def _said(name: str) -> int:
     one_processor()
     try:
         frequent_heartbeats()
-        importlib.import_module("bearing_twin.nodes.messages")  # says in one sentence what is missing, if anything is
+        importlib.import_module("bearing_twin.nodes.messages")  # raises in one sentence where ROS is missing
         node = importlib.import_module(f"bearing_twin.nodes.{name}")
         if hasattr(node, "PARAMETERS") and {"-h", "--help"} & set(sys.argv[1:]):
             from bearing_twin.nodes.node_parameters import help_of
@@ -72,7 +72,7 @@ OF_THE_FOLDER = "DEFAULT_FASTRTPS_PROFILES.xml"  # read where a node starts
 
 
 def frequent_heartbeats() -> None:
-    """Lets publishers of this process tell ten times a second what they sent, unless the user gave profiles.
+    """Sets heartbeats of Fast DDS publishers to ten a second, unless the user gave profiles.
 
     Of a message that went astray subscribers of Fast DDS learn by that alone, every 3 s by default: by then a publisher
     of 1000 messages a second has let go of it. Raises BearingTwinError where the file of the profile is missing.
@@ -123,7 +123,7 @@ class NodeProcess:
 
 @contextlib.contextmanager
 def started(name: str, command: Sequence[str], folder: Path) -> Iterator[NodeProcess]:
-    """A process with its output in `folder`; whatever happens in the body, it ends with the body."""
+    """A process with its output in `folder`; it ends with the body of the `with` statement."""
     node = NodeProcess(name, command, folder / f"{name}.txt")
     try:
         yield node
@@ -137,7 +137,7 @@ def started(name: str, command: Sequence[str], folder: Path) -> Iterator[NodePro
 
 
 def node_command(name: str, parameters: dict) -> list[str]:
-    """The words that start a node of this package with these parameters."""
+    """The command line that starts a node of this package with these parameters."""
     words = [f"{key}:={json.dumps(value, default=str)}" for key, value in parameters.items()]
     command = [sys.executable, "-m", "bearing_twin.nodes.entry", name, ROS_ARGS]
     return [*command, *(part for word in words for part in ("-p", word))]

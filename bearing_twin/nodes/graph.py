@@ -111,7 +111,7 @@ class Graph:
     def messages(self, topic: str, silent: Callable[[], None], raw: bool = False) -> Iterator[Any]:
         """The messages of a topic from now on, bytes where `raw`; calls `silent()` if none comes within the wait."""
         kind, waiting = interface(self._type_of(topic), "msg"), deque()
-        take = lambda one: waiting.append(one)  # noqa: E731  (rclpy asks for its signature: a builtin has none)
+        take = lambda one: waiting.append(one)  # noqa: E731  (rclpy inspects its signature: a builtin has none)
         offered = [one.qos_profile for one in self._node.get_publishers_info_by_topic(topic)]
         self._node.create_subscription(kind, topic, take, compatible_profile(offered, DEPTH), raw=raw)
         patient_until = time.monotonic() + self._wait
@@ -265,7 +265,7 @@ class Graph:
         return future.result()
 
     def _served(self, client: ActionClient, done: Callable[[], bool], action: str) -> None:
-        """Waits for the end of a goal; raises GraphError where nobody serves it any more."""
+        """Waits for the end of a goal; raises GraphError where its server is gone."""
         seen = time.monotonic()
         while not done():
             self._executor.spin_once(timeout_sec=TURN)
@@ -280,7 +280,7 @@ class Graph:
             self._executor.spin_once(timeout_sec=min(TURN, left))
 
     def _at_rest(self, ask: Callable[[], Found]) -> Found:
-        """The value of `ask()` once discovery adds nothing any more."""
+        """The value of `ask()` once it no longer changes."""
         last, changed, quiet = ask(), time.monotonic(), quiet_time()
         while time.monotonic() < changed + quiet:
             self._executor.spin_once(timeout_sec=TURN)

@@ -101,7 +101,7 @@ def two_bearings() -> LaunchDescription:
 
 
 def _side_words(words: Mapping[str, str], side: str) -> dict[str, str]:
-    """The words for one of two bearings."""
+    """Launch arguments of one of two bearings."""
     scene = words["scene_right"] if side == "right" and words["scene_right"] else words["scene"]
     place = words["namespace"].strip("/")
     prefix = f"{words['frame_prefix']}{side}/"
@@ -126,7 +126,7 @@ def _panels_of_log(words: Mapping[str, str]) -> Panels:
 
 
 def _launched(arguments: Sequence[Argument], actions) -> LaunchDescription:
-    """The shared arguments and a node's own; `actions` takes their words."""
+    """The shared arguments and a node's own; `actions` gets their texts."""
     stay_on_this_host()
     declared = [
         DeclareLaunchArgument(

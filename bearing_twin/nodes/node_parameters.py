@@ -22,7 +22,7 @@ from bearing_twin.log.raw_log import KEPT_RATE, Safety
 
 ALLOW_INVALID = "allow_invalid"
 NOT_ALLOWED = f"which the node's parameter {ALLOW_INVALID} = false forbids; omit it, or start the node with true"
-SHOWN = {"log": "run.mcap", "node": "/bearing/sim_node"}  # in examples, where the default says nothing
+SHOWN = {"log": "run.mcap", "node": "/bearing/sim_node"}  # in examples, where the default is empty
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text", list: "a list of texts"}
 
 
@@ -211,7 +211,7 @@ SHARED = (
 
 
 def stay_on_this_host() -> None:
-    """Limits discovery of nodes started by this process to this machine, unless the environment says otherwise."""
+    """Limits discovery of nodes started by this process to this machine, unless the environment sets a range."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
 
@@ -221,9 +221,9 @@ def arguments_of(table: Sequence[NodeParameter]) -> list[Argument]:
 
 
 def values_given(table: Sequence[NodeParameter], words: Mapping[str, str]) -> dict[str, object]:
-    """The parameters that `words` give, in their types; raises BearingTwinError for words that are no such values.
+    """The parameters given as texts in `words`, converted to their types; raises BearingTwinError for illegal values.
 
-    A list is YAML, such as ['run.duration=1']; a single word is a list of one.
+    A list is YAML, such as ['run.duration=1']; a single text is a list of one.
     """
     named = [parameter for parameter in table if words.get(parameter.name)]
     return checked(named, {parameter.name: _read(parameter, words[parameter.name]) for parameter in named})

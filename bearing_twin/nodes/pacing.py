@@ -11,9 +11,9 @@ from concurrent.futures import Future
 from fractions import Fraction
 from typing import NamedTuple
 
-LAG_SHOWN = 100_000_000  # ns behind at which a stream is said not to keep up
+LAG_SHOWN = 100_000_000  # ns of lag from which on a stream does not keep up
 SLOWEST = 1e-9  # times real time
-FASTEST = "fastest"  # the word for as fast as possible: 0 times real time would be no motion at all
+FASTEST = "fastest"  # as fast as possible
 ENDED = "the node has ended its work"
 GREATEST_LAG = 1_000_000_000  # ns behind at which the rest is given up instead of being caught up in one burst
 
@@ -44,7 +44,7 @@ class StreamPace(NamedTuple):
         return (self.stream_ns - earlier.stream_ns) / running if running > 0 else 0.0
 
     def numbers(self, earlier: "StreamPace", requested: float) -> dict[str, float | str]:
-        """Of a pace that was `requested`, 0 for FASTEST: what diagnostics say of it."""
+        """Numbers for diagnostics of a `requested` pace, 0 for FASTEST."""
         return {
             "real_time_factor": self.real_time_factor(earlier),
             "wanted_real_time_factor": requested or FASTEST,
@@ -224,7 +224,7 @@ POLL = 0.005  # s between looks at a clock that is not that of the machine
 
 
 class Worker:
-    """A thread that calls `prepare()` once and then `turn(now)` whenever it asks to be called, until `stop`.
+    """A thread that calls `prepare()` once and then `turn(now)` at the times it returns, until `stop`.
 
     `turn` returns the time of its next call [ns] by `clock` (monotonic by default, or simulation time), or None to wait
     for a command. `ended(error)` is called once, from the thread, with the exception that ended it or None. Commands

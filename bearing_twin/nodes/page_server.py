@@ -26,7 +26,7 @@ LARGEST_COMMAND = 4096  # B
 REQUEST_TIME = 10.0  # s for a whole request to come in
 PATIENCE = 10.0  # s for a viewer to take what is sent
 WAITING = 20  # events that a slow viewer may be behind; then the oldest are dropped
-ASK_AGAIN = 2  # s after which a browser asks for a page again that was not there yet
+ASK_AGAIN = 2  # s after which a browser requests a page again that was not ready
 QUIET = 2.0  # s without an event after which a sign of life is sent: a viewer that has left is noticed then
 SAFE_HEADERS = {
     "Cache-Control": "no-store",
@@ -145,7 +145,7 @@ class PageServer(ThreadingHTTPServer):
             self._places.release()
 
     def handle_error(self, request, client_address):
-        """A connection that breaks is nobody's fault."""
+        """Nothing: connections may break."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -154,7 +154,7 @@ class _Handler(BaseHTTPRequestHandler):
     server_version, sys_version = "bearing_twin", ""
 
     def log_message(self, *_):
-        """Nothing: a page asks often."""
+        """Nothing: a page sends many requests."""
 
     def handle(self):
         """One request; its connection ends if it has not come in after REQUEST_TIME, however slowly it comes."""
@@ -236,7 +236,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._say(HTTPStatus.OK, self.server.site.obey(command))
 
     def _check_origin(self) -> None:
-        """A page of another origin says so itself; this page's own origin is the host name of its request."""
+        """Refuses requests of pages of another origin than this one, which is the host name of the request."""
         origin = self.headers.get("Origin")
         if origin is not None and origin != f"http://{self.headers.get('Host', '')}":
             raise Refused(HTTPStatus.FORBIDDEN, "requests of other pages are refused")

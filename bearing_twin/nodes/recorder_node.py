@@ -45,7 +45,7 @@ PARAMETERS = (
 DISCOVERY_PERIOD = 0.1  # s
 TAKE_PERIOD = 0.025  # s between looks for messages, each of which takes as long as several messages
 SIM_TIME_PERIOD = 0.005  # s, where messages have the simulation time at which they are taken
-OFFERED_DEPTH = 10  # discovery does not tell the depth of a publisher
+OFFERED_DEPTH = 10  # discovery does not know the depth of a publisher
 DEPTH = 4000  # messages a subscription may hold back, 1000 a second: other nodes send one that was lost after up to 3 s
 FRAMES = ("/tf", "/tf_static")
 REMEDY = "give the nodes more processors, or publish and record less (run.publish_rate, topics)"
@@ -68,7 +68,7 @@ class Sequences:
     def note(self, first: int, count: int) -> int:
         """Notes `count` of them from number `first` on; returns how many were lost just before."""
         lost, doubted = 0, self._doubted or self.several
-        self._doubted = self.several  # the first behind them follows nobody knows what
+        self._doubted = self.several  # the first after them has no known predecessor
         if self._expected is None:
             self.before = first
         elif first < self._expected:
@@ -106,7 +106,7 @@ class RecordedTopic:
 
 
 class Recording(Told):
-    """A log of whatever arrives; from any thread. `prefixes` are where .msg files of other packages are looked for."""
+    """A log of arriving messages; thread-safe. `prefixes`: folders searched for .msg files of other packages."""
 
     def __init__(
         self,
@@ -387,7 +387,7 @@ class RecorderNode(BaseNode):
         if not found:
             return
         try:
-            if self.recording.topics[topic].outputs and topic in self._subscribed:  # numbers say nothing where they mix
+            if self.recording.topics[topic].outputs and topic in self._subscribed:  # numbers of several publishers mix
                 self.recording.publishers(topic, self._subscribed[topic].get_publisher_count())
             now = self.get_clock().now().nanoseconds  # with use_sim_time 0 before the first /clock
             received = [now if self._by_ros_time else info["received_timestamp"] or now for _, info in found]

@@ -54,7 +54,7 @@ _NAMES = re.compile(r"(<(?:robot|link|joint|material) name=\"|<(?:parent|child) 
 class Renaming:
     """Topics `names` of a log under their names in `namespace`, and their messages with `frame_prefix`.
 
-    Empty words leave everything as it is. A log of one scene has its namespace replaced, as a node's is; one of several
+    Empty texts change nothing. A log of one scene has its namespace replaced, as a node's is; one of several
     has it put in front. What all scenes share, such as /tf, keeps its name. A type that is not known keeps its frames.
     """
 
@@ -135,7 +135,7 @@ class ReplayLoop:
     """Delivers the messages of the log at `path` by their log times, from `start_ns` after the first one.
 
     What is latched comes first where a replay starts later: as it was last before, as late subscribers have it.
-    Topics of a type that has changed since are not played; `notes` says which. With `namespace` and `frame_prefix`
+    Topics of a type that has changed since are not played; `notes` names them. With `namespace` and `frame_prefix`
     topics and frames have other names than in the log. Every method runs in the worker's thread; `deliver(timed)` sends
     one message. Raises LogError, also part way.
     """
@@ -288,7 +288,7 @@ class ReplayNode(BaseNode):
 
     @guarded
     def _on_clock(self):
-        if self.loop.paced.paused and self.loop.paced.position_ns:  # where it stands still, for whoever comes late
+        if self.loop.paced.paused and self.loop.paced.position_ns:  # for subscribers that come late
             self._outlet.tick(self.loop.paced.position_ns)
 
     @guarded

@@ -124,7 +124,7 @@ PARAMETERS = (
 def start_values(options: dict[str, Any]) -> tuple[dict[str, Any], Scene]:
     """The parameters with which a sim_node of these options will start, and their scene; raises BearingTwinError.
 
-    Parameters are handed to a node by its full name, so nodes that live only here ask in the namespace of each kind
+    Parameters are handed to a node by its full name, so temporary nodes read them in the namespace of each kind
     until one has its scene. A namespace of the user's is the same for all of them.
     """
     found = None
@@ -145,7 +145,7 @@ def start_values(options: dict[str, Any]) -> tuple[dict[str, Any], Scene]:
 
 
 def scene_of(values: dict[str, Any]) -> Scene:
-    """The scene that these values of parameters ask for, without a second run unless an override asks for one.
+    """The scene of these values of parameters, without a second run unless an override requests one.
 
     Raises BearingTwinError.
     """
@@ -164,7 +164,7 @@ COMMAND_TIMEOUT = 30.0  # s until a service reports that its command is still to
 INTERRUPT_PERIOD = 0.05  # s between interruptions of a computation by an urgent command
 ANSWER_TIME = 0.3  # s until ~/pause and ~/reset answer
 CLOSE_TIME = 0.25  # s for subscribers to take what is published at the end
-MOST_LOGS = 1000  # of one node: anybody can ask for a reset, which begins another
+MOST_LOGS = 1000  # of one node: any peer can request a reset, which begins another
 
 
 class SimNode(BaseNode):

@@ -13,7 +13,7 @@ from bearing_twin.nodes.pacing import PacedStream, Pacer, StreamPace, Timed
 
 CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
 LONGEST_STEP = 10.0  # s
-SILENCE_NS = 10_000_000  # between reports of progress where nobody listens: each wakes the worker
+SILENCE_NS = 10_000_000  # between reports of progress without subscribers: each wakes the worker
 SHORTFALL = 0.95  # of the requested pace, below which the loop warns
 LONG_NS = 500_000_000  # of computing one batch, from which on the loop warns that nothing comes meanwhile
 JUDGED_NS = 1_000_000_000  # of simulated time between reports of the run's errors
@@ -258,7 +258,7 @@ class SimulationLoop:
                 raise BearingTwinError(f"its frame is {echo(given.frame_id)}, and must be {frame}")
             order, *arguments = command.order(message)
             getattr(self, order)(now, *arguments)
-        except Exception as error:  # anybody can send commands
+        except Exception as error:  # any peer can send commands
             raise self.commands.refused(command.name, error) from error
         self.commands.counts["taken"] += 1
 
@@ -367,7 +367,7 @@ class SimulationLoop:
             self._judge_at = run.time_ns + JUDGED_NS
             self._errors = errors_of(run.report())
         self._done = self._total is not None and self.simulation.sequence + 1 >= self._total
-        # A log takes every topic; without one, nothing is made that nobody listens to.
+        # A log takes every topic; without one, only topics with subscribers are made.
         subscribed = None if self._subscribed is None or self._log is not None else self._subscribed()
         return self._messages(self._stream.messages(block, subscribed), self._log)
 

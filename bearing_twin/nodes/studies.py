@@ -23,7 +23,7 @@ from bearing_twin.run.scene import refuse_another
 from bearing_twin.uq.run import Progress, memory_needed, refuse_too_large, run_study
 from bearing_twin.uq.study import Study, load_study, parse_study, study_names
 
-LONGEST_TEXT = 60_000  # characters of a study in a goal: read in less than a second, whatever it says
+LONGEST_TEXT = 60_000  # characters of a study in a goal: any such text is read in less than a second
 MOST_OVERRIDES, LONGEST_OVERRIDE = 1000, 10_000
 SUCCEEDED, ABORTED, CANCELLED = "succeeded", "aborted", "cancelled"
 FEEDBACK_PERIOD = 0.1  # s
@@ -116,7 +116,7 @@ class StudyLimits(NamedTuple):
     allow_invalid: bool = False
 
     def bounded(self, study: Study) -> Study:
-        """The study with as many workers as it may have; raises StudyError where it asks for what it may not."""
+        """The study with as many workers as it may have; raises StudyError beyond the limits."""
         if study.executor not in self.executors:
             # Whoever answers at a scheduler's address can have code run here.
             raise StudyError(
@@ -263,7 +263,7 @@ class Studies:
                 result = self._run_study(study, update, ends, **keep)
                 if log:
                     log.finish(result)
-        except Exception as error:  # whatever it is, the next study is served
+        except Exception as error:  # of any kind: the next study is served
             if result is None or not isinstance(error, (LogError, OSError)):
                 _drop_empty(log, path)
                 return aborted(error)

@@ -181,7 +181,7 @@ class UqNode(BaseNode):
         self.studies.note(answer)
         text = f"{answer.state}: {answer.message}" + (f"; log: {answer.log}" if answer.log else "")
         if answer.problem:
-            self.get_logger().warning(text, throttle_duration_sec=LOG_PERIOD)  # anybody can send goals that fail
+            self.get_logger().warning(text, throttle_duration_sec=LOG_PERIOD)  # any peer can send goals that fail
         else:
             self.get_logger().info(text)
         if answer.state == SUCCEEDED:

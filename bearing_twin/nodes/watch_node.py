@@ -68,12 +68,12 @@ REQUESTED_FOR = 20.0  # s after a request for the page, within which its viewer 
 ANSWER = 5.0  # s for a service to answer
 COMING = 12.0  # s for the scene and a first sample to come: where time is slowed down they are rare
 DEPTH = 5  # samples that may wait: later ones are better than all of them
-LONGEST_STATUS, LONGEST_REFUSAL = 200, 600  # characters: what is refused says why, and what could be had
-MOVING = ("running", "running as fast as possible", "playing")  # what a node says that has a pace
+LONGEST_STATUS, LONGEST_REFUSAL = 200, 600  # characters; a refusal has its reason
+MOVING = ("running", "running as fast as possible", "playing")  # states with a pace
 PACES = ("real_time_factor", "rate")  # what sim_node and replay_node call it
 SAMPLES = "/samples"
 NAMELESS = "_NODE_NAME_UNKNOWN_"  # what ROS calls a node of which it has found a publisher, but not yet the name
-_NUMBER = re.compile(r"\d{1,6}(\.\d{1,9})?", flags=re.ASCII)  # anybody can send diagnostics
+_NUMBER = re.compile(r"\d{1,6}(\.\d{1,9})?", flags=re.ASCII)  # any peer can send diagnostics
 
 
 class WatchNode(BaseNode):
@@ -83,7 +83,7 @@ class WatchNode(BaseNode):
         super().__init__("watch_node", "page", **options)
         self.feed = Feed()
         values = declare(self, PARAMETERS)
-        self.server = PageServer(self, values["host"], values["port"])  # a port that is taken is said at once
+        self.server = PageServer(self, values["host"], values["port"])  # raises before the wait where the port is taken
         try:
             self._watched, samples = self._found(values["node"], values["patience"])
         except BearingTwinError:
