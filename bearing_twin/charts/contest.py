@@ -118,7 +118,8 @@ class Contest:
 
     def sheet(self, rows: list[Row]) -> Sheet:
         """The picture of rows."""
-        sheet = Sheet(self.title, self.panels(self, rows), "crosses: no result", [])
+        lost = any(row.status != DONE for row in rows)
+        sheet = Sheet(self.title, self.panels(self, rows), "crosses: no result" if lost else "", [])
         sheet.key = len(labels(sheet)) <= MOST
         return sheet
 

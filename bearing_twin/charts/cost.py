@@ -3,6 +3,7 @@
 import tempfile
 from pathlib import Path
 
+from bearing_twin.base.units import two_digits
 from bearing_twin.charts.contest import Contest, of_problem, seconds, timed
 from bearing_twin.charts.panels import Axis, Panel, bars_of
 from bearing_twin.charts.scenes import WITHOUT_CHECK
@@ -64,7 +65,7 @@ def read(contest, rows):
     """CPU time of every stage, and its speed against real time."""
     for name, (title, _, _) in RUNS.items():
         words = ", ".join(
-            f"{row.method} {seconds(row.seconds)} ({1.0 / row.seconds:.2g} times real time)"
+            f"{row.method} {seconds(row.seconds)} ({two_digits(1.0 / row.seconds)} times real time)"
             for row in of_problem(rows, name)
             if row.seconds > 0.0
         )
