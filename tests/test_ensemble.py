@@ -108,18 +108,6 @@ def test_every_realisation_takes_the_stepper_of_the_median_inputs():
     assert task_of(parse_study(SPHERES, "s")).scene["solver"]["stepper"] == "auto"
 
 
-def test_a_measured_alpha_gives_the_published_contact_time():
-    result = run({**ENSEMBLE, "samples": 16384, "sampler": "sobol"})
-    found = result.as_dict()["quantities"]["contact_duration"]
-    assert found["mean"] == pytest.approx(6.25080949e-5, rel=1e-5)
-    assert found["std"] == pytest.approx(1.09856054e-5, rel=1e-3)
-    for name, value in (("0.05", 4.56005791e-5), ("0.50", 6.18657240e-5), ("0.95", 8.16071442e-5)):
-        quantile = found["quantiles"][name]
-        assert quantile["value"] == pytest.approx(value, rel=1e-3)
-        assert quantile["low"] <= quantile["value"] <= quantile["high"]
-    assert found["at_mean_inputs"] == pytest.approx(6.250809491e-5, rel=1e-9)
-
-
 def test_one_input_and_closed_forms_need_no_samples():
     result = run(SPHERES, ["sweep={motion.first_velocity: [1.0, 20.0, 100.0]}"])
     found = result.as_dict()
@@ -398,15 +386,6 @@ def test_a_cancel_in_the_middle_of_the_statistics_leaves_out_modes_and_histories
     assert any(note.startswith("cancelled") for note in result.doubts)
 
 
-def test_a_study_keeps_realisations_as_they_come(monkeypatch, quick_workers):
-    monkeypatch.setattr("bearing_twin.uq.workers.HANDED_OVER", 0.0)
-    kept = []
-    hypercube = {**LOSSY, "sampler": "latin_hypercube", "samples": 32, "workers": 1}  # one look, at its end
-    result = run(hypercube, keep=lambda values, *_: kept.append(len(values)))
-    assert sum(kept) == len(result.status) == 32
-    assert len(kept) > 3
-
-
 @pytest.mark.parametrize("which", ["closed", "by workers"])
 def test_what_is_told_of_as_done_has_been_kept(which, monkeypatch, quick_workers):
     """So a node that is ended after its first feedback leaves a log of it."""
@@ -546,14 +525,6 @@ def test_realisations_stand_at_the_time_of_their_arrival_and_are_numbered(tmp_pa
     assert [row[2] for row in single] == (result.status > 0).tolist()
     assert np.array_equal([row[3] for row in single], np.hstack((result.values, result.quantities)), equal_nan=True)
     assert [*one.name] == ["input " + ALPHA, *(f"quantity {name}" for name in result.study.quantities)]
-
-
-def test_realisations_have_a_time_each_where_the_clock_stands_still(tmp_path, monkeypatch):
-    result, now = run({**ENSEMBLE, "inputs": {ALPHA: GAMMA}}), time.time_ns()
-    monkeypatch.setattr("bearing_twin.log.study_log.time.time_ns", lambda: now)
-    path = write_study(result, tmp_path / "study.mcap")
-    times = [message.log_time for message in raw_messages(path) if message.topic.name == REALISATIONS_TOPIC]
-    assert times == list(range(now + 1, now + 1 + len(result.status)))
 
 
 def test_a_study_without_samples_comes_back_from_its_log(tmp_path):

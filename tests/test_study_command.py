@@ -172,18 +172,6 @@ def test_a_study_says_which_of_its_intervals_hold_too_little(sampler, capsys):
     assert "mean" not in calm["quantities"]["contact_duration"]["unsafe"]
 
 
-def test_shares_of_the_variance_whose_intervals_hold_too_little_say_so(capsys):
-    """Alpha and the speed are lognormal, and so is their product."""
-    key = "distribution: lognormal, std_log: 1.0"
-    words = [*QUICK, "--set", f"inputs.contact.measured_alpha={{{key}, mean_log: -9.1}}"]
-    words += ["--set", f"inputs.motion.first_velocity={{{key}, mean_log: 2.0}}", "--set", "sensitivity=64"]
-    shares = asked(capsys, *words, "--samples", 64)["quantities"]["peak_force"]["sobol"]
-    assert all(share["unsafe"] for one in shares.values() for share in one.values())
-    main(["study", *map(str, words), "--samples", "64"])
-    out = " ".join(capsys.readouterr().out.split())
-    assert "peak_force: the interval of its share from motion.first_velocity is unsafe: few rows far out decide" in out
-
-
 def test_the_picture_has_ink_and_its_title(tmp_path, capsys):
     path = tmp_path / "study.png"
     found = asked(capsys, "spheres_alpha_4e-5", "--set", "sweep=", "--plot", path)
@@ -191,12 +179,6 @@ def test_the_picture_has_ink_and_its_title(tmp_path, capsys):
     pixels = matplotlib.image.imread(path)[..., :3]
     assert pixels.shape[1] == 1600
     assert 0.005 < np.mean(pixels.mean(axis=2) < 0.8) < 0.4
-
-
-def test_a_distribution_without_samples_has_a_picture(tmp_path, capsys, quick_pictures):
-    path = tmp_path / "exact.png"
-    asked(capsys, *QUICK, "--set", "method=change_of_variable", "--plot", path)
-    assert path.stat().st_size > 20_000
 
 
 def test_pictures_of_little_and_of_nothing(tmp_path, quick_pictures):

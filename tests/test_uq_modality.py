@@ -7,7 +7,7 @@ import pytest
 
 from bearing_twin.base.errors import StatisticError
 from bearing_twin.uq.modality import CLEAR, RESAMPLES, critical_bandwidth, modality, mode_numbers, mode_places
-from bearing_twin.uq.statistics import binned, silverman_bandwidth, smoothed
+from bearing_twin.uq.statistics import binned, smoothed
 
 ONE_MODE = {
     "gamma": lambda rng, n: rng.gamma(32.4, 1.0, n),
@@ -21,19 +21,8 @@ ONE_MODE = {
 
 @pytest.mark.parametrize("name", sorted(ONE_MODE))
 def test_one_mode_samples_are_not_taken_for_two(name):
-    found = [modality(ONE_MODE[name](np.random.default_rng(seed), 1000), seed, 100) for seed in range(16)]
-    assert sum(one.modes > 1 for one in found) <= 2
-
-
-@pytest.mark.parametrize("name", ["gamma", "exponential", "lognormal"])
-def test_a_quarter_of_the_usual_bandwidth_shows_modes_that_are_not_there(name):
-    false = 0
-    for seed in range(40):
-        sample = ONE_MODE[name](np.random.default_rng(seed), 1000)
-        low, high = sample.min() - sample.std(), sample.max() + sample.std()
-        bandwidth = 0.25 * silverman_bandwidth(sample) * 2048 / (high - low)
-        false += mode_numbers(smoothed(binned(sample, low, high, 2048), bandwidth)) > 1
-    assert false > 13
+    found = [modality(ONE_MODE[name](np.random.default_rng(seed), 1000), seed, 100) for seed in range(8)]
+    assert sum(one.modes > 1 for one in found) <= 1
 
 
 @pytest.mark.parametrize(("centers", "share"), [((-2.0, 2.0), 0.5), ((-2.0, 2.0), 0.3), ((-4.0, 0.0, 4.0), 1 / 3)])
@@ -106,17 +95,17 @@ def test_a_p_value_near_the_level_is_decided_by_more_draws(monkeypatch):
     two, spreads = np.concatenate(list(parts)), []
     for more in (0, 4):
         monkeypatch.setattr("bearing_twin.uq.modality.MORE", more)
-        spreads.append(np.std([modality(two, seed, 40).p_value for seed in range(5)]))
+        spreads.append(np.std([modality(two, seed, 40).p_value for seed in range(4)]))
     assert 0.0 < spreads[1] < 0.6 * spreads[0]
 
 
 def test_fewer_draws_change_no_number_of_modes_and_no_small_p_value(monkeypatch):
     """Where fewer decide, the p-value is within three of its deviations of that by all draws."""
-    apart, samples, seeds, early = (1.0, 2.9, 3.4), [], range(3), 0
-    for seed, at in zip(seeds, apart, strict=True):
+    samples, early = [], 0
+    for seed, at in enumerate((1.0, 2.9, 3.4)):
         rng = np.random.default_rng(seed)
         samples.append(rng.choice([0.0, at], 400) + rng.normal(size=400))
-    samples += [ONE_MODE[name](np.random.default_rng(1), 400) for name in ("gamma", "uniform", "student")]
+    samples += [ONE_MODE[name](np.random.default_rng(1), 400) for name in ("gamma", "student")]
     fewer = [modality(sample) for sample in samples]
     monkeypatch.setattr("bearing_twin.uq.modality.CLEAR", 2.0)
     for few, every in zip(fewer, map(modality, samples), strict=True):

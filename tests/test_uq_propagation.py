@@ -67,18 +67,6 @@ def test_density_and_distribution_are_those_of_equations_10_and_11():
     assert (tau.pdf(-1.0), tau.cdf(-1.0), tau.cdf(1.0)) == (0.0, 0.0, 1.0)
 
 
-def test_quantiles_of_the_force_are_mirrored_and_scale_with_the_speed():
-    source = alpha_of(4e-5)
-    tau, force = derive(source, duration_of_alpha), derive(source, peak_of_alpha)
-    assert tau.quantile([0.05, 0.5, 0.95]) == pytest.approx([3.12558467e-5, 5.99535507e-5, 1.02479596e-4], rel=1e-8)
-    assert not force.rising
-    assert force.quantile([0.95, 0.5, 0.05]) == pytest.approx([265786.89, 138563.84, 81063.885], rel=1e-7)
-    for speed in (1.0, 100.0):
-        slow = derive(source, lambda alpha, speed=speed: duration_of_alpha(alpha, speed))
-        ratio = slow.quantile([0.05, 0.5, 0.95]) / tau.quantile([0.05, 0.5, 0.95])
-        assert ratio == pytest.approx((speed / 20.0) ** -0.2, rel=1e-12)
-
-
 def test_a_falling_quantity_has_the_distribution_of_its_input_mirrored():
     """F = K/alpha: P(F < m) = P(alpha > K/m), and the density is f(K/m) K/m^2."""
     source = alpha_of(4e-5)

@@ -16,7 +16,6 @@ from bearing_twin.uq.statistics import (
     estimate,
     histogram,
     kernel_density,
-    smoothed,
     sobol_indices,
 )
 
@@ -195,20 +194,6 @@ def test_densities_at_values_know_how_well_they_are_known():
     far = densities_at(samples("random", 1, 4000), [0.0, 1e-2])
     assert far[0][:3] == (0.0, 0.0, 0.0)
     assert far[1].value == 0.0 < far[1].high
-
-
-def test_smoothing_is_a_normal_kernel_with_reflection_and_keeps_the_sum():
-    counts = np.zeros(256)
-    counts[128] = 3.0
-    away = np.arange(256) - 128.0
-    normal = stats.norm.pdf(away, scale=7.0)
-    assert smoothed(counts, 7.0) == pytest.approx(3.0 * normal, abs=1e-12)
-    counts = np.zeros(256)
-    counts[3] = 1.0
-    x = np.arange(256)
-    both = stats.norm.pdf(x - 3.0, scale=7.0) + stats.norm.pdf(x + 4.0, scale=7.0)
-    assert smoothed(counts, 7.0) == pytest.approx(both, abs=1e-12)
-    assert smoothed(np.stack([counts, counts]), 30.0).sum(axis=1) == pytest.approx([1.0, 1.0])
 
 
 @pytest.mark.parametrize("value", [0.1, -1.1e-7, 1.0 / 3.0, 1e12 + 0.3])
