@@ -15,7 +15,7 @@ from bearing_twin.charts.contest import seconds, timed
 from bearing_twin.charts.laws import law_cost
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, bars_of, colour
 from bearing_twin.charts.paper import Figures, Paper
-from bearing_twin.charts.scenes import run
+from bearing_twin.charts.scenes import integrated, run, started
 from bearing_twin.contact.damping import steady_damping, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.kinds.bodies.derived import ellipsoid_mass, modulus_of
@@ -168,7 +168,7 @@ def bearing(quick: bool) -> Sheet:
     for law in (EXACT, *LAWS):
         chosen = f"contact.normal={law}"
         found[law] = run(SCENE, (*keys, chosen), names)
-        costs[law] = timed(lambda chosen=chosen: run(SCENE, (*LONG, chosen)))[1]["seconds"]
+        costs[law] = timed(functools.partial(integrated, started(SCENE, (*LONG, chosen)), ()))[1]["seconds"]
     time, exact, scene = found[EXACT].time, found[EXACT].values, found[EXACT].scene
     point, normal, load = (exact[name][:, FOLLOWED, OUTER] for name in ("point", "normal", "normal_load"))
     distances, reading = [], []
@@ -199,7 +199,7 @@ def bearing(quick: bool) -> Sheet:
             Panel("Normal of the raceway there", TIME, Axis("n_A"), curves(normal, "n")),
         ],
         [
-            Panel("r_P by other laws, from that by exact Hertz", TIME, away, distances),
+            Panel("Contact point by other laws, from that by exact Hertz", TIME, away, distances),
             bars_of("An evaluation of the law", cost, evaluations),
             bars_of("A simulated second of the bearing", cost, costs),
         ],
