@@ -20,7 +20,7 @@ from bearing_twin.base.units import symbol_of
 from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.error_estimates import SECOND_RUN, Comparison, is_checked
 
-OFTEN = 1.02  # times the time of the last row, when figures are compared again
+OFTEN = 1.5  # times the time of the last row, when figures are compared again
 LATE = 0.1  # share of the outputs that lie beyond a horizon at least: a single impact is none
 SEVERAL = 4  # outputs or contacts at least that lie beyond one
 ROUNDING = 1e-12  # of a figure: no difference is said to be smaller
