@@ -1,7 +1,7 @@
 // The door to a sphere on a beam; arrays are C-contiguous doubles, complex numbers two of them.
 #include "../door.hpp"
 #include "collocation.hpp"
-#include "free_flight.hpp"
+#include "pieces.hpp"
 #include "volterra.hpp"
 
 using namespace core;
@@ -47,7 +47,7 @@ CORE_EXPORT void core_beam_move(IMPACT_ARGUMENTS, std::int64_t first, std::int64
   }
 }
 
-// Time [s] from the start of a piece without a force to the next touch (free_flight.hpp).
+// Time [s] from the start of a piece without a force to the next touch.
 CORE_EXPORT double core_beam_next_touch(IMPACT_ARGUMENTS, std::int64_t piece, double limit, double shortest) {
   return next_touch(IMPACT, int(piece), limit, shortest);
 }

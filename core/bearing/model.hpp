@@ -6,7 +6,7 @@
 #include "../contact/laws.hpp"
 #include "../contact/film.hpp"
 #include "../contact/friction.hpp"
-#include "../shapes/groove.hpp"
+#include "../shapes/gaps.hpp"
 #include "surface_heights.hpp"
 
 namespace core {

@@ -15,7 +15,7 @@
 #pragma once
 #include "../contact/laws.hpp"
 #include "../contact/friction.hpp"
-#include "../shapes/ellipsoid.hpp"
+#include "../shapes/gaps.hpp"
 #include "rigid_body.hpp"
 
 namespace core {

@@ -7,7 +7,7 @@
 #pragma once
 #include <bit>
 #include "../methods/adaptive.hpp"
-#include "contact_record.hpp"
+#include "rigid_body.hpp"
 #include "ellipsoid.hpp"
 
 namespace core {

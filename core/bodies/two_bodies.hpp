@@ -9,7 +9,7 @@
 #include <bit>
 #include "../contact/laws.hpp"
 #include "../contact/friction.hpp"
-#include "../shapes/closed_forms.hpp"
+#include "../shapes/opposing.hpp"
 #include "../shapes/overlap.hpp"
 #include "rigid_body.hpp"
 

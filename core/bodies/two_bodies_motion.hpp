@@ -5,7 +5,7 @@
 // where the contact lasts; the error control finds begin and end.
 #pragma once
 #include "../methods/adaptive.hpp"
-#include "contact_record.hpp"
+#include "rigid_body.hpp"
 #include "two_bodies.hpp"
 
 namespace core {

@@ -1,9 +1,22 @@
-// Where an ellipsoid with semi-axes A = diag(a, b, c) reaches farthest in one direction, and the gap it has there to a plane, in
-// closed form. Vectors are in the ellipsoid's axes.
+// Curvatures of gaps in closed form: a ball in a groove, an ellipsoid on a plane.
 #pragma once
+#include "../math/dual.hpp"
 #include "../math/vector3.hpp"
 
 namespace core {
+
+// A ball in a toroidal groove (paper 1, section 5): the curvatures of the gap, halves of the relative principal ones.
+
+// Of the gap across the groove [1/m], and along it where the contact's normal has this radial part. Radii [m] of the ball, of
+// the groove's centre circle and of its meridian.
+CORE_INLINE double curvature_across_groove(double ball, double groove) { return 0.5 * (1.0 / ball - 1.0 / groove); }
+template <Number N>
+CORE_INLINE auto curvature_along_groove(double ball, double locus, double groove, const N &normal_radial) {
+  return 0.5 * (1.0 / ball - normal_radial / (locus + groove * normal_radial));
+}
+
+// Where an ellipsoid with semi-axes A = diag(a, b, c) reaches farthest in one direction, and the gap it has there to a plane, in
+// closed form. Vectors are in the ellipsoid's axes.
 
 // Extent [m] along a unit direction, |A d|, and the point there [m], A^2 d/|A d|: the support function and its gradient.
 struct Reach {
