@@ -92,9 +92,8 @@ REQUIRED = (
 
 ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what for
     "core.py": ("version", "the library in use, for logs and those who ask"),
-    "kinds/bearing/compiled_balls.py": ("rates_and_jacobian", "the core's derivatives, for tests of them alone"),
-    "kinds/bearing/compiled_coupled.py": (
-        "rates_and_jacobian BODY_NUMBERS",
+    "kinds/bearing/compiled.py": (
+        "ball_rates_and_jacobian system_rates_and_jacobian BODY_NUMBERS",
         "the core's derivatives, for tests of them alone",
     ),
     "kinds/soft_discs/motion.py": ("elastic_forces", "the core's forces, for tests of them alone"),

@@ -15,7 +15,7 @@ from bearing_twin.kinds.contract import lazy_import
 
 BEARING, SHAFT, SPHERES, DISCS = "bearing", "shaft", "two_spheres", "two_discs"
 BEAM, ELLIPSOID, BODIES, SOFT = "sphere_on_beam", "ellipsoid_on_plane", "two_bodies", "soft_discs"
-FACTS = "bearing_twin.kinds.bearing.facts"  # where conditions of a bearing are
+FACTS = "bearing_twin.kinds.bearing.models"  # where conditions of a bearing are
 SETTING = "tolerance of the steps"  # what the stepper is given, by wanted.tolerance
 
 

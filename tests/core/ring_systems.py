@@ -17,7 +17,7 @@ from bearing_twin.kinds.bearing import (
     TANGENTIAL_VELOCITY,
     RingDrive,
 )
-from bearing_twin.kinds.bearing.compiled_coupled import COORDINATES, rates_and_jacobian
+from bearing_twin.kinds.bearing.compiled import COORDINATES, system_rates_and_jacobian
 
 SHAFT = (*FREE, "rings.inner.inertia=[1.0e-4,1.0e-4]")
 SUPPORT = "rings.inner.support={stiffness: [1e5,2e5,3e5], damping: [1,2,3], tilt_stiffness: 4, tilt_damping: 0.1}"
@@ -65,7 +65,7 @@ class System:
 
     def evaluated(self, state, border):
         partners = self.partners._replace(mass=self.partners.mass.copy())  # another one: the core keeps what it knows
-        return rates_and_jacobian(self.bearing, self.drive, partners, self.near, state, border)
+        return system_rates_and_jacobian(self.bearing, self.drive, partners, self.near, state, border)
 
     def rates(self, state, border):
         """Rates of balls (N, COLUMNS) and of the border (BORDER,)."""

@@ -23,8 +23,8 @@ from bearing_twin.kinds.bearing import (
     TANGENTIAL_VELOCITY,
     RingDrive,
 )
-from bearing_twin.kinds.bearing.compiled_coupled import BODY_NUMBERS, COORDINATES, rates_and_jacobian
-from bearing_twin.kinds.bearing.meeting_parts import MET, PartBalls
+from bearing_twin.kinds.bearing.compiled import BODY_NUMBERS, COORDINATES, system_rates_and_jacobian
+from bearing_twin.kinds.bearing.integrate import MET, PartBalls
 from bearing_twin.kinds.bearing.system import GROSS_WORK
 
 # Scene, overrides, instant [s], whether balls are pushed onto each other.
@@ -87,7 +87,7 @@ def test_derivatives_of_every_element_are_those_of_the_rates():
                     there[ball, of] += change * (of != TANGENTIAL_VELOCITY)
                     orbit += change * (of == TANGENTIAL_VELOCITY)
                     there[ball, TANGENTIAL_VELOCITY] = orbit * there[ball, AXIS_DISTANCE]
-                return rates_and_jacobian(bearing, drive, partners, near, there, bodies)
+                return system_rates_and_jacobian(bearing, drive, partners, near, there, bodies)
 
             jacobian = rates(0, 0.0)[1]
             changes = np.array([*OF_BALL * balls, *OF_BODIES])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bearing_twin import load_scene
-from bearing_twin.kinds.bearing import compiled_balls
+from bearing_twin.kinds.bearing.compiled import ball_rates_and_jacobian
 from bearing_twin.kinds.bearing.start import start_state
 from bearing_twin.kinds.bearing.system import HELD, TILTED, bearing_of
 
@@ -33,14 +33,14 @@ def moving_ball(law, friction):
 def test_derivatives_are_those_of_differences(law, friction, tilt):
     bearing, speed, state = moving_ball(law, friction)
     bearing = bearing._replace(ring=TILTED if any(tilt) else HELD, tilt=tilt)
-    _, jacobian = compiled_balls.rates_and_jacobian(bearing, speed, state)
+    _, jacobian = ball_rates_and_jacobian(bearing, speed, state)
     for column, size in enumerate(SIZES):
         slopes = []
         for step in (1e-3 * size, 5e-4 * size):  # Richardson's of central differences
             ahead, behind = state.copy(), state.copy()
             ahead[column] += step
             behind[column] -= step
-            rates = [compiled_balls.rates_and_jacobian(bearing, speed, one)[0][:9] for one in (ahead, behind)]
+            rates = [ball_rates_and_jacobian(bearing, speed, one)[0][:9] for one in (ahead, behind)]
             slopes.append((rates[0] - rates[1]) / (2.0 * step))
         expected = (4.0 * slopes[1] - slopes[0]) / 3.0
         greatest = np.abs(jacobian[:, column]).max()
@@ -65,7 +65,7 @@ def test_power_goes_into_motion_contacts_and_losses(friction):
     """Drive's power = rate of kinetic energy + of elastic energy + losses, of a law whose coefficient is constant."""
     bearing, speed, state = moving_ball("constant", friction)
     bearing = bearing._replace(gravity=(0.0, 0.0, 0.0))
-    rates, _ = compiled_balls.rates_and_jacobian(bearing, speed, state)
+    rates, _ = ball_rates_and_jacobian(bearing, speed, state)
     velocity, spin = state[3:6], state[6:9]
     orbit = velocity[1] / state[0]
     # Kinetic energy does not know the frame's rotation: its terms are at right angles to the motion.

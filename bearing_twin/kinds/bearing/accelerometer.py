@@ -10,7 +10,7 @@ import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.sample import Block, Channel, Table
-from bearing_twin.kinds.bearing.housing import NONE
+from bearing_twin.kinds.bearing.parameters import has_sensor
 
 NOISE_BLOCK = 1024  # samples whose noise is drawn at once
 ROOM = 500  # instants of which outputs are made at once
@@ -28,7 +28,7 @@ ACCELERATION = Table(
 
 def tables(parameters) -> tuple[Table, ...]:
     """The samples of the sensor, where there is one."""
-    return (ACCELERATION,) if parameters.sensor.on != NONE else ()
+    return (ACCELERATION,) if has_sensor(parameters) else ()
 
 
 class Accelerometer:

@@ -1,12 +1,26 @@
-"""Defects of a bearing's surfaces, as a scene gives them: waviness and spalls of raceways and of the first ball."""
+"""Defects of a bearing's surfaces, waviness and spalls of raceways and of the first ball; their numbers for the core.
+
+A ball bridges a spall: while its contact point is at x from the middle, |x| < L/2, it stands on the nearer edge, and
+its centre is lower by r - sqrt(r^2 - e^2), e = L/2 - |x|, times 1 - r/R on the outer raceway and 1 + r/R on the inner
+one, at most by the depth; in the middle it strikes the other edge, and the slope jumps. The contact is no point: what
+it meets is the mean over its semi-minor axis, weighted by its load, which does not reach beyond the middle. The core
+adds the heights to approaches (`core/bearing/surface_heights.hpp`). To read a scene needs no arrays.
+"""
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
 import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.base.parameters import choice, echo, quantity, read, section
+from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function
+from bearing_twin.kinds.bearing.geometry import moduli, nominal_curvatures, operating_geometry
+
+if TYPE_CHECKING:
+    import numpy as np
 
 SURFACES = ("inner", "outer", "ball")
 MOST = 16  # in one bearing
@@ -103,3 +117,70 @@ def defect_problems(defects: tuple[Defect, ...], geometry) -> list[str]:
             f"defects[{number}].{key} = {value:g} must be {legal}" for wrong, key, value, legal in rows if wrong
         ]
     return problems
+
+
+PIECES = 128  # TABLE_PIECES of the core
+LEAST_LOAD = 1.0  # N: contacts of less are taken as this one, for loads to come
+
+_heights = Function("core_surface_heights", None, (REALS, INTEGER, REALS, REAL, REALS_OUT))
+
+
+def defect_numbers(parameters, load: float) -> "np.ndarray":
+    """The numbers of `SurfaceDefects`; contacts have the size they have under this `load` [N].
+
+    Raises SceneError for waves shorter than a contact.
+    """
+    import numpy as np
+
+    from bearing_twin.contact.ellipse import ellipse
+
+    geometry = operating_geometry(parameters)
+    curvatures = np.array(nominal_curvatures(geometry))[None]
+    loads, e_star = np.full((1, 2), max(load, LEAST_LOAD)), np.array(moduli(parameters.materials))
+    axes = ellipse(curvatures[..., 0], curvatures[..., 1], e_star, loads)[:2]
+    numbers = [float(len(parameters.defects))]
+    for number, one in enumerate(parameters.defects):
+        side = 0 if one.on == "inner" else 1
+        numbers += _numbers_of(number, one, geometry, *(float(axis[0, side]) for axis in axes))
+    return np.array(numbers)
+
+
+def _numbers_of(number: int, defect: Defect, geometry, across: float, along: float) -> list[float]:
+    import numpy as np
+
+    radius, spall, (order, amplitude, phase) = defect.radius(geometry), defect.spall, defect.waviness
+    if order * along > math.pi * radius:
+        raise SceneError(
+            f"defects[{number}].waviness[0] = {order:g} makes waves shorter than the contact, "
+            f"which is {2.0 * along:.3g} m long; at most {math.floor(math.pi * radius / along)} waves"
+        )
+    half, width = 0.5 * spall.length + along, 0.5 * spall.width or across
+    head = SURFACES.index(defect.on), order, amplitude, phase, spall.place, radius, half, width, across, along
+    table = np.zeros((PIECES + 1, 2)) if order else _table(defect, geometry, half, along)
+    return [*map(float, head), *table.ravel().tolist()]
+
+
+def _table(defect: Defect, geometry, half: float, along: float) -> "np.ndarray":
+    """Drops and their slopes (pieces + 1, 2), the latter a piece, from the middle to where nothing drops any more."""
+    import numpy as np
+    from scipy.interpolate import CubicSpline
+
+    x = np.linspace(0.0, half, PIECES + 1)
+    share, weight = np.polynomial.legendre.leggauss(64)
+    reach = (x * along / (x**4 + along**4) ** 0.25)[:, None]  # the lesser of both, smoothly
+    ball, pitch = 0.5 * geometry.ball_diameter, 0.5 * geometry.pitch_diameter
+    bent = 1.0 + ball / (pitch - ball) if defect.on == "inner" else 1.0 - ball / (pitch + ball)
+    edge = np.clip(0.5 * defect.spall.length - np.abs(x[:, None] + reach * share), 0.0, ball)
+    drops = np.minimum((ball - np.sqrt(ball**2 - edge**2)) * bent, defect.spall.depth)
+    means = drops @ (weight * 0.75 * (1.0 - share**2))
+    spline = CubicSpline(x, means, bc_type=("not-a-knot", (1, 0.0)))
+    return np.stack([means, spline(x, 1) * (x[1] - x[0])], axis=1)
+
+
+def heights_under(numbers: "np.ndarray", azimuths: "np.ndarray", ring_angle: float = 0.0) -> "np.ndarray":
+    """Heights (N, 2) [m] of the inner and the outer raceway under balls at these azimuths [rad] (N,)."""
+    import numpy as np
+
+    found = np.empty((len(azimuths), 2))
+    _heights(numbers, len(azimuths), np.ascontiguousarray(azimuths), ring_angle, found)
+    return found

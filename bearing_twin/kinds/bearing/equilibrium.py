@@ -19,6 +19,7 @@ from bearing_twin.contact.ellipse import ellipse as ellipses_at
 from bearing_twin.contact.ellipse import elliptic_e
 from bearing_twin.contact.friction import AUTO, POINT
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
+from bearing_twin.kinds.bearing.defects import defect_numbers, heights_under
 from bearing_twin.kinds.bearing.geometry import moduli, operating_geometry
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE, rubbing_by
 from bearing_twin.kinds.bearing.ratings import command_doubt
@@ -37,7 +38,6 @@ from bearing_twin.kinds.bearing.rings import (
     idle_loads,
     moving_centre,
 )
-from bearing_twin.kinds.bearing.surface_defects import defect_numbers, heights_under
 from bearing_twin.kinds.bearing.system import Raceway, bearing_of
 from bearing_twin.kinds.contract import OperatingPoint
 
@@ -325,7 +325,7 @@ class EquilibriumSolver:
         left = self.settle(support)
         if self.rough:
             load = float(contacts_in(self.contacts).load.max())
-            numbers = defect_numbers(self.rough, moduli(self.rough.materials), load)
+            numbers = defect_numbers(self.rough, load)
             self.heights = heights_under(numbers, self.azimuths)
             left = self.settle(support)
         found = self.q, self.load, self.stiffness, self.azimuths, self.place[:, :2], contacts_in(self.contacts)

@@ -8,6 +8,7 @@ from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.base.report import Choice
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
+from bearing_twin.kinds.bearing.defects import defect_numbers
 from bearing_twin.kinds.bearing.equilibrium import (
     FOUND,
     OF_BALL,
@@ -24,11 +25,9 @@ from bearing_twin.kinds.bearing.equilibrium import (
     weighed_solver,
 )
 from bearing_twin.kinds.bearing.friction_torque import contact_losses
-from bearing_twin.kinds.bearing.geometry import moduli
 from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.surface_defects import SMOOTH_NUMBERS, defect_numbers
 
 MOVING = (
     "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored",
@@ -170,10 +169,10 @@ class QuasiStaticMotion(CommandedBearing):
         azimuths = azimuths_of(parameters.geometry.balls, 0.0)
         solver = weighed_solver(parameters, self.setting, azimuths)
         self._start = controlled(parameters, solver, self.support)
-        self.setting, self._defects = solver.setting, SMOOTH_NUMBERS
+        self.setting, self._defects = solver.setting, np.zeros(1)
         if parameters.defects:
             load = float(self._start.contacts.load.max())
-            self._defects = defect_numbers(parameters, moduli(parameters.materials), load)
+            self._defects = defect_numbers(parameters, load)
         self._seat, self.stop = self.setting.numbers(parameters.gravity), SIGNALLED
         self.reset()
 

@@ -22,12 +22,11 @@ from bearing_twin.contact.validity import (
 )
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.accelerometer import Listener
-from bearing_twin.kinds.bearing.facts import touches_at_rest
 from bearing_twin.kinds.bearing.friction_torque import catalogue_torque
 from bearing_twin.kinds.bearing.geometry import cage_speed, moduli, roll_rate
-from bearing_twin.kinds.bearing.housing import NONE
 from bearing_twin.kinds.bearing.model_error import law_error
-from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen
+from bearing_twin.kinds.bearing.models import touches_at_rest
+from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen, has_sensor
 from bearing_twin.kinds.bearing.quantities import missing
 from bearing_twin.kinds.bearing.ratings import ratings_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, TORQUE, dimension_of
@@ -306,7 +305,7 @@ class BearingFigures:
         self._static = ratings_of(parameters).static
         self._sums, self._run_up = Sums(self._balls), RunUp(parameters)
         self._layout, self._columns = None, None
-        self._listener = Listener(parameters) if parameters.sensor.on != NONE else None
+        self._listener = Listener(parameters) if has_sensor(parameters) else None
         self._made: dict = {}  # of the outputs so far, what several figures and flags are made of
 
     def add(self, block: Block) -> None:

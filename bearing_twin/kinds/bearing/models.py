@@ -1,26 +1,235 @@
-"""Law, dimension, friction and stepper of a bearing, by the rules, and warnings of what a scene fixes."""
+"""Models of a bearing scene: conditions that rules and ranges are about, the choice by rules, warnings of a scene."""
 
 import math
 
 from bearing_twin.base.report import Choice
+from bearing_twin.base.units import CELSIUS
 from bearing_twin.contact.elasticity import coefficient_of
-from bearing_twin.contact.ellipse import hertz_coefficient
-from bearing_twin.contact.friction import AUTO, FRICTIONS, roughness
+from bearing_twin.contact.ellipse import axis_ratio as ratio_of
+from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
+from bearing_twin.contact.friction import AUTO, FRICTIONS, POINT, roughness
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bearing.facts import (
-    axis_ratio,
-    of_falling_balls,
-    of_held_ring,
-    of_temperatures,
-    rim_speed,
-    without_friction,
-)
-from bearing_twin.kinds.bearing.geometry import nominal_curvatures
+from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, scene_equilibrium, solver_of, weighed_support
+from bearing_twin.kinds.bearing.geometry import leaves_raceway, nominal_curvatures, operating_geometry, squeezes
+from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.model_error import rule_error
-from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC
-from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
-from bearing_twin.kinds.ranges import left_by
+from bearing_twin.kinds.bearing.rings import (
+    COMMON_STEPS,
+    FREE_RING,
+    LOADS,
+    POCKETS,
+    PRESCRIBED,
+    QUASI_STATIC,
+    TORQUE,
+    dimension_of,
+    free_coordinates,
+)
+from bearing_twin.kinds.bearing.step_control import FIXED_STEP
+from bearing_twin.kinds.ranges import FASTEST_CHANGE, least_of, left_by
 from bearing_twin.kinds.rules import BEARING, SETTING, answers, drift, idle_step, pick, sentences
+
+LEAST_DAMPING = 2e-7  # s of relaxation time: contacts with less ring for long
+SMOOTH = 0.03  # tolerance that the coarsest rule of points over a contact patch meets where spin is fast
+
+
+def axis_ratio(parameters) -> float:
+    """b/a of the narrower ellipse of the two nominal contacts."""
+    return min(ratio_of(*pair) for pair in nominal_curvatures(parameters.geometry))
+
+
+def slip_at_start(parameters) -> float:
+    """Slip of the balls at the start, as a share of the speed of rolling."""
+    return 1.0 if parameters.initial.motion == "rest" and parameters.drive.speed else 0.0
+
+
+def ring_shift(parameters) -> float:
+    """Distance [m] by which the ring jumps under way."""
+    return math.hypot(*parameters.drive.change.offset) if parameters.drive.change.time else 0.0
+
+
+def relative_acceleration(parameters) -> float:
+    """Acceleration of the scene's change of speed over the least speed [1/s]; 0 where none comes."""
+    drive = parameters.drive
+    slowest = min(abs(drive.speed), abs(drive.speed + drive.change.speed))
+    return drive.acceleration / max(slowest, 1.0) if drive.change.time and drive.change.speed else 0.0
+
+
+def centrifugal_share(parameters) -> float:
+    """The greatest centrifugal load over the load on the inner raceway, at the start, of balls that matter.
+
+    Those are balls with a tenth of the greatest load or more. Raises SceneError.
+    """
+    law = parameters.contact.normal
+    return centrifugal_ratio(scene_equilibrium(parameters, "hertz" if law == "auto" else law).contacts, least=0.1)
+
+
+def turned_under_load(parameters) -> bool:
+    """True if a torque turns an inner ring that follows loads."""
+    return parameters.drive.kind == TORQUE and dimension_of(parameters) == FREE_RING
+
+
+def moves_for_loads(parameters) -> bool:
+    """True if the inner ring moves with its mass although nothing but loads is wanted."""
+    return dimension_of(parameters) == FREE_RING
+
+
+def in_equilibrium(parameters) -> bool:
+    """True if outputs are equilibria."""
+    return dimension_of(parameters) == QUASI_STATIC
+
+
+def wants_cage(parameters) -> bool:
+    """True if balls that move have clearance on their way round, and their stepper moves a cage."""
+    if parameters.geometry.balls == 1 or parameters.solver.stepper not in COMMON_STEPS:
+        return False
+    dimension = dimension_of(parameters)
+    return dimension == FREE_RING or (dimension == PRESCRIBED and leaves_raceway(parameters))
+
+
+def without_friction(parameters) -> bool:
+    """True if no friction is computed, or none is wanted."""
+    idle = parameters.wanted.outputs == LOADS or not parameters.contact.friction_coefficient
+    return idle or in_equilibrium(parameters)
+
+
+def too_narrow(parameters) -> bool:
+    """True if the narrowest contact is beyond the range of friction over contact patches."""
+    return axis_ratio(parameters) < least_of("contact.friction", "axis_ratio")
+
+
+def spins_not(parameters) -> bool:
+    """True if no contact spins: nothing acts along the axis or tilts the inner ring, now or later."""
+    ring, drive = parameters.rings.inner, parameters.drive
+    loads = (*ring.load, *ring.moment), (*ring.change.load, *ring.change.moment), *(row[1:] for row in ring.table)
+    held = drive.offset[2], drive.changed_offset[2], *drive.tilt, parameters.gravity[2]
+    return not any(held) and not any(any(one[2:]) for one in loads)
+
+
+def rim_speed(parameters) -> float:
+    """Greatest speed [m/s] by spin at the rim of a contact patch, one raceway taking all of the spin.
+
+    Of a ring that is held: its offset gives the contact angle and, by Hertz, the major semi-axis.
+    """
+    geometry, drive, materials = operating_geometry(parameters), parameters.drive, parameters.materials
+    free = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
+    speed, fastest = max(abs(drive.speed), abs(drive.speed + drive.change.speed)), 0.0
+    modulus = effective_modulus(materials.ball, materials.inner_ring)
+    for x, y, axial in (drive.offset, drive.changed_offset):
+        across = free - 0.5 * geometry.radial_clearance + math.hypot(x, y)
+        distance = math.hypot(across, axial)
+        approach = 0.5 * (distance - free)
+        if approach > 0.0:
+            small, large = nominal_curvatures(geometry)[0]
+            load = hertz_coefficient(small, large, modulus) * approach**1.5
+            fastest = max(fastest, ellipse(small, large, modulus, load).semi_major * speed * abs(axial) / distance)
+    return fastest
+
+
+def spins_slowly(parameters) -> bool:
+    """True if the coarsest rule of points over the contact patch is fine enough."""
+    if lubricated(parameters) or parameters.wanted.tolerance >= SMOOTH:
+        return True
+    return rim_speed(parameters) < parameters.contact.friction_regularisation
+
+
+def collides(parameters) -> bool:
+    """True if balls collide with the pockets of a cage."""
+    return parameters.cage.kind == POCKETS
+
+
+def hops(parameters) -> bool:
+    """True if balls without load may hop between the raceways, as a torque turns the shaft and it may be slow."""
+    return parameters.drive.kind == TORQUE
+
+
+def rings(parameters) -> bool:
+    """True if contacts ring: after a sudden change of ring or load, by an unbalance, or with hardly any damping."""
+    drive, ring, damping = parameters.drive, parameters.rings.inner, parameters.contact.relaxation_time
+    sudden = ring_shift(parameters) > 0.0 or relative_acceleration(parameters) > FASTEST_CHANGE
+    changed = dimension_of(parameters) == FREE_RING and (ring.change.time or len(ring.table) or ring.unbalance)
+    return bool(sudden or changed or 0.0 < damping < LEAST_DAMPING) and drive.kind != TORQUE
+
+
+def rolls_steadily(parameters) -> bool:
+    """True if every ball rolls from the start under a load that stays, each with steps of its own."""
+    drive = parameters.drive
+    alone = dimension_of(parameters) == PRESCRIBED and parameters.cage.kind == "none" and not leaves_raceway(parameters)
+    steady = not (any(drive.offset[:2]) or any(drive.tilt) or drive.change.time or slip_at_start(parameters))
+    return alone and steady and (parameters.contact.friction == POINT or spins_not(parameters))
+
+
+COLD = 150.0  # K, below all but cryogenic bearings
+
+
+def of_temperatures(parameters) -> list[str]:
+    """Warnings of temperatures in which steel bearings hardly run: they may have been meant in °C."""
+    given = {
+        name: getattr(parameters.temperatures, name) for name in ("reference", "inner_ring", "outer_ring", "balls")
+    }
+    cold = {name: value for name, value in given.items() if 0.0 < value < COLD}
+    return [
+        f"temperatures.{name} = {value:g} K is {value - CELSIUS:g} °C: if °C was meant, write {value + CELSIUS:g}"
+        for name, value in cold.items()
+    ]
+
+
+def of_held_ring(parameters) -> list[str]:
+    """Warnings of a ring that is held: it touches no ball, or leaves some on their way."""
+    if not touches_at_rest(parameters):
+        return [
+            "the inner ring stands where it touches no ball, so that nothing loads or drives them: move it by "
+            "drive.offset by more than the clearance, or free it under a load (rings.inner.load, model.dimension)"
+        ]
+    return list(filter(None, [cage_needed(parameters)]))
+
+
+def touches_at_rest(parameters) -> bool:
+    """True if a ring that is held squeezes balls at some place of it while nothing turns; a tilt counts as yes."""
+    return any(parameters.drive.tilt) or any(near > 0.0 for near, _ in squeezes(parameters))
+
+
+def of_falling_balls(parameters, law: str) -> list[str]:
+    """Warnings of a ring so slow that balls without load at the start fall off the outer raceway.
+
+    At the top of their way, where their weight is more than their centrifugal load at the speed of rolling.
+    """
+    geometry = parameters.geometry
+    orbit = math.sqrt(math.hypot(*parameters.gravity[:2]) / (0.5 * geometry.pitch_diameter))
+    limit = orbit / (0.5 * (1.0 - geometry.ball_diameter / geometry.pitch_diameter))
+    if abs(parameters.drive.speed) >= limit:
+        return []
+    if solver_of(parameters, law).solve(weighed_support(parameters)).contacts.load[:, 0].min() > 0.0:
+        return []
+    return [
+        f"below {limit:.3g} rad/s the weight of balls is more than their centrifugal load: those that bear nothing "
+        "fall off the outer raceway and hop between the rings, which carries errors on, so that what is seen of them "
+        "at one instant keeps no tolerance; means do"
+    ]
+
+
+def mend_of_method(parameters, choice) -> str:
+    """Advice that reduces the error of the integration method, as far as anything does."""
+    if of_falling_balls(parameters, choice.law):
+        return "no tolerance mends what hopping balls do at one instant: take means, or turn the ring faster"
+    if choice.stepper == QUASI_STATIC:
+        return f"set model.dimension: {'free' if any(free_coordinates(parameters)) else 'prescribed'}, whose balls move"
+    if choice.stepper in FIXED_STEP:
+        return "halve solver.step, or set solver.stepper: rodas4"
+    other = "" if choice.stepper in ("rodas4", "auto") else "solver.stepper: rodas4, or "
+    return f"set {other}a tenth of wanted.tolerance"
+
+
+def cage_needed(parameters) -> str:
+    """Warning that balls without a cage bunch up, as some leave a raceway on their orbit; "" where they do not."""
+    if parameters.cage.kind != "none" or parameters.geometry.balls == 1:
+        return ""
+    if not leaves_raceway(parameters):
+        return ""
+    return (
+        "balls leave the inner raceway on part of their way, and nothing keeps them apart: within about 0.1 s "
+        "their spacing and orbit speed leave what rolling gives, which a cage prevents"
+    )
 
 
 def law_error(law: str, parameters) -> float:

@@ -10,21 +10,37 @@ import numpy as np
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.base.stopping import SIGNALLED
-from bearing_twin.kinds.bearing import step_limits
 from bearing_twin.kinds.bearing.accelerometer import ACCELERATION, ROOM, Accelerometer
+from bearing_twin.kinds.bearing.defects import defect_numbers
 from bearing_twin.kinds.bearing.equilibrium import OVERLOAD, CommandedBearing, check_load
 from bearing_twin.kinds.bearing.equilibrium_motion import QuasiStaticMotion
-from bearing_twin.kinds.bearing.error_scales import error_scales, light_approach
-from bearing_twin.kinds.bearing.geometry import moduli
-from bearing_twin.kinds.bearing.housing import NONE
-from bearing_twin.kinds.bearing.integrate import Chunk, PartRoom, Results, check, instants_in, integrated
-from bearing_twin.kinds.bearing.meeting_parts import NEAR, PartBalls, integrate_alone, integrate_in_common, time_apart
+from bearing_twin.kinds.bearing.integrate import (
+    NEAR,
+    Chunk,
+    PartBalls,
+    PartRoom,
+    Results,
+    check,
+    instants_in,
+    integrate_alone,
+    integrate_in_common,
+    integrated,
+    time_apart,
+)
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
-from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen
+from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen, has_sensor
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, keeps_apart
 from bearing_twin.kinds.bearing.start import caged_start, settled_start, start_orientation, start_state
-from bearing_twin.kinds.bearing.step_limits import FIXED_STEP, Rates, fastest_rates
-from bearing_twin.kinds.bearing.surface_defects import ball_defects, defect_numbers, start_load
+from bearing_twin.kinds.bearing.step_control import (
+    FIXED_STEP,
+    Rates,
+    error_scales,
+    fastest_rates,
+    light_approach,
+    stable_step,
+    step_at_start,
+    too_long,
+)
 from bearing_twin.kinds.bearing.system import (
     CARRIED_COLUMNS,
     DRIVE_WORK,
@@ -35,6 +51,7 @@ from bearing_twin.kinds.bearing.system import (
     Partners,
     RingDrive,
     RingLoading,
+    approaches,
     bearing_of,
     border_scales,
     outside_loads,
@@ -91,11 +108,12 @@ class BearingMotion(CommandedBearing):
             start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
             start, self._start_border = caged_start(start, partners, parameters.drive.speed)
         if parameters.defects:
-            if ball_defects(parameters) and choice.stepper not in ROSENBROCK:
+            if any(one.on == "ball" for one in parameters.defects) and choice.stepper not in ROSENBROCK:
                 raise SceneError(
                     f"{choice.stepper} does not follow defects of balls; use solver.stepper: rodas4, or auto"
                 )
-            numbers = defect_numbers(parameters, moduli(parameters.materials), start_load(self.bearing, start))
+            depth, raceway = max(max(approaches(self.bearing, row)) for row in start), self.bearing.outer.law
+            numbers = defect_numbers(parameters, raceway.given * max(depth, 0.0) ** raceway.power)
             self.bearing = self._bearing = self.bearing._replace(defects=tuple(numbers.tolist()))
         self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
         scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
@@ -104,12 +122,12 @@ class BearingMotion(CommandedBearing):
         self.scales, self._start, self._start_orientation = scales, start, start_orientation(start)
         self.step, self._finer = parameters.solver.step, choice.finer
         if choice.stepper in FIXED_STEP:
-            step, problem = step_limits.step_at_start(parameters, self.rates, choice.stepper)
+            step, problem = step_at_start(parameters, self.rates, choice.stepper)
             if problem:
                 raise SceneError(problem.sentence)
             self.step = self._fixed(step)
         self._start_step = self.step
-        self.accelerometer = Accelerometer(parameters) if parameters.sensor.on != NONE else None
+        self.accelerometer = Accelerometer(parameters) if has_sensor(parameters) else None
         self.reset()
 
     @cached_property
@@ -271,8 +289,8 @@ class BearingMotion(CommandedBearing):
         """After a jump: a step that was chosen is chosen anew where contacts have grown stiffer, a given one judged."""
         rates = fastest_rates(self.bearing, self.state)
         if not self.parameters.solver.step:
-            self.step = min(self.step, self._fixed(step_limits.stable_step(rates, self.stepper)))
-        if problem := step_limits.too_long(self.step, rates, self.stepper):
+            self.step = min(self.step, self._fixed(stable_step(rates, self.stepper)))
+        if problem := too_long(self.step, rates, self.stepper):
             sentence = f"at {self.elapsed:.9g} s {problem.sentence}"
             raise IntegrationError(sentence, "step too long", self.elapsed, problem.body)
 

@@ -10,7 +10,7 @@ import numpy as np
 from bearing_twin.base.sample import Block, Channel, Columns, Layout, Sample, Wrench, layout_of
 from bearing_twin.contact.ellipse import ellipse
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.kinds.bearing.compiled_outputs import write_rows
+from bearing_twin.kinds.bearing.compiled import write_rows
 from bearing_twin.kinds.bearing.geometry import moduli
 from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.parameters import BearingScene

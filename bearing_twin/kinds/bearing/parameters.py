@@ -15,7 +15,6 @@ from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.kinds.bearing import catalogue
 from bearing_twin.kinds.bearing.defects import defect_list, defect_problems
 from bearing_twin.kinds.bearing.geometry import Fits, Temperatures, clearance_problems, operating_geometry
-from bearing_twin.kinds.bearing.housing import Housing, Sensor, sensor_problems
 from bearing_twin.kinds.bearing.lubricant import FORTY, NONE, Lubricant, Surface, lubricant_problems
 from bearing_twin.kinds.bearing.rings import (
     LOADS,
@@ -47,6 +46,62 @@ from bearing_twin.kinds.sections import (
     resolved_run,
 )
 from bearing_twin.numerics.stepper_facts import STEPPER_FACTS
+
+NO_SENSOR, HOUSING = "none", "housing"
+FASTEST_SAMPLING = 50e3  # Hz
+SAMPLES_A_PULSE = 1.0  # of half the time in which a ball passes a spall
+
+
+@dataclass(frozen=True)
+class Housing:
+    """The housing along the sensor's direction, outer ring included."""
+
+    mass: float = quantity(5.0, "kg", "of the housing that moves with the outer ring", above=0.0)
+    stiffness: float = quantity(1.8e9, "N/m", "of what holds it", at_least=0.0)
+    damping: float = quantity(3.8e3, "N s/m", "of what holds it", at_least=0.0)
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """An accelerometer, whose samples are records of their own rate."""
+
+    on: str = choice(NO_SENSOR, (NO_SENSOR, HOUSING), "where it is; none = there is none")
+    direction: tuple[float, float, float] = quantity((0.0, 1.0, 0.0), "1", "along which it measures, of any length")
+    rate: float = quantity(12e3, "Hz", "samples a second", above=0.0, at_most=FASTEST_SAMPLING)
+    noise: float = quantity(0.0, "m/s^2", "standard deviation of the noise of a sample", at_least=0.0)
+    seed: int = quantity(0, "1", "of the noise", at_least=0)
+
+
+def has_sensor(parameters) -> bool:
+    """True if there is an accelerometer on the housing."""
+    return parameters.sensor.on != NO_SENSOR
+
+
+def sensor_problems(parameters, geometry) -> list[str]:
+    """What is impossible about a sensor, a sentence each."""
+    sensor, problems = parameters.sensor, []
+    if not has_sensor(parameters):
+        return problems
+    if dimension_of(parameters) == QUASI_STATIC:
+        problems.append(
+            "sensor.on = housing hears what moves, which equilibria do not; use model.dimension: prescribed"
+        )
+    if not any(sensor.direction):
+        problems.append("sensor.direction must not be zero; give it along which axis it measures")
+    if (stepper := parameters.solver.stepper) not in ("auto", "rodas4", "rodas3"):
+        problems.append(f"solver.stepper = {stepper} takes no samples between its steps; use rodas4, rodas3 or auto")
+    ratio = geometry.ball_diameter / geometry.pitch_diameter
+    for number, one in enumerate(parameters.defects):
+        share = {"outer": 1.0 - ratio, "inner": 1.0 + ratio, "ball": 1.0 / ratio - ratio}[one.on]
+        speed = 0.5 * share * abs(parameters.drive.changed_speed) * one.radius(geometry)
+        least = SAMPLES_A_PULSE * speed / (0.5 * one.spall.length) if one.spall.length else 0.0
+        if sensor.rate < least:
+            problems.append(
+                f"sensor.rate = {sensor.rate:g} Hz is too low for the double pulse of defects[{number}]; "
+                f"at least {math.ceil(least)} Hz"
+            )
+    return problems
+
 
 HERE = "bearing_twin.kinds.bearing"
 GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
@@ -201,11 +256,11 @@ class BearingScene(SceneParameters):
         "contact.yield_pressure": "materials.*.yield_strength, which is the yield pressure over 1.6",
     }
     facts = facts_at(
-        f"{HERE}.facts:axis_ratio",
-        f"{HERE}.facts:slip_at_start",
-        f"{HERE}.facts:ring_shift",
-        f"{HERE}.facts:relative_acceleration",
-        f"{HERE}.facts:centrifugal_share",
+        f"{HERE}.models:axis_ratio",
+        f"{HERE}.models:slip_at_start",
+        f"{HERE}.models:ring_shift",
+        f"{HERE}.models:relative_acceleration",
+        f"{HERE}.models:centrifugal_share",
     )
 
     @staticmethod

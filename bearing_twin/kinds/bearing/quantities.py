@@ -2,8 +2,8 @@
 
 import math
 
-from bearing_twin.kinds.bearing.housing import NONE
 from bearing_twin.kinds.bearing.lubricant import lubricated
+from bearing_twin.kinds.bearing.parameters import has_sensor
 from bearing_twin.kinds.bearing.rings import BALLS, TORQUE, free_coordinates, moving_centre
 from bearing_twin.kinds.contract import Quantity, read_off
 
@@ -91,7 +91,7 @@ def missing(parameters, still: bool) -> frozenset[str]:
         "cage": parameters.cage.kind != "none" and not still,
         "centre": moving and not still,
         "land": moving and not still and parameters.cage.guidance != BALLS,
-        "sensor": parameters.sensor.on != NONE,
+        "sensor": has_sensor(parameters),
     }
     return frozenset(key for part, keys in FIGURES_OF.items() if not there[part] for key in keys)
 
@@ -115,7 +115,7 @@ def _prescribed(parameters) -> str:
 
 def _unheard(parameters) -> str:
     """A sensor is needed."""
-    return "the scene has no sensor; give it one by sensor.on: housing" if parameters.sensor.on == NONE else ""
+    return "the scene has no sensor; give it one by sensor.on: housing" if not has_sensor(parameters) else ""
 
 
 def quantities() -> dict[str, Quantity]:

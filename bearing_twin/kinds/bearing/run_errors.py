@@ -14,7 +14,6 @@ from bearing_twin.contact.ellipse import axis_ratio, elliptic_b_d
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, equilibrium_error, scene_equilibrium
-from bearing_twin.kinds.bearing.facts import mend_of_method
 from bearing_twin.kinds.bearing.figures import STRETCH
 from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.model_error import (
@@ -27,6 +26,7 @@ from bearing_twin.kinds.bearing.model_error import (
     law_error,
     rule_error,
 )
+from bearing_twin.kinds.bearing.models import mend_of_method
 from bearing_twin.kinds.bearing.outputs import has_films
 from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene, as_chosen
 from bearing_twin.kinds.bearing.rings import (
@@ -38,7 +38,7 @@ from bearing_twin.kinds.bearing.rings import (
     moving_centre,
     shaft_inertia,
 )
-from bearing_twin.kinds.bearing.step_limits import FIXED_STEP
+from bearing_twin.kinds.bearing.step_control import FIXED_STEP
 from bearing_twin.kinds.error_estimates import (
     FRICTION_MODEL,
     HERTZ_MENDS,

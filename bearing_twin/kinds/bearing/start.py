@@ -3,7 +3,7 @@
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.kinds.bearing import compiled_balls
+from bearing_twin.kinds.bearing.compiled import place_balls
 from bearing_twin.kinds.bearing.equilibrium import (
     EquilibriumSolver,
     Support,
@@ -39,7 +39,7 @@ def start_state(bearing: Bearing, inner_speed: float, motion: str) -> np.ndarray
     Raises SceneError when a ball has no rest between the raceways.
     """
     state = np.zeros((bearing.balls, COLUMNS))
-    if not compiled_balls.place(bearing, float(inner_speed), motion == "rolling", state):
+    if not place_balls(bearing, float(inner_speed), motion == "rolling", state):
         raise SceneError(
             "the balls find no rest between the raceways; check radial_clearance, drive.offset and the speed"
         )

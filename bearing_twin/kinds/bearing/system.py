@@ -181,7 +181,7 @@ class Partners(NamedTuple):
     (a `Land`). `shaft` is empty where the ring's speed is prescribed, else what a torque turns (a `Shaft`). `free` is 1
     where a place follows its loads, else 0. `load` grows by `load_rate` a second, in the cage's place the torque on the
     shaft; `unbalance` [kg m] turns with the ring, `phase` [rad] ahead. `scales` (2 PLACES + 1,) are the errors a step
-    may make, the last of the shaft's speed; `light` [m] is as `error_scales.light_approach` says.
+    may make, the last of the shaft's speed; `light` [m] is as `step_control.light_approach` says.
     """
 
     ring: bool
@@ -233,7 +233,7 @@ class Bearing(NamedTuple):
     moves (HELD, ...).
     `pockets`, empty else, are those of a cage that balls bump into (`Pockets`). `film`, empty else, are
     the numbers of a lubricant and those of its films on both raceways (`lubricant.film_lubricant`, `films_along`);
-    `defects` are the numbers of `surface_defects`, empty for smooth surfaces.
+    `defects` are those of `defects.defect_numbers`, empty for smooth surfaces.
     """
 
     balls: int

@@ -11,7 +11,7 @@ from bearing_twin.base.sample import Channel, Columns, layout_of
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing import models as of_bearings
-from bearing_twin.kinds.bearing.compiled_balls import method_numbers
+from bearing_twin.kinds.bearing.compiled import method_numbers
 from bearing_twin.kinds.bearing.equilibrium import (
     COORDINATES,
     OF_BALL,
