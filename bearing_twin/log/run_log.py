@@ -61,6 +61,12 @@ def report_in(record: Mapping[str, str]) -> dict | None:
     return found if isinstance(found, dict) else None
 
 
+def scene_record(text: str) -> dict[str, str]:
+    """The content of a message of the topic `scene` as texts; ValueError and AttributeError for what is none."""
+    content = parsed_json(text)
+    return {key: one if isinstance(one, str) else json.dumps(one) for key, one in content.items()}
+
+
 def choice_in(record: Mapping[str, str]) -> Choice:
     """The model named in a log's metadata; empty texts where there is none."""
     named = (record.get("law", ""), record.get("stepper", ""), math.nan, record.get("reason", ""))
@@ -286,8 +292,7 @@ class LogStream:
         if (message := next(iter(found), None)) is None:
             return {}
         try:
-            said = parsed_json(cdr.deserialise(cdr.STRING, message.data).data)
-            return {key: one if isinstance(one, str) else json.dumps(one) for key, one in said.items()}
+            return scene_record(cdr.deserialise(cdr.STRING, message.data).data)
         except (ValueError, AttributeError) as error:
             raise LogError(f"the scene in {self.path.name} cannot be read ({error}); record it again") from error
 

@@ -5,16 +5,16 @@ rows of all series side by side as float32.
 """
 
 import base64
-import math
 
 import numpy as np
 
 from bearing_twin.base.errors import LogError, SceneError
-from bearing_twin.base.report import Choice, parsed_json
+from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Channel, Sample
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.views import View
 from bearing_twin.log import cdr
+from bearing_twin.log.run_log import choice_in, scene_record
 from bearing_twin.log.sample_block import block_of, channels_of, check_block
 from bearing_twin.run.scene import Scene, read_logged
 from bearing_twin.view.frames import packed
@@ -88,14 +88,11 @@ def _read(said: str) -> tuple[Scene, Choice]:
     if len(said) > LARGEST_SCENE:
         raise SceneError(f"a scene of {len(said)} characters is none; restart the node that publishes it")
     try:
-        parsed = parsed_json(said)
-        texts = [parsed["scene"], *(str(parsed.get(key, "")) for key in ("law", "stepper", "reason", "friction"))]
+        record = scene_record(said)
+        text = record["scene"]
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name") from error
-    if not isinstance(texts[0], str):
-        raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name")
-    law, stepper, reason, friction = texts[1:]
-    return read_logged(texts[0], "the topic scene"), Choice(law, stepper, math.nan, reason, (), friction=friction)
+    return read_logged(text, "the topic scene"), choice_in(record)
 
 
 LIVE = {"sort": "good", "name": "", "text": "live"}
