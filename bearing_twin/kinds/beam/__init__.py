@@ -8,7 +8,7 @@ HERE = "bearing_twin.kinds.beam"
 
 def quantities() -> dict[str, Quantity]:
     """What a study may ask of a sphere on a beam."""
-    from bearing_twin.kinds.bodies.figures import impact_quantities
+    from bearing_twin.kinds.bodies.quantities import impact_quantities
 
     return {
         **impact_quantities(),
