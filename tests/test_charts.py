@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 
 from bearing_twin import IntegrationError, SceneError
+from bearing_twin.base.errors import CoreError
 from bearing_twin.charts import CHARTS, RENAMED, chart_of
 from bearing_twin.charts import contest as engine
 from bearing_twin.charts.contest import Asked, Contest, timed
@@ -204,6 +205,14 @@ def test_what_does_not_come_out_is_a_row_with_its_reason():
     assert [row.reason for row in rows] == ["too long", "at 1 s", "not finite", ""]
     assert [row.error for row in rows] == [math.inf, math.inf, math.inf, 0.1]
     assert rows[3].more == {"of my own": 2.0}
+
+
+def test_an_installation_that_cannot_run_makes_no_chart():
+    def judge(*entry):
+        raise CoreError("of other sources")
+
+    with pytest.raises(CoreError, match="of other sources"):
+        contest(judge).measure("made up", Asked(workers=0))
 
 
 def test_a_run_that_goes_on_is_stopped_and_the_others_go_on():

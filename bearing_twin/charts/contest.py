@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import BearingTwinError, SceneError
+from bearing_twin.base.errors import BearingTwinError, CoreError, SceneError
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.process import usable
 from bearing_twin.base.units import prefixed, two_digits
@@ -87,11 +87,13 @@ class Contest:
     own: tuple[str, ...] = ()
 
     def run(self, entry: Entry, limit: float = 0.0) -> Row:
-        """One run as a row, whatever comes of it."""
+        """One run as a row, whatever comes of it; raises CoreError where nothing can run."""
         row = Row(*entry, command=self.command(*entry))
         try:
             with limited(limit), np.errstate(all="ignore"):
                 found = self.judge(*entry)
+        except CoreError:
+            raise
         except SceneError as error:
             return dataclasses.replace(row, status=REFUSED, reason=str(error))
         except Stopped:

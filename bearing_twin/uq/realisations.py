@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import BearingTwinError, StatisticError, StudyError
+from bearing_twin.base.errors import BearingTwinError, CoreError, StatisticError, StudyError
 from bearing_twin.base.parameters import describe
 from bearing_twin.kinds import HOMES, KINDS, kind_of
 from bearing_twin.kinds.contract import Quantity
@@ -217,6 +217,8 @@ def _by_simulation(task, values):
             run = simulate(realised)
             histories = _outputs(run, task)
             report = run.simulation.report(last=True)
+        except CoreError:  # nothing can run
+            raise
         except BearingTwinError as error:
             found.failures[row] = str(error).removeprefix("a realisation: ").replace("\n", ";")
             continue
