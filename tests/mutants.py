@@ -20,7 +20,7 @@ import yaml
 ROOT = Path(__file__).resolve().parent.parent
 ROWS = Path(__file__).with_suffix(".yaml")
 KEYS = {"id", "room", "breaks", "where", "find", "put", "tests"}
-ROOMS = ("contact", "bearing", "ring", "log", "uq", "nodes")
+ROOMS = ("contact", "bearing", "ring", "log", "uq", "nodes", "vibration")
 SURVIVORS = 2  # that are let pass
 SOURCES = (".py", ".hpp", ".cpp")
 LINKED = (".venv", "install")  # of the checkout, which the copy shares
