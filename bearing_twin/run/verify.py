@@ -120,8 +120,8 @@ def verify(
     for block in log.blocks():
         if block.first_sequence <= simulation.sequence:
             raise LogError(
-                f"the run in this log starts again: output {block.first_sequence} follows {simulation.sequence}; verify "
-                "one of its runs, as read_log(path, run=1) gives it"
+                f"the run in this log starts again: output {block.first_sequence} follows {simulation.sequence}; "
+                "verify one of its runs, as read_log(path, run=1) gives it"
             )
         _refuse_far(simulation, block.first_sequence, LONGEST_BEFORE if longest is None else longest)
         apart = block.first_sequence - simulation.sequence - 1
