@@ -7,6 +7,7 @@ busy machine has its time for what is near. What is left out is said.
 """
 
 import ast
+import re
 import subprocess
 import sys
 from collections import deque
@@ -17,6 +18,7 @@ from sources import ROOT, statements_of
 
 CORE = ("test_architecture", "test_parameters", "test_scene")  # quick, and about the whole house
 MAIN = ("main", "origin/main", "origin/HEAD")
+PLACE = re.compile(r'"(?:\{\w+\}\.)?([a-z]\w*(?:\.\w+)*): ?\w')
 SECONDS = 45  # of tests; starting, collecting and compiling what changed come on top
 
 
@@ -31,7 +33,7 @@ def changed_files() -> list[str] | None:
 
 
 def import_graph(root: Path = ROOT) -> dict[str, set[str]]:
-    """Imports of each Python file of package and tests, as paths relative to `root`; late imports count too."""
+    """Imports of each Python file of package and tests, as paths relative to `root`; late ones and those by name too."""
     paths = [
         *(root / "bearing_twin").rglob("*.py"),
         *(root / "tests").glob("*.py"),
@@ -46,8 +48,16 @@ def import_graph(root: Path = ROOT) -> dict[str, set[str]]:
                 found |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.module:
                 found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+        found |= _named_places(path, root)
         graph[path.relative_to(root).as_posix()] = {names[name] for name in found & set(names)}
     return graph
+
+
+def _named_places(path: Path, root: Path) -> set[str]:
+    """Modules that a package names for an import at first use, as "module:name", or in a face as "module: words"."""
+    package = _module(path.relative_to(root).parent / "__init__.py")
+    found = PLACE.findall(path.read_text(encoding="utf-8"))
+    return {name for module in found for name in (module, f"{package}.{module}")}
 
 
 def distances(changed: Iterable[str], graph: Mapping[str, set[str]], root: Path = ROOT) -> dict[str, int]:
