@@ -9,7 +9,7 @@ import pytest
 from bearing_twin.base.report import Choice
 from bearing_twin.kinds.bearing import equilibrium_error
 from bearing_twin.kinds.shaft.equilibrium import balance_of
-from bearing_twin.kinds.shaft.figures import MEANINGS, ShaftDoubt, Wide, moved_by, responses, wide_of
+from bearing_twin.kinds.shaft.figures import MEANINGS, ShaftModelErrors, Wide, moved_by, response_of, wide_of
 from bearing_twin.kinds.shaft.motion import shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.run.scene import load_scene
@@ -38,7 +38,7 @@ def test_loads_of_stiffer_contacts_change_as_those_of_stiffer_materials_do(scene
         [one.load for one in balance_of(of_material(parameters, factor), "hertz", speed, 1.0).contacts]
         for factor in (1.0 + step, 1.0 - step)
     )
-    found = responses(parameters, "hertz", speed, 1.0, lambda _, contacts: np.ones_like(contacts.load))
+    found = response_of(parameters, "hertz", speed, 1.0, lambda _, contacts: np.ones_like(contacts.load)).contacts
     for harder, softer, (contacts, _, changes) in zip(more, less, found, strict=True):
         true = (harder - softer) / (2.0 * step)
         assert np.abs(changes - true).max() < 5e-3 * np.abs(true).max()
@@ -125,7 +125,7 @@ def test_a_load_errs_as_in_the_balance_that_it_belongs_to(place):
     both = [wide_of(parameters, "hertz", float(parameters.drive.speed), time)["left"] for time in (0.0, 1.0)]
     assert both[1].greatest > 2.0 * both[0].greatest
     load = both[place].greatest
-    told = ShaftDoubt(parameters, Choice("hertz", "rodas4", 0.0, "", ())).left_out(made_up(parameters, load))
+    told = ShaftModelErrors(parameters, Choice("hertz", "rodas4", 0.0, "", ())).left_out(made_up(parameters, load))
     assert both[place].kept < 0.4
     still = equilibrium_error(shares_of(parameters, "hertz")["left"])
     assert told["left_greatest_ball_load_n"] == pytest.approx(load * (still + both[place].share * both[place].kept))
@@ -135,7 +135,7 @@ def test_a_commanded_speed_counts_whichever_way_the_shaft_turns():
     parameters = load_scene("shaft_two_6203").parameters
     found = []
     for speed in (900.0, -900.0, 0.0):
-        doubt = ShaftDoubt(parameters, Choice("hertz", "rodas4", 0.0, "", ()))
+        doubt = ShaftModelErrors(parameters, Choice("hertz", "rodas4", 0.0, "", ()))
         doubt.add(SimpleNamespace(values={"shaft_speed": np.array([300.0, speed])}, records={}))
         found.append(doubt.left_out(made_up(parameters, 100.0))["left_greatest_ball_load_n"])
     assert found[0] == found[1] > found[2]

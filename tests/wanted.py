@@ -33,7 +33,7 @@ def changed_files() -> list[str] | None:
 
 
 def import_graph(root: Path = ROOT) -> dict[str, set[str]]:
-    """Imports of each Python file of package and tests, as paths relative to `root`; late ones and those by name too."""
+    """Imports of each Python file of package and tests, paths relative to `root`; late ones and those by name, too."""
     paths = [
         *(root / "bearing_twin").rglob("*.py"),
         *(root / "tests").glob("*.py"),

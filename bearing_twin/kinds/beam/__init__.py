@@ -34,11 +34,11 @@ SPHERE_ON_BEAM = Kind(
         choose="motion:choose",
         motion="motion:BeamMotion",
         channels="motion:channels",
-        records="figures:tables",
+        records="figures:TABLES",
         meanings="figures:MEANINGS",
         comparison="figures:BeamComparison",
         figures="figures:BeamFigures",
-        model_errors="figures:BeamDoubt",
+        model_errors="figures:BeamModelErrors",
         picture="picture:BeamPicture",
     ),
 )

@@ -66,9 +66,7 @@ FIGURES = (
 )
 
 
-def tables(parameters) -> tuple[Table, ...]:
-    """What a sphere on a beam records."""
-    return CONTACT, EXTREMES
+TABLES = CONTACT, EXTREMES
 
 
 class BeamFigures(ImpactFigures):
@@ -221,7 +219,7 @@ def shear_error(parameters) -> dict[str, float]:
     return {key: abs(both[0][key] - both[1][key]) for key in keys}
 
 
-class BeamDoubt(ModelErrors):
+class BeamModelErrors(ModelErrors):
     """Euler's beam against Timoshenko's."""
 
     outputs = ("peaks", "forces")

@@ -64,7 +64,7 @@ SHAFT = Kind(
         comparison="figures:ShaftComparison",
         place_of="motion:place_of",
         figures="figures:ShaftFigures",
-        model_errors="figures:ShaftDoubt",
+        model_errors="figures:ShaftModelErrors",
         commands="display:commands",
         picture="picture:ShaftPicture",
     ),

@@ -10,7 +10,7 @@ import numpy as np
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block
-from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.contact.ellipse import Ellipse, ellipse
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
 from bearing_twin.kinds.bearing.equilibrium import (
@@ -105,7 +105,6 @@ class _OfBearing:
 
     def __init__(self):
         self.load, self.angle = np.zeros(2), np.zeros(2)
-        self.spots: tuple = ()  # once they are asked for
         self.late = _Late(4)  # radial and axial force, mean powers of the loads on inner and outer raceway
 
     def add(self, load, angle, force, late) -> None:
@@ -114,7 +113,6 @@ class _OfBearing:
         for side, row in enumerate(flat.argmax(axis=0)):
             if flat[row, side] > self.load[side]:
                 self.load[side], self.angle[side] = flat[row, side], angle.reshape(-1, 2)[row, side]
-                self.spots = ()
         powers = [(load[..., side] ** power).mean(axis=1) for side, power in enumerate(POWERS)]
         radial, axial = np.hypot(force[:, 0], force[:, 1]), np.abs(force[:, 2])
         self.late.add(np.stack([radial, axial, *powers], axis=1), late)
@@ -128,7 +126,6 @@ class ShaftFigures:
         self._scenes = {side: bearing_scene(parameters, side) for side in SIDES}
         self._ratings = {side: ratings_of(scene) for side, scene in self._scenes.items()}
         self._settings = {side: setting_of(scene, choice.law, 0.0) for side, scene in self._scenes.items()}
-        self._modes: tuple = ()
         self.bearings = {side: _OfBearing() for side in SIDES}
         self._late = _Late(sum(ROWS.values()))
         self._first: dict[str, float] = {}
@@ -165,8 +162,7 @@ class ShaftFigures:
         edges = np.cumsum(list(ROWS.values()))[:-1]
         place, tilt, force = np.split(self._late.mean, edges)
         moved, tilted, swing = np.split(self._late.greatest - self._late.least, edges)
-        self._modes = self._modes or modes_of(self.parameters, self.choice.law)
-        modes, critical = self._modes
+        modes, critical = modes_of(self.parameters, self.choice.law)
         found = {
             "shaft_speed_at_end_rad_s": self._last["shaft_speed"],
             "displacement_m": place.tolist(),
@@ -201,21 +197,15 @@ class ShaftFigures:
             found |= {f"{life}_mrev": turns} | ({f"{life}_h": hours_of(turns, speed)} if speed else {})
         return found
 
-    def _spots(self, side: str) -> tuple:
+    def _spots(self, side: str) -> list[Ellipse]:
         """The ellipses at the greatest load on each raceway."""
-        own, setting, materials = self.bearings[side], self._settings[side], self._scenes[side].materials
-        if not own.spots:
-            found = []
-            for k, (raceway, ring) in enumerate(
-                ((setting.inner, materials.inner_ring), (setting.outer, materials.outer_ring))
-            ):
-                radial = (2.0 * k - 1.0) * math.cos(own.angle[k])
-                small, large = groove_curvatures(
-                    setting.ball_radius, raceway.locus_radius, raceway.groove_radius, radial
-                )
-                found.append(ellipse(small, large, effective_modulus(materials.ball, ring), float(own.load[k])))
-            own.spots = tuple(found)
-        return own.spots
+        own, setting, materials, found = self.bearings[side], self._settings[side], self._scenes[side].materials, []
+        rings = (setting.inner, materials.inner_ring), (setting.outer, materials.outer_ring)
+        for k, (raceway, ring) in enumerate(rings):
+            radial = (2.0 * k - 1.0) * math.cos(own.angle[k])
+            gap = groove_curvatures(setting.ball_radius, raceway.locus_radius, raceway.groove_radius, radial)
+            found.append(ellipse(*gap, effective_modulus(materials.ball, ring), float(own.load[k])))
+        return found
 
     def flags(self) -> list[str]:
         """What in this run lies outside the theory's validity, one sentence each."""
@@ -246,7 +236,7 @@ RANGES = "displacement_range_m", "tilt_range_rad", *(f"{side}_force_range_n" for
 SIZE = 2.0 / 3.0  # power of a load with which the square of a spot's semi-axis goes
 
 
-class ShaftErrors(NamedTuple):
+class LoadShares(NamedTuple):
     """Shares by which a `contact` is off at the same approach, its `load` is, and the greatest load in balance is."""
 
     contact: float
@@ -264,11 +254,11 @@ class Wide(NamedTuple):
     share: float
     kept: float
 
-    def at(self, load: float) -> ShaftErrors:
+    def at(self, load: float) -> LoadShares:
         """What a contact under `load` [N] is off; its load keeps the whole share where it is not that in balance."""
         share = self.share * (load / self.greatest) ** SIZE if self.greatest else 0.0
         kept = self.kept if abs(load - self.greatest) <= ALIKE * load else 1.0
-        return ShaftErrors(share, share * kept, self.share * self.kept)
+        return LoadShares(share, share * kept, self.share * self.kept)
 
 
 class Moved(NamedTuple):
@@ -304,11 +294,6 @@ def response_of(parameters: ShaftScene, law: str, speed: float, time: float, sha
     return Moved(moved, -np.array(forces)[:, :3], changes)
 
 
-def responses(parameters: ShaftScene, law: str, speed: float, time: float, shares_at) -> list[tuple]:
-    """The `contacts` of `response_of`."""
-    return response_of(parameters, law, speed, time, shares_at).contacts
-
-
 @functools.lru_cache(maxsize=8)
 def moved_by(
     parameters: ShaftScene, law: str, speed: float, time: float, shares: tuple[float, float], wide: bool
@@ -332,9 +317,10 @@ def _wide(scene, contacts) -> np.ndarray:
 
 @functools.lru_cache(maxsize=8)
 def wide_of(parameters: ShaftScene, law: str, speed: float, time: float) -> dict[str, Wide]:
-    """What half-spaces are off by in each bearing, in balance at `time` [s]; raises as `responses`."""
+    """What half-spaces are off by in each bearing, in balance at `time` [s]; raises as `response_of`."""
     found = {}
-    for side, (contacts, shares, changes) in zip(SIDES, responses(parameters, law, speed, time, _wide), strict=True):
+    response = response_of(parameters, law, speed, time, _wide)
+    for side, (contacts, shares, changes) in zip(SIDES, response.contacts, strict=True):
         off = np.abs(shares * contacts.load).max()
         kept = float(np.abs(changes).max() / off) if off > 0.0 else 1.0
         found[side] = Wide(float(contacts.load.max()), float(shares.max()), kept)
@@ -363,7 +349,7 @@ class ShaftComparison(Comparison):
         return {"ball_loads": (np.maximum(*apart), np.maximum(*sizes))}
 
 
-class ShaftDoubt(ModelErrors):
+class ShaftModelErrors(ModelErrors):
     """The law against exact Hertz; equilibria against balls that move."""
 
     outputs = ("ball_loads",)
@@ -447,7 +433,7 @@ class ShaftDoubt(ModelErrors):
         found |= {key: [higher * abs(one) for one in figures[key]] for key in MODES if key in figures}
         return {key: error for key, error in found.items() if key in figures}
 
-    def _wide(self, side: str, load: float) -> ShaftErrors:
+    def _wide(self, side: str, load: float) -> LoadShares:
         """As `Wide.at`, by the balance at the run's start or end whose greatest load is nearer to this one [N]."""
         speeds, end = speeds_of(self.parameters), float(self.parameters.run.duration)
         ends = (speeds[0], 0.0), (speeds[-1], end)

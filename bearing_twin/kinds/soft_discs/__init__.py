@@ -32,11 +32,11 @@ SOFT_DISCS = Kind(
         choose="derived:choose",
         motion="motion:motion",
         channels="motion:channels",
-        records="figures:tables",
+        records="figures:TABLES",
         meanings="figures:MEANINGS",
         comparison="figures:SoftDiscComparison",
         figures="figures:SoftDiscFigures",
-        model_errors="figures:SoftDiscDoubt",
+        model_errors="figures:SoftDiscModelErrors",
         picture="picture:SoftDiscPicture",
     ),
 )

@@ -58,9 +58,7 @@ MEANINGS = {
 }
 
 
-def tables(parameters: SoftDiscsScene) -> tuple[Table, ...]:
-    """What soft discs record."""
-    return (IMPACT,)
+TABLES = (IMPACT,)
 
 
 class SoftDiscFigures:
@@ -165,7 +163,7 @@ class SoftDiscComparison(ImpactComparison):
         return {"forces": (np.zeros(1), *np.sqrt(self._squares)[:, None])}
 
 
-class SoftDiscDoubt(ModelErrors):
+class SoftDiscModelErrors(ModelErrors):
     """What the model of soft discs leaves out."""
 
     def notes(self) -> dict[str, str]:

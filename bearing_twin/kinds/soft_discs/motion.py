@@ -31,6 +31,7 @@ from bearing_twin.kinds.soft_discs.derived import (
     wall_speed,
     wave_speed,
 )
+from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.kinds.soft_discs.mesh import Mesh, half_disc
 from bearing_twin.kinds.soft_discs.parameters import DiscMesh, SoftDiscsScene
 
@@ -341,16 +342,8 @@ def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") 
     parameters = resolve(parameters)
     outputs = round(parameters.run.duration * parameters.run.output_rate) + 1
     found = solve(parameters, min(outputs, GREATEST_FRAMES))
-    speed, total = wall_speed(parameters), found.column("kinetic") + found.column("elastic") + found.column("contact")
-    figures, brought = figures_of(found, speed), total[0]
-    duration, peak_force = figures["contact_duration_s"], figures["peak_force_n"]
-    gained = float(total[int(np.argmax(np.abs(total - brought)))] - brought)
-    known = [
-        duration, peak_force, figures["peak_time_s"], duration, figures["impulse_ns"], figures["restitution"],
-        figures["greatest_penetration_m"], gained, figures["least_stretch"],
-        float(np.abs(found.column("balance")).max()), float(figures["touches"]), float(found.ended),
-    ]  # fmt: skip
-    records = {"impact": np.array([known])}
+    known = impact_of(found, wall_speed(parameters))
+    records = {IMPACT.name: np.array([[known[column.name] for column in IMPACT.columns]], float)}
     radius, other = parameters.disc.radius, parameters.other.radius
     both = parameters.against == "other_disc"
 
@@ -385,19 +378,23 @@ def duration_and_touches(found: Solved) -> tuple[float, int]:
     return float((last + beyond) * found.step), touches
 
 
-def figures_of(found: Solved, speed: float) -> dict[str, float]:
-    """The figures of a motion whose disc came at this speed [m/s]."""
+def impact_of(found: Solved, speed: float) -> dict[str, float]:
+    """The columns of IMPACT by name, of a disc that came at this speed [m/s]."""
     force, (duration, touches) = found.column("force"), duration_and_touches(found)
-    peak = int(np.argmax(force))
+    peak, total = int(np.argmax(force)), sum(found.column(name) for name in ("kinetic", "elastic", "contact"))
     return {
-        "peak_force_n": float(force[peak]),
-        "peak_time_s": peak * found.step,
-        "contact_duration_s": duration,
-        "impulse_ns": float(force.sum()) * found.step,
+        "time": duration,
+        "peak_force": float(force[peak]),
+        "peak_time": peak * found.step,
+        "contact_duration": duration,
+        "impulse": float(force.sum()) * found.step,
         "restitution": float(found.column("velocity")[-1]) / speed,
-        "greatest_penetration_m": float(found.column("depth").max()),
+        "greatest_penetration": float(found.column("depth").max()),
+        "energy_gained": float(total[int(np.argmax(np.abs(total - total[0])))] - total[0]),
         "least_stretch": float(found.column("least_stretch").min()),
+        "force_balance": float(np.abs(found.column("balance")).max()),
         "touches": touches,
+        "ended": found.ended,
     }
 
 
