@@ -506,7 +506,7 @@ def _speed_after(tolerance, first_steps, common=False):
     until = -moving.first_outputs().approach[0, 0, 1] / THROWN + BOUNCED
     if common:
         where = np.ones(8, bool), 0.0, np.array([until]), until, moving._instants.empty(1, 8)
-        moving._integrate(moving._partners(), moving.drive, *where)
+        moving._integrate(moving._bodies(), moving.drive, *where)
     else:
         moving.advance(np.array([until]), until)
     assert (moving.first_outputs().approach[0] < 0.0).all()
@@ -534,7 +534,7 @@ def _moved(common, duration, tolerance, rate):
         return moving, moving.advance(times, duration).neighbour_load
     filled = moving._instants.empty(len(times), moving.bearing.balls)
     near = np.ones(moving.bearing.balls, bool)
-    moving._integrate(moving._partners(), moving.drive, near, 0.0, times, duration, filled)
+    moving._integrate(moving._bodies(), moving.drive, near, 0.0, times, duration, filled)
     return moving, None
 
 

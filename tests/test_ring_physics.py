@@ -104,7 +104,7 @@ def test_the_force_of_an_even_cage_is_what_turns_it(rig):
     """The pocket forces change the angular momentum of the cage, of inertia J_c, and of nothing else."""
     moving, _ = rig
     out = advanced(moving, 1e-6, 9)
-    turning = moving.partners.mass[5] * np.gradient(out.cage_speed, 1e-6)[1:-1]
+    turning = moving.bodies.mass[5] * np.gradient(out.cage_speed, 1e-6)[1:-1]
     torque = (np.hypot(out.position[..., 0], out.position[..., 1]) * out.pocket_force).sum(axis=1)[1:-1]
     assert np.abs(torque + turning).max() < 0.05 * np.abs(torque).max()
     assert np.abs(out.pocket_force).max() > 1e-3

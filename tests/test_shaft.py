@@ -103,7 +103,7 @@ def by_scipy(moving, torque, damping, duration):
     """States of the balls and the shaft's speed by DOP853, with the moment of each contact added up one by one."""
     bearing, near = moving.bearing, np.zeros(8, np.bool_)
     count, columns = moving.state.shape
-    inertia = moving.partners.shaft.inertia
+    inertia = moving.bodies.shaft.inertia
 
     def right(time, flat):
         state, speed = flat[:-1].reshape(count, columns), flat[-1]
@@ -141,7 +141,7 @@ def test_a_run_is_that_of_scipy_and_halved_steps_are_of_order_four():
             exact, exact_speed = by_scipy(moving, lambda time: 0.05 + 500.0 * (time + 1e-4), 1e-5, span)
         else:
             moving.scales[:] = np.inf
-            moving.partners = moving.partners._replace(scales=np.full_like(moving.partners.scales, np.inf))
+            moving.bodies = moving.bodies._replace(scales=np.full_like(moving.bodies.scales, np.inf))
         rejected = moving.costs()["ball_rejections"]
         for _ in range(steps or 1):
             moving.steps[:] = 1.0 if steps else 1e-7

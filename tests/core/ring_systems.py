@@ -56,16 +56,16 @@ class System:
     """Rates of balls and their border as functions of their motion, and the Jacobian, by the compiled core."""
 
     def __init__(self, moving, state, border, near=False):
-        self.bearing, self.partners = moving.bearing, moving._partners()
+        self.bearing, self.bodies = moving.bearing, moving._bodies()
         self.drive = RingDrive(0.3, 150.0, 0.0)
         self.state, self.border, self.near = state, border, np.full(len(state), near)
         self.ring = RING.copy()
-        if self.partners.land:
+        if self.bodies.land:
             self.ring[[CAGE_X, CAGE_Y]], self.ring[[PLACES + CAGE_X, PLACES + CAGE_Y]] = CENTRE_SCALE
 
     def evaluated(self, state, border):
-        partners = self.partners._replace(mass=self.partners.mass.copy())  # another one: the core keeps what it knows
-        return system_rates_and_jacobian(self.bearing, self.drive, partners, self.near, state, border)
+        bodies = self.bodies._replace(mass=self.bodies.mass.copy())  # another one: the core keeps what it knows
+        return system_rates_and_jacobian(self.bearing, self.drive, bodies, self.near, state, border)
 
     def rates(self, state, border):
         """Rates of balls (N, COLUMNS) and of the border (BORDER,)."""
@@ -74,7 +74,7 @@ class System:
         orbit = state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE]
         balls[:, TANGENTIAL_VELOCITY] *= state[:, AXIS_DISTANCE]  # from that of the orbit rate
         balls[:, TANGENTIAL_VELOCITY] += state[:, RADIAL_VELOCITY] * orbit
-        for number, place in enumerate(places_in_border(bool(self.partners.land))):
+        for number, place in enumerate(places_in_border(bool(self.bodies.land))):
             if place >= 0:
                 own[place] = rates[state.size + number]
         return balls, own
@@ -97,6 +97,6 @@ def disturbed(name, seed=3, more=()):
     state[:, :MOTION] += BALL * rng.uniform(-1.0, 1.0, (len(state), MOTION))
     system = System(moving, state, border, near="may touch" in name)
     border[: 2 * PLACES] += (
-        np.where(np.tile(moving.partners.free, 2) > 0, 1.0, 0.0) * system.ring * rng.uniform(-1, 1, 12)
+        np.where(np.tile(moving.bodies.free, 2) > 0, 1.0, 0.0) * system.ring * rng.uniform(-1, 1, 12)
     )
     return system

@@ -65,9 +65,9 @@ def test_derivatives_of_every_element_are_those_of_the_rates():
         moving = motion(*overrides, scene=scene)
         drive = moving.drive
         moving.advance(np.array([instant]), instant)
-        partners, balls = moving.partners, len(moving.state)
+        bodies, balls = moving.bodies, len(moving.state)
         state, border, near = moving.state.copy(), moving.border.copy(), np.full(balls, touching)
-        if partners.ring:
+        if bodies.ring:
             border[PLACES : PLACES + 3] += (1e-3, -2e-3, 5e-4)
         if touching:
             pitch = 2.0 * np.arcsin(moving.bearing.ball_radius / state[:, AXIS_DISTANCE].mean())
@@ -76,18 +76,18 @@ def test_derivatives_of_every_element_are_those_of_the_rates():
         for bearing in (moving.bearing, moving.bearing._replace(patch=patch, raceway_friction=0.0)):
 
             def rates(
-                column, change, drive=drive, bearing=bearing, partners=partners, state=state, border=border, near=near
+                column, change, drive=drive, bearing=bearing, bodies=bodies, state=state, border=border, near=near
             ):
-                there, bodies = state.copy(), border.copy()
+                there, places = state.copy(), border.copy()
                 ball, of = divmod(column, MOTION)
                 if ball >= len(state):
-                    bodies[places_in_border(bool(partners.land))[column - len(state) * MOTION]] += change
+                    places[places_in_border(bool(bodies.land))[column - len(state) * MOTION]] += change
                 else:
                     orbit = there[ball, TANGENTIAL_VELOCITY] / there[ball, AXIS_DISTANCE]
                     there[ball, of] += change * (of != TANGENTIAL_VELOCITY)
                     orbit += change * (of == TANGENTIAL_VELOCITY)
                     there[ball, TANGENTIAL_VELOCITY] = orbit * there[ball, AXIS_DISTANCE]
-                return system_rates_and_jacobian(bearing, drive, partners, near, there, bodies)
+                return system_rates_and_jacobian(bearing, drive, bodies, near, there, places)
 
             jacobian = rates(0, 0.0)[1]
             changes = np.array([*OF_BALL * balls, *OF_BODIES])
@@ -147,7 +147,7 @@ def test_pockets_exchange_angular_momentum():
     change = found - without
     balls = bearing.ball_mass * system.state[:, AXIS_DISTANCE] * change[:, TANGENTIAL_VELOCITY]
     balls += bearing.ball_inertia * change[:, SPIN + 2]
-    cage = border[11] * system.partners.mass[5]
+    cage = border[11] * system.bodies.mass[5]
     assert np.abs(change).max() > 0.0
     assert cage == pytest.approx(-balls.sum(), rel=1e-12)
 
@@ -163,7 +163,7 @@ def test_what_balls_lose_of_momentum_the_cage_gains(name):
     balls, own = system.rates(state, border)
     system.bearing = bearing._replace(pockets=bearing.pockets._replace(stiffness=0.0))
     without, alone = system.rates(state, border)
-    rates, changes = balls - without, (own - alone)[PLACES : 2 * PLACES] * system.partners.mass
+    rates, changes = balls - without, (own - alone)[PLACES : 2 * PLACES] * system.bodies.mass
     cosine, sine = np.cos(state[:, ORBIT_ANGLE]), np.sin(state[:, ORBIT_ANGLE])
     radial, along = bearing.ball_mass * rates[:, RADIAL_VELOCITY], bearing.ball_mass * rates[:, TANGENTIAL_VELOCITY]
     force = np.array([cosine * radial - sine * along, sine * radial + cosine * along])
@@ -180,10 +180,10 @@ def test_what_the_land_takes_from_the_cage_its_ring_gets(name):
     """Forces on cage and ring cancel, so do torques about the axis; the outer ring is at rest."""
     system = disturbed(name)
     _, own = system.rates(system.state, system.border)
-    land = system.partners.land
-    system.partners = system.partners._replace(land=land._replace(stiffness=0.0))
+    land = system.bodies.land
+    system.bodies = system.bodies._replace(land=land._replace(stiffness=0.0))
     _, without = system.rates(system.state, system.border)
-    changes = (own - without)[PLACES : 2 * PLACES] * system.partners.mass
+    changes = (own - without)[PLACES : 2 * PLACES] * system.bodies.mass
     assert np.abs(changes[CAGE_X:CAGE]).max() > 0.1
     expected = -changes[CAGE_X:CAGE] if land.side < 0.0 else np.zeros(2)
     assert changes[:2] == pytest.approx(expected, abs=1e-9)

@@ -1,6 +1,17 @@
 """A ball bearing: the names that other rooms and tests use, each with its module and what it is.
 
-They are imported when they are first used, so that reading a scene loads no arrays.
+They are imported when they are first used, so that reading a scene loads no arrays. The modules, in the order in which
+each imports earlier ones:
+
+* `geometry`, `rings`, `catalogue`, `lubricant`, `defects`, `parameters`: a scene, without arrays;
+* `ratings`: ratings, lives and what catalogues print; `friction_torque`: that of lubricated contacts;
+* `system`: the numbers of the equations of motion; `compiled`: the door to the core;
+* `outputs`: channels, wrenches, contacts; `accelerometer`: what a sensor on the housing measures;
+* `equilibrium`, `equilibrium_motion`: balls and ring in equilibrium, and runs of it;
+* `step_control`, `integrate`, `start`, `motion`: balls that move;
+* `model_error`, `models`: errors of the model, and its choice;
+* `quantities`, `figures`, `run_errors`, `equilibrium_report`: results of runs and equilibria;
+* `row`: all of this in the table of kinds; `topics`, `view`, `picture`: what others see of it.
 """
 
 import importlib

@@ -232,45 +232,45 @@ def _spread(values, guided: bool, shaft: float = 0.0) -> np.ndarray:
     return found
 
 
-def _numbers_of_bodies(bearing, partners) -> np.ndarray:
+def _numbers_of_bodies(bearing, bodies) -> np.ndarray:
     """The numbers of CoupledBodies, but for those that change from part to part."""
-    guided, shaft = bool(partners.land), partners.shaft
-    free = _spread(partners.free, guided, float(bool(shaft)))
-    if not partners.ring:
+    guided, shaft = bool(bodies.land), bodies.shaft
+    free = _spread(bodies.free, guided, float(bool(shaft)))
+    if not bodies.ring:
         free[:5] = 0.0
-    scales, size = partners.scales, len(partners.free)
-    cage = NO_CAGE if not partners.free[CAGE] else EVEN if partners.even else POCKETS
+    scales, size = bodies.scales, len(bodies.free)
+    cage = NO_CAGE if not bodies.free[CAGE] else EVEN if bodies.even else POCKETS
     return np.array(
         [
             *(bearing.ring, cage, guided, *free),
-            *_spread(partners.mass, guided, shaft.inertia if shaft else 1.0),
-            *_spread(partners.stiffness, guided),
-            *_spread(partners.damping, guided, shaft.damping if shaft else 0.0),
-            *_spread(partners.rest, guided),
-            *_spread(partners.weight, guided),
+            *_spread(bodies.mass, guided, shaft.inertia if shaft else 1.0),
+            *_spread(bodies.stiffness, guided),
+            *_spread(bodies.damping, guided, shaft.damping if shaft else 0.0),
+            *_spread(bodies.rest, guided),
+            *_spread(bodies.weight, guided),
             *_spread(scales[:size], guided),
             *_spread(scales[size : 2 * size], guided, scales[2 * size]),
-            *(partners.polar_inertia, partners.unbalance, partners.phase, partners.light),
+            *(bodies.polar_inertia, bodies.unbalance, 0.0, bodies.light),
             *(bearing.pockets or (0.0,) * 5),
-            *(partners.land or (0.0,) * 7),
+            *(bodies.land or (0.0,) * 7),
         ],
         float,
     )
 
 
-_latest_bodies: tuple = (None,) * 4  # the last bearing, masses and scales of its partners, and their numbers
+_latest_bodies: tuple = (None,) * 4  # the last bearing, masses and scales of its bodies, and their numbers
 
 
-def numbers_of_bodies(bearing, partners) -> np.ndarray:
+def numbers_of_bodies(bearing, bodies) -> np.ndarray:
     """The numbers of CoupledBodies, but for those that change from part to part."""
     global _latest_bodies
-    key = bearing, partners.mass, partners.scales
+    key = bearing, bodies.mass, bodies.scales
     if any(one is not other for one, other in zip(key, _latest_bodies, strict=False)):
-        _latest_bodies = *key, _numbers_of_bodies(bearing, partners)
+        _latest_bodies = *key, _numbers_of_bodies(bearing, bodies)
     return _latest_bodies[3]
 
 
-def system_rates_and_jacobian(bearing, drive, partners, near, state, border) -> tuple[np.ndarray, np.ndarray]:
+def system_rates_and_jacobian(bearing, drive, bodies, near, state, border) -> tuple[np.ndarray, np.ndarray]:
     """Rates of balls in a state (N, COLUMNS) with ring, cage and shaft (BORDER,), and their Jacobian, for tests.
 
     Rates are those of N COLUMNS numbers of balls and BODY_NUMBERS of the bodies, derivatives by N 9 of the balls'
@@ -281,14 +281,14 @@ def system_rates_and_jacobian(bearing, drive, partners, near, state, border) -> 
     rows = state.size + BODY_NUMBERS
     rates, jacobian = np.empty(rows), np.empty((rows, 9 * balls + 2 * COORDINATES))
     _system_rates(
-        *(numbers, points, method_numbers(RODAS4), numbers_of_bodies(bearing, partners)),
-        *(partners.load, partners.load_rate, np.array(drive, float)),
+        *(numbers, points, method_numbers(RODAS4), numbers_of_bodies(bearing, bodies)),
+        *(bodies.load, bodies.load_rate, np.array(drive, float)),
         *(balls, near.view(np.uint8), state.copy(), border, rates, jacobian),
     )
     return rates, jacobian
 
 
-def advance_coupled(bearing, drive, method, chunk, near, partners, balls, moving, results) -> int:
+def advance_coupled(bearing, drive, method, chunk, near, bodies, balls, moving, results) -> int:
     """Moves the numbered `balls`, neighbours one after the other, through a chunk with ring, cage and shaft.
 
     `near` (N,) says which ball may touch the next ahead; `chunk` and `results` as `integrate.Chunk` and
@@ -298,8 +298,8 @@ def advance_coupled(bearing, drive, method, chunk, near, partners, balls, moving
     numbers, points = numbers_of(bearing)
     balls = np.asarray(balls, np.int64)
     return _coupled_balls(
-        *(numbers, points, method_numbers(method), numbers_of_bodies(bearing, partners)),
-        *(partners.load, partners.load_rate, np.array(drive, float), chunk.scales, chunk.duration),
+        *(numbers, points, method_numbers(method), numbers_of_bodies(bearing, bodies)),
+        *(bodies.load, bodies.load_rate, np.array(drive, float), chunk.scales, chunk.duration),
         *(len(chunk.times), chunk.times, results.stop, len(balls), balls, near.view(np.uint8), len(moving[0]), *moving),
         *(results.carried, results.last_border, results.states, results.orientations, results.border),
         *(results.counts, results.failure),
@@ -317,16 +317,16 @@ _outputs = Function(
 )
 
 
-def write_rows(bearing, partners, drive, rolling, times, states, orientations, borders, places, out) -> None:
+def write_rows(bearing, bodies, drive, rolling, times, states, orientations, borders, places, out) -> None:
     """Fills rows of all channels with the motion at `times` (count,) [s], which count from the drive's instant.
 
     `states` (count, N, COLUMNS) and orientations (count, N, 4) are the balls', `borders` (count, BORDER) those of ring,
-    cage and shaft, the `partners`; `rolling` is the speed of balls that roll, over the ring's. `places` are the numbers
+    cage and shaft, the `bodies`; `rolling` is the speed of balls that roll, over the ring's. `places` are the numbers
     of RowPlaces, `out` is (count, columns).
     """
-    coupled = bool(partners.active or bearing.ring)
-    bodies = numbers_of_bodies(bearing, partners) if coupled else NO_BODIES
+    coupled = bool(bodies.active or bearing.ring)
+    numbers = numbers_of_bodies(bearing, bodies) if coupled else NO_BODIES
     _outputs(
         *(*numbers_of(bearing), np.array(drive, float), *states.shape[:2], times, states, orientations),
-        *(coupled, bodies, partners.load, partners.load_rate, borders, rolling, places, out),
+        *(coupled, numbers, bodies.load, bodies.load_rate, borders, rolling, places, out),
     )

@@ -22,7 +22,7 @@ from bearing_twin.kinds.bearing.system import (
     TANGENTIAL_SPIN,
     TANGENTIAL_VELOCITY,
     Bearing,
-    Partners,
+    CoupledBodies,
     RingDrive,
 )
 from bearing_twin.numerics.rotation import turned
@@ -75,7 +75,7 @@ class Chunk(NamedTuple):
 
     bearing: Bearing
     drive: RingDrive
-    partners: Partners
+    bodies: CoupledBodies
     near: np.ndarray
     times: np.ndarray
     duration: float
@@ -162,8 +162,8 @@ def _by_rosenbrock(method, chunk: Chunk, moving, results) -> int:
 
     Where the rings' motion is prescribed and there is no cage, a ball acts on another only where they touch.
     """
-    bearing, drive, partners, near = chunk.bearing, chunk.drive, chunk.partners, chunk.near
-    if partners.active:
+    bearing, drive, bodies, near = chunk.bearing, chunk.drive, chunk.bodies, chunk.near
+    if bodies.active:
         alone, together = [], [range(len(near))]
     elif np.count_nonzero(near):
         groups = groups_of(near)
@@ -173,7 +173,7 @@ def _by_rosenbrock(method, chunk: Chunk, moving, results) -> int:
     status = advance_free(bearing, drive, method, chunk, alone, moving, results) if len(alone) else OK
     for group in together:
         if status == OK:
-            status = advance_coupled(bearing, drive, method, chunk, near, partners, group, moving, results)
+            status = advance_coupled(bearing, drive, method, chunk, near, bodies, group, moving, results)
     return status
 
 

@@ -48,14 +48,14 @@ from bearing_twin.kinds.bearing.system import (
     PLACES,
     SHAFT_ANGLE,
     SHAFT_SPEED,
-    Partners,
+    CoupledBodies,
     RingDrive,
     RingLoading,
     approaches,
     bearing_of,
     border_scales,
+    coupled_bodies_of,
     outside_loads,
-    partners_of,
 )
 from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
 from bearing_twin.numerics.steppers import ROSENBROCK
@@ -99,14 +99,14 @@ class BearingMotion(CommandedBearing):
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
         self._loading, self._instants = RingLoading(parameters), PartRoom()
         self._loading.with_torque(0.0)  # where that never jumps, it is found here for all starts
-        partners = partners_of(parameters)
+        bodies = coupled_bodies_of(parameters)
         self._apart = keeps_apart(parameters.cage, parameters.geometry, 2.0 * NEAR * self.bearing.ball_radius)
-        self.longest_chunk = LONGEST if not partners.active or (self._apart and partners.ring) else None
+        self.longest_chunk = LONGEST if not bodies.active or (self._apart and bodies.ring) else None
         if self.bearing.ring:
-            start, self._start_border = settled_start(parameters, choice.law, partners)
+            start, self._start_border = settled_start(parameters, choice.law, bodies)
         else:
             start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
-            start, self._start_border = caged_start(start, partners, parameters.drive.speed)
+            start, self._start_border = caged_start(start, bodies, parameters.drive.speed)
         if parameters.defects:
             if any(one.on == "ball" for one in parameters.defects) and choice.stepper not in ROSENBROCK:
                 raise SceneError(
@@ -116,9 +116,9 @@ class BearingMotion(CommandedBearing):
             numbers = defect_numbers(parameters, raceway.given * max(depth, 0.0) ** raceway.power)
             self.bearing = self._bearing = self.bearing._replace(defects=tuple(numbers.tolist()))
         self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
-        scales = self.given * error_scales(parameters, self.bearing, start, partners.active)
+        scales = self.given * error_scales(parameters, self.bearing, start, bodies.active)
         light = light_approach(self.bearing, start) if self.bearing.pockets else 0.0
-        self.partners = partners._replace(scales=border_scales(parameters, scales), light=light)
+        self.bodies = bodies._replace(scales=border_scales(parameters, scales), light=light)
         self.scales, self._start, self._start_orientation = scales, start, start_orientation(start)
         self.step, self._finer = parameters.solver.step, choice.finer
         if choice.stepper in FIXED_STEP:
@@ -221,7 +221,7 @@ class BearingMotion(CommandedBearing):
         """The outputs at the present instant."""
         out = empty_outputs(self.parameters, 1)
         now = np.zeros(1), self.state[None], self.orientation[None], self.border[None]
-        write_outputs(self.parameters, self.bearing, self._partners(), self.drive, *now, out.numbers, 0)
+        write_outputs(self.parameters, self.bearing, self._bodies(), self.drive, *now, out.numbers, 0)
         return out
 
     def advance(self, times: np.ndarray, duration: float) -> Rows:
@@ -257,7 +257,7 @@ class BearingMotion(CommandedBearing):
             apart = time_apart(self.bearing.ball_radius, self.state, NEAR * self.bearing.ball_radius)
             together = min(duration, LONGEST_TOGETHER)
             pieces.append(0.99 * apart if apart > TOGETHER * together else together)
-        jump = self.loading.until_next(self.elapsed) if self.partners.active else 0.0
+        jump = self.loading.until_next(self.elapsed) if self.bodies.active else 0.0
         if jump > SHORTEST_PART * duration:
             pieces.append(jump)
         if missing != 0.0:
@@ -312,13 +312,12 @@ class BearingMotion(CommandedBearing):
         """Has this torque [N m] turn the shaft from now on, in place of the scene's."""
         self.loading.set_torque(torque)
 
-    def _partners(self):
+    def _bodies(self):
         """Ring and cage with the loads from now to their next jump."""
-        if not self.partners.active:
-            return self.partners
+        if not self.bodies.active:
+            return self.bodies
         load, rate = self.loading.with_torque(self.elapsed)
-        varying = self.partners.varying or bool(rate.any())
-        return self.partners._replace(load=load, load_rate=rate, varying=varying)
+        return self.bodies._replace(load=load, load_rate=rate)
 
     def _part(self, times, duration, out, first):
         """Integrates over a part of constant acceleration and writes its outputs from row `first` on."""
@@ -330,9 +329,9 @@ class BearingMotion(CommandedBearing):
             # Slip answers within microseconds: a step carried over from before would pass over the bend.
             self.steps = np.minimum(self.steps, FIRST_STEP)
             self._acceleration = drive.acceleration
-        partners = self._partners()
-        load, rate = partners.load, partners.load_rate
-        if partners.active and load is not self._load:  # as it is where it never jumps
+        bodies = self._bodies()
+        load, rate = bodies.load, bodies.load_rate
+        if bodies.active and load is not self._load:  # as it is where it never jumps
             if np.any(np.abs(load - self._load) > SAME * np.abs(load)) or np.any(rate != self._load_rate):
                 self.steps = np.minimum(self.steps, FIRST_STEP)
             self._load, self._load_rate = load + duration * rate if rate.any() else load, rate
@@ -343,19 +342,19 @@ class BearingMotion(CommandedBearing):
         filled = self._instants.empty(len(times), self.bearing.balls)
         moving = [getattr(self, name) for name in MOVING]
         near = np.zeros(self.bearing.balls, np.bool_)
-        balls, integrate = PartBalls(self.bearing.ball_radius, near, moving), partial(self._integrate, partners, drive)
-        if partners.active or self._apart:
-            integrate_in_common(integrate, balls, times, duration, filled, self._apart, partners.even)
+        balls, integrate = PartBalls(self.bearing.ball_radius, near, moving), partial(self._integrate, bodies, drive)
+        if bodies.active or self._apart:
+            integrate_in_common(integrate, balls, times, duration, filled, self._apart, bodies.even)
         else:
             integrate_alone(integrate, balls, times, duration, filled)
         if self.accelerometer:
-            self._listen(partners, drive, times, filled, sampled)
+            self._listen(bodies, drive, times, filled, sampled)
             rows = np.searchsorted(times, wanted)
             times, filled = wanted, tuple(one[rows] for one in filled)
-        write_outputs(self.parameters, self.bearing, partners, drive, times, *filled, out.numbers, first)
-        check_speed(self.parameters, partners, self.elapsed, times, filled[2])
+        write_outputs(self.parameters, self.bearing, bodies, drive, times, *filled, out.numbers, first)
+        check_speed(self.parameters, bodies, self.elapsed, times, filled[2])
         self.elapsed += duration
-        if partners.shaft:
+        if bodies.shaft:
             self.drive = RingDrive(*self.border[[SHAFT_ANGLE, SHAFT_SPEED]].tolist(), 0.0)
             self.goal_speed = self.drive.speed
             return
@@ -364,25 +363,25 @@ class BearingMotion(CommandedBearing):
         reached = abs(missing) <= limit * (1.0 + SHORTEST_PART)
         self.drive = RingDrive(angle, self.goal_speed if reached else drive.speed + change, 0.0)
 
-    def _listen(self, partners, drive, times, filled, sampled) -> None:
+    def _listen(self, bodies, drive, times, filled, sampled) -> None:
         """Takes the samples of the sensor at `sampled` [s] of the run, from the states at `times` of a part."""
         rows, forces = np.searchsorted(times, np.clip(sampled - self.elapsed, 0.0, None)), []
         rows = np.minimum(rows, len(times) - 1)
         for part in (rows[begin : begin + ROOM] for begin in range(0, len(rows), ROOM)):
             out = empty_outputs(self.parameters, len(part))
             now = times[part], *(one[part] for one in filled)
-            write_outputs(self.parameters, self.bearing, partners, drive, *now, out.numbers, 0)
+            write_outputs(self.parameters, self.bearing, bodies, drive, *now, out.numbers, 0)
             forces.append(out.outer_ring_force.copy())
         if forces:
             self.heard, found = self.accelerometer.heard(self.heard, sampled, np.concatenate(forces))
             self._samples.append(found)
 
-    def _integrate(self, partners, drive, near, begin, times, duration, filled):
+    def _integrate(self, bodies, drive, near, begin, times, duration, filled):
         drive, elapsed = drive_later(drive, begin) if begin else drive, self.elapsed + begin
         failure, (states, orientations, borders) = np.zeros(2), filled
         borders[:] = self.border
         results = Results(states, orientations, self.counts, failure, self.stop, self.carried, borders, self.border)
-        chunk = Chunk(self.bearing, drive, partners, near, times, duration, self.step, self.scales)
+        chunk = Chunk(self.bearing, drive, bodies, near, times, duration, self.step, self.scales)
         moving = self.state, self.orientation, self.steps
         try:
             check(integrated(self.stepper, chunk, moving, results), elapsed, failure)
@@ -409,10 +408,10 @@ def explained(error: IntegrationError, parameters, law: str, chunk: Chunk, begin
 
     The load counts with the ring's unbalance, at the beginning of the chunk, else at the error.
     """
-    if not chunk.partners.ring or not error.seconds >= begin:
+    if not chunk.bodies.ring or not error.seconds >= begin:
         return error
     for into in (0.0, error.seconds - begin):
-        load, seconds = outside_loads(chunk.partners, chunk.drive, into), begin + into
+        load, seconds = outside_loads(chunk.bodies, chunk.drive, into), begin + into
         try:
             check_load(parameters, law, chunk.drive.speed + chunk.drive.acceleration * into, load[:3], load[3:])
         except BearingTwinError as limit:
@@ -420,12 +419,12 @@ def explained(error: IntegrationError, parameters, law: str, chunk: Chunk, begin
     return error
 
 
-def check_speed(parameters, partners: Partners, begin, times, borders) -> None:
+def check_speed(parameters, bodies: CoupledBodies, begin, times, borders) -> None:
     """Raises IntegrationError at the first of the `times` (n,) [s] at which a shaft that a torque turns is too fast.
 
-    They count from `begin` [s]; `borders` (n, BORDER) are those of the `partners` then.
+    They count from `begin` [s]; `borders` (n, BORDER) are those of the `bodies` then.
     """
-    if not partners.shaft:
+    if not bodies.shaft:
         return
     limit, speeds = parameters.drive.greatest_speed, borders[:, SHAFT_SPEED]
     beyond = ~(np.abs(speeds) <= limit)

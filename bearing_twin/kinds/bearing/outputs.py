@@ -146,16 +146,16 @@ def empty_outputs(parameters: BearingScene, count: int) -> Rows:
     return Rows(layout, np.empty((count, layout.width)))
 
 
-def write_outputs(parameters, bearing, partners, drive, times, states, orientations, borders, out, first):
+def write_outputs(parameters, bearing, coupled, drive, times, states, orientations, borders, out, first):
     """Fills the matrix `out` from row `first` with states (count, N, columns) and orientations (count, N, 4).
 
     They are those at `times` [s], which count from the instant the drive's angle and speed belong to; `borders`
-    (count, BORDER) are those of the `partners`, ring and cage. Every column of a row is written.
+    (count, BORDER) are those of the `coupled`, ring and cage. Every column of a row is written.
     """
     geometry = parameters.geometry
     rolling = 0.5 * (1.0 - geometry.ball_diameter / geometry.pitch_diameter)
     rows, places = out[first : first + len(times)], _places(geometry.balls, has_films(parameters))
-    write_rows(bearing, partners, drive, rolling, times, states, orientations, borders, places, rows)
+    write_rows(bearing, coupled, drive, rolling, times, states, orientations, borders, places, rows)
 
 
 def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:

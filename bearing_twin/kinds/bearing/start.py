@@ -28,8 +28,8 @@ from bearing_twin.kinds.bearing.system import (
     SPIN,
     TANGENTIAL_VELOCITY,
     Bearing,
+    CoupledBodies,
     Loading,
-    Partners,
 )
 
 
@@ -52,15 +52,15 @@ def start_orientation(state: np.ndarray) -> np.ndarray:
     return np.stack((nothing, nothing, np.sin(half), np.cos(half)), axis=1)
 
 
-def _settled(solver: EquilibriumSolver, support: Support, partners: Partners):
+def _settled(solver: EquilibriumSolver, support: Support, bodies: CoupledBodies):
     """The equilibrium with the springs of the support, whose force is found by Newton's method."""
     found = solver.solve(support)
-    stiffness, free = partners.stiffness[:CAGE], np.array(support.free, np.bool_)
+    stiffness, free = bodies.stiffness[:CAGE], np.array(support.free, np.bool_)
     if not np.any(stiffness * free):
         return found
     loads, pull = np.array(support.loads), np.zeros(5)
     for _ in range(30):
-        off = stiffness * (found.coordinates - partners.rest[:CAGE]) - pull
+        off = stiffness * (found.coordinates - bodies.rest[:CAGE]) - pull
         if np.abs(off[free]).max() <= 1e-9 * np.abs(loads).max():
             return found
         answer = np.linalg.solve(found.stiffness[np.ix_(free, free)], np.eye(int(free.sum())))
@@ -70,7 +70,7 @@ def _settled(solver: EquilibriumSolver, support: Support, partners: Partners):
     return found
 
 
-def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tuple[np.ndarray, np.ndarray]:
+def settled_start(parameters: BearingScene, law: str, bodies: CoupledBodies) -> tuple[np.ndarray, np.ndarray]:
     """State of the balls (N, COLUMNS) and of ring and cage (BORDER,) in balance, the balls rolling unless at rest.
 
     Balls of a cage share one orbit speed, the mean of what the loaded ones roll with. Raises SceneError where there is
@@ -79,27 +79,27 @@ def settled_start(parameters: BearingScene, law: str, partners: Partners) -> tup
     balls, speed = parameters.geometry.balls, parameters.drive.speed
     setting, azimuths = setting_of(parameters, law, speed), azimuths_of(balls, 0.0)
     support = weighed_support(parameters, Loading(parameters.rings.inner).at(0.0)[0])
-    found = _settled(weighed_solver(parameters, setting, azimuths), support, partners)
+    found = _settled(weighed_solver(parameters, setting, azimuths), support, bodies)
     state, border = np.zeros((balls, COLUMNS)), np.zeros(BORDER)
     border[:CAGE] = found.coordinates
-    border[SHAFT_SPEED] = speed if partners.shaft else 0.0
-    if partners.land:
-        border[CAGE_X:CAGE] = _resting(parameters, partners, border)
+    border[SHAFT_SPEED] = speed if bodies.shaft else 0.0
+    if bodies.land:
+        border[CAGE_X:CAGE] = _resting(parameters, bodies, border)
     state[:, AXIS_DISTANCE] = setting.outer.locus_radius + found.places[:, 0]
     state[:, ORBIT_ANGLE], state[:, HEIGHT] = azimuths, found.places[:, 1]
     if parameters.initial.motion == "rolling":
         contacts = found.contacts
         together = shared(contacts, contacts.orbit)
-        orbit = np.full(balls, together) if partners.free[CAGE] else contacts.orbit
+        orbit = np.full(balls, together) if bodies.free[CAGE] else contacts.orbit
         state[:, TANGENTIAL_VELOCITY] = state[:, AXIS_DISTANCE] * orbit
         state[:, SPIN], state[:, SPIN + 2] = contacts.pitch, orbit - contacts.roll
-        border[CAGE_SPEED] = together if partners.free[CAGE] else 0.0
+        border[CAGE_SPEED] = together if bodies.free[CAGE] else 0.0
     return state, border
 
 
-def _resting(parameters: BearingScene, partners: Partners, border: np.ndarray) -> np.ndarray:
+def _resting(parameters: BearingScene, bodies: CoupledBodies, border: np.ndarray) -> np.ndarray:
     """Place of a cage at rest in its land under its weight [m] (2,); the land's centre without weight or land."""
-    land, weight = partners.land, partners.weight[CAGE_X:CAGE]
+    land, weight = bodies.land, bodies.weight[CAGE_X:CAGE]
     middle = border[:2] if land.side < 0.0 else np.zeros(2)
     size = float(np.hypot(*weight))
     if size == 0.0 or land.clearance == NO_LAND:
@@ -107,11 +107,11 @@ def _resting(parameters: BearingScene, partners: Partners, border: np.ndarray) -
     return middle + (land.clearance + size / land.stiffness) * weight / size
 
 
-def caged_start(state: np.ndarray, partners: Partners, speed: float) -> tuple[np.ndarray, np.ndarray]:
+def caged_start(state: np.ndarray, bodies: CoupledBodies, speed: float) -> tuple[np.ndarray, np.ndarray]:
     """A start of balls round a ring that is held, at `speed` [rad/s], in a cage that goes round with their mean."""
     border = np.zeros(BORDER)
-    border[SHAFT_SPEED] = speed if partners.shaft else 0.0
-    if partners.free[CAGE]:
+    border[SHAFT_SPEED] = speed if bodies.shaft else 0.0
+    if bodies.free[CAGE]:
         border[CAGE_SPEED] = np.mean(state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE])
         state[:, TANGENTIAL_VELOCITY] = state[:, AXIS_DISTANCE] * border[CAGE_SPEED]
     return state, border

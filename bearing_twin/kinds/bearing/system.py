@@ -50,11 +50,9 @@ CARRIED_COLUMNS = 8  # what a law carries: P/Q and three states at each of a bal
 # Inner ring and cage: places (the ring's centre, its tilt about x and y, the cage's angle), their velocities, and
 # integrals that only listen: work of the loads on the ring, what is lost, work of the drive through the cage's land.
 PLACES = 6
-RING_X, RING_Y, RING_Z, TILT_X, TILT_Y, CAGE = np.arange(PLACES)
-CAGE_X, CAGE_Y = TILT_X, TILT_Y  # a cage whose centre moves has its places there, and the ring does not tilt
+CAGE_X, CAGE_Y, CAGE = 3, 4, 5  # in the place of tilts: a ring does not tilt where the cage's centre moves
 CAGE_SPEED = PLACES + CAGE
-WORK_DONE, LOST, LAND_WORK = 12, 13, 14
-SHAFT_ANGLE, SHAFT_SPEED, SHAFT_WORK = 15, 16, 17  # of a shaft that a torque turns: angle, speed, work of the torque
+LAND_WORK, SHAFT_ANGLE, SHAFT_SPEED = 14, 15, 16  # then the work of a torque that turns the shaft
 BORDER = 18
 
 
@@ -174,20 +172,19 @@ class Shaft(NamedTuple):
     damping: float
 
 
-class Partners(NamedTuple):
+class CoupledBodies(NamedTuple):
     """Bodies that couple all balls in a part of a chunk: numbers (PLACES,) of ring and cage, in SI.
 
     `ring` says whether the ring moves with its mass. `land` is empty where the cage stays centred, else what guides it
     (a `Land`). `shaft` is empty where the ring's speed is prescribed, else what a torque turns (a `Shaft`). `free` is 1
     where a place follows its loads, else 0. `load` grows by `load_rate` a second, in the cage's place the torque on the
-    shaft; `unbalance` [kg m] turns with the ring, `phase` [rad] ahead. `scales` (2 PLACES + 1,) are the errors a step
+    shaft; `unbalance` [kg m] turns with the ring. `scales` (2 PLACES + 1,) are the errors a step
     may make, the last of the shaft's speed; `light` [m] is as `step_control.light_approach` says.
     """
 
     ring: bool
     active: bool
     even: bool
-    varying: bool
     land: tuple
     shaft: tuple
     free: np.ndarray
@@ -200,18 +197,17 @@ class Partners(NamedTuple):
     load_rate: np.ndarray
     polar_inertia: float
     unbalance: float
-    phase: float
     scales: np.ndarray
     light: float
 
 
-def outside_loads(partners: Partners, drive, time: float) -> np.ndarray:
+def outside_loads(bodies: CoupledBodies, drive, time: float) -> np.ndarray:
     """Loads (5,) [N, N m] on the free coordinates of the ring `time` [s] into the part, weight not counted."""
-    loads = partners.load[:CAGE] + time * partners.load_rate[:CAGE]
+    loads = bodies.load[:CAGE] + time * bodies.load_rate[:CAGE]
     speed = drive.speed + drive.acceleration * time
-    angle = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time) + partners.phase
-    loads[:2] += partners.unbalance * speed**2 * np.array([math.cos(angle), math.sin(angle)])
-    return np.where(partners.free[:CAGE] > 0.0, loads, 0.0)
+    angle = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time)
+    loads[:2] += bodies.unbalance * speed**2 * np.array([math.cos(angle), math.sin(angle)])
+    return np.where(bodies.free[:CAGE] > 0.0, loads, 0.0)
 
 
 class Raceway(NamedTuple):
@@ -509,7 +505,7 @@ def land_of(parameters: BearingScene) -> Land | tuple:
     return Land(side, radius, clearance, *law)
 
 
-def partners_of(parameters: BearingScene) -> Partners:
+def coupled_bodies_of(parameters: BearingScene) -> CoupledBodies:
     """Ring and cage without loads, and without scales: those are `border_scales`."""
     ring, cage, support = parameters.rings.inner, parameters.cage, parameters.rings.inner.support
     moving, caged = dimension_of(parameters) == FREE_RING, cage.kind != "none"
@@ -521,11 +517,10 @@ def partners_of(parameters: BearingScene) -> Partners:
     weight = np.asarray(parameters.gravity, float)
     turned = parameters.drive.kind == TORQUE
     inertia = cage_inertia(parameters) if caged else 1.0
-    return Partners(
+    return CoupledBodies(
         ring=moving,
         active=moving or caged or turned,
         even=cage.kind == EVEN,
-        varying=moving and ring.unbalance != 0.0,
         land=land_of(parameters),
         shaft=Shaft(shaft_inertia(parameters), float(parameters.drive.damping)) if turned else (),
         free=free,
@@ -538,7 +533,6 @@ def partners_of(parameters: BearingScene) -> Partners:
         load_rate=np.zeros(PLACES),
         polar_inertia=ring.inertia[1] * centred,
         unbalance=ring.unbalance if moving else 0.0,
-        phase=0.0,
         scales=np.zeros(2 * PLACES + 1),
         light=0.0,
     )
