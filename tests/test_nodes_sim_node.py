@@ -78,15 +78,15 @@ def paused_node(executor, **parameters):
     return node, watcher, lists
 
 
-def prepared_when(monkeypatch, event):
-    """Runs are not prepared before the event is set."""
-    begin = Simulation.__init__
+def prepared_when(monkeypatch, event, method="__init__"):
+    """Runs are not prepared, or nothing is computed by another `method`, before the event is set."""
+    begin = getattr(Simulation, method)
 
-    def waits(simulation, *made_of):
+    def waits(simulation, *arguments):
         event.wait(300.0)
-        begin(simulation, *made_of)
+        return begin(simulation, *arguments)
 
-    monkeypatch.setattr(Simulation, "__init__", waits)
+    monkeypatch.setattr(Simulation, method, waits)
 
 
 def states(lists):
@@ -162,16 +162,23 @@ def test_a_change_beyond_the_end_of_a_run_is_said_once_unless_the_run_has_no_end
     assert capfd.readouterr().err.count("drive.change.time = 5 s is beyond the end of the run at 0.1 s") == told
 
 
-def test_a_node_closed_while_it_prepares_ends_at_once_and_leaves_no_log(monkeypatch, tmp_path):
+@pytest.mark.parametrize("method", ["__init__", "advance"])
+def test_a_node_closed_before_its_first_output_ends_at_once_and_logs_nothing(method, monkeypatch, tmp_path):
+    """An impact is solved as a whole with its first output, which takes minutes where the mesh is fine."""
     prepared = threading.Event()
-    prepared_when(monkeypatch, prepared)
+    prepared_when(monkeypatch, prepared, method)
     with ros_executor() as executor:
         node = started(executor, SimNode, log=str(tmp_path / "run.mcap"))
+        if method == "advance":
+            spin_until(executor, node.ready.is_set, "preparation")
         node.close()
+        assert not prepared.is_set()
         prepared.set()
         assert node.worker.stop(300.0)
     assert node.failure is None
-    assert list(tmp_path.iterdir()) == []
+    logs = list(tmp_path.iterdir())
+    assert len(logs) == (method == "advance")
+    assert not [message for log in logs for message in raw_messages(log)]  # which raises where one is not complete
 
 
 def test_every_byte_arrives_in_real_time_and_as_in_a_log(tmp_path):

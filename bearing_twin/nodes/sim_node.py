@@ -202,8 +202,9 @@ class SimNode(BaseNode):
     def close(self) -> None:
         """Ends the simulation, publishes what it has logged, and completes the log; may be called twice."""
         self._halt.end()
-        # While a run is prepared nothing has been computed, so there is nothing to wait for.
-        if self.worker.stop(timeout=COMMAND_TIMEOUT if self.ready.is_set() else 0.0) and self.loop is not None:
+        # Before its first output a run has nothing to lose, and an impact is solved as a whole, which takes long.
+        computed = self.ready.is_set() and self.simulation.sequence >= 0
+        if (self.worker.stop(COMMAND_TIMEOUT if computed else 0.0) or not computed) and self.loop is not None:
             self.loop.close()
             wait_for_acknowledgement(self._outlet.publishers, CLOSE_TIME)
 
