@@ -29,7 +29,7 @@ from bearing_twin.contact.ellipse import (
 from bearing_twin.contact.friction import COARSE_ERROR, FINE_ERROR, FRICTIONS, MEDIUM_ERROR, Rule
 from bearing_twin.contact.patch_friction import patch_of
 from bearing_twin.kinds.bearing import MOTION, ORBIT_ANGLE, SPIN, VELOCITY, contact_details
-from bearing_twin.numerics.stepper_facts import STEPPER_FACTS
+from bearing_twin.numerics.methods import STEPPER_FACTS
 from bearing_twin.run.scene import load_scene
 
 ARGUMENTS = 50.0, 3e-4, 1e-4, 0.02, -0.03, 90.0, 0.1, 1e-4

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.parameters import describe
 from bearing_twin.kinds.bearing import VELOCITY, BearingScene, stability_limits
+from bearing_twin.numerics.methods import STEPPER_FACTS
 from bearing_twin.numerics.rotation import (
     cross,
     dot,
@@ -22,7 +23,6 @@ from bearing_twin.numerics.rotation import (
     rotation_matrix,
     turned,
 )
-from bearing_twin.numerics.stepper_facts import STEPPER_FACTS
 from bearing_twin.numerics.steppers import (
     EXPLICIT,
     ROSENBROCK,

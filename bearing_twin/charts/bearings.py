@@ -6,7 +6,7 @@ from bearing_twin.charts.contest import best_of, of_methods, of_problem, over_ac
 from bearing_twin.charts.panels import Axis
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import Problem, Scenes, load_and_friction, spread, steps, tolerances
-from bearing_twin.numerics.stepper_facts import STEPPER_FACTS
+from bearing_twin.numerics.methods import STEPPER_FACTS
 from bearing_twin.numerics.steppers import ROSENBROCK
 
 FROM_REST = ("initial.motion=rest", "drive.offset=[0.0,-1e-6,5e-6]")

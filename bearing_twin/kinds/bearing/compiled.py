@@ -11,7 +11,7 @@ from bearing_twin.contact.friction import POINT
 from bearing_twin.contact.patch_friction import patch_by
 from bearing_twin.core import FLAG, FLAGS, INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.system import CAGE, CARRIED_COLUMNS, TERMS
-from bearing_twin.numerics.statuses import OK
+from bearing_twin.numerics.methods import OK
 from bearing_twin.numerics.steppers import MOST_STAGES, RODAS4, ROSENBROCK, Rosenbrock, RungeKutta
 
 NO_AXES = ((0.0,) * (TERMS + 1),) * 2

@@ -25,8 +25,7 @@ from bearing_twin.kinds.bearing.system import (
     CoupledBodies,
     RingDrive,
 )
-from bearing_twin.numerics.rotation import turned
-from bearing_twin.numerics.statuses import (
+from bearing_twin.numerics.methods import (
     EVALUATIONS,
     JACOBIANS,
     NOT_FINITE,
@@ -37,6 +36,7 @@ from bearing_twin.numerics.statuses import (
     TOO_DEEP,
     WORDS,
 )
+from bearing_twin.numerics.rotation import turned
 from bearing_twin.numerics.steppers import EXPLICIT, NOTHING, ROSENBROCK
 
 REFERENCE_SHARE = 1e-4  # of the scales, for SciPy's methods, whose only use here is to be right

@@ -57,7 +57,7 @@ from bearing_twin.kinds.bearing.system import (
     coupled_bodies_of,
     outside_loads,
 )
-from bearing_twin.numerics.statuses import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
+from bearing_twin.numerics.methods import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
 from bearing_twin.numerics.steppers import ROSENBROCK
 
 MOVING = ("state", "orientation", "steps", "carried", "border")  # arrays that a chunk moves on

@@ -45,7 +45,7 @@ from bearing_twin.kinds.sections import (
     point_laws,
     resolved_run,
 )
-from bearing_twin.numerics.stepper_facts import STEPPER_FACTS
+from bearing_twin.numerics.methods import STEPPER_FACTS
 
 NO_SENSOR, HOUSING = "none", "housing"
 FASTEST_SAMPLING = 50e3  # Hz

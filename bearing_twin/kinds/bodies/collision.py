@@ -17,7 +17,7 @@ from bearing_twin.contact.laws import HERTZIAN
 from bearing_twin.contact.line import LineLaw
 from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bodies.parameters import FIRST, FIXED_STEP, SECOND
-from bearing_twin.numerics.statuses import (
+from bearing_twin.numerics.methods import (
     EVALUATIONS,
     NO_END,
     NOT_FINITE,

@@ -37,8 +37,8 @@ from bearing_twin.kinds.bodies.derived import (
 )
 from bearing_twin.kinds.bodies.parameters import OVERLAP, EllipsoidOnPlaneScene, TwoBodiesScene
 from bearing_twin.kinds.error_estimates import TOLERANCE
+from bearing_twin.numerics.methods import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, UNTRACKED, WORDS
 from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
-from bearing_twin.numerics.statuses import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, UNTRACKED, WORDS
 
 FLOOR = 1e-4  # of the shortest contact: lift-offs and touches shorter than that are passed
 RECORDS = 256  # completed in one call of the core

@@ -42,7 +42,7 @@ from bearing_twin.kinds.shaft.equilibrium import (
     unbalance_response,
 )
 from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene, bearing_scene
-from bearing_twin.numerics.statuses import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, WORDS
+from bearing_twin.numerics.methods import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, WORDS
 from bearing_twin.numerics.steppers import RODAS4
 
 SETTING = 0.01  # tolerance of a step over that of a ball's load
