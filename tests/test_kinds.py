@@ -141,7 +141,7 @@ def test_the_run_has_a_page(case, ran, tmp_path, capsys):
     assert "http://" not in text.replace("http://www.w3.org", "")  # nothing is fetched
 
 
-def test_a_study_of_a_few_realisations(case, tmp_path, capsys):
+def test_a_study_of_a_few_realisations(case, tmp_path, capsys, quick_workers):
     scene = load_scene(case.scene)
     value = scene.parameters
     for name in case.uncertain.split("."):
